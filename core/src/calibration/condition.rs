@@ -1,0 +1,99 @@
+//! What the triangular factor of the Jacobian says about the parameters.
+
+use super::problem::Normal;
+use crate::Real;
+use nalgebra::SMatrix;
+
+/// The inverse of the factor's 8 × 8 part and its condition.
+pub(crate) struct Conditioning<T: Real> {
+    /// (JᵀJ)⁻¹ in internal units.
+    pub(crate) covariance: SMatrix<T, 8, 8>,
+    /// ‖A‖‖A⁻¹‖/8 in Frobenius norms, A = J with columns of unit length.
+    pub(crate) condition: T,
+    /// Index of the parameter with the largest part in the weakest combination.
+    pub(crate) weakest: usize,
+}
+
+/// Lengths of the Jacobian's columns.
+pub(crate) fn column_norms<T: Real>(normal: &Normal<T>) -> [T; 8] {
+    let mut squares = [T::ZERO; 8];
+    for (index, row) in normal.rows().enumerate() {
+        for (sum, entry) in squares.iter_mut().skip(index).zip(row) {
+            *sum += *entry * *entry;
+        }
+    }
+    squares.map(Real::square_root)
+}
+
+impl<T: Real> Conditioning<T> {
+    /// The combination of parameters, of unit length in internal units, that the samples determine
+    /// least: two steps of inverse iteration on JᵀJ.
+    pub(crate) fn weakest_direction(&self) -> [T; 8] {
+        let mut direction = self.covariance.column(self.weakest).into_owned();
+        for _ in 0..2 {
+            let length = direction.dot(&direction).square_root();
+            if !(length > T::ZERO && length.finite()) {
+                return [T::ZERO; 8];
+            }
+            direction = self.covariance * (direction / length);
+        }
+        let length = direction.dot(&direction).square_root();
+        if length > T::ZERO && length.finite() {
+            (direction / length).data.0[0]
+        } else {
+            [T::ZERO; 8]
+        }
+    }
+
+    /// An exactly singular or not finite factor gives an infinite condition.
+    pub(crate) fn of(normal: &Normal<T>) -> Self {
+        let norms = column_norms(normal);
+        let full = normal.dense();
+        // W = T⁻¹, column by column, by back-substitution.
+        let mut inverse = [[T::ZERO; 8]; 8];
+        for (index, column) in inverse.iter_mut().enumerate() {
+            for row in (0..=index).rev() {
+                let mut value = if row == index { T::ONE } else { T::ZERO };
+                for (entry, known) in full[row]
+                    .iter()
+                    .zip(column.iter())
+                    .take(index + 1)
+                    .skip(row + 1)
+                {
+                    value -= *entry * *known;
+                }
+                column[row] = value / full[row][row];
+            }
+        }
+        let mut covariance = SMatrix::<T, 8, 8>::zeros();
+        for column in &inverse {
+            for (j, right) in column.iter().enumerate() {
+                for (i, left) in column.iter().enumerate().take(j + 1) {
+                    covariance[(i, j)] += *left * *right;
+                }
+            }
+        }
+        let mut total = T::ZERO;
+        let mut weakest = (0, T::ZERO);
+        for (j, norm) in norms.iter().enumerate() {
+            for i in 0..j {
+                covariance[(j, i)] = covariance[(i, j)];
+            }
+            let scaled = covariance[(j, j)] * norm.squared();
+            total += scaled;
+            if !(scaled <= weakest.1) {
+                weakest = (j, scaled);
+            }
+        }
+        let condition = if total.finite() && norms.iter().all(|norm| *norm > T::ZERO) {
+            (total / T::from_f64(8.0)).square_root()
+        } else {
+            T::INFINITY
+        };
+        Self {
+            covariance,
+            condition,
+            weakest: weakest.0,
+        }
+    }
+}

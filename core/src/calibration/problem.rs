@@ -1,0 +1,153 @@
+use crate::Real;
+use crate::samples::{ArmFactor, Displacement, Reference, StoredArmSamples, Triangle};
+
+/// The triangular factor of an arm's linearised problem: eight columns ∂r/∂P and the residual r.
+pub(crate) type Normal<T> = Triangle<T, 9, 45>;
+
+/// The samples of one arm, held either way: what a solver works on. Implemented by [`ArmFactor`]
+/// and [`StoredArmSamples`], and by nothing else.
+pub trait ArmProblem<T: Real>: Linearize<T> {
+    /// What the samples are expressed against.
+    fn reference(&self) -> &Reference<T>;
+    /// How many samples were taken in.
+    fn samples(&self) -> u64;
+    /// How many samples they are worth after forgetting.
+    fn effective_samples(&self) -> T;
+}
+
+/// The half of [`ArmProblem`] that speaks of the solver's internals.
+#[allow(unreachable_pub)] // the seal: nameable by no other crate
+pub trait Linearize<T: Real> {
+    /// Takes the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
+    #[doc(hidden)]
+    fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T;
+    /// Σ (f/σf)² at a correction.
+    #[doc(hidden)]
+    fn sum_of_squares(&self, at: &Displacement<T>) -> T;
+    /// Everything in the form of the constant-memory factor.
+    #[doc(hidden)]
+    fn factor(&self) -> ArmFactor<T>;
+    /// Σ 1/σf².
+    #[doc(hidden)]
+    fn weight_squared(&self) -> T;
+}
+
+impl<T: Real> ArmProblem<T> for ArmFactor<T> {
+    fn reference(&self) -> &Reference<T> {
+        self.reference()
+    }
+    fn samples(&self) -> u64 {
+        self.samples()
+    }
+    fn effective_samples(&self) -> T {
+        self.effective_samples()
+    }
+}
+
+/// Column of the feature 1, whose entries are the weights.
+const CONSTANT_FEATURE: usize = 11;
+
+impl<T: Real> Linearize<T> for ArmFactor<T> {
+    fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
+        let (residual, sum) = self.residual(at);
+        let jacobian = at.coefficient_jacobian();
+        let mut block = [[T::ZERO; 12]; 9];
+        for (index, row) in self.triangle().rows().take(12).enumerate() {
+            let mut product = [T::ZERO; 8];
+            for (factor, derivatives) in row.iter().zip(jacobian.iter().skip(index)) {
+                for (entry, derivative) in product.iter_mut().zip(derivatives) {
+                    *entry += *factor * *derivative;
+                }
+            }
+            for (column, value) in block.iter_mut().zip(product) {
+                if let Some(entry) = column.get_mut(index) {
+                    *entry = value;
+                }
+            }
+        }
+        let [.., last] = &mut block;
+        *last = residual;
+        normal.absorb(&mut block);
+        sum
+    }
+
+    fn sum_of_squares(&self, at: &Displacement<T>) -> T {
+        self.residual(at).1
+    }
+
+    fn factor(&self) -> Self {
+        *self
+    }
+
+    fn weight_squared(&self) -> T {
+        let mut sum = T::ZERO;
+        for (index, row) in self
+            .triangle()
+            .rows()
+            .take(CONSTANT_FEATURE + 1)
+            .enumerate()
+        {
+            if let Some(entry) = row.get(CONSTANT_FEATURE - index) {
+                sum += *entry * *entry;
+            }
+        }
+        sum
+    }
+}
+
+impl<T: Real, const N: usize> ArmProblem<T> for StoredArmSamples<T, N> {
+    fn reference(&self) -> &Reference<T> {
+        self.reference()
+    }
+    fn samples(&self) -> u64 {
+        self.len() as u64
+    }
+    fn effective_samples(&self) -> T {
+        T::from_count(self.len() as u64)
+    }
+}
+
+/// Rows of Jacobian (3.21) reduced together.
+const BLOCK: usize = 8;
+
+impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
+    fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
+        let mut sum = T::ZERO;
+        for chunk in self.samples().chunks(BLOCK) {
+            let mut block = [[T::ZERO; BLOCK]; 9];
+            for (index, sample) in chunk.iter().enumerate() {
+                let (row, constraint) = at.constraint_row(sample);
+                for (column, value) in block.iter_mut().zip(row.iter().chain([&constraint])) {
+                    if let Some(entry) = column.get_mut(index) {
+                        *entry = *value;
+                    }
+                }
+                sum += constraint * constraint;
+            }
+            normal.absorb(&mut block);
+        }
+        sum
+    }
+
+    fn sum_of_squares(&self, at: &Displacement<T>) -> T {
+        let mut sum = T::ZERO;
+        for sample in self.samples() {
+            sum += at.weighted_constraint(sample).squared();
+        }
+        sum
+    }
+
+    fn factor(&self) -> ArmFactor<T> {
+        let mut factor = ArmFactor::new(*self.reference());
+        factor.absorb(self.samples());
+        factor
+    }
+
+    fn weight_squared(&self) -> T {
+        let mut sum = T::ZERO;
+        for sample in self.samples() {
+            sum += sample.weight.squared();
+        }
+        sum
+    }
+}

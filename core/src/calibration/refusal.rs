@@ -1,0 +1,134 @@
+use crate::{ArmIndex, GeometryError, Parameter};
+use core::fmt;
+
+/// Why a calibration is refused. The robot keeps its parameters.
+///
+/// The figures are for messages and are held in single precision whatever the scalar type.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Refusal {
+    /// Fewer samples than unknowns.
+    TooFewSamples {
+        /// Which arm.
+        arm: ArmIndex,
+        /// How many there are.
+        samples: u64,
+        /// How many are needed: 8, 12 without a guess, 1 with a tolerance.
+        needed: u64,
+    },
+    /// The poses leave a combination of parameters free, or nearly so.
+    Undetermined {
+        /// Which arm.
+        arm: ArmIndex,
+        /// The parameter with the largest part in that combination.
+        parameter: Parameter,
+        /// Condition number of the problem, infinite if a combination is entirely free.
+        condition: f32,
+    },
+    /// The iteration did not settle within its limit.
+    NotConverged {
+        /// Which arm.
+        arm: ArmIndex,
+        /// Linearisations spent.
+        iterations: u16,
+    },
+    /// The fit leaves residuals that the stated noise cannot produce.
+    ResidualContradictsNoise {
+        /// Which arm.
+        arm: ArmIndex,
+        /// rms of the residuals over what the noise allows.
+        ratio: f32,
+    },
+    /// A parameter is further from nominal than the stated tolerance makes credible.
+    FarFromNominal {
+        /// Which arm.
+        arm: ArmIndex,
+        /// Which parameter.
+        parameter: Parameter,
+        /// Its distance from nominal, in tolerances.
+        tolerances: f32,
+    },
+    /// The solution is not the geometry of an arm.
+    ImpossibleGeometry {
+        /// Which arm.
+        arm: ArmIndex,
+        /// What is impossible about it.
+        error: GeometryError,
+    },
+    /// The three arms are valid and do not make a robot.
+    ImpossibleRobot(GeometryError),
+    /// The arithmetic overflowed.
+    NonFinite {
+        /// Which arm.
+        arm: ArmIndex,
+    },
+    /// The solver was asked for its result before it had finished.
+    Unfinished,
+}
+
+impl Refusal {
+    /// The arm at fault, if it is one.
+    pub const fn arm(&self) -> Option<ArmIndex> {
+        match self {
+            Self::TooFewSamples { arm, .. }
+            | Self::Undetermined { arm, .. }
+            | Self::NotConverged { arm, .. }
+            | Self::ResidualContradictsNoise { arm, .. }
+            | Self::FarFromNominal { arm, .. }
+            | Self::ImpossibleGeometry { arm, .. }
+            | Self::NonFinite { arm } => Some(*arm),
+            Self::ImpossibleRobot(_) | Self::Unfinished => None,
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFewSamples {
+                arm,
+                samples,
+                needed,
+            } => {
+                write!(formatter, "{arm} has {samples} samples and needs {needed}")
+            }
+            Self::Undetermined {
+                arm,
+                parameter,
+                condition,
+            } => write!(
+                formatter,
+                "the poses do not determine {arm}, least of all {parameter} (condition {condition:.1e})"
+            ),
+            Self::NotConverged { arm, iterations } => write!(
+                formatter,
+                "the fit of {arm} did not converge in {iterations} iterations"
+            ),
+            Self::ResidualContradictsNoise { arm, ratio } => write!(
+                formatter,
+                "the residuals of {arm} are {ratio:.1} times what the stated noise allows"
+            ),
+            Self::FarFromNominal {
+                arm,
+                parameter,
+                tolerances,
+            } => write!(
+                formatter,
+                "{parameter} of {arm} came out {tolerances:.1} tolerances from nominal"
+            ),
+            Self::ImpossibleGeometry { arm, error } => {
+                write!(formatter, "the solution for {arm} is impossible: {error}")
+            }
+            Self::ImpossibleRobot(error) => {
+                write!(formatter, "the solution is not a robot: {error}")
+            }
+            Self::NonFinite { arm } => {
+                write!(formatter, "the samples of {arm} overflow the arithmetic")
+            }
+            Self::Unfinished => formatter.write_str("the solver has not finished"),
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}

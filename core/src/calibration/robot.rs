@@ -1,0 +1,268 @@
+use super::arm::{ArmSolver, Progress};
+use super::outcome::RobotOutcome;
+use super::problem::ArmProblem;
+use super::refusal::Refusal;
+use super::{ArmOutcome, Settings};
+use crate::samples::{
+    ArmFactor, MergeError, Reference, Sample, SampleError, StoredArmSamples, StoredError,
+};
+use crate::{ArmIndex, Real, Robot};
+use nalgebra::Vector3;
+
+/// The samples of a robot's three arms and what the calibration assumes.
+///
+/// Use it as [`Calibrator`] (constant memory) or [`StoredCalibrator`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RobotCalibrator<T: Real, P> {
+    robot: Robot<T>,
+    settings: Settings<T>,
+    arms: [P; 3],
+}
+
+/// Calibration of a robot in constant memory: every sample goes into three 13 × 13 triangular
+/// factors and is forgotten.
+///
+/// ```
+/// use delta_cal::{Calibrator, Sample, Settings, SymmetricRobot};
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// let nominal = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
+/// let truth = SymmetricRobot { upper_arm: 260.7, forearm: 479.1, ..nominal }.robot()?;
+///
+/// let mut calibrator = Calibrator::new(&nominal.robot()?, &Settings::default());
+/// for k in 0..20 {
+///     let t = f64::from(k);
+///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
+///     calibrator.add(&Sample { joints, position: truth.forward(&joints)? })?;
+/// }
+/// let outcome = calibrator.solve()?;
+/// assert!((outcome.robot.arms()[2].lb() - 479.1).abs() < 1e-6);
+/// # Ok(())
+/// # }
+/// ```
+pub type Calibrator<T> = RobotCalibrator<T, ArmFactor<T>>;
+
+/// Calibration of a robot from up to `N` stored samples.
+pub type StoredCalibrator<T, const N: usize> = RobotCalibrator<T, StoredArmSamples<T, N>>;
+
+/// A point of the workspace from which positions are counted: the platform at equal joint angles.
+fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
+    for degrees in [20.0, 0.0, 45.0, -20.0, 70.0] {
+        let q = T::from_f64(degrees / 180.0) * T::PI;
+        if let Ok(x) = robot.forward(&[q; 3]) {
+            return x;
+        }
+    }
+    let [first, second, third] = robot.arms();
+    (first.d() + second.d() + third.d() - robot.up() * first.lb()) / T::from_f64(3.0)
+}
+
+fn references<T: Real>(robot: &Robot<T>, settings: &Settings<T>) -> [Reference<T>; 3] {
+    let centre = workspace_centre(robot);
+    let [first, second, third] = robot.arms();
+    [first, second, third].map(|arm| Reference::new(arm, &centre, settings.noise))
+}
+
+impl<T: Real> Calibrator<T> {
+    /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and
+    /// the start of the iteration.
+    pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
+        Self {
+            robot: *robot,
+            settings: *settings,
+            arms: references(robot, settings).map(ArmFactor::new),
+        }
+    }
+
+    /// Takes in one sample.
+    ///
+    /// # Errors
+    /// A faulty number; nothing is taken in.
+    pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
+        sample.check()?;
+        let mut updated = self.arms;
+        for ((factor, q), arm) in updated.iter_mut().zip(sample.joints).zip(ArmIndex::ALL) {
+            factor.add(&sample.position, q, arm)?;
+        }
+        self.arms = updated;
+        Ok(())
+    }
+
+    /// Takes in many samples; cheaper than one by one.
+    ///
+    /// # Errors
+    /// The first faulty sample's position in the sequence, and its fault; nothing is taken in.
+    pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
+        for (index, sample) in samples.iter().enumerate() {
+            sample.check().map_err(|error| (index, error))?;
+        }
+        let mut updated = self.arms;
+        for (factor, arm) in updated.iter_mut().zip(ArmIndex::ALL) {
+            let arm_samples = samples
+                .iter()
+                .map(|sample| (&sample.position, sample.joints[arm.index()]));
+            factor.add_many(arm_samples, arm)?;
+        }
+        self.arms = updated;
+        Ok(())
+    }
+
+    /// Adds everything that another calibrator of the same robot and noise has seen.
+    ///
+    /// # Errors
+    /// [`MergeError::DifferentReference`]; nothing is merged.
+    pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
+        let mut merged = self.arms;
+        for (factor, other) in merged.iter_mut().zip(&other.arms) {
+            factor.merge(other)?;
+        }
+        self.arms = merged;
+        Ok(())
+    }
+
+    /// Lets everything seen so far count λ times as much; see [`ArmFactor::forget`].
+    pub fn forget(&mut self, lambda: T) {
+        for factor in &mut self.arms {
+            factor.forget(lambda);
+        }
+    }
+}
+
+impl<T: Real, const N: usize> StoredCalibrator<T, N> {
+    /// Without samples; see [`Calibrator::new`].
+    pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
+        Self {
+            robot: *robot,
+            settings: *settings,
+            arms: references(robot, settings).map(StoredArmSamples::new),
+        }
+    }
+
+    /// Stores one sample.
+    ///
+    /// # Errors
+    /// A faulty number or a full store; nothing is stored.
+    pub fn add(&mut self, sample: &Sample<T>) -> Result<(), StoredError> {
+        sample.check().map_err(StoredError::Sample)?;
+        for ((stored, q), arm) in self.arms.iter().zip(sample.joints).zip(ArmIndex::ALL) {
+            stored.check(&sample.position, q, arm)?;
+        }
+        for ((stored, q), arm) in self.arms.iter_mut().zip(sample.joints).zip(ArmIndex::ALL) {
+            stored.add(&sample.position, q, arm)?;
+        }
+        Ok(())
+    }
+}
+
+impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
+    /// The robot before calibration.
+    pub const fn robot(&self) -> &Robot<T> {
+        &self.robot
+    }
+
+    /// What the calibration assumes.
+    pub const fn settings(&self) -> &Settings<T> {
+        &self.settings
+    }
+
+    /// The three arms' samples.
+    pub const fn arms(&self) -> &[P; 3] {
+        &self.arms
+    }
+
+    /// Samples taken in.
+    pub fn samples(&self) -> u64 {
+        let [first, ..] = &self.arms;
+        first.samples()
+    }
+
+    /// Calibrates all three arms.
+    ///
+    /// # Errors
+    /// The first arm's [`Refusal`]; the robot keeps its parameters.
+    pub fn solve(&self) -> Result<RobotOutcome<T>, Refusal> {
+        let mut solver = RobotSolver::new(self)?;
+        while solver.step(self)? == Progress::Working {}
+        solver.outcome()
+    }
+}
+
+/// Calibrates a robot's arms one after the other, one bounded step at a time.
+///
+/// ```
+/// use delta_cal::{Calibrator, Progress, Refusal, RobotSolver, Settings, SymmetricRobot};
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
+///     .robot()?;
+/// let calibrator = Calibrator::new(&robot, &Settings::default());
+/// // Without samples the first arm is refused before the first step.
+/// assert!(matches!(RobotSolver::new(&calibrator), Err(Refusal::TooFewSamples { needed: 8, .. })));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct RobotSolver<T: Real> {
+    solver: ArmSolver<T>,
+    arm: ArmIndex,
+    outcomes: [Option<ArmOutcome<T>>; 3],
+}
+
+impl<T: Real> RobotSolver<T> {
+    /// Prepares the first arm.
+    ///
+    /// # Errors
+    /// As [`ArmSolver::new`].
+    pub fn new<P: ArmProblem<T>>(calibrator: &RobotCalibrator<T, P>) -> Result<Self, Refusal> {
+        let [first, ..] = &calibrator.arms;
+        Ok(Self {
+            solver: ArmSolver::new(first, ArmIndex::First, &calibrator.settings)?,
+            arm: ArmIndex::First,
+            outcomes: [None; 3],
+        })
+    }
+
+    /// One step of the current arm; on its last, its outcome and the start of the next arm.
+    ///
+    /// # Errors
+    /// The arm's [`Refusal`], again on every further call.
+    pub fn step<P: ArmProblem<T>>(
+        &mut self,
+        calibrator: &RobotCalibrator<T, P>,
+    ) -> Result<Progress, Refusal> {
+        let [first, second, third] = &calibrator.arms;
+        let (problem, next) = match self.arm {
+            ArmIndex::First => (first, Some((second, ArmIndex::Second))),
+            ArmIndex::Second => (second, Some((third, ArmIndex::Third))),
+            ArmIndex::Third => (third, None),
+        };
+        if self.solver.step(problem) == Progress::Working {
+            return Ok(Progress::Working);
+        }
+        let outcome = self.solver.outcome(problem)?;
+        if let Some(place) = self.outcomes.get_mut(self.arm.index()) {
+            *place = Some(outcome);
+        }
+        let Some((problem, arm)) = next else {
+            return Ok(Progress::Finished);
+        };
+        self.solver = ArmSolver::new(problem, arm, &calibrator.settings)?;
+        self.arm = arm;
+        Ok(Progress::Working)
+    }
+
+    /// The calibrated robot.
+    ///
+    /// # Errors
+    /// [`Refusal::Unfinished`] before the last step; [`Refusal::ImpossibleRobot`] if three valid
+    /// arms do not make a robot.
+    pub fn outcome(&self) -> Result<RobotOutcome<T>, Refusal> {
+        let [Some(first), Some(second), Some(third)] = self.outcomes else {
+            return Err(Refusal::Unfinished);
+        };
+        let robot =
+            Robot::new([first.arm, second.arm, third.arm]).map_err(Refusal::ImpossibleRobot)?;
+        Ok(RobotOutcome {
+            robot,
+            arms: [first, second, third],
+        })
+    }
+}

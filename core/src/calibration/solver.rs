@@ -1,0 +1,197 @@
+//! One iteration of Gauss–Newton or Levenberg–Marquardt on an arm's problem.
+
+use super::condition::column_norms;
+use super::problem::{ArmProblem, Normal};
+use super::{Method, Termination};
+use crate::Real;
+use crate::samples::Displacement;
+
+/// Damping after the first rejected step, relative to the squared column norms.
+const FIRST_DAMPING: f64 = 1e-3;
+const MORE_DAMPING: f64 = 8.0;
+const LESS_DAMPING: f64 = 0.1;
+/// Below this the damping is dropped and full steps are tried again.
+const LEAST_DAMPING: f64 = 1e-5;
+const MOST_DAMPING: f64 = 1e8;
+/// No single step may move a parameter by more than this, in units of the scale and radians: the
+/// solution nearest to the start is wanted, and a longer step leaves the region where the
+/// linearisation means anything.
+const LONGEST_STEP: f64 = 0.25;
+
+/// State of an iteration: a correction, and the problem linearised there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Iteration<T: Real> {
+    method: Method,
+    pub(crate) correction: [T; 8],
+    pub(crate) normal: Normal<T>,
+    /// Σ (f/σf)² at the correction, and with the prior's share.
+    pub(crate) sum_of_squares: T,
+    pub(crate) cost: T,
+    damping: T,
+    pub(crate) iterations: u16,
+}
+
+/// What one step came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum StepResult {
+    Continue,
+    Finished(Termination),
+    /// The full step does not exist or does not lead down, and the method has no other.
+    Failed,
+}
+
+/// Prior rows: weight and distance from the reference.
+fn prior_cost<T: Real>(prior: &[T; 8], correction: &[T; 8]) -> T {
+    let mut sum = T::ZERO;
+    for (weight, delta) in prior.iter().zip(correction) {
+        sum += (*weight * *delta).squared();
+    }
+    sum
+}
+
+impl<T: Real> Iteration<T> {
+    pub(crate) fn start<P: ArmProblem<T>>(
+        problem: &P,
+        method: Method,
+        prior: &[T; 8],
+        correction: [T; 8],
+    ) -> Self {
+        let mut iteration = Self {
+            method,
+            correction,
+            normal: Normal::zero(),
+            sum_of_squares: T::ZERO,
+            cost: T::ZERO,
+            damping: T::ZERO,
+            iterations: 0,
+        };
+        iteration.linearize(problem, prior);
+        iteration
+    }
+
+    pub(crate) fn linearize<P: ArmProblem<T>>(&mut self, problem: &P, prior: &[T; 8]) {
+        let at = Displacement::new(problem.reference(), &self.correction);
+        let mut rights = [T::ZERO; 8];
+        for ((right, weight), delta) in rights.iter_mut().zip(prior).zip(&self.correction) {
+            *right = *weight * *delta;
+        }
+        // The prior's rows are a triangle already; the samples' rows are absorbed into it.
+        self.normal = Normal::from_diagonal(prior, &rights);
+        self.sum_of_squares = problem.linearize(&at, &mut self.normal);
+        self.cost = self.sum_of_squares + prior_cost(prior, &self.correction);
+        self.iterations = self.iterations.saturating_add(1);
+    }
+
+    /// One trial step, and a linearisation if it is taken. A bounded amount of work for the
+    /// constant-memory form; proportional to the samples for the stored one.
+    pub(crate) fn step<P: ArmProblem<T>>(&mut self, problem: &P, prior: &[T; 8]) -> StepResult {
+        // All that the linearised problem promises to gain: the part of |r|² within J's range.
+        let mut gain = T::ZERO;
+        for row in self.normal.rows().take(8) {
+            if let Some(right) = row.last() {
+                gain += right.squared();
+            }
+        }
+        if !(gain.finite() && self.cost.finite()) {
+            return StepResult::Failed;
+        }
+        // |r| cannot be computed to better than ε times the rows it is made of.
+        let resolution = (self.cost + problem.weight_squared()) * T::EPSILON.squared();
+        let settled = gain <= T::from_f64(16.0) * resolution;
+        let at_rounding = gain <= T::from_f64(4096.0) * resolution;
+
+        let Some(step) = self.trial_step() else {
+            return if at_rounding {
+                StepResult::Finished(Termination::GradientVanished)
+            } else {
+                self.reject(false)
+            };
+        };
+        let mut trial = self.correction;
+        for (value, delta) in trial.iter_mut().zip(&step) {
+            *value += *delta;
+        }
+        let at = Displacement::new(problem.reference(), &trial);
+        let cost = problem.sum_of_squares(&at) + prior_cost(prior, &trial);
+        let accepted = match self.method {
+            Method::GaussNewton => cost.finite(),
+            Method::LevenbergMarquardt => {
+                cost < self.cost || (settled && cost <= self.cost * T::from_f64(1.0 + 1e-3))
+            }
+        };
+        if !accepted {
+            return self.reject(at_rounding);
+        }
+        self.correction = trial;
+        self.damping *= T::from_f64(LESS_DAMPING);
+        if self.damping < T::from_f64(LEAST_DAMPING) {
+            self.damping = T::ZERO;
+        }
+        self.linearize(problem, prior);
+        if settled {
+            StepResult::Finished(Termination::GradientVanished)
+        } else {
+            StepResult::Continue
+        }
+    }
+
+    fn reject(&mut self, at_rounding: bool) -> StepResult {
+        if at_rounding {
+            return StepResult::Finished(Termination::RoundingReached);
+        }
+        if self.method == Method::GaussNewton || self.damping > T::from_f64(MOST_DAMPING) {
+            return StepResult::Failed;
+        }
+        self.iterations = self.iterations.saturating_add(1);
+        self.damping = if self.damping > T::ZERO {
+            self.damping * T::from_f64(MORE_DAMPING)
+        } else {
+            T::from_f64(FIRST_DAMPING)
+        };
+        StepResult::Continue
+    }
+
+    /// δ that minimises |T δ + b|² + λ|D δ|², D the column norms; `None` if it does not exist or,
+    /// for Levenberg–Marquardt, is too long.
+    fn trial_step(&self) -> Option<[T; 8]> {
+        let mut normal = self.normal;
+        if self.damping > T::ZERO {
+            let root = self.damping.square_root();
+            let mut block = [[T::ZERO; 8]; 9];
+            for (index, (column, norm)) in
+                block.iter_mut().zip(column_norms(&self.normal)).enumerate()
+            {
+                if let Some(entry) = column.get_mut(index) {
+                    *entry = root * norm;
+                }
+            }
+            normal.absorb(&mut block);
+        }
+        let step = minimiser(&normal)?;
+        let longest = T::from_f64(LONGEST_STEP);
+        let usable = match self.method {
+            Method::GaussNewton => step.iter().all(|delta| delta.finite()),
+            Method::LevenbergMarquardt => step.iter().all(|delta| delta.magnitude() <= longest),
+        };
+        usable.then_some(step)
+    }
+}
+
+/// Back-substitution for T δ = −b; `None` on a zero pivot.
+fn minimiser<T: Real>(normal: &Normal<T>) -> Option<[T; 8]> {
+    let full = normal.dense();
+    let mut step = [T::ZERO; 8];
+    for row in (0..8).rev() {
+        let entries = full.get(row)?;
+        let mut value = -*entries.get(8)?;
+        for (entry, known) in entries.iter().zip(&step).skip(row + 1) {
+            value -= *entry * *known;
+        }
+        let pivot = *entries.get(row)?;
+        if !(pivot.magnitude() > T::ZERO) {
+            return None;
+        }
+        *step.get_mut(row)? = value / pivot;
+    }
+    Some(step)
+}

@@ -1,0 +1,82 @@
+//! The start without a guess.
+
+use crate::Real;
+use crate::samples::ArmFactor;
+use nalgebra::Vector3;
+
+/// Twelve samples determine the twelve coefficients c(P).
+pub(crate) const SAMPLES_FOR_FREE_START: u64 = 12;
+
+/// Minimises |R (δc, 1)| over free δc and reads the correction δP off it. `None` if the samples leave a coefficient free or the
+/// coefficients are not those of an arm.
+pub(crate) fn free_start<T: Real>(factor: &ArmFactor<T>) -> Option<[T; 8]> {
+    let full = factor.triangle().dense();
+    let mut delta = [T::ZERO; 12];
+    for row in (0..12).rev() {
+        let entries = full.get(row)?;
+        let mut value = -*entries.get(12)?;
+        let mut column_squared = T::ZERO;
+        for above in full.iter().take(row + 1) {
+            column_squared += above.get(row)?.squared();
+        }
+        for (entry, known) in entries.iter().zip(&delta).skip(row + 1) {
+            value -= *entry * *known;
+        }
+        let pivot = *entries.get(row)?;
+        // A pivot of the size of its column's rounding error carries no information.
+        if !(pivot.magnitude() > T::from_f64(16.0) * T::EPSILON * column_squared.square_root()) {
+            return None;
+        }
+        *delta.get_mut(row)? = value / pivot;
+    }
+
+    let reference = factor.reference();
+    let half = T::HALF;
+    let [d1, d2, d3, _, _, u1, u2, u3, v1, v2, v3, constant] = delta;
+    let delta_d = Vector3::new(d1, d2, d3) * -half;
+    let u = reference.u - Vector3::new(u1, u2, u3) * half;
+    let v = reference.v - Vector3::new(v1, v2, v3) * half;
+
+    // u × v points along the motor axis, which gives both angles.
+    let axis = u.cross(&v);
+    let length_squared = axis.dot(&axis);
+    if !(length_squared > T::ZERO && length_squared.finite()) {
+        return None;
+    }
+    let theta = (-axis.x).angle_over(axis.y);
+    let alpha = axis
+        .z
+        .angle_over((axis.x * axis.x + axis.y * axis.y).square_root());
+    let (sin_theta, cos_theta) = theta.sine_cosine();
+    let (sin_alpha, cos_alpha) = alpha.sine_cosine();
+    let ex = Vector3::new(cos_theta, sin_theta, T::ZERO);
+    let ez = Vector3::new(sin_theta * sin_alpha, -cos_theta * sin_alpha, cos_alpha);
+    // Both u and v hold the upper arm: the mean of the two readings.
+    let la_x = (u.dot(&ex) - v.dot(&ez)) * half;
+    let la_y = (u.dot(&ez) + v.dot(&ex)) * half;
+
+    let (la_x0, la_y0) = reference.la;
+    let upper_arm_gained = (la_x - la_x0) * (la_x + la_x0) + (la_y - la_y0) * (la_y + la_y0);
+    let d_gained = delta_d.dot(&(reference.d * T::TWO + delta_d));
+    let lb_squared = reference.lb * reference.lb + d_gained + upper_arm_gained - constant;
+    if !(lb_squared > T::ZERO && lb_squared.finite()) {
+        return None;
+    }
+    let [_, _, _, theta0, alpha0, ..] = reference.arm().parameters().data.0[0];
+    Some([
+        delta_d.x,
+        delta_d.y,
+        delta_d.z,
+        nearest_turn(theta - theta0),
+        alpha - alpha0,
+        la_x - la_x0,
+        la_y - la_y0,
+        lb_squared.square_root() - reference.lb,
+    ])
+}
+
+/// The same direction within half a turn.
+fn nearest_turn<T: Real>(angle: T) -> T {
+    let turn = T::TWO * T::PI;
+    angle - (angle / turn).nearest_integer() * turn
+}

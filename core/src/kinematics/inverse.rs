@@ -1,0 +1,83 @@
+use super::{KinematicsError, Singularity};
+use crate::{Arm, ArmIndex, Real, Robot};
+use nalgebra::Vector3;
+
+/// Why one arm alone has no joint angle for a point.
+enum Fault {
+    Unreachable,
+    Serial,
+    NonFinite,
+}
+
+impl<T: Real> Arm<T> {
+    /// The elbow-out joint angle at which the forearm reaches `x`, in (−π, π].
+    ///
+    /// The constraint is A cos q + B sin q = C with A = u·w, B = v·w, w = X − D,
+    /// C = (|w|² + La² − Lb²)/2, so q = atan2(B, A) − acos(C/√(A²+B²)); with
+    /// S = √(A² + B² − C²) that is q = atan2(BC − AS, AC + BS), which needs one function only.
+    fn joint_at(&self, x: &Vector3<T>) -> Result<T, Fault> {
+        let w = x - self.d();
+        let basis = self.basis();
+        let a = basis.u.dot(&w);
+        let b = basis.v.dot(&w);
+        let (la_x, la_y) = self.la();
+        let c = (w.dot(&w) + la_x * la_x + la_y * la_y - self.lb() * self.lb()) * T::HALF;
+        let reach_squared = a * a + b * b;
+        let root_squared = reach_squared - c * c;
+        if !(reach_squared.finite() && (c * c).finite()) {
+            return Err(Fault::NonFinite);
+        }
+        // S/√(A²+B²) is the sine of the angle between the arm's two links seen in its plane; below
+        // √ε the joint angle has lost half of its digits.
+        if !(root_squared.magnitude() > T::EPSILON * reach_squared) {
+            return Err(Fault::Serial);
+        }
+        if !(root_squared > T::ZERO) {
+            return Err(Fault::Unreachable);
+        }
+        let s = root_squared.square_root();
+        Ok((b * c - a * s).angle_over(a * c + b * s))
+    }
+}
+
+impl<T: Real> Robot<T> {
+    /// Inverse kinematics in closed form: the joint angles (radians, in (−π, π]) at which the
+    /// platform is at `x`, elbows out.
+    ///
+    /// # Errors
+    /// The first arm that does not reach, is stretched or folded to its edge
+    /// ([`Singularity::Serial`], |C| within a relative ε of √(A²+B²)), or whose coordinate is not
+    /// finite.
+    ///
+    /// ```
+    /// use delta_cal::{ArmIndex, KinematicsError, SymmetricRobot};
+    /// use nalgebra::Vector3;
+    /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+    /// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
+    ///     .robot()?;
+    /// let q = robot.inverse(&Vector3::new(20.0, -30.0, -450.0))?;
+    /// let x = robot.forward(&q)?;
+    /// assert!((x - Vector3::new(20.0, -30.0, -450.0)).norm() < 1e-9);
+    /// assert_eq!(
+    ///     robot.inverse(&Vector3::new(0.0, 0.0, -2000.0)),
+    ///     Err(KinematicsError::Unreachable(ArmIndex::First)),
+    /// );
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn inverse(&self, x: &Vector3<T>) -> Result<[T; 3], KinematicsError> {
+        let [first, second, third] = self.arms();
+        let joint = |arm: &Arm<T>, index: ArmIndex| {
+            arm.joint_at(x).map_err(|fault| match fault {
+                Fault::Unreachable => KinematicsError::Unreachable(index),
+                Fault::Serial => KinematicsError::Singular(index, Singularity::Serial),
+                Fault::NonFinite => KinematicsError::NonFinite(index),
+            })
+        };
+        Ok([
+            joint(first, ArmIndex::First)?,
+            joint(second, ArmIndex::Second)?,
+            joint(third, ArmIndex::Third)?,
+        ])
+    }
+}

@@ -1,0 +1,34 @@
+//! Kinematic calibration of Delta parallel robots, for the robot's own controller.
+//!
+//! `no_std`, no allocation, no `unsafe`, no panic; the same bits on host and target.
+//!
+//! The modules follow the data: [`Robot`] (24 parameters) → kinematics (where the platform is) →
+//! [`Sample`]s (where it was measured) → calibration → [`RobotOutcome`] or [`Refusal`].
+//!
+//! Angles are in radians, lengths in any one unit that the caller chooses.
+
+#![no_std]
+#![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod calibration;
+mod kinematics;
+mod real;
+mod robot;
+mod samples;
+
+pub use calibration::{
+    ArmOutcome, ArmProblem, ArmSolver, Calibrator, Method, Progress, Refusal, RobotCalibrator,
+    RobotOutcome, RobotSolver, Settings, Start, StartUsed, StoredCalibrator, Termination,
+    Tolerance, ToleranceError,
+};
+pub use kinematics::{KinematicsError, PlatformJacobian, Singularity};
+pub use real::Real;
+pub use robot::{
+    AlignmentError, Arm, ArmBasis, ArmIndex, GeometryError, Parameter, ParameterKind,
+    RigidTransform, Robot, SymmetricRobot,
+};
+pub use samples::{
+    ArmFactor, JointLimits, JointLimitsError, MergeError, Noise, NoiseError, PoseError, Reference,
+    Sample, SampleError, StoredArmSamples, StoredError, random_pose, simulate_sample,
+    standard_normal,
+};

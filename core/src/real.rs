@@ -1,0 +1,177 @@
+//! The scalar of every computation: `f32` or `f64`.
+//!
+//! [`Real`] names each transcendental function once, so that host and target run the same code
+//! and produce the same bits. Nothing else in this crate calls a sine or a square root.
+
+mod single;
+
+use core::fmt::{Debug, Display};
+use nalgebra::{Field, Scalar};
+
+/// A floating-point scalar, implemented for `f32` and `f64`.
+///
+/// Addition, multiplication, division and square root are correctly rounded on every platform;
+/// the other functions come from `libm` (or, for the single-precision sine and cosine, from this
+/// crate), never from the platform's mathematics library. The result of any computation of this
+/// crate is therefore the same to the bit on an x86-64 host and on a Cortex-M.
+///
+/// ```
+/// use delta_cal::Real;
+/// let (sine, cosine) = 0.5_f32.sine_cosine();
+/// assert!((sine * sine + cosine * cosine - 1.0).abs() < 2.0 * f32::EPSILON);
+/// ```
+pub trait Real: Field + Scalar + Copy + PartialOrd + Debug + Display + Send + Sync {
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// 2.
+    const TWO: Self;
+    /// ½.
+    const HALF: Self;
+    /// π.
+    const PI: Self;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
+    /// Positive infinity.
+    const INFINITY: Self;
+    /// Smallest square whose inverse is finite and whose root is accurate: the smallest normal
+    /// number over ε.
+    const SMALLEST_SQUARE: Self;
+
+    /// The nearest representable number.
+    fn from_f64(value: f64) -> Self;
+    /// The same number in double precision (exact).
+    fn to_f64(self) -> f64;
+    /// The nearest representable number; a sample count above 2²⁴ rounds in single precision.
+    fn from_count(count: u64) -> Self;
+    /// Whether the number is neither infinite nor NaN.
+    fn finite(self) -> bool;
+    /// |x|.
+    fn magnitude(self) -> Self;
+    /// √x, NaN for a negative number.
+    fn square_root(self) -> Self;
+    /// 1/√x for normal positive x, to within 2 ULP; the `micromath` feature changes how it is
+    /// computed in single precision.
+    fn inverse_square_root(self) -> Self;
+    /// (sin x, cos x), x in radians. In single precision NaN where |x| > 8192.
+    fn sine_cosine(self) -> (Self, Self);
+    /// The angle of the point (x, y) from the x axis, in (−π, π]: `y.angle_over(x)` = atan2(y, x).
+    fn angle_over(self, x: Self) -> Self;
+    /// Natural logarithm.
+    fn natural_logarithm(self) -> Self;
+    /// The nearest integer, halves away from zero.
+    fn nearest_integer(self) -> Self;
+    /// The largest power of two not above |x| (for a normal number): multiplying by it, or
+    /// dividing by it, rounds nothing.
+    fn power_of_two_below(self) -> Self;
+
+    /// The larger number; `self` if `other` is NaN.
+    fn larger(self, other: Self) -> Self {
+        if other > self { other } else { self }
+    }
+
+    /// x².
+    fn squared(self) -> Self {
+        self * self
+    }
+}
+
+impl Real for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const TWO: Self = 2.0;
+    const HALF: Self = 0.5;
+    const PI: Self = core::f64::consts::PI;
+    const EPSILON: Self = Self::EPSILON;
+    const INFINITY: Self = Self::INFINITY;
+    const SMALLEST_SQUARE: Self = Self::MIN_POSITIVE / <Self as Real>::EPSILON;
+
+    fn from_f64(value: f64) -> Self {
+        value
+    }
+    fn to_f64(self) -> f64 {
+        self
+    }
+    #[allow(clippy::cast_precision_loss)] // rounding is documented
+    fn from_count(count: u64) -> Self {
+        count as Self
+    }
+    fn finite(self) -> bool {
+        self.is_finite()
+    }
+    fn magnitude(self) -> Self {
+        libm::fabs(self)
+    }
+    fn square_root(self) -> Self {
+        libm::sqrt(self)
+    }
+    fn inverse_square_root(self) -> Self {
+        1.0 / libm::sqrt(self)
+    }
+    fn sine_cosine(self) -> (Self, Self) {
+        libm::sincos(self)
+    }
+    fn angle_over(self, x: Self) -> Self {
+        libm::atan2(self, x)
+    }
+    fn natural_logarithm(self) -> Self {
+        libm::log(self)
+    }
+    fn nearest_integer(self) -> Self {
+        libm::round(self)
+    }
+    fn power_of_two_below(self) -> Self {
+        Self::from_bits(self.to_bits() & 0x7ff0_0000_0000_0000)
+    }
+}
+
+impl Real for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const TWO: Self = 2.0;
+    const HALF: Self = 0.5;
+    const PI: Self = core::f32::consts::PI;
+    const EPSILON: Self = Self::EPSILON;
+    const INFINITY: Self = Self::INFINITY;
+    const SMALLEST_SQUARE: Self = Self::MIN_POSITIVE / <Self as Real>::EPSILON;
+
+    #[allow(clippy::cast_possible_truncation)] // rounding to nearest is the meaning
+    fn from_f64(value: f64) -> Self {
+        value as Self
+    }
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    #[allow(clippy::cast_precision_loss)] // rounding is documented
+    fn from_count(count: u64) -> Self {
+        count as Self
+    }
+    fn finite(self) -> bool {
+        self.is_finite()
+    }
+    fn magnitude(self) -> Self {
+        libm::fabsf(self)
+    }
+    fn square_root(self) -> Self {
+        libm::sqrtf(self)
+    }
+    fn inverse_square_root(self) -> Self {
+        single::inverse_square_root(self)
+    }
+    fn sine_cosine(self) -> (Self, Self) {
+        single::sine_cosine(self)
+    }
+    fn angle_over(self, x: Self) -> Self {
+        libm::atan2f(self, x)
+    }
+    fn natural_logarithm(self) -> Self {
+        libm::logf(self)
+    }
+    fn nearest_integer(self) -> Self {
+        libm::roundf(self)
+    }
+    fn power_of_two_below(self) -> Self {
+        Self::from_bits(self.to_bits() & 0x7f80_0000)
+    }
+}

@@ -1,0 +1,165 @@
+use super::{GeometryError, Parameter};
+use crate::Real;
+use nalgebra::{SVector, Vector3};
+
+/// The eight parameters of one arm (Model 24, paper equation (3.6)), valid by construction.
+///
+/// ```text
+/// ex = ( cos θ, sin θ, 0 )                         radial
+/// ez = ( sin θ sin α, −cos θ sin α, cos α )        up, in the arm plane
+/// ey = ez × ex                                     motor axis
+/// u  = La_x ex + La_y ez,   v = La_y ex − La_x ez
+/// B(q) = D + u cos q + v sin q                     elbow
+/// ```
+///
+/// α is read as the tilt of the motor axis. As an encoder offset it would repeat what
+/// (`La_x`, `La_y`) already hold, and the eight parameters would have rank 7.
+///
+/// ```
+/// use delta_cal::{Arm, Parameter};
+/// # fn main() -> Result<(), delta_cal::GeometryError> {
+/// let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0])?;
+/// assert_eq!(arm.get(Parameter::Lb), 480.0);
+/// // A positive joint angle swings the elbow down, towards the platform.
+/// assert!(arm.elbow(0.5).z < 0.0);
+/// assert!(Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, -480.0]).is_err());
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arm<T: Real> {
+    parameters: SVector<T, 8>,
+    basis: ArmBasis<T>,
+}
+
+/// The vectors that an arm's angles determine, computed once when the arm is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmBasis<T: Real> {
+    /// Radial direction, unit length.
+    pub ex: Vector3<T>,
+    /// Motor axis, unit length.
+    pub ey: Vector3<T>,
+    /// Up, in the arm plane, unit length.
+    pub ez: Vector3<T>,
+    /// Elbow relative to the motor axis at q = 0. Length.
+    pub u: Vector3<T>,
+    /// Elbow relative to the motor axis at q = 90°. Length.
+    pub v: Vector3<T>,
+}
+
+impl<T: Real> Arm<T> {
+    /// The arm of these parameters, in the order of [`Parameter::ALL`]: `Dx, Dy, Dz` (length),
+    /// `θ, α` (radians), `La_x, La_y, Lb` (length).
+    ///
+    /// # Errors
+    /// Any number that is not finite, `Lb ≤ 0`, `La_x = La_y = 0`, `|α| ≥ 90°`, `|θ| > 360°`.
+    pub fn new(parameters: [T; 8]) -> Result<Self, GeometryError> {
+        for (parameter, value) in Parameter::ALL.into_iter().zip(parameters) {
+            if !value.finite() {
+                return Err(GeometryError::NonFinite(parameter));
+            }
+        }
+        let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = parameters;
+        if !(lb > T::ZERO) {
+            return Err(GeometryError::NotPositive(Parameter::Lb));
+        }
+        let upper_arm_squared = la_x * la_x + la_y * la_y;
+        if !(upper_arm_squared > T::ZERO) {
+            return Err(GeometryError::NotPositive(Parameter::LaX));
+        }
+        // Squares of the lengths enter every formula; they must be finite too.
+        if !(lb * lb).finite() {
+            return Err(GeometryError::NonFinite(Parameter::Lb));
+        }
+        if !upper_arm_squared.finite() {
+            return Err(GeometryError::NonFinite(Parameter::LaX));
+        }
+        if !(dx * dx + dy * dy + dz * dz).finite() {
+            return Err(GeometryError::NonFinite(Parameter::Dx));
+        }
+        if !(alpha.magnitude() < T::PI * T::HALF) {
+            return Err(GeometryError::TiltTooLarge);
+        }
+        if !(theta.magnitude() <= T::TWO * T::PI * (T::ONE + T::TWO * T::EPSILON)) {
+            return Err(GeometryError::AzimuthTooLarge);
+        }
+        let (sin_theta, cos_theta) = theta.sine_cosine();
+        let (sin_alpha, cos_alpha) = alpha.sine_cosine();
+        let ex = Vector3::new(cos_theta, sin_theta, T::ZERO);
+        let ez = Vector3::new(sin_theta * sin_alpha, -cos_theta * sin_alpha, cos_alpha);
+        let ey = Vector3::new(-sin_theta * cos_alpha, cos_theta * cos_alpha, sin_alpha);
+        Ok(Self {
+            parameters: SVector::from(parameters),
+            basis: ArmBasis {
+                ex,
+                ey,
+                ez,
+                u: ex * la_x + ez * la_y,
+                v: ex * la_y - ez * la_x,
+            },
+        })
+    }
+
+    /// All eight parameters, in the order of [`Parameter::ALL`].
+    pub const fn parameters(&self) -> &SVector<T, 8> {
+        &self.parameters
+    }
+
+    /// One parameter.
+    pub fn get(&self, parameter: Parameter) -> T {
+        self.parameters[parameter.index()]
+    }
+
+    /// The arm's directions.
+    pub const fn basis(&self) -> &ArmBasis<T> {
+        &self.basis
+    }
+
+    /// D: the point on the motor axis, platform offset subtracted. Length.
+    pub fn d(&self) -> Vector3<T> {
+        Vector3::new(self.parameters[0], self.parameters[1], self.parameters[2])
+    }
+
+    /// (`La_x`, `La_y`): the upper arm at joint angle 0. Length.
+    pub fn la(&self) -> (T, T) {
+        (self.parameters[5], self.parameters[6])
+    }
+
+    /// Lb: the forearm's length.
+    pub fn lb(&self) -> T {
+        self.parameters[7]
+    }
+
+    /// La = √(`La_x`² + `La_y`²): the upper arm's length.
+    pub fn upper_arm_length(&self) -> T {
+        let (la_x, la_y) = self.la();
+        (la_x * la_x + la_y * la_y).square_root()
+    }
+
+    /// B(q) = D + u cos q + v sin q: the elbow, moved by the platform offset as D is. Length.
+    pub fn elbow(&self, q: T) -> Vector3<T> {
+        let (sin_q, cos_q) = q.sine_cosine();
+        self.d() + self.basis.u * cos_q + self.basis.v * sin_q
+    }
+
+    /// B′(q) = −u sin q + v cos q. Length per radian.
+    pub fn elbow_derivative(&self, q: T) -> Vector3<T> {
+        let (sin_q, cos_q) = q.sine_cosine();
+        self.basis.v * cos_q - self.basis.u * sin_q
+    }
+
+    /// The same arm in another scalar type.
+    ///
+    /// # Errors
+    /// A [`GeometryError`] if a parameter overflows or vanishes in the narrower type.
+    pub fn cast<U: Real>(&self) -> Result<Arm<U>, GeometryError> {
+        Arm::new(self.parameters.data.0[0].map(|value| U::from_f64(value.to_f64())))
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format> defmt::Format for Arm<T> {
+    fn format(&self, formatter: defmt::Formatter<'_>) {
+        defmt::write!(formatter, "Arm {}", self.parameters.data.0[0]);
+    }
+}

@@ -1,0 +1,105 @@
+//! Measurements, and the two ways to hold them: every sample stored, or all of them in a
+//! triangular factor of constant size.
+
+mod displacement;
+mod factor;
+mod noise;
+mod reference;
+mod simulate;
+mod stored;
+mod triangle;
+
+pub(crate) use displacement::{Displacement, corrected_arm};
+pub use factor::{ArmFactor, MergeError};
+pub use noise::{Noise, NoiseError};
+pub use reference::Reference;
+pub use simulate::{
+    JointLimits, JointLimitsError, PoseError, random_pose, simulate_sample, standard_normal,
+};
+pub use stored::{StoredArmSamples, StoredError};
+pub(crate) use triangle::Triangle;
+
+use crate::{ArmIndex, Real};
+use core::fmt;
+use nalgebra::Vector3;
+
+/// Joint angles beyond ±4π are refused: no joint of a Delta turns twice, and an angle in degrees
+/// that was taken for radians shows itself here.
+const LARGEST_JOINT_ANGLE_TURNS: f64 = 2.0;
+
+/// One measurement: where the platform was at known joint angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample<T: Real> {
+    /// q₁, q₂, q₃ in radians.
+    pub joints: [T; 3],
+    /// X, in the robot's unit of length and frame.
+    pub position: Vector3<T>,
+}
+
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format> defmt::Format for Sample<T> {
+    fn format(&self, formatter: defmt::Formatter<'_>) {
+        defmt::write!(formatter, "{} at {}", self.position.data.0[0], self.joints);
+    }
+}
+
+/// Why a sample is not taken in. The factor or store that refused it is unchanged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum SampleError {
+    /// A coordinate is NaN, infinite, or too large to be squared.
+    PositionNonFinite,
+    /// This arm's joint angle is NaN or infinite.
+    JointNonFinite(ArmIndex),
+    /// This arm's joint angle is beyond ±4π rad.
+    JointTooLarge(ArmIndex),
+}
+
+impl fmt::Display for SampleError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::PositionNonFinite => formatter.write_str("the position is not a finite point"),
+            Self::JointNonFinite(arm) => {
+                write!(formatter, "the joint angle of {arm} is not a finite number")
+            }
+            Self::JointTooLarge(arm) => write!(
+                formatter,
+                "the joint angle of {arm} is beyond two turns; joint angles are in radians"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SampleError {}
+
+impl<T: Real> Sample<T> {
+    /// Whether every number is usable.
+    ///
+    /// # Errors
+    /// The first fault found, position first.
+    pub fn check(&self) -> Result<(), SampleError> {
+        for (q, arm) in self.joints.into_iter().zip(ArmIndex::ALL) {
+            check_joint(q, arm)?;
+        }
+        check_position(&self.position)
+    }
+}
+
+fn check_position<T: Real>(x: &Vector3<T>) -> Result<(), SampleError> {
+    if x.dot(x).finite() {
+        Ok(())
+    } else {
+        Err(SampleError::PositionNonFinite)
+    }
+}
+
+fn check_joint<T: Real>(q: T, arm: ArmIndex) -> Result<(), SampleError> {
+    if !q.finite() {
+        return Err(SampleError::JointNonFinite(arm));
+    }
+    if !(q.magnitude() <= T::from_f64(LARGEST_JOINT_ANGLE_TURNS * 2.0) * T::PI) {
+        return Err(SampleError::JointTooLarge(arm));
+    }
+    Ok(())
+}

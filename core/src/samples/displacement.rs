@@ -1,0 +1,187 @@
+use super::Reference;
+use super::reference::ArmSample;
+use crate::kinematics::constraint_gradient;
+use crate::{Arm, GeometryError, Parameter, Real};
+use nalgebra::{SVector, Vector3};
+
+/// The reference arm moved by a correction δP, and the exact difference c(P₀ + δP) − c(P₀).
+///
+/// The difference is computed from δP by addition theorems, never by subtracting two large
+/// numbers, so that its rounding is relative to the correction and not to the robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
+pub struct Displacement<T: Real> {
+    /// P₀ + δP in internal units.
+    pub(crate) d: Vector3<T>,
+    pub(crate) la: (T, T),
+    pub(crate) lb: T,
+    pub(crate) ex: Vector3<T>,
+    pub(crate) ey: Vector3<T>,
+    pub(crate) ez: Vector3<T>,
+    pub(crate) u: Vector3<T>,
+    pub(crate) v: Vector3<T>,
+    /// c(P₀ + δP) − c(P₀), twelve numbers.
+    pub(crate) coefficients: [T; 12],
+}
+
+impl<T: Real> Displacement<T> {
+    pub(crate) fn new(reference: &Reference<T>, correction: &[T; 8]) -> Self {
+        let [dx, dy, dz, theta, alpha, delta_la_x, delta_la_y, delta_lb] = *correction;
+        let basis = reference.arm().basis();
+        let (ex0, ez0) = (basis.ex, basis.ez);
+        let (sin_alpha0, cos_alpha0) = (basis.ey.z, basis.ez.z);
+        let tangent0 = Vector3::new(-ex0.y, ex0.x, T::ZERO);
+
+        // sin δ and 1 − cos δ = 2 sin²(δ/2), neither of which cancels for a small δ.
+        let small_turn = |angle: T| {
+            let (sine, _) = angle.sine_cosine();
+            let (half_sine, _) = (angle * T::HALF).sine_cosine();
+            (sine, T::TWO * half_sine * half_sine)
+        };
+        let (sin_theta, versine_theta) = small_turn(theta);
+        let (sin_alpha, versine_alpha) = small_turn(alpha);
+
+        let delta_ex = tangent0 * sin_theta - ex0 * versine_theta;
+        let delta_tangent = -(ex0 * sin_theta + tangent0 * versine_theta);
+        let delta_sin_alpha = cos_alpha0 * sin_alpha - sin_alpha0 * versine_alpha;
+        let delta_cos_alpha = -(sin_alpha0 * sin_alpha + cos_alpha0 * versine_alpha);
+        let new_sin_alpha = sin_alpha0 + delta_sin_alpha;
+        let mut delta_ez = -(delta_tangent * new_sin_alpha + tangent0 * delta_sin_alpha);
+        delta_ez.z = delta_cos_alpha;
+
+        let (ex, ez) = (ex0 + delta_ex, ez0 + delta_ez);
+        let (la_x0, la_y0) = reference.la;
+        let (la_x, la_y) = (la_x0 + delta_la_x, la_y0 + delta_la_y);
+        let delta_u = delta_ex * la_x0 + ex * delta_la_x + delta_ez * la_y0 + ez * delta_la_y;
+        let delta_v = delta_ex * la_y0 + ex * delta_la_y - delta_ez * la_x0 - ez * delta_la_x;
+        let delta_d = Vector3::new(dx, dy, dz);
+
+        let d = reference.d + delta_d;
+        let (u, v) = (reference.u + delta_u, reference.v + delta_v);
+        let delta_ud = delta_u.dot(&d) + reference.u.dot(&delta_d);
+        let delta_vd = delta_v.dot(&d) + reference.v.dot(&delta_d);
+        let delta_constant = delta_d.dot(&(reference.d + d))
+            + delta_la_x * (la_x0 + la_x)
+            + delta_la_y * (la_y0 + la_y)
+            - delta_lb * (T::TWO * reference.lb + delta_lb);
+
+        Self {
+            d,
+            la: (la_x, la_y),
+            lb: reference.lb + delta_lb,
+            ex,
+            ey: ez.cross(&ex),
+            ez,
+            u,
+            v,
+            coefficients: [
+                -(dx * T::TWO),
+                -(dy * T::TWO),
+                -(dz * T::TWO),
+                delta_ud * T::TWO,
+                delta_vd * T::TWO,
+                -(delta_u.x * T::TWO),
+                -(delta_u.y * T::TWO),
+                -(delta_u.z * T::TWO),
+                -(delta_v.x * T::TWO),
+                -(delta_v.y * T::TWO),
+                -(delta_v.z * T::TWO),
+                delta_constant,
+            ],
+        }
+    }
+
+    fn forearm(&self, sample: &ArmSample<T>) -> Vector3<T> {
+        sample.x - (self.d + self.u * sample.cosine + self.v * sample.sine)
+    }
+
+    /// f/σf of one sample by the constraint (3.8) itself.
+    pub(crate) fn weighted_constraint(&self, sample: &ArmSample<T>) -> T {
+        let forearm = self.forearm(sample);
+        (forearm.dot(&forearm) - self.lb * self.lb) * sample.weight
+    }
+
+    /// One row of Jacobian (3.21) and f, both over σf.
+    pub(crate) fn constraint_row(&self, sample: &ArmSample<T>) -> (SVector<T, 8>, T) {
+        let forearm = self.forearm(sample);
+        let gradient = constraint_gradient(
+            &self.ex,
+            &self.ey,
+            &self.ez,
+            self.la,
+            self.lb,
+            &forearm,
+            (sample.sine, sample.cosine),
+        );
+        (gradient * sample.weight, self.weighted_constraint(sample))
+    }
+
+    /// ∂c/∂P, twelve rows of eight.
+    pub(crate) fn coefficient_jacobian(&self) -> [[T; 8]; 12] {
+        let two = T::TWO;
+        let (la_x, la_y) = self.la;
+        let tangent = Vector3::new(-self.ex.y, self.ex.x, T::ZERO);
+        let sin_alpha = self.ey.z;
+        let radial = self.ex * sin_alpha;
+        // Derivatives of u and v by θ, α, La_x, La_y, already times two.
+        let by_u = [
+            (tangent * la_x + radial * la_y) * two,
+            -(self.ey * (la_y * two)),
+            self.ex * two,
+            self.ez * two,
+        ];
+        let by_v = [
+            (tangent * la_y - radial * la_x) * two,
+            self.ey * (la_x * two),
+            -(self.ez * two),
+            self.ex * two,
+        ];
+        let along_d = |by: &[Vector3<T>; 4]| by.map(|derivative| derivative.dot(&self.d));
+        let [ud_theta, ud_alpha, ud_x, ud_y] = along_d(&by_u);
+        let [vd_theta, vd_alpha, vd_x, vd_y] = along_d(&by_v);
+        let (zero, u, v, d) = (T::ZERO, self.u * two, self.v * two, self.d * two);
+        let angular = |by: &[Vector3<T>; 4], axis: usize| {
+            let [theta, alpha, x, y] = by.map(|derivative| -derivative[axis]);
+            [zero, zero, zero, theta, alpha, x, y, zero]
+        };
+        [
+            [-two, zero, zero, zero, zero, zero, zero, zero],
+            [zero, -two, zero, zero, zero, zero, zero, zero],
+            [zero, zero, -two, zero, zero, zero, zero, zero],
+            [u.x, u.y, u.z, ud_theta, ud_alpha, ud_x, ud_y, zero],
+            [v.x, v.y, v.z, vd_theta, vd_alpha, vd_x, vd_y, zero],
+            angular(&by_u, 0),
+            angular(&by_u, 1),
+            angular(&by_u, 2),
+            angular(&by_v, 0),
+            angular(&by_v, 1),
+            angular(&by_v, 2),
+            [
+                d.x,
+                d.y,
+                d.z,
+                zero,
+                zero,
+                la_x * two,
+                la_y * two,
+                -(self.lb * two),
+            ],
+        ]
+    }
+}
+
+/// The calibrated arm: reference plus correction, in the user's unit.
+///
+/// Lb enters the constraint squared; a negative root means the same forearm.
+pub(crate) fn corrected_arm<T: Real>(
+    reference: &Reference<T>,
+    correction: &[T; 8],
+) -> Result<Arm<T>, GeometryError> {
+    let mut parameters = reference.arm().parameters().data.0[0];
+    for ((value, delta), parameter) in parameters.iter_mut().zip(correction).zip(Parameter::ALL) {
+        *value += *delta * reference.unit_of(parameter);
+    }
+    let [.., lb] = &mut parameters;
+    *lb = lb.magnitude();
+    Arm::new(parameters)
+}

@@ -1,0 +1,148 @@
+//! The orthogonal reduction on which everything rests: rows go into an upper triangular factor by
+//! Householder reflections.
+
+use crate::Real;
+
+/// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2
+/// numbers. RᵀR is the sum of the outer products of all rows ever absorbed.
+///
+/// Sums of outer products are never formed themselves: that would square the condition number,
+/// which single precision cannot bear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
+pub struct Triangle<T, const N: usize, const LENGTH: usize> {
+    entries: [T; LENGTH],
+}
+
+impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
+    pub(crate) const fn zero() -> Self {
+        const { assert!(LENGTH == N * (N + 1) / 2) };
+        Self {
+            entries: [T::ZERO; LENGTH],
+        }
+    }
+
+    /// The rows, each from its diagonal entry on: lengths N, N − 1, … 1.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &[T]> {
+        let mut rest = self.entries.as_slice();
+        (0..N).map_while(move |row| {
+            let (head, tail) = rest.split_at_checked(N - row)?;
+            rest = tail;
+            Some(head)
+        })
+    }
+
+    /// The full matrix, zeros below the diagonal.
+    pub(crate) fn dense(&self) -> [[T; N]; N] {
+        let mut full = [[T::ZERO; N]; N];
+        for (index, (target, row)) in full.iter_mut().zip(self.rows()).enumerate() {
+            for (entry, value) in target.iter_mut().skip(index).zip(row) {
+                *entry = *value;
+            }
+        }
+        full
+    }
+
+    /// Puts numbers on the diagonal of an empty triangle, and beside them into the last column.
+    pub(crate) fn from_diagonal(diagonal: &[T], last_column: &[T]) -> Self {
+        let mut triangle = Self::zero();
+        let mut rest = triangle.entries.as_mut_slice();
+        for (row, (value, right)) in diagonal.iter().zip(last_column).enumerate() {
+            let Some((head, tail)) = rest.split_at_mut_checked(N - row) else {
+                break;
+            };
+            if let Some(entry) = head.first_mut() {
+                *entry = *value;
+            }
+            if let Some(entry) = head.last_mut() {
+                *entry = *right;
+            }
+            rest = tail;
+        }
+        triangle
+    }
+
+    /// Multiplies every entry.
+    pub(crate) fn scale(&mut self, factor: T) {
+        for entry in &mut self.entries {
+            *entry *= factor;
+        }
+    }
+
+    /// Takes in K rows, given by columns; the block is used up as work space. Rows of zeros change
+    /// nothing, so a block need not be full.
+    ///
+    /// One Householder reflection a column, of the diagonal entry with the block's column. Cost:
+    /// about 2KN² multiplications and additions, N square roots.
+    pub(crate) fn absorb<const K: usize>(&mut self, block: &mut [[T; K]; N]) {
+        let mut rest = self.entries.as_mut_slice();
+        let mut columns = block.as_mut_slice();
+        for row in 0..N {
+            let Some((head, tail)) = rest.split_at_mut_checked(N - row) else {
+                return;
+            };
+            rest = tail;
+            let (Some((diagonal, right)), Some((column, later))) =
+                (head.split_first_mut(), columns.split_first_mut())
+            else {
+                return;
+            };
+            columns = later;
+            let below = dot(column, column);
+            // Nothing to eliminate, or less than squares can hold without underflow: what is left of
+            // a column by rounding alone when the block has fewer rows than columns.
+            if !(below > T::SMALLEST_SQUARE) {
+                continue;
+            }
+            let squared = *diagonal * *diagonal + below;
+            let inverse_norm = squared.inverse_square_root();
+            let norm = squared * inverse_norm;
+            // The reflection v = (r ± norm, column), with the sign that does not cancel.
+            let (pivot, reflected) = if *diagonal < T::ZERO {
+                (*diagonal - norm, norm)
+            } else {
+                (*diagonal + norm, -norm)
+            };
+            let scale = inverse_norm / pivot.magnitude();
+            *diagonal = reflected;
+            for (entry, other) in right.iter_mut().zip(columns.iter_mut()) {
+                let projection = (pivot * *entry + dot(column, other)) * scale;
+                *entry -= projection * pivot;
+                for (target, source) in other.iter_mut().zip(column.iter()) {
+                    *target -= projection * *source;
+                }
+            }
+        }
+    }
+
+    /// Takes in another triangle: its rows become a block.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        let mut block = [[T::ZERO; N]; N];
+        for (index, row) in other.rows().enumerate() {
+            for (column, value) in block.iter_mut().skip(index).zip(row) {
+                if let Some(entry) = column.get_mut(index) {
+                    *entry = *value;
+                }
+            }
+        }
+        self.absorb(&mut block);
+    }
+}
+
+/// Σ aᵢbᵢ in four interleaved sums: a stated order that vectorises, the same on every platform.
+fn dot<T: Real, const K: usize>(a: &[T; K], b: &[T; K]) -> T {
+    let (a_lanes, a_rest) = a.as_chunks::<4>();
+    let (b_lanes, b_rest) = b.as_chunks::<4>();
+    let mut sums = [T::ZERO; 4];
+    for (a, b) in a_lanes.iter().zip(b_lanes) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += *a * *b;
+        }
+    }
+    let mut tail = T::ZERO;
+    for (a, b) in a_rest.iter().zip(b_rest) {
+        tail += *a * *b;
+    }
+    let [s0, s1, s2, s3] = sums;
+    ((s0 + s2) + (s1 + s3)) + tail
+}

@@ -6,6 +6,7 @@
 
 mod arm;
 mod condition;
+mod judgement;
 mod outcome;
 mod problem;
 mod refusal;

@@ -1,5 +1,7 @@
 //! Random robots, poses and measurements that the tests and benchmarks share.
 
+pub mod peer;
+
 use delta_cal::{
     Arm, JointLimits, Noise, Real, Robot, Sample, SymmetricRobot, random_pose, simulate_sample,
     standard_normal,

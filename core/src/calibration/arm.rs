@@ -1,21 +1,13 @@
 use super::condition::Conditioning;
+use super::judgement::Judgement;
 use super::outcome::{ArmOutcome, StartUsed, Termination};
 use super::problem::ArmProblem;
 use super::refusal::Refusal;
 use super::solver::{Iteration, StepResult};
 use super::start::{SAMPLES_FOR_FREE_START, free_start};
 use super::{Settings, Start};
-use crate::samples::corrected_arm;
-use crate::{ArmIndex, Parameter, ParameterKind, Real};
-use nalgebra::SVector;
+use crate::{ArmIndex, Parameter, Real};
 
-/// Parameters further from nominal than this many tolerances are refused.
-const LARGEST_TOLERANCES: f64 = 6.0;
-/// A stated noise is contradicted beyond this quantile of the normal distribution: one true
-/// calibration in three million.
-const LARGEST_DEVIATION: f64 = 5.0;
-/// A parameter known no better than this part of the upper arm (or this many radians) is not known.
-const LARGEST_SIGMA: f64 = 0.1;
 /// Lengths of the displacements tried in search of other solutions, in units of the scale and
 /// radians, along the combination of parameters that the samples determine least.
 const SEARCH: [f64; 8] = [-0.01, 0.01, -0.03, 0.03, -0.06, 0.06, -0.12, 0.12];
@@ -105,15 +97,17 @@ impl<T: Real> ArmSolver<T> {
         arm: ArmIndex,
         settings: &Settings<T>,
     ) -> Result<Self, Refusal> {
+        let forgotten = !(problem.effective_samples() > T::ZERO);
+        let samples = if forgotten { 0 } else { problem.samples() };
         let needed = match (settings.start, settings.tolerance) {
             (Start::Free, _) => SAMPLES_FOR_FREE_START,
             (Start::Reference, None) => 8,
             (Start::Reference, Some(_)) => 1,
         };
-        if problem.samples() < needed {
+        if samples < needed {
             return Err(Refusal::TooFewSamples {
                 arm,
-                samples: problem.samples(),
+                samples,
                 needed,
             });
         }
@@ -126,19 +120,20 @@ impl<T: Real> ArmSolver<T> {
                 T::from_f64(0.01) * tolerance.of(Parameter::Lb) / reference.scale(),
             ),
         };
-        let (start, correction) = match settings.start {
-            Start::Reference => (StartUsed::Reference, [T::ZERO; 8]),
+        let prior = tolerance_weights.map(|weight| weight * residual_sigma);
+        let at_reference = Iteration::start(problem, settings.method, &prior, [T::ZERO; 8]);
+        let (start, iteration) = match settings.start {
+            Start::Reference => (StartUsed::Reference, at_reference),
             Start::Free => {
-                let correction = free_start(&problem.factor()).ok_or(Refusal::Undetermined {
-                    arm,
-                    parameter: Parameter::Dx,
-                    condition: f32::INFINITY,
-                })?;
-                (StartUsed::Free, correction)
+                let Some(correction) = free_start(&problem.factor()) else {
+                    return Err(Conditioning::of(&at_reference.normal).undetermined(arm));
+                };
+                (
+                    StartUsed::Free,
+                    Iteration::start(problem, settings.method, &prior, correction),
+                )
             }
         };
-        let prior = tolerance_weights.map(|weight| weight * residual_sigma);
-        let iteration = Iteration::start(problem, settings.method, &prior, correction);
         if !iteration.cost.finite() {
             return Err(Refusal::NonFinite { arm });
         }
@@ -224,7 +219,7 @@ impl<T: Real> ArmSolver<T> {
             } else {
                 least / spare.larger(T::ONE)
             };
-            let rounding = problem.weight_squared() * (T::from_f64(1e3) * T::EPSILON).squared();
+            let rounding = problem.rows_squared() * (T::from_f64(1e3) * T::EPSILON).squared();
             let excess = best.iteration.sum_of_squares - least;
             if !(excess > T::from_f64(50.0) * variance + rounding) {
                 return false;
@@ -248,8 +243,9 @@ impl<T: Real> ArmSolver<T> {
         end: &EndPoint<T>,
         best: &EndPoint<T>,
     ) -> bool {
-        let rounding = problem.weight_squared() * (T::from_f64(1e3) * T::EPSILON).squared();
-        let tie = if problem.reference().noise().is_some() {
+        let rounding = problem.rows_squared() * (T::from_f64(1e3) * T::EPSILON).squared();
+        // With a tolerance the cost itself prefers the nearer one.
+        let tie = if problem.reference().noise().is_some() && self.settings.tolerance.is_none() {
             T::from_f64(INDISTINGUISHABLE)
         } else {
             // Of two starts that end in the same point the first is kept.
@@ -264,12 +260,10 @@ impl<T: Real> ArmSolver<T> {
         }
     }
 
-    /// With fewer than twelve samples and no tolerance there may be several solutions, and no
-    /// linear fit to tell a false one. Starts again from both sides of the first end point.
+    /// With fewer than twelve samples there may be several solutions, and no linear fit to tell a
+    /// false one. Starts again from both sides of the first end point.
     fn search<P: ArmProblem<T>>(&mut self, problem: &P) -> bool {
-        if self.settings.tolerance.is_some()
-            || problem.effective_samples() >= T::from_count(SAMPLES_FOR_FREE_START)
-        {
+        if problem.effective_samples() >= T::from_count(SAMPLES_FOR_FREE_START) {
             return false;
         }
         let (origin, direction) = *self.search.get_or_insert_with(|| {
@@ -313,7 +307,7 @@ impl<T: Real> ArmSolver<T> {
             return false;
         }
         let conditioning = Conditioning::of(&best.iteration.normal);
-        let determined = determined_parameters(&self.prior(), &conditioning);
+        let determined = conditioning.determined_parameters(&self.prior());
         let spare = problem.effective_samples() - determined;
         if !(spare > T::from_f64(1e-3)) {
             return false;
@@ -346,194 +340,31 @@ impl<T: Real> ArmSolver<T> {
     /// # Errors
     /// Every [`Refusal`] that concerns one arm; [`Refusal::Unfinished`] before the last step.
     pub fn outcome<P: ArmProblem<T>>(&self, problem: &P) -> Result<ArmOutcome<T>, Refusal> {
-        let arm = self.arm;
         if self.phase != Phase::Done {
             return Err(Refusal::Unfinished);
         }
-        let conditioning = Conditioning::of(
-            self.best
-                .as_ref()
-                .map_or(&self.iteration.normal, |best| &best.iteration.normal),
-        );
-        let undetermined = |condition: T| Refusal::Undetermined {
-            arm,
-            parameter: weakest_parameter(&conditioning),
-            condition: to_single(condition),
-        };
-        // Beyond this no digit of the weakest combination survives the arithmetic.
-        let largest_condition = T::ONE / (T::from_f64(64.0) * T::EPSILON);
-        if !(conditioning.condition < largest_condition) {
-            return Err(undetermined(conditioning.condition));
-        }
-        let Some(best) = &self.best else {
-            return Err(Refusal::NotConverged {
-                arm,
-                iterations: self.iterations(),
-            });
-        };
-        let reference = problem.reference();
-        let prior = self.prior();
-        let samples = problem.effective_samples();
-        let degrees_of_freedom =
-            (samples - determined_parameters(&prior, &conditioning)).larger(T::ZERO);
-
-        if reference.noise().is_some() {
-            self.check_residual(best, samples)?;
-        }
-        if self.settings.tolerance.is_some() {
-            let (parameter, tolerances) = self.farthest(best);
-            if !(tolerances <= T::from_f64(LARGEST_TOLERANCES)) {
-                return Err(far_from_nominal(arm, parameter, tolerances));
-            }
-        }
-
-        let sum = best.iteration.sum_of_squares;
-        let residual_rms = (sum / samples).square_root();
-        let stated = reference.noise().is_some();
-        let estimated_noise = (!stated && degrees_of_freedom >= T::HALF)
-            .then(|| (sum / degrees_of_freedom).square_root());
-        let variance = if stated {
-            Some(T::ONE)
-        } else if self.settings.tolerance.is_some() {
-            Some(self.residual_sigma.squared())
-        } else {
-            estimated_noise.map(Real::squared)
-        };
-        let units = Parameter::ALL.map(|parameter| reference.unit_of(parameter));
-        let covariance = variance.map(|variance| {
-            let mut scaled = conditioning.covariance * variance;
-            for (mut column, column_unit) in scaled.column_iter_mut().zip(units) {
-                for (entry, row_unit) in column.iter_mut().zip(units) {
-                    *entry = *entry * column_unit * row_unit;
-                }
-            }
-            scaled
-        });
-        let calibrated = corrected_arm(reference, &best.iteration.correction)
-            .map_err(|error| Refusal::ImpossibleGeometry { arm, error })?;
-        let mut prior_share = SVector::<T, 8>::zeros();
-        for ((share, weight), variance) in prior_share
-            .iter_mut()
-            .zip(prior)
-            .zip(conditioning.covariance.diagonal().iter())
-        {
-            *share = weight.squared() * *variance;
-        }
-        let outcome = ArmOutcome {
-            arm: calibrated,
-            covariance,
-            residual_rms: if stated {
-                residual_rms
-            } else {
-                residual_rms * reference.scale()
-            },
-            estimated_noise: estimated_noise.map(|noise| noise * reference.scale()),
-            degrees_of_freedom,
-            samples: problem.samples(),
-            iterations: self.iterations(),
-            termination: best.termination,
-            start: best.start,
-            condition: conditioning.condition,
-            prior_share,
-        };
-        for parameter in Parameter::ALL {
-            let unit = match parameter.kind() {
-                ParameterKind::Length => reference.arm().upper_arm_length(),
-                ParameterKind::Angle => T::ONE,
-            };
-            if let Some(sigma) = outcome.standard_deviation(parameter)
-                && !(sigma <= T::from_f64(LARGEST_SIGMA) * unit)
-            {
-                return Err(Refusal::Undetermined {
-                    arm,
-                    parameter,
-                    condition: to_single(conditioning.condition),
-                });
-            }
-        }
-        Ok(outcome)
-    }
-
-    /// χ² test of the whole cost: with a prior it has as many degrees of freedom as there are
-    /// samples, without one eight fewer.
-    fn check_residual(&self, best: &EndPoint<T>, samples: T) -> Result<(), Refusal> {
-        let freedom = if self.settings.tolerance.is_some() {
-            samples
-        } else {
-            samples - T::from_f64(8.0)
-        }
-        .larger(T::ONE);
-        if best.iteration.cost <= chi_square_quantile(freedom) {
-            return Ok(());
-        }
-        let from_prior = best.iteration.cost - best.iteration.sum_of_squares;
-        if from_prior > best.iteration.sum_of_squares {
-            let (parameter, tolerances) = self.farthest(best);
-            return Err(far_from_nominal(self.arm, parameter, tolerances));
-        }
-        Err(Refusal::ResidualContradictsNoise {
+        let iteration = self
+            .best
+            .as_ref()
+            .map_or(&self.iteration, |best| &best.iteration);
+        Judgement {
             arm: self.arm,
-            ratio: to_single((best.iteration.sum_of_squares / freedom).square_root()),
-        })
-    }
-
-    /// The parameter furthest from nominal, in tolerances.
-    fn farthest(&self, best: &EndPoint<T>) -> (Parameter, T) {
-        let mut farthest = (Parameter::Dx, T::ZERO);
-        for ((weight, delta), parameter) in self
-            .tolerance_weights
-            .into_iter()
-            .zip(best.iteration.correction)
-            .zip(Parameter::ALL)
-        {
-            let tolerances = (weight * delta).magnitude();
-            if tolerances > farthest.1 {
-                farthest = (parameter, tolerances);
-            }
+            iteration,
+            end: self
+                .best
+                .as_ref()
+                .map(|best| (best.termination, best.start)),
+            tolerance_weights: &self.tolerance_weights,
+            prior: self.prior(),
+            has_tolerance: self.settings.tolerance.is_some(),
+            iterations: self.iterations(),
         }
-        farthest
+        .outcome(problem)
     }
-}
-
-fn far_from_nominal<T: Real>(arm: ArmIndex, parameter: Parameter, tolerances: T) -> Refusal {
-    Refusal::FarFromNominal {
-        arm,
-        parameter,
-        tolerances: to_single(tolerances),
-    }
-}
-
-/// A figure for a message.
-fn to_single<T: Real>(value: T) -> f32 {
-    <f32 as Real>::from_f64(value.to_f64())
-}
-
-fn weakest_parameter<T: Real>(conditioning: &Conditioning<T>) -> Parameter {
-    Parameter::ALL
-        .get(conditioning.weakest)
-        .copied()
-        .unwrap_or(Parameter::Dx)
-}
-
-/// γ = 8 − Σ priorⱼ² Cⱼⱼ: how many parameters the samples determine and not the prior.
-fn determined_parameters<T: Real>(prior: &[T; 8], conditioning: &Conditioning<T>) -> T {
-    let mut determined = T::from_f64(8.0);
-    for (weight, variance) in prior.iter().zip(conditioning.covariance.diagonal().iter()) {
-        determined -= weight.squared() * *variance;
-    }
-    determined
 }
 
 fn squared_length<T: Real>(values: &[T; 8]) -> T {
     values
         .iter()
         .fold(T::ZERO, |sum, value| sum + value.squared())
-}
-
-/// The quantile of χ² with ν degrees of freedom at [`LARGEST_DEVIATION`], by Wilson and Hilferty:
-/// ν (1 − 2/(9ν) + z √(2/(9ν)))³.
-fn chi_square_quantile<T: Real>(freedom: T) -> T {
-    let spread = T::from_f64(2.0 / 9.0) / freedom;
-    let root = T::ONE - spread + T::from_f64(LARGEST_DEVIATION) * spread.square_root();
-    freedom * root * root * root
 }

@@ -26,6 +26,15 @@ pub(crate) fn column_norms<T: Real>(normal: &Normal<T>) -> [T; 8] {
 }
 
 impl<T: Real> Conditioning<T> {
+    /// γ = 8 − Σ priorⱼ² Cⱼⱼ: how many parameters the samples determine and not the prior.
+    pub(crate) fn determined_parameters(&self, prior: &[T; 8]) -> T {
+        let mut determined = T::from_f64(8.0);
+        for (weight, variance) in prior.iter().zip(self.covariance.diagonal().iter()) {
+            determined -= weight.squared() * *variance;
+        }
+        determined
+    }
+
     /// The combination of parameters, of unit length in internal units, that the samples determine
     /// least: two steps of inverse iteration on JᵀJ.
     pub(crate) fn weakest_direction(&self) -> [T; 8] {

@@ -27,9 +27,9 @@ pub trait Linearize<T: Real> {
     /// Everything in the form of the constant-memory factor.
     #[doc(hidden)]
     fn factor(&self) -> ArmFactor<T>;
-    /// Σ 1/σf².
+    /// Σ (1 + f(P₀)²)/σf², the squared size of what residuals are summed up from.
     #[doc(hidden)]
-    fn weight_squared(&self) -> T;
+    fn rows_squared(&self) -> T;
 }
 
 impl<T: Real> ArmProblem<T> for ArmFactor<T> {
@@ -43,9 +43,6 @@ impl<T: Real> ArmProblem<T> for ArmFactor<T> {
         self.effective_samples()
     }
 }
-
-/// Column of the feature 1, whose entries are the weights.
-const CONSTANT_FEATURE: usize = 11;
 
 impl<T: Real> Linearize<T> for ArmFactor<T> {
     fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
@@ -79,16 +76,12 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
         *self
     }
 
-    fn weight_squared(&self) -> T {
+    fn rows_squared(&self) -> T {
+        // The last two columns: the feature 1 and f(P₀).
         let mut sum = T::ZERO;
-        for (index, row) in self
-            .triangle()
-            .rows()
-            .take(CONSTANT_FEATURE + 1)
-            .enumerate()
-        {
-            if let Some(entry) = row.get(CONSTANT_FEATURE - index) {
-                sum += *entry * *entry;
+        for row in self.triangle().rows() {
+            for entry in row.iter().rev().take(2) {
+                sum += entry.squared();
             }
         }
         sum
@@ -143,10 +136,10 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
         factor
     }
 
-    fn weight_squared(&self) -> T {
+    fn rows_squared(&self) -> T {
         let mut sum = T::ZERO;
         for sample in self.samples() {
-            sum += sample.weight.squared();
+            sum += sample.weight.squared() * (T::ONE + sample.constraint.squared());
         }
         sum
     }

@@ -28,6 +28,7 @@ pub(crate) struct Iteration<T: Real> {
     pub(crate) sum_of_squares: T,
     pub(crate) cost: T,
     damping: T,
+    previous_gain: T,
     pub(crate) iterations: u16,
 }
 
@@ -63,21 +64,23 @@ impl<T: Real> Iteration<T> {
             sum_of_squares: T::ZERO,
             cost: T::ZERO,
             damping: T::ZERO,
+            previous_gain: T::INFINITY,
             iterations: 0,
         };
-        iteration.linearize(problem, prior);
+        let at = Displacement::new(problem.reference(), &correction);
+        iteration.linearize(problem, prior, &at);
         iteration
     }
 
-    pub(crate) fn linearize<P: ArmProblem<T>>(&mut self, problem: &P, prior: &[T; 8]) {
-        let at = Displacement::new(problem.reference(), &self.correction);
+    /// Linearises at the correction, whose displacement the caller has at hand.
+    fn linearize<P: ArmProblem<T>>(&mut self, problem: &P, prior: &[T; 8], at: &Displacement<T>) {
         let mut rights = [T::ZERO; 8];
         for ((right, weight), delta) in rights.iter_mut().zip(prior).zip(&self.correction) {
             *right = *weight * *delta;
         }
         // The prior's rows are a triangle already; the samples' rows are absorbed into it.
         self.normal = Normal::from_diagonal(prior, &rights);
-        self.sum_of_squares = problem.linearize(&at, &mut self.normal);
+        self.sum_of_squares = problem.linearize(at, &mut self.normal);
         self.cost = self.sum_of_squares + prior_cost(prior, &self.correction);
         self.iterations = self.iterations.saturating_add(1);
     }
@@ -95,17 +98,20 @@ impl<T: Real> Iteration<T> {
         if !(gain.finite() && self.cost.finite()) {
             return StepResult::Failed;
         }
-        // |r| cannot be computed to better than ε times the rows it is made of.
-        let resolution = (self.cost + problem.weight_squared()) * T::EPSILON.squared();
-        let settled = gain <= T::from_f64(16.0) * resolution;
-        let at_rounding = gain <= T::from_f64(4096.0) * resolution;
+        // r is known to ε times the rows it is made of, so a gain below that squared is nothing.
+        // |r|² is blurred by |r| times as much, so a smaller gain cannot be seen in it and is taken
+        // on trust.
+        let rows = problem.rows_squared();
+        let many = T::from_f64(64.0) * T::EPSILON;
+        let settled = gain <= T::from_f64(16.0) * T::EPSILON.squared() * (self.cost + rows);
+        let blur = many * (self.cost + rows).square_root();
+        let invisible = blur * self.cost.square_root() + blur.squared();
+        let at_rounding = gain <= invisible;
+        let stagnant = at_rounding && gain >= self.previous_gain * T::from_f64(0.25);
+        self.previous_gain = gain;
 
         let Some(step) = self.trial_step() else {
-            return if at_rounding {
-                StepResult::Finished(Termination::GradientVanished)
-            } else {
-                self.reject(false)
-            };
+            return self.reject(at_rounding);
         };
         let mut trial = self.correction;
         for (value, delta) in trial.iter_mut().zip(&step) {
@@ -116,7 +122,7 @@ impl<T: Real> Iteration<T> {
         let accepted = match self.method {
             Method::GaussNewton => cost.finite(),
             Method::LevenbergMarquardt => {
-                cost < self.cost || (settled && cost <= self.cost * T::from_f64(1.0 + 1e-3))
+                cost < self.cost || (at_rounding && cost <= self.cost + invisible)
             }
         };
         if !accepted {
@@ -127,9 +133,11 @@ impl<T: Real> Iteration<T> {
         if self.damping < T::from_f64(LEAST_DAMPING) {
             self.damping = T::ZERO;
         }
-        self.linearize(problem, prior);
+        self.linearize(problem, prior, &at);
         if settled {
             StepResult::Finished(Termination::GradientVanished)
+        } else if stagnant {
+            StepResult::Finished(Termination::RoundingReached)
         } else {
             StepResult::Continue
         }

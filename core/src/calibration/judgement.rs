@@ -1,0 +1,234 @@
+//! Whether the end point of an iteration is a calibration: it is good, or refused with the cause.
+
+use super::condition::Conditioning;
+use super::outcome::{ArmOutcome, StartUsed, Termination};
+use super::problem::ArmProblem;
+use super::refusal::Refusal;
+use super::solver::Iteration;
+use crate::samples::corrected_arm;
+use crate::{ArmIndex, Parameter, ParameterKind, Real};
+use nalgebra::{SMatrix, SVector};
+
+/// Parameters further from nominal than this many tolerances are refused.
+const LARGEST_TOLERANCES: f64 = 6.0;
+/// A stated noise is contradicted beyond this quantile of the normal distribution: one true
+/// calibration in three million.
+const LARGEST_DEVIATION: f64 = 5.0;
+/// Variance by which a stated noise may be exceeded besides: it is rarely known to better than 40 %,
+/// and the weights come from the arm before calibration.
+const NOISE_MARGIN: f64 = 2.0;
+/// A parameter known no better than this part of the upper arm (or this many radians) is not known.
+const LARGEST_SIGMA: f64 = 0.1;
+/// With a tolerance and hardly a sample to spare, samples can be fitted as closely as one likes,
+/// and the noise estimated from that fit is far too small.
+const LEAST_FREEDOM_WITH_TOLERANCE: f64 = 2.0;
+
+/// An end point, and what it is judged by.
+pub(super) struct Judgement<'a, T: Real> {
+    pub(super) arm: ArmIndex,
+    pub(super) iteration: &'a Iteration<T>,
+    /// How the iteration ended and where it had started; `None` if it did not settle.
+    pub(super) end: Option<(Termination, StartUsed)>,
+    /// 1/tolerance in internal units, zero without a tolerance.
+    pub(super) tolerance_weights: &'a [T; 8],
+    /// The same as weighted against the residuals.
+    pub(super) prior: [T; 8],
+    pub(super) has_tolerance: bool,
+    pub(super) iterations: u16,
+}
+
+impl<T: Real> Judgement<'_, T> {
+    pub(super) fn outcome<P: ArmProblem<T>>(&self, problem: &P) -> Result<ArmOutcome<T>, Refusal> {
+        let arm = self.arm;
+        let conditioning = Conditioning::of(&self.iteration.normal);
+        // Beyond this no digit of the weakest combination survives the arithmetic.
+        let largest_condition = T::ONE / (T::from_f64(64.0) * T::EPSILON);
+        if !(conditioning.condition < largest_condition) {
+            return Err(conditioning.undetermined(arm));
+        }
+        let Some((termination, start)) = self.end else {
+            return Err(Refusal::NotConverged {
+                arm,
+                iterations: self.iterations,
+            });
+        };
+        let reference = problem.reference();
+        let samples = problem.effective_samples();
+        let stated = reference.noise().is_some();
+        if stated {
+            self.check_residual(samples)?;
+        }
+        self.check_tolerances()?;
+
+        let degrees_of_freedom =
+            (samples - conditioning.determined_parameters(&self.prior)).larger(T::ZERO);
+        let least_freedom = if self.has_tolerance {
+            LEAST_FREEDOM_WITH_TOLERANCE
+        } else {
+            0.5
+        };
+        let sum = self.iteration.sum_of_squares;
+        let estimated_noise = (!stated && degrees_of_freedom >= T::from_f64(least_freedom))
+            .then(|| (sum / degrees_of_freedom).square_root());
+        let residual_sigma = if stated {
+            Some(T::ONE)
+        } else {
+            estimated_noise
+        };
+        let covariance = residual_sigma.map(|sigma| {
+            let units = Parameter::ALL.map(|parameter| reference.unit_of(parameter) * sigma);
+            in_units(&conditioning.covariance, &units)
+        });
+        if let Some(covariance) = &covariance {
+            self.check_sigmas(
+                covariance,
+                reference.arm().upper_arm_length(),
+                &conditioning,
+            )?;
+        }
+        let mut prior_share = SVector::<T, 8>::zeros();
+        for ((share, weight), variance) in prior_share
+            .iter_mut()
+            .zip(self.prior)
+            .zip(conditioning.covariance.diagonal().iter())
+        {
+            *share = weight.squared() * *variance;
+        }
+        let residual_unit = if stated { T::ONE } else { reference.scale() };
+        Ok(ArmOutcome {
+            arm: corrected_arm(reference, &self.iteration.correction)
+                .map_err(|error| Refusal::ImpossibleGeometry { arm, error })?,
+            covariance,
+            residual_rms: (sum / samples).square_root() * residual_unit,
+            estimated_noise: estimated_noise.map(|noise| noise * reference.scale()),
+            degrees_of_freedom,
+            samples: problem.samples(),
+            iterations: self.iterations,
+            termination,
+            start,
+            condition: conditioning.condition,
+            prior_share,
+        })
+    }
+
+    /// χ² test of the whole cost: with a prior it has as many degrees of freedom as there are
+    /// samples, without one eight fewer.
+    fn check_residual(&self, samples: T) -> Result<(), Refusal> {
+        let freedom = if self.has_tolerance {
+            samples
+        } else {
+            samples - T::from_f64(8.0)
+        }
+        .larger(T::ONE);
+        let Iteration {
+            cost,
+            sum_of_squares,
+            ..
+        } = *self.iteration;
+        if cost <= chi_square_quantile(freedom) * T::from_f64(NOISE_MARGIN) {
+            return Ok(());
+        }
+        Err(if cost - sum_of_squares > sum_of_squares {
+            self.far_from_nominal()
+        } else {
+            Refusal::ResidualContradictsNoise {
+                arm: self.arm,
+                ratio: to_single((sum_of_squares / freedom).square_root()),
+            }
+        })
+    }
+
+    fn check_tolerances(&self) -> Result<(), Refusal> {
+        if self.farthest().1 <= T::from_f64(LARGEST_TOLERANCES) {
+            Ok(())
+        } else {
+            Err(self.far_from_nominal())
+        }
+    }
+
+    fn check_sigmas(
+        &self,
+        covariance: &SMatrix<T, 8, 8>,
+        upper_arm: T,
+        conditioning: &Conditioning<T>,
+    ) -> Result<(), Refusal> {
+        for (parameter, variance) in Parameter::ALL.into_iter().zip(&covariance.diagonal()) {
+            let unit = match parameter.kind() {
+                ParameterKind::Length => upper_arm,
+                ParameterKind::Angle => T::ONE,
+            };
+            if !(variance.square_root() <= T::from_f64(LARGEST_SIGMA) * unit) {
+                return Err(Refusal::Undetermined {
+                    arm: self.arm,
+                    parameter,
+                    condition: to_single(conditioning.condition),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The parameter furthest from nominal, in tolerances; 0 without a tolerance.
+    fn farthest(&self) -> (Parameter, T) {
+        let mut farthest = (Parameter::Dx, T::ZERO);
+        for ((weight, delta), parameter) in self
+            .tolerance_weights
+            .iter()
+            .zip(self.iteration.correction)
+            .zip(Parameter::ALL)
+        {
+            let tolerances = (*weight * delta).magnitude();
+            if tolerances > farthest.1 {
+                farthest = (parameter, tolerances);
+            }
+        }
+        farthest
+    }
+
+    fn far_from_nominal(&self) -> Refusal {
+        let (parameter, tolerances) = self.farthest();
+        Refusal::FarFromNominal {
+            arm: self.arm,
+            parameter,
+            tolerances: to_single(tolerances),
+        }
+    }
+}
+
+impl<T: Real> Conditioning<T> {
+    /// The refusal of a problem whose Jacobian is singular, or nearly so.
+    pub(super) fn undetermined(&self, arm: ArmIndex) -> Refusal {
+        Refusal::Undetermined {
+            arm,
+            parameter: Parameter::ALL
+                .get(self.weakest)
+                .copied()
+                .unwrap_or(Parameter::Dx),
+            condition: to_single(self.condition),
+        }
+    }
+}
+
+/// The covariance with each row and column multiplied by its unit.
+fn in_units<T: Real>(covariance: &SMatrix<T, 8, 8>, units: &[T; 8]) -> SMatrix<T, 8, 8> {
+    let mut scaled = *covariance;
+    for (mut column, column_unit) in scaled.column_iter_mut().zip(units) {
+        for (entry, row_unit) in column.iter_mut().zip(units) {
+            *entry = *entry * *column_unit * *row_unit;
+        }
+    }
+    scaled
+}
+
+/// A figure for a message.
+fn to_single<T: Real>(value: T) -> f32 {
+    <f32 as Real>::from_f64(value.to_f64())
+}
+
+/// The quantile of χ² with ν degrees of freedom at [`LARGEST_DEVIATION`], by Wilson and Hilferty:
+/// ν (1 − 2/(9ν) + z √(2/(9ν)))³.
+fn chi_square_quantile<T: Real>(freedom: T) -> T {
+    let spread = T::from_f64(2.0 / 9.0) / freedom;
+    let root = T::ONE - spread + T::from_f64(LARGEST_DEVIATION) * spread.square_root();
+    freedom * root * root * root
+}

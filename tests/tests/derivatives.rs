@@ -1,0 +1,193 @@
+//! Every hand-written derivative against dual numbers (`num-dual`, on the model written anew) and
+//! against finite differences of the functions themselves; and the rank of the model's readings.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use delta_cal::{Arm, Robot, Sample};
+use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use nalgebra::{DMatrix, SVector, Vector3};
+use num_dual::{DualNum, gradient};
+
+/// How the paper's fourth and seventh parameters may be read; it does not say.
+#[derive(Clone, Copy, PartialEq)]
+enum Reading {
+    /// α tilts the motor axis; La_y lies in the arm plane: this project's reading.
+    Tilt,
+    /// α is added to the joint angle.
+    EncoderOffset,
+    /// α tilts the motor axis; La_y lies along it.
+    LateralArm,
+    /// α is added to the joint angle; La_y lies along the motor axis.
+    EncoderOffsetLateralArm,
+}
+
+/// f(P; X, q) from the equations of the model, for any number type.
+fn constraint<D: DualNum<Primitive = f64> + Copy>(
+    reading: Reading,
+    p: &[D; 8],
+    x: &[D; 3],
+    q: D,
+) -> D {
+    let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = *p;
+    let zero = D::from(0.0);
+    let lateral = matches!(reading, Reading::LateralArm | Reading::EncoderOffsetLateralArm);
+    let offset = matches!(
+        reading,
+        Reading::EncoderOffset | Reading::EncoderOffsetLateralArm
+    );
+    let (tilt, q) = if offset { (zero, q + alpha) } else { (alpha, q) };
+    let ex = [theta.cos(), theta.sin(), zero];
+    let ez = [
+        theta.sin() * tilt.sin(),
+        -(theta.cos() * tilt.sin()),
+        tilt.cos(),
+    ];
+    let ey = [
+        ez[1] * ex[2] - ez[2] * ex[1],
+        ez[2] * ex[0] - ez[0] * ex[2],
+        ez[0] * ex[1] - ez[1] * ex[0],
+    ];
+    let (radial, up, along) = if lateral {
+        (la_x * q.cos(), -(la_x * q.sin()), la_y)
+    } else {
+        (
+            la_x * q.cos() + la_y * q.sin(),
+            la_y * q.cos() - la_x * q.sin(),
+            zero,
+        )
+    };
+    let d = [dx, dy, dz];
+    let mut squared = zero;
+    for axis in 0..3 {
+        let w = x[axis] - (d[axis] + ex[axis] * radial + ez[axis] * up + ey[axis] * along);
+        squared += w * w;
+    }
+    squared - lb * lb
+}
+
+/// Derivatives of the dual-number model by all of P (8), X (3) and q (1).
+fn dual_gradient(reading: Reading, p: &[f64; 8], x: &[f64; 3], q: f64) -> SVector<f64, 12> {
+    let mut point = SVector::<f64, 12>::zeros();
+    point.as_mut_slice()[..8].copy_from_slice(p);
+    point.as_mut_slice()[8..11].copy_from_slice(x);
+    point[11] = q;
+    let (_, derivative) = gradient(
+        |v| {
+            let p = std::array::from_fn(|k| v[k]);
+            let x = std::array::from_fn(|k| v[8 + k]);
+            constraint(reading, &p, &x, v[11])
+        },
+        &point,
+    );
+    derivative
+}
+
+fn random_cases(campaign: u64) -> impl Iterator<Item = (Robot<f64>, Sample<f64>)> {
+    (0..200).map(move |robot| {
+        let mut rng = generator(campaign, robot);
+        let truth = perturbed(&paper_robot(), 20.0, 0.1, Spread::Uniform, &mut rng);
+        let sample = measurements(&truth, 1, None, &mut rng)[0];
+        (truth, sample)
+    })
+}
+
+#[test]
+fn constraint_and_its_derivatives_equal_the_dual_number_model() {
+    for (robot, sample) in random_cases(21) {
+        // Off the constraint surface as well as on it.
+        let x = sample.position + Vector3::new(3.0, -2.0, 1.0);
+        for (arm, q) in robot.arms().iter().zip(sample.joints) {
+            let p = arm.parameters().data.0[0];
+            let coordinates = x.data.0[0];
+            let value = constraint(Reading::Tilt, &p, &coordinates, q);
+            // Sums of squares of some 500 mm: ε · 500² ≈ 6e-11, a few operations deep.
+            assert!((arm.constraint(&x, q) - value).abs() < 1e-9);
+            let expected = dual_gradient(Reading::Tilt, &p, &coordinates, q);
+            let by_p = arm.constraint_by_parameters(&x, q);
+            for k in 0..8 {
+                assert!((by_p[k] - expected[k]).abs() < 1e-9, "parameter {k}");
+            }
+            let by_x = arm.constraint_by_position(&x, q);
+            for k in 0..3 {
+                assert!((by_x[k] - expected[8 + k]).abs() < 1e-10);
+            }
+            assert!((arm.constraint_by_joint(&x, q) - expected[11]).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn platform_jacobians_equal_finite_differences_of_forward_kinematics() {
+    for (robot, sample) in random_cases(22) {
+        let jacobian = robot
+            .platform_jacobian(&sample.position, &sample.joints)
+            .unwrap();
+        for joint in 0..3 {
+            let step = 1e-5;
+            let moved = |by: f64| {
+                let mut q = sample.joints;
+                q[joint] += by;
+                robot.forward(&q).unwrap()
+            };
+            let slope = (moved(step) - moved(-step)) / (2.0 * step);
+            let column = jacobian.by_joints.column(joint);
+            // Central differences: step²·f‴/6 ≈ 1e-10 · 1e3 near singular poses 1e2 more.
+            assert!((slope - column).norm() < 1e-5 * (1.0 + column.norm()));
+        }
+        for arm in 0..3 {
+            for parameter in 0..8 {
+                let step = if matches!(parameter, 3 | 4) { 1e-5 } else { 1e-3 };
+                let moved = |by: f64| {
+                    let mut arms = *robot.arms();
+                    let mut p = arms[arm].parameters().data.0[0];
+                    p[parameter] += by;
+                    arms[arm] = Arm::new(p).unwrap();
+                    Robot::new(arms).unwrap().forward(&sample.joints).unwrap()
+                };
+                let slope = (moved(step) - moved(-step)) / (2.0 * step);
+                let column = jacobian.by_parameters[arm].column(parameter);
+                assert!(
+                    (slope - column).norm() < 1e-5 * (1.0 + column.norm()),
+                    "arm {arm} parameter {parameter}"
+                );
+            }
+        }
+    }
+}
+
+/// Singular values of the Jacobian over many poses, columns scaled to unit length.
+fn rank(reading: Reading) -> usize {
+    let mut rng = generator(23, 0);
+    // A generic arm: none of the parameters that make columns coincide is zero.
+    let truth = perturbed(&paper_robot(), 10.0, 0.1, Spread::Uniform, &mut rng);
+    let samples = measurements(&truth, 200, None, &mut rng);
+    let p = truth.arms()[0].parameters().data.0[0];
+    let mut jacobian = DMatrix::zeros(samples.len(), 8);
+    for (row, sample) in samples.iter().enumerate() {
+        let derivative = dual_gradient(reading, &p, &sample.position.data.0[0], sample.joints[0]);
+        for column in 0..8 {
+            jacobian[(row, column)] = derivative[column];
+        }
+    }
+    for mut column in jacobian.column_iter_mut() {
+        let norm = column.norm();
+        if norm > 0.0 {
+            column /= norm;
+        }
+    }
+    let singular = jacobian.singular_values();
+    // The gap is wide: true singular values are above 1e-4, vanishing ones near 1e-16.
+    singular.iter().filter(|value| **value > 1e-8).count()
+}
+
+#[test]
+fn alpha_as_tilt_has_rank_8_and_as_encoder_offset_7() {
+    assert_eq!(rank(Reading::Tilt), 8);
+    assert_eq!(rank(Reading::EncoderOffset), 7);
+}
+
+#[test]
+fn la_y_along_the_motor_axis_has_rank_7_either_way() {
+    assert_eq!(rank(Reading::LateralArm), 7);
+    assert_eq!(rank(Reading::EncoderOffsetLateralArm), 7);
+}

@@ -30,12 +30,19 @@ fn constraint<D: DualNum<Primitive = f64> + Copy>(
 ) -> D {
     let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = *p;
     let zero = D::from(0.0);
-    let lateral = matches!(reading, Reading::LateralArm | Reading::EncoderOffsetLateralArm);
+    let lateral = matches!(
+        reading,
+        Reading::LateralArm | Reading::EncoderOffsetLateralArm
+    );
     let offset = matches!(
         reading,
         Reading::EncoderOffset | Reading::EncoderOffsetLateralArm
     );
-    let (tilt, q) = if offset { (zero, q + alpha) } else { (alpha, q) };
+    let (tilt, q) = if offset {
+        (zero, q + alpha)
+    } else {
+        (alpha, q)
+    };
     let ex = [theta.cos(), theta.sin(), zero];
     let ez = [
         theta.sin() * tilt.sin(),
@@ -136,7 +143,11 @@ fn platform_jacobians_equal_finite_differences_of_forward_kinematics() {
         }
         for arm in 0..3 {
             for parameter in 0..8 {
-                let step = if matches!(parameter, 3 | 4) { 1e-5 } else { 1e-3 };
+                let step = if matches!(parameter, 3 | 4) {
+                    1e-5
+                } else {
+                    1e-3
+                };
                 let moved = |by: f64| {
                     let mut arms = *robot.arms();
                     let mut p = arms[arm].parameters().data.0[0];

@@ -89,8 +89,7 @@ fn largest_deviation(a: &ArmOutcome<f64>, expected: &[f64], sigma: &[f64]) -> f6
 
 #[test]
 fn both_forms_and_both_methods_reach_scipys_optimum() {
-    let goldens: Goldens =
-        serde_json::from_str(include_str!("../goldens/scipy.json")).unwrap();
+    let goldens: Goldens = serde_json::from_str(include_str!("../goldens/scipy.json")).unwrap();
     assert_eq!(goldens.cases.len(), 20);
     for (index, golden) in goldens.cases.iter().enumerate() {
         let samples = golden.samples();
@@ -117,7 +116,10 @@ fn both_forms_and_both_methods_reach_scipys_optimum() {
                         .collect();
                     // SciPy's own end points, from finite differences, scatter by some 1e-6 σ.
                     let deviation = largest_deviation(result, &expected, &sigma);
-                    assert!(deviation < 1e-4, "case {index} {arm}: {deviation:e} σ from SciPy");
+                    assert!(
+                        deviation < 1e-4,
+                        "case {index} {arm}: {deviation:e} σ from SciPy"
+                    );
                     let found = result.covariance.unwrap();
                     for row in 0..8 {
                         for column in 0..8 {
@@ -126,7 +128,10 @@ fn both_forms_and_both_methods_reach_scipys_optimum() {
                             let error = ((found[(row, column)] - expected) / scale).abs();
                             // Central differences know the Jacobian to 1e-8 or so, and the
                             // covariance multiplies that by the condition.
-                            assert!(error < 1e-3, "case {index} {arm}: covariance off by {error:e}");
+                            assert!(
+                                error < 1e-3,
+                                "case {index} {arm}: covariance off by {error:e}"
+                            );
                         }
                     }
                 }
@@ -198,12 +203,18 @@ fn a_hundred_noisy_robots_agree_with_the_levenberg_marquardt_crate() {
             let sigma = Parameter::ALL.map(|p| factor.standard_deviation(p).unwrap());
             let same = largest_deviation(factor, &stored.arm.parameters().data.0[0], &sigma);
             // Both minimise the same sum; each stops when a step gains nothing that can be seen.
-            assert!(same < 1e-6, "robot {robot} {arm}: the forms differ by {same:e} σ");
+            assert!(
+                same < 1e-6,
+                "robot {robot} {arm}: the forms differ by {same:e} σ"
+            );
             let peer = peer_parameters(&samples, arm, weights.then_some(&noise), tolerance)
                 .expect("the peer converges");
             let deviation = largest_deviation(factor, &peer.data.0[0], &sigma);
             // MINPACK's default tolerance of 1e-8·|P| leaves that much of a parameter open.
-            assert!(deviation < 1e-3, "robot {robot} {arm}: {deviation:e} σ from the peer");
+            assert!(
+                deviation < 1e-3,
+                "robot {robot} {arm}: {deviation:e} σ from the peer"
+            );
             compared += 1;
         }
     }

@@ -177,7 +177,7 @@ impl<T: Real> ArmSolver<T> {
             StepResult::Finished(termination) => Some(termination),
         };
         if let Some(termination) = termination
-            && self.iteration.cost <= self.starting_cost
+            && self.iteration.cost <= self.starting_cost + rounding_of_cost(problem)
         {
             let end = EndPoint {
                 iteration: self.iteration,
@@ -219,9 +219,8 @@ impl<T: Real> ArmSolver<T> {
             } else {
                 least / spare.larger(T::ONE)
             };
-            let rounding = problem.rows_squared() * (T::from_f64(1e3) * T::EPSILON).squared();
             let excess = best.iteration.sum_of_squares - least;
-            if !(excess > T::from_f64(50.0) * variance + rounding) {
+            if !(excess > T::from_f64(50.0) * variance + rounding_of_cost(problem)) {
                 return false;
             }
         }
@@ -243,14 +242,13 @@ impl<T: Real> ArmSolver<T> {
         end: &EndPoint<T>,
         best: &EndPoint<T>,
     ) -> bool {
-        let rounding = problem.rows_squared() * (T::from_f64(1e3) * T::EPSILON).squared();
         // With a tolerance the cost itself prefers the nearer one.
         let tie = if problem.reference().noise().is_some() && self.settings.tolerance.is_none() {
             T::from_f64(INDISTINGUISHABLE)
         } else {
             // Of two starts that end in the same point the first is kept.
             T::from_f64(1e-3) * best.iteration.cost
-        } + rounding;
+        } + rounding_of_cost(problem);
         let gained = best.iteration.cost - end.iteration.cost;
         if gained.magnitude() <= tie {
             let distance = |end: &EndPoint<T>| squared_length(&end.iteration.correction);
@@ -361,6 +359,11 @@ impl<T: Real> ArmSolver<T> {
         }
         .outcome(problem)
     }
+}
+
+/// A sum of squares below this is rounding: (10³ε)² times the rows that the residuals come from.
+fn rounding_of_cost<T: Real, P: ArmProblem<T>>(problem: &P) -> T {
+    problem.rows_squared() * (T::from_f64(1e3) * T::EPSILON).squared()
 }
 
 fn squared_length<T: Real>(values: &[T; 8]) -> T {

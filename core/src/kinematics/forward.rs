@@ -12,7 +12,7 @@ impl<T: Real> Robot<T> {
     /// # Errors
     /// [`KinematicsError::Unreachable`] if the forearms do not meet,
     /// [`KinematicsError::Singular`] with [`Singularity::Parallel`] if the elbows lie on one line
-    /// or the platform in their plane (to within √ε), [`KinematicsError::NonFinite`] for a joint
+    /// or the platform in their plane (to within 4√ε), [`KinematicsError::NonFinite`] for a joint
     /// angle that is not a finite number.
     ///
     /// ```
@@ -68,7 +68,7 @@ impl<T: Real> Robot<T> {
             return Err(KinematicsError::NonFinite(ArmIndex::First));
         }
         let centre = b1 + in_plane;
-        if !(height_squared.magnitude() > T::EPSILON * r1) {
+        if !(height_squared.magnitude() > T::from_f64(16.0) * T::EPSILON * r1) {
             return Err(KinematicsError::Singular(
                 farthest(&centre, &elbows, [r1, r2, r3]),
                 Singularity::Parallel,

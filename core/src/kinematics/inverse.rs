@@ -28,8 +28,8 @@ impl<T: Real> Arm<T> {
             return Err(Fault::NonFinite);
         }
         // S/√(A²+B²) is the sine of the angle between the arm's two links seen in its plane; below
-        // √ε the joint angle has lost half of its digits.
-        if !(root_squared.magnitude() > T::EPSILON * reach_squared) {
+        // 4√ε its square is rounding, and the joint angle has lost half of its digits.
+        if !(root_squared.magnitude() > T::from_f64(16.0) * T::EPSILON * reach_squared) {
             return Err(Fault::Serial);
         }
         if !(root_squared > T::ZERO) {
@@ -46,7 +46,7 @@ impl<T: Real> Robot<T> {
     ///
     /// # Errors
     /// The first arm that does not reach, is stretched or folded to its edge
-    /// ([`Singularity::Serial`], |C| within a relative ε of √(A²+B²)), or whose coordinate is not
+    /// ([`Singularity::Serial`], |C| within some ε of √(A²+B²)), or whose coordinate is not
     /// finite.
     ///
     /// ```

@@ -1,0 +1,374 @@
+//! The constant-memory factor and the stored samples hold the same information, however it came
+//! in: one by one, many at once, in any order, merged, in any unit.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use delta_cal::{
+    Arm, ArmFactor, ArmIndex, ArmSolver, Calibrator, MergeError, Noise, Progress, Reference, Robot,
+    Sample, SampleError, Settings, StoredArmSamples, StoredCalibrator, StoredError, Tolerance,
+};
+use delta_cal_tests::{
+    Spread, generator, largest_difference, measurements, paper_robot, perturbed, uniform,
+};
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+fn noise() -> Noise<f64> {
+    Noise::new(0.02, 0.005 * DEGREE).unwrap()
+}
+
+fn noisy(seed: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>>) {
+    let mut rng = generator(71, seed);
+    let truth = perturbed(&paper_robot(), 1.0, 0.3 * DEGREE, Spread::Uniform, &mut rng);
+    let samples = measurements(&truth, count, Some(&noise()), &mut rng);
+    (truth, samples)
+}
+
+fn weighted() -> Settings<f64> {
+    Settings {
+        noise: Some(noise()),
+        ..Settings::default()
+    }
+}
+
+fn filled(samples: &[Sample<f64>], settings: &Settings<f64>) -> Calibrator<f64> {
+    let mut calibrator = Calibrator::new(&paper_robot(), settings);
+    calibrator.add_many(samples).unwrap();
+    calibrator
+}
+
+/// Largest difference of two solutions in σ of the first: rounding of R is relative to the
+/// samples' spread, so this is what "the same" means for noisy data.
+fn sigmas_apart(a: &Calibrator<f64>, b: &Calibrator<f64>) -> f64 {
+    let (a, b) = (a.solve().unwrap(), b.solve().unwrap());
+    let mut largest = 0f64;
+    for (a, b) in a.arms.iter().zip(&b.arms) {
+        let covariance = a.covariance.unwrap();
+        let difference = a.arm.parameters() - b.arm.parameters();
+        for k in 0..8 {
+            largest = largest.max((difference[k] / covariance[(k, k)].sqrt()).abs());
+        }
+    }
+    largest
+}
+
+/// Rounding errors of a few 1e-16 · 1e5 (lengths over σ) · condition, far below a σ.
+const SAME: f64 = 1e-6;
+
+fn config() -> ProptestConfig {
+    ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(100)
+    }
+}
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn one_by_one_and_many_at_once_agree(seed: u64, count in 12usize..80) {
+        let (_, samples) = noisy(seed, count);
+        let mut singly = Calibrator::new(&paper_robot(), &weighted());
+        for sample in &samples {
+            singly.add(sample).unwrap();
+        }
+        prop_assert_eq!(singly.samples(), count as u64);
+        prop_assert!(sigmas_apart(&singly, &filled(&samples, &weighted())) < SAME);
+    }
+
+    #[test]
+    fn the_order_of_samples_does_not_matter(seed: u64, count in 12usize..80) {
+        let (_, mut samples) = noisy(seed, count);
+        let forward = filled(&samples, &weighted());
+        samples.reverse();
+        samples.rotate_left(count / 3);
+        prop_assert!(sigmas_apart(&forward, &filled(&samples, &weighted())) < SAME);
+    }
+
+    #[test]
+    fn merged_factors_hold_both_sets(seed: u64, count in 12usize..80, part in 0.0..1.0) {
+        let (_, samples) = noisy(seed, count);
+        let whole = filled(&samples, &weighted());
+        let (left, right) = samples.split_at((part * count as f64) as usize);
+        let mut merged = filled(left, &weighted());
+        merged.merge(&filled(right, &weighted())).unwrap();
+        prop_assert_eq!(merged.samples(), count as u64);
+        prop_assert!(sigmas_apart(&whole, &merged) < SAME);
+    }
+
+    #[test]
+    fn stored_samples_give_the_same_solution(seed: u64, count in 12usize..80) {
+        let (_, samples) = noisy(seed, count);
+        let mut stored = StoredCalibrator::<f64, 80>::new(&paper_robot(), &weighted());
+        for sample in &samples {
+            stored.add(sample).unwrap();
+        }
+        let factor = filled(&samples, &weighted()).solve().unwrap();
+        let stored = stored.solve().unwrap();
+        for (factor, stored) in factor.arms.iter().zip(&stored.arms) {
+            let covariance = factor.covariance.unwrap();
+            let difference = factor.arm.parameters() - stored.arm.parameters();
+            for k in 0..8 {
+                prop_assert!((difference[k] / covariance[(k, k)].sqrt()).abs() < SAME);
+            }
+            let other = stored.covariance.unwrap();
+            prop_assert!((covariance - other).norm() < 1e-6 * covariance.norm());
+        }
+    }
+
+    /// Σ (f/σf)² of any parameters, against the sum over the samples of the constraint itself.
+    #[test]
+    fn the_factor_evaluates_any_parameters(seed: u64, count in 1usize..40) {
+        let (_, samples) = noisy(seed, count);
+        let mut rng = generator(72, seed);
+        let other = perturbed(&paper_robot(), 20.0, 0.2, Spread::Uniform, &mut rng);
+        let calibrator = filled(&samples, &weighted());
+        let nominal = paper_robot::<f64>();
+        for index in ArmIndex::ALL {
+            let mut expected = 0.0;
+            for sample in &samples {
+                let q = sample.joints[index.index()];
+                let arm = nominal.arm(index);
+                let sigma = (2.0 * arm.lb() * 0.02)
+                    .hypot(arm.constraint_by_joint(&sample.position, q) * 0.005 * DEGREE);
+                expected += (other.arm(index).constraint(&sample.position, q) / sigma).powi(2);
+            }
+            let found = calibrator.arms()[index.index()].sum_of_squares(other.arm(index));
+            // Terms of 1e5 σ that partly cancel, against 1e3 σ that remain.
+            prop_assert!((found - expected).abs() < 1e-8 * expected, "{found} for {expected}");
+        }
+    }
+
+    /// The same robot in metres, micrometres or leagues.
+    #[test]
+    fn the_unit_of_length_scales_the_result(seed: u64, exponent in -6i32..6) {
+        let unit = 10f64.powi(exponent);
+        let (_, samples) = noisy(seed, 30);
+        let in_unit = |robot: &Robot<f64>| {
+            Robot::new(robot.arms().map(|arm| {
+                let mut p = arm.parameters().data.0[0];
+                for index in [0, 1, 2, 5, 6, 7] {
+                    p[index] *= unit;
+                }
+                Arm::new(p).unwrap()
+            }))
+            .unwrap()
+        };
+        let settings = |unit: f64| Settings {
+            noise: Some(Noise::new(0.02 * unit, 0.005 * DEGREE).unwrap()),
+            tolerance: Some(Tolerance::new(unit, 0.3 * DEGREE).unwrap()),
+            ..Settings::default()
+        };
+        let mut small = Calibrator::new(&paper_robot(), &settings(1.0));
+        small.add_many(&samples).unwrap();
+        let mut large = Calibrator::new(&in_unit(&paper_robot()), &settings(unit));
+        for sample in &samples {
+            large
+                .add(&Sample { position: sample.position * unit, ..*sample })
+                .unwrap();
+        }
+        let expected = in_unit(&small.solve().unwrap().robot);
+        let found = large.solve().unwrap().robot;
+        // Decimal units round each number: ε · 500 mm, times the condition.
+        prop_assert!(largest_difference(&found, &expected) < 1e-7 * unit);
+    }
+
+    #[test]
+    fn a_bad_number_is_refused_and_nothing_is_taken_in(
+        seed: u64,
+        place in 0usize..6,
+        kind in 0usize..4,
+    ) {
+        let (_, samples) = noisy(seed, 20);
+        let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e200][kind];
+        let mut spoilt = samples[7];
+        let expected = if place < 3 {
+            spoilt.joints[place] = bad;
+            let arm = ArmIndex::ALL[place];
+            if bad.is_finite() { SampleError::JointTooLarge(arm) } else { SampleError::JointNonFinite(arm) }
+        } else {
+            spoilt.position[place - 3] = bad;
+            SampleError::PositionNonFinite
+        };
+        let mut calibrator = filled(&samples, &weighted());
+        let before = calibrator;
+        prop_assert_eq!(calibrator.add(&spoilt), Err(expected));
+        prop_assert_eq!(calibrator, before);
+
+        let mut many = samples.clone();
+        many[7] = spoilt;
+        prop_assert_eq!(calibrator.add_many(&many), Err((7, expected)));
+        prop_assert_eq!(calibrator, before);
+
+        let mut stored = StoredCalibrator::<f64, 20>::new(&paper_robot(), &weighted());
+        prop_assert_eq!(stored.add(&spoilt), Err(StoredError::Sample(expected)));
+        prop_assert_eq!(stored.samples(), 0);
+    }
+
+    /// Any bit patterns at all: an error or a finite result, never a panic, an endless loop or NaN.
+    #[test]
+    fn arbitrary_bits_never_become_an_accepted_nan(
+        numbers in prop::collection::vec(prop::array::uniform6(any::<f32>()), 8..24),
+    ) {
+        let robot = paper_robot::<f64>().cast::<f32>().unwrap();
+        let settings = Settings { tolerance: Some(Tolerance::new(1.0, 0.01).unwrap()), ..Settings::default() };
+        for settings in [Settings::default(), settings] {
+            let mut calibrator = Calibrator::<f32>::new(&robot, &settings);
+            for [a, b, c, x, y, z] in &numbers {
+                let _ = calibrator.add(&Sample { joints: [*a, *b, *c], position: Vector3::new(*x, *y, *z) });
+            }
+            if let Ok(outcome) = calibrator.solve() {
+                for arm in &outcome.arms {
+                    prop_assert!(arm.arm.parameters().iter().all(|v| v.is_finite()));
+                    prop_assert!(arm.residual_rms.is_finite());
+                    if let Some(covariance) = arm.covariance {
+                        prop_assert!(covariance.iter().all(|v| v.is_finite()));
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn factors_of_different_references_do_not_merge() {
+    let (_, samples) = noisy(1, 12);
+    let mut a = filled(&samples, &weighted());
+    let before = a;
+    let b = filled(&samples, &Settings::default());
+    assert_eq!(a.merge(&b), Err(MergeError::DifferentReference));
+    assert_eq!(a, before);
+}
+
+#[test]
+fn a_full_store_keeps_what_it_has() {
+    let (_, samples) = noisy(2, 3);
+    let mut stored = StoredCalibrator::<f64, 2>::new(&paper_robot(), &weighted());
+    stored.add(&samples[0]).unwrap();
+    stored.add(&samples[1]).unwrap();
+    assert_eq!(stored.add(&samples[2]), Err(StoredError::Full));
+    assert_eq!(stored.samples(), 2);
+}
+
+/// Forgetting by λ multiplies every earlier row by √λ: the factor equals one made from rows whose
+/// stated noise was larger by 1/√λ.
+#[test]
+fn forgetting_weighs_old_samples_down() {
+    let (_, samples) = noisy(3, 60);
+    let (old, new) = samples.split_at(30);
+    let mut forgetful = filled(old, &weighted());
+    forgetful.forget(0.25);
+    forgetful.add_many(new).unwrap();
+    assert_eq!(forgetful.samples(), 60);
+    for factor in forgetful.arms() {
+        assert!((factor.effective_samples() - 37.5).abs() < 1e-12);
+    }
+    let other = paper_robot::<f64>();
+    for index in ArmIndex::ALL {
+        let arm = other.arm(index);
+        let sum = |samples: &[Sample<f64>]| {
+            filled(samples, &weighted()).arms()[index.index()].sum_of_squares(arm)
+        };
+        let expected = 0.25 * sum(old) + sum(new);
+        let found = forgetful.arms()[index.index()].sum_of_squares(arm);
+        assert!((found - expected).abs() < 1e-10 * expected);
+    }
+}
+
+#[test]
+fn forgetting_lets_the_estimate_follow_a_changed_robot() {
+    let nominal = paper_robot::<f64>();
+    let mut rng = generator(73, 0);
+    let first = perturbed(&nominal, 1.0, 0.3 * DEGREE, Spread::Uniform, &mut rng);
+    let second = perturbed(&nominal, 1.0, 0.3 * DEGREE, Spread::Uniform, &mut rng);
+    let mut calibrator = Calibrator::new(&nominal, &Settings::default());
+    calibrator
+        .add_many(&measurements(&first, 100, None, &mut rng))
+        .unwrap();
+    for _ in 0..40 {
+        calibrator.forget(0.3);
+        calibrator
+            .add_many(&measurements(&second, 12, None, &mut rng))
+            .unwrap();
+    }
+    // 0.3^40 = 1e-21 of the first robot's Σ f² is left.
+    let error = largest_difference(&calibrator.solve().unwrap().robot, &second);
+    assert!(error < 1e-6, "{error:e} mm");
+}
+
+#[test]
+fn a_million_samples_leave_single_precision_intact() {
+    let mut rng = generator(74, 0);
+    let nominal = paper_robot::<f64>();
+    let truth = perturbed(&nominal, 1.0, 0.3 * DEGREE, Spread::Uniform, &mut rng);
+    let poses = measurements(&truth, 1000, None, &mut rng);
+    let settings = Settings {
+        noise: Some(Noise::<f32>::new(0.02, 0.0).unwrap()),
+        ..Settings::default()
+    };
+    let mut calibrator = Calibrator::<f32>::new(&nominal.cast().unwrap(), &settings);
+    for _ in 0..1000 {
+        for pose in &poses {
+            let jitter = Vector3::from([(); 3].map(|()| 0.02 * 3f64.sqrt() * uniform(&mut rng)));
+            calibrator
+                .add(&Sample {
+                    joints: pose.joints.map(|q| q as f32),
+                    position: (pose.position + jitter).cast(),
+                })
+                .unwrap();
+        }
+    }
+    assert_eq!(calibrator.samples(), 1_000_000);
+    let outcome = calibrator.solve().unwrap();
+    let error = largest_difference(&outcome.robot.cast().unwrap(), &truth);
+    println!(
+        "a million samples of 20 µm in f32: worst parameter off by {:.2} µm",
+        error * 1e3
+    );
+    // The statistical error is 20 µm · 30 / √1e6 ≈ 0.6 µm; rounding of a million updates may add
+    // the same again several times, but must stay below the 5 µm promised for exact samples.
+    assert!(error < 5e-3, "{error:e} mm");
+}
+
+#[test]
+fn solving_step_by_step_equals_solving_at_once_and_steps_are_few() {
+    let (_, samples) = noisy(4, 40);
+    let calibrator = filled(&samples, &weighted());
+    let at_once = calibrator.solve().unwrap();
+    for (index, factor) in ArmIndex::ALL.into_iter().zip(calibrator.arms()) {
+        let mut solver = ArmSolver::new(factor, index, &weighted()).unwrap();
+        assert!(solver.outcome(factor).is_err());
+        let mut steps = 0;
+        while solver.step(factor) == Progress::Working {
+            steps += 1;
+            assert!(steps < 200);
+        }
+        assert_eq!(solver.outcome(factor).unwrap(), at_once.arms[index.index()]);
+        assert_eq!(solver.step(factor), Progress::Finished);
+    }
+}
+
+#[test]
+fn one_arm_alone_is_calibrated_from_its_own_samples() {
+    let (truth, _) = noisy(5, 1);
+    let mut rng = generator(75, 0);
+    let samples = measurements(&truth, 20, None, &mut rng);
+    let nominal = paper_robot::<f64>();
+    let arm = ArmIndex::Third;
+    let reference = Reference::new(nominal.arm(arm), &Vector3::new(0.0, 0.0, -450.0), None);
+    let mut stored = StoredArmSamples::<f64, 20>::new(reference);
+    let mut factor = ArmFactor::new(reference);
+    for sample in &samples {
+        stored.add(&sample.position, sample.joints[2], arm).unwrap();
+        factor.add(&sample.position, sample.joints[2], arm).unwrap();
+    }
+    let expected = truth.arm(arm).parameters();
+    let mut solver = ArmSolver::new(&stored, arm, &Settings::default()).unwrap();
+    while solver.step(&stored) == Progress::Working {}
+    assert!((solver.outcome(&stored).unwrap().arm.parameters() - expected).amax() < 1e-8);
+    let mut solver = ArmSolver::new(&factor, arm, &Settings::default()).unwrap();
+    while solver.step(&factor) == Progress::Working {}
+    assert!((solver.outcome(&factor).unwrap().arm.parameters() - expected).amax() < 1e-8);
+}

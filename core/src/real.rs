@@ -54,7 +54,8 @@ pub trait Real: Field + Scalar + Copy + PartialOrd + Debug + Display + Send + Sy
     /// 1/√x for normal positive x, to within 2 ULP; the `micromath` feature changes how it is
     /// computed in single precision.
     fn inverse_square_root(self) -> Self;
-    /// (sin x, cos x), x in radians. In single precision NaN where |x| > 8192.
+    /// (sin x, cos x), x in radians, to within 1 ULP (near a zero of either, to 2⁻³⁵). In single
+    /// precision NaN where |x| > 8192.
     fn sine_cosine(self) -> (Self, Self);
     /// The angle of the point (x, y) from the x axis, in (−π, π]: `y.angle_over(x)` = atan2(y, x).
     fn angle_over(self, x: Self) -> Self;

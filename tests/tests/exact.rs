@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use delta_cal::{
-    Calibrator, Real, RigidTransform, Robot, RobotOutcome, Sample, Settings, Start,
+    Calibrator, Real, RigidTransform, Robot, RobotOutcome, Sample, Settings, Start, StartUsed,
     StoredCalibrator, SymmetricRobot,
 };
 use delta_cal_tests::{
@@ -157,6 +157,8 @@ fn no_guess() -> Robot<f64> {
 
 #[test]
 fn twelve_poses_return_500_of_500_robots_without_a_guess() {
+    // How often the reference led astray and the start without a guess was fallen back on.
+    let mut fallen_back = 0;
     for count in [12, 20, 60] {
         for robot in 0..ROBOTS {
             let (truth, samples) = case(35, robot, count);
@@ -172,9 +174,16 @@ fn twelve_poses_return_500_of_500_robots_without_a_guess() {
                     error < 1e-6,
                     "{count} poses, robot {robot}, {start:?}: {error:e} mm"
                 );
+                fallen_back += outcome
+                    .arms
+                    .iter()
+                    .filter(|arm| start == Start::Reference && arm.start == StartUsed::Free)
+                    .count();
             }
         }
     }
+    println!("fallen back on the start without a guess for {fallen_back} of 4500 arms");
+    assert!(fallen_back > 0, "the fallback was never needed: not tested");
 }
 
 /// The same robot with each azimuth in the turn of `near`.

@@ -23,12 +23,22 @@ pub(super) fn sine_cosine(x: f32) -> (f32, f32) {
     let shifted = x * core::f32::consts::FRAC_2_PI + TO_INTEGER;
     let quadrant = shifted.to_bits();
     let turns = shifted - TO_INTEGER;
-    let r = ((x - turns * HALF_PI_HIGH) - turns * HALF_PI_MIDDLE) - turns * HALF_PI_LOW;
+    let (high, middle) = (x - turns * HALF_PI_HIGH, turns * HALF_PI_MIDDLE);
+    let coarse = high - middle;
+    let coarse_tail = ((high - coarse) - middle) - turns * HALF_PI_LOW;
+    // r + tail is the reduced angle; the tail is what one number cannot hold.
+    let r = coarse + coarse_tail;
+    let tail = (coarse - r) + coarse_tail;
 
     let r2 = r * r;
-    let sine = r + r * r2 * (-1.666_665_5e-1 + r2 * (8.332_161e-3 + r2 * -1.951_529_6e-4));
-    let cosine = (1.0 - 0.5 * r2)
-        + r2 * r2 * (4.166_664_6e-2 + r2 * (-1.388_731_6e-3 + r2 * 2.443_315_7e-5));
+    let sine = r
+        + (tail + r * r2 * (-1.666_665_5e-1 + r2 * (8.332_161e-3 + r2 * -1.951_529_6e-4)));
+    let half_square = 0.5 * r2;
+    let rough = 1.0 - half_square;
+    let cosine = rough
+        + (((1.0 - rough) - half_square)
+            + (r2 * r2 * (4.166_664_6e-2 + r2 * (-1.388_731_6e-3 + r2 * 2.443_315_7e-5))
+                - r * tail));
 
     match quadrant & 3 {
         0 => (sine, cosine),

@@ -185,3 +185,90 @@ pub(crate) fn corrected_arm<T: Real>(
     *lb = lb.magnitude();
     Arm::new(parameters)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn reference() -> Reference<f64> {
+        let arm = Arm::new([150.0, 30.0, -5.0, 0.7, 0.2, 240.0, 35.0, 470.0]).unwrap();
+        Reference::new(&arm, &Vector3::new(10.0, -20.0, -430.0), None)
+    }
+
+    /// c(P) by its definition, from the arm's own vectors.
+    fn coefficients(reference: &Reference<f64>, correction: &[f64; 8]) -> [f64; 12] {
+        let arm = corrected_arm(reference, correction).unwrap();
+        let scale = reference.scale();
+        let d = (arm.d() - reference.centre()) / scale;
+        let (u, v) = (arm.basis().u / scale, arm.basis().v / scale);
+        let lb = arm.lb() / scale;
+        [
+            -2.0 * d.x,
+            -2.0 * d.y,
+            -2.0 * d.z,
+            2.0 * u.dot(&d),
+            2.0 * v.dot(&d),
+            -2.0 * u.x,
+            -2.0 * u.y,
+            -2.0 * u.z,
+            -2.0 * v.x,
+            -2.0 * v.y,
+            -2.0 * v.z,
+            d.dot(&d) + u.dot(&u) - lb * lb,
+        ]
+    }
+
+    const CORRECTION: [f64; 8] = [0.02, -0.01, 0.03, 0.05, -0.04, 0.01, 0.02, -0.03];
+
+    #[test]
+    fn coefficients_are_the_difference_of_their_definition() {
+        let reference = reference();
+        let at = Displacement::new(&reference, &CORRECTION);
+        let before = coefficients(&reference, &[0.0; 8]);
+        let after = coefficients(&reference, &CORRECTION);
+        for ((found, before), after) in at.coefficients.iter().zip(before).zip(after) {
+            // Numbers of about 1, subtracted: a few ε.
+            assert!((found - (after - before)).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn coefficient_jacobian_equals_central_differences() {
+        let reference = reference();
+        let jacobian = Displacement::new(&reference, &CORRECTION).coefficient_jacobian();
+        let step = 1e-6;
+        for parameter in 0..8 {
+            let at = |by: f64| {
+                let mut correction = CORRECTION;
+                correction[parameter] += by;
+                Displacement::new(&reference, &correction).coefficients
+            };
+            for ((row, above), below) in jacobian.iter().zip(at(step)).zip(at(-step)) {
+                // step² · c‴/6 + ε/step ≈ 1e-10.
+                assert!((row[parameter] - (above - below) / (2.0 * step)).abs() < 1e-9);
+            }
+        }
+    }
+
+    /// The reason for the addition theorems: a correction of a micrometre in single precision keeps
+    /// its relative accuracy, though it is the last digit of the numbers it corrects.
+    #[test]
+    fn small_corrections_keep_their_digits_in_single_precision() {
+        let arm = reference().arm().cast::<f32>().unwrap();
+        let single = Reference::new(&arm, &Vector3::new(10.0, -20.0, -430.0), None);
+        let double = Reference::new(
+            &arm.cast::<f64>().unwrap(),
+            &Vector3::new(10.0, -20.0, -430.0),
+            None,
+        );
+        let correction = CORRECTION.map(|value| value * 1e-6);
+        let expected = Displacement::new(&double, &correction).coefficients;
+        let found = Displacement::new(&single, &correction.map(<f32 as crate::Real>::from_f64))
+            .coefficients;
+        for (found, expected) in found.iter().zip(expected) {
+            // Some ten roundings of 6e-8 each, of terms as large as 1e-7.
+            assert!((f64::from(*found) - expected).abs() < 1e-13);
+        }
+    }
+}

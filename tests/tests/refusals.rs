@@ -1,0 +1,293 @@
+//! A calibration is either good or refused with its cause and arm.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use delta_cal::{
+    Arm, ArmIndex, Calibrator, Method, Noise, NoiseError, Parameter, Refusal, Robot, Sample,
+    Settings, Start, Tolerance, ToleranceError,
+};
+use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use nalgebra::Vector3;
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+fn robot_and_samples(
+    seed: u64,
+    count: usize,
+    noise: Option<&Noise<f64>>,
+) -> (Robot<f64>, Vec<Sample<f64>>) {
+    let mut rng = generator(81, seed);
+    let truth = perturbed(&paper_robot(), 1.0, 0.3 * DEGREE, Spread::Uniform, &mut rng);
+    let samples = measurements(&truth, count, noise, &mut rng);
+    (truth, samples)
+}
+
+fn solve(samples: &[Sample<f64>], settings: &Settings<f64>) -> Result<(), Refusal> {
+    let mut calibrator = Calibrator::new(&paper_robot(), settings);
+    calibrator.add_many(samples).unwrap();
+    calibrator.solve().map(|_| ())
+}
+
+#[test]
+fn too_few_samples() {
+    let (_, samples) = robot_and_samples(0, 11, None);
+    assert_eq!(
+        solve(&samples[..7], &Settings::default()),
+        Err(Refusal::TooFewSamples {
+            arm: ArmIndex::First,
+            samples: 7,
+            needed: 8
+        })
+    );
+    let free = Settings {
+        start: Start::Free,
+        ..Settings::default()
+    };
+    assert_eq!(
+        solve(&samples, &free),
+        Err(Refusal::TooFewSamples {
+            arm: ArmIndex::First,
+            samples: 11,
+            needed: 12
+        })
+    );
+    let tolerance = Settings {
+        tolerance: Some(Tolerance::new(1.0, 0.3 * DEGREE).unwrap()),
+        noise: Some(Noise::new(0.01, 0.0).unwrap()),
+        ..Settings::default()
+    };
+    assert_eq!(
+        solve(&[], &tolerance),
+        Err(Refusal::TooFewSamples {
+            arm: ArmIndex::First,
+            samples: 0,
+            needed: 1
+        })
+    );
+    assert_eq!(solve(&samples[..1], &tolerance), Ok(()));
+}
+
+#[test]
+fn everything_forgotten_is_as_good_as_no_samples() {
+    let (_, samples) = robot_and_samples(1, 20, None);
+    let mut calibrator = Calibrator::new(&paper_robot(), &Settings::default());
+    calibrator.add_many(&samples).unwrap();
+    calibrator.forget(0.0);
+    assert!(matches!(
+        calibrator.solve(),
+        Err(Refusal::TooFewSamples { samples: 0, .. })
+    ));
+}
+
+#[test]
+fn poses_that_do_not_determine_the_parameters() {
+    // Twenty times the same pose.
+    let (_, samples) = robot_and_samples(2, 1, None);
+    let same = vec![samples[0]; 20];
+    assert!(matches!(
+        solve(&same, &Settings::default()),
+        Err(Refusal::Undetermined {
+            arm: ArmIndex::First,
+            ..
+        })
+    ));
+    // Only arm 2's joint stands still: its elbow is one point, on which no circle is known.
+    let (truth, _) = robot_and_samples(3, 1, None);
+    let still: Vec<_> = (0..30)
+        .map(|k| {
+            let t = f64::from(k);
+            let joints = [0.5 * t.sin(), 0.2, 0.5 * (1.7 * t).cos()];
+            Sample {
+                joints,
+                position: truth.forward(&joints).unwrap(),
+            }
+        })
+        .collect();
+    let refusal = solve(&still, &Settings::default()).unwrap_err();
+    assert!(
+        matches!(
+            refusal,
+            Refusal::Undetermined {
+                arm: ArmIndex::Second,
+                ..
+            }
+        ),
+        "{refusal:?}"
+    );
+    assert_eq!(refusal.arm(), Some(ArmIndex::Second));
+}
+
+#[test]
+fn noise_that_leaves_a_parameter_unknown() {
+    // A metre of noise on a robot half that size, eight poses: σ beyond a tenth of the arm.
+    let noise = Noise::new(30.0, 0.0).unwrap();
+    let (_, samples) = robot_and_samples(4, 20, Some(&noise));
+    let settings = Settings {
+        noise: Some(noise),
+        ..Settings::default()
+    };
+    assert!(matches!(
+        solve(&samples, &settings),
+        Err(Refusal::Undetermined { .. })
+    ));
+}
+
+#[test]
+fn residuals_that_contradict_the_stated_noise() {
+    let noise = Noise::new(0.5, 0.0).unwrap();
+    let (_, samples) = robot_and_samples(5, 60, Some(&noise));
+    let settings = Settings {
+        noise: Some(Noise::new(0.01, 0.0).unwrap()),
+        ..Settings::default()
+    };
+    let refusal = solve(&samples, &settings).unwrap_err();
+    let Refusal::ResidualContradictsNoise { ratio, .. } = refusal else {
+        panic!("{refusal:?}");
+    };
+    // The true noise is fifty times the stated one; χ with 52 degrees of freedom scatters by 10 %.
+    assert!((30.0..70.0).contains(&ratio), "{ratio}");
+    // Stated truly, the same samples are accepted.
+    assert_eq!(
+        solve(
+            &samples,
+            &Settings {
+                noise: Some(noise),
+                ..settings
+            }
+        ),
+        Ok(())
+    );
+}
+
+/// Exchanged joint columns describe a robot whose arms are numbered otherwise. Whether that is the
+/// robot at hand only a tolerance can tell.
+#[test]
+fn a_swapped_pair_of_joint_columns_is_far_from_nominal() {
+    let noise = Noise::new(0.01, 0.0).unwrap();
+    let (_, mut samples) = robot_and_samples(6, 40, Some(&noise));
+    for sample in &mut samples {
+        sample.joints.swap(0, 1);
+    }
+    let settings = Settings {
+        noise: Some(noise),
+        tolerance: Some(Tolerance::new(1.0, 0.3 * DEGREE).unwrap()),
+        ..Settings::default()
+    };
+    let refusal = solve(&samples, &settings).unwrap_err();
+    assert!(matches!(
+        refusal,
+        Refusal::FarFromNominal { .. } | Refusal::ResidualContradictsNoise { .. }
+    ));
+    assert_eq!(refusal.arm(), Some(ArmIndex::First));
+}
+
+#[test]
+fn parameters_many_tolerances_from_nominal() {
+    // A forearm 30 mm longer than stated, with a tolerance of 0.1 mm.
+    let mut arms = *paper_robot::<f64>().arms();
+    let mut p = arms[2].parameters().data.0[0];
+    p[7] += 30.0;
+    arms[2] = Arm::new(p).unwrap();
+    let truth = Robot::new(arms).unwrap();
+    let mut rng = generator(82, 0);
+    let samples = measurements(&truth, 40, None, &mut rng);
+    let settings = Settings {
+        tolerance: Some(Tolerance::new(0.1, 0.1 * DEGREE).unwrap()),
+        noise: Some(Noise::new(0.01, 0.0).unwrap()),
+        ..Settings::default()
+    };
+    let refusal = solve(&samples, &settings).unwrap_err();
+    let Refusal::FarFromNominal {
+        arm,
+        parameter,
+        tolerances,
+    } = refusal
+    else {
+        panic!("{refusal:?}");
+    };
+    assert_eq!((arm, parameter), (ArmIndex::Third, Parameter::Lb));
+    assert!((250.0..350.0).contains(&tolerances), "{tolerances}");
+}
+
+#[test]
+fn a_fit_that_does_not_converge() {
+    let (_, samples) = robot_and_samples(7, 20, None);
+    let settings = Settings {
+        iteration_limit: 1,
+        ..Settings::default()
+    };
+    assert!(matches!(
+        solve(&samples, &settings),
+        Err(Refusal::NotConverged {
+            arm: ArmIndex::First,
+            ..
+        })
+    ));
+}
+
+#[test]
+fn samples_of_no_delta_robot_are_never_accepted_with_a_stated_noise() {
+    for seed in 0..100 {
+        let mut rng = generator(83, seed);
+        let mut random = || delta_cal_tests::uniform(&mut rng);
+        let samples: Vec<_> = (0..30)
+            .map(|_| Sample {
+                joints: [random(), random(), random()],
+                position: Vector3::new(random(), random(), random() - 2.0) * 200.0,
+            })
+            .collect();
+        for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
+            let settings = Settings {
+                method,
+                noise: Some(Noise::new(0.05, 0.01 * DEGREE).unwrap()),
+                ..Settings::default()
+            };
+            assert!(
+                solve(&samples, &settings).is_err(),
+                "seed {seed} {method:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_accepted_calibration_never_fits_worse_than_before() {
+    let mut accepted = 0;
+    for seed in 0..300 {
+        let noise = Noise::new(0.05, 0.01 * DEGREE).unwrap();
+        let (_, samples) = robot_and_samples(seed, 8 + seed as usize % 30, Some(&noise));
+        for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
+            let settings = Settings {
+                method,
+                ..Settings::default()
+            };
+            let mut calibrator = Calibrator::new(&paper_robot(), &settings);
+            calibrator.add_many(&samples).unwrap();
+            let Ok(outcome) = calibrator.solve() else {
+                continue;
+            };
+            accepted += 1;
+            for (factor, index) in calibrator.arms().iter().zip(ArmIndex::ALL) {
+                let before = factor.sum_of_squares(paper_robot().arm(index));
+                let after = factor.sum_of_squares(outcome.robot.arm(index));
+                assert!(
+                    after <= before * (1.0 + 1e-9),
+                    "seed {seed}: {after} after {before}"
+                );
+            }
+        }
+    }
+    assert!(accepted > 500, "{accepted}");
+}
+
+#[test]
+fn noises_and_tolerances_that_are_none() {
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert_eq!(Noise::new(bad, 0.0), Err(NoiseError::Position));
+        assert_eq!(Tolerance::new(bad, 0.1), Err(ToleranceError::Length));
+        assert_eq!(Tolerance::new(0.1, bad), Err(ToleranceError::Angle));
+    }
+    for bad in [-1.0, f64::NAN, f64::INFINITY] {
+        assert_eq!(Noise::new(1.0, bad), Err(NoiseError::Joint));
+    }
+}

@@ -1,0 +1,176 @@
+//! The single-precision functions against double precision, in ULP.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use delta_cal::{JointLimits, Noise, Real, random_pose, simulate_sample, standard_normal};
+use delta_cal_tests::{generator, paper_limits, paper_robot};
+
+/// The distance of `value` from `exact` in units of the last place of a single-precision number of
+/// that size, never finer than that of 2⁻²⁴: near the zeros of sine and cosine the error is absolute.
+fn ulps(value: f32, exact: f64, finest: f64) -> f64 {
+    let size = exact.abs().max(finest);
+    let ulp = 2f64.powi(size.log2().floor() as i32 - 23);
+    (f64::from(value) - exact).abs() / ulp
+}
+
+#[test]
+fn sine_and_cosine_are_within_one_ulp() {
+    let mut worst = (0f64, 0f32);
+    let mut worst_far = (0f64, 0f32);
+    let check = |x: f32, worst: &mut (f64, f32), finest: f64| {
+        let (sine, cosine) = x.sine_cosine();
+        let exact = f64::from(x);
+        // Double precision is exact to 2⁻²⁹ of a single-precision ULP.
+        for error in [
+            ulps(sine, exact.sin(), finest),
+            ulps(cosine, exact.cos(), finest),
+        ] {
+            if error > worst.0 {
+                *worst = (error, x);
+            }
+        }
+    };
+    // Every 17th single-precision number from 2⁻²⁴ to 4π, both signs: the angles of joints and
+    // parameters.
+    let mut bits = 2f32.powi(-24).to_bits();
+    let end = (4.0 * std::f32::consts::PI).to_bits();
+    let mut tried = 0u64;
+    while bits <= end {
+        let x = f32::from_bits(bits);
+        check(x, &mut worst, 2f64.powi(-12));
+        check(-x, &mut worst, 2f64.powi(-12));
+        bits += 17;
+        tried += 2;
+    }
+    // And every 1009th up to the end of the range.
+    let end = 8192f32.to_bits();
+    while bits <= end {
+        check(f32::from_bits(bits), &mut worst_far, 2f64.powi(-12));
+        bits += 1009;
+        tried += 1;
+    }
+    println!(
+        "sine and cosine: {tried} angles, at most {:.3} ULP up to 4π (at {}), {:.3} ULP up to 8192 (at {})",
+        worst.0, worst.1, worst_far.0, worst_far.1
+    );
+    assert!(worst.0 < 1.0, "{worst:?}");
+    assert!(worst_far.0 < 1.0, "{worst_far:?}");
+}
+
+#[test]
+fn sine_and_cosine_refuse_what_they_cannot_reduce() {
+    for x in [8193f32, -8193.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
+        let (sine, cosine) = x.sine_cosine();
+        assert!(sine.is_nan() && cosine.is_nan());
+    }
+    assert_eq!(0f32.sine_cosine(), (0.0, 1.0));
+}
+
+/// The bound that `Real` documents; run with and without the `micromath` feature.
+#[test]
+fn inverse_square_root_is_within_two_ulp() {
+    let mut worst = (0f64, 0f32);
+    let mut bits = f32::MIN_POSITIVE.to_bits();
+    let end = f32::MAX.to_bits();
+    while bits <= end {
+        let x = f32::from_bits(bits);
+        let exact = 1.0 / f64::from(x).sqrt();
+        let error = ulps(x.inverse_square_root(), exact, 0.0);
+        if error > worst.0 {
+            worst = (error, x);
+        }
+        bits += 97;
+    }
+    println!(
+        "inverse square root: at most {:.3} ULP (at {:e})",
+        worst.0, worst.1
+    );
+    assert!(worst.0 <= 2.0, "{worst:?}");
+}
+
+#[test]
+fn powers_of_two_below_are_exact() {
+    for (x, expected) in [
+        (480.0, 256.0),
+        (1.0, 1.0),
+        (0.75, 0.5),
+        (-3.0, 2.0),
+        (0.001, 2f64.powi(-10)),
+    ] {
+        assert_eq!(x.power_of_two_below(), expected);
+        assert_eq!(f64::from((x as f32).power_of_two_below()), expected);
+    }
+}
+
+#[test]
+fn normal_numbers_have_the_moments_of_the_normal_distribution() {
+    let mut rng = generator(91, 0);
+    let count = 400_000;
+    let (mut sums, mut beyond_two) = ([0f64; 4], 0);
+    for _ in 0..count {
+        let z: f64 = standard_normal(&mut rng);
+        for (power, sum) in (1..).zip(&mut sums) {
+            *sum += z.powi(power);
+        }
+        beyond_two += usize::from(z.abs() > 2.0);
+    }
+    let moments = sums.map(|sum| sum / f64::from(count));
+    // Five standard errors: √(var(zᵏ)/n) = 1.6e-3, 2.2e-3, 6.1e-3, 1.5e-2.
+    for (moment, (expected, error)) in
+        moments
+            .iter()
+            .zip([(0.0, 1.6e-3), (1.0, 2.2e-3), (0.0, 6.1e-3), (3.0, 1.5e-2)])
+    {
+        assert!((moment - expected).abs() < 5.0 * error, "{moments:?}");
+    }
+    let share = beyond_two as f64 / f64::from(count);
+    assert!((share - 0.0455).abs() < 5.0 * 3.3e-4, "{share}");
+}
+
+#[test]
+fn simulated_noise_has_the_stated_size() {
+    let robot = paper_robot::<f64>();
+    let noise = Noise::new(0.02, 1e-4).unwrap();
+    let mut rng = generator(92, 0);
+    let (mut position, mut joint) = (0.0, 0.0);
+    let count = 20_000;
+    for _ in 0..count {
+        let pose = random_pose(&robot, &paper_limits(), &mut rng).unwrap();
+        assert!(
+            pose.joints
+                .iter()
+                .all(|q| (-60.0..90.0).contains(&q.to_degrees()))
+        );
+        let measured = simulate_sample(&robot, &pose.joints, Some(&noise), &mut rng).unwrap();
+        position += (measured.position - pose.position).norm_squared();
+        joint += measured
+            .joints
+            .iter()
+            .zip(pose.joints)
+            .map(|(a, b)| (a - b).powi(2))
+            .sum::<f64>();
+    }
+    let values = f64::from(count) * 3.0;
+    // 60,000 squares scatter by √(2/6e4) = 0.6 % in the variance, 0.3 % in σ; five of those.
+    assert!(((position / values).sqrt() / 0.02 - 1.0).abs() < 0.015);
+    assert!(((joint / values).sqrt() / 1e-4 - 1.0).abs() < 0.015);
+}
+
+#[test]
+fn a_robot_without_poses_within_its_limits_is_an_error() {
+    let robot = paper_robot::<f64>();
+    // All elbows up and out: the forearms do not meet.
+    let limits = JointLimits::new(-1.6, -1.55).unwrap();
+    let mut rng = generator(93, 0);
+    let short = delta_cal::SymmetricRobot {
+        base_radius: 400.0,
+        platform_radius: 0.0,
+        upper_arm: 260.0,
+        forearm: 300.0,
+    };
+    assert!(random_pose(&short.robot().unwrap(), &limits, &mut rng).is_err());
+    assert!(random_pose(&robot, &paper_limits(), &mut rng).is_ok());
+    assert!(JointLimits::new(1.0, 1.0).is_err());
+    assert!(JointLimits::new(0.0, 7.0).is_err());
+    assert!(JointLimits::new(f64::NAN, 1.0).is_err());
+}

@@ -60,7 +60,7 @@ pub struct Settings<T> {
     pub method: Method,
     /// Where to start.
     pub start: Start,
-    /// Linearisations allowed for each start.
+    /// Linearisations allowed for each start; a solve may make several starts.
     pub iteration_limit: u16,
 }
 

@@ -59,7 +59,7 @@ pub enum GeometryError {
     TiltTooLarge,
     /// |θ| > 360°.
     AzimuthTooLarge,
-    /// A platform or base radius is negative, or the platform is larger than arms and base allow.
+    /// The base or the platform radius is negative or NaN.
     RadiusInvalid,
     /// The arms' "up" directions cancel, so that "below the base" has no meaning.
     NoCommonUp,

@@ -128,7 +128,7 @@ fn noise_that_leaves_a_parameter_unknown() {
     };
     assert!(matches!(
         solve(&samples, &settings),
-        Err(Refusal::Undetermined { .. })
+        Err(Refusal::Uncertain { .. })
     ));
 }
 
@@ -289,5 +289,45 @@ fn noises_and_tolerances_that_are_none() {
     }
     for bad in [-1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(Noise::new(1.0, bad), Err(NoiseError::Joint));
+    }
+}
+
+#[test]
+fn poses_with_equal_joint_angles_do_not_determine_the_parameters() {
+    let (truth, _) = robot_and_samples(9, 1, None);
+    let samples: Vec<_> = (0..20)
+        .map(|k| {
+            let joints = [-0.5 + 0.08 * f64::from(k); 3];
+            Sample {
+                joints,
+                position: truth.forward(&joints).unwrap(),
+            }
+        })
+        .collect();
+    let result = solve(&samples, &Settings::default());
+    assert!(
+        matches!(result, Err(Refusal::Undetermined { .. })),
+        "{result:?}"
+    );
+}
+
+/// Upside down, the arms' constraints hold as well as ever; forward kinematics would look for the
+/// platform on the other side.
+#[test]
+fn a_frame_that_is_upside_down_is_refused() {
+    for seed in 0..100 {
+        let (_, mut samples) = robot_and_samples(100 + seed, 30, None);
+        for sample in &mut samples {
+            // Half a turn about x.
+            sample.position.y = -sample.position.y;
+            sample.position.z = -sample.position.z;
+        }
+        let free = Settings {
+            start: Start::Free,
+            ..Settings::default()
+        };
+        assert_eq!(solve(&samples, &free), Err(Refusal::WrongSide));
+        // From the reference the iteration may also end in an arm whose plane is turned over.
+        assert!(solve(&samples, &Settings::default()).is_err());
     }
 }

@@ -68,7 +68,7 @@ fn sine_and_cosine_refuse_what_they_cannot_reduce() {
 
 /// The bound that `Real` documents; run with and without the `micromath` feature.
 #[test]
-fn inverse_square_root_is_within_two_ulp() {
+fn inverse_square_root_is_within_two_and_a_half_ulp() {
     let mut worst = (0f64, 0f32);
     let mut bits = f32::MIN_POSITIVE.to_bits();
     let end = f32::MAX.to_bits();
@@ -85,7 +85,7 @@ fn inverse_square_root_is_within_two_ulp() {
         "inverse square root: at most {:.3} ULP (at {:e})",
         worst.0, worst.1
     );
-    assert!(worst.0 <= 2.0, "{worst:?}");
+    assert!(worst.0 <= 2.5, "{worst:?}");
 }
 
 #[test]

@@ -361,9 +361,9 @@ impl<T: Real> ArmSolver<T> {
     }
 }
 
-/// A sum of squares below this is rounding: (10³ε)² times the rows that the residuals come from.
+/// A sum of squares below this is rounding: (32ε)² times the rows that the residuals come from.
 fn rounding_of_cost<T: Real, P: ArmProblem<T>>(problem: &P) -> T {
-    problem.rows_squared() * (T::from_f64(1e3) * T::EPSILON).squared()
+    problem.rows_squared() * (T::from_f64(32.0) * T::EPSILON).squared()
 }
 
 fn squared_length<T: Real>(values: &[T; 8]) -> T {

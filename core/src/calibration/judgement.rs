@@ -19,6 +19,9 @@ const LARGEST_DEVIATION: f64 = 5.0;
 const NOISE_MARGIN: f64 = 2.0;
 /// A parameter known no better than this part of the upper arm (or this many radians) is not known.
 const LARGEST_SIGMA: f64 = 0.1;
+/// An iteration that fails at a worse condition than this fails because of its poses: eight random
+/// poses have a condition of some 50, twenty of 9.
+const CONDITION_OF_A_VALLEY: f64 = 1e4;
 /// With a tolerance and hardly a sample to spare, samples can be fitted as closely as one likes,
 /// and the noise estimated from that fit is far too small.
 const LEAST_FREEDOM_WITH_TOLERANCE: f64 = 2.0;
@@ -47,10 +50,16 @@ impl<T: Real> Judgement<'_, T> {
             return Err(conditioning.undetermined(arm));
         }
         let Some((termination, start)) = self.end else {
-            return Err(Refusal::NotConverged {
-                arm,
-                iterations: self.iterations,
-            });
+            return Err(
+                if conditioning.condition < T::from_f64(CONDITION_OF_A_VALLEY) {
+                    Refusal::NotConverged {
+                        arm,
+                        iterations: self.iterations,
+                    }
+                } else {
+                    conditioning.undetermined(arm)
+                },
+            );
         };
         let reference = problem.reference();
         let samples = problem.effective_samples();
@@ -80,11 +89,7 @@ impl<T: Real> Judgement<'_, T> {
             in_units(&conditioning.covariance, &units)
         });
         if let Some(covariance) = &covariance {
-            self.check_sigmas(
-                covariance,
-                reference.arm().upper_arm_length(),
-                &conditioning,
-            )?;
+            self.check_sigmas(covariance, reference.arm().upper_arm_length())?;
         }
         let mut prior_share = SVector::<T, 8>::zeros();
         for ((share, weight), variance) in prior_share
@@ -146,22 +151,17 @@ impl<T: Real> Judgement<'_, T> {
         }
     }
 
-    fn check_sigmas(
-        &self,
-        covariance: &SMatrix<T, 8, 8>,
-        upper_arm: T,
-        conditioning: &Conditioning<T>,
-    ) -> Result<(), Refusal> {
+    fn check_sigmas(&self, covariance: &SMatrix<T, 8, 8>, upper_arm: T) -> Result<(), Refusal> {
         for (parameter, variance) in Parameter::ALL.into_iter().zip(&covariance.diagonal()) {
             let unit = match parameter.kind() {
                 ParameterKind::Length => upper_arm,
                 ParameterKind::Angle => T::ONE,
             };
             if !(variance.square_root() <= T::from_f64(LARGEST_SIGMA) * unit) {
-                return Err(Refusal::Undetermined {
+                return Err(Refusal::Uncertain {
                     arm: self.arm,
                     parameter,
-                    condition: to_single(conditioning.condition),
+                    sigma: to_single(variance.square_root()),
                 });
             }
         }

@@ -1,5 +1,6 @@
 use crate::Real;
 use crate::samples::{ArmFactor, Displacement, Reference, StoredArmSamples, Triangle};
+use nalgebra::Vector3;
 
 /// The triangular factor of an arm's linearised problem: eight columns ∂r/∂P and the residual r.
 pub(crate) type Normal<T> = Triangle<T, 9, 45>;
@@ -24,6 +25,9 @@ pub trait Linearize<T: Real> {
     /// Σ (f/σf)² at a correction.
     #[doc(hidden)]
     fn sum_of_squares(&self, at: &Displacement<T>) -> T;
+    /// Weighted means over the samples: X in internal units, sin q and cos q.
+    #[doc(hidden)]
+    fn means(&self) -> Means<T>;
     /// Everything in the form of the constant-memory factor.
     #[doc(hidden)]
     fn factor(&self) -> ArmFactor<T>;
@@ -31,6 +35,21 @@ pub trait Linearize<T: Real> {
     #[doc(hidden)]
     fn rows_squared(&self) -> T;
 }
+
+/// The mean sample of an arm.
+#[allow(unreachable_pub)] // part of the seal
+#[derive(Debug, Clone, Copy)]
+pub struct Means<T: Real> {
+    pub(crate) x: Vector3<T>,
+    pub(crate) sine: T,
+    pub(crate) cosine: T,
+}
+
+/// Columns of the features x, cos q and 1 in the factor.
+const COORDINATES: usize = 0;
+const COSINE: usize = 3;
+const SINE: usize = 4;
+const ONE: usize = 11;
 
 impl<T: Real> ArmProblem<T> for ArmFactor<T> {
     fn reference(&self) -> &Reference<T> {
@@ -74,6 +93,22 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
 
     fn factor(&self) -> Self {
         *self
+    }
+
+    /// RᵀR holds the sums of products of features: those with the feature 1 are weighted sums.
+    fn means(&self) -> Means<T> {
+        let full = self.triangle().dense();
+        let sum = |column: usize| {
+            full.iter().fold(T::ZERO, |sum, row| {
+                sum + *row.get(column).unwrap_or(&T::ZERO) * *row.get(ONE).unwrap_or(&T::ZERO)
+            })
+        };
+        let weight = sum(ONE);
+        Means {
+            x: Vector3::new(sum(COORDINATES), sum(COORDINATES + 1), sum(COORDINATES + 2)) / weight,
+            sine: sum(SINE) / weight,
+            cosine: sum(COSINE) / weight,
+        }
     }
 
     fn rows_squared(&self) -> T {
@@ -128,6 +163,22 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
             sum += at.weighted_constraint(sample).squared();
         }
         sum
+    }
+
+    fn means(&self) -> Means<T> {
+        let mut sums = (Vector3::zeros(), T::ZERO, T::ZERO, T::ZERO);
+        for sample in self.samples() {
+            let weight = sample.weight.squared();
+            sums.0 += sample.x * weight;
+            sums.1 += sample.sine * weight;
+            sums.2 += sample.cosine * weight;
+            sums.3 += weight;
+        }
+        Means {
+            x: sums.0 / sums.3,
+            sine: sums.1 / sums.3,
+            cosine: sums.2 / sums.3,
+        }
     }
 
     fn factor(&self) -> ArmFactor<T> {

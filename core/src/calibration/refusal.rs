@@ -26,7 +26,17 @@ pub enum Refusal {
         /// Condition number of the problem, infinite if a combination is entirely free.
         condition: f32,
     },
-    /// The iteration did not settle within its limit.
+    /// The samples determine the parameters in principle, and their noise leaves one unknown: its σ
+    /// is more than a tenth of the upper arm, or of a radian.
+    Uncertain {
+        /// Which arm.
+        arm: ArmIndex,
+        /// Which parameter.
+        parameter: Parameter,
+        /// Its σ, length or radians.
+        sigma: f32,
+    },
+    /// The iteration did not settle within its limits.
     NotConverged {
         /// Which arm.
         arm: ArmIndex,
@@ -58,6 +68,10 @@ pub enum Refusal {
     },
     /// The three arms are valid and do not make a robot.
     ImpossibleRobot(GeometryError),
+    /// The calibrated arms fit the samples, and the platform was measured above the plane of their
+    /// elbows, where [`Robot::forward`](crate::Robot::forward) never puts it: the measuring frame is
+    /// upside down or left-handed against the robot's.
+    WrongSide,
     /// The arithmetic overflowed.
     NonFinite {
         /// Which arm.
@@ -73,12 +87,13 @@ impl Refusal {
         match self {
             Self::TooFewSamples { arm, .. }
             | Self::Undetermined { arm, .. }
+            | Self::Uncertain { arm, .. }
             | Self::NotConverged { arm, .. }
             | Self::ResidualContradictsNoise { arm, .. }
             | Self::FarFromNominal { arm, .. }
             | Self::ImpossibleGeometry { arm, .. }
             | Self::NonFinite { arm } => Some(*arm),
-            Self::ImpossibleRobot(_) | Self::Unfinished => None,
+            Self::ImpossibleRobot(_) | Self::WrongSide | Self::Unfinished => None,
         }
     }
 }
@@ -100,6 +115,14 @@ impl fmt::Display for Refusal {
             } => write!(
                 formatter,
                 "the poses do not determine {arm}, least of all {parameter} (condition {condition:.1e})"
+            ),
+            Self::Uncertain {
+                arm,
+                parameter,
+                sigma,
+            } => write!(
+                formatter,
+                "the noise leaves {parameter} of {arm} unknown (sigma {sigma:.3e})"
             ),
             Self::NotConverged { arm, iterations } => write!(
                 formatter,
@@ -123,6 +146,9 @@ impl fmt::Display for Refusal {
             Self::ImpossibleRobot(error) => {
                 write!(formatter, "the solution is not a robot: {error}")
             }
+            Self::WrongSide => formatter.write_str(
+                "the platform was measured above its elbows: the frame is upside down or left-handed",
+            ),
             Self::NonFinite { arm } => {
                 write!(formatter, "the samples of {arm} overflow the arithmetic")
             }

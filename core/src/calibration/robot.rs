@@ -242,11 +242,36 @@ impl<T: Real> RobotSolver<T> {
             *place = Some(outcome);
         }
         let Some((problem, arm)) = next else {
+            self.check_side(calibrator)?;
             return Ok(Progress::Finished);
         };
         self.solver = ArmSolver::new(problem, arm, &calibrator.settings)?;
         self.arm = arm;
         Ok(Progress::Working)
+    }
+
+    /// The constraints hold on both sides of the elbows' plane, forward kinematics only below it:
+    /// the mean measured point must lie below the plane of the mean elbows.
+    fn check_side<P: ArmProblem<T>>(
+        &self,
+        calibrator: &RobotCalibrator<T, P>,
+    ) -> Result<(), Refusal> {
+        let robot = self.outcome()?.robot;
+        let mut elbows = [Vector3::zeros(); 3];
+        let mut point = Vector3::zeros();
+        for ((elbow, arm), problem) in elbows.iter_mut().zip(robot.arms()).zip(&calibrator.arms) {
+            let (means, reference) = (problem.means(), problem.reference());
+            *elbow = arm.d() + arm.basis().u * means.cosine + arm.basis().v * means.sine;
+            point = means.x * reference.scale() + reference.centre();
+        }
+        let [first, second, third] = elbows;
+        let normal = (second - first).cross(&(third - first));
+        let above = normal.dot(&(point - first)) * normal.dot(&robot.up());
+        if above < T::ZERO {
+            Ok(())
+        } else {
+            Err(Refusal::WrongSide)
+        }
     }
 
     /// The calibrated robot.

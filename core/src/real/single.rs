@@ -31,8 +31,7 @@ pub(super) fn sine_cosine(x: f32) -> (f32, f32) {
     let tail = (coarse - r) + coarse_tail;
 
     let r2 = r * r;
-    let sine = r
-        + (tail + r * r2 * (-1.666_665_5e-1 + r2 * (8.332_161e-3 + r2 * -1.951_529_6e-4)));
+    let sine = r + (tail + r * r2 * (-1.666_665_5e-1 + r2 * (8.332_161e-3 + r2 * -1.951_529_6e-4)));
     let half_square = 0.5 * r2;
     let rough = 1.0 - half_square;
     let cosine = rough

@@ -136,11 +136,11 @@ impl<T: Real> Reference<T> {
     /// The correction, in units of the scale and radians, that takes the reference to `arm`.
     pub(crate) fn correction_to(&self, arm: &Arm<T>) -> [T; 8] {
         let difference = arm.parameters() - self.arm.parameters();
-        self.to_internal(difference.data.0[0])
+        self.in_internal_units(difference.data.0[0])
     }
 
     /// User units to internal: lengths divided by the scale.
-    pub(crate) fn to_internal(&self, mut values: [T; 8]) -> [T; 8] {
+    pub(crate) fn in_internal_units(&self, mut values: [T; 8]) -> [T; 8] {
         for (value, parameter) in values.iter_mut().zip(crate::Parameter::ALL) {
             if parameter.kind() == crate::ParameterKind::Length {
                 *value *= self.inverse_scale;

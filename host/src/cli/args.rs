@@ -1,0 +1,170 @@
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use delta_cal_host::{CalibrationMethod, Frame, Options};
+use std::path::PathBuf;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done: the robot is calibrated, or every row is computed
+  1  the measurements cannot calibrate this robot (refused)
+  2  the command line is wrong
+  3  an input file is wrong
+  4  a file could not be written
+With 1, 2 and 3 no output file is written or changed.";
+
+const EXAMPLES: &str = "\
+Examples:
+  delta-cal calibrate
+      the built-in, simulated example
+  delta-cal calibrate robot.toml samples.csv --output calibrated.toml
+  delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
+  delta-cal forward calibrated.toml angles.csv
+  delta-cal inverse calibrated.toml < positions.csv > angles.csv";
+
+const CALIBRATE_HELP: &str = "\
+ROBOT.toml:
+  [nominal]                # or three [[arm]] with dx_mm, dy_mm, dz_mm, theta_deg, alpha_deg,
+  base_radius_mm = 194     #   la_x_mm, la_y_mm, lb_mm
+  platform_radius_mm = 30
+  upper_arm_mm = 260
+  forearm_mm = 480
+  [joints]
+  min_deg = -60
+  max_deg = 90
+  [tolerance]              # optional: one sigma of each parameter about nominal. With it, fewer
+  length_mm = 0.5          #   than 8 samples will do, and few samples cannot make the robot worse
+  angle_deg = 0.2
+  [noise]                  # optional: one sigma of a measurement. Weights the samples and tells
+  position_mm = 0.02       #   whether the residual is credible
+  joint_deg = 0.002
+
+SAMPLES.csv (or q1_rad..., x_m...; any order; # begins a comment):
+  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm
+  10.0,20.0,30.0,41.151,25.265,-338.742
+
+Examples:
+  delta-cal calibrate
+      the built-in, simulated example
+  delta-cal calibrate robot.toml samples.csv --output calibrated.toml
+  delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
+  delta-cal calibrate robot.toml samples.csv --json - | jq .position_error_mm";
+
+const FORWARD_HELP: &str = "\
+The input has the columns q1_deg,q2_deg,q3_deg (or q1_rad...), the output
+q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. A samples file will do as input; its positions are not used.
+If one row has no solution, nothing is written.
+
+Examples:
+  delta-cal forward robot.toml angles.csv
+  printf 'q1_deg,q2_deg,q3_deg\\n10,20,30\\n' | delta-cal forward robot.toml";
+
+const INVERSE_HELP: &str = "\
+The input has the columns x_mm,y_mm,z_mm (or x_m...), the output
+q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. A samples file will do as input; its angles are not used.
+If one row has no solution within the joint limits, nothing is written.
+
+Examples:
+  delta-cal inverse robot.toml positions.csv --output angles.csv
+  printf 'x_mm,y_mm,z_mm\\n10,-20,-400\\n' | delta-cal inverse robot.toml";
+
+/// Calibrates Delta robots from measured positions
+#[derive(Debug, Parser)]
+#[command(name = "delta-cal", version, max_term_width = 100)]
+#[command(after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"))]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Find the robot's 24 geometric parameters from measured positions
+    #[command(after_help = format!("{CALIBRATE_HELP}\n\n{EXIT_CODES}"))]
+    Calibrate(CalibrateArguments),
+    /// Compute where the platform is at given joint angles
+    #[command(after_help = format!("{FORWARD_HELP}\n\n{EXIT_CODES}"))]
+    Forward(KinematicsArguments),
+    /// Compute the joint angles at which the platform is at given positions
+    #[command(after_help = format!("{INVERSE_HELP}\n\n{EXIT_CODES}"))]
+    Inverse(KinematicsArguments),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CalibrateArguments {
+    /// The robot before calibration; without files the built-in example is calibrated
+    #[arg(value_name = "ROBOT.toml", requires = "samples")]
+    pub(crate) robot: Option<PathBuf>,
+    /// Joint angles and measured positions; - is standard input
+    #[arg(value_name = "SAMPLES.csv")]
+    pub(crate) samples: Option<PathBuf>,
+    /// How the parameters are estimated
+    #[arg(long, value_enum, default_value_t = MethodArgument::Ikm)]
+    pub(crate) method: MethodArgument,
+    /// How the equations are solved
+    #[arg(long, value_enum, default_value_t = SolverArgument::Lm)]
+    pub(crate) solver: SolverArgument,
+    /// The frame of the measured positions
+    #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
+    pub(crate) frame: FrameArgument,
+    /// Write the calibrated robot to this file; a file that exists is replaced
+    #[arg(long, value_name = "CALIBRATED.toml")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write the report as JSON to this file; with - to standard output in place of the table
+    #[arg(long, value_name = "REPORT.json")]
+    pub(crate) json: Option<PathBuf>,
+    /// Allow --output to replace ROBOT.toml itself
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct KinematicsArguments {
+    /// The robot
+    #[arg(value_name = "ROBOT.toml")]
+    pub(crate) robot: PathBuf,
+    /// The rows to compute; standard input without it, or with -
+    #[arg(value_name = "FILE.csv")]
+    pub(crate) file: Option<PathBuf>,
+    /// Write to this file in place of standard output; a file that exists is replaced
+    #[arg(long, value_name = "OUT.csv")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum MethodArgument {
+    /// Each arm by itself, from the closure of its kinematic chain
+    Ikm,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum SolverArgument {
+    /// Levenberg–Marquardt: damped, converges
+    Lm,
+    /// Gauss–Newton: full steps, can diverge and then says so
+    Gn,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum FrameArgument {
+    /// The robot's own
+    Base,
+    /// The sensor's, wherever it stands; the frame is found and reported
+    Sensor,
+}
+
+impl CalibrateArguments {
+    pub(crate) fn options(&self) -> Options {
+        Options {
+            method: match self.method {
+                MethodArgument::Ikm => CalibrationMethod::Ikm,
+            },
+            solver: match self.solver {
+                SolverArgument::Lm => delta_cal::Method::LevenbergMarquardt,
+                SolverArgument::Gn => delta_cal::Method::GaussNewton,
+            },
+            frame: match self.frame {
+                FrameArgument::Base => Frame::Base,
+                FrameArgument::Sensor => Frame::Sensor,
+            },
+        }
+    }
+}

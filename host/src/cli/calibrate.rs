@@ -1,0 +1,101 @@
+use super::args::CalibrateArguments;
+use super::failure::Failure;
+use super::paths::{is_stream, read, refuse_same};
+use super::print;
+use delta_cal_host::report::json::JsonReport;
+use delta_cal_host::report::table;
+use delta_cal_host::{
+    CalibrationReport, InputError, InputText, RobotFile, SamplesFile, calibrate, example, output,
+};
+use std::fmt::Write;
+use std::path::Path;
+
+const OTHER_NAME: &str = "give the output another name";
+
+pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
+    check_paths(arguments)?;
+    let simulated = arguments.robot.is_none();
+    let (robot, samples) = inputs(arguments)?;
+    let report = calibrate(&robot, &samples, arguments.options())?;
+
+    let json_wanted = arguments.json.is_some();
+    let json = match json_wanted.then(|| JsonReport::new(&report).to_text()) {
+        None => String::new(),
+        Some(Ok(text)) => text,
+        Some(Err(error)) => return Err(Failure::Output(format!("the JSON report: {error}"))),
+    };
+    let toml = report.after.to_toml(&comment(&report, simulated));
+    let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));
+    let mut files: Vec<(&Path, &str)> = Vec::new();
+    files.extend(
+        arguments
+            .output
+            .as_deref()
+            .map(|path| (path, toml.as_str())),
+    );
+    files.extend(json_file.map(|path| (path, json.as_str())));
+    output::write_all(&files)?;
+
+    if json_wanted && json_file.is_none() {
+        return print(&json);
+    }
+    let mut text = String::new();
+    if simulated {
+        text.push_str(
+            "The built-in example; its measurements are simulated. For your own robot:\n\
+             delta-cal calibrate ROBOT.toml SAMPLES.csv (see delta-cal calibrate --help)\n\n",
+        );
+    }
+    text.push_str(&table::render(&report));
+    for (path, _) in &files {
+        let _ = writeln!(text, "Written: {}", path.display());
+    }
+    print(&text)
+}
+
+fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
+    let robot = ("the robot file", arguments.robot.as_deref());
+    let samples = ("the samples file", arguments.samples.as_deref());
+    let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
+    if output.is_some_and(is_stream) {
+        return Err(Failure::Usage {
+            cause: "--output needs the name of a file".to_owned(),
+            remedy: "only --json can write to standard output, as --json -".to_owned(),
+        });
+    }
+    if !arguments.force {
+        let remedy = "give the output another name, or --force to replace the robot file";
+        refuse_same("--output", output, robot, remedy)?;
+    }
+    refuse_same("--output", output, samples, OTHER_NAME)?;
+    refuse_same("--json", json, robot, OTHER_NAME)?;
+    refuse_same("--json", json, samples, OTHER_NAME)?;
+    refuse_same("--json", json, ("--output", output), OTHER_NAME)
+}
+
+fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), InputError> {
+    let (Some(robot), Some(samples)) = (&arguments.robot, &arguments.samples) else {
+        return example::load();
+    };
+    let robot = RobotFile::read(&InputText::from_file(robot)?)?;
+    let samples = SamplesFile::read(&read(samples)?, &robot.limits)?;
+    Ok((robot, samples))
+}
+
+fn comment(report: &CalibrationReport, simulated: bool) -> String {
+    let note = if simulated {
+        "\nThe built-in example: simulated, not measured."
+    } else {
+        ""
+    };
+    format!(
+        "Calibrated by delta-cal {} from {} and {}:\n{} samples, position error {:.4} mm rms \
+         before and {:.4} mm after.{note}",
+        env!("CARGO_PKG_VERSION"),
+        report.before.name,
+        report.samples_file,
+        report.samples,
+        report.error_before.rms,
+        report.error_after.rms,
+    )
+}

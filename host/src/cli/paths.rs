@@ -1,0 +1,59 @@
+use super::failure::Failure;
+use delta_cal_host::{InputError, InputText};
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+/// Standard input or output.
+pub(crate) fn is_stream(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// A file, or standard input for `-`.
+pub(crate) fn read(path: &Path) -> Result<InputText, InputError> {
+    if !is_stream(path) {
+        return InputText::from_file(path);
+    }
+    let stdin = std::io::stdin().lock();
+    if stdin.is_terminal() {
+        let _ = writeln!(
+            anstream::stderr(),
+            "reading CSV from standard input; end it with Ctrl-D"
+        );
+    }
+    InputText::from_reader("standard input", stdin)
+}
+
+/// The file behind a name, whether it exists yet or not.
+fn identity(path: &Path) -> PathBuf {
+    if let Ok(existing) = path.canonicalize() {
+        return existing;
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    match (folder.canonicalize(), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_owned(),
+    }
+}
+
+/// An output file must not be any of the other files of the command.
+pub(crate) fn refuse_same(
+    option: &str,
+    output: Option<&Path>,
+    (what, other): (&str, Option<&Path>),
+    remedy: &str,
+) -> Result<(), Failure> {
+    match (output, other) {
+        (Some(output), Some(other))
+            if !is_stream(output) && identity(output) == identity(other) =>
+        {
+            Err(Failure::Usage {
+                cause: format!("{option} {} is the same file as {what}", output.display()),
+                remedy: remedy.to_owned(),
+            })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,49 @@
+//! Calibrates a Delta robot from files. The mathematics is the core's, `delta-cal`; this crate
+//! reads, judges, reports and writes.
+//!
+//! The modules follow the data:
+//!
+//! ```text
+//! InputText ─→ RobotFile  ─┐
+//! InputText ─→ SamplesFile ┴→ calibrate() ─→ CalibrationReport ─→ report::table, report::json
+//!                                  │                          └→ RobotFile::to_toml
+//!                                  └→ CalibrateError: InputError or Refused
+//! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
+//! texts ─→ output::write_all
+//! ```
+//!
+//! Lengths are millimetres and angles radians; only the files and reports are in degrees.
+//!
+//! ```
+//! use delta_cal_host::{Options, calibrate, example};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let (robot, samples) = example::load()?;
+//! let report = calibrate(&robot, &samples, Options::default())?;
+//! assert!(report.error_after.rms < 0.1 * report.error_before.rms);
+//! # Ok(())
+//! # }
+//! ```
+
+mod calibrate;
+pub mod example;
+mod input_error;
+mod input_text;
+pub mod kinematics;
+pub mod output;
+mod refusal;
+pub mod report;
+mod robot_file;
+mod samples_file;
+mod units;
+mod warnings;
+mod workspace;
+
+pub use calibrate::{
+    CalibrateError, CalibrationMethod, CalibrationReport, Frame, Options, PositionError, calibrate,
+};
+pub use input_error::InputError;
+pub use input_text::InputText;
+pub use refusal::Refused;
+pub use robot_file::RobotFile;
+pub use samples_file::{Row, SamplesFile, read_joints, read_positions};
+pub use workspace::WorkspaceComparison;

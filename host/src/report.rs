@@ -1,0 +1,70 @@
+//! A [`CalibrationReport`](crate::CalibrationReport) for people and for programs.
+
+pub mod json;
+pub mod table;
+
+use crate::units::degrees;
+use delta_cal::{Arm, ArmOutcome, Method, Parameter, ParameterKind, StartUsed, Termination};
+
+/// One parameter before and after, in the unit of the reports.
+struct Comparison {
+    symbol: &'static str,
+    unit: &'static str,
+    before: f64,
+    after: f64,
+    change: f64,
+    sigma: Option<f64>,
+    prior_share: f64,
+}
+
+/// The eight parameters of an arm.
+fn comparisons(before: &Arm<f64>, outcome: &ArmOutcome<f64>) -> [Comparison; 8] {
+    Parameter::ALL.map(|parameter| {
+        let (from, to) = (before.get(parameter), outcome.arm.get(parameter));
+        let sigma = outcome.standard_deviation(parameter);
+        let prior_share = outcome.prior_share[parameter.index()];
+        let symbol = parameter.symbol();
+        match parameter.kind() {
+            ParameterKind::Length => Comparison {
+                symbol,
+                unit: "mm",
+                before: from,
+                after: to,
+                change: to - from,
+                sigma,
+                prior_share,
+            },
+            ParameterKind::Angle => Comparison {
+                symbol,
+                unit: "deg",
+                before: degrees(from),
+                after: degrees(to),
+                change: (to - from).to_degrees(),
+                sigma: sigma.map(f64::to_degrees),
+                prior_share,
+            },
+        }
+    })
+}
+
+fn solver_name(solver: Method) -> &'static str {
+    match solver {
+        Method::GaussNewton => "gauss-newton",
+        Method::LevenbergMarquardt => "levenberg-marquardt",
+    }
+}
+
+fn start_name(start: StartUsed) -> &'static str {
+    match start {
+        StartUsed::Reference => "robot file",
+        StartUsed::Free => "without a guess",
+        StartUsed::Search => "search",
+    }
+}
+
+fn termination_name(termination: Termination) -> &'static str {
+    match termination {
+        Termination::GradientVanished => "converged",
+        Termination::RoundingReached => "rounding limit",
+    }
+}

@@ -1,0 +1,24 @@
+//! Degrees for files and people, radians for everything else.
+
+/// The angle in degrees that reads back as exactly these radians if there is one, and the shortest
+/// to write if there are several.
+pub(crate) fn degrees(radians: f64) -> f64 {
+    let plain = radians.to_degrees();
+    let short = (plain * 1e12).round() / 1e12;
+    [short, plain, plain.next_up(), plain.next_down()]
+        .into_iter()
+        .find(|candidate| candidate.to_radians().to_bits() == radians.to_bits())
+        .unwrap_or(plain)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::degrees;
+
+    #[test]
+    fn round_numbers_of_degrees_come_back_round() {
+        for written in [-60.0, 90.0, 0.2, 0.002, 120.0, 240.0, 33.3, 0.0] {
+            assert!((degrees(f64::to_radians(written)) - written).abs() < f64::MIN_POSITIVE);
+        }
+    }
+}

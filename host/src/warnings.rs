@@ -1,0 +1,170 @@
+//! What is doubtful about a calibration that was not refused.
+
+use crate::refusal::{lies_elsewhere, outlier};
+use crate::{CalibrationReport, Frame};
+use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
+
+/// A parameter is the tolerance's rather than the samples' beyond this share.
+const MOSTLY: f64 = 0.5;
+/// Without a tolerance, fewer samples than this may have several solutions.
+const FEW_SAMPLES: usize = 12;
+/// The parameters are then known a thousand times worse than each alone would be.
+const HIGH_CONDITION: f64 = 1e3;
+/// Standard deviations of the residual's rms that make it doubtful.
+const DEVIATIONS: f64 = 3.0;
+/// Residuals below this part of the stated noise are doubtful too.
+const SMALL_RESIDUAL: f64 = 0.5;
+
+/// Every doubt, the gravest first.
+pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
+    let mut found = Vec::new();
+    position_error(report, &mut found);
+    few_samples(report, &mut found);
+    for (arm, outcome) in ArmIndex::ALL.into_iter().zip(&report.outcome.arms) {
+        arm_warnings(report, arm, outcome, &mut found);
+    }
+    if let Some(comparison) = &report.workspace
+        && comparison.expected_worse()
+        && report.before.tolerance.is_some()
+    {
+        found.push(format!(
+            "the samples say little beyond the robot file: the calibration moves the positions by \
+             {:.3} mm (rms over the workspace) and is itself uncertain by {:.3} mm",
+            comparison.change, comparison.sigma
+        ));
+    }
+    if report.before.sensor_frame.is_some() {
+        found.push(match report.options.frame {
+            Frame::Base => "the robot file's [sensor_frame] was not used: without --frame sensor \
+                            the positions are taken to be in the robot's frame"
+                .to_owned(),
+            Frame::Sensor => {
+                "the robot file's [sensor_frame] was not used: the frame was found anew".to_owned()
+            }
+        });
+    }
+    found
+}
+
+fn position_error(report: &CalibrationReport, found: &mut Vec<String>) {
+    let (before, after) = (&report.error_before, &report.error_after);
+    if !(after.rms < before.rms) {
+        found.push(format!(
+            "the position error over the samples did not improve: {:.4} mm before, {:.4} mm after",
+            before.rms, after.rms
+        ));
+    }
+    for (error, which) in [(before, "original"), (after, "calibrated")] {
+        if error.unreachable > 0 {
+            found.push(format!(
+                "the {which} geometry cannot reach the joint angles of {} of {} samples; its \
+                 position error leaves them out",
+                error.unreachable, report.samples
+            ));
+        }
+    }
+    // Below twelve samples the fit gets arbitrarily near to some of them.
+    if report.samples >= FEW_SAMPLES
+        && let Some(outlier) = outlier(after)
+    {
+        found.push(format!(
+            "after the calibration, {outlier}: it may be an outlier"
+        ));
+    }
+    if lies_elsewhere(&report.before, before) {
+        let hint = match report.options.frame {
+            Frame::Base => "they may be in the sensor's frame (--frame sensor) or in another unit",
+            Frame::Sensor => "check the units and the order of the joints",
+        };
+        found.push(format!(
+            "half of the measured points were more than {:.0} mm from where the robot of the file \
+             would be: {hint}",
+            before.median
+        ));
+    }
+}
+
+fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
+    let samples = report.samples;
+    if report.before.tolerance.is_some() {
+        if samples < 8 {
+            found.push(format!(
+                "{samples} samples cannot determine the 8 parameters of an arm: the tolerance \
+                 decided the rest"
+            ));
+        }
+    } else if samples < FEW_SAMPLES {
+        found.push(format!(
+            "{samples} samples are few: {FEW_SAMPLES} or more exclude a wrong solution that fits \
+             as well, 20 or more average the noise out"
+        ));
+    }
+    if report
+        .outcome
+        .arms
+        .iter()
+        .any(|arm| arm.covariance.is_none())
+    {
+        found.push(
+            "the sigma of the parameters is not known: no sample is left over to estimate the \
+             noise from. Measure more poses or state the [noise]"
+                .to_owned(),
+        );
+    }
+}
+
+fn arm_warnings(
+    report: &CalibrationReport,
+    arm: ArmIndex,
+    outcome: &ArmOutcome<f64>,
+    found: &mut Vec<String>,
+) {
+    let decided: Vec<_> = Parameter::ALL
+        .into_iter()
+        .map(|parameter| (parameter, outcome.prior_share[parameter.index()]))
+        .filter(|(_, share)| *share > MOSTLY)
+        .map(|(parameter, share)| format!("{parameter} ({:.0} %)", 100.0 * share))
+        .collect();
+    if !decided.is_empty() {
+        found.push(format!(
+            "{arm}: decided by the tolerance more than by the samples: {}",
+            decided.join(", ")
+        ));
+    }
+    if report.before.noise.is_some() && outcome.degrees_of_freedom >= 1.0 {
+        // Σ(f/σf)² over its degrees of freedom is 1 ± √(2/ν); its root 1 ± 1/√(2ν).
+        let freedom = outcome.degrees_of_freedom;
+        let samples = u32::try_from(outcome.samples).map_or(f64::INFINITY, f64::from);
+        let ratio = outcome.residual_rms * (samples / freedom).sqrt();
+        let scatter = DEVIATIONS / (2.0 * freedom).sqrt();
+        if ratio > 1.0 + scatter {
+            found.push(format!(
+                "{arm}: the residuals are {ratio:.1} times the stated [noise]: it is understated, \
+                 or a sample is an outlier"
+            ));
+        } else if ratio < SMALL_RESIDUAL && ratio < 1.0 - scatter {
+            found.push(format!(
+                "{arm}: the residuals are only {ratio:.2} times the stated [noise], which seems \
+                 overstated, and the sigmas with it"
+            ));
+        }
+    }
+    if outcome.condition > HIGH_CONDITION {
+        found.push(format!(
+            "{arm}: the poses determine the parameters badly (condition {:.0}): spread them over \
+             the whole workspace",
+            outcome.condition
+        ));
+    }
+    match outcome.start {
+        StartUsed::Reference => {}
+        StartUsed::Free => found.push(format!(
+            "{arm}: the fit that starts from the robot file did not lead to the solution, the one \
+             without a guess did: the file's geometry is far off"
+        )),
+        StartUsed::Search => found.push(format!(
+            "{arm}: several solutions fit the samples; this is the best or the one nearest to the \
+             robot file"
+        )),
+    }
+}

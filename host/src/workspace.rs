@@ -1,0 +1,101 @@
+//! What a calibration means for positions all over the workspace, not only where it was measured.
+
+use delta_cal::{JointLimits, Robot, RobotOutcome};
+use nalgebra::{SMatrix, Vector3};
+
+/// Joint angles of the grid: in the middle of this many equal parts of the joints' range.
+const PARTS: u32 = 4;
+
+/// All combinations of joint angles of a grid within the limits.
+fn grid(limits: &JointLimits<f64>) -> impl Iterator<Item = [f64; 3]> + '_ {
+    let angle = |part: u32| limits.at((f64::from(part) + 0.5) / f64::from(PARTS));
+    (0..PARTS.pow(3)).map(move |cell| {
+        [
+            angle(cell / PARTS / PARTS),
+            angle(cell / PARTS % PARTS),
+            angle(cell % PARTS),
+        ]
+    })
+}
+
+/// Whether any pose of the grid, or any with its three joint angles equal, is reachable.
+pub(crate) fn reaches_anywhere(robot: &Robot<f64>, limits: &JointLimits<f64>) -> bool {
+    let equal = (0..=64).map(|part| [limits.at(f64::from(part) / 64.0); 3]);
+    grid(limits).chain(equal).any(|q| robot.forward(&q).is_ok())
+}
+
+/// How far the calibration moves the platform over a grid of poses within the joint limits, and
+/// how uncertain the calibrated positions are there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorkspaceComparison {
+    /// Poses of the grid that both robots reach.
+    pub poses: u32,
+    /// rms distance between the calibrated and the original robot's positions, mm.
+    pub change: f64,
+    /// rms standard deviation of the calibrated positions, mm: √ of the mean of tr(J C Jᵀ).
+    pub sigma: f64,
+}
+
+impl WorkspaceComparison {
+    /// `None` if the covariance is not known, or no pose of the grid is reached by both robots.
+    pub fn of(
+        before: &Robot<f64>,
+        outcome: &RobotOutcome<f64>,
+        limits: &JointLimits<f64>,
+    ) -> Option<Self> {
+        let [first, second, third] = &outcome.arms;
+        let covariances = [first.covariance?, second.covariance?, third.covariance?];
+        let mut poses = 0;
+        let (mut change_squared, mut variance) = (0.0, 0.0);
+        for q in grid(limits) {
+            if let Ok(from) = before.forward(&q)
+                && let Ok(to) = outcome.robot.forward(&q)
+                && let Some(at_pose) = position_variance(&outcome.robot, &to, &q, &covariances)
+            {
+                poses += 1;
+                change_squared += (to - from).norm_squared();
+                variance += at_pose;
+            }
+        }
+        (poses > 0).then(|| Self {
+            poses,
+            change: (change_squared / f64::from(poses)).sqrt(),
+            sigma: (variance / f64::from(poses)).sqrt(),
+        })
+    }
+
+    /// rms position error that the robot is expected to have without calibration, mm: what the
+    /// change is beyond the part that its own uncertainty explains.
+    pub fn expected_error_before(&self) -> f64 {
+        (self.change.powi(2) - self.sigma.powi(2)).max(0.0).sqrt()
+    }
+
+    /// rms position error that the calibrated robot is expected to have, mm.
+    pub fn expected_error_after(&self) -> f64 {
+        self.sigma
+    }
+
+    /// Whether the calibrated robot is expected to be further off than the robot was before.
+    pub fn expected_worse(&self) -> bool {
+        self.expected_error_before() < self.expected_error_after()
+    }
+}
+
+/// Σ tr(J C Jᵀ) over the arms.
+fn position_variance(
+    robot: &Robot<f64>,
+    x: &Vector3<f64>,
+    q: &[f64; 3],
+    covariances: &[SMatrix<f64, 8, 8>; 3],
+) -> Option<f64> {
+    let jacobian = robot.platform_jacobian(x, q).ok()?;
+    let sum = jacobian
+        .by_parameters
+        .iter()
+        .zip(covariances)
+        .map(|(by_parameters, covariance)| {
+            (by_parameters * covariance * by_parameters.transpose()).trace()
+        })
+        .sum();
+    Some(sum)
+}

@@ -1,0 +1,279 @@
+//! Bad input: one clear error with file, line and column, an exit code, and no output file.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+use support::{
+    Folder, HEADER, NOMINAL, Point, TOLERANCE, assert_fails, csv, exact, good_samples, noisy,
+    nominal_arms, platform, true_arms,
+};
+
+/// The samples with their line `line`, counted from 1, replaced.
+fn with_line(line: usize, replacement: &str) -> String {
+    let samples = good_samples();
+    let mut lines: Vec<_> = samples.lines().collect();
+    lines[line - 1] = replacement;
+    lines.join("\n")
+}
+
+#[test]
+#[allow(clippy::too_many_lines)] // a table
+fn samples_that_are_wrong_are_named_by_line_and_column() {
+    let row = "1,2,3,4,5";
+    let many: String = good_samples().replace("q3_deg", "q3_rad");
+    let cases: &[(String, &[&str])] = &[
+        (String::new(), &["samples.csv:1: the file is empty"]),
+        (
+            "# only this\n\n".into(),
+            &["samples.csv:1: the file is empty"],
+        ),
+        (
+            HEADER.into(),
+            &["samples.csv:1: the file has a header and no rows"],
+        ),
+        (
+            good_samples().replace(",z_mm", ",w_mm"),
+            &["samples.csv:1: column w_mm: unknown column", "z_mm"],
+        ),
+        (
+            good_samples().replace("x_mm,y_mm,z_mm", "x_mm,y_mm,y_m"),
+            &["samples.csv:1: column y_m: the column says the same as column y_mm"],
+        ),
+        (
+            good_samples().replace("q1_deg", "Q1"),
+            &["samples.csv:1: column Q1: unknown column"],
+        ),
+        (
+            good_samples().replace(',', ";"),
+            &["samples.csv:1: column q1_deg;q2_deg", "separated by commas"],
+        ),
+        (
+            good_samples().replace(HEADER, ""),
+            &[
+                "samples.csv:1: column",
+                "the first line must name the columns",
+            ],
+        ),
+        (
+            "# c\nq1_deg,q2_deg,q3_deg,x_mm,z_mm\n1,2,3,4,5\n".into(),
+            &["samples.csv:2: column y_mm (or y_m): the column is missing"],
+        ),
+        (
+            with_line(4, row),
+            &["samples.csv:4: column z_mm: the row has 5 fields and the header 6"],
+        ),
+        (
+            with_line(21, "1,2,3,4,5,6,7"),
+            &["samples.csv:21: column z_mm: the row has 7 fields and the header 6"],
+        ),
+        (
+            with_line(3, "1,2,3,4,5.6.7,8"),
+            &["samples.csv:3: column y_mm: \"5.6.7\" is not a number"],
+        ),
+        (
+            with_line(3, "1,,3,4,5,6"),
+            &["samples.csv:3: column q2_deg: the field is empty"],
+        ),
+        (
+            with_line(5, "1,2,3,NaN,5,6"),
+            &["samples.csv:5: column x_mm: \"NaN\" is not a finite number"],
+        ),
+        (
+            with_line(5, "1,2,inf,4,5,6"),
+            &["samples.csv:5: column q3_deg: \"inf\" is not a finite number"],
+        ),
+        (
+            with_line(5, "1,2,3,4,5,1e999"),
+            &["samples.csv:5: column z_mm: \"1e999\" is not a finite number"],
+        ),
+        (
+            with_line(5, "1,2,3,4,5,1e200"),
+            &["samples.csv:5: the position is not a finite point"],
+        ),
+        (
+            with_line(6, "1,91.5,3,4,5,6"),
+            &[
+                "samples.csv:6: column q2_deg: 91.500° is more than 1° outside",
+                "-60° to 90°",
+            ],
+        ),
+        (many, &["samples.csv:2: column q3_rad: ", "_deg or _rad"]),
+        (
+            format!("{HEADER}# c\n\n \n# \"c\n1,2,3,4,5,x\n"),
+            &["samples.csv:6: column z_mm: \"x\" is not a number"],
+        ),
+    ];
+    for (samples, expected) in cases {
+        assert_fails(NOMINAL.as_bytes(), samples.as_bytes(), 3, expected);
+        // Other line ends and a byte order mark change nothing.
+        let windows = format!("\u{feff}{}", samples.replace('\n', "\r\n"));
+        assert_fails(NOMINAL.as_bytes(), windows.as_bytes(), 3, expected);
+    }
+    assert_fails(
+        NOMINAL.as_bytes(),
+        b"q1_deg\n\xff\xfe",
+        3,
+        &["samples.csv:2: the file is not UTF-8"],
+    );
+}
+
+#[test]
+fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
+    let arms = true_arms();
+    let noise = "\n[noise]\nposition_mm = 0.001\njoint_deg = 0.0\n";
+    let posed = |pose: fn(Point) -> Point| -> String {
+        let poses = exact(&arms, 20).into_iter().map(|(q, _)| pose(q));
+        let samples: Vec<_> = poses.map(|q| (q, platform(&arms, q))).collect();
+        csv(&samples)
+    };
+    // The platform stays on a line near the robot's axis, or one joint does not turn.
+    let straight = posed(|q| [q[0]; 3]);
+    let stiff = posed(|q| [q[0], 20.0, q[2]]);
+    let mut one_wrong = exact(&arms, 30);
+    one_wrong[10].1 = [100.0, 0.0, -700.0];
+    let mut other_arms = arms;
+    other_arms[1][7] += 6.0;
+    let cases: &[(String, String, &[&str])] = &[
+        (
+            NOMINAL.into(),
+            csv(&exact(&arms, 7)),
+            &[
+                "samples.csv:8: the file ends after 7 samples",
+                "[tolerance]",
+            ],
+        ),
+        (
+            NOMINAL.into(),
+            straight,
+            &[
+                "samples.csv: the ",
+                "of arm ",
+                "spread the poses over the whole workspace",
+            ],
+        ),
+        (
+            NOMINAL.into(),
+            stiff,
+            &[
+                "samples.csv: the 20 poses do not determine the parameters of arm 2",
+                "each joint",
+            ],
+        ),
+        (
+            format!("{NOMINAL}{noise}"),
+            csv(&noisy(&arms, 30, 0.1)),
+            &["samples.csv: the residuals of arm 1 are", "outlier"],
+        ),
+        (
+            format!("{NOMINAL}{noise}"),
+            csv(&one_wrong),
+            &["samples.csv: ", "the sample in line 12 is", "leave it out"],
+        ),
+        (
+            format!("{NOMINAL}{TOLERANCE}"),
+            csv(&exact(&other_arms, 30)),
+            &[
+                "samples.csv: Lb of arm 2 came out",
+                "state a larger [tolerance]",
+            ],
+        ),
+        (
+            // The robot is nominal already: every change is the noise's.
+            NOMINAL.into(),
+            csv(&noisy(&nominal_arms(), 12, 0.5)),
+            &[
+                "samples.csv: the calibration is expected to make the robot worse",
+                "[tolerance]",
+            ],
+        ),
+    ];
+    for (robot, samples, expected) in cases {
+        assert_fails(robot.as_bytes(), samples.as_bytes(), 1, expected);
+    }
+}
+
+#[test]
+fn a_sensor_frame_that_cannot_be_found_is_refused() {
+    let folder = Folder::new();
+    folder.write("robot.toml", format!("{NOMINAL}{TOLERANCE}"));
+    folder.write("samples.csv", csv(&exact(&true_arms(), 2)));
+    let run = folder.run("calibrate robot.toml samples.csv --frame sensor --output out.toml");
+    assert_eq!(run.code, 1);
+    assert!(run.stderr.contains("at least 3 samples"), "{}", run.stderr);
+    assert_eq!(folder.names(), ["robot.toml", "samples.csv"]);
+}
+
+#[test]
+fn files_that_are_not_there_are_named() {
+    let folder = Folder::new();
+    folder.write("robot.toml", NOMINAL);
+    for (command, name) in [
+        (
+            "calibrate nothing.toml samples.csv",
+            "nothing.toml: cannot be read",
+        ),
+        (
+            "calibrate robot.toml nothing.csv",
+            "nothing.csv: cannot be read",
+        ),
+        (
+            "forward robot.toml nothing.csv",
+            "nothing.csv: cannot be read",
+        ),
+    ] {
+        let run = folder.run(command);
+        assert_eq!(run.code, 3);
+        assert!(run.stderr.contains(name), "{}", run.stderr);
+    }
+}
+
+#[test]
+fn if_one_output_cannot_be_written_neither_is() {
+    let folder = Folder::new();
+    for command in [
+        "calibrate --output out.toml --json nowhere/report.json",
+        "calibrate --output nowhere/out.toml --json report.json",
+        "calibrate --json report.json --output .",
+    ] {
+        let run = folder.run(command);
+        assert_eq!(run.code, 4, "{}", run.stderr);
+        assert!(folder.names().is_empty(), "{:?}", folder.names());
+    }
+}
+
+#[test]
+fn a_wrong_command_line_is_refused_before_anything_is_read() {
+    let folder = Folder::new();
+    for command in [
+        "",
+        "calibrate robot.toml",
+        "calibrate --solver simplex",
+        "calibrate --frame world",
+        "calibrate --output -",
+        "calibrate --output same --json ./same",
+        "forward",
+        "reverse",
+    ] {
+        let run = folder.run(command);
+        assert_eq!(run.code, 2, "{command}: {}", run.stderr);
+        assert!(!run.stderr.is_empty());
+    }
+    assert!(folder.names().is_empty());
+}
+
+#[test]
+fn help_names_the_exit_codes_and_has_examples() {
+    let folder = Folder::new();
+    for command in [
+        "--help",
+        "calibrate --help",
+        "forward --help",
+        "inverse --help",
+    ] {
+        let run = folder.run(command).ok();
+        for part in ["Examples:", "Exit codes:", "3  an input file is wrong"] {
+            assert!(run.stdout.contains(part), "{command}: {part}");
+        }
+    }
+}

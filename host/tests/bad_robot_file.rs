@@ -1,0 +1,145 @@
+//! Bad robot files: one clear error with file, line and key, an exit code, and no output file.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+use support::{NOMINAL, assert_fails, good_samples};
+
+#[test]
+#[allow(clippy::too_many_lines)] // a table
+fn robot_files_that_are_wrong_are_named_by_line_and_key() {
+    let arm = "[[arm]]\ndx_mm = 164.0\ndy_mm = 0.0\ndz_mm = 0.0\ntheta_deg = 0.0\n\
+               alpha_deg = 0.0\nla_x_mm = 260.0\nla_y_mm = 0.0\nlb_mm = 480.0\n";
+    let joints = "[joints]\nmin_deg = -60\nmax_deg = 90\n";
+    let nominal = |from: &str, to: &str| NOMINAL.replace(from, to);
+    let arms = |from: &str, to: &str| format!("{joints}{arm}{arm}{}", arm.replace(from, to));
+    let with = |text: &str| format!("{NOMINAL}{text}");
+    let cases: &[(String, &[&str])] = &[
+        (String::new(), &["robot.toml:1: ", "joints"]),
+        (nominal("[joints]", "[joints"), &["robot.toml:7: "]),
+        (
+            joints.into(),
+            &["robot.toml:1: the file has neither [nominal] nor [[arm]]"],
+        ),
+        (
+            with(arm),
+            &["robot.toml:1: [nominal]: the file has both [nominal] and [[arm]]"],
+        ),
+        (
+            format!("{joints}{arm}{arm}"),
+            &["robot.toml:13: [[arm]]: 2 sections [[arm]] where there must be three"],
+        ),
+        (
+            nominal("forearm_mm = 480", "forearm_mm = 480\nforearm_inch = 3"),
+            &["robot.toml:6: unknown field `forearm_inch`", "forearm_mm"],
+        ),
+        (
+            with("[colour]\n"),
+            &["robot.toml:10: unknown field `colour`"],
+        ),
+        (
+            nominal("forearm_mm = 480\n", ""),
+            &["robot.toml:1: missing field `forearm_mm`"],
+        ),
+        (
+            nominal("= 480", "= \"480\""),
+            &["robot.toml:5: ", "expected a number"],
+        ),
+        (
+            nominal("= 480", "= nan"),
+            &["robot.toml:5: forearm_mm: NaN is not a finite number"],
+        ),
+        (
+            nominal("= 480", "= inf"),
+            &["robot.toml:5: forearm_mm: inf is not a finite number"],
+        ),
+        (
+            nominal("= 480", "= -480"),
+            &["robot.toml:5: forearm_mm: the geometry is impossible"],
+        ),
+        (
+            nominal("= 480", "= 1e300"),
+            &["robot.toml:5: forearm_mm: the geometry is impossible"],
+        ),
+        (
+            nominal("= 260", "= 0"),
+            &["robot.toml:4: upper_arm_mm: the geometry is impossible"],
+        ),
+        (
+            nominal("= 30", "= -30"),
+            &["robot.toml:3: platform_radius_mm: the geometry is impossible"],
+        ),
+        (
+            nominal("= 194", "= -1"),
+            &["robot.toml:2: base_radius_mm: the geometry is impossible"],
+        ),
+        (
+            nominal("= 480", "= 48"),
+            &["robot.toml:1: the geometry is impossible: the forearms do not meet"],
+        ),
+        (
+            arms("la_x_mm = 260.0", "la_x_mm = 0"),
+            &["robot.toml:28: la_x_mm: the geometry is impossible"],
+        ),
+        (
+            arms("lb_mm = 480.0", "lb_mm = 0"),
+            &["robot.toml:30: lb_mm: the geometry is impossible"],
+        ),
+        (
+            arms("alpha_deg = 0.0", "alpha_deg = 90"),
+            &["robot.toml:27: alpha_deg: the geometry is impossible"],
+        ),
+        (
+            arms("theta_deg = 0.0", "theta_deg = 361"),
+            &["robot.toml:26: theta_deg: the geometry is impossible"],
+        ),
+        (
+            arms("dx_mm", "dx_m"),
+            &["robot.toml:23: unknown field `dx_m`", "dx_mm"],
+        ),
+        (
+            nominal("= 90", "= -60"),
+            &["robot.toml:9: max_deg: the largest joint angle, -60, is not above"],
+        ),
+        (
+            nominal("= 90", "= 900"),
+            &["robot.toml:9: max_deg: ", "more than one turn"],
+        ),
+        (
+            with("[tolerance]\nlength_mm = 0\nangle_deg = 1\n"),
+            &["robot.toml:11: length_mm: ", "greater than 0"],
+        ),
+        (
+            with("[tolerance]\nlength_mm = 1\nangle_deg = -1\n"),
+            &["robot.toml:12: angle_deg: ", "greater than 0"],
+        ),
+        (
+            with("[noise]\nposition_mm = 0\njoint_deg = 0\n"),
+            &["robot.toml:11: position_mm: ", "greater than 0"],
+        ),
+        (
+            with("[noise]\nposition_mm = 1\njoint_deg = -1\n"),
+            &["robot.toml:12: joint_deg: "],
+        ),
+        (
+            with("[noise]\nposition_mm = 1\n"),
+            &["robot.toml:10: missing field `joint_deg`"],
+        ),
+        (
+            with(
+                "[sensor_frame]\nrotation = [[1,0,0],[0,1,0],[0,0,-1]]\ntranslation_mm = [0,0,0]\n",
+            ),
+            &["robot.toml:11: rotation: the matrix is not a rotation"],
+        ),
+        (
+            with("[sensor_frame]\nrotation = [[1,0,0],[0,1,0]]\ntranslation_mm = [0,0,0]\n"),
+            &["robot.toml:11: "],
+        ),
+    ];
+    for (robot, expected) in cases {
+        assert_fails(robot.as_bytes(), good_samples().as_bytes(), 3, expected);
+        let windows = format!("\u{feff}{}", robot.replace('\n', "\r\n"));
+        assert_fails(windows.as_bytes(), good_samples().as_bytes(), 3, expected);
+    }
+}

@@ -1,0 +1,186 @@
+//! `delta-cal forward` and `delta-cal inverse`.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+use std::fmt::Write;
+use support::{Folder, HEADER, KEYS, NOMINAL, csv, distance, exact, nominal_arms, rows_of};
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("robot.toml", NOMINAL);
+    folder
+}
+
+#[test]
+fn forward_agrees_with_the_published_positions_of_a_robot() {
+    // The Delta of the Trossen forum: arms at −90°, 30°, 150°.
+    let radius = (457.3 - 115.0) / (2.0 * 3f64.sqrt());
+    let mut robot = String::from("[joints]\nmin_deg = -60\nmax_deg = 90\n");
+    for theta in [-90.0, 30.0, 150.0_f64] {
+        let (sin, cos) = theta.to_radians().sin_cos();
+        let values = [
+            radius * cos,
+            radius * sin,
+            0.0,
+            theta,
+            0.0,
+            112.0,
+            0.0,
+            232.0,
+        ];
+        robot += "[[arm]]\n";
+        for (key, value) in KEYS.iter().zip(values) {
+            writeln!(robot, "{key} = {value:?}").unwrap();
+        }
+    }
+    let folder = Folder::new();
+    folder.write("robot.toml", robot);
+    let run = folder
+        .run_with(
+            "forward robot.toml",
+            "q1_deg,q2_deg,q3_deg\n0,0,0\n10,20,30\n",
+        )
+        .ok();
+    assert!(run.stdout.starts_with(HEADER));
+    let rows = rows_of(&run.stdout);
+    let published = [[0.0, 0.0, -96.8590], [10.1168, -16.3280, -148.1187]];
+    for (row, expected) in rows.iter().zip(published) {
+        assert!(
+            distance([row[3], row[4], row[5]], expected) < 1e-4,
+            "{row:?}"
+        );
+    }
+
+    // And back, from standard input to a file.
+    folder
+        .run_with("inverse robot.toml - --output angles.csv", &run.stdout)
+        .ok();
+    for (row, expected) in rows_of(&folder.read("angles.csv"))
+        .iter()
+        .zip([[0.0; 3], [10.0, 20.0, 30.0]])
+    {
+        assert!(
+            distance([row[0], row[1], row[2]], expected) < 1e-9,
+            "{row:?}"
+        );
+    }
+}
+
+#[test]
+fn a_whole_samples_file_is_computed_from_its_angles_or_from_its_positions() {
+    let samples = exact(&nominal_arms(), 25);
+    let folder = folder();
+    // What is not needed is not looked at.
+    let mut wrong = samples.clone();
+    for (_, x) in &mut wrong {
+        *x = [1.0, 2.0, 3.0];
+    }
+    folder.write("angles.csv", csv(&wrong));
+    wrong.clone_from(&samples);
+    for (q, _) in &mut wrong {
+        *q = [1000.0; 3];
+    }
+    folder.write("positions.csv", csv(&wrong));
+    for command in [
+        "forward robot.toml angles.csv",
+        "inverse robot.toml positions.csv",
+    ] {
+        let run = folder.run(command).ok();
+        let rows = rows_of(&run.stdout);
+        assert!(run.stdout.starts_with(HEADER));
+        assert_eq!(rows.len(), 25);
+        for (row, (q, x)) in rows.iter().zip(&samples) {
+            assert!(distance([row[0], row[1], row[2]], *q) < 1e-9, "{row:?}");
+            assert!(distance([row[3], row[4], row[5]], *x) < 1e-8, "{row:?}");
+        }
+    }
+}
+
+#[test]
+fn radians_and_metres_are_read() {
+    let folder = folder();
+    let degrees = folder
+        .run_with("forward robot.toml", "q1_deg,q2_deg,q3_deg\n90,0,-45\n")
+        .ok();
+    let radians = format!(
+        "q2_rad,q1_rad,q3_rad\n0,{:?},{:?}\n",
+        std::f64::consts::FRAC_PI_2,
+        -std::f64::consts::FRAC_PI_4
+    );
+    let same = folder.run_with("forward robot.toml -", &radians).ok();
+    assert_eq!(degrees.stdout, same.stdout);
+
+    let millimetres = folder
+        .run_with("inverse robot.toml", "x_mm,y_mm,z_mm\n62.5,-125,-400\n")
+        .ok();
+    let same = folder
+        .run_with("inverse robot.toml", "x_m,y_m,z_m\n0.0625,-0.125,-0.4\n")
+        .ok();
+    assert_eq!(millimetres.stdout, same.stdout);
+}
+
+#[test]
+fn a_row_without_solution_is_named_and_nothing_is_written() {
+    // At 0° the elbows are 424 mm from the robot's axis, further than forearms of 300 mm reach.
+    // Straight below the first motor, 260 + 480 = 740 mm away, its arm is stretched.
+    let short = NOMINAL.replace("forearm_mm = 480", "forearm_mm = 300");
+    let cases = [
+        (
+            "forward",
+            short.as_str(),
+            "q1_deg,q2_deg,q3_deg\n60,60,60\n# x\n0,0,0\n",
+            ":4: unreachable for arm ",
+        ),
+        (
+            "inverse",
+            NOMINAL,
+            "x_mm,y_mm,z_mm\n0,0,-400\n0,0,-2000\n",
+            ":3: unreachable for arm 1",
+        ),
+        (
+            "inverse",
+            NOMINAL,
+            "x_mm,y_mm,z_mm\n0,0,-400\n164,0,-740\n",
+            ":3: singular (type 1): upper arm and forearm of arm 1",
+        ),
+        (
+            "inverse",
+            NOMINAL,
+            "x_mm,y_mm,z_mm\n0,0,-739\n",
+            ":2: unreachable for arm 1",
+        ),
+        (
+            "inverse",
+            NOMINAL,
+            "x_mm,y_mm,z_mm\n0,0,-100\n",
+            ":2: unreachable for arm 1",
+        ),
+    ];
+    for (command, robot, input, expected) in cases {
+        let folder = folder();
+        folder.write("robot.toml", robot);
+        folder.write("in.csv", input);
+        let run = folder.run(&format!("{command} robot.toml in.csv --output out.csv"));
+        assert_eq!(run.code, 3, "{expected}");
+        let expected = format!("in.csv{expected}");
+        assert!(run.stderr.contains(&expected), "{expected}: {}", run.stderr);
+        let run = folder.run(&format!("{command} robot.toml in.csv"));
+        assert_eq!((run.code, run.stdout.as_str()), (3, ""));
+        assert_eq!(folder.names(), ["in.csv", "robot.toml"]);
+    }
+}
+
+#[test]
+fn an_input_file_is_never_replaced() {
+    let folder = folder();
+    let angles = "q1_deg,q2_deg,q3_deg\n0,0,0\n";
+    folder.write("in.csv", angles);
+    for output in ["in.csv", "robot.toml"] {
+        let run = folder.run(&format!("forward robot.toml in.csv --output {output}"));
+        assert_eq!(run.code, 2);
+    }
+    assert_eq!(folder.read("in.csv"), angles);
+    assert_eq!(folder.read("robot.toml"), NOMINAL);
+}

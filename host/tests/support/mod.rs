@@ -1,0 +1,277 @@
+//! Runs the command, and computes what it should find without its code: the elbows from the
+//! equations of Model 24, the platform by Newton's method on the three sphere equations.
+
+#![allow(dead_code, unreachable_pub)] // each test file uses its part
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use tempfile::TempDir;
+
+/// dx, dy, dz, theta, alpha, la_x, la_y, lb; millimetres and degrees.
+pub type Arm = [f64; 8];
+pub type Point = [f64; 3];
+
+pub const KEYS: [&str; 8] = [
+    "dx_mm",
+    "dy_mm",
+    "dz_mm",
+    "theta_deg",
+    "alpha_deg",
+    "la_x_mm",
+    "la_y_mm",
+    "lb_mm",
+];
+
+pub const NOMINAL: &str = "\
+[nominal]
+base_radius_mm = 194
+platform_radius_mm = 30
+upper_arm_mm = 260
+forearm_mm = 480
+
+[joints]
+min_deg = -60
+max_deg = 90
+";
+
+pub const TOLERANCE: &str = "\n[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n";
+pub const HEADER: &str = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n";
+
+pub fn nominal_arms() -> [Arm; 3] {
+    [0.0, 120.0, 240.0].map(|theta: f64| {
+        let (sin, cos) = theta.to_radians().sin_cos();
+        [164.0 * cos, 164.0 * sin, 0.0, theta, 0.0, 260.0, 0.0, 480.0]
+    })
+}
+
+/// A robot that differs from the nominal one by up to 0.9 mm and 0.25°.
+pub fn true_arms() -> [Arm; 3] {
+    let off = [
+        [0.4, -0.3, 0.2, 0.10, -0.15, 0.5, -0.2, 0.7],
+        [-0.6, 0.1, -0.4, -0.20, 0.25, -0.3, 0.4, -0.5],
+        [0.2, 0.5, 0.3, 0.15, 0.05, -0.7, 0.1, 0.9],
+    ];
+    let mut arms = nominal_arms();
+    for (arm, off) in arms.iter_mut().zip(off) {
+        for (value, by) in arm.iter_mut().zip(off) {
+            *value += by;
+        }
+    }
+    arms
+}
+
+fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: Point, b: Point) -> Point {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+pub fn distance(a: Point, b: Point) -> f64 {
+    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    dot(d, d).sqrt()
+}
+
+/// B(q) = D + u cos q + v sin q.
+fn elbow(arm: &Arm, q_deg: f64) -> Point {
+    let [dx, dy, dz, theta, alpha, la_x, la_y, _] = *arm;
+    let (st, ct) = theta.to_radians().sin_cos();
+    let (sa, ca) = alpha.to_radians().sin_cos();
+    let (sq, cq) = q_deg.to_radians().sin_cos();
+    let ex = [ct, st, 0.0];
+    let ez = [st * sa, -ct * sa, ca];
+    let mut point = [dx, dy, dz];
+    for k in 0..3 {
+        let u = la_x * ex[k] + la_y * ez[k];
+        let v = la_y * ex[k] - la_x * ez[k];
+        point[k] += u * cq + v * sq;
+    }
+    point
+}
+
+/// The platform point, by Newton's method from far below.
+pub fn platform(arms: &[Arm; 3], q_deg: Point) -> Point {
+    let mut x = [0.0, 0.0, -600.0];
+    for _ in 0..100 {
+        let mut rows = [[0.0; 3]; 3];
+        let mut f = [0.0; 3];
+        for k in 0..3 {
+            let b = elbow(&arms[k], q_deg[k]);
+            let w = [x[0] - b[0], x[1] - b[1], x[2] - b[2]];
+            rows[k] = w.map(|c| 2.0 * c);
+            f[k] = dot(w, w) - arms[k][7].powi(2);
+        }
+        let [r1, r2, r3] = rows;
+        let determinant = dot(r1, cross(r2, r3));
+        let (c1, c2, c3) = (cross(r2, r3), cross(r3, r1), cross(r1, r2));
+        for k in 0..3 {
+            x[k] -= (c1[k] * f[0] + c2[k] * f[1] + c3[k] * f[2]) / determinant;
+        }
+    }
+    for (arm, q) in arms.iter().zip(q_deg) {
+        assert!((distance(x, elbow(arm, q)) - arm[7]).abs() < 1e-9);
+    }
+    x
+}
+
+/// `count` poses that fill the joints' range −35° to 65° evenly.
+pub fn poses(count: u32) -> Vec<Point> {
+    let steps: Point = [0.819_172_513_4, 0.671_043_606_7, 0.549_700_477_9];
+    (1..=count)
+        .map(|k| steps.map(|step| -35.0 + 100.0 * (f64::from(k) * step).fract()))
+        .collect()
+}
+
+/// Exact measurements of a robot: joint angles and positions.
+pub fn exact(arms: &[Arm; 3], count: u32) -> Vec<(Point, Point)> {
+    poses(count)
+        .into_iter()
+        .map(|q| (q, platform(arms, q)))
+        .collect()
+}
+
+/// The same with an error of up to `amplitude` mm in every coordinate, from a fixed sequence.
+pub fn noisy(arms: &[Arm; 3], count: u32, amplitude: f64) -> Vec<(Point, Point)> {
+    let mut state = 12345_u32;
+    let mut samples = exact(arms, count);
+    for (_, x) in &mut samples {
+        for c in x {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            *c += amplitude * (f64::from(state) / f64::from(u32::MAX) * 2.0 - 1.0);
+        }
+    }
+    samples
+}
+
+pub fn csv(samples: &[(Point, Point)]) -> String {
+    let mut text = HEADER.to_owned();
+    for ([q1, q2, q3], [x, y, z]) in samples {
+        writeln!(text, "{q1},{q2},{q3},{x},{y},{z}").unwrap();
+    }
+    text
+}
+
+pub struct Run {
+    pub code: i32,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+/// A folder of its own in which the command runs.
+pub struct Folder(TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    /// The names of all files, sorted.
+    pub fn names(&self) -> Vec<String> {
+        let mut names: Vec<_> = std::fs::read_dir(self.0.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    pub fn run(&self, arguments: &str) -> Run {
+        self.run_with(arguments, "")
+    }
+
+    pub fn run_with(&self, arguments: &str, stdin: &str) -> Run {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
+            .args(arguments.split_whitespace())
+            .current_dir(self.0.path())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        // A command that does not read its input closes it.
+        let _ = child.stdin.take().unwrap().write_all(stdin.as_bytes());
+        let output = child.wait_with_output().unwrap();
+        Run {
+            code: output.status.code().unwrap(),
+            stdout: String::from_utf8(output.stdout).unwrap(),
+            stderr: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+}
+
+impl Run {
+    pub fn ok(self) -> Self {
+        assert_eq!(self.code, 0, "{}", self.stderr);
+        self
+    }
+}
+
+/// The three arms of a robot file, read by nothing but a TOML parser.
+pub fn arms_of(toml: &str) -> [Arm; 3] {
+    let value: toml::Table = toml.parse().unwrap();
+    let arms: Vec<Arm> = value["arm"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|arm| KEYS.map(|key| arm[key].as_float().unwrap()))
+        .collect();
+    arms.try_into().unwrap()
+}
+
+/// The rows of numbers of a CSV file below its header.
+pub fn rows_of(csv: &str) -> Vec<Vec<f64>> {
+    csv.lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|c| c.parse().unwrap()).collect())
+        .collect()
+}
+
+const COMMAND: &str = "calibrate robot.toml samples.csv --output out.toml --json report.json";
+
+pub fn good_samples() -> String {
+    csv(&exact(&true_arms(), 20))
+}
+
+/// Runs on these two files and checks that nothing but one error came of it.
+pub fn assert_fails(robot: &[u8], samples: &[u8], code: i32, expected: &[&str]) {
+    let folder = Folder::new();
+    folder.write("robot.toml", robot);
+    folder.write("samples.csv", samples);
+    folder.write("report.json", "of yesterday");
+    let run = folder.run(COMMAND);
+    assert_eq!(run.code, code, "{expected:?}: {}", run.stderr);
+    for part in expected {
+        assert!(run.stderr.contains(part), "{part:?}: {}", run.stderr);
+    }
+    let first = run.stderr.lines().next().unwrap();
+    assert!(first.contains(expected[0]), "{first}");
+    assert_eq!(
+        run.stderr.lines().count(),
+        2,
+        "error and help: {}",
+        run.stderr
+    );
+    assert_eq!(run.stdout, "");
+    assert_eq!(folder.names(), ["report.json", "robot.toml", "samples.csv"]);
+    assert_eq!(folder.read("report.json"), "of yesterday");
+}

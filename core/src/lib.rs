@@ -35,3 +35,8 @@ pub use samples::{
     Sample, SampleError, StoredArmSamples, StoredError, random_pose, simulate_sample,
     standard_normal,
 };
+
+/// The README's example, compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;

@@ -1,5 +1,7 @@
 //! Random robots, poses and measurements that the tests and benchmarks share.
 
+#![allow(clippy::expect_used, clippy::missing_panics_doc)] // in tests a panic is the failure
+
 pub mod peer;
 
 use delta_cal::{

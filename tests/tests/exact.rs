@@ -1,6 +1,11 @@
 //! Exact measurements return the exact robot: 500 random robots a case, start error 1 cm and 1°.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_possible_truncation
+)]
 
 use delta_cal::{
     Calibrator, Real, RigidTransform, Robot, RobotOutcome, Sample, Settings, Start, StartUsed,

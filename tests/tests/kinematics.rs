@@ -1,6 +1,11 @@
 //! Forward and inverse kinematics: published robots, round trips, frames, and every error.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_possible_truncation
+)]
 
 use delta_cal::{
     Arm, ArmIndex, GeometryError, KinematicsError, Parameter, Robot, Singularity, SymmetricRobot,

@@ -1,7 +1,13 @@
 //! Both forms of the IKM method against independent optima: SciPy's, stored with their generator,
 //! and the `levenberg-marquardt` crate's.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation
+)]
 
 use delta_cal::{
     ArmIndex, ArmOutcome, Calibrator, Method, Noise, Parameter, RobotOutcome, Sample, Settings,

@@ -1,6 +1,11 @@
 //! A calibration is either good or refused with its cause and arm.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_possible_truncation
+)]
 
 use delta_cal::{
     Arm, ArmIndex, Calibrator, Method, Noise, NoiseError, Parameter, Refusal, Robot, Sample,

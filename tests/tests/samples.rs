@@ -1,7 +1,14 @@
 //! The constant-memory factor and the stored samples hold the same information, however it came
 //! in: one by one, many at once, in any order, merged, in any unit.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss
+)]
 
 use delta_cal::{
     Arm, ArmFactor, ArmIndex, ArmSolver, Calibrator, MergeError, Noise, Progress, Reference, Robot,

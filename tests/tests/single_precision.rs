@@ -1,6 +1,13 @@
 //! The single-precision functions against double precision, in ULP.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::float_cmp
+)]
 
 use delta_cal::{JointLimits, Noise, Real, random_pose, simulate_sample, standard_normal};
 use delta_cal_tests::{generator, paper_limits, paper_robot};

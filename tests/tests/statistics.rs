@@ -1,7 +1,12 @@
 //! Noisy measurements: the covariance is right, the error is at the Cramér–Rao bound, and the
 //! tolerance prior earns what it should.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_precision_loss
+)]
 
 use delta_cal::{
     Calibrator, Noise, Parameter, ParameterKind, Robot, RobotOutcome, Sample, Settings, Tolerance,

@@ -5,7 +5,7 @@
 #![allow(clippy::expect_used, clippy::panic)]
 
 mod on_target {
-    use std::io::{ErrorKind, Read};
+    use std::io::Read;
     use std::path::{Path, PathBuf};
     use std::process::{Command, Stdio};
     use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -47,6 +47,7 @@ mod on_target {
     fn compare(features: &[&str]) {
         let _exclusive = directory_lock();
         require_target();
+        require_qemu();
         let build = ["build", "--release", "--package", PACKAGE];
         cargo(&[&build[..], &["--target", TARGET], features].concat());
         cargo(&[&build[..], features].concat());
@@ -81,7 +82,7 @@ mod on_target {
             .collect()
     }
 
-    /// A target directory of its own: cargo holds a lock on the one that these tests run from.
+    /// A target directory of its own, so that no other build exchanges the programs meanwhile.
     fn directory() -> PathBuf {
         Path::new(env!("CARGO_TARGET_TMPDIR"))
             .parent()
@@ -118,6 +119,16 @@ mod on_target {
         );
     }
 
+    fn require_qemu() {
+        assert!(
+            Command::new("qemu-system-arm")
+                .arg("--version")
+                .output()
+                .is_ok_and(|output| output.status.success()),
+            "QEMU is missing; install it: apt-get install qemu-system-arm"
+        );
+    }
+
     fn qemu(firmware: &Path) -> String {
         let mut command = Command::new("qemu-system-arm");
         command
@@ -134,13 +145,7 @@ mod on_target {
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()
-            .unwrap_or_else(|error| match error.kind() {
-                ErrorKind::NotFound => panic!(
-                    "{} is missing; QEMU is installed by: apt-get install qemu-system-arm",
-                    command.get_program().display()
-                ),
-                _ => panic!("{command:?}: {error}"),
-            });
+            .unwrap_or_else(|error| panic!("{command:?}: {error}"));
         let mut pipe = child.stdout.take().expect("the output is piped");
         let reader = std::thread::spawn(move || {
             let mut text = String::new();

@@ -1,0 +1,32 @@
+//! Calibrates the built-in measurements on a Cortex-M4F and prints the result, what it cost in
+//! instructions, and every bit of the fixture.
+//!
+//! ```text
+//! cargo build --release -p delta-cal-firmware-example --target thumbv7em-none-eabihf
+//! qemu-system-arm -machine mps2-an386 -nographic -monitor none -serial none \
+//!     -semihosting-config enable=on,target=native -icount shift=0,sleep=off \
+//!     -kernel target/thumbv7em-none-eabihf/release/delta-cal-firmware-example
+//! ```
+//!
+//! Built for a host it writes the fixture's bits alone, for comparison.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod count;
+#[cfg(target_os = "none")]
+mod target;
+
+#[cfg(not(target_os = "none"))]
+fn main() -> std::fmt::Result {
+    use delta_cal_firmware_example::fixture;
+
+    eprintln!(
+        "The firmware is built with --target thumbv7em-none-eabihf. These are the host's bits:"
+    );
+    let mut lines = String::new();
+    fixture::run::<f32>(&mut lines)?;
+    fixture::run::<f64>(&mut lines)?;
+    print!("{lines}");
+    Ok(())
+}

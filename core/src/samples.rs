@@ -77,7 +77,7 @@ impl<T: Real> Sample<T> {
     /// Whether every number is usable.
     ///
     /// # Errors
-    /// The first fault found, position first.
+    /// The first fault found, joint angles first.
     pub fn check(&self) -> Result<(), SampleError> {
         for (q, arm) in self.joints.into_iter().zip(ArmIndex::ALL) {
             check_joint(q, arm)?;

@@ -23,7 +23,8 @@ pub enum Refusal {
         arm: ArmIndex,
         /// The parameter with the largest part in that combination.
         parameter: Parameter,
-        /// Condition number of the problem, infinite if a combination is entirely free.
+        /// Condition number of the problem; infinite, or only limited by rounding, if a combination
+        /// is entirely free.
         condition: f32,
     },
     /// The samples determine the parameters in principle, and their noise leaves one unknown: its σ

@@ -78,12 +78,16 @@ impl<T: Real> Calibrator<T> {
     /// # Errors
     /// A faulty number; nothing is taken in.
     pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
-        sample.check()?;
-        let mut updated = self.arms;
-        for ((factor, q), arm) in updated.iter_mut().zip(sample.joints).zip(ArmIndex::ALL) {
-            factor.add(&sample.position, q, arm)?;
-        }
-        self.arms = updated;
+        let [first, second, third] = &mut self.arms;
+        let [q1, q2, q3] = sample.joints;
+        let x = &sample.position;
+        // All three are checked before the first is taken in.
+        let row1 = first.prepare(x, q1, ArmIndex::First)?;
+        let row2 = second.prepare(x, q2, ArmIndex::Second)?;
+        let row3 = third.prepare(x, q3, ArmIndex::Third)?;
+        first.absorb_one(&row1);
+        second.absorb_one(&row2);
+        third.absorb_one(&row3);
         Ok(())
     }
 

@@ -88,9 +88,30 @@ impl<T: Real> ArmFactor<T> {
     /// # Errors
     /// A number that is not finite or out of range, blamed on `arm`; the factor is unchanged.
     pub fn add(&mut self, x: &Vector3<T>, q: T, arm: ArmIndex) -> Result<(), SampleError> {
-        let sample = self.reference.sample(x, q, arm)?;
-        self.absorb(&[sample]);
+        let sample = self.prepare(x, q, arm)?;
+        self.absorb_one(&sample);
         Ok(())
+    }
+
+    /// Checks, centres and weights one sample.
+    pub(crate) fn prepare(
+        &self,
+        x: &Vector3<T>,
+        q: T,
+        arm: ArmIndex,
+    ) -> Result<ArmSample<T>, SampleError> {
+        self.reference.sample(x, q, arm)
+    }
+
+    /// Takes in one prepared sample.
+    pub(crate) fn absorb_one(&mut self, sample: &ArmSample<T>) {
+        self.triangle.absorb_row(&sample.row());
+        self.count(1);
+    }
+
+    fn count(&mut self, samples: u64) {
+        self.seen = self.seen.saturating_add(samples);
+        self.recent = self.recent.saturating_add(samples);
     }
 
     /// Takes in a prepared sample.
@@ -101,7 +122,7 @@ impl<T: Real> ArmFactor<T> {
         }
         match rest {
             [] => {}
-            [one] => self.absorb_block::<1>(core::slice::from_ref(one)),
+            [one] => self.absorb_one(one),
             _ => {
                 for block in rest.chunks(SMALL_BLOCK) {
                     self.absorb_block::<SMALL_BLOCK>(block);
@@ -121,8 +142,7 @@ impl<T: Real> ArmFactor<T> {
             }
         }
         self.triangle.absorb(&mut columns);
-        self.seen = self.seen.saturating_add(samples.len() as u64);
-        self.recent = self.recent.saturating_add(samples.len() as u64);
+        self.count(samples.len() as u64);
     }
 
     /// Takes in many samples, in blocks; a block costs less than its samples one by one.

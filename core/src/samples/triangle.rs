@@ -115,6 +115,38 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         }
     }
 
+    /// Takes in one row: a block of one, by plane rotations (Givens), which need the fewest
+    /// operations for it.
+    pub(crate) fn absorb_row(&mut self, row: &[T; N]) {
+        let mut row = *row;
+        let mut rest = self.entries.as_mut_slice();
+        for index in 0..N {
+            let (Some((head, tail)), Some((pivot, others))) = (
+                rest.split_at_mut_checked(N - index),
+                row.get_mut(index..).and_then(<[T]>::split_first_mut),
+            ) else {
+                return;
+            };
+            rest = tail;
+            let Some((diagonal, right)) = head.split_first_mut() else {
+                return;
+            };
+            let below = *pivot * *pivot;
+            if !(below > T::SMALLEST_SQUARE) {
+                continue;
+            }
+            let squared = *diagonal * *diagonal + below;
+            let inverse_norm = squared.inverse_square_root();
+            let (cosine, sine) = (*diagonal * inverse_norm, *pivot * inverse_norm);
+            *diagonal = squared * inverse_norm;
+            for (entry, other) in right.iter_mut().zip(others.iter_mut()) {
+                let turned = cosine * *entry + sine * *other;
+                *other = cosine * *other - sine * *entry;
+                *entry = turned;
+            }
+        }
+    }
+
     /// Takes in another triangle: its rows become a block.
     pub(crate) fn merge(&mut self, other: &Self) {
         let mut block = [[T::ZERO; N]; N];

@@ -14,6 +14,8 @@
 )]
 
 mod calibration;
+#[cfg(feature = "defmt")]
+mod format;
 mod kinematics;
 mod real;
 mod robot;

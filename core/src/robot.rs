@@ -109,13 +109,6 @@ pub struct Robot<T: Real> {
     arms: [Arm<T>; 3],
 }
 
-#[cfg(feature = "defmt")]
-impl<T: Real + defmt::Format> defmt::Format for Robot<T> {
-    fn format(&self, formatter: defmt::Formatter<'_>) {
-        defmt::write!(formatter, "{}", self.arms);
-    }
-}
-
 impl<T: Real> Robot<T> {
     /// Three arms, in the order of their joints.
     ///

@@ -36,13 +36,6 @@ pub struct Sample<T: Real> {
     pub position: Vector3<T>,
 }
 
-#[cfg(feature = "defmt")]
-impl<T: Real + defmt::Format> defmt::Format for Sample<T> {
-    fn format(&self, formatter: defmt::Formatter<'_>) {
-        defmt::write!(formatter, "{} at {}", self.position.data.0[0], self.joints);
-    }
-}
-
 /// Why a sample is not taken in. The factor or store that refused it is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

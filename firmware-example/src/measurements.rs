@@ -1,6 +1,7 @@
 use delta_cal::{Noise, Real, Robot, Sample, SymmetricRobot};
 use nalgebra::Vector3;
 
+#[allow(clippy::unreadable_literal)] // bit patterns
 mod built_in {
     include!(concat!(env!("OUT_DIR"), "/samples.rs"));
 }

@@ -54,6 +54,10 @@ mod on_target {
         let target = qemu(&directory().join(TARGET).join("release").join(PACKAGE));
         let host = run(Command::new(directory().join("release").join(PACKAGE)));
 
+        println!("on the Cortex-M4F, {features:?} (instructions, not cycles):");
+        for line in target.lines().filter(|line| line.starts_with("INSTR")) {
+            println!("  {line}");
+        }
         let (target, host) = (bits(&target), bits(&host));
         for scalar in ["f32", "f64"] {
             let lines = host.iter().filter(|line| line.starts_with(scalar)).count();

@@ -76,26 +76,3 @@ pub struct RobotOutcome<T: Real> {
     /// Each arm's result.
     pub arms: [ArmOutcome<T>; 3],
 }
-
-#[cfg(feature = "defmt")]
-impl<T: Real + defmt::Format> defmt::Format for ArmOutcome<T> {
-    fn format(&self, formatter: defmt::Formatter<'_>) {
-        defmt::write!(
-            formatter,
-            "{}; {} samples, {} iterations ({}), residual {}, condition {}",
-            self.arm,
-            self.samples,
-            self.iterations,
-            self.termination,
-            self.residual_rms,
-            self.condition
-        );
-    }
-}
-
-#[cfg(feature = "defmt")]
-impl<T: Real + defmt::Format> defmt::Format for RobotOutcome<T> {
-    fn format(&self, formatter: defmt::Formatter<'_>) {
-        defmt::write!(formatter, "{}", self.arms);
-    }
-}

@@ -224,6 +224,11 @@ impl<T: Real> RobotSolver<T> {
         })
     }
 
+    /// The arm at work.
+    pub const fn arm(&self) -> ArmIndex {
+        self.arm
+    }
+
     /// One step of the current arm; on its last, its outcome and the start of the next arm.
     ///
     /// # Errors

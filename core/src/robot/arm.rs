@@ -156,10 +156,3 @@ impl<T: Real> Arm<T> {
         Arm::new(self.parameters.data.0[0].map(|value| U::from_f64(value.to_f64())))
     }
 }
-
-#[cfg(feature = "defmt")]
-impl<T: Real + defmt::Format> defmt::Format for Arm<T> {
-    fn format(&self, formatter: defmt::Formatter<'_>) {
-        defmt::write!(formatter, "Arm {}", self.parameters.data.0[0]);
-    }
-}

@@ -128,7 +128,8 @@ fn docs(check: &mut Check) {
 }
 
 fn tests(check: &mut Check) {
-    check.command("cargo test --release --no-fail-fast -- --skip on_target::");
+    // Optimised, but with debug assertions and overflow checks: `profile.test`.
+    check.command("cargo test --no-fail-fast -- --skip on_target::");
 }
 
 fn features(check: &mut Check) {
@@ -142,14 +143,16 @@ fn features(check: &mut Check) {
             "cargo check --quiet --package delta-cal {features}"
         ));
     }
-    check.command("cargo test --release --package delta-cal --features micromath");
+    check.command("cargo test --package delta-cal --lib --features micromath");
     check.command(
-        "cargo test --release --package delta-cal-tests --test target -- on_target::core_builds",
+        "cargo test --package delta-cal-tests --features delta-cal/micromath \
+         --test single_precision --test exact",
     );
+    check.command("cargo test --package delta-cal-tests --test target -- on_target::core_builds");
 }
 
 fn firmware(check: &mut Check) {
     check.command(
-        "cargo test --release --package delta-cal-tests --test target -- on_target::same_bits",
+        "cargo test --package delta-cal-tests --test target -- --nocapture on_target::same_bits",
     );
 }

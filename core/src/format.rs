@@ -1,0 +1,133 @@
+//! `defmt::Format` of the public types that hold matrices, which have none of their own. The
+//! others derive it.
+
+use crate::{
+    Arm, ArmBasis, ArmFactor, ArmOutcome, ArmProblem, ArmSolver, PlatformJacobian, Real, Reference,
+    RigidTransform, Robot, RobotCalibrator, RobotOutcome, RobotSolver, Sample, StoredArmSamples,
+};
+use defmt::{Format, Formatter, write};
+
+impl<T: Real + Format> Format for Arm<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(formatter, "Arm {}", self.parameters().data.0);
+    }
+}
+
+impl<T: Real + Format> Format for ArmBasis<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(
+            formatter,
+            "ex {} ey {} ez {} u {} v {}",
+            self.ex.data.0, self.ey.data.0, self.ez.data.0, self.u.data.0, self.v.data.0
+        );
+    }
+}
+
+impl<T: Real + Format> Format for Robot<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(formatter, "Robot {}", self.arms());
+    }
+}
+
+impl<T: Real + Format> Format for RigidTransform<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(
+            formatter,
+            "rotation {} translation {}",
+            self.rotation.data.0, self.translation.data.0
+        );
+    }
+}
+
+impl<T: Real + Format> Format for PlatformJacobian<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        let [first, second, third] = &self.by_parameters;
+        write!(
+            formatter,
+            "by joints {} by parameters {} {} {}",
+            self.by_joints.data.0, first.data.0, second.data.0, third.data.0
+        );
+    }
+}
+
+impl<T: Real + Format> Format for Sample<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(formatter, "{} at {}", self.position.data.0, self.joints);
+    }
+}
+
+impl<T: Real + Format> Format for Reference<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(
+            formatter,
+            "{} noise {} centre {} scale {}",
+            self.arm(),
+            self.noise(),
+            self.centre().data.0,
+            self.scale()
+        );
+    }
+}
+
+impl<T: Real + Format> Format for ArmFactor<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(
+            formatter,
+            "factor of {} samples, worth {}",
+            self.samples(),
+            self.effective_samples()
+        );
+    }
+}
+
+impl<T: Real + Format, const N: usize> Format for StoredArmSamples<T, N> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(formatter, "{} of {} samples", self.len(), N);
+    }
+}
+
+impl<T: Real + Format, P: ArmProblem<T>> Format for RobotCalibrator<T, P> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(
+            formatter,
+            "calibrator of {}, {} samples, {}",
+            self.robot(),
+            self.samples(),
+            self.settings()
+        );
+    }
+}
+
+impl<T: Real + Format> Format for ArmSolver<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(formatter, "solver after {} iterations", self.iterations());
+    }
+}
+
+impl<T: Real + Format> Format for RobotSolver<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(formatter, "solver at {}", self.arm());
+    }
+}
+
+impl<T: Real + Format> Format for ArmOutcome<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(
+            formatter,
+            "{}; {} samples, {} iterations ({}), residual {}, condition {}, sigma {}",
+            self.arm,
+            self.samples,
+            self.iterations,
+            self.termination,
+            self.residual_rms,
+            self.condition,
+            crate::Parameter::ALL.map(|parameter| self.standard_deviation(parameter))
+        );
+    }
+}
+
+impl<T: Real + Format> Format for RobotOutcome<T> {
+    fn format(&self, formatter: Formatter<'_>) {
+        write!(formatter, "{}", self.arms);
+    }
+}

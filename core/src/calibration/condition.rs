@@ -2,7 +2,7 @@
 
 use super::problem::Normal;
 use crate::Real;
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 /// The inverse of the factor's 8 × 8 part and its condition.
 pub(crate) struct Conditioning<T: Real> {
@@ -38,20 +38,19 @@ impl<T: Real> Conditioning<T> {
     /// The combination of parameters, of unit length in internal units, that the samples determine
     /// least: two steps of inverse iteration on JᵀJ.
     pub(crate) fn weakest_direction(&self) -> [T; 8] {
-        let mut direction = self.covariance.column(self.weakest).into_owned();
-        for _ in 0..2 {
+        let mut direction = SVector::<T, 8>::zeros();
+        if let Some(entry) = direction.get_mut(self.weakest) {
+            *entry = T::ONE;
+        }
+        for _ in 0..3 {
+            direction = self.covariance * direction;
             let length = direction.dot(&direction).square_root();
             if !(length > T::ZERO && length.finite()) {
                 return [T::ZERO; 8];
             }
-            direction = self.covariance * (direction / length);
+            direction /= length;
         }
-        let length = direction.dot(&direction).square_root();
-        if length > T::ZERO && length.finite() {
-            (direction / length).data.0[0]
-        } else {
-            [T::ZERO; 8]
-        }
+        direction.data.0[0]
     }
 
     /// An exactly singular or not finite factor gives an infinite condition.
@@ -61,9 +60,9 @@ impl<T: Real> Conditioning<T> {
         // W = T⁻¹, column by column, by back-substitution.
         let mut inverse = [[T::ZERO; 8]; 8];
         for (index, column) in inverse.iter_mut().enumerate() {
-            for row in (0..=index).rev() {
+            for (row, entries) in full.iter().enumerate().take(index + 1).rev() {
                 let mut value = if row == index { T::ONE } else { T::ZERO };
-                for (entry, known) in full[row]
+                for (entry, known) in entries
                     .iter()
                     .zip(column.iter())
                     .take(index + 1)
@@ -71,24 +70,25 @@ impl<T: Real> Conditioning<T> {
                 {
                     value -= *entry * *known;
                 }
-                column[row] = value / full[row][row];
-            }
-        }
-        let mut covariance = SMatrix::<T, 8, 8>::zeros();
-        for column in &inverse {
-            for (j, right) in column.iter().enumerate() {
-                for (i, left) in column.iter().enumerate().take(j + 1) {
-                    covariance[(i, j)] += *left * *right;
+                if let (Some(target), Some(pivot)) = (column.get_mut(row), entries.get(row)) {
+                    *target = value / *pivot;
                 }
             }
         }
+        // W Wᵀ, of which both halves are the same sums: symmetric to the bit.
+        let mut covariance = [[T::ZERO; 8]; 8];
+        for column in &inverse {
+            for (sums, right) in covariance.iter_mut().zip(column) {
+                for (sum, left) in sums.iter_mut().zip(column) {
+                    *sum += *left * *right;
+                }
+            }
+        }
+        let covariance = SMatrix::<T, 8, 8>::from(covariance);
         let mut total = T::ZERO;
         let mut weakest = (0, T::ZERO);
-        for (j, norm) in norms.iter().enumerate() {
-            for i in 0..j {
-                covariance[(j, i)] = covariance[(i, j)];
-            }
-            let scaled = covariance[(j, j)] * norm.squared();
+        for ((j, norm), variance) in norms.iter().enumerate().zip(&covariance.diagonal()) {
+            let scaled = *variance * norm.squared();
             total += scaled;
             if !(scaled <= weakest.1) {
                 weakest = (j, scaled);

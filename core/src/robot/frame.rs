@@ -1,6 +1,6 @@
 use crate::Real;
 use core::fmt;
-use nalgebra::{Matrix3, RealField, Vector3};
+use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 /// A change of Cartesian frame: `y = rotation · x + translation`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,9 +61,9 @@ impl<T: Real> RigidTransform<T> {
     }
 }
 
-impl<T: Real + RealField> RigidTransform<T> {
+impl<T: Real> RigidTransform<T> {
     /// The proper rotation and translation that take the first point of each pair to the second
-    /// with the least sum of squared distances (Kabsch 1976; Umeyama 1991, without scale).
+    /// with the least sum of squared distances (Horn 1987, by unit quaternions).
     ///
     /// The iterator is run through twice; nothing is stored.
     ///
@@ -95,41 +95,142 @@ impl<T: Real + RealField> RigidTransform<T> {
             from_sum += from;
             to_sum += to;
         }
-        if !(count >= <T as Real>::from_f64(3.0)) {
+        if !(count >= T::from_f64(3.0)) {
             return Err(AlignmentError::TooFewPoints);
         }
         let (from_mean, to_mean) = (from_sum / count, to_sum / count);
-        let mut covariance = Matrix3::<T>::zeros();
+        let mut products = Matrix3::<T>::zeros();
         let mut spread = T::ZERO;
         for (from, to) in pairs {
             let (from, to) = (from - from_mean, to - to_mean);
-            covariance += to * from.transpose();
+            products += from * to.transpose();
             spread += from.dot(&from) + to.dot(&to);
         }
-        if !(spread.finite() && covariance.iter().all(|entry| entry.finite())) {
+        if !(spread * spread).finite() {
             return Err(AlignmentError::NonFinite);
         }
-        // 64 sweeps are many times what a 3×3 matrix needs; the bound excludes an endless loop.
-        let svd = covariance
-            .try_svd(true, true, <T as Real>::EPSILON, 64)
-            .ok_or(AlignmentError::Collinear)?;
-        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else {
-            return Err(AlignmentError::Collinear);
-        };
-        let second = svd.singular_values[1];
-        if !(second > spread * <T as Real>::EPSILON * <T as Real>::from_f64(64.0)) {
+        if !(spread > T::ZERO) {
             return Err(AlignmentError::Collinear);
         }
-        let handedness = (u * v_t).determinant();
-        let mut u_proper = u;
-        if handedness < T::ZERO {
-            // Singular values are sorted: reflecting the last direction costs least.
-            u_proper.column_mut(2).neg_mut();
+        let ([largest, second], quaternion) = two_largest(&horn_matrix(&(products / spread)));
+        // For points on one line any turn about it is as good as any other.
+        if !(largest - second > T::EPSILON * T::from_f64(128.0)) {
+            return Err(AlignmentError::Collinear);
         }
-        let rotation = u_proper * v_t;
+        let rotation = rotation_of(&quaternion);
         Ok(Self {
             rotation,
             translation: to_mean - rotation * from_mean,
         })
     }
+}
+
+/// The symmetric matrix whose eigenvector of the largest eigenvalue is the quaternion (w, x, y, z) of
+/// the rotation that maximises Σ to · R from (Horn 1987), from Σ from · toᵀ.
+fn horn_matrix<T: Real>(s: &Matrix3<T>) -> Matrix4<T> {
+    let (xx, xy, xz) = (s.m11, s.m12, s.m13);
+    let (yx, yy, yz) = (s.m21, s.m22, s.m23);
+    let (zx, zy, zz) = (s.m31, s.m32, s.m33);
+    Matrix4::new(
+        xx + yy + zz,
+        yz - zy,
+        zx - xz,
+        xy - yx,
+        yz - zy,
+        xx - yy - zz,
+        xy + yx,
+        zx + xz,
+        zx - xz,
+        xy + yx,
+        yy - xx - zz,
+        yz + zy,
+        xy - yx,
+        zx + xz,
+        yz + zy,
+        zz - xx - yy,
+    )
+}
+
+/// Every pair of rows of a 4 × 4 matrix.
+const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
+/// Jacobi's method converges quadratically; a 4 × 4 matrix needs some five sweeps.
+const SWEEPS: usize = 12;
+
+/// The two largest eigenvalues of a symmetric matrix, and the eigenvector of the largest, by Jacobi's
+/// cyclic rotations.
+fn two_largest<T: Real>(matrix: &Matrix4<T>) -> ([T; 2], Vector4<T>) {
+    let mut matrix = *matrix;
+    let mut vectors = Matrix4::<T>::identity();
+    for _ in 0..SWEEPS {
+        for (p, q) in PAIRS {
+            let at = |i: usize, j: usize| {
+                let entry: Option<&T> = matrix.get((i, j));
+                entry.copied().unwrap_or(T::ZERO)
+            };
+            let (diagonal_p, diagonal_q, off) = (at(p, p), at(q, q), at(p, q));
+            if !(off.magnitude() > T::SMALLEST_SQUARE) {
+                continue;
+            }
+            // tan of the rotation angle, the smaller root of t² + 2t cot 2φ − 1 = 0.
+            let cotangent = (diagonal_q - diagonal_p) / (T::TWO * off);
+            let root = (cotangent.squared() + T::ONE).square_root();
+            let tangent = if cotangent < T::ZERO {
+                -T::ONE / (root - cotangent)
+            } else {
+                T::ONE / (root + cotangent)
+            };
+            let cosine = T::ONE / (tangent.squared() + T::ONE).square_root();
+            let sine = tangent * cosine;
+            turn_columns(&mut matrix, p, q, cosine, sine);
+            matrix.transpose_mut();
+            turn_columns(&mut matrix, p, q, cosine, sine);
+            turn_columns(&mut vectors, p, q, cosine, sine);
+        }
+    }
+    let mut largest = [-T::INFINITY; 2];
+    let mut vector = Vector4::new(T::ONE, T::ZERO, T::ZERO, T::ZERO);
+    for (value, column) in matrix.diagonal().iter().zip(vectors.column_iter()) {
+        let [first, second] = largest;
+        if *value > first {
+            largest = [*value, first];
+            vector = column.into_owned();
+        } else if *value > second {
+            largest = [first, *value];
+        }
+    }
+    (largest, vector)
+}
+
+/// Columns p and q turned in their plane.
+fn turn_columns<T: Real>(matrix: &mut Matrix4<T>, p: usize, q: usize, cosine: T, sine: T) {
+    for row in 0..4 {
+        let (Some(a), Some(b)) = (matrix.get((row, p)).copied(), matrix.get((row, q)).copied())
+        else {
+            continue;
+        };
+        if let Some(entry) = matrix.get_mut((row, p)) {
+            *entry = cosine * a - sine * b;
+        }
+        if let Some(entry) = matrix.get_mut((row, q)) {
+            *entry = sine * a + cosine * b;
+        }
+    }
+}
+
+/// The rotation matrix of a quaternion of any length.
+fn rotation_of<T: Real>(quaternion: &Vector4<T>) -> Matrix3<T> {
+    let unit = quaternion / quaternion.dot(quaternion).square_root();
+    let (w, x, y, z) = (unit.x, unit.y, unit.z, unit.w);
+    let two = T::TWO;
+    Matrix3::new(
+        T::ONE - two * (y * y + z * z),
+        two * (x * y - w * z),
+        two * (x * z + w * y),
+        two * (x * y + w * z),
+        T::ONE - two * (x * x + z * z),
+        two * (y * z - w * x),
+        two * (x * z - w * y),
+        two * (y * z + w * x),
+        T::ONE - two * (x * x + y * y),
+    )
 }

@@ -172,7 +172,8 @@ impl<T: Real> Displacement<T> {
 
 /// The calibrated arm: reference plus correction, in the user's unit.
 ///
-/// Lb enters the constraint squared; a negative root means the same forearm.
+/// Lb enters the constraint squared; a negative root means the same forearm. An azimuth beyond ±360°
+/// is the same direction as one within.
 pub(crate) fn corrected_arm<T: Real>(
     reference: &Reference<T>,
     correction: &[T; 8],
@@ -181,8 +182,12 @@ pub(crate) fn corrected_arm<T: Real>(
     for ((value, delta), parameter) in parameters.iter_mut().zip(correction).zip(Parameter::ALL) {
         *value += *delta * reference.unit_of(parameter);
     }
-    let [.., lb] = &mut parameters;
+    let [_, _, _, theta, .., lb] = &mut parameters;
     *lb = lb.magnitude();
+    let turn = T::TWO * T::PI;
+    if theta.magnitude() > turn {
+        *theta -= (*theta / turn).nearest_integer() * turn;
+    }
     Arm::new(parameters)
 }
 

@@ -15,6 +15,10 @@ const SMALL_BLOCK: usize = 4;
 /// Σ (f/σf)² = |R (c(P) − c(P₀), 1)|² for any parameters P, exactly, so nothing of the samples is
 /// lost that the calibration could use. A solve costs the same after 20 samples and 20 million.
 ///
+/// Every update rounds R once. In single precision that stays below the statistical error for some
+/// hundred thousand samples added one by one; for longer streams fill a second factor and
+/// [`merge`](Self::merge) it in every thousand samples, or [`forget`](Self::forget).
+///
 /// ```
 /// use delta_cal::{Arm, ArmFactor, ArmIndex, Reference};
 /// use nalgebra::Vector3;

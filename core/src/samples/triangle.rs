@@ -137,12 +137,19 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
             }
             let squared = *diagonal * *diagonal + below;
             let inverse_norm = squared.inverse_square_root();
-            let (cosine, sine) = (*diagonal * inverse_norm, *pivot * inverse_norm);
-            *diagonal = squared * inverse_norm;
+            let norm = squared * inverse_norm;
+            // c = |r|/norm is near 1 and s = ±row/norm small in a long stream. With t = s/(1 + c) the
+            // rotation is a small correction, whose rounding is small too (Rutishauser 1966); the
+            // products of c would round the whole of R at every row.
+            let positive = diagonal.magnitude();
+            let row_sign = if *diagonal < T::ZERO { -*pivot } else { *pivot };
+            let sine = row_sign * inverse_norm;
+            let half_tangent = row_sign / (norm + positive);
+            *diagonal = if *diagonal < T::ZERO { -norm } else { norm };
             for (entry, other) in right.iter_mut().zip(others.iter_mut()) {
-                let turned = cosine * *entry + sine * *other;
-                *other = cosine * *other - sine * *entry;
-                *entry = turned;
+                let (before, row) = (*entry, *other);
+                *entry = before + sine * (row - half_tangent * before);
+                *other = row - sine * (before + half_tangent * row);
             }
         }
     }

@@ -1,9 +1,13 @@
 //! From two files to a report: everything that is computed is computed here, by the core.
 
+use crate::position_error::distances;
 use crate::refusal::{Circumstances, Refused, lies_elsewhere};
 use crate::warnings::warnings;
-use crate::{InputError, RobotFile, Row, SamplesFile, WorkspaceComparison};
-use delta_cal::{Calibrator, Method, RigidTransform, Robot, RobotOutcome, Sample, Settings};
+use crate::{
+    InputError, PositionError, RobotFile, Row, SampleErrors, SamplesFile, WorkspaceComparison,
+    plausibility, sensor_frame,
+};
+use delta_cal::{Calibrator, Method, RigidTransform, RobotOutcome, Sample, Settings, Start};
 use std::error::Error;
 use std::fmt;
 
@@ -34,22 +38,9 @@ pub struct Options {
     pub solver: Method,
     /// The frame of the measured positions.
     pub frame: Frame,
-}
-
-/// How far the measured positions are from where a robot's geometry says they are, mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PositionError {
-    /// √ of the mean square distance over the samples that the geometry can reach; NaN if there
-    /// is none, as are the other distances.
-    pub rms: f64,
-    /// The median distance, which an outlier does not move.
-    pub median: f64,
-    /// The largest distance.
-    pub max: f64,
-    /// The line in the samples file of the sample with the largest distance.
-    pub max_at_line: Option<u64>,
-    /// Samples whose joint angles have no position in this geometry; not part of the two figures.
-    pub unreachable: usize,
+    /// The robot file is no guess: the fit starts without one, and any geometry is accepted.
+    /// Needs 12 samples.
+    pub no_guess: bool,
 }
 
 /// A calibration, and what there is to know to trust it or not.
@@ -66,12 +57,16 @@ pub struct CalibrationReport {
     pub samples_file: String,
     /// How many samples there were.
     pub samples: usize,
+    /// How many of them have joint angles that no other sample before them has.
+    pub distinct_poses: usize,
     /// The core's result.
     pub outcome: RobotOutcome<f64>,
     /// Over the samples, with the parameters before.
     pub error_before: PositionError,
     /// Over the same samples, with the calibrated parameters.
     pub error_after: PositionError,
+    /// Every sample by itself, in the file's order.
+    pub sample_errors: Vec<SampleErrors>,
     /// Over the workspace; `None` if the uncertainty is not known.
     pub workspace: Option<WorkspaceComparison>,
     /// Anything doubtful, in plain words.
@@ -98,57 +93,66 @@ impl fmt::Display for CalibrateError {
 
 impl Error for CalibrateError {}
 
+impl From<Refused> for CalibrateError {
+    fn from(refused: Refused) -> Self {
+        Self::Refused(refused)
+    }
+}
+
 /// Calibrates the robot of a file from a file of samples.
 ///
 /// # Errors
-/// A sample that is out of all proportion, or measurements that cannot calibrate this robot: the
-/// core refuses them, or the result is expected to be worse than what there was before.
+/// A tolerance about a robot that is no guess, a sample that is out of all proportion, or
+/// measurements that cannot calibrate this robot: the core refuses them, the result is not credible
+/// without a stated tolerance, or it is expected to be worse than what there was before.
 pub fn calibrate(
     robot: &RobotFile,
     samples: &SamplesFile,
     options: Options,
 ) -> Result<CalibrationReport, CalibrateError> {
+    let settings = settings(robot, options).map_err(CalibrateError::Input)?;
     let nominal = &robot.robot;
     let sensor_frame = match options.frame {
         Frame::Base => None,
-        Frame::Sensor => Some(sensor_frame(nominal, samples).map_err(CalibrateError::Refused)?),
+        Frame::Sensor => Some(
+            sensor_frame::find(robot, samples)
+                .map_err(|cause| Refused::sensor_frame(samples, &cause))?,
+        ),
     };
     let measured = in_robot_frame(&samples.rows, sensor_frame.as_ref());
-    let error_before = position_error(nominal, &measured, &samples.rows);
-
-    let settings = Settings {
-        noise: robot.noise,
-        tolerance: robot.tolerance,
-        method: options.solver,
-        ..Settings::default()
+    let distances_before = distances(nominal, &measured);
+    let circumstances = Circumstances {
+        robot,
+        samples,
+        measured: &measured,
+        options,
+        error_before: PositionError::of(&distances_before, &samples.rows),
     };
+
     let mut calibrator = Calibrator::new(nominal, &settings);
     calibrator
         .add_many(&measured)
         .map_err(|(index, error)| CalibrateError::Input(samples.fault(index, error.to_string())))?;
-    let circumstances = Circumstances {
-        robot,
-        samples,
-        options,
-        error_before,
-    };
     let outcome = calibrator
         .solve()
-        .map_err(|refusal| CalibrateError::Refused(circumstances.explain(&refusal)))?;
+        .map_err(|refusal| circumstances.explain(&refusal))?;
 
-    let error_after = position_error(&outcome.robot, &measured, &samples.rows);
-    if lies_elsewhere(robot, &error_after) {
-        let refused = circumstances.explain_not_reproduced(&error_after);
-        return Err(CalibrateError::Refused(refused));
+    let distances_after = distances(&outcome.robot, &measured);
+    let error_after = PositionError::of(&distances_after, &samples.rows);
+    // A stated tolerance already keeps what is not known near where it was.
+    let credible_by_itself = robot.tolerance.is_some() || options.no_guess;
+    if !credible_by_itself && let Some(cause) = plausibility::implausible(nominal, &outcome.robot) {
+        return Err(circumstances.explain_implausible(&cause).into());
+    }
+    if lies_elsewhere(&outcome.robot, &error_after) {
+        return Err(circumstances.explain_not_reproduced(&error_after).into());
     }
     let workspace = WorkspaceComparison::of(nominal, &outcome, &robot.limits);
-    // A stated tolerance already keeps what is not known near where it was.
     if robot.tolerance.is_none()
         && let Some(comparison) = &workspace
         && comparison.expected_worse()
     {
-        let refused = circumstances.explain_worse(comparison);
-        return Err(CalibrateError::Refused(refused));
+        return Err(circumstances.explain_worse(comparison, &error_after).into());
     }
 
     let mut report = CalibrationReport {
@@ -161,9 +165,11 @@ pub fn calibrate(
         },
         samples_file: samples.name.clone(),
         samples: measured.len(),
+        distinct_poses: distinct_poses(&measured),
         outcome,
-        error_before,
+        error_before: circumstances.error_before,
         error_after,
+        sample_errors: sample_errors(samples, &distances_before, &distances_after),
         workspace,
         warnings: Vec::new(),
     };
@@ -171,22 +177,31 @@ pub fn calibrate(
     Ok(report)
 }
 
-/// From the robot's frame to the sensor's: aligns where the nominal robot should have been with
-/// where it was measured.
-fn sensor_frame(
-    nominal: &Robot<f64>,
-    samples: &SamplesFile,
-) -> Result<RigidTransform<f64>, Refused> {
-    let pairs: Vec<_> = samples
-        .rows
-        .iter()
-        .filter_map(|row| {
-            let expected = nominal.forward(&row.value.joints).ok()?;
-            Some((expected, row.value.position))
-        })
-        .collect();
-    RigidTransform::align(pairs.iter().copied())
-        .map_err(|error| Refused::alignment(&samples.name, error, pairs.len()))
+fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f64>, InputError> {
+    if options.no_guess && robot.tolerance.is_some() {
+        let cause = "a tolerance about the values of a robot file that is no guess (--no-guess) \
+                     is a contradiction";
+        return Err(InputError::new(&robot.name, cause)
+            .at_key("[tolerance]")
+            .with_remedy("leave out --no-guess, or delete the section [tolerance]"));
+    }
+    Ok(Settings {
+        noise: robot.noise,
+        tolerance: robot.tolerance,
+        method: options.solver,
+        start: options.start(),
+        ..Settings::default()
+    })
+}
+
+impl Options {
+    pub(crate) fn start(self) -> Start {
+        if self.no_guess {
+            Start::Free
+        } else {
+            Start::Reference
+        }
+    }
 }
 
 fn in_robot_frame(
@@ -205,30 +220,30 @@ fn in_robot_frame(
         .collect()
 }
 
-fn position_error(
-    robot: &Robot<f64>,
-    samples: &[Sample<f64>],
-    rows: &[Row<Sample<f64>>],
-) -> PositionError {
-    let mut distances: Vec<(f64, u64)> = samples
+fn distinct_poses(samples: &[Sample<f64>]) -> usize {
+    let mut poses: Vec<_> = samples
         .iter()
-        .zip(rows)
-        .filter_map(|(sample, row)| {
-            let position = robot.forward(&sample.joints).ok()?;
-            Some(((sample.position - position).norm(), row.line))
-        })
+        // −0 and 0 are the same angle.
+        .map(|sample| sample.joints.map(|q| (q + 0.0).to_bits()))
         .collect();
-    distances.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let reached = distances.iter().fold(0.0, |count, _| count + 1.0);
-    let squares: f64 = distances.iter().map(|(distance, _)| distance.powi(2)).sum();
-    let last = distances.last();
-    PositionError {
-        rms: (squares / reached).sqrt(),
-        median: distances
-            .get(distances.len() / 2)
-            .map_or(f64::NAN, |(distance, _)| *distance),
-        max: last.map_or(f64::NAN, |(distance, _)| *distance),
-        max_at_line: last.map(|(_, line)| *line),
-        unreachable: samples.len() - distances.len(),
-    }
+    poses.sort_unstable();
+    poses.dedup();
+    poses.len()
+}
+
+fn sample_errors(
+    samples: &SamplesFile,
+    before: &[Option<f64>],
+    after: &[Option<f64>],
+) -> Vec<SampleErrors> {
+    samples
+        .rows
+        .iter()
+        .zip(before.iter().zip(after))
+        .map(|(row, (before, after))| SampleErrors {
+            line: row.line,
+            before: *before,
+            after: *after,
+        })
+        .collect()
 }

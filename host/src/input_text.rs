@@ -47,13 +47,24 @@ impl InputText {
     }
 
     fn from_bytes(name: String, bytes: &[u8]) -> Result<Self, InputError> {
+        let spreadsheet = Path::new(&name)
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
+        let remedy = if spreadsheet {
+            "save it as plain text in UTF-8 (in a spreadsheet: CSV UTF-8)"
+        } else {
+            "save it as plain text in UTF-8"
+        };
+        if bytes.contains(&0) {
+            return Err(InputError::new(name, "is not a text file").with_remedy(remedy));
+        }
         match std::str::from_utf8(bytes) {
             Ok(text) => Ok(Self::new(name, text)),
             Err(error) => {
                 let before = &bytes[..error.valid_up_to()];
                 Err(InputError::new(name, "the file is not UTF-8 text")
                     .at_line(1 + count_newlines(before))
-                    .with_remedy("save it as plain text in UTF-8 (in a spreadsheet: CSV UTF-8)"))
+                    .with_remedy(remedy))
             }
         }
     }

@@ -47,15 +47,22 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
         .collect()
 }
 
-/// The columns of a samples file, in degrees and millimetres; each number reads back as the same.
+/// The columns of a samples file, in degrees and millimetres, rounded to 9 decimals.
 pub fn to_csv(samples: &[Sample<f64>]) -> String {
     let mut csv = String::from("q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n");
     for sample in samples {
-        let [q1, q2, q3] = sample.joints.map(degrees);
-        let [x, y, z] = sample.position.data.0[0];
+        let [q1, q2, q3] = sample.joints.map(|q| rounded(degrees(q)));
+        let [x, y, z] = sample.position.data.0[0].map(rounded);
         let _ = writeln!(csv, "{q1},{q2},{q3},{x},{y},{z}");
     }
     csv
+}
+
+/// To 9 decimals, without trailing zeros.
+fn rounded(value: f64) -> String {
+    let text = format!("{value:.9}");
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0" } else { short }.to_owned()
 }
 
 fn check_limits<T>(

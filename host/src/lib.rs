@@ -29,20 +29,26 @@ pub mod example;
 mod input_error;
 mod input_text;
 pub mod kinematics;
+mod outliers;
 pub mod output;
+mod plausibility;
+mod position_error;
 mod refusal;
 pub mod report;
 mod robot_file;
 mod samples_file;
+mod sensor_frame;
 mod units;
 mod warnings;
+mod words;
 mod workspace;
 
 pub use calibrate::{
-    CalibrateError, CalibrationMethod, CalibrationReport, Frame, Options, PositionError, calibrate,
+    CalibrateError, CalibrationMethod, CalibrationReport, Frame, Options, calibrate,
 };
 pub use input_error::InputError;
 pub use input_text::InputText;
+pub use position_error::{PositionError, SampleErrors};
 pub use refusal::Refused;
 pub use robot_file::RobotFile;
 pub use samples_file::{Row, SamplesFile, read_joints, read_positions};

@@ -32,7 +32,7 @@ impl Error for OutputError {
 
 /// Writes every text to its file. Each is first written in full beside its destination; only when
 /// all are there do they take their names. A file that exists is replaced, and keeps its old
-/// content until then.
+/// content until then; a write-protected one is not replaced.
 ///
 /// # Errors
 /// The first file that could not be written; while the texts are being written nothing is changed.
@@ -59,7 +59,14 @@ fn failure(path: &Path, error: io::Error) -> OutputError {
 fn prepare(path: &Path, text: &str) -> io::Result<(PathBuf, NamedTempFile)> {
     // A link stays a link: what it points to is replaced.
     let target = match path.canonicalize() {
-        Ok(existing) if existing.is_file() => existing,
+        Ok(existing) if existing.is_dir() => return Err(io::Error::other("it is a folder")),
+        Ok(existing) if existing.is_file() => {
+            if existing.metadata()?.permissions().readonly() {
+                let cause = "it exists and is write-protected, so it is not replaced";
+                return Err(io::Error::other(cause));
+            }
+            existing
+        }
         Ok(_) => return Err(io::Error::other("it exists and is not a regular file")),
         Err(_) => path.to_owned(),
     };

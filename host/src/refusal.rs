@@ -1,7 +1,9 @@
 //! Why the measurements cannot calibrate this robot, in plain words, and what to do next.
 
+use crate::outliers::Fit;
+use crate::words::{count, in_file_units};
 use crate::{Frame, Options, PositionError, RobotFile, SamplesFile, WorkspaceComparison};
-use delta_cal::{AlignmentError, Method, Parameter, ParameterKind, Refusal};
+use delta_cal::{Method, Parameter, Refusal, Robot, Sample};
 use std::error::Error;
 use std::fmt;
 
@@ -36,6 +38,8 @@ const OUTLIER: f64 = 6.0;
 pub(crate) struct Circumstances<'a> {
     pub(crate) robot: &'a RobotFile,
     pub(crate) samples: &'a SamplesFile,
+    /// The samples in the robot's frame.
+    pub(crate) measured: &'a [Sample<f64>],
     pub(crate) options: Options,
     pub(crate) error_before: PositionError,
 }
@@ -46,24 +50,27 @@ impl Refused {
         &self.remedy
     }
 
-    pub(crate) fn alignment(samples: &str, error: AlignmentError, pairs: usize) -> Self {
-        let cause = match error {
-            AlignmentError::TooFewPoints => format!(
-                "the sensor's frame needs at least 3 samples whose joint angles the robot of the \
-                 file can reach, and there are {pairs}"
-            ),
-            error => format!("the sensor's frame cannot be found: {error}"),
-        };
+    /// The points do not fix the sensor's frame.
+    pub(crate) fn sensor_frame(samples: &SamplesFile, cause: &str) -> Self {
         Self {
-            cause: format!("{samples}: {cause}"),
-            remedy: format!("measure more poses; {SPREAD}"),
+            cause: format!("{}: {cause}", samples.name),
+            remedy: joined(&[
+                samples.unit_hint(),
+                Some(format!("measure more poses and {SPREAD}")),
+            ]),
         }
     }
 }
 
+/// The first hint that applies, and the others after it.
+fn joined(hints: &[Option<String>]) -> String {
+    let hints: Vec<_> = hints.iter().flatten().map(String::as_str).collect();
+    hints.join("; else ")
+}
+
 /// Whether the measured points lie where another frame, unit or order of joints would put them.
-pub(crate) fn lies_elsewhere(robot: &RobotFile, error: &PositionError) -> bool {
-    let [arm, ..] = robot.robot.arms();
+pub(crate) fn lies_elsewhere(robot: &Robot<f64>, error: &PositionError) -> bool {
+    let [arm, ..] = robot.arms();
     !(error.median <= ELSEWHERE * arm.lb())
 }
 
@@ -92,9 +99,9 @@ impl Circumstances<'_> {
                 condition,
             } => (
                 format!(
-                    "the {} poses do not determine the parameters of {arm}, {parameter} least \
-                     of all (condition {condition:.1e})",
-                    self.samples.rows.len()
+                    "the {} do not determine the parameters of {arm}, {parameter} least of all \
+                     (condition {condition:.1e})",
+                    count(self.samples.rows.len(), "pose")
                 ),
                 format!(
                     "measure more poses and {SPREAD}{}",
@@ -123,7 +130,10 @@ impl Circumstances<'_> {
                 "state the samples in the robot's frame, or calibrate with --frame sensor".to_owned(),
             ),
             Refusal::NotConverged { arm, iterations } => (
-                format!("the fit of {arm} did not settle in {iterations} iterations"),
+                format!(
+                    "the fit of {arm} did not settle in {}",
+                    count(usize::from(iterations), "iteration")
+                ),
                 match self.options.solver {
                     Method::GaussNewton => {
                         "try again with --solver lm, which cannot diverge".into()
@@ -137,8 +147,8 @@ impl Circumstances<'_> {
                 format!(
                     "the residuals of {arm} are {ratio:.1} times what the stated [noise] allows"
                 ),
-                "look for outliers or a sensor that moved; if the measurements are in order, state \
-                 a larger [noise], or delete it"
+                "look for an outlier, or a sensor that moved; the [noise] is to be stated as it is, \
+                 as repeated measurements of one pose give it"
                     .to_owned(),
             ),
             Refusal::FarFromNominal {
@@ -152,7 +162,12 @@ impl Circumstances<'_> {
                     self.distance(parameter, tolerances)
                 ),
                 format!(
-                    "{CHECK}; if the robot really is that far off, state a larger [tolerance]"
+                    "{CHECK}{}; if the robot really is that far off, state a larger [tolerance]",
+                    match self.options.frame {
+                        Frame::Base =>
+                            "; if the samples' frame is not exactly the robot's, use --frame sensor",
+                        Frame::Sensor => "",
+                    }
                 ),
             ),
             Refusal::ImpossibleGeometry { arm, error } => (
@@ -174,15 +189,42 @@ impl Circumstances<'_> {
 
     fn too_few(&self, samples: u64, needed: u64) -> Refused {
         let line = self.samples.rows.last().map_or(1, |row| row.line);
+        let found = count(usize::try_from(samples).unwrap_or(usize::MAX), "sample");
+        let (why, remedy) = if self.options.no_guess {
+            (
+                "without a guess each arm needs",
+                "or leave out --no-guess if the robot file is a good one",
+            )
+        } else {
+            (
+                "each arm has 8 unknown parameters and needs",
+                "or state the robot's manufacturing [tolerance] in the robot file",
+            )
+        };
         Refused {
             cause: format!(
-                "{}:{line}: the file ends after {samples} samples: each arm has 8 unknown \
-                 parameters and needs {needed}",
+                "{}:{line}: the file ends after {found}: {why} {needed}",
                 self.samples.name
             ),
-            remedy: "measure more poses (20 or more are advisable), or state the robot's \
-                     manufacturing [tolerance] in the robot file"
-                .to_owned(),
+            remedy: format!("measure more poses (20 or more are advisable), {remedy}"),
+        }
+    }
+
+    /// Without a tolerance, a result that is no error of manufacture.
+    pub(crate) fn explain_implausible(&self, cause: &str) -> Refused {
+        let frame = match self.options.frame {
+            Frame::Base => "; if the samples are in another frame, use --frame sensor",
+            Frame::Sensor => "",
+        };
+        Refused {
+            cause: format!("{}: {cause}", self.samples.name),
+            remedy: joined(&[
+                self.samples.unit_hint(),
+                self.worst_samples(),
+                Some(format!(
+                    "{CHECK}{frame}; if the robot file is only a rough guess, say --no-guess"
+                )),
+            ]),
         }
     }
 
@@ -202,15 +244,31 @@ impl Circumstances<'_> {
     }
 
     /// The calibration would make the robot worse.
-    pub(crate) fn explain_worse(&self, comparison: &WorkspaceComparison) -> Refused {
+    pub(crate) fn explain_worse(
+        &self,
+        comparison: &WorkspaceComparison,
+        after: &PositionError,
+    ) -> Refused {
+        let (change, sigma) = (comparison.change, comparison.sigma);
+        let so = if change <= sigma {
+            "so these samples cannot improve it".to_owned()
+        } else {
+            format!(
+                "so the error expected before is {:.3} mm and after {:.3} mm",
+                comparison.expected_error_before(),
+                comparison.expected_error_after()
+            )
+        };
+        let worst = after.max_at_line.map_or(String::new(), |line| {
+            format!(
+                "; it leaves the samples {:.3} mm off (rms), the one in line {line} {:.3} mm",
+                after.rms, after.max
+            )
+        });
         let cause = format!(
             "the calibration is expected to make the robot worse: it would move the positions by \
-             {:.3} mm (rms over the workspace) and is itself uncertain by {:.3} mm, so the error \
-             expected before is {:.3} mm and after {:.3} mm",
-            comparison.change,
-            comparison.sigma,
-            comparison.expected_error_before(),
-            comparison.expected_error_after(),
+             {change:.3} mm (rms over the workspace) and is itself uncertain by {sigma:.3} mm, \
+             {so}{worst}"
         );
         let remedy = format!(
             "if the robot was calibrated before, it is as good as these samples can make it; \
@@ -222,8 +280,11 @@ impl Circumstances<'_> {
 
     fn refused(&self, cause: &str, remedy: String) -> Refused {
         let median = self.error_before.median;
-        let remedy = if lies_elsewhere(self.robot, &self.error_before) {
-            match self.options.frame {
+        let elsewhere =
+            !self.options.no_guess && lies_elsewhere(&self.robot.robot, &self.error_before);
+        let worst = self.worst_samples();
+        let hints = if elsewhere {
+            let frame = match self.options.frame {
                 Frame::Base => format!(
                     "half of the measured points are more than {median:.0} mm from where the robot \
                      of the file would be; if they are in the sensor's own frame, use --frame \
@@ -233,20 +294,34 @@ impl Circumstances<'_> {
                     "even in the best sensor frame half of the measured points are more than \
                      {median:.0} mm from where the robot of the file would be; {CHECK}"
                 ),
-            }
-        } else if let Some(outlier) = outlier(&self.error_before) {
-            format!("{outlier}: measure that one again or leave it out; else {remedy}")
+            };
+            [Some(frame), worst, None]
         } else {
-            remedy
+            let far_before = || {
+                let outlier = outlier(&self.error_before)?;
+                Some(format!("{outlier}: measure that one again or leave it out"))
+            };
+            [None, worst.or_else(far_before), Some(remedy)]
         };
+        let [first, second, third] = hints;
         Refused {
             cause: format!("{}: {cause}", self.samples.name),
-            remedy,
+            remedy: joined(&[self.samples.unit_hint(), first, second, third]),
         }
     }
 
+    fn worst_samples(&self) -> Option<String> {
+        let fit = Fit {
+            nominal: &self.robot.robot,
+            measured: self.measured,
+            rows: &self.samples.rows,
+            options: self.options,
+        };
+        fit.worst_samples()
+    }
+
     fn or_state_tolerance(&self) -> &'static str {
-        if self.robot.tolerance.is_none() {
+        if self.robot.tolerance.is_none() && !self.options.no_guess {
             ", or state the robot's manufacturing [tolerance] in the robot file"
         } else {
             ""
@@ -259,13 +334,5 @@ impl Circumstances<'_> {
             return "no tolerance is stated".to_owned();
         };
         in_file_units(parameter, tolerance.of(parameter) * f64::from(tolerances))
-    }
-}
-
-/// Millimetres or degrees.
-fn in_file_units(parameter: Parameter, value: f64) -> String {
-    match parameter.kind() {
-        ParameterKind::Length => format!("{value:.3} mm"),
-        ParameterKind::Angle => format!("{:.3}°", value.to_degrees()),
     }
 }

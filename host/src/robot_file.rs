@@ -1,5 +1,6 @@
 //! The robot file: geometry, joint limits, and what is known of tolerance and noise.
 
+mod messages;
 mod read;
 mod schema;
 mod write;

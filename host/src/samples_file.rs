@@ -1,6 +1,7 @@
 //! The samples file: joint angles and measured positions, one row a pose.
 
 mod columns;
+mod records;
 
 use crate::units::degrees;
 use crate::{InputError, InputText};
@@ -10,6 +11,10 @@ use nalgebra::Vector3;
 
 /// A joint angle may be this many degrees outside the limits: encoder zeros differ.
 const LIMIT_MARGIN: f64 = 1.0;
+/// Degrees and millimetres that are all below this look like radians and metres…
+const OTHER_UNIT: f64 = 2.0;
+/// …if there are so many rows.
+const ROWS_TO_TELL_UNITS: usize = 8;
 
 /// Whether a joint angle is further outside the limits than that, and how to say so.
 pub(crate) fn outside_limits(angle: f64, limits: &JointLimits<f64>) -> Option<String> {
@@ -36,13 +41,17 @@ pub struct Row<T> {
 /// What a samples file says: at least one sample.
 ///
 /// The columns are `q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm`, or `_rad` and `_m`, in any order.
-/// Lines that begin with `#` are comments.
+/// Columns whose name begins with `_` are not looked at. Lines that begin with `#` are comments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SamplesFile {
     /// The file's name, for messages.
     pub name: String,
     /// Joint angles in radians and positions in millimetres.
     pub rows: Vec<Row<Sample<f64>>>,
+    /// Whether the header states the joint angles in degrees, all three.
+    pub in_degrees: bool,
+    /// Whether the header states the positions in millimetres, all three coordinates.
+    pub in_millimetres: bool,
 }
 
 impl SamplesFile {
@@ -64,7 +73,33 @@ impl SamplesFile {
         Ok(Self {
             name: input.name().to_owned(),
             rows,
+            in_degrees: table.in_usual_units(&Quantity::JOINTS),
+            in_millimetres: table.in_usual_units(&Quantity::COORDINATES),
         })
+    }
+
+    /// Whether the numbers look like another unit than the header states, in words.
+    pub(crate) fn unit_hint(&self) -> Option<String> {
+        if self.rows.len() < ROWS_TO_TELL_UNITS {
+            return None;
+        }
+        let angles = self.rows.iter().flat_map(|row| row.value.joints);
+        let radians = self.in_degrees && angles.map(degrees).all(|q| q.abs() < OTHER_UNIT);
+        let positions = self
+            .rows
+            .iter()
+            .flat_map(|row| row.value.position.data.0[0]);
+        let metres = self.in_millimetres && positions.into_iter().all(|x| x.abs() < OTHER_UNIT);
+        let angles = "the joint angles are all below 2° and look like radians: then name their \
+                      columns q1_rad,q2_rad,q3_rad";
+        let positions = "the positions are all below 2 mm and look like metres: then name their \
+                         columns x_m,y_m,z_m";
+        match (radians, metres) {
+            (true, true) => Some(format!("{angles}; {positions}")),
+            (true, false) => Some(angles.to_owned()),
+            (false, true) => Some(positions.to_owned()),
+            (false, false) => None,
+        }
     }
 
     /// The fault of the sample at `index`, in its line.

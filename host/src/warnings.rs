@@ -1,6 +1,8 @@
 //! What is doubtful about a calibration that was not refused.
 
+use crate::plausibility::doubtful;
 use crate::refusal::{lies_elsewhere, outlier};
+use crate::words::count;
 use crate::{CalibrationReport, Frame};
 use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
 
@@ -19,6 +21,7 @@ const SMALL_RESIDUAL: f64 = 0.5;
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
     let mut found = Vec::new();
     position_error(report, &mut found);
+    large_changes(report, &mut found);
     few_samples(report, &mut found);
     for (arm, outcome) in ArmIndex::ALL.into_iter().zip(&report.outcome.arms) {
         arm_warnings(report, arm, outcome, &mut found);
@@ -32,6 +35,15 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
              {:.3} mm (rms over the workspace) and is itself uncertain by {:.3} mm",
             comparison.change, comparison.sigma
         ));
+    }
+    if let Some(comparison) = &report.workspace
+        && comparison.unchanged()
+    {
+        found.push(
+            "the samples leave the robot where it was: it was calibrated with them already, or is \
+             as good as they can tell"
+                .to_owned(),
+        );
     }
     if report.before.sensor_frame.is_some() {
         found.push(match report.options.frame {
@@ -57,9 +69,10 @@ fn position_error(report: &CalibrationReport, found: &mut Vec<String>) {
     for (error, which) in [(before, "original"), (after, "calibrated")] {
         if error.unreachable > 0 {
             found.push(format!(
-                "the {which} geometry cannot reach the joint angles of {} of {} samples; its \
+                "the {which} geometry cannot reach the joint angles of {} of {}; its \
                  position error leaves them out",
-                error.unreachable, report.samples
+                error.unreachable,
+                count(report.samples, "sample")
             ));
         }
     }
@@ -71,7 +84,7 @@ fn position_error(report: &CalibrationReport, found: &mut Vec<String>) {
             "after the calibration, {outlier}: it may be an outlier"
         ));
     }
-    if lies_elsewhere(&report.before, before) {
+    if !report.options.no_guess && lies_elsewhere(&report.before.robot, before) {
         let hint = match report.options.frame {
             Frame::Base => "they may be in the sensor's frame (--frame sensor) or in another unit",
             Frame::Sensor => "check the units and the order of the joints",
@@ -84,19 +97,47 @@ fn position_error(report: &CalibrationReport, found: &mut Vec<String>) {
     }
 }
 
+fn large_changes(report: &CalibrationReport, found: &mut Vec<String>) {
+    if report.before.tolerance.is_none()
+        && !report.options.no_guess
+        && let Some(changes) = doubtful(&report.before.robot, &report.after.robot)
+    {
+        found.push(format!(
+            "the calibrated robot is far from the robot file, which is an error of assembly, or of \
+             the units, signs or frame of the samples: {changes}"
+        ));
+    }
+}
+
 fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
     let samples = report.samples;
     if report.before.tolerance.is_some() {
         if samples < 8 {
             found.push(format!(
-                "{samples} samples cannot determine the 8 parameters of an arm: the tolerance \
-                 decided the rest"
+                "{} cannot determine the 8 parameters of an arm: the tolerance decided the rest",
+                count(samples, "sample")
             ));
         }
     } else if samples < FEW_SAMPLES {
         found.push(format!(
-            "{samples} samples are few: {FEW_SAMPLES} or more exclude a wrong solution that fits \
-             as well, 20 or more average the noise out"
+            "{} are few: {FEW_SAMPLES} or more exclude a wrong solution that fits \
+             as well, 20 or more average the noise out",
+            count(samples, "sample")
+        ));
+    }
+    if report.options.frame == Frame::Sensor && samples < FEW_SAMPLES {
+        found.push(format!(
+            "the stated sigmas leave out the uncertainty of the sensor's frame, which adds six \
+             unknowns; with {} that counts",
+            count(samples, "sample")
+        ));
+    }
+    if report.distinct_poses < samples {
+        found.push(format!(
+            "{}, {}: measuring a pose again averages the noise, and says nothing new of the \
+             geometry",
+            count(samples, "sample"),
+            count(report.distinct_poses, "distinct pose")
         ));
     }
     if report
@@ -158,6 +199,7 @@ fn arm_warnings(
     }
     match outcome.start {
         StartUsed::Reference => {}
+        StartUsed::Free if report.options.no_guess => {}
         StartUsed::Free => found.push(format!(
             "{arm}: the fit that starts from the robot file did not lead to the solution, the one \
              without a guess did: the file's geometry is far off"

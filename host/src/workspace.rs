@@ -6,6 +6,11 @@ use nalgebra::{SMatrix, Vector3};
 /// Joint angles of the grid: in the middle of this many equal parts of the joints' range.
 const PARTS: u32 = 4;
 
+/// A change of less than this part of its own uncertainty is none.
+const UNCHANGED: f64 = 0.1;
+/// An uncertainty below this, in mm, is that of the arithmetic.
+const NEGLIGIBLE: f64 = 1e-6;
+
 /// All combinations of joint angles of a grid within the limits.
 fn grid(limits: &JointLimits<f64>) -> impl Iterator<Item = [f64; 3]> + '_ {
     let angle = |part: u32| limits.at((f64::from(part) + 0.5) / f64::from(PARTS));
@@ -76,8 +81,19 @@ impl WorkspaceComparison {
     }
 
     /// Whether the calibrated robot is expected to be further off than the robot was before.
+    ///
+    /// Not if the calibration leaves the robot where it was, nor for exact samples of a robot that
+    /// is exact already.
     pub fn expected_worse(&self) -> bool {
-        self.expected_error_before() < self.expected_error_after()
+        !self.unchanged()
+            && self.sigma > NEGLIGIBLE
+            && self.expected_error_before() < self.expected_error_after()
+    }
+
+    /// Whether the calibration leaves the robot where it was, as the same samples calibrated again
+    /// do.
+    pub fn unchanged(&self) -> bool {
+        self.change <= UNCHANGED * self.sigma
     }
 }
 

@@ -46,7 +46,64 @@ fn samples_that_are_wrong_are_named_by_line_and_column() {
         ),
         (
             good_samples().replace(',', ";"),
-            &["samples.csv:1: column q1_deg;q2_deg", "separated by commas"],
+            &[
+                "samples.csv:1: the fields are separated by semicolons",
+                "write commas",
+            ],
+        ),
+        (
+            good_samples().replace(',', "\t"),
+            &["samples.csv:1: the fields are separated by tabs"],
+        ),
+        (
+            good_samples().replace(',', ";").replace('.', ","),
+            &[
+                "samples.csv:1: the fields are separated by semicolons",
+                "decimal points in place of the decimal commas",
+            ],
+        ),
+        (
+            with_line(7, "1;2;3;4;5;6"),
+            &["samples.csv:7: the fields are separated by semicolons"],
+        ),
+        (
+            good_samples().replace("q1_deg", "Q1_DEG"),
+            &[
+                "samples.csv:1: column Q1_DEG: unknown column",
+                "did you mean q1_deg?",
+            ],
+        ),
+        (
+            good_samples().replace("x_mm", "X [mm]"),
+            &["samples.csv:1: column X [mm]: unknown column", "mean x_mm?"],
+        ),
+        (
+            good_samples().replace("z_mm\n", "z_mm,\n"),
+            &["samples.csv:1: column 7 has no name (a trailing comma?)"],
+        ),
+        (
+            good_samples().replace("q2_deg", ""),
+            &["samples.csv:1: column 2 has no name"],
+        ),
+        (
+            with_line(4, "1,2,3,4,5,6,"),
+            &[
+                "samples.csv:4: column z_mm: the row has 7 fields and the header 6",
+                "a trailing comma?",
+            ],
+        ),
+        (
+            with_line(9, "1"),
+            &["samples.csv:9: column q2_deg: the row has 1 field and the header 6"],
+        ),
+        (
+            // Up to the end of the file, and up to a quote in a later line.
+            with_line(4, "1,2,3,4,5,\"6"),
+            &["samples.csv:4: a quote \" is opened and not closed"],
+        ),
+        (
+            with_line(4, "# \"\n\n1,\"2,3,4,5,6\n1,2,3,4,5,\"6\""),
+            &["samples.csv:6: a quote \" is opened and not closed"],
         ),
         (
             good_samples().replace(HEADER, ""),
@@ -88,8 +145,8 @@ fn samples_that_are_wrong_are_named_by_line_and_column() {
             &["samples.csv:5: column z_mm: \"1e999\" is not a finite number"],
         ),
         (
-            with_line(5, "1,2,3,4,5,1e200"),
-            &["samples.csv:5: the position is not a finite point"],
+            with_line(5, "1,2,3,4,5,1e300"),
+            &["samples.csv:5: column z_mm: \"1e300\" is too large"],
         ),
         (
             with_line(6, "1,91.5,3,4,5,6"),
@@ -114,8 +171,11 @@ fn samples_that_are_wrong_are_named_by_line_and_column() {
         NOMINAL.as_bytes(),
         b"q1_deg\n\xff\xfe",
         3,
-        &["samples.csv:2: the file is not UTF-8"],
+        &["samples.csv:2: the file is not UTF-8", "in a spreadsheet"],
     );
+    let nul = [HEADER.as_bytes(), b"\0"].concat();
+    let binary: &[&str] = &["samples.csv: is not a text file"];
+    assert_fails(NOMINAL.as_bytes(), &nul, 3, binary);
 }
 
 #[test]
@@ -168,7 +228,12 @@ fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
         (
             format!("{NOMINAL}{noise}"),
             csv(&one_wrong),
-            &["samples.csv: ", "the sample in line 12 is", "leave it out"],
+            &[
+                "samples.csv: ",
+                "the sample in line 12 (",
+                "fits worst",
+                "leave it out",
+            ],
         ),
         (
             format!("{NOMINAL}{TOLERANCE}"),
@@ -184,6 +249,7 @@ fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
             csv(&noisy(&nominal_arms(), 12, 0.5)),
             &[
                 "samples.csv: the calibration is expected to make the robot worse",
+                "mm off (rms), the one in line ",
                 "[tolerance]",
             ],
         ),
@@ -240,6 +306,35 @@ fn if_one_output_cannot_be_written_neither_is() {
         assert_eq!(run.code, 4, "{}", run.stderr);
         assert!(folder.names().is_empty(), "{:?}", folder.names());
     }
+    let run = folder.run("calibrate --output .");
+    assert!(run.stderr.contains("is a folder"), "{}", run.stderr);
+}
+
+#[test]
+fn a_write_protected_file_is_not_replaced() {
+    let folder = Folder::new();
+    folder.write("out.toml", "of yesterday");
+    let path = folder.path("out.toml");
+    let mut permissions = std::fs::metadata(&path).unwrap().permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(&path, permissions).unwrap();
+    let run = folder.run("calibrate --output out.toml --json report.json");
+    assert_eq!(run.code, 4, "{}", run.stdout);
+    assert!(run.stderr.contains("out.toml: "), "{}", run.stderr);
+    assert!(run.stderr.contains("write-protected"), "{}", run.stderr);
+    assert_eq!(folder.read("out.toml"), "of yesterday");
+    assert_eq!(folder.names(), ["out.toml"]);
+}
+
+#[test]
+fn the_robot_file_cannot_come_from_standard_input() {
+    let folder = Folder::new();
+    for command in ["calibrate -", "calibrate - samples.csv", "forward -"] {
+        let run = folder.run(command);
+        assert_eq!(run.code, 2, "{command}");
+        let expected = "cannot come from standard input";
+        assert!(run.stderr.contains(expected), "{}", run.stderr);
+    }
 }
 
 #[test]
@@ -265,15 +360,17 @@ fn a_wrong_command_line_is_refused_before_anything_is_read() {
 #[test]
 fn help_names_the_exit_codes_and_has_examples() {
     let folder = Folder::new();
-    for command in [
-        "--help",
-        "calibrate --help",
-        "forward --help",
-        "inverse --help",
+    let refused = "1  the measurements cannot calibrate this robot";
+    for (command, can_refuse) in [
+        ("--help", true),
+        ("calibrate --help", true),
+        ("forward --help", false),
+        ("inverse --help", false),
     ] {
         let run = folder.run(command).ok();
         for part in ["Examples:", "Exit codes:", "3  an input file is wrong"] {
             assert!(run.stdout.contains(part), "{command}: {part}");
         }
+        assert_eq!(run.stdout.contains(refused), can_refuse, "{command}");
     }
 }

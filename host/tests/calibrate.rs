@@ -7,8 +7,8 @@ mod support;
 use serde_json::Value;
 use std::fmt::Write;
 use support::{
-    Folder, KEYS, NOMINAL, Point, TOLERANCE, arms_of, csv, distance, exact, noisy, platform, poses,
-    true_arms,
+    Folder, KEYS, NOMINAL, Point, TOLERANCE, arms_of, csv, distance, exact, noisy, nominal_arms,
+    platform, poses, true_arms,
 };
 
 /// A folder with `robot.toml` and `samples.csv`.
@@ -83,16 +83,21 @@ fn the_report_as_json_agrees_with_the_calibrated_file() {
         .ok();
     let report: Value = serde_json::from_str(&run.stdout).unwrap();
     assert_eq!(report["schema_version"], 1);
-    assert_eq!(report["samples"], 30);
+    assert_eq!(report["sample_count"], 30);
     assert_eq!(report["robot_file"], "robot.toml");
     assert_eq!(report["samples_file"], "samples.csv");
     assert_eq!(report["sensor_frame"], Value::Null);
     let calibrated = arms_of(&folder.read("out.toml"));
     let (mut squares, mut largest) = (0.0, 0.0_f64);
-    for (q, x) in &samples {
+    for (k, (q, x)) in samples.iter().enumerate() {
         let error = distance(platform(&calibrated, *q), *x);
         squares += error * error;
         largest = largest.max(error);
+        let sample = &report["samples"][k];
+        assert_eq!(sample["line"], k + 2);
+        assert!((sample["error_after_mm"].as_f64().unwrap() - error).abs() < 1e-9);
+        let error = distance(platform(&nominal_arms(), *q), *x);
+        assert!((sample["error_before_mm"].as_f64().unwrap() - error).abs() < 1e-9);
     }
     let after = &report["position_error_mm"]["after"];
     assert!((after["rms"].as_f64().unwrap() - (squares / 30.0).sqrt()).abs() < 1e-9);
@@ -136,6 +141,10 @@ fn json_and_calibrated_file_are_both_written_and_the_table_names_them() {
         run.stdout
             .contains("Written: out.toml\nWritten: report.json")
     );
+    assert!(run.stdout.contains("Tip: state the [noise]"));
+    let header = "# Options: --method ikm --solver lm --frame base; tolerance not stated, noise \
+                  not stated.\n";
+    assert!(folder.read("out.toml").contains(header));
     let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
     assert_eq!(report["method"], "ikm");
     assert_eq!(
@@ -306,4 +315,52 @@ fn samples_come_from_standard_input_too() {
         .run_with("calibrate robot.toml - --output out.toml", &samples)
         .ok();
     assert_arms_near(&arms_of(&folder.read("out.toml")), &true_arms(), 1e-7);
+}
+
+#[test]
+fn columns_that_begin_with_an_underscore_are_not_looked_at() {
+    let mut text = String::from("_point,q1_deg,q2_deg,_,q3_deg,x_mm,y_mm,z_mm,_time; local\n");
+    for ([q1, q2, q3], [x, y, z]) in exact(&true_arms(), 20) {
+        writeln!(text, "\"P 1\",{q1},{q2},,{q3},{x},{y},{z},12:30").unwrap();
+    }
+    let folder = folder(NOMINAL, &[]);
+    folder.write("samples.csv", text);
+    folder
+        .run("calibrate robot.toml samples.csv --output out.toml")
+        .ok();
+    assert_arms_near(&arms_of(&folder.read("out.toml")), &true_arms(), 1e-7);
+}
+
+#[test]
+fn repeated_poses_are_counted() {
+    let mut samples = noisy(&true_arms(), 25, 0.01);
+    samples.extend(noisy(&true_arms(), 5, 0.005));
+    let run = folder(NOMINAL, &samples)
+        .run("calibrate robot.toml samples.csv")
+        .ok();
+    assert!(
+        run.stdout.contains("30 samples, 25 distinct poses"),
+        "{}",
+        run.stdout
+    );
+}
+
+#[test]
+fn the_same_samples_leave_the_robot_where_it_is() {
+    let folder = folder(NOMINAL, &noisy(&true_arms(), 30, 0.02));
+    folder
+        .run("calibrate robot.toml samples.csv --output first.toml")
+        .ok();
+    let run = folder
+        .run("calibrate first.toml samples.csv --output second.toml")
+        .ok();
+    assert!(
+        run.stdout
+            .contains("the samples leave the robot where it was"),
+        "{}",
+        run.stdout
+    );
+    // Far below the samples' noise of 0.02 mm.
+    let first = arms_of(&folder.read("first.toml"));
+    assert_arms_near(&arms_of(&folder.read("second.toml")), &first, 2e-3);
 }

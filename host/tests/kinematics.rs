@@ -122,6 +122,25 @@ fn radians_and_metres_are_read() {
 }
 
 #[test]
+fn numbers_are_written_with_at_most_nine_decimals() {
+    let folder = folder();
+    // A symmetric robot at equal angles is on its axis: √(480² − (164 + 260)²) below its elbows.
+    let run = folder
+        .run_with("forward robot.toml", "q1_deg,q2_deg,q3_deg\n-0,0,0\n")
+        .ok();
+    let z = -(480f64.powi(2) - 424f64.powi(2)).sqrt();
+    assert_eq!(run.stdout, format!("{HEADER}0,0,0,0,0,{z:.9}\n"));
+    let run = folder
+        .run_with(
+            "forward robot.toml",
+            "q1_deg,q2_deg,q3_deg\n12.50,100e-1,1.23456789012\n",
+        )
+        .ok();
+    let row = run.stdout.lines().nth(1).unwrap();
+    assert!(row.starts_with("12.5,10,1.23456789,"), "{row}");
+}
+
+#[test]
 fn a_row_without_solution_is_named_and_nothing_is_written() {
     // At 0° the elbows are 424 mm from the robot's axis, further than forearms of 300 mm reach.
     // Straight below the first motor, 260 + 480 = 740 mm away, its arm is stretched.

@@ -113,10 +113,11 @@ fn both_forms_and_both_methods_reach_scipys_optimum() {
                     let expected = numbers(&golden.parameters[arm.index()]);
                     let covariance = numbers(&golden.covariance[arm.index()]);
                     let cost = number(&golden.cost[arm.index()]);
-                    // Without weights SciPy's residuals are in mm and its covariance unscaled.
+                    // Without weights SciPy's residuals are in mm and its covariance unscaled: times
+                    // cost/ν, and ν/(ν − 2) for Student's t.
                     let variance = result
                         .estimated_noise
-                        .map_or(1.0, |_| cost / (samples.len() as f64 - 8.0));
+                        .map_or(1.0, |_| cost / (samples.len() as f64 - 10.0));
                     let sigma: Vec<f64> = (0..8)
                         .map(|k| (covariance[k * 9] * variance).sqrt())
                         .collect();

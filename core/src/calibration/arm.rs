@@ -14,7 +14,7 @@ const SEARCH: [f64; 8] = [-0.01, 0.01, -0.03, 0.03, -0.06, 0.06, -0.12, 0.12];
 /// Two solutions that a stated noise cannot tell apart differ by less than this in Σ (f/σf)².
 const INDISTINGUISHABLE: f64 = 4.0;
 /// Rounds of estimating the noise when a tolerance but no noise is stated.
-const NOISE_ROUNDS: u8 = 12;
+const NOISE_ROUNDS: u8 = 20;
 
 /// Whether a solver has more to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,6 +84,8 @@ struct EndPoint<T: Real> {
     iteration: Iteration<T>,
     termination: Termination,
     start: StartUsed,
+    /// What the tolerance was balanced against.
+    residual_sigma: T,
 }
 
 impl<T: Real> ArmSolver<T> {
@@ -154,8 +156,11 @@ impl<T: Real> ArmSolver<T> {
     }
 
     fn prior(&self) -> [T; 8] {
-        self.tolerance_weights
-            .map(|weight| weight * self.residual_sigma)
+        self.prior_at(self.residual_sigma)
+    }
+
+    fn prior_at(&self, residual_sigma: T) -> [T; 8] {
+        self.tolerance_weights.map(|weight| weight * residual_sigma)
     }
 
     /// Linearisations so far, all starts together.
@@ -177,12 +182,16 @@ impl<T: Real> ArmSolver<T> {
             StepResult::Finished(termination) => Some(termination),
         };
         if let Some(termination) = termination
-            && self.iteration.cost <= self.starting_cost + rounding_of_cost(problem)
+            && self.iteration.cost
+                <= self.starting_cost
+                    + T::TWO * self.iteration.blur(problem)
+                    + rounding_of_cost(problem)
         {
             let end = EndPoint {
                 iteration: self.iteration,
                 termination,
                 start,
+                residual_sigma: self.residual_sigma,
             };
             if self
                 .best
@@ -250,7 +259,16 @@ impl<T: Real> ArmSolver<T> {
             T::from_f64(1e-3) * best.iteration.cost
         } + rounding_of_cost(problem);
         let gained = best.iteration.cost - end.iteration.cost;
-        if gained.magnitude() <= tie {
+        if end.residual_sigma != best.residual_sigma {
+            // Another balance of samples and tolerance: the later one counts.
+            return true;
+        }
+        let mut apart = end.iteration.correction;
+        for (difference, other) in apart.iter_mut().zip(best.iteration.correction) {
+            *difference -= other;
+        }
+        let same_place = best.iteration.length_squared(&apart) <= T::from_f64(16.0) * tie;
+        if gained.magnitude() <= tie && !same_place {
             let distance = |end: &EndPoint<T>| squared_length(&end.iteration.correction);
             distance(end) < T::from_f64(0.999) * distance(best)
         } else {
@@ -298,14 +316,21 @@ impl<T: Real> ArmSolver<T> {
         if self.settings.tolerance.is_none() || problem.reference().noise().is_some() {
             return false;
         }
-        let Some(best) = self.best else {
-            return false;
-        };
         if self.noise_rounds >= NOISE_ROUNDS {
             return false;
         }
+        let Some(best) = self.best else {
+            // Too weak a tolerance leaves the problem without a firm minimum: start from a stronger.
+            self.restart_balanced(
+                problem,
+                T::from_f64(10.0) * self.residual_sigma,
+                [T::ZERO; 8],
+            );
+            self.phase = Phase::From(StartUsed::Reference);
+            return true;
+        };
         let conditioning = Conditioning::of(&best.iteration.normal);
-        let determined = conditioning.determined_parameters(&self.prior());
+        let determined = conditioning.determined_parameters(&self.prior_at(best.residual_sigma));
         let spare = problem.effective_samples() - determined;
         if !(spare > T::from_f64(1e-3)) {
             return false;
@@ -314,23 +339,24 @@ impl<T: Real> ArmSolver<T> {
         let sigma = (best.iteration.sum_of_squares / spare)
             .square_root()
             .larger(least);
-        let change = (sigma - self.residual_sigma).magnitude();
-        if !(change > T::from_f64(0.01) * self.residual_sigma) {
+        let change = (sigma - best.residual_sigma).magnitude();
+        if best.residual_sigma != self.residual_sigma
+            || !(change > T::from_f64(0.01) * self.residual_sigma)
+        {
+            // Settled; or the last round failed, and the one before it stands.
             return false;
         }
+        self.restart_balanced(problem, sigma, best.iteration.correction);
+        self.phase = Phase::From(best.start);
+        true
+    }
+
+    fn restart_balanced<P: ArmProblem<T>>(&mut self, problem: &P, sigma: T, from: [T; 8]) {
         self.noise_rounds += 1;
         self.residual_sigma = sigma;
         self.iterations = self.iterations();
-        self.iteration = Iteration::start(
-            problem,
-            self.settings.method,
-            &self.prior(),
-            best.iteration.correction,
-        );
+        self.iteration = Iteration::start(problem, self.settings.method, &self.prior(), from);
         self.starting_cost = self.iteration.cost;
-        self.phase = Phase::From(best.start);
-        self.best = None;
-        true
     }
 
     /// The calibrated arm, or why there is none.
@@ -353,7 +379,11 @@ impl<T: Real> ArmSolver<T> {
                 .as_ref()
                 .map(|best| (best.termination, best.start)),
             tolerance_weights: &self.tolerance_weights,
-            prior: self.prior(),
+            prior: self.prior_at(
+                self.best
+                    .as_ref()
+                    .map_or(self.residual_sigma, |best| best.residual_sigma),
+            ),
             has_tolerance: self.settings.tolerance.is_some(),
             iterations: self.iterations(),
         }

@@ -5,7 +5,7 @@ use super::outcome::{ArmOutcome, StartUsed, Termination};
 use super::problem::ArmProblem;
 use super::refusal::Refusal;
 use super::solver::Iteration;
-use crate::samples::corrected_arm;
+use crate::samples::{Reference, corrected_arm};
 use crate::{ArmIndex, Parameter, ParameterKind, Real};
 use nalgebra::{SMatrix, SVector};
 
@@ -22,9 +22,9 @@ const LARGEST_SIGMA: f64 = 0.1;
 /// An iteration that fails at a worse condition than this fails because of its poses: eight random
 /// poses have a condition of some 50, twenty of 9.
 const CONDITION_OF_A_VALLEY: f64 = 1e4;
-/// With a tolerance and hardly a sample to spare, samples can be fitted as closely as one likes,
-/// and the noise estimated from that fit is far too small.
-const LEAST_FREEDOM_WITH_TOLERANCE: f64 = 2.0;
+/// A noise estimated from ν spare samples leaves the parameters distributed as Student's t, whose
+/// variance exists beyond two degrees of freedom.
+const LEAST_FREEDOM: f64 = 2.0;
 
 /// An end point, and what it is judged by.
 pub(super) struct Judgement<'a, T: Real> {
@@ -49,21 +49,12 @@ impl<T: Real> Judgement<'_, T> {
         if !(conditioning.condition < largest_condition) {
             return Err(conditioning.undetermined(arm));
         }
-        let Some((termination, start)) = self.end else {
-            return Err(
-                if conditioning.condition < T::from_f64(CONDITION_OF_A_VALLEY) {
-                    Refusal::NotConverged {
-                        arm,
-                        iterations: self.iterations,
-                    }
-                } else {
-                    conditioning.undetermined(arm)
-                },
-            );
-        };
         let reference = problem.reference();
         let samples = problem.effective_samples();
         let stated = reference.noise().is_some();
+        let Some((termination, start)) = self.end else {
+            return Err(self.not_converged(problem, &conditioning));
+        };
         if stated {
             self.check_residual(samples)?;
         }
@@ -71,23 +62,17 @@ impl<T: Real> Judgement<'_, T> {
 
         let degrees_of_freedom =
             (samples - conditioning.determined_parameters(&self.prior)).larger(T::ZERO);
-        let least_freedom = if self.has_tolerance {
-            LEAST_FREEDOM_WITH_TOLERANCE
-        } else {
-            0.5
-        };
         let sum = self.iteration.sum_of_squares;
-        let estimated_noise = (!stated && degrees_of_freedom >= T::from_f64(least_freedom))
+        let estimated_noise = (!stated && degrees_of_freedom >= T::HALF)
             .then(|| (sum / degrees_of_freedom).square_root());
         let residual_sigma = if stated {
             Some(T::ONE)
         } else {
-            estimated_noise
+            let spare = degrees_of_freedom - T::from_f64(LEAST_FREEDOM);
+            (spare > T::from_f64(1e-2)).then(|| (sum / spare).square_root())
         };
-        let covariance = residual_sigma.map(|sigma| {
-            let units = Parameter::ALL.map(|parameter| reference.unit_of(parameter) * sigma);
-            in_units(&conditioning.covariance, &units)
-        });
+        let covariance =
+            residual_sigma.map(|sigma| in_units(&conditioning.covariance, reference, sigma));
         if let Some(covariance) = &covariance {
             self.check_sigmas(covariance, reference.arm().upper_arm_length())?;
         }
@@ -97,7 +82,10 @@ impl<T: Real> Judgement<'_, T> {
             .zip(self.prior)
             .zip(conditioning.covariance.diagonal().iter())
         {
-            *share = weight.squared() * *variance;
+            *share = (weight.squared() * *variance).larger(T::ZERO);
+            if *share > T::ONE {
+                *share = T::ONE;
+            }
         }
         let residual_unit = if stated { T::ONE } else { reference.scale() };
         Ok(ArmOutcome {
@@ -114,6 +102,30 @@ impl<T: Real> Judgement<'_, T> {
             condition: conditioning.condition,
             prior_share,
         })
+    }
+
+    /// Why an iteration did not settle: along a flat valley it is the poses, or the stated noise,
+    /// that leave it no firm minimum.
+    fn not_converged<P: ArmProblem<T>>(
+        &self,
+        problem: &P,
+        conditioning: &Conditioning<T>,
+    ) -> Refusal {
+        if !(conditioning.condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
+            return conditioning.undetermined(self.arm);
+        }
+        let reference = problem.reference();
+        if reference.noise().is_some() {
+            let covariance = in_units(&conditioning.covariance, reference, T::ONE);
+            let upper_arm = reference.arm().upper_arm_length();
+            if let Err(uncertain) = self.check_sigmas(&covariance, upper_arm) {
+                return uncertain;
+            }
+        }
+        Refusal::NotConverged {
+            arm: self.arm,
+            iterations: self.iterations,
+        }
     }
 
     /// χ² test of the whole cost: with a prior it has as many degrees of freedom as there are
@@ -209,12 +221,18 @@ impl<T: Real> Conditioning<T> {
     }
 }
 
-/// The covariance with each row and column multiplied by its unit.
-fn in_units<T: Real>(covariance: &SMatrix<T, 8, 8>, units: &[T; 8]) -> SMatrix<T, 8, 8> {
+/// The covariance in the user's units, times σ².
+fn in_units<T: Real>(
+    covariance: &SMatrix<T, 8, 8>,
+    reference: &Reference<T>,
+    sigma: T,
+) -> SMatrix<T, 8, 8> {
+    let units = Parameter::ALL.map(|parameter| reference.unit_of(parameter) * sigma);
     let mut scaled = *covariance;
     for (mut column, column_unit) in scaled.column_iter_mut().zip(units) {
         for (entry, row_unit) in column.iter_mut().zip(units) {
-            *entry = *entry * *column_unit * *row_unit;
+            // The product of the units first: both halves are rounded alike.
+            *entry *= column_unit * row_unit;
         }
     }
     scaled

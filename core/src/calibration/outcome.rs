@@ -30,13 +30,14 @@ pub struct ArmOutcome<T: Real> {
     pub arm: Arm<T>,
     /// Covariance of the eight parameters, (JᵀJ)⁻¹ of the weighted Jacobian, prior included:
     /// length², length · radian, radian². Without a stated noise it is scaled by the residual
-    /// variance; `None` if no sample is left over to estimate that from.
+    /// variance and by ν/(ν − 2), ν the degrees of freedom: the variance of Student's t. `None` if
+    /// fewer than three samples are left over to estimate that from.
     pub covariance: Option<SMatrix<T, 8, 8>>,
     /// √(Σ (f/σf)² / samples): in σ with a stated noise, otherwise the distance f/(2 Lb) along the
     /// forearm, in length.
     pub residual_rms: T,
     /// One σ of the distance error along the forearm: length. Estimated from the residuals; `None`
-    /// with a stated noise, or if no sample is left over.
+    /// with a stated noise, or if no sample is left over. Rough with few degrees of freedom.
     pub estimated_noise: Option<T>,
     /// Samples less parameters, as far as the samples and not the prior determine them.
     pub degrees_of_freedom: T,
@@ -53,7 +54,8 @@ pub struct ArmOutcome<T: Real> {
     /// the 2-norm lies between this and eight times this.
     pub condition: T,
     /// For each parameter the share of the result that the tolerance decided and not the samples:
-    /// (σ/tolerance)², between 0 and 1; 0 without a tolerance.
+    /// (σ/tolerance)² as the samples and the tolerance were weighed in the fit, between 0 and 1; 0
+    /// without a tolerance.
     pub prior_share: SVector<T, 8>,
 }
 

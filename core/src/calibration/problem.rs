@@ -34,6 +34,10 @@ pub trait Linearize<T: Real> {
     /// Σ (1 + f(P₀)²)/σf², the squared size of what residuals are summed up from.
     #[doc(hidden)]
     fn rows_squared(&self) -> T;
+    /// The squared size of the terms that a residual is summed up from: its rounding is ε times
+    /// that.
+    #[doc(hidden)]
+    fn terms_squared(&self) -> T;
 }
 
 /// The mean sample of an arm.
@@ -111,6 +115,17 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
         }
     }
 
+    /// The residual at a correction is f(P₀) and a difference that cancels it.
+    fn terms_squared(&self) -> T {
+        let mut sum = T::ZERO;
+        for row in self.triangle().rows() {
+            if let Some(entry) = row.last() {
+                sum += entry.squared();
+            }
+        }
+        sum
+    }
+
     fn rows_squared(&self) -> T {
         // The last two columns: the feature 1 and f(P₀).
         let mut sum = T::ZERO;
@@ -185,6 +200,11 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
         let mut factor = ArmFactor::new(*self.reference());
         factor.absorb(self.samples());
         factor
+    }
+
+    /// The residual is |X − B|² − Lb², of numbers of about 1.
+    fn terms_squared(&self) -> T {
+        self.rows_squared()
     }
 
     fn rows_squared(&self) -> T {

@@ -13,6 +13,11 @@ const LESS_DAMPING: f64 = 0.1;
 /// Below this the damping is dropped and full steps are tried again.
 const LEAST_DAMPING: f64 = 1e-5;
 const MOST_DAMPING: f64 = 1e8;
+/// A step damped by this much is shorter than the full one by a tenth or more in every direction.
+const ENOUGH_DAMPING: f64 = 0.1;
+/// Where the iteration converges slowly, a gain below this part of the cost is the end: it moves the
+/// solution by a hundred thousandth of its σ.
+const IRRELEVANT: f64 = 1e-10;
 /// No single step may move a parameter by more than this, in units of the scale and radians: the
 /// solution nearest to the start is wanted, and a longer step leaves the region where the
 /// linearisation means anything.
@@ -98,16 +103,15 @@ impl<T: Real> Iteration<T> {
         if !(gain.finite() && self.cost.finite()) {
             return StepResult::Failed;
         }
-        // r is known to ε times the rows it is made of, so a gain below that squared is nothing.
+        // r is known to ε times the terms it is made of, so a gain below that squared is nothing.
         // |r|² is blurred by |r| times as much, so a smaller gain cannot be seen in it and is taken
         // on trust.
-        let rows = problem.rows_squared();
-        let many = T::from_f64(64.0) * T::EPSILON;
-        let settled = gain <= T::from_f64(16.0) * T::EPSILON.squared() * (self.cost + rows);
-        let blur = many * (self.cost + rows).square_root();
-        let invisible = blur * self.cost.square_root() + blur.squared();
+        let terms = self.cost + problem.terms_squared();
+        let settled = gain <= T::from_f64(16.0) * T::EPSILON.squared() * terms;
+        let invisible = self.blur(problem);
         let at_rounding = gain <= invisible;
-        let stagnant = at_rounding && gain >= self.previous_gain * T::from_f64(0.25);
+        let slow = gain >= self.previous_gain * T::from_f64(0.25);
+        let stagnant = slow && (at_rounding || gain <= T::from_f64(IRRELEVANT) * self.cost);
         self.previous_gain = gain;
 
         let Some(step) = self.trial_step() else {
@@ -143,8 +147,31 @@ impl<T: Real> Iteration<T> {
         }
     }
 
+    /// |T δ|²: by how much a displacement from a minimum raises the cost.
+    pub(crate) fn length_squared(&self, displacement: &[T; 8]) -> T {
+        let mut sum = T::ZERO;
+        for (index, row) in self.normal.rows().take(8).enumerate() {
+            let mut entry = T::ZERO;
+            for (factor, delta) in row.iter().zip(displacement.iter().skip(index)) {
+                entry += *factor * *delta;
+            }
+            sum += entry.squared();
+        }
+        sum
+    }
+
+    /// How much of the cost may be rounding.
+    pub(crate) fn blur<P: ArmProblem<T>>(&self, problem: &P) -> T {
+        let blur =
+            T::from_f64(64.0) * T::EPSILON * (self.cost + problem.terms_squared()).square_root();
+        blur * self.cost.square_root() + blur.squared()
+    }
+
     fn reject(&mut self, at_rounding: bool) -> StepResult {
-        if at_rounding {
+        // A full step that fails may be too long rather than lost in rounding.
+        if at_rounding
+            && (self.method == Method::GaussNewton || self.damping > T::from_f64(ENOUGH_DAMPING))
+        {
             return StepResult::Finished(Termination::RoundingReached);
         }
         if self.method == Method::GaussNewton || self.damping > T::from_f64(MOST_DAMPING) {

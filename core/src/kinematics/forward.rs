@@ -40,6 +40,10 @@ impl<T: Real> Robot<T> {
                 return Err(KinematicsError::NonFinite(index));
             }
         }
+        // In units of the forearm: products of five lengths must not overflow.
+        let unit = arm1.lb().power_of_two_below();
+        let inverse_unit = T::ONE / unit;
+        let elbows = elbows.map(|elbow| elbow * inverse_unit);
         let [b1, b2, b3] = elbows;
         let (edge2, edge3) = (b2 - b1, b3 - b1);
         let normal = edge2.cross(&edge3);
@@ -52,11 +56,7 @@ impl<T: Real> Robot<T> {
                 Singularity::Parallel,
             ));
         }
-        let (r1, r2, r3) = (
-            arm1.lb() * arm1.lb(),
-            arm2.lb() * arm2.lb(),
-            arm3.lb() * arm3.lb(),
-        );
+        let [r1, r2, r3] = [arm1, arm2, arm3].map(|arm| (arm.lb() * inverse_unit).squared());
         // In the elbows' plane the point has equal power with respect to all three circles:
         // p · edge_k = (r₁ − r_k + |edge_k|²)/2, solved by the reciprocal basis of the edges.
         let along2 = (r1 - r2 + edge2_squared) * T::HALF;
@@ -87,7 +87,7 @@ impl<T: Real> Robot<T> {
         } else {
             height
         };
-        Ok(centre + normal * below)
+        Ok((centre + normal * below) * unit)
     }
 }
 

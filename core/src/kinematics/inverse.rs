@@ -42,7 +42,11 @@ impl<T: Real> Arm<T> {
 
 impl<T: Real> Robot<T> {
     /// Inverse kinematics in closed form: the joint angles (radians, in (−π, π]) at which the
-    /// platform is at `x`, elbows out.
+    /// platform is at `x`, on the branch q = atan2(B, A) − acos(C/√(A²+B²)) of each arm.
+    ///
+    /// That is "elbows out" for a robot whose motor axes lie in the base plane. A pose whose arm has
+    /// swung through its line with the forearm is on the other branch, and comes back with another
+    /// joint angle.
     ///
     /// # Errors
     /// The first arm that does not reach, is stretched or folded to its edge

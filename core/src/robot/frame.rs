@@ -88,12 +88,16 @@ impl<T: Real> RigidTransform<T> {
         I::IntoIter: Clone,
     {
         let pairs = pairs.into_iter();
+        // Counted from the first pair, so that a far origin does not round the sums.
+        let Some((from_first, to_first)) = pairs.clone().next() else {
+            return Err(AlignmentError::TooFewPoints);
+        };
         let mut count = T::ZERO;
         let (mut from_sum, mut to_sum) = (Vector3::<T>::zeros(), Vector3::<T>::zeros());
         for (from, to) in pairs.clone() {
             count += T::ONE;
-            from_sum += from;
-            to_sum += to;
+            from_sum += from - from_first;
+            to_sum += to - to_first;
         }
         if !(count >= T::from_f64(3.0)) {
             return Err(AlignmentError::TooFewPoints);
@@ -102,7 +106,7 @@ impl<T: Real> RigidTransform<T> {
         let mut products = Matrix3::<T>::zeros();
         let mut spread = T::ZERO;
         for (from, to) in pairs {
-            let (from, to) = (from - from_mean, to - to_mean);
+            let (from, to) = (from - from_first - from_mean, to - to_first - to_mean);
             products += from * to.transpose();
             spread += from.dot(&from) + to.dot(&to);
         }
@@ -120,7 +124,7 @@ impl<T: Real> RigidTransform<T> {
         let rotation = rotation_of(&quaternion);
         Ok(Self {
             rotation,
-            translation: to_mean - rotation * from_mean,
+            translation: to_first + (to_mean - rotation * (from_first + from_mean)),
         })
     }
 }

@@ -93,9 +93,9 @@ impl<T: Real> Reference<T> {
     }
 
     /// Centres, scales and weights one sample. The residual's variance is, to first order,
-    /// σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq² (Sampson), with |∂f/∂X| = 2 Lb. The rounding of the
-    /// arithmetic is a noise too, of about 4ε in f, and is added: no stated noise, however small,
-    /// claims more than the scalar type can hold.
+    /// σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq² (Sampson), with |∂f/∂X| = 2 Lb. Rounding is a noise too, of
+    /// half an ε of the position and of about 4ε in f, and is added: no stated noise, however
+    /// small, claims more than the scalar type can hold.
     pub(crate) fn sample(
         &self,
         x: &Vector3<T>,
@@ -105,17 +105,21 @@ impl<T: Real> Reference<T> {
         check_joint(q, arm)?;
         check_position(x)?;
         let (sine, cosine) = q.sine_cosine();
+        let position_rounding_squared =
+            x.dot(x) * (T::HALF * T::EPSILON * self.inverse_scale).squared();
         let x = (x - self.centre) * self.inverse_scale;
         let forearm = x - (self.d + self.u * cosine + self.v * sine);
         let constraint = forearm.dot(&forearm) - self.lb * self.lb;
         let weight = match &self.noise {
             None => T::HALF / self.lb,
             Some(noise) => {
-                let by_position = T::TWO * self.lb * (noise.position() * self.inverse_scale);
+                let by_position_squared = (T::TWO * self.lb).squared()
+                    * ((noise.position() * self.inverse_scale).squared()
+                        + position_rounding_squared);
                 let by_joint =
                     T::TWO * forearm.dot(&(self.v * cosine - self.u * sine)) * noise.joint();
                 let rounding = T::from_f64(4.0) * T::EPSILON * self.lb * self.lb;
-                (by_position.squared() + by_joint.squared() + rounding.squared())
+                (by_position_squared + by_joint.squared() + rounding.squared())
                     .inverse_square_root()
             }
         };

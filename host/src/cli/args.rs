@@ -1,3 +1,5 @@
+use super::paths::is_stream;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use delta_cal_host::{CalibrationMethod, Frame, Options};
 use std::path::PathBuf;
@@ -10,6 +12,14 @@ Exit codes:
   3  an input file is wrong
   4  a file could not be written
 With 1, 2 and 3 no output file is written or changed.";
+
+const KINEMATICS_EXIT_CODES: &str = "\
+Exit codes:
+  0  done: every row is computed
+  2  the command line is wrong
+  3  an input file is wrong, or a row has no solution
+  4  the output could not be written
+With 2 and 3 no output file is written or changed.";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -37,9 +47,17 @@ ROBOT.toml:
   position_mm = 0.02       #   whether the residual is credible
   joint_deg = 0.002
 
-SAMPLES.csv (or q1_rad..., x_m...; any order; # begins a comment):
-  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm
-  10.0,20.0,30.0,41.151,25.265,-338.742
+SAMPLES.csv (or q1_rad..., x_m...; any order; # begins a comment; columns whose name begins with _,
+such as _point or _time, are not looked at):
+  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm,_point
+  10.0,20.0,30.0,41.151,25.265,-338.742,P1
+
+With --frame sensor the robot's frame is the one that best fits ROBOT.toml to the measured points,
+and a cyclic exchange of the joint columns (q2,q3,q1 for q1,q2,q3) cannot be detected: a Delta has
+threefold symmetry.
+
+Without a [tolerance], a result further from ROBOT.toml than 10 % of the forearm or 10 degrees is
+refused, unless --no-guess says that ROBOT.toml is no guess.
 
 Examples:
   delta-cal calibrate
@@ -81,17 +99,17 @@ pub(crate) enum Command {
     #[command(after_help = format!("{CALIBRATE_HELP}\n\n{EXIT_CODES}"))]
     Calibrate(CalibrateArguments),
     /// Compute where the platform is at given joint angles
-    #[command(after_help = format!("{FORWARD_HELP}\n\n{EXIT_CODES}"))]
+    #[command(after_help = format!("{FORWARD_HELP}\n\n{KINEMATICS_EXIT_CODES}"))]
     Forward(KinematicsArguments),
     /// Compute the joint angles at which the platform is at given positions
-    #[command(after_help = format!("{INVERSE_HELP}\n\n{EXIT_CODES}"))]
+    #[command(after_help = format!("{INVERSE_HELP}\n\n{KINEMATICS_EXIT_CODES}"))]
     Inverse(KinematicsArguments),
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArguments {
     /// The robot before calibration; without files the built-in example is calibrated
-    #[arg(value_name = "ROBOT.toml", requires = "samples")]
+    #[arg(value_name = "ROBOT.toml", requires = "samples", value_parser = robot_path())]
     pub(crate) robot: Option<PathBuf>,
     /// Joint angles and measured positions; - is standard input
     #[arg(value_name = "SAMPLES.csv")]
@@ -105,6 +123,9 @@ pub(crate) struct CalibrateArguments {
     /// The frame of the measured positions
     #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
     pub(crate) frame: FrameArgument,
+    /// The robot file is no guess: start without one (needs 12 samples) and accept any geometry
+    #[arg(long)]
+    pub(crate) no_guess: bool,
     /// Write the calibrated robot to this file; a file that exists is replaced
     #[arg(long, value_name = "CALIBRATED.toml")]
     pub(crate) output: Option<PathBuf>,
@@ -119,7 +140,7 @@ pub(crate) struct CalibrateArguments {
 #[derive(Debug, Args)]
 pub(crate) struct KinematicsArguments {
     /// The robot
-    #[arg(value_name = "ROBOT.toml")]
+    #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     pub(crate) robot: PathBuf,
     /// The rows to compute; standard input without it, or with -
     #[arg(value_name = "FILE.csv")]
@@ -151,6 +172,16 @@ pub(crate) enum FrameArgument {
     Sensor,
 }
 
+fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| {
+        if is_stream(&path) {
+            Err("the robot file cannot come from standard input: give its name")
+        } else {
+            Ok(path)
+        }
+    })
+}
+
 impl CalibrateArguments {
     pub(crate) fn options(&self) -> Options {
         Options {
@@ -165,6 +196,7 @@ impl CalibrateArguments {
                 FrameArgument::Base => Frame::Base,
                 FrameArgument::Sensor => Frame::Sensor,
             },
+            no_guess: self.no_guess,
         }
     }
 }

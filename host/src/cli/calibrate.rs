@@ -2,10 +2,12 @@ use super::args::CalibrateArguments;
 use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same};
 use super::print;
+use delta_cal::Method;
 use delta_cal_host::report::json::JsonReport;
 use delta_cal_host::report::table;
 use delta_cal_host::{
-    CalibrationReport, InputError, InputText, RobotFile, SamplesFile, calibrate, example, output,
+    CalibrationMethod, CalibrationReport, Frame, InputError, InputText, RobotFile, SamplesFile,
+    calibrate, example, output,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -89,13 +91,38 @@ fn comment(report: &CalibrationReport, simulated: bool) -> String {
         ""
     };
     format!(
-        "Calibrated by delta-cal {} from {} and {}:\n{} samples, position error {:.4} mm rms \
-         before and {:.4} mm after.{note}",
+        "Calibrated by delta-cal {} from {} and {}:\n{} sample{}, position error {:.4} mm rms before and \
+         {:.4} mm after.\nOptions: {}{note}",
         env!("CARGO_PKG_VERSION"),
         report.before.name,
         report.samples_file,
         report.samples,
+        if report.samples == 1 { "" } else { "s" },
         report.error_before.rms,
         report.error_after.rms,
+        options(report),
+    )
+}
+
+/// The options as they would be typed, and what the robot file states.
+fn options(report: &CalibrationReport) -> String {
+    let options = &report.options;
+    let method = match options.method {
+        CalibrationMethod::Ikm => "ikm",
+    };
+    let solver = match options.solver {
+        Method::LevenbergMarquardt => "lm",
+        Method::GaussNewton => "gn",
+    };
+    let frame = match options.frame {
+        Frame::Base => "base",
+        Frame::Sensor => "sensor",
+    };
+    let no_guess = if options.no_guess { " --no-guess" } else { "" };
+    let stated = |known: bool| if known { "stated" } else { "not stated" };
+    format!(
+        "--method {method} --solver {solver} --frame {frame}{no_guess}; tolerance {}, noise {}.",
+        stated(report.before.tolerance.is_some()),
+        stated(report.before.noise.is_some()),
     )
 }

@@ -51,7 +51,8 @@ impl Failure {
                 (3, "error", error.to_string(), remedy)
             }
             Self::Output(cause) => {
-                let remedy = "check that the folder exists, is writable and has space";
+                let remedy =
+                    "give another name, or check that the folder exists, is writable and has space";
                 (4, "error", cause, remedy.to_owned())
             }
         };

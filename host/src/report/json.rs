@@ -24,12 +24,16 @@ pub struct JsonReport {
     pub solver: &'static str,
     /// `base` or `sensor`.
     pub frame: &'static str,
+    /// Whether the robot file was no guess.
+    pub no_guess: bool,
     /// Number of samples.
-    pub samples: usize,
+    pub sample_count: usize,
     /// The three arms.
     pub arms: Vec<JsonArm>,
     /// Distance between measured and computed positions over the samples.
     pub position_error_mm: JsonBeforeAfter,
+    /// The same for every sample, in the file's order.
+    pub samples: Vec<JsonSample>,
     /// What the calibration means over a grid of poses within the joint limits; `null` if the
     /// uncertainty is unknown.
     pub workspace: Option<JsonWorkspace>,
@@ -105,6 +109,17 @@ pub struct JsonPositionError {
     pub unreachable: usize,
 }
 
+/// Distance between the measured and the computed position of one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct JsonSample {
+    /// Its line in the samples file.
+    pub line: u64,
+    /// With the robot file's parameters; `null` if they cannot reach the joint angles.
+    pub error_before_mm: Option<f64>,
+    /// With the calibrated ones.
+    pub error_after_mm: Option<f64>,
+}
+
 /// The calibration over the workspace.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JsonWorkspace {
@@ -171,12 +186,22 @@ impl JsonReport {
                 Frame::Base => "base",
                 Frame::Sensor => "sensor",
             },
-            samples: report.samples,
+            no_guess: report.options.no_guess,
+            sample_count: report.samples,
             arms,
             position_error_mm: JsonBeforeAfter {
                 before: position_error(&report.error_before),
                 after: position_error(&report.error_after),
             },
+            samples: report
+                .sample_errors
+                .iter()
+                .map(|sample| JsonSample {
+                    line: sample.line,
+                    error_before_mm: sample.before,
+                    error_after_mm: sample.after,
+                })
+                .collect(),
             workspace: report.workspace.map(|comparison| JsonWorkspace {
                 poses: comparison.poses,
                 position_sigma_mm: comparison.sigma,

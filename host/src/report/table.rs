@@ -2,6 +2,7 @@
 //! printer strips where they are not wanted.
 
 use super::{comparisons, solver_name, start_name, termination_name};
+use crate::words::count;
 use crate::{CalibrationReport, Frame, PositionError};
 use anstyle::{AnsiColor, Style};
 use delta_cal::ArmOutcome;
@@ -21,6 +22,12 @@ pub fn render(report: &CalibrationReport) -> String {
     solution(&mut text, report);
     frame(&mut text, report);
     doubts(&mut text, report);
+    if report.before.noise.is_none() {
+        text.push_str(
+            "Tip: state the [noise] of the measurements in the robot file; then the residuals can \
+             be judged.\n",
+        );
+    }
     text
 }
 
@@ -36,8 +43,8 @@ fn summary(text: &mut String, report: &CalibrationReport) {
     );
     let _ = writeln!(
         text,
-        "{} samples in the {} frame; IKM method, {}; {}, {}\n",
-        report.samples,
+        "{} in the {} frame; IKM method, {}; {}, {}{}\n",
+        count(report.samples, "sample"),
         match report.options.frame {
             Frame::Base => "robot's",
             Frame::Sensor => "sensor's",
@@ -50,6 +57,11 @@ fn summary(text: &mut String, report: &CalibrationReport) {
         match report.before.noise {
             Some(_) => "noise stated",
             None => "no noise stated",
+        },
+        if report.options.no_guess {
+            "; no guess"
+        } else {
+            ""
         },
     );
 }
@@ -83,6 +95,11 @@ fn parameters(text: &mut String, report: &CalibrationReport) {
             text.push('\n');
         }
         text.push('\n');
+    }
+    if prior {
+        text.push_str(
+            "by tolerance: 0 % - from the samples only, 100 % - from the tolerance only\n\n",
+        );
     }
 }
 
@@ -125,11 +142,14 @@ fn positions(text: &mut String, report: &CalibrationReport) {
     let _ = match &report.workspace {
         Some(comparison) => writeln!(
             text,
-            "Expected over the whole workspace: one sigma {} mm (rms over {} poses)\n",
+            "Expected position error of the calibrated robot: {} mm (one sigma, rms over the \
+             workspace)\n",
             small(comparison.sigma),
-            comparison.poses
         ),
-        None => writeln!(text, "Expected over the whole workspace: unknown\n"),
+        None => writeln!(
+            text,
+            "Expected position error of the calibrated robot: unknown\n"
+        ),
     };
 }
 
@@ -137,20 +157,24 @@ fn solution(text: &mut String, report: &CalibrationReport) {
     let title = ["arm 1", "arm 2", "arm 3"];
     heading(
         text,
-        &format!("{:<22}{}", "Solution", cells(title.map(str::to_owned))),
+        &format!("{:<44}{}", "Solution", cells(title.map(str::to_owned))),
     );
     let stated = report.before.noise.is_some();
     let mut line = |label: &str, of: &dyn Fn(&ArmOutcome<f64>) -> String| {
         let [first, second, third] = &report.outcome.arms;
         let _ = writeln!(
             text,
-            "  {label:<20}{}",
+            "  {label:<42}{}",
             cells([first, second, third].map(of))
         );
     };
-    line("condition", &|arm| format!("{:.1}", arm.condition));
+    line("condition (below 100 is good)", &|arm| {
+        format!("{:.1}", arm.condition)
+    });
     if stated {
-        line("residual, sigma", &|arm| format!("{:.3}", arm.residual_rms));
+        line("residual / stated noise (about 1 is right)", &|arm| {
+            format!("{:.3}", arm.residual_rms)
+        });
     } else {
         line("residual, mm", &|arm| small(arm.residual_rms));
         line("estimated noise, mm", &|arm| {
@@ -166,7 +190,7 @@ fn solution(text: &mut String, report: &CalibrationReport) {
 }
 
 fn cells(values: [String; 3]) -> String {
-    values.map(|value| format!("{value:>18}")).concat()
+    values.map(|value| format!("{value:>17}")).concat()
 }
 
 fn frame(text: &mut String, report: &CalibrationReport) {
@@ -184,7 +208,12 @@ fn frame(text: &mut String, report: &CalibrationReport) {
             row[0], row[1], row[2]
         );
     }
-    text.push('\n');
+    text.push_str(
+        "The measured positions are in the frame of [sensor_frame]; those that delta-cal forward \
+         computes are\nin the robot's frame, which is the one that best fits the robot file to the \
+         measured points.\nA cyclic exchange of the joint columns cannot be detected: a Delta has \
+         threefold symmetry.\n\n",
+    );
 }
 
 fn doubts(text: &mut String, report: &CalibrationReport) {

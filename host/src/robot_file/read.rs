@@ -1,8 +1,10 @@
 use super::RobotFile;
+use super::messages::{syntax, with_section};
 use super::schema::{
     ARM_KEYS, ArmToml, JointsToml, NoiseToml, NominalToml, Number, RobotToml, SensorFrameToml,
     ToleranceToml,
 };
+use crate::words::count;
 use crate::workspace::reaches_anywhere;
 use crate::{InputError, InputText};
 use delta_cal::{
@@ -12,7 +14,7 @@ use delta_cal::{
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
 
-const SECTIONS: &str = "a robot file has [nominal] or three [[arm]], then [joints], and may have \
+pub(super) const SECTIONS: &str = "a robot file has [nominal] or three [[arm]], then [joints], and may have \
                         [tolerance], [noise] and [sensor_frame]; `delta-cal calibrate --help` \
                         shows one";
 
@@ -40,7 +42,8 @@ impl RobotFile {
             ),
             (None, Some(arms)) => {
                 let line = arms.last().map_or(1, |arm| input.line_at(arm.span().start));
-                let cause = format!("{} sections [[arm]] where there must be three", arms.len());
+                let found = count(arms.len(), "section");
+                let cause = format!("{found} [[arm]] where there must be three");
                 return Err(fault(input, line, "[[arm]]", cause));
             }
             (Some(nominal), Some(_)) => {
@@ -84,21 +87,10 @@ impl RobotFile {
     }
 }
 
-fn syntax(input: &InputText, error: &toml::de::Error) -> InputError {
-    let offset = error.span().map_or(0, |span| span.start);
-    let message = error.message().trim().replace('\n', "; ");
-    InputError::new(
-        input.name(),
-        message.replace("expected f64", "expected a number"),
-    )
-    .at_line(input.line_at(offset))
-    .with_remedy(SECTIONS)
-}
-
 fn fault(input: &InputText, line: u64, key: &str, cause: impl Into<String>) -> InputError {
     InputError::new(input.name(), cause)
         .at_line(line)
-        .at_key(key)
+        .at_key(with_section(input, line, key))
         .with_remedy(SECTIONS)
 }
 

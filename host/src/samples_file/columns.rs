@@ -1,8 +1,9 @@
 //! A CSV file of named columns with units.
 
+use super::records::{check_length, check_separator, records};
 use super::{Row, outside_limits};
 use crate::{InputError, InputText};
-use csv::{ReaderBuilder, StringRecord, Trim};
+use csv::StringRecord;
 use delta_cal::JointLimits;
 
 /// What a column holds.
@@ -40,7 +41,14 @@ const COLUMNS: [(&str, Quantity, Unit); 12] = [
 ];
 
 const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad and _m), in any \
-                     order, separated by commas";
+                     order, separated by commas; a name that begins with _ marks a column that is \
+                     not looked at";
+
+/// Columns whose name begins with this are not looked at.
+pub(super) const IGNORED: char = '_';
+
+/// Larger numbers, in mm or rad, have the wrong unit or a wrong exponent.
+const LARGEST: f64 = 1e9;
 
 impl Quantity {
     pub(super) const JOINTS: [Self; 3] = [Self::Joint1, Self::Joint2, Self::Joint3];
@@ -76,7 +84,8 @@ struct Column {
 pub(super) struct Table<'a> {
     input: &'a InputText,
     header_line: u64,
-    columns: Vec<Column>,
+    /// `None` for one that is not looked at.
+    columns: Vec<Option<Column>>,
     records: Vec<(u64, StringRecord)>,
 }
 
@@ -97,6 +106,7 @@ impl<'a> Table<'a> {
                     .with_remedy(KNOWN),
             );
         };
+        check_separator(input, header_line, &header)?;
         let columns = columns(input, header_line, &header)?;
         let records: Vec<_> = records.collect();
         if records.is_empty() {
@@ -105,8 +115,12 @@ impl<'a> Table<'a> {
                 .at_line(header_line)
                 .with_remedy("add one row a measured pose below the header"));
         }
+        let names: Vec<_> = header.iter().collect();
         for (line, record) in &records {
-            check_length(input, *line, record, &columns)?;
+            if record.len() < names.len() {
+                check_separator(input, *line, record)?;
+            }
+            check_length(input, *line, record, &names)?;
         }
         Ok(Self {
             input,
@@ -119,7 +133,7 @@ impl<'a> Table<'a> {
     /// Every one of these quantities must have a column.
     pub(super) fn require(&self, quantities: &[Quantity]) -> Result<(), InputError> {
         for quantity in quantities {
-            if !self.columns.iter().any(|c| c.quantity == *quantity) {
+            if self.column(*quantity).is_none() {
                 let names: Vec<_> = quantity.names().collect();
                 return Err(InputError::new(self.input.name(), "the column is missing")
                     .at_line(self.header_line)
@@ -128,6 +142,22 @@ impl<'a> Table<'a> {
             }
         }
         Ok(())
+    }
+
+    fn column(&self, quantity: Quantity) -> Option<(usize, Column)> {
+        self.columns
+            .iter()
+            .enumerate()
+            .filter_map(|(index, column)| Some((index, (*column)?)))
+            .find(|(_, column)| column.quantity == quantity)
+    }
+
+    /// Whether all of these are in degrees or millimetres.
+    pub(super) fn in_usual_units(&self, quantities: &[Quantity]) -> bool {
+        quantities.iter().all(|quantity| {
+            self.column(*quantity)
+                .is_some_and(|(_, column)| matches!(column.unit, Unit::Degree | Unit::Millimetre))
+        })
     }
 
     pub(super) fn rows<T>(
@@ -167,8 +197,8 @@ impl TableRow<'_> {
             let (column, angle) = self.number(quantity)?;
             if let Some(cause) = outside_limits(angle, limits) {
                 return Err(self.fault(column.name, cause).with_remedy(
-                    "check the angle, its unit (_deg or _rad in the header) and [joints] in the \
-                     robot file",
+                    "check the angle, its sign, its unit (_deg or _rad in the header) and [joints] \
+                     in the robot file",
                 ));
             }
             *joint = angle;
@@ -177,11 +207,9 @@ impl TableRow<'_> {
     }
 
     fn number(&self, quantity: Quantity) -> Result<(Column, f64), InputError> {
-        let found = self.table.columns.iter().zip(self.record);
-        let Some((column, field)) = found
-            .filter(|(column, _)| column.quantity == quantity)
-            .map(|(column, field)| (*column, field))
-            .next()
+        let found = self.table.column(quantity);
+        let Some((column, field)) =
+            found.and_then(|(index, column)| Some((column, self.record.get(index)?)))
         else {
             return Err(self.fault("?", "the column is missing"));
         };
@@ -200,6 +228,11 @@ impl TableRow<'_> {
                 .fault(column.name, format!("\"{field}\" is not a finite number"))
                 .with_remedy("leave out a row that was not measured, or measure it again"));
         }
+        if value.abs() > LARGEST {
+            return Err(self
+                .fault(column.name, format!("\"{field}\" is too large"))
+                .with_remedy("check the number and the unit in the header (_mm or _m)"));
+        }
         Ok((column, value))
     }
 
@@ -210,127 +243,63 @@ impl TableRow<'_> {
     }
 }
 
-/// Every record with its line, without comments and empty lines.
-fn records(input: &InputText) -> Result<Vec<(u64, StringRecord)>, InputError> {
-    let mut reader = ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(input.text().as_bytes());
-    let mut records = Vec::new();
-    let mut record = StringRecord::new();
-    let mut lines = Lines::new(input.text());
-    loop {
-        let read = reader.read_record(&mut record).map_err(|error| {
-            InputError::new(input.name(), format!("is not CSV: {error}")).with_remedy(KNOWN)
-        })?;
-        if !read {
-            return Ok(records);
-        }
-        // The reader's own position of a record is that of the comments before it. The record ends
-        // where the reader now stands: at the start of the next line or at the end of the text.
-        let line = lines.of_byte_before(reader.position().byte());
-        let first = record.get(0).unwrap_or_default();
-        let empty = record.len() == 1 && first.is_empty();
-        if !(empty || first.starts_with('#')) {
-            records.push((line, record.clone()));
-        }
-    }
-}
-
-/// Counts lines once through a text.
-struct Lines<'a> {
-    text: &'a [u8],
-    counted: usize,
+fn columns(
+    input: &InputText,
     line: u64,
-}
-
-impl<'a> Lines<'a> {
-    fn new(text: &'a str) -> Self {
-        Self {
-            text: text.as_bytes(),
-            counted: 0,
-            line: 1,
+    header: &StringRecord,
+) -> Result<Vec<Option<Column>>, InputError> {
+    let mut columns: Vec<Option<Column>> = Vec::with_capacity(header.len());
+    for (index, field) in header.iter().enumerate() {
+        if field.starts_with(IGNORED) {
+            columns.push(None);
+            continue;
         }
-    }
-
-    /// The line of the byte before `end`; `end` must not decrease from call to call.
-    fn of_byte_before(&mut self, end: u64) -> u64 {
-        let end = usize::try_from(end).unwrap_or(usize::MAX);
-        let to = end.saturating_sub(1).min(self.text.len());
-        if let Some(bytes) = self.text.get(self.counted..to) {
-            let newlines: u64 = bytes.iter().map(|b| u64::from(*b == b'\n')).sum();
-            self.line += newlines;
-            self.counted = to;
+        let fault = |cause: &str| InputError::new(input.name(), cause).at_line(line);
+        if field.is_empty() {
+            let hint = if index + 1 == header.len() {
+                " (a trailing comma?)"
+            } else {
+                ""
+            };
+            let cause = format!("column {} has no name{hint}", index + 1);
+            return Err(fault(&cause).with_remedy(KNOWN));
         }
-        self.line
-    }
-}
-
-fn columns(input: &InputText, line: u64, header: &StringRecord) -> Result<Vec<Column>, InputError> {
-    let mut columns: Vec<Column> = Vec::with_capacity(header.len());
-    for field in header {
-        let fault = |cause: String| {
-            InputError::new(input.name(), cause)
-                .at_line(line)
-                .at_column(field)
-                .with_remedy(KNOWN)
-        };
         let Some((name, quantity, unit)) = COLUMNS.into_iter().find(|(name, ..)| *name == field)
         else {
-            let cause = if field.is_empty() {
-                "a column has no name"
-            } else if field.parse::<f64>().is_ok() {
-                "the first line must name the columns, and this is a number"
+            let (cause, remedy) = if field.parse::<f64>().is_ok() {
+                let cause = "the first line must name the columns, and this is a number";
+                (cause, KNOWN.to_owned())
             } else {
-                "unknown column"
+                let remedy = meant(field).map_or(KNOWN.to_owned(), |name| {
+                    format!("did you mean {name}? Otherwise, {KNOWN}")
+                });
+                ("unknown column", remedy)
             };
-            return Err(fault(cause.to_owned()));
+            return Err(fault(cause).at_column(field).with_remedy(remedy));
         };
-        if let Some(other) = columns.iter().find(|column| column.quantity == quantity) {
-            return Err(fault(format!(
+        if let Some(other) = columns.iter().flatten().find(|c| c.quantity == quantity) {
+            let cause = format!(
                 "the column says the same as column {} before it",
                 other.name
-            )));
+            );
+            return Err(fault(&cause).at_column(field).with_remedy(KNOWN));
         }
-        columns.push(Column {
+        columns.push(Some(Column {
             name,
             quantity,
             unit,
-        });
+        }));
     }
     Ok(columns)
 }
 
-fn check_length(
-    input: &InputText,
-    line: u64,
-    record: &StringRecord,
-    columns: &[Column],
-) -> Result<(), InputError> {
-    let (found, expected) = (record.len(), columns.len());
-    if found == expected {
-        return Ok(());
-    }
-    let fault = InputError::new(
-        input.name(),
-        format!("the row has {found} fields and the header {expected}"),
-    )
-    .at_line(line);
-    let (column, remedy) = if found < expected {
-        (
-            columns.get(found),
-            "this is the first column that is missing",
-        )
-    } else {
-        (
-            columns.last(),
-            "the row goes on after this column; decimal commas do that, too",
-        )
+/// The known column that this name is but for case, spaces, underscores and brackets.
+fn meant(name: &str) -> Option<&'static str> {
+    let letters = |text: &str| -> String {
+        let letters = text.chars().filter(char::is_ascii_alphanumeric);
+        letters.map(|c| c.to_ascii_lowercase()).collect()
     };
-    Err(match column {
-        Some(column) => fault.at_column(column.name).with_remedy(remedy),
-        None => fault,
-    })
+    let wanted = letters(name);
+    let mut names = COLUMNS.into_iter().map(|(known, ..)| known);
+    names.find(|known| letters(known) == wanted)
 }

@@ -1,0 +1,38 @@
+//! Numbers in sentences.
+
+use delta_cal::{Parameter, ParameterKind};
+
+/// "1 sample", "2 samples".
+pub(crate) fn count(number: usize, singular: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {singular}{plural}")
+}
+
+/// "a", "a and b", "a, b and c".
+pub(crate) fn list(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// Millimetres or degrees, of a parameter in millimetres or radians.
+pub(crate) fn in_file_units(parameter: Parameter, value: f64) -> String {
+    match parameter.kind() {
+        ParameterKind::Length => format!("{value:.3} mm"),
+        ParameterKind::Angle => format!("{:.3}°", value.to_degrees()),
+    }
+}
+
+/// The number that a text like `-12,5` means.
+pub(crate) fn decimal_comma(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    let (whole, fraction) = text.split_once(',')?;
+    let unsigned = whole.trim_start_matches(['-', '+']);
+    if !(digits(unsigned) && fraction.starts_with(|c: char| c.is_ascii_digit())) {
+        return None;
+    }
+    format!("{whole}.{fraction}").parse().ok()
+}

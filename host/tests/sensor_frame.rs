@@ -1,0 +1,72 @@
+//! `--frame sensor`: what the measured points must do, and what is said about the frame.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+use support::{Folder, NOMINAL, Point, TOLERANCE, csv, exact, platform, poses, true_arms};
+
+const CALIBRATE: &str = "calibrate robot.toml samples.csv --frame sensor";
+
+fn folder(samples: &[(Point, Point)]) -> Folder {
+    let folder = Folder::new();
+    folder.write("robot.toml", format!("{NOMINAL}{TOLERANCE}"));
+    folder.write("samples.csv", csv(samples));
+    folder
+}
+
+fn posed(pose: impl Fn(Point) -> Point) -> Vec<(Point, Point)> {
+    let arms = true_arms();
+    let poses = poses(20).into_iter().map(pose);
+    poses.map(|q| (q, platform(&arms, q))).collect()
+}
+
+#[test]
+fn points_on_a_line_or_in_one_spot_do_not_fix_the_frame() {
+    for (samples, how) in [
+        (posed(|q| [q[0]; 3]), "lie (nearly) on a line"),
+        (
+            posed(|q| q.map(|q| 20.0 + 0.02 * (q - 15.0))),
+            "lie in one spot",
+        ),
+    ] {
+        let folder = folder(&samples);
+        let run = folder.run(CALIBRATE);
+        assert_eq!(run.code, 1, "{}", run.stdout);
+        let expected = format!("points {how}, which does not fix the sensor's frame");
+        assert!(run.stderr.contains(&expected), "{}", run.stderr);
+    }
+}
+
+#[test]
+fn points_in_a_plane_do() {
+    let folder = folder(&exact(&true_arms(), 3));
+    let run = folder.run(CALIBRATE);
+    assert!(!run.stderr.contains("does not fix"), "{}", run.stderr);
+}
+
+#[test]
+fn with_few_samples_the_sigmas_are_doubtful() {
+    for (samples, doubtful) in [(11, true), (12, false)] {
+        let run = folder(&exact(&true_arms(), samples)).run(CALIBRATE).ok();
+        let text: Vec<_> = run.stdout.split_whitespace().collect();
+        let told = text.join(" ").contains("which adds six unknowns");
+        assert_eq!(told, doubtful, "{}", run.stdout);
+        assert!(text.join(" ").contains("in the frame of [sensor_frame]"));
+        assert!(run.stdout.lines().all(|line| line.chars().count() <= 100));
+    }
+}
+
+#[test]
+fn far_from_nominal_in_the_base_frame_points_to_the_sensor_frame() {
+    let mut samples = exact(&true_arms(), 30);
+    for (_, x) in &mut samples {
+        x[0] += 6.0;
+    }
+    let folder = folder(&samples);
+    let run = folder.run("calibrate robot.toml samples.csv");
+    assert_eq!(run.code, 1, "{}", run.stdout);
+    let expected = "if the samples' frame is not exactly the robot's, use --frame sensor";
+    assert!(run.stderr.contains(expected), "{}", run.stderr);
+    folder.run(CALIBRATE).ok();
+}

@@ -1,0 +1,353 @@
+//! Data that are honest and hard: noise as large as the tolerance, hardly a sample to spare, a
+//! robot far from the origin, single precision. None may be refused or end short of the optimum.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation
+)]
+
+use delta_cal::{
+    Arm, Calibrator, Method, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample,
+    Settings, StoredCalibrator, Tolerance,
+};
+use delta_cal_tests::{
+    Spread, generator, largest_difference, measurements, paper_robot, parameter_differences,
+    perturbed, to_single,
+};
+use nalgebra::Vector3;
+
+const TOLERANCE: (f64, f64) = (0.3, 0.002);
+
+/// A robot drawn from the tolerance and its measurements.
+fn robot_and_samples(seed: u64, count: usize, noise: (f64, f64)) -> (Robot<f64>, Vec<Sample<f64>>) {
+    let mut rng = generator(2, seed);
+    let truth = perturbed(
+        &paper_robot(),
+        TOLERANCE.0,
+        TOLERANCE.1,
+        Spread::Normal,
+        &mut rng,
+    );
+    let noise = Noise::new(noise.0, noise.1).unwrap();
+    let samples = measurements(&truth, count, Some(&noise), &mut rng);
+    (truth, samples)
+}
+
+fn with_tolerance<T: Real>() -> Settings<T> {
+    Settings {
+        tolerance: Some(
+            Tolerance::new(T::from_f64(TOLERANCE.0), T::from_f64(TOLERANCE.1)).unwrap(),
+        ),
+        ..Settings::default()
+    }
+}
+
+fn factor<T: Real>(
+    robot: &Robot<T>,
+    samples: &[Sample<T>],
+    settings: &Settings<T>,
+) -> Result<RobotOutcome<T>, Refusal> {
+    let mut calibrator = Calibrator::new(robot, settings);
+    calibrator.add_many(samples).unwrap();
+    calibrator.solve()
+}
+
+fn stored<T: Real>(
+    robot: &Robot<T>,
+    samples: &[Sample<T>],
+    settings: &Settings<T>,
+) -> Result<RobotOutcome<T>, Refusal> {
+    let mut calibrator = StoredCalibrator::<T, 200>::new(robot, settings);
+    for sample in samples {
+        calibrator.add(sample).unwrap();
+    }
+    calibrator.solve()
+}
+
+#[test]
+fn a_tolerance_without_a_stated_noise_refuses_no_honest_data() {
+    let nominal = paper_robot::<f64>();
+    let nominal_single = nominal.cast::<f32>().unwrap();
+    let mut refused = Vec::new();
+    for noise in [(0.001, 1.745e-4), (0.01, 0.0), (0.1, 0.0), (1.0, 1.745e-4)] {
+        for count in [2, 6, 8, 9, 12, 20, 60, 200] {
+            if count == 2 && noise.0 > TOLERANCE.0 {
+                // Two samples with noise of three tolerances: that they ask for the incredible is
+                // all that can be said of them.
+                continue;
+            }
+            for seed in 0..60 {
+                let (_, samples) = robot_and_samples(seed, count, noise);
+                let single = to_single(&samples);
+                for (form, result) in [
+                    (
+                        "factor f64",
+                        factor(&nominal, &samples, &with_tolerance()).err(),
+                    ),
+                    (
+                        "stored f64",
+                        stored(&nominal, &samples, &with_tolerance()).err(),
+                    ),
+                    (
+                        "factor f32",
+                        factor(&nominal_single, &single, &with_tolerance()).err(),
+                    ),
+                    (
+                        "stored f32",
+                        stored(&nominal_single, &single, &with_tolerance()).err(),
+                    ),
+                ] {
+                    if let Some(refusal) = result {
+                        refused.push(format!("{form} {noise:?} n {count} seed {seed}: {refusal}"));
+                    }
+                }
+            }
+        }
+    }
+    assert!(
+        refused.is_empty(),
+        "{} refused: {refused:#?}",
+        refused.len()
+    );
+}
+
+#[test]
+fn noise_as_large_as_the_start_error_converges() {
+    let noise = (1.0, 1.745e-4);
+    for count in [12, 20] {
+        for seed in 0..60 {
+            let (_, samples) = robot_and_samples(seed, count, noise);
+            let settings = Settings {
+                noise: Some(Noise::new(noise.0, noise.1).unwrap()),
+                ..Settings::default()
+            };
+            let result = factor(&paper_robot(), &samples, &settings);
+            // Uncertain or undetermined may be true; "did not converge" is the solver's own fault.
+            assert!(
+                !matches!(result, Err(Refusal::NotConverged { .. })),
+                "n {count} seed {seed}: {result:?}"
+            );
+        }
+    }
+}
+
+/// Single precision against double precision on the same rounded numbers: never a noticeable part
+/// of a σ from the optimum, where both accept.
+#[test]
+fn single_precision_ends_at_the_optimum() {
+    let (mut worst, mut compared, mut apart) = (0f64, 0, 0);
+    for (count, sigma) in [
+        (8, 0.001),
+        (8, 0.01),
+        (9, 0.01),
+        (10, 0.1),
+        (12, 0.01),
+        (40, 0.05),
+    ] {
+        for seed in 0..150 {
+            let mut rng = generator(32, seed);
+            let truth = perturbed(&paper_robot(), 3.0, 0.01, Spread::Uniform, &mut rng);
+            let noise = Noise::new(sigma, 0.0).unwrap();
+            let rounded = to_single(&measurements(&truth, count, Some(&noise), &mut rng));
+            let same: Vec<Sample<f64>> = rounded
+                .iter()
+                .map(|sample| Sample {
+                    joints: sample.joints.map(f64::from),
+                    position: sample.position.cast(),
+                })
+                .collect();
+            let double = Settings {
+                noise: Some(noise),
+                ..Settings::default()
+            };
+            let single = Settings {
+                noise: Some(Noise::new(sigma as f32, 0.0).unwrap()),
+                ..Settings::default()
+            };
+            let nominal = paper_robot::<f64>().cast::<f32>().unwrap();
+            let (Ok(single), Ok(double)) = (
+                factor(&nominal, &rounded, &single),
+                factor(&nominal.cast().unwrap(), &same, &double),
+            ) else {
+                continue;
+            };
+            for (single, double) in single.arms.iter().zip(&double.arms) {
+                let distance = Parameter::ALL
+                    .map(|p| {
+                        let difference = f64::from(single.arm.get(p)) - double.arm.get(p);
+                        (difference / double.standard_deviation(p).unwrap()).abs()
+                    })
+                    .into_iter()
+                    .fold(0.0, f64::max);
+                compared += 1;
+                // Eight samples may have two solutions that nothing tells apart.
+                if distance > 0.3 {
+                    apart += 1;
+                } else {
+                    worst = worst.max(distance);
+                }
+            }
+        }
+    }
+    println!("{compared} arms: f32 at most {worst:.3} σ from f64; {apart} at another solution");
+    assert!(compared > 2000);
+    assert!(apart * 200 <= compared, "{apart} of {compared}");
+}
+
+/// Without a stated noise, σ from a few spare samples is Student's: it must not promise too much.
+#[test]
+fn sigmas_from_few_spare_samples_do_not_promise_too_much() {
+    for count in [9, 10] {
+        for seed in 0..50 {
+            let (_, samples) = robot_and_samples(seed, count, (0.05, 0.0));
+            if let Ok(outcome) = factor(&paper_robot(), &samples, &Settings::default()) {
+                assert!(outcome.arms.iter().all(|arm| arm.covariance.is_none()));
+            }
+        }
+    }
+    for (count, most) in [(11, 108), (12, 75), (14, 33), (20, 6)] {
+        let (mut beyond, mut total) = (0, 0);
+        for seed in 0..500 {
+            let (truth, samples) = robot_and_samples(seed, count, (0.05, 0.0));
+            let Ok(outcome) = factor(&paper_robot(), &samples, &Settings::default()) else {
+                continue;
+            };
+            let errors = parameter_differences(&outcome.robot, &truth);
+            for (index, arm) in outcome.arms.iter().enumerate() {
+                for parameter in Parameter::ALL {
+                    let unit = if matches!(parameter, Parameter::Theta | Parameter::Alpha) {
+                        260.0
+                    } else {
+                        1.0
+                    };
+                    let sigma = arm.standard_deviation(parameter).unwrap() * unit;
+                    total += 1;
+                    if (errors[index * 8 + parameter.index()] / sigma).abs() > 5.0 {
+                        beyond += 1;
+                    }
+                }
+            }
+        }
+        println!("{count} samples, noise not stated: {beyond} of {total} parameters beyond 5 σ");
+        // Student's t of 3, 4, 6 and 12 degrees of freedom, scaled to unit variance, exceeds 5 with
+        // probability 0.30, 0.21, 0.09 and 0.015 %. Three times that, for the eight parameters of an
+        // arm share one estimate of the noise and come in clusters.
+        assert!(beyond <= most, "{count}: {beyond} of {total}");
+    }
+}
+
+/// A robot ten metres from the origin: the positions themselves are rounded to a micrometre.
+#[test]
+fn single_precision_knows_its_own_rounding_far_from_the_origin() {
+    let shift = Vector3::new(1e4, -1e4, 1e4);
+    let shifted = |robot: &Robot<f64>| {
+        Robot::new(robot.arms().map(|arm| {
+            let mut p = arm.parameters().data.0[0];
+            for (value, by) in p.iter_mut().zip(shift.iter()) {
+                *value += by;
+            }
+            Arm::new(p).unwrap()
+        }))
+        .unwrap()
+    };
+    let (mut z_squared, mut count) = (0.0, 0.0);
+    for seed in 0..60 {
+        let (truth, samples) = robot_and_samples(seed, 30, (1e-9, 0.0));
+        let moved: Vec<_> = samples
+            .iter()
+            .map(|sample| Sample {
+                position: sample.position + shift,
+                ..*sample
+            })
+            .collect();
+        let settings = Settings {
+            noise: Some(Noise::new(1e-9f32, 0.0).unwrap()),
+            ..Settings::default()
+        };
+        let nominal = shifted(&paper_robot()).cast::<f32>().unwrap();
+        let outcome = factor(&nominal, &to_single(&moved), &settings)
+            .unwrap_or_else(|refusal| panic!("seed {seed}: {refusal}"));
+        // D beside a large offset is itself rounded; Lb is not.
+        for (arm, truth) in outcome.arms.iter().zip(truth.arms()) {
+            let sigma = arm.standard_deviation(Parameter::Lb).unwrap();
+            z_squared += ((f64::from(arm.arm.lb()) - truth.lb()) / f64::from(sigma)).powi(2);
+            count += 1.0;
+        }
+    }
+    let rms = (z_squared / count).sqrt();
+    println!("ten metres from the origin in f32: z of Lb has rms {rms:.2}");
+    assert!(rms < 1.2, "{rms}");
+}
+
+#[test]
+fn stored_samples_a_kilometre_away_with_a_tolerance() {
+    for seed in 0..60 {
+        let mut arms = *paper_robot::<f64>().arms();
+        for arm in &mut arms {
+            let mut p = arm.parameters().data.0[0];
+            p[0] += 1e6;
+            *arm = Arm::new(p).unwrap();
+        }
+        let nominal = Robot::new(arms).unwrap();
+        let mut rng = generator(3, seed);
+        let truth = perturbed(&nominal, 0.3, 0.002, Spread::Normal, &mut rng);
+        let samples = measurements(&truth, 30, None, &mut rng);
+        let outcome = stored(&nominal, &samples, &with_tolerance())
+            .unwrap_or_else(|refusal| panic!("seed {seed}: {refusal}"));
+        // ε · 1e6 mm = 2e-10 mm, times a condition of some 30.
+        assert!(largest_difference(&outcome.robot, &truth) < 1e-7);
+    }
+}
+
+#[test]
+fn an_azimuth_may_cross_the_full_turn() {
+    let turned = |by: f64| {
+        Robot::new(paper_robot::<f64>().arms().map(|arm| {
+            let mut p = arm.parameters().data.0[0];
+            p[3] += by.to_radians();
+            let radius = 164.0;
+            (p[0], p[1]) = (radius * p[3].cos(), radius * p[3].sin());
+            if p[3] > std::f64::consts::TAU {
+                p[3] -= std::f64::consts::TAU;
+            }
+            Arm::new(p).unwrap()
+        }))
+        .unwrap()
+    };
+    let (nominal, truth) = (turned(359.95), turned(360.1));
+    let mut rng = generator(4, 0);
+    let samples = measurements(&truth, 20, None, &mut rng);
+    for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
+        let settings = Settings {
+            method,
+            ..Settings::default()
+        };
+        let outcome = factor(&nominal, &samples, &settings).unwrap();
+        for sample in &samples {
+            let x = outcome.robot.forward(&sample.joints).unwrap();
+            assert!((x - sample.position).norm() < 1e-8);
+        }
+    }
+}
+
+#[test]
+fn forward_kinematics_work_in_any_unit_in_single_precision() {
+    let expected = paper_robot::<f64>().forward(&[0.3, 0.4, 0.5]).unwrap();
+    for exponent in -15..=15 {
+        let unit = 10f64.powi(exponent);
+        let arms = paper_robot::<f64>().arms().map(|arm| {
+            let mut p = arm.parameters().data.0[0];
+            for index in [0, 1, 2, 5, 6, 7] {
+                p[index] *= unit;
+            }
+            Arm::new(p).unwrap().cast::<f32>().unwrap()
+        });
+        let x = Robot::new(arms).unwrap().forward(&[0.3, 0.4, 0.5]).unwrap();
+        let error = (x.cast::<f64>() / unit - expected).norm();
+        // A few ε of 500 mm, in any unit.
+        assert!(error < 1e-3, "1e{exponent}: {error} mm");
+    }
+}

@@ -43,6 +43,8 @@ pub struct Sample<T: Real> {
 pub enum SampleError {
     /// A coordinate is NaN, infinite, or too large to be squared.
     PositionNonFinite,
+    /// The position is more than some 10,000 of this arm's forearms away from the robot.
+    PositionTooFar(ArmIndex),
     /// This arm's joint angle is NaN or infinite.
     JointNonFinite(ArmIndex),
     /// This arm's joint angle is beyond ±4π rad.
@@ -53,6 +55,10 @@ impl fmt::Display for SampleError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::PositionNonFinite => formatter.write_str("the position is not a finite point"),
+            Self::PositionTooFar(arm) => write!(
+                formatter,
+                "the position is thousands of forearms of {arm} away from the robot"
+            ),
             Self::JointNonFinite(arm) => {
                 write!(formatter, "the joint angle of {arm} is not a finite number")
             }

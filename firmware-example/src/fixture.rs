@@ -152,11 +152,11 @@ fn built_in_data<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
 
     let mut calibrator = empty;
     add_each(out, &mut calibrator, &samples)?;
-    solve(out, format_args!("one by one"), &calibrator)?;
+    solve(out, format_args!("one by one"), &mut calibrator)?;
 
     calibrator = empty;
     add_at_once(out, &mut calibrator, &samples)?;
-    solve(out, format_args!("at once"), &calibrator)?;
+    solve(out, format_args!("at once"), &mut calibrator)?;
 
     let (left, right) = samples.split_at(samples.len() / 2);
     calibrator = empty;
@@ -166,11 +166,11 @@ fn built_in_data<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     if let Err(error) = calibrator.merge(&other) {
         record::<T>(out, format_args!("merge {error:?}"), &[])?;
     }
-    solve(out, format_args!("merged"), &calibrator)?;
+    solve(out, format_args!("merged"), &mut calibrator)?;
 
     calibrator.forget(T::from_f64(0.9));
     add_at_once(out, &mut calibrator, left)?;
-    solve(out, format_args!("after forgetting"), &calibrator)
+    solve(out, format_args!("after forgetting"), &mut calibrator)
 }
 
 /// Every way to state what is known.
@@ -237,7 +237,7 @@ fn assumptions<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     ] {
         let mut calibrator = Calibrator::new(&nominal::<T>(), &settings);
         add_at_once(out, &mut calibrator, &samples[..count])?;
-        solve(out, format_args!("{label}"), &calibrator)?;
+        solve(out, format_args!("{label}"), &mut calibrator)?;
     }
     Ok(())
 }
@@ -255,7 +255,7 @@ fn stored<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
             record::<T>(out, format_args!("stored {index} {error:?}"), &[])?;
         }
     }
-    solve(out, format_args!("stored"), &calibrator)
+    solve(out, format_args!("stored"), &mut calibrator)
 }
 
 /// Samples and sets of samples that must be refused.
@@ -291,10 +291,10 @@ fn refusals<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
             },
         ],
     )?;
-    solve(out, format_args!("no sample"), &calibrator)?;
+    solve(out, format_args!("no sample"), &mut calibrator)?;
 
     add_each(out, &mut calibrator, &[first; 20])?;
-    solve(out, format_args!("one pose"), &calibrator)?;
+    solve(out, format_args!("one pose"), &mut calibrator)?;
 
     let optimistic = Settings {
         noise: Some(Noise::new(T::from_f64(1e-3), T::from_f64(1e-6)).expect("a noise")),
@@ -302,7 +302,7 @@ fn refusals<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     };
     calibrator = Calibrator::new(&nominal::<T>(), &optimistic);
     add_at_once(out, &mut calibrator, &samples::<T>())?;
-    solve(out, format_args!("contradicted noise"), &calibrator)
+    solve(out, format_args!("contradicted noise"), &mut calibrator)
 }
 
 /// Robots drawn, measured and calibrated on board.
@@ -336,7 +336,7 @@ fn simulation<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
         solve(
             out,
             format_args!("robot {seed}, {count} samples"),
-            &calibrator,
+            &mut calibrator,
         )?;
     }
     Ok(())
@@ -403,7 +403,7 @@ fn add_at_once<T: Scalar>(
 fn solve<T: Scalar, P: ArmProblem<T>>(
     out: &mut dyn Write,
     label: fmt::Arguments<'_>,
-    calibrator: &RobotCalibrator<T, P>,
+    calibrator: &mut RobotCalibrator<T, P>,
 ) -> fmt::Result {
     let outcome = match calibrator.solve() {
         Ok(outcome) => outcome,

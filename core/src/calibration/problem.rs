@@ -22,6 +22,9 @@ pub trait Linearize<T: Real> {
     /// Takes the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
     #[doc(hidden)]
     fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T;
+    /// Takes in samples that were checked when they came.
+    #[doc(hidden)]
+    fn absorb_checked(&mut self, samples: &mut dyn Iterator<Item = (&Vector3<T>, T)>);
     /// Σ (f/σf)² at a correction.
     #[doc(hidden)]
     fn sum_of_squares(&self, at: &Displacement<T>) -> T;
@@ -97,6 +100,10 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
 
     fn factor(&self) -> Self {
         *self
+    }
+
+    fn absorb_checked(&mut self, samples: &mut dyn Iterator<Item = (&Vector3<T>, T)>) {
+        self.absorb_waiting(samples);
     }
 
     /// RᵀR holds the sums of products of features: those with the feature 1 are weighted sums.
@@ -195,6 +202,9 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
             cosine: sums.2 / sums.3,
         }
     }
+
+    /// A store keeps no sample waiting.
+    fn absorb_checked(&mut self, _: &mut dyn Iterator<Item = (&Vector3<T>, T)>) {}
 
     fn factor(&self) -> ArmFactor<T> {
         let mut factor = ArmFactor::new(*self.reference());

@@ -17,10 +17,25 @@ pub struct RobotCalibrator<T: Real, P> {
     robot: Robot<T>,
     settings: Settings<T>,
     arms: [P; 3],
+    /// Samples that wait to be taken into the factors in one block; zeros behind the last.
+    waiting: [Sample<T>; WAITING],
+    waiting_count: usize,
+}
+
+/// As many samples as a factor takes in at once: a block costs a third of its samples one by one,
+/// and rounds the factor once.
+const WAITING: usize = 16;
+
+fn no_samples<T: Real>() -> [Sample<T>; WAITING] {
+    [Sample {
+        joints: [T::ZERO; 3],
+        position: Vector3::zeros(),
+    }; WAITING]
 }
 
 /// Calibration of a robot in constant memory: every sample goes into three 13 × 13 triangular
-/// factors and is forgotten.
+/// factors and is forgotten. Samples added one by one wait until they are sixteen, or until they
+/// are needed.
 ///
 /// ```
 /// use delta_cal::{Calibrator, Sample, Settings, SymmetricRobot};
@@ -70,25 +85,34 @@ impl<T: Real> Calibrator<T> {
             robot: *robot,
             settings: *settings,
             arms: references(robot, settings).map(ArmFactor::new),
+            waiting: no_samples(),
+            waiting_count: 0,
         }
     }
 
-    /// Takes in one sample.
+    /// Takes in one sample. It waits for fifteen others, which then go into the factors together.
     ///
     /// # Errors
     /// A faulty number; nothing is taken in.
     pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
-        let [first, second, third] = &mut self.arms;
-        let [q1, q2, q3] = sample.joints;
-        let x = &sample.position;
-        // All three are checked before the first is taken in.
-        let row1 = first.prepare(x, q1, ArmIndex::First)?;
-        let row2 = second.prepare(x, q2, ArmIndex::Second)?;
-        let row3 = third.prepare(x, q3, ArmIndex::Third)?;
-        first.absorb_one(&row1);
-        second.absorb_one(&row2);
-        third.absorb_one(&row3);
+        sample.check()?;
+        for (factor, arm) in self.arms.iter().zip(ArmIndex::ALL) {
+            factor.reference().check(&sample.position, arm)?;
+        }
+        if let Some(place) = self.waiting.get_mut(self.waiting_count) {
+            *place = *sample;
+            self.waiting_count += 1;
+        }
+        if self.waiting_count >= WAITING {
+            self.flush();
+        }
         Ok(())
+    }
+
+    /// Takes the waiting samples into the factors. Everything that needs them does so itself, but
+    /// for [`arms`](Self::arms), which only looks.
+    pub fn flush(&mut self) {
+        self.take_in_waiting();
     }
 
     /// Takes in many samples; cheaper than one by one.
@@ -99,6 +123,7 @@ impl<T: Real> Calibrator<T> {
         for (index, sample) in samples.iter().enumerate() {
             sample.check().map_err(|error| (index, error))?;
         }
+        self.flush();
         let mut updated = self.arms;
         for (factor, arm) in updated.iter_mut().zip(ArmIndex::ALL) {
             let arm_samples = samples
@@ -115,6 +140,9 @@ impl<T: Real> Calibrator<T> {
     /// # Errors
     /// [`MergeError::DifferentReference`]; nothing is merged.
     pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
+        self.flush();
+        let mut other = *other;
+        other.flush();
         let mut merged = self.arms;
         for (factor, other) in merged.iter_mut().zip(&other.arms) {
             factor.merge(other)?;
@@ -125,6 +153,7 @@ impl<T: Real> Calibrator<T> {
 
     /// Lets everything seen so far count λ times as much; see [`ArmFactor::forget`].
     pub fn forget(&mut self, lambda: T) {
+        self.flush();
         for factor in &mut self.arms {
             factor.forget(lambda);
         }
@@ -138,6 +167,8 @@ impl<T: Real, const N: usize> StoredCalibrator<T, N> {
             robot: *robot,
             settings: *settings,
             arms: references(robot, settings).map(StoredArmSamples::new),
+            waiting: no_samples(),
+            waiting_count: 0,
         }
     }
 
@@ -168,7 +199,8 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
         &self.settings
     }
 
-    /// The three arms' samples.
+    /// The three arms' samples; those that still wait for [`flush`](Calibrator::flush) are not
+    /// among them.
     pub const fn arms(&self) -> &[P; 3] {
         &self.arms
     }
@@ -176,14 +208,35 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
     /// Samples taken in.
     pub fn samples(&self) -> u64 {
         let [first, ..] = &self.arms;
-        first.samples()
+        first.samples() + self.waiting_count as u64
+    }
+
+    /// Whatever waits goes into the arms' problems.
+    fn take_in_waiting(&mut self) {
+        let count = self.waiting_count.min(WAITING);
+        for (problem, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
+            let waiting = self.waiting.iter().take(count);
+            problem.absorb_checked(&mut waiting.map(|sample| {
+                let [q1, q2, q3] = sample.joints;
+                let q = match arm {
+                    ArmIndex::First => q1,
+                    ArmIndex::Second => q2,
+                    ArmIndex::Third => q3,
+                };
+                (&sample.position, q)
+            }));
+        }
+        if count > 0 {
+            self.waiting = no_samples();
+            self.waiting_count = 0;
+        }
     }
 
     /// Calibrates all three arms.
     ///
     /// # Errors
     /// The first arm's [`Refusal`]; the robot keeps its parameters.
-    pub fn solve(&self) -> Result<RobotOutcome<T>, Refusal> {
+    pub fn solve(&mut self) -> Result<RobotOutcome<T>, Refusal> {
         let mut solver = RobotSolver::new(self)?;
         while solver.step(self)? == Progress::Working {}
         solver.outcome()
@@ -197,9 +250,9 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
 ///     .robot()?;
-/// let calibrator = Calibrator::new(&robot, &Settings::default());
+/// let mut calibrator = Calibrator::new(&robot, &Settings::default());
 /// // Without samples the first arm is refused before the first step.
-/// assert!(matches!(RobotSolver::new(&calibrator), Err(Refusal::TooFewSamples { needed: 8, .. })));
+/// assert!(matches!(RobotSolver::new(&mut calibrator), Err(Refusal::TooFewSamples { needed: 8, .. })));
 /// # Ok(())
 /// # }
 /// ```
@@ -211,11 +264,12 @@ pub struct RobotSolver<T: Real> {
 }
 
 impl<T: Real> RobotSolver<T> {
-    /// Prepares the first arm.
+    /// Takes in the samples that wait, and prepares the first arm.
     ///
     /// # Errors
     /// As [`ArmSolver::new`].
-    pub fn new<P: ArmProblem<T>>(calibrator: &RobotCalibrator<T, P>) -> Result<Self, Refusal> {
+    pub fn new<P: ArmProblem<T>>(calibrator: &mut RobotCalibrator<T, P>) -> Result<Self, Refusal> {
+        calibrator.take_in_waiting();
         let [first, ..] = &calibrator.arms;
         Ok(Self {
             solver: ArmSolver::new(first, ArmIndex::First, &calibrator.settings)?,
@@ -229,7 +283,8 @@ impl<T: Real> RobotSolver<T> {
         self.arm
     }
 
-    /// One step of the current arm; on its last, its outcome and the start of the next arm.
+    /// One step of the current arm, on the samples that were there at the start and any that were
+    /// taken in since; on its last, its outcome and the start of the next arm.
     ///
     /// # Errors
     /// The arm's [`Refusal`], again on every further call.

@@ -16,8 +16,10 @@ const SMALL_BLOCK: usize = 4;
 /// lost that the calibration could use. A solve costs the same after 20 samples and 20 million.
 ///
 /// Every update rounds R once. In single precision that stays below the statistical error for some
-/// hundred thousand samples added one by one; for longer streams fill a second factor and
-/// [`merge`](Self::merge) it in every thousand samples, or [`forget`](Self::forget).
+/// hundred thousand samples added one by one, and for a million in blocks
+/// ([`add_many`](Self::add_many), or a [`Calibrator`](crate::Calibrator), which blocks them by
+/// itself); for longer streams fill a second factor and [`merge`](Self::merge) it in every thousand
+/// samples, or [`forget`](Self::forget).
 ///
 /// ```
 /// use delta_cal::{Arm, ArmFactor, ArmIndex, Reference};
@@ -92,23 +94,23 @@ impl<T: Real> ArmFactor<T> {
     /// # Errors
     /// A number that is not finite or out of range, blamed on `arm`; the factor is unchanged.
     pub fn add(&mut self, x: &Vector3<T>, q: T, arm: ArmIndex) -> Result<(), SampleError> {
-        let sample = self.prepare(x, q, arm)?;
+        let sample = self.reference.sample(x, q, arm)?;
         self.absorb_one(&sample);
         Ok(())
     }
 
-    /// Checks, centres and weights one sample.
-    pub(crate) fn prepare(
-        &self,
-        x: &Vector3<T>,
-        q: T,
-        arm: ArmIndex,
-    ) -> Result<ArmSample<T>, SampleError> {
-        self.reference.sample(x, q, arm)
+    /// Takes in one block of samples that were checked when they came.
+    pub(crate) fn absorb_waiting(&mut self, samples: &mut dyn Iterator<Item = (&Vector3<T>, T)>) {
+        let mut block: heapless::Vec<ArmSample<T>, BLOCK> = heapless::Vec::new();
+        for (x, q) in samples {
+            // The caller holds no more than a block.
+            let _ = block.push(self.reference.prepare(x, q));
+        }
+        self.absorb(&block);
     }
 
     /// Takes in one prepared sample.
-    pub(crate) fn absorb_one(&mut self, sample: &ArmSample<T>) {
+    fn absorb_one(&mut self, sample: &ArmSample<T>) {
         self.triangle.absorb_row(&sample.row());
         self.count(1);
     }

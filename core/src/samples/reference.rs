@@ -5,6 +5,9 @@ use nalgebra::Vector3;
 /// Number of columns of a sample's row: twelve features and the constraint at the reference.
 pub(crate) const COLUMNS: usize = 13;
 
+/// Squares of squares of such distances, times the largest weight, stay finite in single precision.
+const FARTHEST_SQUARED: f64 = 1e8;
+
 /// What an arm's samples are expressed against: the arm before calibration, a centre and a unit of
 /// length near those of the workspace, and the noise that weights the samples.
 ///
@@ -96,14 +99,7 @@ impl<T: Real> Reference<T> {
     /// σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq² (Sampson), with |∂f/∂X| = 2 Lb. Rounding is a noise too, of
     /// half an ε of the position and of about 4ε in f, and is added: no stated noise, however
     /// small, claims more than the scalar type can hold.
-    pub(crate) fn sample(
-        &self,
-        x: &Vector3<T>,
-        q: T,
-        arm: ArmIndex,
-    ) -> Result<ArmSample<T>, SampleError> {
-        check_joint(q, arm)?;
-        check_position(x)?;
+    pub(crate) fn prepare(&self, x: &Vector3<T>, q: T) -> ArmSample<T> {
         let (sine, cosine) = q.sine_cosine();
         let position_rounding_squared =
             x.dot(x) * (T::HALF * T::EPSILON * self.inverse_scale).squared();
@@ -123,18 +119,37 @@ impl<T: Real> Reference<T> {
                     .inverse_square_root()
             }
         };
-        let sample = ArmSample {
+        ArmSample {
             x,
             sine,
             cosine,
             weight,
             constraint,
-        };
-        // A point so far away that its square overflows would poison every sample before it.
-        if !((weight * constraint).squared().finite() && (x.dot(&x) * weight * weight).finite()) {
-            return Err(SampleError::PositionNonFinite);
         }
-        Ok(sample)
+    }
+
+    /// Whether a position can be squared and summed up with others: it must be finite, and no more
+    /// than 10,000 forearms away from the centre.
+    pub(crate) fn check(&self, x: &Vector3<T>, arm: ArmIndex) -> Result<(), SampleError> {
+        check_position(x)?;
+        let x = (x - self.centre) * self.inverse_scale;
+        if x.dot(&x) <= T::from_f64(FARTHEST_SQUARED) {
+            Ok(())
+        } else {
+            Err(SampleError::PositionTooFar(arm))
+        }
+    }
+
+    /// Checks, centres, scales and weights one sample.
+    pub(crate) fn sample(
+        &self,
+        x: &Vector3<T>,
+        q: T,
+        arm: ArmIndex,
+    ) -> Result<ArmSample<T>, SampleError> {
+        check_joint(q, arm)?;
+        self.check(x, arm)?;
+        Ok(self.prepare(x, q))
     }
 
     /// The correction, in units of the scale and radians, that takes the reference to `arm`.

@@ -18,6 +18,8 @@ const ENOUGH_DAMPING: f64 = 0.1;
 /// Where the iteration converges slowly, a gain below this part of the cost is the end: it moves the
 /// solution by a hundred thousandth of its σ.
 const IRRELEVANT: f64 = 1e-10;
+/// A predicted gain must be this much smaller than a seen one to count as nothing.
+const SURELY_NOTHING: f64 = 1e-6;
 /// No single step may move a parameter by more than this, in units of the scale and radians: the
 /// solution nearest to the start is wanted, and a longer step leaves the region where the
 /// linearisation means anything.
@@ -107,7 +109,16 @@ impl<T: Real> Iteration<T> {
         // |r|² is blurred by |r| times as much, so a smaller gain cannot be seen in it and is taken
         // on trust.
         let terms = self.cost + problem.terms_squared();
-        let settled = gain <= T::from_f64(16.0) * T::EPSILON.squared() * terms;
+        // Near the solution each gain follows from the last two, as quadratic convergence has it: the
+        // next one would be g (g/g′)². If that is nothing, this step is the last.
+        let ratio = if self.previous_gain.finite() && gain < self.previous_gain {
+            gain / self.previous_gain
+        } else {
+            T::ONE
+        };
+        let nothing = T::from_f64(16.0) * T::EPSILON.squared() * terms;
+        let settled =
+            gain <= nothing || gain * ratio.squared() <= nothing * T::from_f64(SURELY_NOTHING);
         let invisible = self.blur(problem);
         let at_rounding = gain <= invisible;
         let slow = gain >= self.previous_gain * T::from_f64(0.25);

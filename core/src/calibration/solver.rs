@@ -133,7 +133,8 @@ impl<T: Real> Iteration<T> {
             *value += *delta;
         }
         let at = Displacement::new(problem.reference(), &trial);
-        let cost = problem.sum_of_squares(&at) + prior_cost(prior, &trial);
+        let sum_of_squares = problem.sum_of_squares(&at);
+        let cost = sum_of_squares + prior_cost(prior, &trial);
         let accepted = match self.method {
             Method::GaussNewton => cost.finite(),
             Method::LevenbergMarquardt => {
@@ -148,10 +149,14 @@ impl<T: Real> Iteration<T> {
         if self.damping < T::from_f64(LEAST_DAMPING) {
             self.damping = T::ZERO;
         }
-        self.linearize(problem, prior, &at);
         if settled {
-            StepResult::Finished(Termination::GradientVanished)
-        } else if stagnant {
+            // The last step is so short that the Jacobian before it is the Jacobian after it.
+            self.sum_of_squares = sum_of_squares;
+            self.cost = cost;
+            return StepResult::Finished(Termination::GradientVanished);
+        }
+        self.linearize(problem, prior, &at);
+        if stagnant {
             StepResult::Finished(Termination::RoundingReached)
         } else {
             StepResult::Continue

@@ -1,9 +1,12 @@
 //! What the TOML reader finds wrong, by section and key.
 
-use super::read::SECTIONS;
 use super::schema::ARM_KEYS;
 use crate::words::decimal_comma;
 use crate::{InputError, InputText};
+
+pub(super) const SECTIONS: &str = "a robot file has [nominal] or three [[arm]], then [joints], and may have \
+                        [tolerance], [noise] and [sensor_frame]; `delta-cal calibrate --help` \
+                        shows one";
 
 /// The TOML reader's error, with the section and the key at fault.
 pub(super) fn syntax(input: &InputText, error: &toml::de::Error) -> InputError {

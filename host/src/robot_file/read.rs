@@ -1,5 +1,5 @@
 use super::RobotFile;
-use super::messages::{syntax, with_section};
+use super::messages::{SECTIONS, syntax, with_section};
 use super::schema::{
     ARM_KEYS, ArmToml, JointsToml, NoiseToml, NominalToml, Number, RobotToml, SensorFrameToml,
     ToleranceToml,
@@ -13,10 +13,6 @@ use delta_cal::{
 };
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
-
-pub(super) const SECTIONS: &str = "a robot file has [nominal] or three [[arm]], then [joints], and may have \
-                        [tolerance], [noise] and [sensor_frame]; `delta-cal calibrate --help` \
-                        shows one";
 
 const IMPOSSIBLE: &str = "check the number and its unit: lengths are in mm, angles in degrees";
 

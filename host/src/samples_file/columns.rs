@@ -1,6 +1,6 @@
 //! A CSV file of named columns with units.
 
-use super::records::{check_length, check_separator, records};
+use super::records::{IGNORED, check_length, check_separator, records};
 use super::{Row, outside_limits};
 use crate::{InputError, InputText};
 use csv::StringRecord;
@@ -43,9 +43,6 @@ const COLUMNS: [(&str, Quantity, Unit); 12] = [
 const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad and _m), in any \
                      order, separated by commas; a name that begins with _ marks a column that is \
                      not looked at";
-
-/// Columns whose name begins with this are not looked at.
-pub(super) const IGNORED: char = '_';
 
 /// Larger numbers, in mm or rad, have the wrong unit or a wrong exponent.
 const LARGEST: f64 = 1e9;

@@ -1,9 +1,11 @@
 //! The records of a CSV file, each with its line.
 
-use super::columns::IGNORED;
 use crate::words::{count, decimal_comma};
 use crate::{InputError, InputText};
 use csv::{ReaderBuilder, StringRecord};
+
+/// Columns whose name begins with this are not looked at.
+pub(super) const IGNORED: char = '_';
 
 /// Every record with its line, without comments and empty lines.
 pub(super) fn records(input: &InputText) -> Result<Vec<(u64, StringRecord)>, InputError> {

@@ -182,6 +182,41 @@ proptest! {
         }
     }
 
+    /// Lengths as far apart as the scalar type allows, where squares overflow or vanish.
+    #[test]
+    fn no_extreme_length_yields_nan(
+        exponents in prop::array::uniform6(-160f64..154.0),
+        angles in prop::array::uniform2(-1.5f64..1.5),
+        q in prop::array::uniform3(-3f64..3.0),
+        near in -3f64..3.0,
+    ) {
+        let length = |index: usize| 10f64.powf(exponents[index]);
+        let arms = [0.0, 2.0, 4.0].map(|turn| Arm::new([
+            length(0), length(1), -length(2), angles[0] + turn, angles[1],
+            length(3), length(4), length(5),
+        ]));
+        // And a robot whose lengths are all of one extreme size.
+        let unit = 10f64.powf(exponents[0]);
+        let even = [0.0, 2.0, 4.0].map(|turn: f64| Arm::new([
+            unit * turn.cos(), unit * turn.sin(), 0.0, turn, 0.0, 1.5 * unit, 0.0, 3.0 * unit,
+        ]));
+        for arms in [arms, even] {
+            if let [Ok(a), Ok(b), Ok(c)] = arms
+                && let Ok(robot) = Robot::new([a, b, c])
+            {
+                if let Ok(x) = robot.forward(&q) {
+                    prop_assert!(x.iter().all(|v| v.is_finite()));
+                    if let Ok(jacobian) = robot.platform_jacobian(&x, &q) {
+                        prop_assert!(jacobian.by_joints.iter().all(|v| v.is_finite()));
+                    }
+                }
+                if let Ok(q) = robot.inverse(&(Vector3::new(near, -near, -3.0) * unit)) {
+                    prop_assert!(q.iter().all(|v| v.is_finite()));
+                }
+            }
+        }
+    }
+
     #[test]
     fn no_bit_pattern_panics_or_yields_nan(
         parameters in prop::array::uniform8(any::<f64>()),

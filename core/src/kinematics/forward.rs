@@ -87,7 +87,13 @@ impl<T: Real> Robot<T> {
         } else {
             height
         };
-        Ok((centre + normal * below) * unit)
+        let position = (centre + normal * below) * unit;
+        // Lengths near the ends of the scalar type's range.
+        if position.dot(&position).finite() {
+            Ok(position)
+        } else {
+            Err(KinematicsError::NonFinite(ArmIndex::First))
+        }
     }
 }
 

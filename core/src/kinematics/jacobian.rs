@@ -56,7 +56,7 @@ impl<T: Real> Robot<T> {
         let parameter_block = |arm: &Arm<T>, q: T, column: &Vector3<T>| {
             -(column * arm.constraint_by_parameters(x, q).transpose())
         };
-        Ok(PlatformJacobian {
+        let jacobian = PlatformJacobian {
             by_joints: Matrix3::from_columns(&[
                 joint_column(arm1, q1, &column1, ArmIndex::First)?,
                 joint_column(arm2, q2, &column2, ArmIndex::Second)?,
@@ -67,7 +67,19 @@ impl<T: Real> Robot<T> {
                 parameter_block(arm2, q2, &column2),
                 parameter_block(arm3, q3, &column3),
             ],
-        })
+        };
+        // Lengths near the ends of the scalar type's range.
+        let blocks = jacobian.by_parameters.iter().flat_map(|block| block.iter());
+        if jacobian
+            .by_joints
+            .iter()
+            .chain(blocks)
+            .all(|entry| entry.finite())
+        {
+            Ok(jacobian)
+        } else {
+            Err(KinematicsError::NonFinite(ArmIndex::First))
+        }
     }
 
     /// The columns of (∂f/∂X)⁻¹, whose rows are 2wᵢ with wᵢ = X − Bᵢ, by cross products.
@@ -78,7 +90,10 @@ impl<T: Real> Robot<T> {
     ) -> Result<[Vector3<T>; 3], KinematicsError> {
         let [arm1, arm2, arm3] = self.arms();
         let [q1, q2, q3] = *q;
-        let forearms = [x - arm1.elbow(q1), x - arm2.elbow(q2), x - arm3.elbow(q3)];
+        // In units of the forearm: products of three lengths must not overflow or vanish.
+        let unit = arm1.lb().power_of_two_below();
+        let forearms =
+            [x - arm1.elbow(q1), x - arm2.elbow(q2), x - arm3.elbow(q3)].map(|w| w / unit);
         let mut lengths = T::ONE;
         for (forearm, index) in forearms.iter().zip(ArmIndex::ALL) {
             let squared = forearm.dot(forearm);
@@ -102,7 +117,7 @@ impl<T: Real> Robot<T> {
             }
             return Err(KinematicsError::Singular(flattest.0, Singularity::Parallel));
         }
-        let scale = T::HALF / determinant;
+        let scale = T::HALF / determinant / unit;
         Ok([c1 * scale, c2 * scale, c3 * scale])
     }
 }

@@ -7,6 +7,7 @@
 //!
 //! Angles are in radians, lengths in any one unit that the caller chooses.
 
+#![forbid(unsafe_code)]
 #![no_std]
 #![cfg_attr(
     not(test),

@@ -1,5 +1,6 @@
 //! Random robots, poses and measurements that the tests and benchmarks share.
 
+#![forbid(unsafe_code)]
 #![allow(clippy::expect_used, clippy::missing_panics_doc)] // in tests a panic is the failure
 
 pub mod peer;

@@ -17,6 +17,7 @@ use nalgebra::Vector3;
 /// One of the robot's three arms, counted from 1 as the joints `q1`, `q2`, `q3` are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ArmIndex {
     /// Arm 1, driven by `q1`.
     First,
@@ -49,6 +50,7 @@ impl fmt::Display for ArmIndex {
 /// Why eight numbers are not the geometry of an arm, or three arms not a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum GeometryError {
     /// A parameter is NaN or infinite.

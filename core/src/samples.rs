@@ -39,6 +39,7 @@ pub struct Sample<T: Real> {
 /// Why a sample is not taken in. The factor or store that refused it is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum SampleError {
     /// A coordinate is NaN, infinite, or too large to be squared.

@@ -1,4 +1,4 @@
-//! The fixture of `firmware-example` under QEMU and on this machine: the same bits. And the core
+//! The fixture of `target-tests` under QEMU and on this machine: the same bits. And the core
 //! for the bare target with every combination of its features.
 
 // A test fails by panicking.
@@ -12,7 +12,7 @@ mod on_target {
     use std::time::{Duration, Instant};
 
     const TARGET: &str = "thumbv7em-none-eabihf";
-    const PACKAGE: &str = "delta-cal-firmware-example";
+    const PACKAGE: &str = "delta-cal-target-tests";
     /// The run takes a second or two; a firmware that hangs must not hang the tests.
     const LONGEST_RUN: Duration = Duration::from_mins(5);
 

@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector};
 /// Why the iteration stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Termination {
     /// No step could reduce the sum of squares by more than its rounding.
     GradientVanished,
@@ -14,6 +15,7 @@ pub enum Termination {
 /// Which start led to the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum StartUsed {
     /// The reference robot.
     Reference,

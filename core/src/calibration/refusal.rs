@@ -6,6 +6,7 @@ use core::fmt;
 /// The figures are for messages and are held in single precision whatever the scalar type.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Refusal {
     /// Fewer samples than unknowns.

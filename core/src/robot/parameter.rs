@@ -4,6 +4,7 @@ use core::fmt;
 /// every vector and matrix of parameters of this crate holds them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Parameter {
     /// x of the point on the motor axis, platform offset subtracted. Length.
     Dx,

@@ -114,10 +114,10 @@ fn format(check: &mut Check) {
 fn lint(check: &mut Check) {
     for what in [
         "--all-targets".to_owned(),
-        "--package delta-cal-firmware-example --all-targets".to_owned(),
+        "--package delta-cal-target-tests --all-targets".to_owned(),
         "--package delta-cal --all-features".to_owned(),
         format!("--package delta-cal --all-features --target {TARGET}"),
-        format!("--package delta-cal-firmware-example --target {TARGET}"),
+        format!("--package delta-cal-target-tests --target {TARGET}"),
     ] {
         check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));
     }

@@ -7,7 +7,7 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
 use delta_cal::{ArmIndex, Calibrator, Parameter, ParameterKind, Refusal, RobotOutcome, Settings};
-use delta_cal_firmware_example::{Scalar, fixture, noise, nominal, samples};
+use delta_cal_target_tests::{Scalar, fixture, noise, nominal, samples};
 
 #[entry]
 fn main() -> ! {

@@ -5,7 +5,7 @@ use core::hint::black_box;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use delta_cal::{Calibrator, Settings};
-use delta_cal_firmware_example::{SAMPLES, Scalar, noise, nominal, samples};
+use delta_cal_target_tests::{SAMPLES, Scalar, noise, nominal, samples};
 
 /// One tick of 25 MHz in nanoseconds, at one instruction a nanosecond (`-icount shift=0`).
 const INSTRUCTIONS_PER_TICK: u32 = 40;

@@ -2,10 +2,10 @@
 //! instructions, and every bit of the fixture.
 //!
 //! ```text
-//! cargo build --release -p delta-cal-firmware-example --target thumbv7em-none-eabihf
+//! cargo build --release -p delta-cal-target-tests --target thumbv7em-none-eabihf
 //! qemu-system-arm -machine mps2-an386 -nographic -monitor none -serial none \
 //!     -semihosting-config enable=on,target=native -icount shift=0,sleep=off \
-//!     -kernel target/thumbv7em-none-eabihf/release/delta-cal-firmware-example
+//!     -kernel target/thumbv7em-none-eabihf/release/delta-cal-target-tests
 //! ```
 //!
 //! Built for a host it writes the fixture's bits alone, for comparison.
@@ -19,7 +19,7 @@ mod target;
 
 #[cfg(not(target_os = "none"))]
 fn main() -> std::fmt::Result {
-    use delta_cal_firmware_example::fixture;
+    use delta_cal_target_tests::fixture;
 
     eprintln!(
         "The firmware is built with --target thumbv7em-none-eabihf. These are the host's bits:"

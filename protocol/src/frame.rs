@@ -1,0 +1,228 @@
+use cobs::{decode_in_place, try_encode};
+use core::fmt;
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// The protocol version in every frame.
+pub const VERSION: u8 = 1;
+
+/// Sequence number of an answer to a frame whose own could not be read. Requests never have it.
+pub const UNKNOWN_SEQUENCE: u16 = 0;
+
+/// Bytes of the largest frame on the wire, delimiters included: an arm's outcome in `f64`.
+pub const LARGEST_FRAME: usize = 800;
+
+/// Version and direction, sequence number.
+const HEAD: usize = 3;
+const CHECKSUM: usize = 4;
+/// Set in the first byte of an answer, so that an echo is not taken for a request.
+const ANSWER: u8 = 0x80;
+
+/// Which way a frame goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// From the driver to the controller.
+    Request,
+    /// From the controller to the driver.
+    Response,
+}
+
+impl Direction {
+    const fn bit(self) -> u8 {
+        match self {
+            Self::Request => 0,
+            Self::Response => ANSWER,
+        }
+    }
+}
+
+/// Why a message does not become a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EncodeError {
+    /// It is larger than [`LARGEST_FRAME`].
+    TooLarge,
+}
+
+impl fmt::Display for EncodeError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("the message does not fit a frame")
+    }
+}
+
+impl core::error::Error for EncodeError {}
+
+/// Why received bytes are no frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrameError {
+    /// Wrong checksum, or too short, or stuffed wrongly.
+    Damaged,
+    /// More bytes between two delimiters than the largest frame has.
+    TooLong,
+    /// The frame goes the other way: an echo.
+    WrongDirection,
+    /// A whole frame of a version that is not spoken here.
+    UnknownVersion {
+        /// Its sequence number.
+        sequence: u16,
+        /// Its version.
+        version: u8,
+    },
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Damaged => formatter.write_str("a damaged frame"),
+            Self::TooLong => formatter.write_str("a frame longer than any message"),
+            Self::WrongDirection => formatter.write_str("an echo of what was sent"),
+            Self::UnknownVersion { version, .. } => {
+                write!(formatter, "a frame of protocol version {version}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// A message as bytes for the wire:
+///
+/// ```text
+/// 0x00  COBS( version | direction << 7, sequence u16, postcard message, CRC-32 of all that )  0x00
+/// ```
+///
+/// numbers little-endian. The delimiter in front ends whatever noise came before.
+///
+/// # Errors
+/// [`EncodeError::TooLarge`].
+///
+/// ```
+/// use delta_cal_protocol::{Direction, LARGEST_FRAME, Receiver, Request, encode};
+/// let sent: Request<f32> = Request::Identify;
+/// let bytes = encode(Direction::Request, 7, &sent)?;
+/// let mut receiver = Receiver::<LARGEST_FRAME>::new(Direction::Request);
+/// let mut received = None;
+/// for byte in bytes {
+///     if let Some(Ok(frame)) = receiver.push(byte) {
+///         received = frame.message::<Request<f32>>().map(|message| (frame.sequence, message));
+///     }
+/// }
+/// assert_eq!(received, Some((7, sent)));
+/// # Ok::<(), delta_cal_protocol::EncodeError>(())
+/// ```
+pub fn encode<M: Serialize>(
+    direction: Direction,
+    sequence: u16,
+    message: &M,
+) -> Result<Vec<u8, LARGEST_FRAME>, EncodeError> {
+    let mut content = [0; LARGEST_FRAME];
+    let (head, body) = content.split_at_mut(HEAD);
+    let [low, high] = sequence.to_le_bytes();
+    head.copy_from_slice(&[VERSION | direction.bit(), low, high]);
+    let length = HEAD
+        + postcard::to_slice(message, body)
+            .map_err(|_| EncodeError::TooLarge)?
+            .len();
+    let checksum = checksum(content.get(..length).unwrap_or_default()).to_le_bytes();
+    content
+        .get_mut(length..length + CHECKSUM)
+        .ok_or(EncodeError::TooLarge)?
+        .copy_from_slice(&checksum);
+    let content = content
+        .get(..length + CHECKSUM)
+        .ok_or(EncodeError::TooLarge)?;
+
+    let mut frame = Vec::new();
+    frame
+        .resize_default(LARGEST_FRAME)
+        .map_err(|_| EncodeError::TooLarge)?;
+    let stuffed = frame.get_mut(1..LARGEST_FRAME - 1).unwrap_or_default();
+    let length = try_encode(content, stuffed).map_err(|_| EncodeError::TooLarge)?;
+    // The rest of the buffer is zero already: the delimiter.
+    frame.truncate(length + 2);
+    Ok(frame)
+}
+
+fn checksum(bytes: &[u8]) -> u32 {
+    Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC).checksum(bytes)
+}
+
+/// A whole frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Frame<'a> {
+    /// The sequence number; an answer has that of its request.
+    pub sequence: u16,
+    body: &'a [u8],
+}
+
+impl<'a> Frame<'a> {
+    /// The message in it; `None` if it is none of this type, or followed by other bytes.
+    pub fn message<M: Deserialize<'a>>(&self) -> Option<M> {
+        let (message, rest) = postcard::take_from_bytes(self.body).ok()?;
+        rest.is_empty().then_some(message)
+    }
+}
+
+/// Puts frames together from bytes as they come.
+#[derive(Debug, Clone)]
+pub struct Receiver<const N: usize> {
+    direction: Direction,
+    bytes: Vec<u8, N>,
+    complete: bool,
+    too_long: bool,
+}
+
+impl<const N: usize> Receiver<N> {
+    /// A receiver of frames of one direction. Frames of the other are an echo.
+    pub const fn new(direction: Direction) -> Self {
+        Self {
+            direction,
+            bytes: Vec::new(),
+            complete: false,
+            too_long: false,
+        }
+    }
+
+    /// Takes in a byte; on the delimiter that ends a frame, the frame or what is wrong with it.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, FrameError>> {
+        if self.complete {
+            self.bytes.clear();
+            self.complete = false;
+        }
+        if byte != 0 {
+            self.too_long |= self.bytes.push(byte).is_err();
+            return None;
+        }
+        self.complete = true;
+        if core::mem::take(&mut self.too_long) {
+            return Some(Err(FrameError::TooLong));
+        }
+        if self.bytes.is_empty() {
+            return None;
+        }
+        Some(self.frame())
+    }
+
+    fn frame(&mut self) -> Result<Frame<'_>, FrameError> {
+        let length = decode_in_place(&mut self.bytes).map_err(|_| FrameError::Damaged)?;
+        let content = self.bytes.get(..length).ok_or(FrameError::Damaged)?;
+        let (content, sent) = content
+            .split_last_chunk::<CHECKSUM>()
+            .ok_or(FrameError::Damaged)?;
+        if checksum(content) != u32::from_le_bytes(*sent) {
+            return Err(FrameError::Damaged);
+        }
+        let ([first, low, high], body) = content
+            .split_first_chunk::<HEAD>()
+            .ok_or(FrameError::Damaged)?;
+        if first & ANSWER != self.direction.bit() {
+            return Err(FrameError::WrongDirection);
+        }
+        let sequence = u16::from_le_bytes([*low, *high]);
+        let version = first & !ANSWER;
+        if version != VERSION {
+            return Err(FrameError::UnknownVersion { sequence, version });
+        }
+        Ok(Frame { sequence, body })
+    }
+}

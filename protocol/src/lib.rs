@@ -1,0 +1,35 @@
+//! What goes over the wire between a controller that calibrates its own robot and whoever drives
+//! it: [messages](Request) in [frames](encode).
+//!
+//! The driver asks, the controller answers each request once; nothing is sent unasked. Any frame may
+//! be lost, damaged or repeated: the driver then sends the same request again, and every request is
+//! made so that a second one changes nothing. Lengths are millimetres, angles radians.
+//!
+//! ```text
+//! driver                                   controller
+//! Identify, Parameters ──────────────────→ Identity, Parameters
+//! Begin { session, tolerance, noise } ───→ Taken { next: 0 }
+//! Sample { session, index: 0, … } ───────→ Taken { next: 1 }
+//! …
+//! Solve { session, samples } ────────────→ Status
+//! Status ────────────────────────────────→ Status { phase: Solving | Solved | CalibrationRefused }
+//! Outcome { session, arm } ──────────────→ Outcome
+//! Apply { session, fingerprint } ────────→ Parameters
+//! ```
+
+#![forbid(unsafe_code)]
+#![no_std]
+
+mod fingerprint;
+mod frame;
+mod messages;
+
+pub use fingerprint::fingerprint;
+pub use frame::{
+    Direction, EncodeError, Frame, FrameError, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION,
+    encode,
+};
+pub use messages::{
+    ArmReport, Begin, ControlLoop, Counters, Fault, Identity, Origin, ParameterSet, Parameters,
+    Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
+};

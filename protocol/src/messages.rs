@@ -1,0 +1,318 @@
+use delta_cal::{ArmIndex, Refusal, SampleError, StartUsed, Termination};
+use serde::{Deserialize, Serialize};
+
+/// What the driver asks, numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Request<T> {
+    /// Who are you? Answer: [`Response::Identity`], which has no numbers of type `T`.
+    Identify,
+    /// The geometry. Answer: [`Response::Parameters`].
+    Parameters(ParameterSet),
+    /// Starts a calibration from no samples; one that is under way is dropped. The session that is
+    /// already open is not started again. Answer: [`Response::Taken`].
+    Begin(Begin<T>),
+    /// One measurement. Answer: [`Response::Taken`].
+    Sample(SampleMessage<T>),
+    /// Starts solving, once `samples` were taken in. Answer: [`Response::Status`].
+    Solve {
+        /// The session.
+        session: u32,
+        /// How many samples the driver has sent.
+        samples: u32,
+    },
+    /// What the controller is doing. Answer: [`Response::Status`].
+    Status,
+    /// One arm's result. Answer: [`Response::Outcome`].
+    Outcome {
+        /// The session.
+        session: u32,
+        /// Which arm.
+        arm: ArmIndex,
+    },
+    /// Stores the result and switches the control loop to it. Answer: [`Response::Parameters`].
+    Apply {
+        /// The session.
+        session: u32,
+        /// The [`fingerprint`](crate::fingerprint) of the result that is meant.
+        fingerprint: u32,
+    },
+    /// Goes back to other parameters and stores that. Answer: [`Response::Parameters`].
+    Revert {
+        /// The fingerprint of the parameters that are no longer wanted.
+        from: u32,
+        /// Where to.
+        to: RevertTo,
+    },
+    /// What went wrong on the link so far. Answer: [`Response::Counters`].
+    Counters,
+}
+
+/// Which of the controller's geometries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ParameterSet {
+    /// The one that the control loop uses.
+    Current,
+    /// The robot as drawn: what a calibration is expressed against.
+    Nominal,
+}
+
+/// What a [`Request::Revert`] goes back to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum RevertTo {
+    /// What was there before the last [`Request::Apply`].
+    Previous,
+    /// The robot as drawn.
+    Nominal,
+}
+
+/// How a calibration begins.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Begin<T> {
+    /// A number that the driver draws; not 0.
+    pub session: u32,
+    /// One σ of the manufacturing tolerance: millimetres, radians.
+    pub tolerance: Option<(T, T)>,
+    /// One σ of position and joint angle in a measurement: millimetres, radians.
+    pub noise: Option<(T, T)>,
+    /// Start without a guess rather than from nominal.
+    pub without_guess: bool,
+}
+
+/// One measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SampleMessage<T> {
+    /// The session.
+    pub session: u32,
+    /// Counted from 0; each sample is taken in once.
+    pub index: u32,
+    /// q₁, q₂, q₃ in radians.
+    pub joints: [T; 3],
+    /// Measured platform position, mm.
+    pub position: [T; 3],
+}
+
+/// What the controller answers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+#[allow(clippy::large_enum_variant)] // no allocation
+pub enum Response<T> {
+    /// The request changed nothing, and why.
+    Fault(Fault),
+    /// Who answers.
+    Identity(Identity),
+    /// A geometry.
+    Parameters(Parameters<T>),
+    /// The session's samples are complete up to here.
+    Taken {
+        /// The session.
+        session: u32,
+        /// Index of the sample that is expected next: as many were taken in.
+        next: u32,
+    },
+    /// What the controller is doing.
+    Status(Status<T>),
+    /// One arm's result.
+    Outcome(ArmReport<T>),
+    /// What went wrong on the link so far.
+    Counters(Counters),
+}
+
+/// Why a request changed nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Fault {
+    /// The frame was damaged on its way; the sequence number of the answer is
+    /// [`UNKNOWN_SEQUENCE`](crate::UNKNOWN_SEQUENCE).
+    Damaged,
+    /// The frame is of a protocol version that is not spoken here.
+    UnknownVersion {
+        /// The version that is.
+        spoken: u8,
+    },
+    /// The frame is whole, and its content not a request.
+    UnknownRequest,
+    /// There is no such session: it was never begun, another one was, or the controller restarted.
+    NoSession,
+    /// A sample, or a `Solve`, that leaves samples out.
+    OutOfOrder {
+        /// Index of the sample that is expected next.
+        next: u32,
+    },
+    /// The sample is impossible.
+    Sample(SampleError),
+    /// The tolerance is not a tolerance, or the noise not a noise, or the session is 0.
+    Settings,
+    /// The controller is solving: samples wait until it has finished.
+    Busy,
+    /// There is no outcome: not solved yet, or refused; [`Phase`] says which.
+    NoOutcome,
+    /// The fingerprint is not that of the outcome, or of the current parameters.
+    OtherParameters {
+        /// The fingerprint of what is there.
+        there: u32,
+    },
+    /// The parameters could not be stored, so they are not used either.
+    Store,
+}
+
+/// Who answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Major, minor, patch of the firmware.
+    pub firmware: [u16; 3],
+    /// The type `T` of every number in the other messages.
+    pub scalar: Scalar,
+    /// CPUID as read from the core: implementer, variant, part, revision.
+    pub processor: u32,
+    /// Fingerprint of the nominal geometry.
+    pub nominal: u32,
+}
+
+/// The type in which a controller computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Scalar {
+    /// `f32`.
+    Single,
+    /// `f64`.
+    Double,
+}
+
+/// A geometry.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Parameters<T> {
+    /// Where it comes from.
+    pub origin: Origin,
+    /// Eight parameters an arm, in the order of [`delta_cal::Parameter::ALL`]: mm and radians.
+    pub arms: [[T; 8]; 3],
+}
+
+/// Where the current geometry comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Origin {
+    /// The robot as drawn: nothing else was ever stored, or it was reverted to.
+    Nominal,
+    /// The robot as drawn, because what was stored is damaged or another robot's.
+    NominalStoreDamaged,
+    /// A calibration.
+    Calibration,
+}
+
+/// What the controller is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Status<T> {
+    /// The open session, 0 without one.
+    pub session: u32,
+    /// How far it is.
+    pub phase: Phase,
+    /// The control loop.
+    pub control: ControlLoop<T>,
+}
+
+/// How far a calibration is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Phase {
+    /// No session.
+    Idle,
+    /// Samples are taken in.
+    Collecting {
+        /// So many so far.
+        samples: u32,
+    },
+    /// The solver is at work.
+    Solving {
+        /// On this arm.
+        arm: ArmIndex,
+    },
+    /// There is an outcome.
+    Solved {
+        /// From so many samples.
+        samples: u32,
+        /// Its fingerprint.
+        fingerprint: u32,
+    },
+    /// There is none: the measurements cannot calibrate this robot. More samples may be sent.
+    CalibrationRefused {
+        /// After so many samples.
+        samples: u32,
+        /// Why.
+        refusal: Refusal,
+    },
+}
+
+/// The control loop since the controller started.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ControlLoop<T> {
+    /// Turns.
+    pub turns: u32,
+    /// Timer ticks of the longest turn, see `ticks_a_second`.
+    pub longest_ticks: u32,
+    /// Timer ticks of the longest turn while a calibration was at work.
+    pub longest_ticks_calibrating: u32,
+    /// Resolution of the two.
+    pub ticks_a_second: u32,
+    /// Turns that began late, or were left out.
+    pub late: u32,
+    /// Turns whose point could not be reached: the joints kept their targets.
+    pub unreachable: u32,
+    /// How often the loop switched to other parameters.
+    pub switches: u32,
+    /// Fingerprint of the parameters it uses.
+    pub fingerprint: u32,
+    /// The last point of the path, mm.
+    pub point: [T; 3],
+    /// The joint angles for it, radians.
+    pub joints: [T; 3],
+}
+
+/// One arm's result; see [`delta_cal::ArmOutcome`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ArmReport<T> {
+    /// Which arm.
+    pub arm: ArmIndex,
+    /// Its eight parameters: mm and radians.
+    pub parameters: [T; 8],
+    /// Their covariance: mm², mm·rad, rad².
+    pub covariance: Option<[[T; 8]; 8]>,
+    /// rms of the residuals: σ with a stated noise, mm without.
+    pub residual_rms: T,
+    /// Estimated noise along the forearm, mm.
+    pub estimated_noise: Option<T>,
+    /// Samples less parameters.
+    pub degrees_of_freedom: T,
+    /// Samples.
+    pub samples: u64,
+    /// Linearisations.
+    pub iterations: u16,
+    /// Why the iteration stopped.
+    pub termination: Termination,
+    /// Where it had started.
+    pub start: StartUsed,
+    /// Condition number.
+    pub condition: T,
+    /// The share of each parameter that the tolerance decided.
+    pub prior_share: [T; 8],
+}
+
+/// What the controller has received since it started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Counters {
+    /// Whole frames.
+    pub received: u32,
+    /// Frames with a wrong checksum or length.
+    pub damaged: u32,
+    /// Frames of an unknown protocol version.
+    pub unknown_version: u32,
+    /// Whole frames that are no request.
+    pub unknown_request: u32,
+    /// Requests that came again with the sequence number of the one before.
+    pub repeated: u32,
+    /// Sequence numbers that were left out.
+    pub lost: u32,
+    /// Requests answered with a fault.
+    pub refused: u32,
+    /// Bytes that came faster than they were read, and were lost.
+    pub overrun: u32,
+}

@@ -51,8 +51,8 @@ pub trait Real: Field + Scalar + Copy + PartialOrd + Debug + Display + Send + Sy
     fn magnitude(self) -> Self;
     /// √x, NaN for a negative number.
     fn square_root(self) -> Self;
-    /// 1/√x for normal positive x, to within 2.5 ULP; the `micromath` feature changes how it is
-    /// computed in single precision.
+    /// 1/√x for normal positive x, to within 2.5 ULP. In single precision not finite where x is
+    /// infinite or NaN.
     fn inverse_square_root(self) -> Self;
     /// (sin x, cos x), x in radians, to within 1 ULP (near a zero of either, to 2⁻³⁵). In single
     /// precision NaN where |x| > 8192.

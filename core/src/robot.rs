@@ -126,6 +126,11 @@ impl<T: Real> Robot<T> {
         Ok(robot)
     }
 
+    /// Three arms that were a robot before.
+    pub(crate) const fn of_valid(arms: [Arm<T>; 3]) -> Self {
+        Self { arms }
+    }
+
     /// The three arms, in the order of their joints.
     pub const fn arms(&self) -> &[Arm<T>; 3] {
         &self.arms

@@ -8,6 +8,7 @@ mod reference;
 mod simulate;
 mod stored;
 mod triangle;
+mod waiting;
 
 pub(crate) use displacement::{Displacement, corrected_arm};
 pub use factor::{ArmFactor, MergeError};
@@ -18,6 +19,7 @@ pub use simulate::{
 };
 pub use stored::{StoredArmSamples, StoredError};
 pub(crate) use triangle::Triangle;
+pub(crate) use waiting::Waiting;
 
 use crate::{ArmIndex, Real};
 use core::fmt;

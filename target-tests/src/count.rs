@@ -11,7 +11,7 @@ use delta_cal_target_tests::{SAMPLES, Scalar, noise, nominal, samples};
 const INSTRUCTIONS_PER_TICK: u32 = 40;
 const RELOAD: u32 = 0x00ff_ffff;
 /// A calibrator takes samples in by so many.
-const BLOCK: usize = 16;
+const BLOCK: usize = 4;
 
 /// A running instruction counter.
 pub(crate) struct Counter(());

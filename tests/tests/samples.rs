@@ -259,7 +259,7 @@ fn waiting_samples_are_never_overlooked() {
         whole.add(sample).unwrap();
     }
     assert_eq!(whole.samples(), 21);
-    assert_eq!(whole.arms()[0].samples(), 16);
+    assert_eq!(whole.arms()[0].samples(), 20);
     let mut flushed = whole;
     flushed.flush();
     assert_eq!(flushed.arms()[0].samples(), 21);

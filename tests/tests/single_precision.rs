@@ -73,7 +73,7 @@ fn sine_and_cosine_refuse_what_they_cannot_reduce() {
     assert_eq!(0f32.sine_cosine(), (0.0, 1.0));
 }
 
-/// The bound that `Real` documents; run with and without the `micromath` feature.
+/// The bound that `Real` documents.
 #[test]
 fn inverse_square_root_is_within_two_and_a_half_ulp() {
     let mut worst = (0f64, 0f32);

@@ -1,5 +1,5 @@
-use crate::Real;
-use crate::samples::{ArmFactor, Displacement, Reference, StoredArmSamples, Triangle};
+use crate::samples::{ArmFactor, Displacement, Reference, StoredArmSamples, Triangle, Waiting};
+use crate::{ArmIndex, Real};
 use nalgebra::Vector3;
 
 /// The triangular factor of an arm's linearised problem: eight columns ∂r/∂P and the residual r.
@@ -22,9 +22,9 @@ pub trait Linearize<T: Real> {
     /// Takes the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
     #[doc(hidden)]
     fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T;
-    /// Takes in samples that were checked when they came.
+    /// Takes in the block of samples that waits for this arm.
     #[doc(hidden)]
-    fn absorb_checked(&mut self, samples: &mut dyn Iterator<Item = (&Vector3<T>, T)>);
+    fn absorb_waiting(&mut self, waiting: &Waiting<T>, arm: ArmIndex);
     /// Σ (f/σf)² at a correction.
     #[doc(hidden)]
     fn sum_of_squares(&self, at: &Displacement<T>) -> T;
@@ -102,8 +102,8 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
         *self
     }
 
-    fn absorb_checked(&mut self, samples: &mut dyn Iterator<Item = (&Vector3<T>, T)>) {
-        self.absorb_waiting(samples);
+    fn absorb_waiting(&mut self, waiting: &Waiting<T>, arm: ArmIndex) {
+        self.absorb_checked(waiting.block(arm));
     }
 
     /// RᵀR holds the sums of products of features: those with the feature 1 are weighted sums.
@@ -204,7 +204,7 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
     }
 
     /// A store keeps no sample waiting.
-    fn absorb_checked(&mut self, _: &mut dyn Iterator<Item = (&Vector3<T>, T)>) {}
+    fn absorb_waiting(&mut self, _: &Waiting<T>, _: ArmIndex) {}
 
     fn factor(&self) -> ArmFactor<T> {
         let mut factor = ArmFactor::new(*self.reference());

@@ -4,7 +4,7 @@ use super::problem::ArmProblem;
 use super::refusal::Refusal;
 use super::{ArmOutcome, Settings};
 use crate::samples::{
-    ArmFactor, MergeError, Reference, Sample, SampleError, StoredArmSamples, StoredError,
+    ArmFactor, MergeError, Reference, Sample, SampleError, StoredArmSamples, StoredError, Waiting,
 };
 use crate::{ArmIndex, Real, Robot};
 use nalgebra::Vector3;
@@ -14,28 +14,15 @@ use nalgebra::Vector3;
 /// Use it as [`Calibrator`] (constant memory) or [`StoredCalibrator`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobotCalibrator<T: Real, P> {
-    robot: Robot<T>,
     settings: Settings<T>,
     arms: [P; 3],
-    /// Samples that wait to be taken into the factors in one block; zeros behind the last.
-    waiting: [Sample<T>; WAITING],
-    waiting_count: usize,
-}
-
-/// As many samples as a factor takes in at once: a block costs a third of its samples one by one,
-/// and rounds the factor once.
-const WAITING: usize = 16;
-
-fn no_samples<T: Real>() -> [Sample<T>; WAITING] {
-    [Sample {
-        joints: [T::ZERO; 3],
-        position: Vector3::zeros(),
-    }; WAITING]
+    waiting: Waiting<T>,
 }
 
 /// Calibration of a robot in constant memory: every sample goes into three 13 × 13 triangular
-/// factors and is forgotten. Samples added one by one wait until they are sixteen, or until they
-/// are needed.
+/// factors and is forgotten. Samples added one by one wait until they are a block of four, or until
+/// they are needed; each factor takes in its block at another sample than the others, so that
+/// every call of [`add`](Self::add) is short.
 ///
 /// ```
 /// use delta_cal::{Calibrator, Sample, Settings, SymmetricRobot};
@@ -82,15 +69,13 @@ impl<T: Real> Calibrator<T> {
     /// the start of the iteration.
     pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         Self {
-            robot: *robot,
             settings: *settings,
             arms: references(robot, settings).map(ArmFactor::new),
-            waiting: no_samples(),
-            waiting_count: 0,
+            waiting: Waiting::none(),
         }
     }
 
-    /// Takes in one sample. It waits for fifteen others, which then go into the factors together.
+    /// Takes in one sample. It waits for three others, which then go into the factors together.
     ///
     /// # Errors
     /// A faulty number; nothing is taken in.
@@ -99,12 +84,9 @@ impl<T: Real> Calibrator<T> {
         for (factor, arm) in self.arms.iter().zip(ArmIndex::ALL) {
             factor.reference().check(&sample.position, arm)?;
         }
-        if let Some(place) = self.waiting.get_mut(self.waiting_count) {
-            *place = *sample;
-            self.waiting_count += 1;
-        }
-        if self.waiting_count >= WAITING {
-            self.flush();
+        self.waiting.push(sample);
+        if let Some(arm) = self.waiting.due() {
+            self.take_in_block(arm);
         }
         Ok(())
     }
@@ -164,11 +146,9 @@ impl<T: Real, const N: usize> StoredCalibrator<T, N> {
     /// Without samples; see [`Calibrator::new`].
     pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         Self {
-            robot: *robot,
             settings: *settings,
             arms: references(robot, settings).map(StoredArmSamples::new),
-            waiting: no_samples(),
-            waiting_count: 0,
+            waiting: Waiting::none(),
         }
     }
 
@@ -190,8 +170,9 @@ impl<T: Real, const N: usize> StoredCalibrator<T, N> {
 
 impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
     /// The robot before calibration.
-    pub const fn robot(&self) -> &Robot<T> {
-        &self.robot
+    pub fn robot(&self) -> Robot<T> {
+        let [first, second, third] = &self.arms;
+        Robot::of_valid([first, second, third].map(|problem| *problem.reference().arm()))
     }
 
     /// What the calibration assumes.
@@ -208,28 +189,23 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
     /// Samples taken in.
     pub fn samples(&self) -> u64 {
         let [first, ..] = &self.arms;
-        first.samples() + self.waiting_count as u64
+        first.samples() + self.waiting.waiting_for(ArmIndex::First) as u64
     }
 
     /// Whatever waits goes into the arms' problems.
     fn take_in_waiting(&mut self) {
-        let count = self.waiting_count.min(WAITING);
-        for (problem, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
-            let waiting = self.waiting.iter().take(count);
-            problem.absorb_checked(&mut waiting.map(|sample| {
-                let [q1, q2, q3] = sample.joints;
-                let q = match arm {
-                    ArmIndex::First => q1,
-                    ArmIndex::Second => q2,
-                    ArmIndex::Third => q3,
-                };
-                (&sample.position, q)
-            }));
+        for arm in ArmIndex::ALL {
+            while self.waiting.waiting_for(arm) > 0 {
+                self.take_in_block(arm);
+            }
         }
-        if count > 0 {
-            self.waiting = no_samples();
-            self.waiting_count = 0;
+    }
+
+    fn take_in_block(&mut self, arm: ArmIndex) {
+        if let Some(problem) = self.arms.get_mut(arm.index()) {
+            problem.absorb_waiting(&self.waiting, arm);
         }
+        self.waiting.take(arm);
     }
 
     /// Calibrates all three arms.

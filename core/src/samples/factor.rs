@@ -5,9 +5,10 @@ use core::fmt;
 use nalgebra::Vector3;
 
 /// Rows reduced together when many samples are added at once.
-const BLOCK: usize = 16;
-/// What is left over after whole blocks.
-const SMALL_BLOCK: usize = 4;
+const LARGE_BLOCK: usize = 16;
+/// Rows reduced together otherwise: as a block they cost half of what they cost one by one, and
+/// round R once.
+pub(crate) const BLOCK: usize = 4;
 
 /// Every sample ever seen of one arm, in constant memory: the 13 × 13 triangular factor R of the
 /// stacked rows (φ, f(P₀)) of [`Reference`], 91 numbers.
@@ -95,24 +96,24 @@ impl<T: Real> ArmFactor<T> {
     /// A number that is not finite or out of range, blamed on `arm`; the factor is unchanged.
     pub fn add(&mut self, x: &Vector3<T>, q: T, arm: ArmIndex) -> Result<(), SampleError> {
         let sample = self.reference.sample(x, q, arm)?;
-        self.absorb_one(&sample);
+        self.absorb_block::<1>(&[sample]);
         Ok(())
     }
 
-    /// Takes in one block of samples that were checked when they came.
-    pub(crate) fn absorb_waiting(&mut self, samples: &mut dyn Iterator<Item = (&Vector3<T>, T)>) {
-        let mut block: heapless::Vec<ArmSample<T>, BLOCK> = heapless::Vec::new();
-        for (x, q) in samples {
-            // The caller holds no more than a block.
-            let _ = block.push(self.reference.prepare(x, q));
+    /// Takes in up to a block of samples that were checked when they came.
+    #[inline(never)]
+    pub(crate) fn absorb_checked<'a>(
+        &mut self,
+        samples: impl Iterator<Item = (&'a Vector3<T>, T)>,
+    ) {
+        let mut columns = [[T::ZERO; BLOCK]; COLUMNS];
+        let mut count = 0;
+        for (index, (x, q)) in samples.take(BLOCK).enumerate() {
+            put_row(&mut columns, index, &self.reference.prepare(x, q));
+            count += 1;
         }
-        self.absorb(&block);
-    }
-
-    /// Takes in one prepared sample.
-    fn absorb_one(&mut self, sample: &ArmSample<T>) {
-        self.triangle.absorb_row(&sample.row());
-        self.count(1);
+        self.triangle.absorb(&mut columns);
+        self.count(count);
     }
 
     fn count(&mut self, samples: u64) {
@@ -122,18 +123,12 @@ impl<T: Real> ArmFactor<T> {
 
     /// Takes in a prepared sample.
     pub(crate) fn absorb(&mut self, samples: &[ArmSample<T>]) {
-        let (blocks, rest) = samples.as_chunks::<BLOCK>();
+        let (blocks, rest) = samples.as_chunks::<LARGE_BLOCK>();
         for block in blocks {
-            self.absorb_block::<BLOCK>(block);
+            self.absorb_block::<LARGE_BLOCK>(block);
         }
-        match rest {
-            [] => {}
-            [one] => self.absorb_one(one),
-            _ => {
-                for block in rest.chunks(SMALL_BLOCK) {
-                    self.absorb_block::<SMALL_BLOCK>(block);
-                }
-            }
+        for block in rest.chunks(BLOCK) {
+            self.absorb_block::<BLOCK>(block);
         }
     }
 
@@ -141,11 +136,7 @@ impl<T: Real> ArmFactor<T> {
     fn absorb_block<const K: usize>(&mut self, samples: &[ArmSample<T>]) {
         let mut columns = [[T::ZERO; K]; COLUMNS];
         for (index, sample) in samples.iter().enumerate() {
-            for (column, value) in columns.iter_mut().zip(sample.row()) {
-                if let Some(entry) = column.get_mut(index) {
-                    *entry = value;
-                }
-            }
+            put_row(&mut columns, index, sample);
         }
         self.triangle.absorb(&mut columns);
         self.count(samples.len() as u64);
@@ -160,7 +151,7 @@ impl<T: Real> ArmFactor<T> {
         I: IntoIterator<Item = (&'a Vector3<T>, T)>,
     {
         let mut updated = *self;
-        let mut block: heapless::Vec<ArmSample<T>, BLOCK> = heapless::Vec::new();
+        let mut block: heapless::Vec<ArmSample<T>, LARGE_BLOCK> = heapless::Vec::new();
         for (index, (x, q)) in samples.into_iter().enumerate() {
             let sample = self
                 .reference
@@ -246,5 +237,18 @@ impl<T: Real> ArmFactor<T> {
     /// The square triangular part of the features, and the right-hand side.
     pub(crate) fn triangle(&self) -> &Triangle<T, COLUMNS, 91> {
         &self.triangle
+    }
+}
+
+/// Writes a sample's row into a block given by columns.
+fn put_row<T: Real, const K: usize>(
+    columns: &mut [[T; K]; COLUMNS],
+    index: usize,
+    sample: &ArmSample<T>,
+) {
+    for (column, value) in columns.iter_mut().zip(sample.row()) {
+        if let Some(entry) = column.get_mut(index) {
+            *entry = value;
+        }
     }
 }

@@ -96,60 +96,21 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
             }
             let squared = *diagonal * *diagonal + below;
             let inverse_norm = squared.inverse_square_root();
-            let norm = squared * inverse_norm;
-            // The reflection v = (r ± norm, column), with the sign that does not cancel.
-            let (pivot, reflected) = if *diagonal < T::ZERO {
-                (*diagonal - norm, norm)
-            } else {
-                (*diagonal + norm, -norm)
-            };
-            let scale = inverse_norm / pivot.magnitude();
-            *diagonal = reflected;
+            // The reflection v = (r ∓ norm, column) that keeps the sign of r (Parlett 1971): in a long
+            // stream every entry of R is moved by a small correction, whose rounding is small too. The
+            // usual sign would turn R over at every block, and round all of it.
+            let sum = diagonal.magnitude() + squared * inverse_norm;
+            let growth = below / sum;
+            let growth = if *diagonal < T::ZERO { -growth } else { growth };
+            let pivot = -growth;
+            let scale = sum * inverse_norm / below;
+            *diagonal += growth;
             for (entry, other) in right.iter_mut().zip(columns.iter_mut()) {
                 let projection = (pivot * *entry + dot(column, other)) * scale;
                 *entry -= projection * pivot;
                 for (target, source) in other.iter_mut().zip(column.iter()) {
                     *target -= projection * *source;
                 }
-            }
-        }
-    }
-
-    /// Takes in one row: a block of one, by plane rotations (Givens), which need the fewest
-    /// operations for it.
-    pub(crate) fn absorb_row(&mut self, row: &[T; N]) {
-        let mut row = *row;
-        let mut rest = self.entries.as_mut_slice();
-        for index in 0..N {
-            let (Some((head, tail)), Some((pivot, others))) = (
-                rest.split_at_mut_checked(N - index),
-                row.get_mut(index..).and_then(<[T]>::split_first_mut),
-            ) else {
-                return;
-            };
-            rest = tail;
-            let Some((diagonal, right)) = head.split_first_mut() else {
-                return;
-            };
-            let below = *pivot * *pivot;
-            if !(below > T::SMALLEST_SQUARE) {
-                continue;
-            }
-            let squared = *diagonal * *diagonal + below;
-            let inverse_norm = squared.inverse_square_root();
-            let norm = squared * inverse_norm;
-            // c = |r|/norm is near 1 and s = ±row/norm small in a long stream. With t = s/(1 + c) the
-            // rotation is a small correction, whose rounding is small too (Rutishauser 1966); the
-            // products of c would round the whole of R at every row.
-            let positive = diagonal.magnitude();
-            let row_sign = if *diagonal < T::ZERO { -*pivot } else { *pivot };
-            let sine = row_sign * inverse_norm;
-            let half_tangent = row_sign / (norm + positive);
-            *diagonal = if *diagonal < T::ZERO { -norm } else { norm };
-            for (entry, other) in right.iter_mut().zip(others.iter_mut()) {
-                let (before, row) = (*entry, *other);
-                *entry = before + sine * (row - half_tangent * before);
-                *other = row - sine * (before + half_tangent * row);
             }
         }
     }
@@ -172,16 +133,20 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
 fn dot<T: Real, const K: usize>(a: &[T; K], b: &[T; K]) -> T {
     let (a_lanes, a_rest) = a.as_chunks::<4>();
     let (b_lanes, b_rest) = b.as_chunks::<4>();
-    let mut sums = [T::ZERO; 4];
-    for (a, b) in a_lanes.iter().zip(b_lanes) {
-        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-            *sum += *a * *b;
+    let mut lanes = a_lanes.iter().zip(b_lanes);
+    let mut sum = T::ZERO;
+    if let Some(([a0, a1, a2, a3], [b0, b1, b2, b3])) = lanes.next() {
+        let mut sums = [*a0 * *b0, *a1 * *b1, *a2 * *b2, *a3 * *b3];
+        for (a, b) in lanes {
+            for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+                *sum += *a * *b;
+            }
         }
+        let [s0, s1, s2, s3] = sums;
+        sum = (s0 + s2) + (s1 + s3);
     }
-    let mut tail = T::ZERO;
     for (a, b) in a_rest.iter().zip(b_rest) {
-        tail += *a * *b;
+        sum += *a * *b;
     }
-    let [s0, s1, s2, s3] = sums;
-    ((s0 + s2) + (s1 + s3)) + tail
+    sum
 }

@@ -133,21 +133,11 @@ fn tests(check: &mut Check) {
 }
 
 fn features(check: &mut Check) {
-    for features in [
-        "",
-        "--features defmt",
-        "--features micromath",
-        "--all-features",
-    ] {
+    for features in ["", "--features defmt", "--features serde", "--all-features"] {
         check.command(&format!(
             "cargo check --quiet --package delta-cal {features}"
         ));
     }
-    check.command("cargo test --package delta-cal --lib --features micromath");
-    check.command(
-        "cargo test --package delta-cal-tests --features delta-cal/micromath \
-         --test single_precision --test exact",
-    );
     check.command("cargo test --package delta-cal-tests --test target -- on_target::core_builds");
 }
 

@@ -4,13 +4,14 @@ use super::outcome::{ArmOutcome, StartUsed, Termination};
 use super::problem::ArmProblem;
 use super::refusal::Refusal;
 use super::solver::{Iteration, StepResult};
-use super::start::{SAMPLES_FOR_FREE_START, free_start};
+use super::start::SAMPLES_FOR_FREE_START;
 use super::{Settings, Start};
 use crate::{ArmIndex, Parameter, Real};
 
 /// Lengths of the displacements tried in search of other solutions, in units of the scale and
-/// radians, along the combination of parameters that the samples determine least.
-const SEARCH: [f64; 8] = [-0.01, 0.01, -0.03, 0.03, -0.06, 0.06, -0.12, 0.12];
+/// radians, along the combination of parameters that the samples determine least. Single precision:
+/// a conversion of `f64` at run time would link its software arithmetic.
+const SEARCH: [f32; 8] = [-0.01, 0.01, -0.03, 0.03, -0.06, 0.06, -0.12, 0.12];
 /// Two solutions that a stated noise cannot tell apart differ by less than this in Σ (f/σf)².
 const INDISTINGUISHABLE: f64 = 4.0;
 /// Rounds of estimating the noise when a tolerance but no noise is stated.
@@ -99,60 +100,58 @@ impl<T: Real> ArmSolver<T> {
         arm: ArmIndex,
         settings: &Settings<T>,
     ) -> Result<Self, Refusal> {
-        let forgotten = !(problem.effective_samples() > T::ZERO);
-        let samples = if forgotten { 0 } else { problem.samples() };
-        let needed = match (settings.start, settings.tolerance) {
-            (Start::Free, _) => SAMPLES_FOR_FREE_START,
-            (Start::Reference, None) => 8,
-            (Start::Reference, Some(_)) => 1,
-        };
-        if samples < needed {
-            return Err(Refusal::TooFewSamples {
-                arm,
-                samples,
-                needed,
-            });
-        }
-        let reference = problem.reference();
-        let (tolerance_weights, residual_sigma) = match (&settings.tolerance, reference.noise()) {
-            (None, _) => ([T::ZERO; 8], T::ONE),
-            (Some(tolerance), Some(_)) => (tolerance.weights(reference), T::ONE),
-            (Some(tolerance), None) => (
-                tolerance.weights(reference),
-                T::from_f64(0.01) * tolerance.of(Parameter::Lb) / reference.scale(),
-            ),
-        };
-        let prior = tolerance_weights.map(|weight| weight * residual_sigma);
-        let at_reference = Iteration::start(problem, settings.method, &prior, [T::ZERO; 8]);
-        let (start, iteration) = match settings.start {
-            Start::Reference => (StartUsed::Reference, at_reference),
-            Start::Free => {
-                let Some(correction) = free_start(&problem.factor()) else {
-                    return Err(Conditioning::of(&at_reference.normal).undetermined(arm));
-                };
-                (
-                    StartUsed::Free,
-                    Iteration::start(problem, settings.method, &prior, correction),
-                )
-            }
-        };
-        if !iteration.cost.finite() {
-            return Err(Refusal::NonFinite { arm });
-        }
-        Ok(Self {
+        let mut solver = Self::unstarted(arm, settings);
+        solver.begin(problem)?;
+        Ok(solver)
+    }
+
+    /// Before [`begin`](Self::begin).
+    pub(super) fn unstarted(arm: ArmIndex, settings: &Settings<T>) -> Self {
+        Self {
             arm,
             settings: *settings,
-            tolerance_weights,
-            residual_sigma,
+            tolerance_weights: [T::ZERO; 8],
+            residual_sigma: T::ONE,
             noise_rounds: 0,
-            phase: Phase::From(start),
-            starting_cost: iteration.cost,
-            iteration,
+            phase: Phase::Done,
+            starting_cost: T::ZERO,
+            iteration: Iteration::unstarted(settings.method),
             best: None,
             search: None,
             searched: 0,
             iterations: 0,
-        })
+        }
+    }
+
+    /// In place: on a small stack a copy of a solver is a large object.
+    #[inline(never)]
+    pub(super) fn begin<P: ArmProblem<T>>(&mut self, problem: &P) -> Result<(), Refusal> {
+        let (arm, settings) = (self.arm, self.settings);
+        enough_samples(problem, arm, &settings)?;
+        let reference = problem.reference();
+        if let Some(tolerance) = &settings.tolerance {
+            self.tolerance_weights = tolerance.weights(reference);
+            if reference.noise().is_none() {
+                self.residual_sigma =
+                    T::from_f64(0.01) * tolerance.of(Parameter::Lb) / reference.scale();
+            }
+        }
+        let (start, correction) = match settings.start {
+            Start::Reference => (StartUsed::Reference, Some([T::ZERO; 8])),
+            Start::Free => (StartUsed::Free, problem.free_start()),
+        };
+        let from = correction.unwrap_or([T::ZERO; 8]);
+        let prior = self.prior();
+        self.iteration.restart(problem, &prior, &from);
+        if correction.is_none() {
+            return Err(Conditioning::of(&self.iteration.normal).undetermined(arm));
+        }
+        if !self.iteration.cost.finite() {
+            return Err(Refusal::NonFinite { arm });
+        }
+        self.starting_cost = self.iteration.cost;
+        self.phase = Phase::From(start);
+        Ok(())
     }
 
     fn prior(&self) -> [T; 8] {
@@ -187,17 +186,17 @@ impl<T: Real> ArmSolver<T> {
                     + T::TWO * self.iteration.blur(problem)
                     + rounding_of_cost(problem)
         {
-            let end = EndPoint {
-                iteration: self.iteration,
-                termination,
-                start,
-                residual_sigma: self.residual_sigma,
+            let improved = match &self.best {
+                None => true,
+                Some(best) => self.improves(problem, best),
             };
-            if self
-                .best
-                .is_none_or(|best| self.improves(problem, &end, &best))
-            {
-                self.best = Some(end);
+            if improved {
+                self.best = Some(EndPoint {
+                    iteration: self.iteration,
+                    termination,
+                    start,
+                    residual_sigma: self.residual_sigma,
+                });
             }
         }
         if self.noise_rounds == 0 && (self.try_free_start(problem, start) || self.search(problem)) {
@@ -215,14 +214,14 @@ impl<T: Real> ArmSolver<T> {
     /// The free fit of twelve coefficients leaves ρ², which no parameters undercut; the eight
     /// parameters of the right solution leave four residual variances more, a false minimum far
     /// more than that.
+    #[inline(never)]
     fn try_free_start<P: ArmProblem<T>>(&mut self, problem: &P, start: StartUsed) -> bool {
         let spare = problem.effective_samples() - T::from_count(SAMPLES_FOR_FREE_START);
         if spare < T::ZERO || start != StartUsed::Reference {
             return false;
         }
-        let factor = problem.factor();
         if let Some(best) = &self.best {
-            let least = factor.least_sum_of_squares();
+            let least = problem.least_sum_of_squares();
             let variance = if problem.reference().noise().is_some() {
                 T::ONE
             } else {
@@ -233,24 +232,22 @@ impl<T: Real> ArmSolver<T> {
                 return false;
             }
         }
-        let Some(correction) = free_start(&factor) else {
+        let Some(correction) = problem.free_start() else {
             return false;
         };
         self.iterations = self.iterations();
-        self.iteration = Iteration::start(problem, self.settings.method, &self.prior(), correction);
+        let prior = self.prior();
+        self.iteration.restart(problem, &prior, &correction);
         self.phase = Phase::From(StartUsed::Free);
         true
     }
 
-    /// Whether a further end point is to be preferred: a clearly smaller cost, or, where the
+    /// Whether the end point just reached is to be preferred: a clearly smaller cost, or, where the
     /// samples cannot tell the two apart, the solution nearer to the reference. Eight samples have
     /// several exact solutions.
-    fn improves<P: ArmProblem<T>>(
-        &self,
-        problem: &P,
-        end: &EndPoint<T>,
-        best: &EndPoint<T>,
-    ) -> bool {
+    #[inline(never)]
+    fn improves<P: ArmProblem<T>>(&self, problem: &P, best: &EndPoint<T>) -> bool {
+        let end = &self.iteration;
         // With a tolerance the cost itself prefers the nearer one.
         let tie = if problem.reference().noise().is_some() && self.settings.tolerance.is_none() {
             T::from_f64(INDISTINGUISHABLE)
@@ -258,19 +255,19 @@ impl<T: Real> ArmSolver<T> {
             // Of two starts that end in the same point the first is kept.
             T::from_f64(1e-3) * best.iteration.cost
         } + rounding_of_cost(problem);
-        let gained = best.iteration.cost - end.iteration.cost;
-        if end.residual_sigma != best.residual_sigma {
+        let gained = best.iteration.cost - end.cost;
+        if self.residual_sigma != best.residual_sigma {
             // Another balance of samples and tolerance: the later one counts.
             return true;
         }
-        let mut apart = end.iteration.correction;
+        let mut apart = end.correction;
         for (difference, other) in apart.iter_mut().zip(best.iteration.correction) {
             *difference -= other;
         }
         let same_place = best.iteration.length_squared(&apart) <= T::from_f64(16.0) * tie;
         if gained.magnitude() <= tie && !same_place {
-            let distance = |end: &EndPoint<T>| squared_length(&end.iteration.correction);
-            distance(end) < T::from_f64(0.999) * distance(best)
+            squared_length(&end.correction)
+                < T::from_f64(0.999) * squared_length(&best.iteration.correction)
         } else {
             gained > T::ZERO
         }
@@ -278,6 +275,7 @@ impl<T: Real> ArmSolver<T> {
 
     /// With fewer than twelve samples there may be several solutions, and no linear fit to tell a
     /// false one. Starts again from both sides of the first end point.
+    #[inline(never)]
     fn search<P: ArmProblem<T>>(&mut self, problem: &P) -> bool {
         if problem.effective_samples() >= T::from_count(SAMPLES_FOR_FREE_START) {
             return false;
@@ -296,11 +294,11 @@ impl<T: Real> ArmSolver<T> {
             self.searched += 1;
             let mut correction = origin;
             for (value, part) in correction.iter_mut().zip(direction) {
-                *value += part * T::from_f64(*distance);
+                *value += part * T::from_f64(f64::from(*distance));
             }
             self.iterations = self.iterations();
-            self.iteration =
-                Iteration::start(problem, self.settings.method, &self.prior(), correction);
+            let prior = self.prior();
+            self.iteration.restart(problem, &prior, &correction);
             if self.iteration.cost.finite() {
                 self.phase = Phase::From(StartUsed::Search);
                 return true;
@@ -312,6 +310,7 @@ impl<T: Real> ArmSolver<T> {
     /// A tolerance without a stated noise: estimates the noise from the residuals, so that samples
     /// and tolerance weigh what they are worth (`MacKay`'s evidence iteration, σ² = Σr²/(n − γ) with
     /// γ the number of parameters that the samples determine), and solves again from there.
+    #[inline(never)]
     fn balance_tolerance<P: ArmProblem<T>>(&mut self, problem: &P) -> bool {
         if self.settings.tolerance.is_none() || problem.reference().noise().is_some() {
             return false;
@@ -319,12 +318,12 @@ impl<T: Real> ArmSolver<T> {
         if self.noise_rounds >= NOISE_ROUNDS {
             return false;
         }
-        let Some(best) = self.best else {
+        let Some(best) = &self.best else {
             // Too weak a tolerance leaves the problem without a firm minimum: start from a stronger.
             self.restart_balanced(
                 problem,
                 T::from_f64(10.0) * self.residual_sigma,
-                [T::ZERO; 8],
+                &[T::ZERO; 8],
             );
             self.phase = Phase::From(StartUsed::Reference);
             return true;
@@ -346,16 +345,19 @@ impl<T: Real> ArmSolver<T> {
             // Settled; or the last round failed, and the one before it stands.
             return false;
         }
-        self.restart_balanced(problem, sigma, best.iteration.correction);
-        self.phase = Phase::From(best.start);
+        let (from, start) = (best.iteration.correction, best.start);
+        self.restart_balanced(problem, sigma, &from);
+        self.phase = Phase::From(start);
         true
     }
 
-    fn restart_balanced<P: ArmProblem<T>>(&mut self, problem: &P, sigma: T, from: [T; 8]) {
+    #[inline(never)]
+    fn restart_balanced<P: ArmProblem<T>>(&mut self, problem: &P, sigma: T, from: &[T; 8]) {
         self.noise_rounds += 1;
         self.residual_sigma = sigma;
         self.iterations = self.iterations();
-        self.iteration = Iteration::start(problem, self.settings.method, &self.prior(), from);
+        let prior = self.prior();
+        self.iteration.restart(problem, &prior, from);
         self.starting_cost = self.iteration.cost;
     }
 
@@ -363,6 +365,7 @@ impl<T: Real> ArmSolver<T> {
     ///
     /// # Errors
     /// Every [`Refusal`] that concerns one arm; [`Refusal::Unfinished`] before the last step.
+    #[inline(never)]
     pub fn outcome<P: ArmProblem<T>>(&self, problem: &P) -> Result<ArmOutcome<T>, Refusal> {
         if self.phase != Phase::Done {
             return Err(Refusal::Unfinished);
@@ -389,6 +392,29 @@ impl<T: Real> ArmSolver<T> {
         }
         .outcome(problem)
     }
+}
+
+/// Whether a calibration with these settings can begin.
+pub(super) fn enough_samples<T: Real, P: ArmProblem<T>>(
+    problem: &P,
+    arm: ArmIndex,
+    settings: &Settings<T>,
+) -> Result<(), Refusal> {
+    let forgotten = !(problem.effective_samples() > T::ZERO);
+    let samples = if forgotten { 0 } else { problem.samples() };
+    let needed = match (settings.start, settings.tolerance) {
+        (Start::Free, _) => SAMPLES_FOR_FREE_START,
+        (Start::Reference, None) => 8,
+        (Start::Reference, Some(_)) => 1,
+    };
+    if samples < needed {
+        return Err(Refusal::TooFewSamples {
+            arm,
+            samples,
+            needed,
+        });
+    }
+    Ok(())
 }
 
 /// A sum of squares below this is rounding: (32ε)² times the rows that the residuals come from.

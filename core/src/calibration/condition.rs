@@ -2,7 +2,7 @@
 
 use super::problem::Normal;
 use crate::Real;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 /// The inverse of the factor's 8 × 8 part and its condition.
 pub(crate) struct Conditioning<T: Real> {
@@ -12,17 +12,6 @@ pub(crate) struct Conditioning<T: Real> {
     pub(crate) condition: T,
     /// Index of the parameter with the largest part in the weakest combination.
     pub(crate) weakest: usize,
-}
-
-/// Lengths of the Jacobian's columns.
-pub(crate) fn column_norms<T: Real>(normal: &Normal<T>) -> [T; 8] {
-    let mut squares = [T::ZERO; 8];
-    for (index, row) in normal.rows().enumerate() {
-        for (sum, entry) in squares.iter_mut().skip(index).zip(row) {
-            *sum += *entry * *entry;
-        }
-    }
-    squares.map(Real::square_root)
 }
 
 impl<T: Real> Conditioning<T> {
@@ -37,54 +26,53 @@ impl<T: Real> Conditioning<T> {
 
     /// The combination of parameters, of unit length in internal units, that the samples determine
     /// least: two steps of inverse iteration on JᵀJ.
+    #[inline(never)]
     pub(crate) fn weakest_direction(&self) -> [T; 8] {
-        let mut direction = SVector::<T, 8>::zeros();
+        let mut direction = [T::ZERO; 8];
         if let Some(entry) = direction.get_mut(self.weakest) {
             *entry = T::ONE;
         }
         for _ in 0..3 {
-            direction = self.covariance * direction;
-            let length = direction.dot(&direction).square_root();
+            let mut product = [T::ZERO; 8];
+            for (column, part) in self.covariance.as_slice().chunks_exact(8).zip(direction) {
+                add_multiple(column, part, &mut product);
+            }
+            let squared = product
+                .iter()
+                .fold(T::ZERO, |sum, part| sum + part.squared());
+            let length = squared.square_root();
             if !(length > T::ZERO && length.finite()) {
                 return [T::ZERO; 8];
             }
-            direction /= length;
+            direction = product.map(|part| part / length);
         }
-        direction.data.0[0]
+        direction
     }
 
     /// An exactly singular or not finite factor gives an infinite condition.
+    #[inline(never)]
     pub(crate) fn of(normal: &Normal<T>) -> Self {
-        let norms = column_norms(normal);
-        let full = normal.dense();
-        // W = T⁻¹, column by column, by back-substitution.
-        let mut inverse = [[T::ZERO; 8]; 8];
-        for (index, column) in inverse.iter_mut().enumerate() {
-            for (row, entries) in full.iter().enumerate().take(index + 1).rev() {
+        let norms = normal.column_norms();
+        let mut covariance = SMatrix::<T, 8, 8>::zeros();
+        // W = T⁻¹ column by column, by back-substitution, and W Wᵀ as the sum of its columns' products, of
+        // which both halves are the same sums: symmetric to the bit.
+        for index in 0..8 {
+            let mut column = [T::ZERO; 8];
+            for row in (0..=index).rev() {
+                let Some((pivot, rest)) = normal.row(row).split_first() else {
+                    continue;
+                };
                 let mut value = if row == index { T::ONE } else { T::ZERO };
-                for (entry, known) in entries
-                    .iter()
-                    .zip(column.iter())
-                    .take(index + 1)
-                    .skip(row + 1)
-                {
+                let known = column.iter().take(index + 1).skip(row + 1);
+                for (entry, known) in rest.iter().zip(known) {
                     value -= *entry * *known;
                 }
-                if let (Some(target), Some(pivot)) = (column.get_mut(row), entries.get(row)) {
+                if let Some(target) = column.get_mut(row) {
                     *target = value / *pivot;
                 }
             }
+            add_square(&column, covariance.as_mut_slice());
         }
-        // W Wᵀ, of which both halves are the same sums: symmetric to the bit.
-        let mut covariance = [[T::ZERO; 8]; 8];
-        for column in &inverse {
-            for (sums, right) in covariance.iter_mut().zip(column) {
-                for (sum, left) in sums.iter_mut().zip(column) {
-                    *sum += *left * *right;
-                }
-            }
-        }
-        let covariance = SMatrix::<T, 8, 8>::from(covariance);
         let mut total = T::ZERO;
         let mut weakest = (0, T::ZERO);
         for ((j, norm), variance) in norms.iter().enumerate().zip(&covariance.diagonal()) {
@@ -104,5 +92,21 @@ impl<T: Real> Conditioning<T> {
             condition,
             weakest: weakest.0,
         }
+    }
+}
+
+/// Adds v vᵀ to a matrix given by columns.
+#[inline(never)]
+fn add_square<T: Real>(vector: &[T; 8], matrix: &mut [T]) {
+    for (column, part) in matrix.chunks_exact_mut(8).zip(vector) {
+        add_multiple(vector, *part, column);
+    }
+}
+
+/// Adds a multiple of one vector to another.
+#[inline(never)]
+fn add_multiple<T: Real>(vector: &[T], factor: T, to: &mut [T]) {
+    for (sum, entry) in to.iter_mut().zip(vector) {
+        *sum += *entry * factor;
     }
 }

@@ -41,9 +41,10 @@ pub(super) struct Judgement<'a, T: Real> {
 }
 
 impl<T: Real> Judgement<'_, T> {
+    #[inline(never)]
     pub(super) fn outcome<P: ArmProblem<T>>(&self, problem: &P) -> Result<ArmOutcome<T>, Refusal> {
         let arm = self.arm;
-        let conditioning = Conditioning::of(&self.iteration.normal);
+        let mut conditioning = Conditioning::of(&self.iteration.normal);
         // Beyond this no digit of the weakest combination survives the arithmetic.
         let largest_condition = T::ONE / (T::from_f64(64.0) * T::EPSILON);
         if !(conditioning.condition < largest_condition) {
@@ -53,7 +54,7 @@ impl<T: Real> Judgement<'_, T> {
         let samples = problem.effective_samples();
         let stated = reference.noise().is_some();
         let Some((termination, start)) = self.end else {
-            return Err(self.not_converged(problem, &conditioning));
+            return Err(self.not_converged(problem, &mut conditioning));
         };
         if stated {
             self.check_residual(samples)?;
@@ -71,11 +72,6 @@ impl<T: Real> Judgement<'_, T> {
             let spare = degrees_of_freedom - T::from_f64(LEAST_FREEDOM);
             (spare > T::from_f64(1e-2)).then(|| (sum / spare).square_root())
         };
-        let covariance =
-            residual_sigma.map(|sigma| in_units(&conditioning.covariance, reference, sigma));
-        if let Some(covariance) = &covariance {
-            self.check_sigmas(covariance, reference.arm().upper_arm_length())?;
-        }
         let mut prior_share = SVector::<T, 8>::zeros();
         for ((share, weight), variance) in prior_share
             .iter_mut()
@@ -87,11 +83,16 @@ impl<T: Real> Judgement<'_, T> {
                 *share = T::ONE;
             }
         }
+        let covariance = &mut conditioning.covariance;
+        if let Some(sigma) = residual_sigma {
+            to_units(covariance, reference, sigma);
+            self.check_sigmas(covariance, reference.arm().upper_arm_length())?;
+        }
         let residual_unit = if stated { T::ONE } else { reference.scale() };
         Ok(ArmOutcome {
             arm: corrected_arm(reference, &self.iteration.correction)
                 .map_err(|error| Refusal::ImpossibleGeometry { arm, error })?,
-            covariance,
+            covariance: residual_sigma.map(|_| conditioning.covariance),
             residual_rms: (sum / samples).square_root() * residual_unit,
             estimated_noise: estimated_noise.map(|noise| noise * reference.scale()),
             degrees_of_freedom,
@@ -106,19 +107,20 @@ impl<T: Real> Judgement<'_, T> {
 
     /// Why an iteration did not settle: along a flat valley it is the poses, or the stated noise,
     /// that leave it no firm minimum.
+    #[inline(never)]
     fn not_converged<P: ArmProblem<T>>(
         &self,
         problem: &P,
-        conditioning: &Conditioning<T>,
+        conditioning: &mut Conditioning<T>,
     ) -> Refusal {
         if !(conditioning.condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
             return conditioning.undetermined(self.arm);
         }
         let reference = problem.reference();
         if reference.noise().is_some() {
-            let covariance = in_units(&conditioning.covariance, reference, T::ONE);
+            to_units(&mut conditioning.covariance, reference, T::ONE);
             let upper_arm = reference.arm().upper_arm_length();
-            if let Err(uncertain) = self.check_sigmas(&covariance, upper_arm) {
+            if let Err(uncertain) = self.check_sigmas(&conditioning.covariance, upper_arm) {
                 return uncertain;
             }
         }
@@ -163,6 +165,7 @@ impl<T: Real> Judgement<'_, T> {
         }
     }
 
+    #[inline(never)]
     fn check_sigmas(&self, covariance: &SMatrix<T, 8, 8>, upper_arm: T) -> Result<(), Refusal> {
         for (parameter, variance) in Parameter::ALL.into_iter().zip(&covariance.diagonal()) {
             let unit = match parameter.kind() {
@@ -181,6 +184,7 @@ impl<T: Real> Judgement<'_, T> {
     }
 
     /// The parameter furthest from nominal, in tolerances; 0 without a tolerance.
+    #[inline(never)]
     fn farthest(&self) -> (Parameter, T) {
         let mut farthest = (Parameter::Dx, T::ZERO);
         for ((weight, delta), parameter) in self
@@ -221,21 +225,21 @@ impl<T: Real> Conditioning<T> {
     }
 }
 
-/// The covariance in the user's units, times σ².
-fn in_units<T: Real>(
-    covariance: &SMatrix<T, 8, 8>,
-    reference: &Reference<T>,
-    sigma: T,
-) -> SMatrix<T, 8, 8> {
+/// Brings a covariance into the user's units and multiplies it by σ².
+#[inline(never)]
+fn to_units<T: Real>(covariance: &mut SMatrix<T, 8, 8>, reference: &Reference<T>, sigma: T) {
     let units = Parameter::ALL.map(|parameter| reference.unit_of(parameter) * sigma);
-    let mut scaled = *covariance;
-    for (mut column, column_unit) in scaled.column_iter_mut().zip(units) {
-        for (entry, row_unit) in column.iter_mut().zip(units) {
-            // The product of the units first: both halves are rounded alike.
-            *entry *= column_unit * row_unit;
-        }
+    for (column, unit) in covariance.as_mut_slice().chunks_exact_mut(8).zip(units) {
+        scale_column(column, unit, &units);
     }
-    scaled
+}
+
+#[inline(never)]
+fn scale_column<T: Real>(column: &mut [T], column_unit: T, row_units: &[T]) {
+    for (entry, row_unit) in column.iter_mut().zip(row_units) {
+        // The product of the units first: both halves are rounded alike.
+        *entry *= column_unit * *row_unit;
+    }
 }
 
 /// A figure for a message.

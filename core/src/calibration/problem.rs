@@ -1,3 +1,4 @@
+use super::start::free_start;
 use crate::samples::{ArmFactor, Displacement, Reference, StoredArmSamples, Triangle, Waiting};
 use crate::{ArmIndex, Real};
 use nalgebra::Vector3;
@@ -31,9 +32,12 @@ pub trait Linearize<T: Real> {
     /// Weighted means over the samples: X in internal units, sin q and cos q.
     #[doc(hidden)]
     fn means(&self) -> Means<T>;
-    /// Everything in the form of the constant-memory factor.
+    /// The correction that the linear fit gives without a guess.
     #[doc(hidden)]
-    fn factor(&self) -> ArmFactor<T>;
+    fn free_start(&self) -> Option<[T; 8]>;
+    /// The least Σ (f/σf)² that any coefficients whatever could leave.
+    #[doc(hidden)]
+    fn least_sum_of_squares(&self) -> T;
     /// Σ (1 + f(P₀)²)/σf², the squared size of what residuals are summed up from.
     #[doc(hidden)]
     fn rows_squared(&self) -> T;
@@ -98,8 +102,12 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
         self.residual(at).1
     }
 
-    fn factor(&self) -> Self {
-        *self
+    fn free_start(&self) -> Option<[T; 8]> {
+        free_start(self)
+    }
+
+    fn least_sum_of_squares(&self) -> T {
+        self.least_sum_of_squares()
     }
 
     fn absorb_waiting(&mut self, waiting: &Waiting<T>, arm: ArmIndex) {
@@ -108,12 +116,7 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
 
     /// RᵀR holds the sums of products of features: those with the feature 1 are weighted sums.
     fn means(&self) -> Means<T> {
-        let full = self.triangle().dense();
-        let sum = |column: usize| {
-            full.iter().fold(T::ZERO, |sum, row| {
-                sum + *row.get(column).unwrap_or(&T::ZERO) * *row.get(ONE).unwrap_or(&T::ZERO)
-            })
-        };
+        let sum = |column: usize| product_of_columns(self.triangle(), column, ONE);
         let weight = sum(ONE);
         Means {
             x: Vector3::new(sum(COORDINATES), sum(COORDINATES + 1), sum(COORDINATES + 2)) / weight,
@@ -143,6 +146,19 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
         }
         sum
     }
+}
+
+/// An entry of RᵀR; `left` is not after `right`.
+#[inline(never)]
+fn product_of_columns<T: Real>(triangle: &Triangle<T, 13, 91>, left: usize, right: usize) -> T {
+    let mut sum = T::ZERO;
+    for index in 0..=left {
+        let row = triangle.row(index);
+        if let (Some(left), Some(right)) = (row.get(left - index), row.get(right - index)) {
+            sum += *left * *right;
+        }
+    }
+    sum
 }
 
 impl<T: Real, const N: usize> ArmProblem<T> for StoredArmSamples<T, N> {
@@ -206,10 +222,12 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
     /// A store keeps no sample waiting.
     fn absorb_waiting(&mut self, _: &Waiting<T>, _: ArmIndex) {}
 
-    fn factor(&self) -> ArmFactor<T> {
-        let mut factor = ArmFactor::new(*self.reference());
-        factor.absorb(self.samples());
-        factor
+    fn free_start(&self) -> Option<[T; 8]> {
+        free_start(&self.factor())
+    }
+
+    fn least_sum_of_squares(&self) -> T {
+        self.factor().least_sum_of_squares()
     }
 
     /// The residual is |X − B|² − Lb², of numbers of about 1.

@@ -1,4 +1,4 @@
-use super::arm::{ArmSolver, Progress};
+use super::arm::{ArmSolver, Progress, enough_samples};
 use super::outcome::RobotOutcome;
 use super::problem::ArmProblem;
 use super::refusal::Refusal;
@@ -47,9 +47,10 @@ pub type Calibrator<T> = RobotCalibrator<T, ArmFactor<T>>;
 pub type StoredCalibrator<T, const N: usize> = RobotCalibrator<T, StoredArmSamples<T, N>>;
 
 /// A point of the workspace from which positions are counted: the platform at equal joint angles.
+#[inline(never)]
 fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
-    for degrees in [20.0, 0.0, 45.0, -20.0, 70.0] {
-        let q = T::from_f64(degrees / 180.0) * T::PI;
+    for degrees in [20.0_f32, 0.0, 45.0, -20.0, 70.0] {
+        let q = T::from_f64(f64::from(degrees)) * (T::PI / T::from_f64(180.0));
         if let Ok(x) = robot.forward(&[q; 3]) {
             return x;
         }
@@ -58,19 +59,41 @@ fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
     (first.d() + second.d() + third.d() - robot.up() * first.lb()) / T::from_f64(3.0)
 }
 
-fn references<T: Real>(robot: &Robot<T>, settings: &Settings<T>) -> [Reference<T>; 3] {
-    let centre = workspace_centre(robot);
-    let [first, second, third] = robot.arms();
-    [first, second, third].map(|arm| Reference::new(arm, &centre, settings.noise))
+/// What the three arms' samples are expressed against.
+struct References<'a, T: Real> {
+    robot: &'a Robot<T>,
+    centre: Vector3<T>,
+    settings: &'a Settings<T>,
+}
+
+impl<'a, T: Real> References<'a, T> {
+    fn new(robot: &'a Robot<T>, settings: &'a Settings<T>) -> Self {
+        Self {
+            robot,
+            centre: workspace_centre(robot),
+            settings,
+        }
+    }
+
+    fn of(&self, arm: ArmIndex) -> Reference<T> {
+        Reference::new(self.robot.arm(arm), &self.centre, self.settings.noise)
+    }
 }
 
 impl<T: Real> Calibrator<T> {
     /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and
     /// the start of the iteration.
+    #[inline(never)]
     pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
+        let references = References::new(robot, settings);
+        // Not by `map`: the three factors would be built beside their place and moved.
         Self {
             settings: *settings,
-            arms: references(robot, settings).map(ArmFactor::new),
+            arms: [
+                ArmFactor::new(references.of(ArmIndex::First)),
+                ArmFactor::new(references.of(ArmIndex::Second)),
+                ArmFactor::new(references.of(ArmIndex::Third)),
+            ],
             waiting: Waiting::none(),
         }
     }
@@ -145,9 +168,10 @@ impl<T: Real> Calibrator<T> {
 impl<T: Real, const N: usize> StoredCalibrator<T, N> {
     /// Without samples; see [`Calibrator::new`].
     pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
+        let references = References::new(robot, settings);
         Self {
             settings: *settings,
-            arms: references(robot, settings).map(StoredArmSamples::new),
+            arms: ArmIndex::ALL.map(|arm| StoredArmSamples::new(references.of(arm))),
             waiting: Waiting::none(),
         }
     }
@@ -193,6 +217,7 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
     }
 
     /// Whatever waits goes into the arms' problems.
+    #[inline(never)]
     fn take_in_waiting(&mut self) {
         for arm in ArmIndex::ALL {
             while self.waiting.waiting_for(arm) > 0 {
@@ -201,6 +226,7 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
         }
     }
 
+    #[inline(never)]
     fn take_in_block(&mut self, arm: ArmIndex) {
         if let Some(problem) = self.arms.get_mut(arm.index()) {
             problem.absorb_waiting(&self.waiting, arm);
@@ -234,21 +260,23 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct RobotSolver<T: Real> {
-    solver: ArmSolver<T>,
+    /// Of the arm at work, once begun.
+    solver: Option<ArmSolver<T>>,
     arm: ArmIndex,
     outcomes: [Option<ArmOutcome<T>>; 3],
 }
 
 impl<T: Real> RobotSolver<T> {
-    /// Takes in the samples that wait, and prepares the first arm.
+    /// Takes in the samples that wait, and begins with the first arm.
     ///
     /// # Errors
-    /// As [`ArmSolver::new`].
+    /// [`Refusal::TooFewSamples`].
     pub fn new<P: ArmProblem<T>>(calibrator: &mut RobotCalibrator<T, P>) -> Result<Self, Refusal> {
         calibrator.take_in_waiting();
         let [first, ..] = &calibrator.arms;
+        enough_samples(first, ArmIndex::First, &calibrator.settings)?;
         Ok(Self {
-            solver: ArmSolver::new(first, ArmIndex::First, &calibrator.settings)?,
+            solver: None,
             arm: ArmIndex::First,
             outcomes: [None; 3],
         })
@@ -270,33 +298,63 @@ impl<T: Real> RobotSolver<T> {
     ) -> Result<Progress, Refusal> {
         let [first, second, third] = &calibrator.arms;
         let (problem, next) = match self.arm {
-            ArmIndex::First => (first, Some((second, ArmIndex::Second))),
-            ArmIndex::Second => (second, Some((third, ArmIndex::Third))),
+            ArmIndex::First => (first, Some(ArmIndex::Second)),
+            ArmIndex::Second => (second, Some(ArmIndex::Third)),
             ArmIndex::Third => (third, None),
         };
-        if self.solver.step(problem) == Progress::Working {
-            return Ok(Progress::Working);
+        match &mut self.solver {
+            None => {
+                self.begin(problem, &calibrator.settings)?;
+                return Ok(Progress::Working);
+            }
+            Some(solver) => {
+                if solver.step(problem) == Progress::Working {
+                    return Ok(Progress::Working);
+                }
+            }
         }
-        let outcome = self.solver.outcome(problem)?;
-        if let Some(place) = self.outcomes.get_mut(self.arm.index()) {
-            *place = Some(outcome);
-        }
-        let Some((problem, arm)) = next else {
+        self.finish(problem)?;
+        let Some(arm) = next else {
             self.check_side(calibrator)?;
             return Ok(Progress::Finished);
         };
-        self.solver = ArmSolver::new(problem, arm, &calibrator.settings)?;
+        self.solver = None;
         self.arm = arm;
         Ok(Progress::Working)
     }
 
+    fn begin<P: ArmProblem<T>>(
+        &mut self,
+        problem: &P,
+        settings: &Settings<T>,
+    ) -> Result<(), Refusal> {
+        let solver = self.solver.insert(ArmSolver::unstarted(self.arm, settings));
+        let begun = solver.begin(problem);
+        if begun.is_err() {
+            self.solver = None;
+        }
+        begun
+    }
+
+    /// A function of its own, so that its large temporaries do not share a stack with the steps.
+    #[inline(never)]
+    fn finish<P: ArmProblem<T>>(&mut self, problem: &P) -> Result<(), Refusal> {
+        let solver = self.solver.as_ref().ok_or(Refusal::Unfinished)?;
+        let outcome = solver.outcome(problem);
+        if let (Some(place), Ok(outcome)) = (self.outcomes.get_mut(self.arm.index()), &outcome) {
+            *place = Some(*outcome);
+        }
+        outcome.map(|_| ())
+    }
+
     /// The constraints hold on both sides of the elbows' plane, forward kinematics only below it:
     /// the mean measured point must lie below the plane of the mean elbows.
+    #[inline(never)]
     fn check_side<P: ArmProblem<T>>(
         &self,
         calibrator: &RobotCalibrator<T, P>,
     ) -> Result<(), Refusal> {
-        let robot = self.outcome()?.robot;
+        let robot = self.robot()?;
         let mut elbows = [Vector3::zeros(); 3];
         let mut point = Vector3::zeros();
         for ((elbow, arm), problem) in elbows.iter_mut().zip(robot.arms()).zip(&calibrator.arms) {
@@ -320,14 +378,22 @@ impl<T: Real> RobotSolver<T> {
     /// [`Refusal::Unfinished`] before the last step; [`Refusal::ImpossibleRobot`] if three valid
     /// arms do not make a robot.
     pub fn outcome(&self) -> Result<RobotOutcome<T>, Refusal> {
-        let [Some(first), Some(second), Some(third)] = self.outcomes else {
-            return Err(Refusal::Unfinished);
-        };
-        let robot =
-            Robot::new([first.arm, second.arm, third.arm]).map_err(Refusal::ImpossibleRobot)?;
-        Ok(RobotOutcome {
-            robot,
-            arms: [first, second, third],
-        })
+        let robot = self.robot()?;
+        match self.outcomes {
+            [Some(first), Some(second), Some(third)] => Ok(RobotOutcome {
+                robot,
+                arms: [first, second, third],
+            }),
+            _ => Err(Refusal::Unfinished),
+        }
+    }
+
+    fn robot(&self) -> Result<Robot<T>, Refusal> {
+        match &self.outcomes {
+            [Some(first), Some(second), Some(third)] => {
+                Robot::new([first.arm, second.arm, third.arm]).map_err(Refusal::ImpossibleRobot)
+            }
+            _ => Err(Refusal::Unfinished),
+        }
     }
 }

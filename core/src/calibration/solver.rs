@@ -1,6 +1,5 @@
 //! One iteration of Gauss–Newton or Levenberg–Marquardt on an arm's problem.
 
-use super::condition::column_norms;
 use super::problem::{ArmProblem, Normal};
 use super::{Method, Termination};
 use crate::Real;
@@ -58,28 +57,38 @@ fn prior_cost<T: Real>(prior: &[T; 8], correction: &[T; 8]) -> T {
 }
 
 impl<T: Real> Iteration<T> {
-    pub(crate) fn start<P: ArmProblem<T>>(
-        problem: &P,
-        method: Method,
-        prior: &[T; 8],
-        correction: [T; 8],
-    ) -> Self {
-        let mut iteration = Self {
+    /// Before its [`restart`](Self::restart).
+    pub(crate) const fn unstarted(method: Method) -> Self {
+        Self {
             method,
-            correction,
+            correction: [T::ZERO; 8],
             normal: Normal::zero(),
             sum_of_squares: T::ZERO,
             cost: T::ZERO,
             damping: T::ZERO,
             previous_gain: T::INFINITY,
             iterations: 0,
-        };
-        let at = Displacement::new(problem.reference(), &correction);
-        iteration.linearize(problem, prior, &at);
-        iteration
+        }
+    }
+
+    /// Begins anew from a correction. In place: copies of this state are what fills a small stack.
+    #[inline(never)]
+    pub(crate) fn restart<P: ArmProblem<T>>(
+        &mut self,
+        problem: &P,
+        prior: &[T; 8],
+        correction: &[T; 8],
+    ) {
+        self.correction = *correction;
+        self.damping = T::ZERO;
+        self.previous_gain = T::INFINITY;
+        self.iterations = 0;
+        let at = Displacement::new(problem.reference(), correction);
+        self.linearize(problem, prior, &at);
     }
 
     /// Linearises at the correction, whose displacement the caller has at hand.
+    #[inline(never)]
     fn linearize<P: ArmProblem<T>>(&mut self, problem: &P, prior: &[T; 8], at: &Displacement<T>) {
         let mut rights = [T::ZERO; 8];
         for ((right, weight), delta) in rights.iter_mut().zip(prior).zip(&self.correction) {
@@ -94,6 +103,7 @@ impl<T: Real> Iteration<T> {
 
     /// One trial step, and a linearisation if it is taken. A bounded amount of work for the
     /// constant-memory form; proportional to the samples for the stored one.
+    #[inline(never)]
     pub(crate) fn step<P: ArmProblem<T>>(&mut self, problem: &P, prior: &[T; 8]) -> StepResult {
         // All that the linearised problem promises to gain: the part of |r|² within J's range.
         let mut gain = T::ZERO;
@@ -164,6 +174,7 @@ impl<T: Real> Iteration<T> {
     }
 
     /// |T δ|²: by how much a displacement from a minimum raises the cost.
+    #[inline(never)]
     pub(crate) fn length_squared(&self, displacement: &[T; 8]) -> T {
         let mut sum = T::ZERO;
         for (index, row) in self.normal.rows().take(8).enumerate() {
@@ -177,6 +188,7 @@ impl<T: Real> Iteration<T> {
     }
 
     /// How much of the cost may be rounding.
+    #[inline(never)]
     pub(crate) fn blur<P: ArmProblem<T>>(&self, problem: &P) -> T {
         let blur =
             T::from_f64(64.0) * T::EPSILON * (self.cost + problem.terms_squared()).square_root();
@@ -204,13 +216,15 @@ impl<T: Real> Iteration<T> {
 
     /// δ that minimises |T δ + b|² + λ|D δ|², D the column norms; `None` if it does not exist or,
     /// for Levenberg–Marquardt, is too long.
+    #[inline(never)]
     fn trial_step(&self) -> Option<[T; 8]> {
         let mut normal = self.normal;
         if self.damping > T::ZERO {
             let root = self.damping.square_root();
-            let mut block = [[T::ZERO; 8]; 9];
+            // As many rows as a linearisation has, so that both share one reduction.
+            let mut block = [[T::ZERO; 12]; 9];
             for (index, (column, norm)) in
-                block.iter_mut().zip(column_norms(&self.normal)).enumerate()
+                block.iter_mut().zip(self.normal.column_norms()).enumerate()
             {
                 if let Some(entry) = column.get_mut(index) {
                     *entry = root * norm;
@@ -218,7 +232,7 @@ impl<T: Real> Iteration<T> {
             }
             normal.absorb(&mut block);
         }
-        let step = minimiser(&normal)?;
+        let step = normal.minimiser(&[T::ZERO; 9])?;
         let longest = T::from_f64(LONGEST_STEP);
         let usable = match self.method {
             Method::GaussNewton => step.iter().all(|delta| delta.finite()),
@@ -226,23 +240,4 @@ impl<T: Real> Iteration<T> {
         };
         usable.then_some(step)
     }
-}
-
-/// Back-substitution for T δ = −b; `None` on a zero pivot.
-fn minimiser<T: Real>(normal: &Normal<T>) -> Option<[T; 8]> {
-    let full = normal.dense();
-    let mut step = [T::ZERO; 8];
-    for row in (0..8).rev() {
-        let entries = full.get(row)?;
-        let mut value = -*entries.get(8)?;
-        for (entry, known) in entries.iter().zip(&step).skip(row + 1) {
-            value -= *entry * *known;
-        }
-        let pivot = *entries.get(row)?;
-        if !(pivot.magnitude() > T::ZERO) {
-            return None;
-        }
-        *step.get_mut(row)? = value / pivot;
-    }
-    Some(step)
 }

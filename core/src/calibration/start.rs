@@ -10,29 +10,14 @@ pub(crate) const SAMPLES_FOR_FREE_START: u64 = 12;
 /// Minimises |R (δc, 1)| over free δc and reads the correction δP off it. `None` if the samples leave a coefficient free or the
 /// coefficients are not those of an arm.
 pub(crate) fn free_start<T: Real>(factor: &ArmFactor<T>) -> Option<[T; 8]> {
-    let full = factor.triangle().dense();
-    let mut delta = [T::ZERO; 12];
-    for row in (0..12).rev() {
-        let entries = full.get(row)?;
-        let mut value = -*entries.get(12)?;
-        let mut column_squared = T::ZERO;
-        for above in full.iter().take(row + 1) {
-            column_squared += above.get(row)?.squared();
-        }
-        for (entry, known) in entries.iter().zip(&delta).skip(row + 1) {
-            value -= *entry * *known;
-        }
-        let pivot = *entries.get(row)?;
-        // A pivot of the size of its column's rounding error carries no information.
-        if !(pivot.magnitude() > T::from_f64(16.0) * T::EPSILON * column_squared.square_root()) {
-            return None;
-        }
-        *delta.get_mut(row)? = value / pivot;
-    }
+    // A pivot of the size of its column's rounding error carries no information.
+    let rounding = T::from_f64(16.0) * T::EPSILON;
+    let smallest = factor.triangle().column_norms().map(|norm| rounding * norm);
+    let delta = factor.triangle().minimiser(&smallest)?;
 
     let reference = factor.reference();
     let half = T::HALF;
-    let [d1, d2, d3, _, _, u1, u2, u3, v1, v2, v3, constant] = delta;
+    let [d1, d2, d3, _, _, u1, u2, u3, v1, v2, v3, constant]: [T; 12] = delta;
     let delta_d = Vector3::new(d1, d2, d3) * -half;
     let u = reference.u - Vector3::new(u1, u2, u3) * half;
     let v = reference.v - Vector3::new(v1, v2, v3) * half;

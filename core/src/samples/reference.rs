@@ -54,6 +54,7 @@ impl<T: Real> Reference<T> {
     ///
     /// The unit is the largest power of two not above Lb, and the centre is rounded to sixteenths
     /// of it, so that neither rounds a sample.
+    #[inline(never)]
     pub fn new(arm: &Arm<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
         let scale = arm.lb().power_of_two_below();
         let inverse_scale = T::ONE / scale;

@@ -1,5 +1,5 @@
 use super::reference::ArmSample;
-use super::{Reference, SampleError};
+use super::{ArmFactor, Reference, SampleError};
 use crate::{ArmIndex, Real};
 use core::fmt;
 use heapless::Vec;
@@ -102,5 +102,12 @@ impl<T: Real, const N: usize> StoredArmSamples<T, N> {
 
     pub(crate) fn samples(&self) -> &[ArmSample<T>] {
         &self.samples
+    }
+
+    /// The same in the constant-memory form.
+    pub(crate) fn factor(&self) -> ArmFactor<T> {
+        let mut factor = ArmFactor::new(self.reference);
+        factor.absorb(&self.samples);
+        factor
     }
 }

@@ -32,15 +32,24 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         })
     }
 
-    /// The full matrix, zeros below the diagonal.
-    pub(crate) fn dense(&self) -> [[T; N]; N] {
-        let mut full = [[T::ZERO; N]; N];
-        for (index, (target, row)) in full.iter_mut().zip(self.rows()).enumerate() {
-            for (entry, value) in target.iter_mut().skip(index).zip(row) {
-                *entry = *value;
-            }
-        }
-        full
+    /// One row, from its diagonal entry on.
+    pub(crate) fn row(&self, row: usize) -> &[T] {
+        packed_row(&self.entries, N, row)
+    }
+
+    /// Lengths of the columns.
+    pub(crate) fn column_norms(&self) -> [T; N] {
+        let mut norms = [T::ZERO; N];
+        column_norms(&self.entries, &mut norms);
+        norms
+    }
+
+    /// x that makes |R (x, 1)| least, M = N − 1 numbers, by back-substitution. `None` if a pivot is not
+    /// greater than its column's `smallest`: the rows do not determine x.
+    pub(crate) fn minimiser<const M: usize>(&self, smallest: &[T; N]) -> Option<[T; M]> {
+        const { assert!(M + 1 == N) };
+        let mut solution = [T::ZERO; M];
+        back_substitute(&self.entries, smallest, &mut solution).then_some(solution)
     }
 
     /// Puts numbers on the diagonal of an empty triangle, and beside them into the last column.
@@ -74,6 +83,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
     ///
     /// One Householder reflection a column, of the diagonal entry with the block's column. Cost:
     /// about 2KN² multiplications and additions, N square roots.
+    #[inline(never)]
     pub(crate) fn absorb<const K: usize>(&mut self, block: &mut [[T; K]; N]) {
         let mut rest = self.entries.as_mut_slice();
         let mut columns = block.as_mut_slice();
@@ -127,6 +137,57 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         }
         self.absorb(&mut block);
     }
+}
+
+// The functions on slices are shared by triangles of all sizes: each size of its own would be unrolled
+// into more flash than its speed is worth.
+
+fn packed_row<T>(entries: &[T], size: usize, row: usize) -> &[T] {
+    let above = row.saturating_sub(1) * row / 2;
+    let start = (row * size).saturating_sub(above);
+    entries
+        .get(start..)
+        .and_then(|rest| rest.get(..size.saturating_sub(row)))
+        .unwrap_or_default()
+}
+
+#[inline(never)]
+fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
+    let size = norms.len();
+    for row in 0..size {
+        let entries = packed_row(entries, size, row);
+        for (sum, entry) in norms.iter_mut().skip(row).zip(entries) {
+            *sum += *entry * *entry;
+        }
+    }
+    for norm in norms {
+        *norm = norm.square_root();
+    }
+}
+
+#[inline(never)]
+fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -> bool {
+    let size = solution.len() + 1;
+    for index in (0..solution.len()).rev() {
+        let Some((pivot, rest)) = packed_row(entries, size, index).split_first() else {
+            return false;
+        };
+        let Some((right, coefficients)) = rest.split_last() else {
+            return false;
+        };
+        let mut value = -*right;
+        for (coefficient, known) in coefficients.iter().zip(solution.iter().skip(index + 1)) {
+            value -= *coefficient * *known;
+        }
+        let (Some(smallest), Some(target)) = (smallest.get(index), solution.get_mut(index)) else {
+            return false;
+        };
+        if !(pivot.magnitude() > *smallest) {
+            return false;
+        }
+        *target = value / *pivot;
+    }
+    true
 }
 
 /// Σ aᵢbᵢ in four interleaved sums: a stated order that vectorises, the same on every platform.

@@ -16,7 +16,24 @@ use rand_pcg::Pcg32;
 
 /// The most samples of a case.
 pub const MOST_SAMPLES: usize = 100;
-const COUNTS: [usize; 16] = [2, 5, 7, 8, 9, 10, 11, 12, 13, 16, 18, 20, 25, 33, 60, MOST_SAMPLES];
+const COUNTS: [usize; 16] = [
+    2,
+    5,
+    7,
+    8,
+    9,
+    10,
+    11,
+    12,
+    13,
+    16,
+    18,
+    20,
+    25,
+    33,
+    60,
+    MOST_SAMPLES,
+];
 const CRC: Crc<u64, NoTable> = Crc::<u64, NoTable>::new(&CRC_64_XZ);
 
 /// What is wrong with the samples of a case, or with what is said about them.
@@ -127,7 +144,9 @@ impl<T: Real> Case<T> {
         let mut samples = Vec::new();
         while samples.len() < count {
             let sample = match (fault, samples.first()) {
-                (Fault::OnePose, Some(first)) => simulated(&truth, first, T::ZERO, &noise, &mut rng),
+                (Fault::OnePose, Some(first)) => {
+                    simulated(&truth, first, T::ZERO, &noise, &mut rng)
+                }
                 (Fault::Cluster, Some(first)) => {
                     let spread = T::from_f64(0.01);
                     simulated(&truth, first, spread, &noise, &mut rng)

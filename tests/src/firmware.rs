@@ -61,7 +61,14 @@ pub fn cargo(directory: &Path, arguments: &[&str]) -> Result<String, String> {
 /// The target that is not installed, or what failed.
 pub fn build_for_target(directory: &Path, arguments: &[&str]) -> Result<PathBuf, String> {
     require_target()?;
-    let build = ["build", "--release", "--package", PACKAGE, "--target", TARGET];
+    let build = [
+        "build",
+        "--release",
+        "--package",
+        PACKAGE,
+        "--target",
+        TARGET,
+    ];
     cargo(directory, &[&build[..], arguments].concat())?;
     Ok(directory.join(TARGET).join("release"))
 }

@@ -40,8 +40,14 @@ mod on_target {
 
         let _exclusive = directory_lock();
         let host = build_for_host(&self::directory("firmware"), &[]).expect("the build");
-        assert_same_lines(&only("BITS ", &fixture), &only("BITS ", &on_host(&host, PACKAGE)));
-        assert_same_lines(&only("CASE ", &cases), &only("CASE ", &on_host(&host, "cases")));
+        assert_same_lines(
+            &only("BITS ", &fixture),
+            &only("BITS ", &on_host(&host, PACKAGE)),
+        );
+        assert_same_lines(
+            &only("CASE ", &cases),
+            &only("CASE ", &on_host(&host, "cases")),
+        );
     }
 
     /// A thousand random robots in single precision and a hundred in double.
@@ -77,7 +83,10 @@ mod on_target {
                 ("WrongSide", number / 50),
             ] {
                 let found = results.get(result).copied().unwrap_or(0);
-                assert!(found >= least, "{scalar}: {found} are {result}, not {least}");
+                assert!(
+                    found >= least,
+                    "{scalar}: {found} are {result}, not {least}"
+                );
             }
         }
     }
@@ -123,7 +132,10 @@ mod on_target {
             let output = emulate(*board, Clock::Free, &target.join(PACKAGE)).expect("the run");
             let lines = only("BITS ", &output);
             assert_same_lines(&lines, &expected);
-            println!("{board:?} {features:?}: the host's bits in {} lines", lines.len());
+            println!(
+                "{board:?} {features:?}: the host's bits in {} lines",
+                lines.len()
+            );
         }
     }
 
@@ -134,7 +146,11 @@ mod on_target {
             let mut words = line.split(' ');
             let scalar = words.next().expect("the scalar");
             let result = words.nth(4).expect("the result");
-            *results.entry(scalar).or_default().entry(result).or_default() += 1;
+            *results
+                .entry(scalar)
+                .or_default()
+                .entry(result)
+                .or_default() += 1;
         }
         results
     }

@@ -78,10 +78,26 @@ pub(crate) fn report<T: Scalar>(out: &mut Report<'_>, counter: &mut Counter) -> 
         figures.at_once.worst(),
         "one sample of many taken in at once, three arms",
     )?;
-    line("forward", figures.forward.worst(), "forward kinematics, worst")?;
-    line("forward-mean", figures.forward.mean(), "forward kinematics, mean")?;
-    line("inverse", figures.inverse.worst(), "inverse kinematics, worst")?;
-    line("inverse-mean", figures.inverse.mean(), "inverse kinematics, mean")?;
+    line(
+        "forward",
+        figures.forward.worst(),
+        "forward kinematics, worst",
+    )?;
+    line(
+        "forward-mean",
+        figures.forward.mean(),
+        "forward kinematics, mean",
+    )?;
+    line(
+        "inverse",
+        figures.inverse.worst(),
+        "inverse kinematics, worst",
+    )?;
+    line(
+        "inverse-mean",
+        figures.inverse.mean(),
+        "inverse kinematics, mean",
+    )?;
     line(
         "sine-cosine",
         figures.sine_cosine.worst(),

@@ -35,7 +35,10 @@ fn main() -> ! {
 
     board::run(|console| {
         let Some(mut counter) = Counter::start() else {
-            writeln!(console, "No instruction counts: they need -icount shift=6,sleep=off.")?;
+            writeln!(
+                console,
+                "No instruction counts: they need -icount shift=6,sleep=off."
+            )?;
             return Err(core::fmt::Error);
         };
         let mut report = Report { console };

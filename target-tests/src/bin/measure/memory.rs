@@ -27,11 +27,7 @@ pub(crate) fn report(out: &mut Report<'_>) -> fmt::Result {
         size_of::<Calibrator<f32>>(),
         "state of a calibrator",
     )?;
-    size(
-        "solver",
-        size_of::<RobotSolver<f32>>(),
-        "state of a solver",
-    )?;
+    size("solver", size_of::<RobotSolver<f32>>(), "state of a solver")?;
     size("outcome", size_of::<RobotOutcome<f32>>(), "an outcome")?;
     let double = size_of::<Calibrator<f64>>();
     out.line(
@@ -88,12 +84,7 @@ fn stack(out: &mut Report<'_>) -> fmt::Result {
         (outcome, "outcome", "of RobotSolver::outcome"),
     ] {
         total.note(part.bytes, part.case);
-        out.line(
-            format_args!("f32/stack-{item}"),
-            part.bytes,
-            "bytes",
-            words,
-        )?;
+        out.line(format_args!("f32/stack-{item}"), part.bytes, "bytes", words)?;
     }
     out.line(
         format_args!("f32/stack"),
@@ -164,10 +155,7 @@ fn work(solver: &mut RobotSolver<f32>, calibrator: &Calibrator<f32>) {
 }
 
 #[inline(never)]
-fn finish(
-    place: &mut MaybeUninit<Result<RobotOutcome<f32>, Refusal>>,
-    solver: &RobotSolver<f32>,
-) {
+fn finish(place: &mut MaybeUninit<Result<RobotOutcome<f32>, Refusal>>, solver: &RobotSolver<f32>) {
     let _ = black_box(place.write(black_box(solver).outcome()));
 }
 

@@ -124,9 +124,17 @@ where
         }
     }
     let mut line = |item: &str, count: u32, words: &str| {
-        out.instructions(format_args!("peer/levenberg-marquardt{item}-{N}"), count, words)
+        out.instructions(
+            format_args!("peer/levenberg-marquardt{item}-{N}"),
+            count,
+            words,
+        )
     };
-    line("", counts.mean(), "the crate, one arm, the same data, sines precomputed, mean")?;
+    line(
+        "",
+        counts.mean(),
+        "the crate, one arm, the same data, sines precomputed, mean",
+    )?;
     line("-least", least, "the same, least")?;
     line("-worst", counts.worst(), "the same, worst")
 }

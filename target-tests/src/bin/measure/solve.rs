@@ -4,7 +4,10 @@ use crate::Report;
 use crate::instructions::Counts;
 use core::fmt;
 use core::hint::black_box;
-use delta_cal::{Calibrator, Progress, Refusal, RobotOutcome, RobotSolver, Sample, Settings, Start, simulate_sample};
+use delta_cal::{
+    Calibrator, Progress, Refusal, RobotOutcome, RobotSolver, Sample, Settings, Start,
+    simulate_sample,
+};
 use delta_cal_target_tests::board::{Counter, Overflow};
 use delta_cal_target_tests::{Scalar, measurements_of, noise, nominal, robot_near, tolerance};
 use rand_core::SeedableRng;
@@ -32,7 +35,8 @@ pub(crate) fn solve<T: Scalar>(
     calibrator: &mut Calibrator<T>,
 ) -> Result<(Cost, Result<RobotOutcome<T>, Refusal>), Overflow> {
     let mut solver = Err(Refusal::Unfinished);
-    let mut total = counter.count(|| solver = black_box(RobotSolver::new(black_box(calibrator))))?;
+    let mut total =
+        counter.count(|| solver = black_box(RobotSolver::new(black_box(calibrator))))?;
     let mut longest_step = total;
     let mut solver = match solver {
         Ok(solver) => solver,
@@ -93,12 +97,7 @@ impl Figures {
         }
     }
 
-    fn write(
-        &self,
-        out: &mut Report<'_>,
-        item: fmt::Arguments<'_>,
-        words: &str,
-    ) -> fmt::Result {
+    fn write(&self, out: &mut Report<'_>, item: fmt::Arguments<'_>, words: &str) -> fmt::Result {
         // A figure of refusals alone would say nothing.
         if self.total.worst() == 0 || self.refused > 0 {
             writeln!(out.console, "{item}: {} refused", self.refused)?;

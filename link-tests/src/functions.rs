@@ -162,9 +162,9 @@ macro_rules! of_scalar {
                 fn reference_new(
                     arm: &Arm<$t>,
                     centre: &Vector3<$t>,
-                    noise: &Option<Noise<$t>>,
+                    noise: Option<&Noise<$t>>,
                 ) -> Reference<$t> {
-                    Reference::new(arm, centre, *noise)
+                    Reference::new(arm, centre, noise.copied())
                 }
                 fn reference_arm(reference: &Reference<$t>) -> Arm<$t> { *reference.arm() }
                 fn reference_noise(reference: &Reference<$t>) -> Option<Noise<$t>> {
@@ -360,10 +360,10 @@ macro_rules! of_scalar {
                 fn simulate(
                     robot: &Robot<$t>,
                     joints: &[$t; 3],
-                    noise: &Option<Noise<$t>>,
+                    noise: Option<&Noise<$t>>,
                     rng: &mut Pcg32,
                 ) -> Result<Sample<$t>, KinematicsError> {
-                    simulate_sample(robot, joints, noise.as_ref(), rng)
+                    simulate_sample(robot, joints, noise, rng)
                 }
 
                 // The scalar

@@ -7,8 +7,8 @@ use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt;
 use crc::{CRC_64_XZ, Crc, Digest, NoTable};
 use delta_cal::{
-    ArmOutcome, Calibrator, Method, Noise, Real, Refusal, Robot, RobotOutcome, Sample, Settings,
-    Start, simulate_sample, standard_normal,
+    ArmOutcome, Calibrator, Method, Noise, Real, Robot, RobotOutcome, Sample, Settings, Start,
+    simulate_sample, standard_normal,
 };
 use heapless::Vec;
 use rand_core::{Rng, SeedableRng};
@@ -145,11 +145,11 @@ impl<T: Real> Case<T> {
         while samples.len() < count {
             let sample = match (fault, samples.first()) {
                 (Fault::OnePose, Some(first)) => {
-                    simulated(&truth, first, T::ZERO, &noise, &mut rng)
+                    simulated(&truth, first, T::ZERO, noise.as_ref(), &mut rng)
                 }
                 (Fault::Cluster, Some(first)) => {
                     let spread = T::from_f64(0.01);
-                    simulated(&truth, first, spread, &noise, &mut rng)
+                    simulated(&truth, first, spread, noise.as_ref(), &mut rng)
                 }
                 _ => measured(&truth, noise.as_ref(), &mut rng),
             };
@@ -185,13 +185,13 @@ fn simulated<T: Real>(
     truth: &Robot<T>,
     near: &Sample<T>,
     spread: T,
-    noise: &Option<Noise<T>>,
+    noise: Option<&Noise<T>>,
     rng: &mut Pcg32,
 ) -> Option<Sample<T>> {
     let joints = near
         .joints
         .map(|q| q + spread * standard_normal::<T, _>(rng));
-    simulate_sample(truth, &joints, noise.as_ref(), rng).ok()
+    simulate_sample(truth, &joints, noise, rng).ok()
 }
 
 fn spoil<T: Real>(fault: Fault, index: usize, sample: &mut Sample<T>) {
@@ -252,12 +252,8 @@ fn case<T: Scalar>(out: &mut dyn fmt::Write, seed: u64) -> fmt::Result {
         Ok(_) => writeln!(out, "accepted"),
         // The figures of a refusal are single-precision numbers; `{:?}` writes each so that it
         // reads back to the same bits.
-        Err(refusal) => refused_line(out, &refusal),
+        Err(refusal) => writeln!(out, "{refusal:?}"),
     }
-}
-
-fn refused_line(out: &mut dyn fmt::Write, refusal: &Refusal) -> fmt::Result {
-    writeln!(out, "{refusal:?}")
 }
 
 struct Hash(Digest<'static, u64, NoTable>);
@@ -270,7 +266,8 @@ impl Hash {
     fn numbers<T: Scalar>(&mut self, numbers: &[T]) {
         for number in numbers {
             // All NaN are one: the sign of a NaN is the platform's.
-            self.count(if *number == *number { number.bits() } else { 0 });
+            let nan = number.partial_cmp(number).is_none();
+            self.count(if nan { 0 } else { number.bits() });
         }
     }
 

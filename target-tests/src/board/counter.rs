@@ -44,7 +44,7 @@ impl Counter {
         Ok((ticks * INSTRUCTIONS + TICKS / 2) / TICKS)
     }
 
-    #[inline(always)]
+    #[inline]
     fn ticks(&mut self, work: impl FnOnce()) -> Result<u32, Overflow> {
         self.timer.clear_current();
         // The first tick reloads the timer; only then is a wrap an overflow.

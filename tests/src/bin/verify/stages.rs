@@ -126,6 +126,8 @@ fn lint(check: &mut Check) {
         format!("--package delta-cal-protocol --target {TARGET}"),
         format!("--package delta-cal-target-tests --target {TARGET}"),
         format!("--package delta-cal-link-tests --target {TARGET}"),
+        format!("--package delta-cal-firmware-example --target {TARGET}"),
+        format!("--package delta-cal-firmware-example --features double --target {TARGET}"),
     ] {
         check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));
     }

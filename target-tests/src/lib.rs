@@ -16,4 +16,4 @@ mod simulation;
 
 pub use measurements::{SAMPLES, noise, nominal, samples};
 pub use record::Scalar;
-pub use simulation::{limits, measured, measurements_of, robot_near, tolerance};
+pub use simulation::{measurements_of, robot_near, tolerance};

@@ -34,30 +34,23 @@ pub fn robot_near<T: Real>(nominal: &Robot<T>, tolerances: f64, rng: &mut Pcg32)
     Robot::new(arms).expect("a slightly different robot is valid")
 }
 
-/// −60° to 90°.
-///
-/// # Panics
-/// Never: the limits are valid.
-pub fn limits<T: Real>() -> JointLimits<T> {
-    let angle = |degrees: f64| T::from_f64(degrees.to_radians());
-    JointLimits::new(angle(-60.0), angle(90.0)).expect("the limits are valid")
-}
-
 /// One measurement of a robot at a random pose; `None` if it has none.
 #[inline(never)]
-pub fn measured<T: Real>(
+pub(crate) fn measured<T: Real>(
     robot: &Robot<T>,
     noise: Option<&Noise<T>>,
     rng: &mut Pcg32,
 ) -> Option<Sample<T>> {
-    let pose = random_pose(robot, &limits(), rng).ok()?;
+    let angle = |degrees: f64| T::from_f64(degrees.to_radians());
+    let limits = JointLimits::new(angle(-60.0), angle(90.0)).expect("the limits are valid");
+    let pose = random_pose(robot, &limits, rng).ok()?;
     simulate_sample(robot, &pose.joints, noise, rng).ok()
 }
 
 /// Measurements of `truth` at random poses, as many as fit.
 ///
 /// # Panics
-/// If the robot has no pose: it is nothing like [`nominal`].
+/// If the robot has no pose: it is nothing like the nominal one.
 pub fn measurements_of<T: Real, const N: usize>(
     truth: &Robot<T>,
     noise: Option<&Noise<T>>,

@@ -2,11 +2,11 @@
 
 use crate::measurements::{noise, nominal, samples};
 use crate::record::{Scalar, record};
+use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt::{self, Write};
 use delta_cal::{
-    Arm, ArmIndex, ArmProblem, Calibrator, JointLimits, KinematicsError, Method, Noise, Parameter,
-    Refusal, RigidTransform, Robot, RobotCalibrator, Sample, Settings, Start, StoredCalibrator,
-    Tolerance, random_pose, simulate_sample, standard_normal,
+    ArmIndex, ArmProblem, Calibrator, KinematicsError, Method, Noise, Refusal, RigidTransform,
+    RobotCalibrator, Sample, Settings, Start, StoredCalibrator,
 };
 use nalgebra::{RealField, Vector3};
 use rand_core::SeedableRng;
@@ -179,7 +179,7 @@ fn assumptions<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     let samples = samples::<T>();
     let defaults = Settings::default();
     let noise = Some(noise());
-    let tolerance = Some(tolerance(0.5, 0.2));
+    let tolerance = Some(tolerance());
     for (label, count, settings) in [
         ("no assumptions", samples.len(), defaults),
         (
@@ -310,7 +310,7 @@ fn refusals<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
 fn simulation<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     for (seed, count) in (0_u64..).zip(ROBOTS) {
         let mut rng = Pcg32::seed_from_u64(seed);
-        let truth = robot_near::<T>(&nominal(), &mut rng);
+        let truth = robot_near::<T>(&nominal(), 1.0, &mut rng);
         for (arm, index) in truth.arms().iter().zip(ArmIndex::ALL) {
             record(
                 out,
@@ -322,12 +322,12 @@ fn simulation<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
         let noise = (seed % 2 == 0).then(noise);
         let settings = Settings {
             noise,
-            tolerance: (seed % 3 == 1).then(|| tolerance(0.5, 0.2)),
+            tolerance: (seed % 3 == 1).then(|| tolerance()),
             ..Settings::default()
         };
         let mut calibrator = Calibrator::new(&nominal::<T>(), &settings);
         for _ in 0..count {
-            let Some(sample) = measure(&truth, noise.as_ref(), &mut rng) else {
+            let Some(sample) = measured(&truth, noise.as_ref(), &mut rng) else {
                 record::<T>(out, format_args!("robot {seed} has no pose"), &[])?;
                 continue;
             };
@@ -340,37 +340,6 @@ fn simulation<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
         )?;
     }
     Ok(())
-}
-
-/// A robot whose parameters differ from nominal by N(0, 0.5 mm) and N(0, 0.2°).
-#[inline(never)]
-fn robot_near<T: Scalar>(nominal: &Robot<T>, rng: &mut Pcg32) -> Robot<T> {
-    let tolerance = tolerance::<T>(0.5, 0.2);
-    let arms = nominal.arms().map(|arm| {
-        let mut parameters = Parameter::ALL.map(|parameter| arm.get(parameter));
-        for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {
-            *value += tolerance.of(parameter) * standard_normal::<T, _>(rng);
-        }
-        Arm::new(parameters).expect("a slightly different arm is valid")
-    });
-    Robot::new(arms).expect("a slightly different robot is valid")
-}
-
-#[inline(never)]
-fn measure<T: Scalar>(
-    robot: &Robot<T>,
-    noise: Option<&Noise<T>>,
-    rng: &mut Pcg32,
-) -> Option<Sample<T>> {
-    let angle = |degrees: f64| T::from_f64(degrees.to_radians());
-    let limits = JointLimits::new(angle(-60.0), angle(90.0)).expect("the limits are valid");
-    let pose = random_pose(robot, &limits, rng).ok()?;
-    simulate_sample(robot, &pose.joints, noise, rng).ok()
-}
-
-fn tolerance<T: Scalar>(length: f64, degrees: f64) -> Tolerance<T> {
-    Tolerance::new(T::from_f64(length), T::from_f64(degrees.to_radians()))
-        .expect("the numbers are a tolerance")
 }
 
 #[inline(never)]

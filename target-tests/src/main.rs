@@ -1,10 +1,10 @@
-//! Calibrates the built-in measurements on a Cortex-M4F and prints the result, what it cost in
-//! instructions, and every bit of the fixture.
+//! Calibrates the built-in measurements on a Cortex-M and prints the result and every bit of the
+//! fixture.
 //!
 //! ```text
 //! cargo build --release -p delta-cal-target-tests --target thumbv7em-none-eabihf
 //! qemu-system-arm -machine mps2-an386 -nographic -monitor none -serial none \
-//!     -semihosting-config enable=on,target=native -icount shift=0,sleep=off \
+//!     -semihosting-config enable=on,target=native \
 //!     -kernel target/thumbv7em-none-eabihf/release/delta-cal-target-tests
 //! ```
 //!
@@ -12,8 +12,6 @@
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-#[cfg(target_os = "none")]
-mod count;
 #[cfg(target_os = "none")]
 mod target;
 

@@ -1,45 +1,22 @@
-//! The board's side: start, console, faults.
+//! The example on the board, in words and in bits.
 
-use crate::count::{self, Counter};
 use core::fmt::{self, Write};
-use core::panic::PanicInfo;
-use cortex_m_rt::{ExceptionFrame, entry, exception};
-use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
-use cortex_m_semihosting::hio::{self, HostStream};
+use cortex_m_rt::entry;
 use delta_cal::{ArmIndex, Calibrator, Parameter, ParameterKind, Refusal, RobotOutcome, Settings};
+use delta_cal_target_tests::board::{self, Console};
 use delta_cal_target_tests::{Scalar, fixture, noise, nominal, samples};
 
 #[entry]
 fn main() -> ! {
-    let status = match Console::open().map(|mut console| report(&mut console)) {
-        Ok(Ok(())) => EXIT_SUCCESS,
-        _ => EXIT_FAILURE,
-    };
-    exit(status)
+    board::run(report)
 }
 
 fn report(console: &mut Console) -> fmt::Result {
-    let counter = cortex_m::Peripherals::take().and_then(|board| Counter::start(board.SYST));
     calibrate::<f32>(console)?;
     calibrate::<f64>(console)?;
-    match &counter {
-        None => writeln!(
-            console,
-            "\nNo instruction counts: they need -icount shift=0,sleep=off."
-        )?,
-        Some(counter) => {
-            writeln!(
-                console,
-                "\nInstructions, not cycles: division, square root and flash wait states cost more on silicon."
-            )?;
-            count::report::<f32>(console, counter)?;
-            count::report::<f64>(console, counter)?;
-        }
-    }
     writeln!(console)?;
     fixture::run::<f32>(console)?;
-    fixture::run::<f64>(console)?;
-    console.flush()
+    fixture::run::<f64>(console)
 }
 
 /// Everything that a controller has to do.
@@ -94,77 +71,4 @@ fn calibrate<T: Scalar>(console: &mut Console) -> fmt::Result {
         }
     }
     Ok(())
-}
-
-/// Collects what is written: each semihosting call stops the processor.
-struct Console {
-    stream: HostStream,
-    buffer: [u8; 1024],
-    length: usize,
-}
-
-impl Console {
-    fn open() -> Result<Self, ()> {
-        Ok(Self {
-            stream: hio::hstdout()?,
-            buffer: [0; 1024],
-            length: 0,
-        })
-    }
-
-    fn flush(&mut self) -> fmt::Result {
-        let (full, _) = self.buffer.split_at(self.length);
-        self.stream.write_all(full).map_err(|()| fmt::Error)?;
-        self.length = 0;
-        Ok(())
-    }
-}
-
-impl Write for Console {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        let mut rest = text.as_bytes();
-        while !rest.is_empty() {
-            if self.length == self.buffer.len() {
-                self.flush()?;
-            }
-            let (_, free) = self.buffer.split_at_mut(self.length);
-            let (now, later) = rest.split_at(rest.len().min(free.len()));
-            free[..now.len()].copy_from_slice(now);
-            self.length += now.len();
-            rest = later;
-        }
-        Ok(())
-    }
-}
-
-#[panic_handler]
-fn panicked(info: &PanicInfo<'_>) -> ! {
-    fail(format_args!("{info}"))
-}
-
-// `cortex-m-rt` requires these two to be `unsafe fn`; neither does anything unsafe.
-#[allow(unsafe_code)]
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    fail(format_args!("hard fault: {frame:?}"))
-}
-
-#[allow(unsafe_code)]
-#[exception]
-unsafe fn DefaultHandler(number: i16) -> ! {
-    fail(format_args!("exception {number} has no handler"))
-}
-
-/// Says why, as far as that still works, and ends with a failure: a fault must not hang the run.
-fn fail(why: fmt::Arguments<'_>) -> ! {
-    if let Ok(mut stream) = hio::hstdout() {
-        let _ = writeln!(stream, "\nFAILED {why}");
-    }
-    exit(EXIT_FAILURE)
-}
-
-fn exit(status: debug::ExitStatus) -> ! {
-    loop {
-        debug::exit(status);
-    }
 }

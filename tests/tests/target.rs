@@ -1,67 +1,170 @@
-//! The fixture of `target-tests` under QEMU and on this machine: the same bits. And the core
+//! The programs of `target-tests` under QEMU and on this machine: the same bits. And the core
 //! for the bare target with every combination of its features.
 
 // A test fails by panicking.
 #![allow(clippy::expect_used, clippy::panic)]
 
 mod on_target {
-    use std::io::Read;
+    use delta_cal_tests::firmware::{
+        Board, Clock, PACKAGE, TARGET, build_for_host, build_for_target, cargo, emulate,
+        require_target,
+    };
+    use std::collections::BTreeMap;
     use std::path::{Path, PathBuf};
-    use std::process::{Command, Stdio};
     use std::sync::{Mutex, MutexGuard, PoisonError};
-    use std::time::{Duration, Instant};
 
-    const TARGET: &str = "thumbv7em-none-eabihf";
-    const PACKAGE: &str = "delta-cal-target-tests";
-    /// The run takes a second or two; a firmware that hangs must not hang the tests.
-    const LONGEST_RUN: Duration = Duration::from_mins(5);
+    /// Double precision in hardware, where the default code of the target computes it in software.
+    const FOR_M7: &str = "target.thumbv7em-none-eabihf.rustflags=['-C', 'target-cpu=cortex-m7']";
 
     #[test]
     fn same_bits_as_on_the_host() {
-        compare();
+        compare_fixture(&[Board::M4, Board::M7], &[]);
+    }
+
+    #[test]
+    fn same_bits_with_double_precision_in_hardware() {
+        let directory = directory("firmware-m7");
+        let target = build_for_target(&directory, &["--config", FOR_M7]).expect("the build");
+        let fixture = emulate(Board::M7, Clock::Free, &target.join(PACKAGE)).expect("the run");
+        let cases = emulate(Board::M7, Clock::Free, &target.join("cases")).expect("the run");
+        let fails_on_m4 = emulate(Board::M4, Clock::Free, &target.join(PACKAGE));
+        assert!(
+            fails_on_m4.is_err(),
+            "the Cortex-M4F has no double precision: the build did not use it"
+        );
+
+        let _exclusive = directory_lock();
+        let host = build_for_host(&self::directory("firmware"), &[]).expect("the build");
+        assert_same_lines(
+            &only("BITS ", &fixture),
+            &only("BITS ", &on_host(&host, PACKAGE)),
+        );
+        assert_same_lines(
+            &only("CASE ", &cases),
+            &only("CASE ", &on_host(&host, "cases")),
+        );
+    }
+
+    /// A thousand random robots in single precision and a hundred in double.
+    #[test]
+    fn same_bits_of_random_calibrations() {
+        let _exclusive = directory_lock();
+        let directory = directory("firmware");
+        let target = build_for_target(&directory, &[]).expect("the build");
+        let host = build_for_host(&directory, &[]).expect("the build");
+        let expected = on_host(&host, "cases");
+        let expected = only("CASE ", &expected);
+        for board in [Board::M4, Board::M7] {
+            let output = emulate(board, Clock::Free, &target.join("cases")).expect("the run");
+            let cases = only("CASE ", &output);
+            assert_same_lines(&cases, &expected);
+            println!("{board:?}: the host's bits in {} calibrations", cases.len());
+        }
+
+        let results = results(&expected);
+        for (scalar, number) in [("f32", 1000), ("f64", 100)] {
+            let results = &results[scalar];
+            println!("{scalar}: {results:?}");
+            assert_eq!(results.values().sum::<usize>(), number, "{scalar}");
+            // A generator that drifts no longer tests what it should.
+            for (result, least) in [
+                ("accepted", number / 4),
+                ("TooFewSamples", number / 20),
+                ("Undetermined", number / 50),
+                ("Uncertain", number / 50),
+                ("NotConverged", number / 50),
+                ("ResidualContradictsNoise", number / 50),
+                ("FarFromNominal", number / 50),
+                ("WrongSide", number / 50),
+            ] {
+                let found = results.get(result).copied().unwrap_or(0);
+                assert!(
+                    found >= least,
+                    "{scalar}: {found} are {result}, not {least}"
+                );
+            }
+        }
     }
 
     #[test]
     fn core_builds_with_every_combination_of_features() {
         let _exclusive = directory_lock();
-        require_target();
+        require_target().expect("the bare target");
         for features in ["", "defmt", "serde", "defmt,serde"] {
-            cargo(&[
-                "build",
-                "--release",
-                "--package",
-                "delta-cal",
-                "--target",
-                TARGET,
-                "--features",
-                features,
-            ]);
+            cargo(
+                &directory("firmware"),
+                &[
+                    "build",
+                    "--release",
+                    "--package",
+                    "delta-cal",
+                    "--target",
+                    TARGET,
+                    "--features",
+                    features,
+                ],
+            )
+            .expect("the build");
         }
     }
 
-    fn compare() {
+    fn compare_fixture(boards: &[Board], features: &[&str]) {
         let _exclusive = directory_lock();
-        require_target();
-        require_qemu();
-        let build = ["build", "--release", "--package", PACKAGE];
-        cargo(&[&build[..], &["--target", TARGET]].concat());
-        cargo(&build);
-        let target = qemu(&directory().join(TARGET).join("release").join(PACKAGE));
-        let host = run(Command::new(directory().join("release").join(PACKAGE)));
-
-        println!("on the Cortex-M4F (instructions, not cycles):");
-        for line in target.lines().filter(|line| line.starts_with("INSTR")) {
-            println!("  {line}");
-        }
-        let (target, host) = (bits(&target), bits(&host));
+        let directory = directory("firmware");
+        let target = build_for_target(&directory, features).expect("the build");
+        let host = build_for_host(&directory, features).expect("the build");
+        let expected = on_host(&host, PACKAGE);
+        let expected = only("BITS ", &expected);
         for scalar in ["f32", "f64"] {
-            let lines = host.iter().filter(|line| line.starts_with(scalar)).count();
+            let lines = expected.iter().filter(|line| line.starts_with(scalar));
+            let lines = lines.count();
             assert!(
                 lines > 500,
                 "only {lines} lines of {scalar}: the fixture was cut short"
             );
         }
-        for (number, (target, host)) in target.iter().zip(&host).enumerate() {
+        for board in boards {
+            let output = emulate(*board, Clock::Free, &target.join(PACKAGE)).expect("the run");
+            let lines = only("BITS ", &output);
+            assert_same_lines(&lines, &expected);
+            println!(
+                "{board:?} {features:?}: the host's bits in {} lines",
+                lines.len()
+            );
+        }
+    }
+
+    /// How often each result occurs, by scalar.
+    fn results<'a>(lines: &[&'a str]) -> BTreeMap<&'a str, BTreeMap<&'a str, usize>> {
+        let mut results: BTreeMap<&str, BTreeMap<&str, usize>> = BTreeMap::new();
+        for line in lines {
+            let mut words = line.split(' ');
+            let scalar = words.next().expect("the scalar");
+            let result = words.nth(4).expect("the result");
+            *results
+                .entry(scalar)
+                .or_default()
+                .entry(result)
+                .or_default() += 1;
+        }
+        results
+    }
+
+    fn on_host(directory: &Path, program: &str) -> String {
+        let command = std::process::Command::new(directory.join(program));
+        delta_cal_tests::firmware::run(command).expect("the run on this machine")
+    }
+
+    fn only<'a>(prefix: &str, output: &'a str) -> Vec<&'a str> {
+        output
+            .lines()
+            .filter_map(|line| line.strip_prefix(prefix))
+            .collect()
+    }
+
+    fn assert_same_lines(target: &[&str], host: &[&str]) {
+        assert!(!host.is_empty(), "the host wrote nothing");
+        for (number, (target, host)) in target.iter().zip(host).enumerate() {
             assert_eq!(
                 target, host,
                 "line {number} differs: target left, host right"
@@ -74,103 +177,17 @@ mod on_target {
         );
     }
 
-    fn bits(output: &str) -> Vec<&str> {
-        output
-            .lines()
-            .filter_map(|line| line.strip_prefix("BITS "))
-            .collect()
-    }
-
-    /// A target directory of its own, so that no other build exchanges the programs meanwhile.
-    fn directory() -> PathBuf {
+    /// A target directory beside that of the tests.
+    fn directory(name: &str) -> PathBuf {
         Path::new(env!("CARGO_TARGET_TMPDIR"))
             .parent()
             .expect("the temporary directory is in the target directory")
-            .join("firmware")
+            .join(name)
     }
 
     /// The builds overwrite each other's programs, with and without a feature.
     fn directory_lock() -> MutexGuard<'static, ()> {
         static LOCK: Mutex<()> = Mutex::new(());
         LOCK.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn cargo(arguments: &[&str]) {
-        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let mut command = Command::new(cargo);
-        command
-            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-            .args(arguments)
-            .arg("--quiet")
-            .arg("--target-dir")
-            .arg(directory());
-        run(command);
-    }
-
-    fn require_target() {
-        let mut rustc = Command::new("rustc");
-        rustc
-            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-            .args(["--print", "target-libdir", "--target", TARGET]);
-        assert!(
-            Path::new(run(rustc).trim()).is_dir(),
-            "the Rust target is missing; install it: rustup target add {TARGET}"
-        );
-    }
-
-    fn require_qemu() {
-        assert!(
-            Command::new("qemu-system-arm")
-                .arg("--version")
-                .output()
-                .is_ok_and(|output| output.status.success()),
-            "QEMU is missing; install it: apt-get install qemu-system-arm"
-        );
-    }
-
-    fn qemu(firmware: &Path) -> String {
-        let mut command = Command::new("qemu-system-arm");
-        command
-            .args("-machine mps2-an386 -nographic -monitor none -serial none".split(' '))
-            .args("-semihosting-config enable=on,target=native".split(' '))
-            .args("-icount shift=0,sleep=off -kernel".split(' '))
-            .arg(firmware);
-        run(command)
-    }
-
-    /// Standard output of a program that must succeed.
-    fn run(mut command: Command) -> String {
-        let mut child = command
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap_or_else(|error| panic!("{command:?}: {error}"));
-        let mut pipe = child.stdout.take().expect("the output is piped");
-        let reader = std::thread::spawn(move || {
-            let mut text = String::new();
-            pipe.read_to_string(&mut text).map(|_| text)
-        });
-        let start = Instant::now();
-        let status = loop {
-            if let Some(status) = child.try_wait().expect("the child can be waited for") {
-                break status;
-            }
-            if start.elapsed() > LONGEST_RUN {
-                let _ = child.kill();
-                panic!("{command:?} has not ended after {LONGEST_RUN:?}");
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        };
-        let text = reader
-            .join()
-            .expect("the reader does not panic")
-            .expect("the output is text");
-        assert!(status.success(), "{command:?}: {status}\n{}", tail(&text));
-        text
-    }
-
-    fn tail(text: &str) -> &str {
-        let start = text.len().saturating_sub(2000);
-        text.get(start..).unwrap_or(text)
     }
 }

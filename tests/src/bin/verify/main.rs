@@ -1,5 +1,6 @@
 //! Every check of the project, one command: `cargo verify`.
 
+mod budgets;
 mod check;
 mod licences;
 mod stages;

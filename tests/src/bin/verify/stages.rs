@@ -1,5 +1,6 @@
 //! The stages.
 
+use crate::budgets;
 use crate::check::{Check, attempt, output};
 use crate::licences;
 use std::path::Path;
@@ -47,8 +48,13 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "firmware",
-        about: "the firmware under QEMU gives the host's bits",
+        about: "under QEMU a Cortex-M4F and a Cortex-M7 give the host's bits, also in 1,100 random calibrations",
         run: firmware,
+    },
+    Stage {
+        name: "budgets",
+        about: "instructions, stack and flash on a Cortex-M4F against budgets.toml; no panic path",
+        run: budgets::check,
     },
     Stage {
         name: "licences",
@@ -117,7 +123,11 @@ fn lint(check: &mut Check) {
         "--package delta-cal-target-tests --all-targets".to_owned(),
         "--package delta-cal --all-features".to_owned(),
         format!("--package delta-cal --all-features --target {TARGET}"),
+        format!("--package delta-cal-protocol --target {TARGET}"),
         format!("--package delta-cal-target-tests --target {TARGET}"),
+        format!("--package delta-cal-link-tests --target {TARGET}"),
+        format!("--package delta-cal-firmware-example --target {TARGET}"),
+        format!("--package delta-cal-firmware-example --features double --target {TARGET}"),
     ] {
         check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));
     }

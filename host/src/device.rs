@@ -1,0 +1,24 @@
+//! A controller that calibrates itself, driven over a link: see [`delta_cal_protocol`].
+//!
+//! ```text
+//! Port ─→ open ─→ Transport ─→ Client ─→ session: calibrate, apply ─→ Finished
+//!           └ emulator: QEMU with the example's firmware       └→ report, verify
+//! ```
+
+mod client;
+mod convert;
+mod error;
+mod number;
+mod session;
+mod transport;
+mod verify;
+
+pub use client::{Client, Patience};
+pub use convert::{assumptions, measurements, outcome, parameters, robot};
+pub use error::DeviceError;
+pub use number::Number;
+pub use session::{
+    Assumptions, Finished, Measurement, Step, apply, calibrate, in_use, parameters_of,
+};
+pub use transport::{Board, Port, PortError, Serial, Tcp, Transport};
+pub use verify::{Comparison, Difference, Result3, compare, solve_here};

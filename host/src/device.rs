@@ -7,16 +7,23 @@
 
 mod client;
 mod convert;
+mod emulator;
 mod error;
 mod number;
+mod operations;
+pub mod report;
 mod session;
 mod transport;
 mod verify;
 
 pub use client::{Client, Patience};
 pub use convert::{assumptions, measurements, outcome, parameters, robot};
+pub use emulator::{
+    Emulation, Emulator, EmulatorError, FirmwareError, FlashFileError, FlashRegion, build,
+};
 pub use error::DeviceError;
 pub use number::Number;
+pub use operations::{DeviceFailure, Verified, calibrate_robot, check_nominal, verify};
 pub use session::{
     Assumptions, Finished, Measurement, Step, apply, calibrate, in_use, parameters_of,
 };

@@ -76,6 +76,16 @@ impl<L: Transport> Client<L> {
         }
     }
 
+    /// The link, for whoever ends it.
+    pub fn into_transport(self) -> L {
+        self.transport
+    }
+
+    /// The link.
+    pub const fn transport_mut(&mut self) -> &mut L {
+        &mut self.transport
+    }
+
     /// How patient it is.
     pub const fn patience(&self) -> &Patience {
         &self.patience

@@ -44,9 +44,8 @@ pub fn parameters<T: Real>(robot: &Robot<T>) -> [[T; 8]; 3] {
 pub fn robot<T: Real, U: Real>(arms: &[[T; 8]; 3]) -> Result<Robot<U>, DeviceError> {
     let arm = |parameters: &[T; 8]| Arm::new(parameters.map(|value| U::from_f64(value.to_f64())));
     let [first, second, third] = arms;
-    let robot = || -> Result<_, GeometryError> {
-        Robot::new([arm(first)?, arm(second)?, arm(third)?])
-    };
+    let robot =
+        || -> Result<_, GeometryError> { Robot::new([arm(first)?, arm(second)?, arm(third)?]) };
     robot().map_err(|_| DeviceError::ImpossibleGeometry)
 }
 

@@ -5,9 +5,10 @@ use super::error::DeviceError;
 use super::number::Number;
 use super::transport::Transport;
 use delta_cal::{ArmIndex, Refusal};
+use delta_cal_protocol::fingerprint as fingerprint_of;
 use delta_cal_protocol::{
     ArmReport, Begin, Fault, ParameterSet, Parameters, Phase, Request, Response, SampleMessage,
-    Status, fingerprint,
+    Status,
 };
 
 /// So often is a calibration begun again after the controller forgot it.
@@ -151,7 +152,7 @@ fn session<T: Number, L: Transport>(
                 outcome(client, session, second)?,
                 outcome(client, session, third)?,
             ];
-            if fingerprint(&parameters_of(&arms)) != announced {
+            if fingerprint_of(&parameters_of(&arms)) != announced {
                 return Err(Broken::Error(DeviceError::OutcomeChanged));
             }
             Ok(arms)
@@ -226,30 +227,46 @@ fn outcome<T: Number, L: Transport>(
     }
 }
 
-/// Applies a result that was looked at, and reads back that the control loop uses it.
+/// Applies a result that was looked at, and reads back that the control loop uses it. If the
+/// controller has restarted since, calibrates again: the same samples give the same result.
 ///
 /// # Errors
-/// As [`calibrate`]; [`Fault::NoSession`] if the controller restarted before it had applied it.
+/// As [`calibrate`]; a controller that cannot store the result, or does not use it.
 pub fn apply<T: Number, L: Transport>(
     client: &mut Client<L>,
-    session: u32,
-    arms: &[ArmReport<T>; 3],
+    assumptions: &Assumptions<T>,
+    measurements: &[Measurement<T>],
+    calibration: &Finished<T>,
 ) -> Result<Parameters<T>, DeviceError> {
-    let fingerprint = fingerprint(&parameters_of(arms));
-    let refused = match client.ask::<T>(&Request::Apply {
-        session,
-        fingerprint,
-    })? {
-        Response::Parameters(_) => None,
-        other => Some(unexpected(&other)),
+    let Ok(arms) = &calibration.result else {
+        return Err(DeviceError::Fault(Fault::NoOutcome));
     };
-    // A controller that applied it, lost the answer and restarted has forgotten the session and
-    // uses the parameters.
-    match (in_use(client, fingerprint), refused) {
-        (Ok(parameters), _) => Ok(parameters),
-        (Err(_), Some(fault)) => Err(fault),
-        (Err(error), None) => Err(error),
+    let fingerprint = fingerprint_of(&parameters_of(arms));
+    let mut session = calibration.session;
+    for _ in 0..SESSIONS {
+        let request = Request::<T>::Apply {
+            session,
+            fingerprint,
+        };
+        match client.ask(&request)? {
+            Response::Parameters(_) => return in_use(client, fingerprint),
+            Response::Fault(Fault::NoSession) => {}
+            other => return Err(unexpected(&other)),
+        }
+        // A controller that applied it and restarted before it had answered uses it already.
+        if let Ok(parameters) = in_use(client, fingerprint) {
+            return Ok(parameters);
+        }
+        let again = calibrate(client, assumptions, measurements, &mut |_| {})?;
+        if !again
+            .result
+            .is_ok_and(|arms| fingerprint_of(&parameters_of(&arms)) == fingerprint)
+        {
+            return Err(DeviceError::OutcomeChanged);
+        }
+        session = again.session;
     }
+    Err(DeviceError::SessionsLost { sessions: SESSIONS })
 }
 
 /// The current parameters, once the control loop uses them, if they are the expected ones.
@@ -261,7 +278,7 @@ pub fn in_use<T: Number, L: Transport>(
     expected: u32,
 ) -> Result<Parameters<T>, DeviceError> {
     let parameters: Parameters<T> = client.parameters(ParameterSet::Current)?;
-    if fingerprint(&parameters.arms) == expected {
+    if fingerprint_of(&parameters.arms) == expected {
         for _ in 0..LOOKS_AT_SWITCH {
             if client.status::<T>()?.control.fingerprint == expected {
                 return Ok(parameters);

@@ -74,9 +74,7 @@ fn arm_report<T: Real>(arm: ArmIndex, outcome: &ArmOutcome<T>) -> ArmReport<T> {
     ArmReport {
         arm,
         parameters: outcome.arm.parameters().data.0[0],
-        covariance: outcome
-            .covariance
-            .map(|matrix| matrix.transpose().data.0),
+        covariance: outcome.covariance.map(|matrix| matrix.transpose().data.0),
         residual_rms: outcome.residual_rms,
         estimated_noise: outcome.estimated_noise,
         degrees_of_freedom: outcome.degrees_of_freedom,
@@ -160,7 +158,10 @@ fn figures<T: Number>(result: &Result3<T>) -> Vec<(String, String)> {
         }
         add("residual", format!("{:?}", report.residual_rms));
         add("estimated noise", format!("{:?}", report.estimated_noise));
-        add("degrees of freedom", format!("{:?}", report.degrees_of_freedom));
+        add(
+            "degrees of freedom",
+            format!("{:?}", report.degrees_of_freedom),
+        );
         add("samples", report.samples.to_string());
         add("iterations", report.iterations.to_string());
         add("termination", format!("{:?}", report.termination));

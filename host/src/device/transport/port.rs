@@ -56,8 +56,12 @@ impl fmt::Display for PortError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::UnknownBoard => "the boards that can be emulated are emulate:m4 and emulate:m7",
-            Self::NoTcpPort => "after tcp: come a host and a port number, as in tcp:192.168.0.7:4000",
-            Self::Empty => "a port is needed: /dev/ttyACM0, tcp:HOST:PORT, emulate:m4 or emulate:m7",
+            Self::NoTcpPort => {
+                "after tcp: come a host and a port number, as in tcp:192.168.0.7:4000"
+            }
+            Self::Empty => {
+                "a port is needed: /dev/ttyACM0, tcp:HOST:PORT, emulate:m4 or emulate:m7"
+            }
         })
     }
 }

@@ -235,8 +235,13 @@ impl<L: Transport> Client<L> {
         from: u32,
         to: RevertTo,
     ) -> Result<Parameters<T>, DeviceError> {
+        let before = self.repetitions;
         match self.ask(&Request::Revert { from, to })? {
             Response::Parameters(parameters) => Ok(parameters),
+            // The first of these requests was heard, its answer was not.
+            Response::Fault(Fault::OtherParameters { .. }) if self.repetitions > before => {
+                self.parameters(ParameterSet::Current)
+            }
             other => Err(unexpected(&other)),
         }
     }

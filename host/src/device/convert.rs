@@ -72,7 +72,7 @@ fn arm_outcome<T: Real>(report: &ArmReport<T>, arm: Arm<f64>) -> ArmOutcome<f64>
         arm,
         covariance: report
             .covariance
-            .map(|rows| SMatrix::from_fn(|row, column| rows[row][column].to_f64())),
+            .map(|columns| SMatrix::from_fn(|row, column| columns[column][row].to_f64())),
         residual_rms: report.residual_rms.to_f64(),
         estimated_noise: report.estimated_noise.map(Real::to_f64),
         degrees_of_freedom: report.degrees_of_freedom.to_f64(),

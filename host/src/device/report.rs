@@ -3,7 +3,7 @@
 pub mod json;
 pub mod text;
 
-use delta_cal_protocol::{Fault, Identity, Origin, Phase, Scalar};
+use delta_cal_protocol::{Identity, Origin, Phase, Scalar};
 
 const ARM_LIMITED: u32 = 0x41;
 
@@ -55,11 +55,6 @@ fn phase(phase: &Phase) -> String {
         }
         _ => "unknown".to_owned(),
     }
-}
-
-/// Whether a fault says only that there is nothing to go back to.
-pub const fn nothing_to_revert(fault: Fault) -> bool {
-    matches!(fault, Fault::NoOutcome)
 }
 
 /// Microseconds of timer ticks.

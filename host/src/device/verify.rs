@@ -74,7 +74,7 @@ fn arm_report<T: Real>(arm: ArmIndex, outcome: &ArmOutcome<T>) -> ArmReport<T> {
     ArmReport {
         arm,
         parameters: outcome.arm.parameters().data.0[0],
-        covariance: outcome.covariance.map(|matrix| matrix.transpose().data.0),
+        covariance: outcome.covariance.map(|matrix| matrix.data.0),
         residual_rms: outcome.residual_rms,
         estimated_noise: outcome.estimated_noise,
         degrees_of_freedom: outcome.degrees_of_freedom,
@@ -145,9 +145,9 @@ fn figures<T: Number>(result: &Result3<T>) -> Vec<(String, String)> {
         }
         match &report.covariance {
             None => add("covariance", "unknown".to_owned()),
-            Some(rows) => {
-                for (from, row) in Parameter::ALL.into_iter().zip(rows) {
-                    for (to, value) in Parameter::ALL.into_iter().zip(row) {
+            Some(columns) => {
+                for (from, column) in Parameter::ALL.into_iter().zip(columns) {
+                    for (to, value) in Parameter::ALL.into_iter().zip(column) {
                         add(&format!("covariance {from}, {to}"), format!("{value:?}"));
                     }
                 }

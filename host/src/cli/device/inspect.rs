@@ -11,7 +11,7 @@ use delta_cal_host::device::report::json::{
 use delta_cal_host::device::report::text;
 use delta_cal_host::device::{DeviceError, Number, in_use, robot as robot_of};
 use delta_cal_host::{InputText, RobotFile};
-use delta_cal_protocol::{Fault, ParameterSet, Parameters, RevertTo, fingerprint};
+use delta_cal_protocol::{ParameterSet, Parameters, RevertTo, fingerprint};
 
 pub(super) fn status(link: &LinkArguments, arguments: &StatusArguments) -> Result<(), Failure> {
     with_device(link, Status(arguments))
@@ -154,20 +154,7 @@ impl Task for Revert<'_> {
         } else {
             RevertTo::Previous
         };
-        let reverted = client.revert::<T>(fingerprint(&before.arms), to);
-        let after = match reverted {
-            Ok(parameters) => parameters,
-            Err(DeviceError::Fault(Fault::NoOutcome)) => {
-                return Err(Failure::Device {
-                    cause:
-                        "the controller has nothing to go back to: nothing was applied since it \
-                            was reverted, or ever"
-                            .to_owned(),
-                    remedy: "revert --nominal goes back to the robot as it was drawn".to_owned(),
-                });
-            }
-            Err(error) => return Err(error.into()),
-        };
+        let after = client.revert::<T>(fingerprint(&before.arms), to)?;
         let after = in_use::<T, _>(client, fingerprint(&after.arms))?;
         let port = device.port.to_string();
         let mut shown = text::identity(&port, &device.identity);

@@ -2,15 +2,15 @@
 
 use super::monitor::Monitor;
 use super::shown;
-use object::{Object, ObjectSymbol};
+use object::{Object, ObjectSection};
 use std::error::Error;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 use tempfile::Builder;
 
-/// The firmware's symbol for it.
-const SYMBOL: &str = "STORE";
+/// The firmware's section for what a reset leaves as it is.
+const SECTION: &str = ".uninit";
 
 /// Where a firmware keeps what survives a restart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +48,7 @@ impl fmt::Display for FlashFileError {
                 "is not the flash of this firmware: it has {is} bytes, the flash {needed}"
             ),
             Cause::NotElf => formatter.write_str("is not an ELF file"),
-            Cause::NoRegion => write!(formatter, "has no symbol {SYMBOL}, so no flash to keep"),
+            Cause::NoRegion => write!(formatter, "has no section {SECTION}, so no flash to keep"),
         }
     }
 }
@@ -80,11 +80,12 @@ impl FlashRegion {
         };
         let bytes = std::fs::read(firmware).map_err(|error| fault(Cause::Unreadable(error)))?;
         let elf = object::File::parse(&*bytes).map_err(|_| fault(Cause::NotElf))?;
-        let symbol = elf.symbol_by_name(SYMBOL);
-        let symbol = symbol.ok_or_else(|| fault(Cause::NoRegion))?;
+        let section = elf.section_by_name(SECTION);
+        let section = section.filter(|section| section.size() > 0);
+        let section = section.ok_or_else(|| fault(Cause::NoRegion))?;
         Ok(Self {
-            address: symbol.address(),
-            size: symbol.size(),
+            address: section.address(),
+            size: section.size(),
         })
     }
 

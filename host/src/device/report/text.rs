@@ -191,5 +191,8 @@ pub fn reverted<T: Number>(
             hexadecimal(fingerprint)
         )
     });
+    if from == to {
+        return format!("Parameters in use: {to}, as before: there was nothing to go back to\n");
+    }
     format!("Parameters before: {from}\nParameters in use: {GOOD}{to}{GOOD:#}\n")
 }

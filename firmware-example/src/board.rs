@@ -65,6 +65,14 @@ pub(crate) fn processor() -> u32 {
     identification.base.read()
 }
 
+/// There is nothing to do until the next interrupt.
+///
+/// A real board sleeps here: `cortex_m::asm::wfi()`. QEMU's clock of counted instructions runs on
+/// too far when the processor sleeps, by a whole turn with `sleep=off`, and turns would seem late.
+pub(crate) fn wait() {
+    cortex_m::asm::nop();
+}
+
 /// Stands in for a region of flash: memory that a reset leaves as it is.
 struct Retained {
     mark: u32,

@@ -67,8 +67,8 @@ fn main() -> ! {
         };
         control_loop.set_calibrating(controller.calibrating());
         if !busy {
-            // A byte that came since the queue was found empty waits for the next turn's interrupt.
-            cortex_m::asm::wfi();
+            // A byte that came since the queue was found empty waits for the next turn at most.
+            board::wait();
         }
     }
 }

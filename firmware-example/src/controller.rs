@@ -1,6 +1,6 @@
 //! What the controller does with the bytes that come in.
 
-use crate::geometry::{Geometries, Target};
+use crate::geometry::Geometries;
 use crate::handover::NewParameters;
 use crate::reception::Reception;
 use crate::session::Session;
@@ -8,7 +8,7 @@ use crate::{Number, TURNS_A_SECOND};
 use delta_cal::Robot;
 use delta_cal_protocol::{
     ControlLoop, Direction, Fault, FrameError, Identity, LARGEST_FRAME, ParameterSet, Phase,
-    Receiver, Request, Response, RevertTo, Status, UNKNOWN_SEQUENCE, VERSION, encode,
+    Receiver, Request, Response, Status, UNKNOWN_SEQUENCE, VERSION, encode,
 };
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
@@ -194,11 +194,7 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
                 self.switched(switched)
             }
             Request::Revert { from, to } => {
-                let target = match to {
-                    RevertTo::Previous => Target::Previous,
-                    RevertTo::Nominal => Target::Nominal,
-                };
-                let switched = self.geometries.revert(*from, target)?;
+                let switched = self.geometries.revert(*from, *to)?;
                 self.switched(switched)
             }
             Request::Counters => Response::Counters(self.reception.counters(self.overrun)),

@@ -5,15 +5,8 @@ use crate::handover::NewParameters;
 use crate::session::parameters;
 use crate::store::{Geometry, Sets, Store, StoreError, robot};
 use delta_cal::Robot;
-use delta_cal_protocol::{Fault, Origin, Parameters, fingerprint};
+use delta_cal_protocol::{Fault, Origin, Parameters, RevertTo, fingerprint};
 use embedded_storage_async::nor_flash::NorFlash;
-
-/// Where to go back to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Target {
-    Previous,
-    Nominal,
-}
 
 /// The robot as drawn, the parameters in use, those before, and the store of them.
 #[derive(Debug)]
@@ -114,14 +107,14 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     }
 
     /// Goes back from the parameters named `from`; whether that changed anything.
-    pub(crate) fn revert(&mut self, from: u32, target: Target) -> Result<bool, Fault> {
+    pub(crate) fn revert(&mut self, from: u32, to: RevertTo) -> Result<bool, Fault> {
         let there = self.current.fingerprint;
         if from != there {
             return Err(Fault::OtherParameters { there });
         }
-        self.change_to(match target {
-            Target::Previous => self.sets.previous,
-            Target::Nominal => None,
+        self.change_to(match to {
+            RevertTo::Previous => self.sets.previous,
+            RevertTo::Nominal => None,
         })
     }
 

@@ -5,7 +5,7 @@ use serde::de::DeserializeOwned;
 
 #[cfg(target_os = "none")]
 mod logged {
-    pub use defmt::Format as Logged;
+    pub(super) use defmt::Format as Logged;
 }
 
 #[cfg(not(target_os = "none"))]

@@ -128,6 +128,7 @@ pub fn calibrate(
         measured: &measured,
         options,
         error_before: PositionError::of(&distances(nominal, &measured), &samples.rows),
+        find_frame: "--frame sensor",
     };
 
     let mut calibrator = Calibrator::new(nominal, &settings);
@@ -138,7 +139,7 @@ pub fn calibrate(
         .solve()
         .map_err(|refusal| circumstances.explain(&refusal))?;
 
-    Ok(judged(circumstances, robot, outcome, sensor_frame)?)
+    Ok(judged(&circumstances, robot, &outcome, sensor_frame)?)
 }
 
 /// The report of what a controller found from the same samples: `before` is its current geometry,
@@ -151,7 +152,7 @@ pub(crate) fn calibrated_elsewhere(
     before: &RobotFile,
     samples: &SamplesFile,
     options: Options,
-    result: Result<RobotOutcome<f64>, Refusal>,
+    result: &Result<RobotOutcome<f64>, Refusal>,
 ) -> Result<CalibrationReport, Refused> {
     let measured = in_robot_frame(&samples.rows, None);
     let circumstances = Circumstances {
@@ -160,19 +161,22 @@ pub(crate) fn calibrated_elsewhere(
         measured: &measured,
         options,
         error_before: PositionError::of(&distances(&robot.robot, &measured), &samples.rows),
+        find_frame: "delta-cal calibrate --frame sensor",
     };
-    let outcome = result.map_err(|refusal| circumstances.explain(&refusal))?;
-    judged(circumstances, before, outcome, None)
+    match result {
+        Ok(outcome) => judged(&circumstances, before, outcome, None),
+        Err(refusal) => Err(circumstances.explain(refusal)),
+    }
 }
 
 /// The report of a calibration that is good; otherwise why it is not.
 fn judged(
-    circumstances: Circumstances<'_>,
+    circumstances: &Circumstances<'_>,
     before: &RobotFile,
-    outcome: RobotOutcome<f64>,
+    outcome: &RobotOutcome<f64>,
     sensor_frame: Option<RigidTransform<f64>>,
 ) -> Result<CalibrationReport, Refused> {
-    let Circumstances {
+    let &Circumstances {
         robot,
         samples,
         measured,
@@ -192,7 +196,7 @@ fn judged(
     if lies_elsewhere(&outcome.robot, &error_after) {
         return Err(circumstances.explain_not_reproduced(&error_after));
     }
-    let workspace = WorkspaceComparison::of(&before.robot, &outcome, &robot.limits);
+    let workspace = WorkspaceComparison::of(&before.robot, outcome, &robot.limits);
     if robot.tolerance.is_none()
         && let Some(comparison) = &workspace
         && comparison.expected_worse()
@@ -211,7 +215,7 @@ fn judged(
         samples_file: samples.name.clone(),
         samples: measured.len(),
         distinct_poses: distinct_poses(measured),
-        outcome,
+        outcome: *outcome,
         error_before: PositionError::of(&distances_before, &samples.rows),
         error_after,
         sample_errors: sample_errors(samples, &distances_before, &distances_after),

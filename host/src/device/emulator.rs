@@ -4,10 +4,12 @@ mod build;
 mod flash;
 mod monitor;
 
-pub use build::{FirmwareError, build};
-pub use flash::{FlashFileError, FlashRegion};
+pub use build::{FirmwareError, build, check as check_firmware};
+pub use flash::FlashError;
 
 use super::transport::{Board, Tcp, Transport};
+use crate::output::OutputError;
+use flash::{FlashFile, SaveError};
 use monitor::Monitor;
 use std::error::Error;
 use std::fmt;
@@ -16,10 +18,13 @@ use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+use tempfile::NamedTempFile;
 
 const QEMU: &str = "qemu-system-arm";
 /// It connects within some ten milliseconds.
 const STARTS_WITHIN: Duration = Duration::from_secs(20);
+/// From closing its connections to its end.
+const ENDS_WITHIN: Duration = Duration::from_secs(1);
 const LOOK: Duration = Duration::from_millis(5);
 
 /// What is emulated.
@@ -43,11 +48,15 @@ pub enum EmulatorError {
     /// QEMU ended at once.
     Ended(String),
     /// The file of the controller's flash.
-    Flash(FlashFileError),
+    Flash(FlashError),
+    /// The flash could not be read at the end.
+    FlashLost(io::Error),
+    /// Its file could not be written at the end.
+    Output(OutputError),
 }
 
-impl From<FlashFileError> for EmulatorError {
-    fn from(error: FlashFileError) -> Self {
+impl From<FlashError> for EmulatorError {
+    fn from(error: FlashError) -> Self {
         Self::Flash(error)
     }
 }
@@ -59,6 +68,10 @@ impl fmt::Display for EmulatorError {
             Self::Start(error) => write!(formatter, "{QEMU} does not start: {error}"),
             Self::Ended(said) => write!(formatter, "{QEMU} ended at once: {said}"),
             Self::Flash(error) => error.fmt(formatter),
+            Self::FlashLost(error) => {
+                write!(formatter, "the emulated flash cannot be read: {error}")
+            }
+            Self::Output(error) => error.fmt(formatter),
         }
     }
 }
@@ -74,6 +87,7 @@ impl EmulatorError {
             }
             Self::Start(_) | Self::Ended(_) => "check that the firmware is one for this board",
             Self::Flash(error) => error.remedy(),
+            Self::FlashLost(_) | Self::Output(_) => "the file of --flash is as it was before",
         }
     }
 }
@@ -83,8 +97,10 @@ impl EmulatorError {
 pub struct Emulator {
     link: Tcp,
     monitor: Monitor,
-    flash: Option<(FlashRegion, PathBuf)>,
+    flash: Option<FlashFile>,
     process: Process,
+    /// The firmware with the flash's content, as long as QEMU may read it.
+    _firmware: Option<NamedTempFile>,
 }
 
 /// A child that does not outlive its owner.
@@ -104,10 +120,16 @@ impl Emulator {
     /// # Errors
     /// QEMU is missing or does not start; a flash file that is not one.
     pub fn start(emulation: &Emulation) -> Result<Self, EmulatorError> {
-        let flash = match &emulation.flash {
-            Some(file) => Some((FlashRegion::of(&emulation.firmware)?, file.clone())),
-            None => None,
+        let (flash, programmed) = match &emulation.flash {
+            None => (None, None),
+            Some(file) => {
+                let (flash, programmed) = FlashFile::prepare(file, &emulation.firmware)?;
+                (Some(flash), programmed)
+            }
         };
+        let firmware = programmed
+            .as_ref()
+            .map_or(emulation.firmware.as_path(), NamedTempFile::path);
         let (serial, monitor) = (listen()?, listen()?);
         let mut command = Command::new(QEMU);
         command
@@ -117,11 +139,7 @@ impl Emulator {
             .args(["-serial", &connect_to(&serial)?])
             .args(["-monitor", &connect_to(&monitor)?])
             .arg("-kernel")
-            .arg(&emulation.firmware);
-        if let Some((region, file)) = &flash {
-            command.args(region.loader(file)?);
-        }
-        command
+            .arg(firmware)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::piped());
@@ -139,6 +157,7 @@ impl Emulator {
             monitor: Monitor::new(monitor),
             flash,
             process,
+            _firmware: programmed,
         })
     }
 
@@ -147,16 +166,31 @@ impl Emulator {
     /// # Errors
     /// The flash could not be read or its file not be written.
     pub fn end(mut self) -> Result<(), EmulatorError> {
-        if let Some((region, file)) = self.flash.take() {
-            region.save(&mut self.monitor, &file)?;
-        }
-        Ok(())
+        let Some(flash) = &self.flash else {
+            return Ok(());
+        };
+        flash.save(&mut self.monitor).map_err(|error| match error {
+            SaveError::Memory(error) => EmulatorError::FlashLost(error),
+            SaveError::File(error) => EmulatorError::Output(error),
+        })
     }
 
     /// How the emulated controller ended, if it did by itself.
-    pub fn ended(&mut self) -> Option<String> {
-        let status = self.process.0.try_wait().ok()??;
-        Some(format!("the emulated controller stopped ({status})"))
+    ///
+    /// A link that just broke is the first sign of it: then `link_broke` lets it wait for the end.
+    pub fn ended(&mut self, link_broke: bool) -> Option<String> {
+        let start = Instant::now();
+        let status = loop {
+            match self.process.0.try_wait().ok()? {
+                Some(status) => break status,
+                None if link_broke && start.elapsed() < ENDS_WITHIN => std::thread::sleep(LOOK),
+                None => return None,
+            }
+        };
+        let said = last_words(&mut self.process);
+        Some(format!(
+            "the emulated controller stopped ({status}): {said}"
+        ))
     }
 }
 

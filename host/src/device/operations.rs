@@ -101,7 +101,7 @@ pub fn calibrate_robot<T: Number, L: Transport>(
         Ok(arms) => Ok(convert::outcome(arms)?),
         Err(refusal) => Err(*refusal),
     };
-    let report = calibrated_elsewhere(robot, &before, samples, options, result)?;
+    let report = calibrated_elsewhere(robot, &before, samples, options, &result)?;
     Ok((finished, report))
 }
 

@@ -8,11 +8,11 @@ use delta_cal_host::device::report::json::{
 };
 use delta_cal_host::device::report::text;
 use delta_cal_host::device::{
-    Finished, Number, Step, apply, assumptions, calibrate_robot, measurements, parameters_of,
+    Finished, Number, Port, Step, apply, assumptions, calibrate_robot, measurements, parameters_of,
 };
 use delta_cal_host::report::json::JsonReport;
 use delta_cal_host::report::table;
-use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile};
+use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile, output};
 use delta_cal_protocol::fingerprint;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Write;
@@ -23,6 +23,12 @@ const OTHER_NAME: &str = "give the output another name";
 pub(super) fn run(link: &LinkArguments, arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
     let (robot, samples) = inputs(&arguments.files)?;
+    // Before anything is applied.
+    for path in [&arguments.output, &arguments.json].into_iter().flatten() {
+        if !is_stream(path) {
+            output::check(path)?;
+        }
+    }
     with_device(
         link,
         Calibrate {
@@ -70,7 +76,7 @@ impl Task for Calibrate<'_> {
         let client = &mut device.client;
         let result =
             calibrate_robot::<T, _>(client, &port, &robot, &samples, options, &mut |step| {
-                bar.show(step)
+                bar.show(step);
             });
         bar.finish();
         let (finished, report) = result?;
@@ -96,11 +102,12 @@ impl Task for Calibrate<'_> {
         };
         let mut shown = String::new();
         if arguments.files.robot.is_none() {
-            shown.push_str("The built-in example; its measurements are simulated.\n");
+            shown.push_str("The built-in example; its measurements are simulated.\n\n");
         }
         shown.push_str(&text::identity(&port, &device.identity));
         let _ = writeln!(shown, "\n{}", table::render(&report));
-        shown.push_str(&text::while_calibrating(before, after));
+        let emulated = matches!(device.port, Port::Emulated(_));
+        shown.push_str(&text::while_calibrating(before, after, emulated));
         match client.repetitions() {
             0 => {}
             repeated => {
@@ -115,11 +122,9 @@ impl Task for Calibrate<'_> {
             result_fingerprint(&finished),
         ));
         let toml = report.after.to_toml(&comment(&report, &port, arguments));
-        let output = arguments.output.as_deref();
-        let files: Vec<(&Path, &str)> = output
-            .map(|path| (path, toml.as_str()))
-            .into_iter()
-            .collect();
+        let file = arguments.output.as_deref();
+        let files: Vec<(&Path, &str)> =
+            file.map(|path| (path, toml.as_str())).into_iter().collect();
         let json = JsonDeviceReport::new(port, &device.identity, json);
         publish(&files, arguments.json.as_deref(), &json, shown).map_err(|failure| match failure {
             Failure::Output(cause) if arguments.apply => {

@@ -4,7 +4,7 @@ use super::args::LinkArguments;
 use crate::cli::failure::Failure;
 use delta_cal_host::device::{
     Board, Client, Emulation, Emulator, EmulatorError, FirmwareError, Number, Patience, Port,
-    Serial, Tcp, Transport, build,
+    Serial, Tcp, Transport, build, check_firmware,
 };
 use delta_cal_protocol::{Identity, Scalar};
 use std::io::{self, Write};
@@ -123,13 +123,15 @@ pub(super) fn with_device(link: &LinkArguments, task: impl Task) -> Result<(), F
     let link = client.into_transport();
     let ended = match link.kind {
         Kind::Plain(_) => Ok(()),
-        Kind::Emulated(mut emulator) => match emulator.ended() {
-            Some(cause) => Err(Failure::Device {
-                cause,
-                remedy: "that is a fault of the firmware".to_owned(),
-            }),
-            None => emulator.end().map_err(emulation_failed),
-        },
+        Kind::Emulated(mut emulator) => {
+            match emulator.ended(matches!(result, Err(Failure::Device { .. }))) {
+                Some(cause) => Err(Failure::Device {
+                    cause,
+                    remedy: "that is a fault of the firmware".to_owned(),
+                }),
+                None => emulator.end().map_err(emulation_failed),
+            }
+        }
     };
     match (result, ended) {
         (Err(_), _) if interrupted.load(Ordering::Relaxed) => Err(Failure::Interrupted),
@@ -217,16 +219,17 @@ fn emulate(link: &LinkArguments, board: Board) -> Result<Emulator, Failure> {
 
 fn firmware(link: &LinkArguments) -> Result<PathBuf, FirmwareError> {
     match &link.firmware {
-        Some(file) if file.is_file() => Ok(file.clone()),
-        Some(file) => Err(FirmwareError::NotFound(file.clone())),
-        None => {
+        Some(file) => check_firmware(file).map(|()| file.clone()),
+        None => build(|| {
             let _ = writeln!(anstream::stderr(), "Building the firmware (cargo build)");
-            build()
-        }
+        }),
     }
 }
 
 fn emulation_failed(error: EmulatorError) -> Failure {
+    if let EmulatorError::Output(error) = error {
+        return error.into();
+    }
     Failure::Device {
         cause: error.to_string(),
         remedy: error.remedy().to_owned(),

@@ -9,7 +9,7 @@ use delta_cal_host::device::report::json::{
     JsonDeviceReport, JsonParameters, JsonStatus, hexadecimal,
 };
 use delta_cal_host::device::report::text;
-use delta_cal_host::device::{DeviceError, Number, in_use, robot as robot_of};
+use delta_cal_host::device::{DeviceError, Number, Port, in_use, robot as robot_of};
 use delta_cal_host::{InputText, RobotFile};
 use delta_cal_protocol::{ParameterSet, Parameters, RevertTo, fingerprint};
 
@@ -27,7 +27,8 @@ impl Task for Status<'_> {
         let counters = client.counters::<T>()?;
         let port = device.port.to_string();
         let mut shown = text::identity(&port, &device.identity);
-        shown.push_str(&text::status(&status, origin, &counters));
+        let emulated = matches!(device.port, Port::Emulated(_));
+        shown.push_str(&text::status(&status, origin, &counters, emulated));
         let json = JsonStatus::new(&status, origin, &counters);
         let json = JsonDeviceReport::new(port, &device.identity, json);
         publish(&[], self.0.json.as_deref(), &json, shown)
@@ -114,27 +115,30 @@ fn robot_file<T: Number>(
         hexadecimal(fingerprint(&parameters.arms))
     );
     let robot = robot_of(&parameters.arms)?;
-    let file = match template {
-        Some(template) => RobotFile { robot, ..template },
-        None => {
-            comment.push_str(
-                "\nThe controller does not know [joints]: correct the range below. State \
-                 [tolerance] and [noise] if you can.",
-            );
-            RobotFile {
-                name: String::new(),
-                robot,
-                limits: any_limits().map_err(|_| DeviceError::ImpossibleGeometry)?,
-                tolerance: None,
-                noise: None,
-                sensor_frame: None,
-            }
+    let file = if let Some(template) = template {
+        RobotFile {
+            robot,
+            sensor_frame: None,
+            ..template
+        }
+    } else {
+        comment.push_str(
+            "\nThe controller does not know [joints]: correct the range below. State [tolerance] \
+             and [noise] if you can.",
+        );
+        RobotFile {
+            name: String::new(),
+            robot,
+            limits: any_limits().map_err(|_| DeviceError::ImpossibleGeometry)?,
+            tolerance: None,
+            noise: None,
+            sensor_frame: None,
         }
     };
     Ok(file.to_toml(&comment))
 }
 
-/// A range that the joints of a Delta do not leave.
+/// A range for every Delta, until somebody states the right one.
 fn any_limits() -> Result<JointLimits<f64>, JointLimitsError> {
     JointLimits::new(-90_f64.to_radians(), 90_f64.to_radians())
 }

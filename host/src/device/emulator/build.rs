@@ -1,6 +1,7 @@
 //! The example's firmware, built from the workspace that delta-cal is run in.
 
 use super::shown;
+use object::{Architecture, Object};
 use std::error::Error;
 use std::fmt;
 use std::io;
@@ -24,8 +25,10 @@ pub enum FirmwareError {
     Failed,
     /// The build says nothing of a program.
     NoProgram,
-    /// A file that was named and is not there.
-    NotFound(PathBuf),
+    /// A file that was named cannot be read.
+    Unreadable(PathBuf, io::Error),
+    /// A file that was named is no program for a Cortex-M.
+    NotFirmware(PathBuf),
 }
 
 impl fmt::Display for FirmwareError {
@@ -43,7 +46,16 @@ impl fmt::Display for FirmwareError {
                 "the firmware cannot be built: the Rust target {TARGET} is missing"
             ),
             Self::Failed | Self::NoProgram => formatter.write_str("the firmware's build failed"),
-            Self::NotFound(path) => write!(formatter, "{}: no such file", shown(path)),
+            Self::Unreadable(path, error) => {
+                write!(formatter, "{}: cannot be read: {error}", shown(path))
+            }
+            Self::NotFirmware(path) => {
+                write!(
+                    formatter,
+                    "{}: is not a program for a Cortex-M (ELF)",
+                    shown(path)
+                )
+            }
         }
     }
 }
@@ -62,17 +74,32 @@ impl FirmwareError {
             }
             Self::NoTarget => "install it: rustup target add thumbv7em-none-eabihf",
             Self::Failed | Self::NoProgram => "see cargo's messages above",
-            Self::NotFound(_) => "check the name after --firmware",
+            Self::Unreadable(..) | Self::NotFirmware(_) => "check the name after --firmware",
         }
     }
 }
 
-/// Builds the firmware of the workspace that the current folder is in; cargo prints its progress.
+/// Checks that a file is a program for a Cortex-M.
+///
+/// # Errors
+/// It cannot be read, or is none.
+pub fn check(file: &Path) -> Result<(), FirmwareError> {
+    let program =
+        std::fs::read(file).map_err(|error| FirmwareError::Unreadable(file.to_owned(), error))?;
+    match object::File::parse(&*program) {
+        Ok(elf) if elf.architecture() == Architecture::Arm => Ok(()),
+        _ => Err(FirmwareError::NotFirmware(file.to_owned())),
+    }
+}
+
+/// Builds the firmware of the workspace that the current folder is in, once that is found and
+/// announced; cargo prints its progress.
 ///
 /// # Errors
 /// No workspace, cargo or target; a build that fails.
-pub fn build() -> Result<PathBuf, FirmwareError> {
+pub fn build(announce: impl FnOnce()) -> Result<PathBuf, FirmwareError> {
     let workspace = workspace().ok_or(FirmwareError::NoWorkspace)?;
+    announce();
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let output = Command::new(cargo)
         .current_dir(&workspace)

@@ -14,6 +14,10 @@ const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
 /// Differences that are shown one by one.
 const SHOWN: usize = 10;
 
+/// What the times of an emulated controller mean.
+const EMULATED_TIME: &str = "  (emulated: every instruction counts 0.064 µs, whatever it would take \
+                             on a real core)\n";
+
 /// One line: who is there.
 pub fn identity(port: &str, identity: &Identity) -> String {
     format!(
@@ -40,7 +44,11 @@ fn longest(ticks: u32, ticks_a_second: u32) -> String {
 }
 
 /// The control loop while it was calibrated.
-pub fn while_calibrating<T: Number>(before: &ControlLoop<T>, after: &ControlLoop<T>) -> String {
+pub fn while_calibrating<T: Number>(
+    before: &ControlLoop<T>,
+    after: &ControlLoop<T>,
+    emulated: bool,
+) -> String {
     let mut text = String::new();
     heading(
         &mut text,
@@ -56,11 +64,19 @@ pub fn while_calibrating<T: Number>(before: &ControlLoop<T>, after: &ControlLoop
         "longest turn, µs of the controller's timer",
         &longest(ticks, after.ticks_a_second),
     );
+    if emulated {
+        text.push_str(EMULATED_TIME);
+    }
     text
 }
 
 /// What the controller is doing.
-pub fn status<T: Number>(status: &Status<T>, from: Origin, counters: &Counters) -> String {
+pub fn status<T: Number>(
+    status: &Status<T>,
+    from: Origin,
+    counters: &Counters,
+    emulated: bool,
+) -> String {
     let control = &status.control;
     let mut text = String::new();
     let style = match from {
@@ -95,8 +111,14 @@ pub fn status<T: Number>(status: &Status<T>, from: Origin, counters: &Counters) 
     line(
         &mut text,
         "longest turn during a calibration, µs",
-        &longest(control.longest_ticks_calibrating, control.ticks_a_second),
+        &match control.longest_ticks_calibrating {
+            0 => "none yet".to_owned(),
+            ticks => longest(ticks, control.ticks_a_second),
+        },
     );
+    if emulated {
+        text.push_str(EMULATED_TIME);
+    }
     let [x, y, z] = control.point.map(delta_cal::Real::to_f64);
     let _ = writeln!(text, "  platform at {x:.3}, {y:.3}, {z:.3} mm");
     let [q1, q2, q3] = control.joints.map(|q| q.to_f64().to_degrees());

@@ -221,7 +221,8 @@ fn listen() -> Result<TcpListener, EmulatorError> {
 
 fn connect_to(listener: &TcpListener) -> Result<String, EmulatorError> {
     let address = listener.local_addr().map_err(EmulatorError::Start)?;
-    Ok(format!("tcp:{address}"))
+    // Without a delay: an answer goes out byte by byte, and must not wait for acknowledgements.
+    Ok(format!("tcp:{address},nodelay=on"))
 }
 
 fn accept(listener: &TcpListener, process: &mut Process) -> Result<TcpStream, EmulatorError> {

@@ -10,7 +10,7 @@ use rand_pcg::Pcg32;
 
 /// How much of a write or an erase is done when the power fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cut {
+pub(crate) enum Cut {
     /// Nothing.
     Before,
     /// The first half.
@@ -24,7 +24,7 @@ pub enum Cut {
 }
 
 impl Cut {
-    pub const ALL: [Self; 5] = [
+    pub(crate) const ALL: [Self; 5] = [
         Self::Before,
         Self::FirstHalf,
         Self::LastHalf,
@@ -35,19 +35,19 @@ impl Cut {
 
 /// Flash that fails at one write or erase, and from then on altogether.
 #[derive(Debug, Clone)]
-pub struct FailingFlash {
-    pub flash: Flash,
+pub(crate) struct FailingFlash {
+    pub(crate) flash: Flash,
     /// Writes and erases so far.
-    pub operations: u32,
+    pub(crate) operations: u32,
     /// At which of them the power fails.
-    pub cut: Option<(u32, Cut)>,
+    pub(crate) cut: Option<(u32, Cut)>,
     dead: bool,
     /// Words that were written a second time without an erase between.
-    pub rewritten: u32,
+    pub(crate) rewritten: u32,
 }
 
 impl FailingFlash {
-    pub fn new(flash: Flash) -> Self {
+    pub(crate) fn new(flash: Flash) -> Self {
         Self {
             flash,
             operations: 0,
@@ -58,7 +58,7 @@ impl FailingFlash {
     }
 
     /// Counts from here, and fails at the `at`th operation.
-    pub fn fail(flash: Flash, at: u32, cut: Cut) -> Self {
+    pub(crate) fn fail(flash: Flash, at: u32, cut: Cut) -> Self {
         Self {
             cut: Some((at, cut)),
             ..Self::new(flash)
@@ -88,7 +88,7 @@ impl FailingFlash {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Failure {
+pub(crate) enum Failure {
     NoPower,
     Access(FlashError),
 }

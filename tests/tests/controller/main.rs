@@ -4,7 +4,10 @@
 #![forbid(unsafe_code)]
 // A test fails by panicking.
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+// Numbers that must be the same are compared as such.
+#![allow(clippy::float_cmp)]
 
+mod control_loop;
 mod driver;
 mod flash;
 mod noise_on_the_link;

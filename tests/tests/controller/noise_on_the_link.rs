@@ -7,13 +7,6 @@ use delta_cal_protocol::{
 use delta_cal_tests::generator;
 use rand_core::Rng;
 
-fn counters(driver: &mut Driver<f32, Flash>) -> Counters {
-    match driver.ask(&Request::Counters) {
-        Response::Counters(counters) => counters,
-        response => panic!("{response:?}"),
-    }
-}
-
 fn identify(sequence: u16) -> Vec<u8> {
     encode(Direction::Request, sequence, &Request::<f32>::Identify)
         .unwrap()
@@ -90,10 +83,7 @@ impl Driver<f32, Flash> {
 #[test]
 fn every_kind_of_wrong_frame_is_answered_and_counted() {
     let mut driver = Driver::<f32, _>::start(Flash::new());
-    let damaged = (
-        UNKNOWN_SEQUENCE,
-        Response::<f32>::Fault(Fault::Damaged),
-    );
+    let damaged = (UNKNOWN_SEQUENCE, Response::<f32>::Fault(Fault::Damaged));
 
     let mut broken = identify(1);
     broken[2] ^= 0x40;
@@ -125,7 +115,10 @@ fn every_kind_of_wrong_frame_is_answered_and_counted() {
     let newer = with_checksum(&content);
     assert_eq!(
         driver.answer(&newer),
-        (9, Response::Fault(Fault::UnknownVersion { spoken: VERSION }))
+        (
+            9,
+            Response::Fault(Fault::UnknownVersion { spoken: VERSION })
+        )
     );
     let solve = Request::Solve {
         session: 1,
@@ -257,7 +250,10 @@ fn a_million_frames_of_noise_change_nothing() {
                     2 => drop(bytes.remove(place)),
                     3 => bytes.insert(place, bytes[place]),
                     4 => bytes[place] ^= 1 << (rng.next_u32() % 8),
-                    5 => bytes[place] = bytes[place].wrapping_add(1 + rng.next_u32() as u8 % 255),
+                    5 => {
+                        bytes[place] =
+                            bytes[place].wrapping_add(1 + rng.next_u32().to_le_bytes()[0] % 255)
+                    }
                     6 => bytes.truncate(place),
                     _ => {
                         let other = 1 + rng.next_u32() as usize % (base.len() - 2);

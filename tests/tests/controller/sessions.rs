@@ -1,9 +1,7 @@
 use crate::driver::{Driver, Flash, arms, begin, on_the_host, samples};
 use delta_cal::{ArmIndex, Real, Refusal, SampleError};
 use delta_cal_firmware_example::Number;
-use delta_cal_protocol::{
-    Begin, Fault, Origin, Phase, Request, Response, RevertTo, fingerprint,
-};
+use delta_cal_protocol::{Begin, Fault, Origin, Phase, Request, Response, RevertTo, fingerprint};
 use delta_cal_tests::paper_robot;
 
 /// Sessions of 5 to 200 samples: the controller's result has the bits of the core's.
@@ -375,10 +373,7 @@ fn going_back_needs_the_name_of_what_is_there() {
         (nominal, RevertTo::Previous, second, Origin::Calibration),
     ] {
         let wrong = Request::Revert { from: there, to };
-        assert_eq!(
-            driver.fault(&wrong),
-            Fault::OtherParameters { there: from }
-        );
+        assert_eq!(driver.fault(&wrong), Fault::OtherParameters { there: from });
         driver.controller.take_switch();
         let reverted = driver.revert(from, to);
         let Response::Parameters(parameters) = reverted else {
@@ -413,10 +408,7 @@ fn a_restart_in_a_session_keeps_the_parameters_and_says_that_the_session_is_gone
     let sample = crate::driver::message(2, 11, &more[11]);
     assert_eq!(driver.fault(&sample), Fault::NoSession);
     let expected = on_the_host(&more).solve().expect("a calibration");
-    assert_eq!(
-        driver.solved(2, &more),
-        fingerprint(&arms(&expected.robot))
-    );
+    assert_eq!(driver.solved(2, &more), fingerprint(&arms(&expected.robot)));
 }
 
 #[test]

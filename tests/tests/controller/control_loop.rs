@@ -223,7 +223,7 @@ fn parameters_are_handed_over_whole() {
             let mut seen = 0;
             while !done.load(Ordering::Relaxed) {
                 foreground.turn(&clock, |joints| {
-                    assert!(joints.iter().all(|q| q.is_finite()))
+                    assert!(joints.iter().all(|q| q.is_finite()));
                 });
                 let control = foreground.control_loop();
                 if control.switches() > seen {

@@ -226,7 +226,7 @@ fn a_million_frames_of_noise_change_nothing() {
     let mut rng = generator(0x000b_ad11, 1);
     let mut bytes = Vec::new();
     let (mut answers, mut sent) = (0_u32, 0_u32);
-    for _ in 0..FRAMES {
+    while sent < FRAMES {
         bytes.clear();
         let kind = rng.next_u32() % 8;
         let base = &valid[rng.next_u32() as usize % valid.len()];
@@ -252,7 +252,7 @@ fn a_million_frames_of_noise_change_nothing() {
                     4 => bytes[place] ^= 1 << (rng.next_u32() % 8),
                     5 => {
                         bytes[place] =
-                            bytes[place].wrapping_add(1 + rng.next_u32().to_le_bytes()[0] % 255)
+                            bytes[place].wrapping_add(1 + rng.next_u32().to_le_bytes()[0] % 255);
                     }
                     6 => bytes.truncate(place),
                     _ => {
@@ -281,7 +281,6 @@ fn a_million_frames_of_noise_change_nothing() {
     driver.send(&[0]);
     let counted = driver.controller_counters();
     println!("{sent} frames, {answers} answers, {counted:?}");
-    assert!(sent > FRAMES / 10 * 9);
     let answered = (counted.received - known.received) + (counted.damaged - known.damaged);
     // Every answer is of a counted frame; the counters' own request comes on top.
     assert!(answered >= answers && answered - answers <= answers / 100);

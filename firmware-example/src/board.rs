@@ -20,7 +20,7 @@ use cortex_m_semihosting::hio;
 use critical_section::Mutex;
 use defmt_semihosting as _;
 use delta_cal::Real;
-use delta_cal_firmware_example::{Foreground, PAGE, RamFlash, TURNS_A_SECOND, Timer};
+use delta_cal_firmware_example::{Foreground, ParameterFlash, TURNS_A_SECOND, Timer};
 use heapless::spsc::Producer;
 
 /// Clock of the core, its timers and its UARTs.
@@ -28,7 +28,7 @@ const CLOCK: u32 = 25_000_000;
 const BAUD: u32 = 115_200;
 
 /// The flash region of the parameters.
-pub(crate) type Flash = RamFlash<{ 2 * PAGE }>;
+pub(crate) type Flash = ParameterFlash;
 
 /// The board's parts that are used here.
 pub(crate) struct Board {

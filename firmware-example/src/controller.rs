@@ -17,13 +17,15 @@ use heapless::Vec;
 const LARGEST_REQUEST: usize = 128;
 
 /// Everything behind the control loop: answers requests, takes in samples, solves in bounded steps,
-/// stores and hands over. `F` is the NOR flash.
+/// stores and hands over.
+///
+/// `F` is NOR flash for the parameters alone: an even number of pages, four or more.
 ///
 /// ```
-/// use delta_cal_firmware_example::{Controller, PAGE, RamFlash, nominal};
+/// use delta_cal_firmware_example::{Controller, ParameterFlash, nominal};
 /// use delta_cal_protocol::{Direction, Request, encode};
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let mut controller = Controller::new(nominal::<f32>()?, RamFlash::<{ 2 * PAGE }>::new(), 0);
+/// let mut controller = Controller::new(nominal::<f32>()?, ParameterFlash::new(), 0);
 /// let request = encode(Direction::Request, 1, &Request::<f32>::Identify)?;
 /// let answer = request.iter().find_map(|byte| controller.receive(*byte));
 /// assert!(answer.is_some());

@@ -1,6 +1,7 @@
 //! Between the control loop's interrupt and everything behind it.
 
-use crate::{ControlLoop, Pace, Timer};
+use crate::ControlLoop;
+use crate::pace::{Pace, Timer};
 use core::sync::atomic::{AtomicBool, Ordering};
 use delta_cal::{Real, Robot};
 use delta_cal_protocol as protocol;

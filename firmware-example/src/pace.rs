@@ -15,7 +15,7 @@ pub trait Timer {
 
 /// Measures the turns of the control loop against a [`Timer`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Pace {
+pub(crate) struct Pace {
     /// When the current turn should have begun; `None` before the first.
     due: Option<u32>,
     began: u32,
@@ -29,7 +29,7 @@ pub struct Pace {
 
 impl Pace {
     /// A turn begins.
-    pub fn begin<C: Timer>(&mut self, timer: &C) {
+    pub(crate) fn begin<C: Timer>(&mut self, timer: &C) {
         let period = C::TICKS_A_SECOND / TURNS_A_SECOND;
         self.began = timer.now();
         let late_by = match self.due {
@@ -48,7 +48,7 @@ impl Pace {
     }
 
     /// The turn has ended.
-    pub fn end<C: Timer>(&mut self, timer: &C, calibrating: bool) {
+    pub(crate) fn end<C: Timer>(&mut self, timer: &C, calibrating: bool) {
         let took = timer.now().wrapping_sub(self.began) & C::MASK;
         self.longest = self.longest.max(took);
         if calibrating {

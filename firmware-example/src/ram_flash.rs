@@ -3,9 +3,12 @@ use embedded_storage_async::nor_flash::{
 };
 
 /// Bytes that are erased together.
-pub const PAGE: usize = 4096;
+pub const PAGE: usize = 2048;
 /// Bytes that are written together.
 pub const WORD: usize = 4;
+
+/// As large as the parameters need: two halves of two pages, see [`Controller`](crate::Controller).
+pub type ParameterFlash = RamFlash<{ 4 * PAGE }>;
 
 const ERASED: u8 = 0xff;
 

@@ -1,7 +1,9 @@
 //! The parameters in flash: written whole or not at all.
 
 use crate::Number;
+use crate::read_only::ReadOnly;
 use core::fmt;
+use core::ops::Range;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use delta_cal::{Arm, GeometryError, Real, Robot};
 use embassy_futures::block_on;
@@ -39,6 +41,8 @@ struct Record<T> {
     number: u8,
     /// Fingerprint of the nominal robot: another robot's parameters are useless.
     nominal: u32,
+    /// Counts up; the highest is in use.
+    generation: u32,
     sets: Sets<T>,
 }
 
@@ -47,7 +51,7 @@ struct Record<T> {
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StoreError {
-    /// The flash region is no whole number of pages, or fewer than two.
+    /// The flash region is not two halves of two pages or more.
     Region,
     /// The flash failed, or holds nothing whole.
     Flash,
@@ -60,7 +64,7 @@ pub enum StoreError {
 impl fmt::Display for StoreError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
-            Self::Region => "the flash region is not two pages or more",
+            Self::Region => "the flash region is not two halves of two pages or more",
             Self::Flash => "the flash failed or holds nothing whole",
             Self::Record => "the stored parameters are damaged or another robot's",
             Self::ReadBack => "the stored parameters did not read back",
@@ -70,63 +74,103 @@ impl fmt::Display for StoreError {
 
 impl core::error::Error for StoreError {}
 
-/// The store in a region of NOR flash.
+/// The store in a region of NOR flash: two halves, written in turn.
+///
+/// The newest record lies in one half; the next one is written to the other. Whatever a power cut
+/// makes of the half that is being written or erased, the newest record is not in it.
 #[derive(Debug)]
 pub(crate) struct Store<F> {
     flash: F,
     nominal: u32,
+    /// The newest record's, and where it lies.
+    generation: u32,
+    newest: Half,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Half {
+    Lower,
+    Upper,
+}
+
+impl Half {
+    const fn other(self) -> Self {
+        match self {
+            Self::Lower => Self::Upper,
+            Self::Upper => Self::Lower,
+        }
+    }
 }
 
 impl<F: NorFlash> Store<F> {
     pub(crate) const fn new(flash: F, nominal: u32) -> Self {
-        Self { flash, nominal }
+        Self {
+            flash,
+            nominal,
+            generation: 0,
+            newest: Half::Upper,
+        }
     }
 
     pub(crate) fn into_flash(self) -> F {
         self.flash
     }
 
-    /// What is stored, every number of it valid; `None` if nothing ever was.
+    /// What is stored, every number of it valid; `None` if nothing ever was. Writes nothing.
     pub(crate) fn load<T: Number>(&mut self) -> Result<Option<Sets<T>>, StoreError> {
         if self.blank()? {
             return Ok(None);
         }
-        let mut buffer = [0; LARGEST];
-        let bytes = self.fetch(&mut buffer)?.ok_or(StoreError::Flash)?;
-        let sets = self.decode::<T>(bytes).ok_or(StoreError::Record)?;
-        for arms in [sets.current, sets.previous].iter().flatten() {
-            robot(arms).map_err(|_| StoreError::Record)?;
+        let mut found = Err(StoreError::Flash);
+        for half in [Half::Lower, Half::Upper] {
+            match self.load_half::<T>(half) {
+                Ok(record) if record.generation >= self.generation => {
+                    self.generation = record.generation;
+                    self.newest = half;
+                    found = Ok(Some(record.sets));
+                }
+                Ok(_) => {}
+                Err(error) => found = found.map_err(|_| error),
+            }
         }
-        Ok(Some(sets))
+        found
+    }
+
+    fn load_half<T: Number>(&mut self, half: Half) -> Result<Record<T>, StoreError> {
+        let mut buffer = [0; LARGEST];
+        let range = self.range(half)?;
+        let bytes = fetch(ReadOnly(&mut self.flash), range, &mut buffer)?;
+        self.decode::<T>(bytes).ok_or(StoreError::Record)
     }
 
     /// Stores both sets and reads them back.
     pub(crate) fn save<T: Number>(&mut self, sets: &Sets<T>) -> Result<(), StoreError> {
-        let mut written = [0; LARGEST];
-        let written = self
-            .encode(sets, &mut written)
-            .ok_or(StoreError::ReadBack)?;
+        let half = self.newest.other();
+        let range = self.range(half)?;
+        let generation = self.generation.wrapping_add(1);
         let mut buffer = [0; LARGEST];
-        block_on(self.map()?.store_item(&mut buffer, &KEY, &written))
-            .map_err(|_| StoreError::Flash)?;
-        match self.fetch(&mut buffer)? {
-            Some(read) if read == written => Ok(()),
-            _ => Err(StoreError::ReadBack),
+        let record = self
+            .encode(sets, generation, &mut buffer)
+            .ok_or(StoreError::Record)?;
+        let mut stored = write(&mut self.flash, range.clone(), record);
+        if stored.is_err() {
+            // What an earlier power cut left in this half may be beyond the map's own repair.
+            block_on(self.flash.erase(range.start, range.end)).map_err(|_| StoreError::Flash)?;
+            stored = write(&mut self.flash, range, record);
         }
+        if stored.is_ok() {
+            self.generation = generation;
+            self.newest = half;
+        }
+        stored
     }
 
-    fn map(&mut self) -> Result<MapStorage<u8, &mut F, impl CacheImpl<u8>>, StoreError> {
+    fn range(&self, half: Half) -> Result<Range<u32>, StoreError> {
         let length = u32::try_from(self.flash.capacity()).map_err(|_| StoreError::Region)?;
-        let config = MapConfig::try_new(0..length).map_err(|_| StoreError::Region)?;
-        Ok(MapStorage::new(
-            &mut self.flash,
-            config,
-            Cache::new_uncached(),
-        ))
-    }
-
-    fn fetch<'b>(&mut self, buffer: &'b mut [u8]) -> Result<Option<&'b [u8]>, StoreError> {
-        block_on(self.map()?.fetch_item(buffer, &KEY)).map_err(|_| StoreError::Flash)
+        Ok(match half {
+            Half::Lower => 0..length / 2,
+            Half::Upper => length / 2..length,
+        })
     }
 
     /// Whether nothing was ever written.
@@ -142,11 +186,17 @@ impl<F: NorFlash> Store<F> {
         Ok(true)
     }
 
-    fn encode<'b, T: Number>(&self, sets: &Sets<T>, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
+    fn encode<'b, T: Number>(
+        &self,
+        sets: &Sets<T>,
+        generation: u32,
+        buffer: &'b mut [u8],
+    ) -> Option<&'b [u8]> {
         let record = Record {
             version: VERSION,
             number: number_size::<T>(),
             nominal: self.nominal,
+            generation,
             sets: *sets,
         };
         let length = postcard::to_slice(&record, buffer).ok()?.len();
@@ -157,7 +207,8 @@ impl<F: NorFlash> Store<F> {
         buffer.get(..length + CHECKSUM)
     }
 
-    fn decode<T: Number>(&self, bytes: &[u8]) -> Option<Sets<T>> {
+    /// A whole record of this robot, every number of it valid.
+    fn decode<T: Number>(&self, bytes: &[u8]) -> Option<Record<T>> {
         let (record, sent) = bytes.split_last_chunk::<CHECKSUM>()?;
         if checksum(record) != u32::from_le_bytes(*sent) {
             return None;
@@ -167,7 +218,39 @@ impl<F: NorFlash> Store<F> {
             && record.number == number_size::<T>()
             && record.nominal == self.nominal
             && rest.is_empty();
-        ours.then_some(record.sets)
+        let valid = [record.sets.current, record.sets.previous]
+            .iter()
+            .flatten()
+            .all(|arms| robot(arms).is_ok());
+        (ours && valid).then_some(record)
+    }
+}
+
+/// A map over part of the flash.
+fn map<F: NorFlash>(
+    flash: F,
+    range: Range<u32>,
+) -> Result<MapStorage<u8, F, impl CacheImpl<u8>>, StoreError> {
+    let config = MapConfig::try_new(range).map_err(|_| StoreError::Region)?;
+    Ok(MapStorage::new(flash, config, Cache::new_uncached()))
+}
+
+fn fetch<F: NorFlash>(flash: F, range: Range<u32>, buffer: &mut [u8]) -> Result<&[u8], StoreError> {
+    match block_on(map(flash, range)?.fetch_item(buffer, &KEY)) {
+        Ok(Some(bytes)) => Ok(bytes),
+        Ok(None) | Err(_) => Err(StoreError::Flash),
+    }
+}
+
+/// Writes a record and reads it back.
+fn write<F: NorFlash>(flash: &mut F, range: Range<u32>, record: &[u8]) -> Result<(), StoreError> {
+    let mut buffer = [0; LARGEST];
+    block_on(map(&mut *flash, range.clone())?.store_item(&mut buffer, &KEY, &record))
+        .map_err(|_| StoreError::Flash)?;
+    if fetch(flash, range, &mut buffer)? == record {
+        Ok(())
+    } else {
+        Err(StoreError::ReadBack)
     }
 }
 

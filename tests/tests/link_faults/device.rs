@@ -1,13 +1,11 @@
 //! The controller's firmware without its board.
 
 use delta_cal_firmware_example::{
-    Background, Controller, Foreground, Handover, Number, PAGE, RamFlash, Timer, nominal,
+    Background, Controller, Foreground, Handover, Number, ParameterFlash, Timer, nominal,
 };
 
 /// Turns of the control loop between two looks at the link.
 const TURNS: u32 = 20;
-
-type Flash = RamFlash<{ 2 * PAGE }>;
 
 /// Time stands still: nothing here depends on it.
 struct Still;
@@ -22,13 +20,13 @@ impl Timer for Still {
 
 /// A controller that is switched on.
 struct On<T: Number> {
-    controller: Controller<T, Flash>,
+    controller: Controller<T, ParameterFlash>,
     background: Background<'static, T>,
     foreground: Foreground<'static, T>,
 }
 
 impl<T: Number> On<T> {
-    fn start(flash: Flash) -> Self {
+    fn start(flash: ParameterFlash) -> Self {
         let controller = Controller::new(nominal().unwrap(), flash, 0);
         // Static memory on a controller; here a kilobyte that stays allocated after each start.
         let handover = Box::leak(Box::new(Handover::new()));
@@ -63,7 +61,7 @@ pub(crate) struct Device<T: Number> {
 
 impl<T: Number> Device<T> {
     pub(crate) fn new() -> Self {
-        let on = On::<T>::start(Flash::new());
+        let on = On::<T>::start(ParameterFlash::new());
         let used = vec![on.controller.current().fingerprint];
         Self {
             on: Some(on),

@@ -135,7 +135,7 @@ impl Emulator {
         command
             .args(["-machine", machine(emulation.board)])
             .args("-nographic -semihosting-config enable=on,target=native".split(' '))
-            .args("-icount shift=6,sleep=off".split(' '))
+            .args("-icount shift=3".split(' '))
             .args(["-serial", &connect_to(&serial)?])
             .args(["-monitor", &connect_to(&monitor)?])
             .arg("-kernel")

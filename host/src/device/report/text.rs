@@ -15,7 +15,7 @@ const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
 const SHOWN: usize = 10;
 
 /// What the times of an emulated controller mean.
-const EMULATED_TIME: &str = "  (emulated: every instruction counts 0.064 µs, whatever it would take \
+const EMULATED_TIME: &str = "  (emulated: every instruction counts 0.008 µs, whatever it would take \
                              on a real core)\n";
 
 /// One line: who is there.

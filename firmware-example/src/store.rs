@@ -136,6 +136,7 @@ impl<F: NorFlash> Store<F> {
         found
     }
 
+    #[inline(never)]
     fn load_half<T: Number>(&mut self, half: Half) -> Result<Record<T>, StoreError> {
         let mut buffer = [0; LARGEST];
         let range = self.range(half)?;
@@ -144,6 +145,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Stores both sets and reads them back.
+    #[inline(never)]
     pub(crate) fn save<T: Number>(&mut self, sets: &Sets<T>) -> Result<(), StoreError> {
         let half = self.newest.other();
         let range = self.range(half)?;
@@ -243,6 +245,7 @@ fn fetch<F: NorFlash>(flash: F, range: Range<u32>, buffer: &mut [u8]) -> Result<
 }
 
 /// Writes a record and reads it back.
+#[inline(never)]
 fn write<F: NorFlash>(flash: &mut F, range: Range<u32>, record: &[u8]) -> Result<(), StoreError> {
     let mut buffer = [0; LARGEST];
     block_on(map(&mut *flash, range.clone())?.store_item(&mut buffer, &KEY, &record))

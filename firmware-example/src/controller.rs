@@ -48,6 +48,12 @@ pub struct Controller<T: Number, F> {
 impl<T: Number, F: NorFlash> Controller<T, F> {
     /// Reads the parameters from `flash`. `processor` is the CPUID that identifies the core.
     pub fn new(nominal: Robot<T>, flash: F, processor: u32) -> Self {
+        info!(
+            "start: firmware {}, {} bytes a number, processor {=u32:08x}",
+            FIRMWARE,
+            size_of::<T>(),
+            processor
+        );
         let geometries = Geometries::load(nominal, flash);
         let fingerprint = geometries.current().fingerprint;
         Self {

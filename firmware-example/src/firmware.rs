@@ -3,6 +3,7 @@
 use crate::board::{self, Board, Flash, Link};
 use delta_cal_firmware_example::{Background, Controller, Handover, nominal};
 use heapless::spsc::{Consumer, Queue};
+use static_cell::StaticCell;
 
 /// What the firmware computes in.
 #[cfg(not(feature = "double"))]
@@ -10,11 +11,11 @@ pub(crate) type Number = f32;
 #[cfg(feature = "double")]
 pub(crate) type Number = f64;
 
-type Memory = Option<Controller<Number, &'static mut Flash>>;
+type Firmware = Controller<Number, &'static mut Flash>;
 
 /// What the idle loop works with.
 struct Idle {
-    controller: &'static mut Controller<Number, &'static mut Flash>,
+    controller: &'static mut Firmware,
     control_loop: Background<'static, Number>,
     received: Consumer<'static, u8>,
     link: Link,
@@ -22,11 +23,11 @@ struct Idle {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    static mut CONTROLLER: Memory = None;
+    static CONTROLLER: StaticCell<Firmware> = StaticCell::new();
     static mut HANDOVER: Handover<Number> = Handover::new();
     static mut RECEIVED: Queue<u8, 1024> = Queue::new();
 
-    let mut idle = start(CONTROLLER, HANDOVER, RECEIVED);
+    let mut idle = start(&CONTROLLER, HANDOVER, RECEIVED);
     loop {
         if !idle.step() {
             // A byte that comes just now waits for the next turn of the control loop at most.
@@ -38,7 +39,7 @@ fn main() -> ! {
 /// Not inlined: what is moved into its place here would occupy the stack for good.
 #[inline(never)]
 fn start(
-    memory: &'static mut Memory,
+    memory: &'static StaticCell<Firmware>,
     handover: &'static mut Handover<Number>,
     received: &'static mut Queue<u8, 1024>,
 ) -> Idle {
@@ -46,7 +47,7 @@ fn start(
         board::fail(format_args!("started twice, or without a robot"))
     };
     let (flash, mut link) = board.split();
-    let controller = memory.insert(Controller::new(nominal, flash, board::processor()));
+    let controller = memory.init_with(|| Controller::new(nominal, flash, board::processor()));
     let (control_loop, foreground) = handover.split(&controller.current());
     let (received_in, received) = received.split();
     link.start(foreground, received_in);

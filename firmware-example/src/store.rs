@@ -2,7 +2,6 @@
 
 use crate::Number;
 use crate::read_only::ReadOnly;
-use core::fmt;
 use core::ops::Range;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use delta_cal::{Arm, GeometryError, Real, Robot};
@@ -49,8 +48,7 @@ struct Record<T> {
 /// Why parameters were not stored, or not found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum StoreError {
+pub(crate) enum StoreError {
     /// The flash region is not two halves of two pages or more.
     Region,
     /// The flash failed, or holds nothing whole.
@@ -60,19 +58,6 @@ pub enum StoreError {
     /// What was written did not read back the same.
     ReadBack,
 }
-
-impl fmt::Display for StoreError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Region => "the flash region is not two halves of two pages or more",
-            Self::Flash => "the flash failed or holds nothing whole",
-            Self::Record => "the stored parameters are damaged or another robot's",
-            Self::ReadBack => "the stored parameters did not read back",
-        })
-    }
-}
-
-impl core::error::Error for StoreError {}
 
 /// The store in a region of NOR flash: two halves, written in turn.
 ///

@@ -9,7 +9,8 @@ pub const BLEND_TURNS: u32 = 500;
 #[derive(Debug, Clone, Copy)]
 struct Blend<T: Real> {
     robot: Robot<T>,
-    turn: u32,
+    /// A whole number.
+    turn: T,
 }
 
 /// The control loop: each turn the next point of the path, and the joint angles for it.
@@ -17,7 +18,7 @@ struct Blend<T: Real> {
 /// It owns its parameters. New ones come in whole, and the joint targets go over to them smoothly.
 #[derive(Debug, Clone, Copy)]
 pub struct ControlLoop<T: Real> {
-    path: Path,
+    path: Path<T>,
     robot: Robot<T>,
     blend: Option<Blend<T>>,
     point: Vector3<T>,
@@ -50,7 +51,7 @@ impl<T: Real> ControlLoop<T> {
         }
         self.blend = Some(Blend {
             robot: *robot,
-            turn: 0,
+            turn: T::ZERO,
         });
         true
     }
@@ -63,18 +64,20 @@ impl<T: Real> ControlLoop<T> {
     /// One turn. A point that cannot be reached leaves the joints where they are.
     pub fn turn(&mut self) -> &[T; 3] {
         self.turns = self.turns.wrapping_add(1);
+        if let Some(blend) = &mut self.blend {
+            blend.turn += T::ONE;
+        }
         self.point = self.path.next_point();
         match self.targets() {
             Some(joints) => self.joints = joints,
             None => self.unreachable = self.unreachable.wrapping_add(1),
         }
-        if let Some(blend) = &mut self.blend {
-            blend.turn += 1;
-            if blend.turn >= BLEND_TURNS {
-                self.robot = blend.robot;
-                self.blend = None;
-                self.switches = self.switches.wrapping_add(1);
-            }
+        if let Some(blend) = &self.blend
+            && blend.turn >= blend_turns()
+        {
+            self.robot = blend.robot;
+            self.blend = None;
+            self.switches = self.switches.wrapping_add(1);
         }
         &self.joints
     }
@@ -84,7 +87,7 @@ impl<T: Real> ControlLoop<T> {
         if let Some(blend) = &self.blend {
             let other = blend.robot.inverse(&self.point).ok()?;
             // s²(3 − 2s): neither the targets nor their speed jump.
-            let s = T::from_count(u64::from(blend.turn) + 1) / T::from_count(BLEND_TURNS.into());
+            let s = blend.turn / blend_turns();
             let share = s * s * (T::from_f64(3.0) - T::TWO * s);
             for (joint, other) in joints.iter_mut().zip(other) {
                 *joint += (other - *joint) * share;
@@ -122,4 +125,8 @@ impl<T: Real> ControlLoop<T> {
     pub const fn switches(&self) -> u32 {
         self.switches
     }
+}
+
+fn blend_turns<T: Real>() -> T {
+    T::from_f64(f64::from(BLEND_TURNS))
 }

@@ -48,6 +48,12 @@ pub struct Controller<T: Number, F> {
 impl<T: Number, F: NorFlash> Controller<T, F> {
     /// Reads the parameters from `flash`. `processor` is the CPUID that identifies the core.
     pub fn new(nominal: Robot<T>, flash: F, processor: u32) -> Self {
+        info!(
+            "start: firmware {}, {} bytes a number, processor {=u32:08x}",
+            FIRMWARE,
+            size_of::<T>(),
+            processor
+        );
         let geometries = Geometries::load(nominal, flash);
         let fingerprint = geometries.current().fingerprint;
         Self {
@@ -75,7 +81,14 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
 
     /// Takes in a byte from the link. When it completes a request: the answer, a whole frame.
     pub fn receive(&mut self, byte: u8) -> Option<Vec<u8, LARGEST_FRAME>> {
-        let (sequence, response) = match self.receiver.push(byte)? {
+        let (sequence, response) = self.respond(byte)?;
+        frame(sequence, &response)
+    }
+
+    // Not inlined, here and elsewhere: what is done one after the other shares the stack.
+    #[inline(never)]
+    fn respond(&mut self, byte: u8) -> Option<(u16, Response<T>)> {
+        Some(match self.receiver.push(byte)? {
             Ok(frame) => {
                 let sequence = frame.sequence;
                 let request = frame.message::<Request<T>>();
@@ -94,8 +107,7 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
                 };
                 (sequence, Response::Fault(fault))
             }
-        };
-        encode(Direction::Response, sequence, &response).ok()
+        })
     }
 
     /// One bounded step of whatever there is to do in the background; `true` while there is more.
@@ -227,6 +239,11 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
         }
         Response::Parameters(self.geometries.current_message())
     }
+}
+
+#[inline(never)]
+fn frame<T: Number>(sequence: u16, response: &Response<T>) -> Option<Vec<u8, LARGEST_FRAME>> {
+    encode(Direction::Response, sequence, response).ok()
 }
 
 const FIRMWARE: [u16; 3] = [

@@ -119,6 +119,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     }
 
     /// First the flash, then the rest.
+    #[inline(never)]
     fn change_to(&mut self, geometry: Geometry<T>) -> Result<bool, Fault> {
         let new = self.of(geometry.as_ref()).map_err(|_| Fault::Store)?;
         let same = new.fingerprint == self.current.fingerprint

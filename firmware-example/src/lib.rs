@@ -37,7 +37,6 @@ pub use number::Number;
 pub use pace::Timer;
 pub use path::Path;
 pub use ram_flash::{FlashError, PAGE, ParameterFlash, RamFlash, WORD};
-pub use store::StoreError;
 
 use delta_cal::{GeometryError, Real, Robot, SymmetricRobot};
 

@@ -57,10 +57,16 @@ impl<T: Number> Session<T> {
             self.number = begin.session;
             self.samples = 0;
             self.work = Work::Collecting;
-            self.calibrator = Some(Calibrator::new(nominal, &settings));
+            self.renew(nominal, &settings);
             info!("session {=u32:08x}: {}", begin.session, settings);
         }
         Ok(self.samples)
+    }
+
+    // Not inlined, here and below: what is done one after the other shares the stack.
+    #[inline(never)]
+    fn renew(&mut self, nominal: &Robot<T>, settings: &Settings<T>) {
+        self.calibrator = Some(Calibrator::new(nominal, settings));
     }
 
     /// Takes a sample in, once; as many as were taken in so far.
@@ -104,19 +110,14 @@ impl<T: Number> Session<T> {
     }
 
     /// One bounded step; whether there is more to do.
+    #[inline(never)]
     pub(crate) fn step(&mut self) -> bool {
         let Some(calibrator) = &mut self.calibrator else {
             return false;
         };
         let progress = match &mut self.work {
-            Work::Asked => match RobotSolver::new(calibrator) {
-                Err(refusal) => Err(refusal),
-                Ok(solver) => {
-                    self.work = Work::Solving(solver);
-                    Ok(Progress::Working)
-                }
-            },
-            Work::Solving(solver) => solver.step(calibrator),
+            Work::Asked => prepare(calibrator, &mut self.work),
+            Work::Solving(solver) => advance(calibrator, solver),
             Work::Collecting | Work::Solved { .. } | Work::Refused(_) => return false,
         };
         match progress {
@@ -127,6 +128,7 @@ impl<T: Number> Session<T> {
         false
     }
 
+    #[inline(never)]
     fn finish(&mut self) {
         let Work::Solving(solver) = &self.work else {
             return;
@@ -195,6 +197,7 @@ impl<T: Number> Session<T> {
         }
     }
 
+    #[inline(never)]
     pub(crate) fn report(&self, session: u32, index: ArmIndex) -> Result<ArmReport<T>, Fault> {
         let (outcome, _) = self.outcome(session)?;
         let [first, second, third] = &outcome.arms;
@@ -225,6 +228,23 @@ impl<T: Number> Session<T> {
         }
         self.calibrator.as_mut().ok_or(Fault::NoSession)
     }
+}
+
+#[inline(never)]
+fn prepare<T: Number>(
+    calibrator: &mut Calibrator<T>,
+    work: &mut Work<T>,
+) -> Result<Progress, Refusal> {
+    *work = Work::Solving(RobotSolver::new(calibrator)?);
+    Ok(Progress::Working)
+}
+
+#[inline(never)]
+fn advance<T: Number>(
+    calibrator: &Calibrator<T>,
+    solver: &mut RobotSolver<T>,
+) -> Result<Progress, Refusal> {
+    solver.step(calibrator)
 }
 
 fn array<T: Number>(vector: &nalgebra::SVector<T, 8>) -> [T; 8] {

@@ -2,7 +2,6 @@
 
 use crate::Number;
 use crate::read_only::ReadOnly;
-use core::fmt;
 use core::ops::Range;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use delta_cal::{Arm, GeometryError, Real, Robot};
@@ -49,8 +48,7 @@ struct Record<T> {
 /// Why parameters were not stored, or not found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum StoreError {
+pub(crate) enum StoreError {
     /// The flash region is not two halves of two pages or more.
     Region,
     /// The flash failed, or holds nothing whole.
@@ -60,19 +58,6 @@ pub enum StoreError {
     /// What was written did not read back the same.
     ReadBack,
 }
-
-impl fmt::Display for StoreError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Region => "the flash region is not two halves of two pages or more",
-            Self::Flash => "the flash failed or holds nothing whole",
-            Self::Record => "the stored parameters are damaged or another robot's",
-            Self::ReadBack => "the stored parameters did not read back",
-        })
-    }
-}
-
-impl core::error::Error for StoreError {}
 
 /// The store in a region of NOR flash: two halves, written in turn.
 ///
@@ -136,6 +121,7 @@ impl<F: NorFlash> Store<F> {
         found
     }
 
+    #[inline(never)]
     fn load_half<T: Number>(&mut self, half: Half) -> Result<Record<T>, StoreError> {
         let mut buffer = [0; LARGEST];
         let range = self.range(half)?;
@@ -144,6 +130,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Stores both sets and reads them back.
+    #[inline(never)]
     pub(crate) fn save<T: Number>(&mut self, sets: &Sets<T>) -> Result<(), StoreError> {
         let half = self.newest.other();
         let range = self.range(half)?;
@@ -243,6 +230,7 @@ fn fetch<F: NorFlash>(flash: F, range: Range<u32>, buffer: &mut [u8]) -> Result<
 }
 
 /// Writes a record and reads it back.
+#[inline(never)]
 fn write<F: NorFlash>(flash: &mut F, range: Range<u32>, record: &[u8]) -> Result<(), StoreError> {
     let mut buffer = [0; LARGEST];
     block_on(map(&mut *flash, range.clone())?.store_item(&mut buffer, &KEY, &record))

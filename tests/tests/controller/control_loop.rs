@@ -63,7 +63,7 @@ fn joint_targets_do_not_jump_when_the_parameters_change() {
     let mut path = Path::default();
     for _ in 0..777 {
         control.turn();
-        path.next_point::<f32>();
+        path.next_point();
     }
     assert!(control.switch_to(&new));
     let mut before = *control.joints();

@@ -7,7 +7,9 @@ use crate::{
     InputError, PositionError, RobotFile, Row, SampleErrors, SamplesFile, WorkspaceComparison,
     plausibility, sensor_frame,
 };
-use delta_cal::{Calibrator, Method, RigidTransform, RobotOutcome, Sample, Settings, Start};
+use delta_cal::{
+    Calibrator, Method, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
+};
 use std::error::Error;
 use std::fmt;
 
@@ -120,13 +122,13 @@ pub fn calibrate(
         ),
     };
     let measured = in_robot_frame(&samples.rows, sensor_frame.as_ref());
-    let distances_before = distances(nominal, &measured);
     let circumstances = Circumstances {
         robot,
         samples,
         measured: &measured,
         options,
-        error_before: PositionError::of(&distances_before, &samples.rows),
+        error_before: PositionError::of(&distances(nominal, &measured), &samples.rows),
+        find_frame: "--frame sensor",
     };
 
     let mut calibrator = Calibrator::new(nominal, &settings);
@@ -137,27 +139,74 @@ pub fn calibrate(
         .solve()
         .map_err(|refusal| circumstances.explain(&refusal))?;
 
-    let distances_after = distances(&outcome.robot, &measured);
+    Ok(judged(&circumstances, robot, &outcome, sensor_frame)?)
+}
+
+/// The report of what a controller found from the same samples: `before` is its current geometry,
+/// `robot` the file with its nominal one.
+///
+/// # Errors
+/// As [`calibrate`].
+pub(crate) fn calibrated_elsewhere(
+    robot: &RobotFile,
+    before: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+    result: &Result<RobotOutcome<f64>, Refusal>,
+) -> Result<CalibrationReport, Refused> {
+    let measured = in_robot_frame(&samples.rows, None);
+    let circumstances = Circumstances {
+        robot,
+        samples,
+        measured: &measured,
+        options,
+        error_before: PositionError::of(&distances(&robot.robot, &measured), &samples.rows),
+        find_frame: "delta-cal calibrate --frame sensor",
+    };
+    match result {
+        Ok(outcome) => judged(&circumstances, before, outcome, None),
+        Err(refusal) => Err(circumstances.explain(refusal)),
+    }
+}
+
+/// The report of a calibration that is good; otherwise why it is not.
+fn judged(
+    circumstances: &Circumstances<'_>,
+    before: &RobotFile,
+    outcome: &RobotOutcome<f64>,
+    sensor_frame: Option<RigidTransform<f64>>,
+) -> Result<CalibrationReport, Refused> {
+    let &Circumstances {
+        robot,
+        samples,
+        measured,
+        options,
+        ..
+    } = circumstances;
+    let distances_before = distances(&before.robot, measured);
+    let distances_after = distances(&outcome.robot, measured);
     let error_after = PositionError::of(&distances_after, &samples.rows);
     // A stated tolerance already keeps what is not known near where it was.
     let credible_by_itself = robot.tolerance.is_some() || options.no_guess;
-    if !credible_by_itself && let Some(cause) = plausibility::implausible(nominal, &outcome.robot) {
-        return Err(circumstances.explain_implausible(&cause).into());
+    if !credible_by_itself
+        && let Some(cause) = plausibility::implausible(&robot.robot, &outcome.robot)
+    {
+        return Err(circumstances.explain_implausible(&cause));
     }
     if lies_elsewhere(&outcome.robot, &error_after) {
-        return Err(circumstances.explain_not_reproduced(&error_after).into());
+        return Err(circumstances.explain_not_reproduced(&error_after));
     }
-    let workspace = WorkspaceComparison::of(nominal, &outcome, &robot.limits);
+    let workspace = WorkspaceComparison::of(&before.robot, outcome, &robot.limits);
     if robot.tolerance.is_none()
         && let Some(comparison) = &workspace
         && comparison.expected_worse()
     {
-        return Err(circumstances.explain_worse(comparison, &error_after).into());
+        return Err(circumstances.explain_worse(comparison, &error_after));
     }
 
     let mut report = CalibrationReport {
         options,
-        before: robot.clone(),
+        before: before.clone(),
         after: RobotFile {
             robot: outcome.robot,
             sensor_frame,
@@ -165,9 +214,9 @@ pub fn calibrate(
         },
         samples_file: samples.name.clone(),
         samples: measured.len(),
-        distinct_poses: distinct_poses(&measured),
-        outcome,
-        error_before: circumstances.error_before,
+        distinct_poses: distinct_poses(measured),
+        outcome: *outcome,
+        error_before: PositionError::of(&distances_before, &samples.rows),
         error_after,
         sample_errors: sample_errors(samples, &distances_before, &distances_after),
         workspace,
@@ -177,7 +226,7 @@ pub fn calibrate(
     Ok(report)
 }
 
-fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f64>, InputError> {
+pub(crate) fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f64>, InputError> {
     if options.no_guess && robot.tolerance.is_some() {
         let cause = "a tolerance about the values of a robot file that is no guess (--no-guess) \
                      is a contradiction";

@@ -2,6 +2,7 @@
 
 mod args;
 mod calibrate;
+mod device;
 mod failure;
 mod kinematics;
 mod paths;
@@ -17,6 +18,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Forward(arguments) => kinematics::forward(&arguments),
         Command::Inverse(arguments) => kinematics::inverse(&arguments),
+        Command::Device(arguments) => device::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -27,6 +27,7 @@
 #![forbid(unsafe_code)]
 
 mod calibrate;
+pub mod device;
 pub mod example;
 mod input_error;
 mod input_text;

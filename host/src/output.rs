@@ -39,9 +39,30 @@ impl Error for OutputError {
 pub fn write_all(files: &[(&Path, &str)]) -> Result<(), OutputError> {
     let mut prepared = Vec::with_capacity(files.len());
     for (path, text) in files {
-        let file = prepare(path, text).map_err(|error| failure(path, error))?;
+        let file = prepare(path, text.as_bytes()).map_err(|error| failure(path, error))?;
         prepared.push((*path, file));
     }
+    persist(prepared)
+}
+
+/// Whether a file could be written, for those who want to know before they do what cannot be undone.
+///
+/// # Errors
+/// As [`write_all`].
+pub fn check(path: &Path) -> Result<(), OutputError> {
+    prepare(path, &[]).map_or_else(|error| Err(failure(path, error)), |_| Ok(()))
+}
+
+/// Writes a file that is no text, as [`write_all`] does.
+///
+/// # Errors
+/// It could not be written; a file that exists is then as it was.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let file = prepare(path, bytes).map_err(|error| failure(path, error))?;
+    persist(vec![(path, file)])
+}
+
+fn persist(prepared: Vec<(&Path, (PathBuf, NamedTempFile))>) -> Result<(), OutputError> {
     for (path, (target, file)) in prepared {
         file.persist(target)
             .map_err(|error| failure(path, error.error))?;
@@ -56,7 +77,7 @@ fn failure(path: &Path, error: io::Error) -> OutputError {
     }
 }
 
-fn prepare(path: &Path, text: &str) -> io::Result<(PathBuf, NamedTempFile)> {
+fn prepare(path: &Path, bytes: &[u8]) -> io::Result<(PathBuf, NamedTempFile)> {
     // A link stays a link: what it points to is replaced.
     let target = match path.canonicalize() {
         Ok(existing) if existing.is_dir() => return Err(io::Error::other("it is a folder")),
@@ -90,7 +111,7 @@ fn prepare(path: &Path, text: &str) -> io::Result<(PathBuf, NamedTempFile)> {
     // Without the temporary file's name, which means nothing to anyone.
     let named = |error: io::Error| io::Error::from(error.kind());
     let mut file = builder.tempfile_in(folder).map_err(named)?;
-    file.write_all(text.as_bytes())?;
+    file.write_all(bytes)?;
     file.as_file().sync_all()?;
     Ok((target, file))
 }

@@ -42,6 +42,8 @@ pub(crate) struct Circumstances<'a> {
     pub(crate) measured: &'a [Sample<f64>],
     pub(crate) options: Options,
     pub(crate) error_before: PositionError,
+    /// What finds the sensor's frame.
+    pub(crate) find_frame: &'static str,
 }
 
 impl Refused {
@@ -127,7 +129,7 @@ impl Circumstances<'_> {
                 "each arm fits the samples, and together they put the platform on the other side of \
                  the elbows: the samples' frame is upside down or left-handed against the robot's"
                     .to_owned(),
-                "state the samples in the robot's frame, or calibrate with --frame sensor".to_owned(),
+                format!("state the samples in the robot's frame, or use {}", self.find_frame),
             ),
             Refusal::NotConverged { arm, iterations } => (
                 format!(
@@ -164,9 +166,11 @@ impl Circumstances<'_> {
                 format!(
                     "{CHECK}{}; if the robot really is that far off, state a larger [tolerance]",
                     match self.options.frame {
-                        Frame::Base =>
-                            "; if the samples' frame is not exactly the robot's, use --frame sensor",
-                        Frame::Sensor => "",
+                        Frame::Base => format!(
+                            "; if the samples' frame is not exactly the robot's, use {}",
+                            self.find_frame
+                        ),
+                        Frame::Sensor => String::new(),
                     }
                 ),
             ),
@@ -213,8 +217,11 @@ impl Circumstances<'_> {
     /// Without a tolerance, a result that is no error of manufacture.
     pub(crate) fn explain_implausible(&self, cause: &str) -> Refused {
         let frame = match self.options.frame {
-            Frame::Base => "; if the samples are in another frame, use --frame sensor",
-            Frame::Sensor => "",
+            Frame::Base => format!(
+                "; if the samples are in another frame, use {}",
+                self.find_frame
+            ),
+            Frame::Sensor => String::new(),
         };
         Refused {
             cause: format!("{}: {cause}", self.samples.name),
@@ -287,8 +294,8 @@ impl Circumstances<'_> {
             let frame = match self.options.frame {
                 Frame::Base => format!(
                     "half of the measured points are more than {median:.0} mm from where the robot \
-                     of the file would be; if they are in the sensor's own frame, use --frame \
-                     sensor; else {CHECK}"
+                     of the file would be; if they are in the sensor's own frame, use {}; else {CHECK}",
+                    self.find_frame
                 ),
                 Frame::Sensor => format!(
                     "even in the best sensor frame half of the measured points are more than \

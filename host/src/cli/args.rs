@@ -1,3 +1,4 @@
+use super::device::DeviceArguments;
 use super::paths::is_stream;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -11,6 +12,7 @@ Exit codes:
   2  the command line is wrong
   3  an input file is wrong
   4  a file could not be written
+  5  delta-cal device only: the controller or the link to it failed
 With 1, 2 and 3 no output file is written or changed.";
 
 const KINEMATICS_EXIT_CODES: &str = "\
@@ -28,7 +30,8 @@ Examples:
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
   delta-cal forward calibrated.toml angles.csv
-  delta-cal inverse calibrated.toml < positions.csv > angles.csv";
+  delta-cal inverse calibrated.toml < positions.csv > angles.csv
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
 
 const CALIBRATE_HELP: &str = "\
 ROBOT.toml:
@@ -104,6 +107,8 @@ pub(crate) enum Command {
     /// Compute the joint angles at which the platform is at given positions
     #[command(after_help = format!("{INVERSE_HELP}\n\n{KINEMATICS_EXIT_CODES}"))]
     Inverse(KinematicsArguments),
+    /// Calibrate a controller that calibrates itself, over its serial link
+    Device(DeviceArguments),
 }
 
 #[derive(Debug, Args)]
@@ -172,7 +177,7 @@ pub(crate) enum FrameArgument {
     Sensor,
 }
 
-fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
+pub(crate) fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|path| {
         if is_stream(&path) {
             Err("the robot file cannot come from standard input: give its name")

@@ -1,4 +1,5 @@
 use anstyle::{AnsiColor, Style};
+use delta_cal_host::device::{DeviceError, DeviceFailure};
 use delta_cal_host::output::OutputError;
 use delta_cal_host::{CalibrateError, InputError, Refused};
 use std::io::Write;
@@ -11,9 +12,20 @@ const HELP: Style = AnsiColor::Cyan.on_default().bold();
 #[derive(Debug)]
 pub(crate) enum Failure {
     Refused(Refused),
-    Usage { cause: String, remedy: String },
+    Usage {
+        cause: String,
+        remedy: String,
+    },
     Input(InputError),
     Output(String),
+    /// The controller, the link to it, or its emulation.
+    Device {
+        cause: String,
+        remedy: String,
+    },
+    /// Controller and host do not compute the same.
+    Differs(String),
+    Interrupted,
 }
 
 impl From<CalibrateError> for Failure {
@@ -28,6 +40,25 @@ impl From<CalibrateError> for Failure {
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
         Self::Input(error)
+    }
+}
+
+impl From<DeviceFailure> for Failure {
+    fn from(failure: DeviceFailure) -> Self {
+        match failure {
+            DeviceFailure::Device(error) => error.into(),
+            DeviceFailure::Input(error) => Self::Input(error),
+            DeviceFailure::Refused(refused) => Self::Refused(refused),
+        }
+    }
+}
+
+impl From<DeviceError> for Failure {
+    fn from(error: DeviceError) -> Self {
+        Self::Device {
+            cause: error.to_string(),
+            remedy: error.remedy().to_owned(),
+        }
     }
 }
 
@@ -55,6 +86,14 @@ impl Failure {
                     "give another name, or check that the folder exists, is writable and has space";
                 (4, "error", cause, remedy.to_owned())
             }
+            Self::Device { cause, remedy } => (5, "error", cause, remedy),
+            Self::Differs(cause) => {
+                let remedy = "build firmware and delta-cal from the same source, with the same \
+                              features of the core";
+                (1, "error", cause, remedy.to_owned())
+            }
+            // As shells do for a process that SIGINT ended.
+            Self::Interrupted => (130, "error", "interrupted".to_owned(), String::new()),
         };
         let mut stderr = anstream::stderr().lock();
         let _ = writeln!(stderr, "{ERROR}{kind}:{ERROR:#} {cause}");

@@ -1,0 +1,40 @@
+//! Links for the bare target.
+
+use std::env;
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+
+/// A realistic part, not the board's 4 MiB, so that outgrowing it fails. The stack lies below the
+/// statics: growing beyond its end it leaves the memory and faults instead of overwriting them.
+const MEMORY: &str = "\
+MEMORY
+{
+  FLASH : ORIGIN = 0x00000000, LENGTH = 512K
+  STACK : ORIGIN = 0x20000000, LENGTH = 88K
+  RAM   : ORIGIN = 0x20016000, LENGTH = 40K
+}
+_stack_start = ORIGIN(STACK) + LENGTH(STACK);
+_stack_end = ORIGIN(STACK);
+";
+
+/// The interrupts of `board.rs`, for `cortex-m-rt`: unhandled they end the run.
+const DEVICE: &str = "\
+PROVIDE(UART0_RX = DefaultHandler);
+PROVIDE(TIMER0 = DefaultHandler);
+";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    println!("cargo::rerun-if-changed=build.rs");
+    if env::var("CARGO_CFG_TARGET_OS")? == "none" {
+        let out = PathBuf::from(env::var("OUT_DIR")?);
+        // Not files of this package: the linker would find them here before it looks in OUT_DIR.
+        fs::write(out.join("memory.x"), MEMORY)?;
+        fs::write(out.join("device.x"), DEVICE)?;
+        println!("cargo::rustc-link-search={}", out.display());
+        println!("cargo::rustc-link-arg-bins=-Tlink.x");
+        println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
+        println!("cargo::rustc-link-arg-bins=--nmagic");
+    }
+    Ok(())
+}

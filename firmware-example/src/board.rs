@@ -1,0 +1,322 @@
+//! The board: Arm's MPS2 with a Cortex-M4F (AN386) or a Cortex-M7 (AN500), under QEMU. All that
+//! knows of it is in this file; replace it for another one.
+//!
+//! A timer interrupts a thousand times a second for the control loop, and goes before everything
+//! else. The UART's interrupt only moves bytes. SysTick runs freely and measures.
+
+use crate::firmware::Number;
+use core::cell::Cell;
+use core::fmt::{self, Write as _};
+use core::mem::MaybeUninit;
+use core::panic::PanicInfo;
+use core::ptr;
+use core::sync::atomic::{AtomicU32, Ordering};
+use cortex_m::interrupt::InterruptNumber;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{CPUID, NVIC, SYST};
+use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_semihosting::debug::{self, EXIT_FAILURE};
+use cortex_m_semihosting::hio;
+use critical_section::Mutex;
+use defmt_semihosting as _;
+use delta_cal::Real;
+use delta_cal_firmware_example::{Foreground, ParameterFlash, TURNS_A_SECOND, Timer};
+use heapless::spsc::Producer;
+
+/// Clock of the core, its timers and its UARTs.
+const CLOCK: u32 = 25_000_000;
+const BAUD: u32 = 115_200;
+
+/// The flash region of the parameters.
+pub(crate) type Flash = ParameterFlash;
+
+/// The board's parts that are used here.
+pub(crate) struct Board {
+    flash: &'static mut Flash,
+    link: Link,
+}
+
+impl Board {
+    /// The board, once.
+    pub(crate) fn take() -> Option<Self> {
+        let mut core = cortex_m::Peripherals::take()?;
+        let timer = &mut core.SYST;
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(SysTick::MASK);
+        timer.clear_current();
+        timer.enable_counter();
+        Some(Self {
+            flash: flash(),
+            link: Link { nvic: core.NVIC },
+        })
+    }
+
+    /// The flash and the serial link.
+    pub(crate) fn split(self) -> (&'static mut Flash, Link) {
+        (self.flash, self.link)
+    }
+}
+
+/// CPUID of the core, which tells the two boards apart.
+pub(crate) fn processor() -> u32 {
+    // SAFETY: the register is read-only and reading it has no effect.
+    #[allow(unsafe_code)]
+    let identification = unsafe { &*CPUID::PTR };
+    identification.base.read()
+}
+
+/// There is nothing to do until the next interrupt.
+///
+/// A real board sleeps here: `cortex_m::asm::wfi()`. QEMU's clock of counted instructions runs on
+/// too far when the processor sleeps, by a whole turn with `sleep=off`, and turns would seem late.
+pub(crate) fn wait() {
+    cortex_m::asm::nop();
+}
+
+/// Stands in for a region of flash: memory that a reset leaves as it is.
+struct Retained {
+    mark: u32,
+    flash: Flash,
+}
+
+/// The memory was set up since the board has power.
+const MARK: u32 = 0x64_63_61_6c;
+
+#[allow(unsafe_code)] // attribute that places it
+#[unsafe(link_section = ".uninit.flash")]
+static mut RETAINED: MaybeUninit<Retained> = MaybeUninit::uninit();
+
+fn flash() -> &'static mut Flash {
+    // SAFETY: called by `Board::take` only, which succeeds once. Any bits are a `Retained`.
+    #[allow(unsafe_code)]
+    let retained = unsafe { &mut *(&raw mut RETAINED).cast::<Retained>() };
+    if retained.mark != MARK {
+        *retained.flash.bytes_mut() = *Flash::new().bytes();
+        retained.mark = MARK;
+    }
+    &mut retained.flash
+}
+
+/// The free-running timer.
+pub(crate) struct SysTick;
+
+impl Timer for SysTick {
+    const TICKS_A_SECOND: u32 = CLOCK;
+    const MASK: u32 = 0x00ff_ffff;
+
+    fn now(&self) -> u32 {
+        // It counts down.
+        Self::MASK - SYST::get_current()
+    }
+}
+
+/// The registers of an Arm CMSDK peripheral, 32 bits each.
+struct Registers(usize);
+
+/// CMSDK UART.
+const UART: Registers = Registers(0x4000_4000);
+const UART_DATA: usize = 0x0;
+const UART_STATE: usize = 0x4;
+const UART_CONTROL: usize = 0x8;
+const UART_INTERRUPT: usize = 0xc;
+const UART_DIVIDER: usize = 0x10;
+const TRANSMIT_FULL: u32 = 1;
+const RECEIVE_FULL: u32 = 1 << 1;
+const RECEIVE_OVERRUN: u32 = 1 << 3;
+const TRANSMIT_ENABLE: u32 = 1;
+const RECEIVE_ENABLE: u32 = 1 << 1;
+const RECEIVE_INTERRUPT_ENABLE: u32 = 1 << 3;
+const RECEIVE_INTERRUPT: u32 = 1 << 1;
+
+/// CMSDK timer.
+const TIMER: Registers = Registers(0x4000_0000);
+const TIMER_CONTROL: usize = 0x0;
+const TIMER_VALUE: usize = 0x4;
+const TIMER_RELOAD: usize = 0x8;
+const TIMER_INTERRUPT: usize = 0xc;
+const TIMER_ENABLE: u32 = 1;
+const TIMER_INTERRUPT_ENABLE: u32 = 1 << 3;
+
+impl Registers {
+    fn read(&self, offset: usize) -> u32 {
+        // SAFETY: the addresses are those of the board's peripherals, aligned, and none is memory.
+        #[allow(unsafe_code)]
+        unsafe {
+            ptr::with_exposed_provenance::<u32>(self.0 + offset).read_volatile()
+        }
+    }
+
+    fn write(&self, offset: usize, value: u32) {
+        // SAFETY: as for `read`.
+        #[allow(unsafe_code)]
+        unsafe {
+            ptr::with_exposed_provenance_mut::<u32>(self.0 + offset).write_volatile(value);
+        }
+    }
+}
+
+/// The interrupts that are used, with their numbers.
+#[derive(Clone, Copy)]
+#[allow(non_camel_case_types, clippy::upper_case_acronyms)] // as in the device's manual
+pub(crate) enum Interrupt {
+    UART0_RX = 0,
+    TIMER0 = 8,
+}
+use Interrupt as interrupt;
+
+// SAFETY: the numbers are the board's.
+#[allow(unsafe_code)]
+unsafe impl InterruptNumber for Interrupt {
+    fn number(self) -> u16 {
+        self as u16
+    }
+}
+
+#[allow(unsafe_code, missing_docs)]
+mod vectors {
+    unsafe extern "C" {
+        fn UART0_RX();
+        fn TIMER0();
+        fn DefaultHandler();
+    }
+
+    /// The board's part of the vector table; `cortex-m-rt` puts its own before it.
+    #[unsafe(link_section = ".vector_table.interrupts")]
+    #[unsafe(no_mangle)]
+    pub(super) static __INTERRUPTS: [unsafe extern "C" fn(); 32] = {
+        let mut table: [unsafe extern "C" fn(); 32] = [DefaultHandler; 32];
+        table[super::Interrupt::UART0_RX as usize] = UART0_RX;
+        table[super::Interrupt::TIMER0 as usize] = TIMER0;
+        table
+    };
+}
+
+/// What the interrupts work with is handed to each once, through these.
+static CONTROL: Mutex<Cell<Option<Foreground<'static, Number>>>> = Mutex::new(Cell::new(None));
+static RECEIVED: Mutex<Cell<Option<Producer<'static, u8>>>> = Mutex::new(Cell::new(None));
+
+static OVERRUN: AtomicU32 = AtomicU32::new(0);
+
+/// The joint targets as bits of `f32`, for the drives. A real board writes them to its motor
+/// controllers.
+static TARGETS: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
+
+fn drive(joints: &[Number; 3]) {
+    for (target, joint) in TARGETS.iter().zip(joints) {
+        target.store(f32::from_f64(joint.to_f64()).to_bits(), Ordering::Relaxed);
+    }
+}
+
+/// Bytes that were lost, because the UART or the queue behind it was full.
+pub(crate) fn overrun() -> u32 {
+    OVERRUN.load(Ordering::Relaxed)
+}
+
+/// The serial link.
+pub(crate) struct Link {
+    nvic: NVIC,
+}
+
+impl Link {
+    /// Starts the interrupts: the control loop turns and bytes are received from here on.
+    pub(crate) fn start(
+        &mut self,
+        control_loop: Foreground<'static, Number>,
+        received: Producer<'static, u8>,
+    ) {
+        critical_section::with(|section| {
+            CONTROL.borrow(section).set(Some(control_loop));
+            RECEIVED.borrow(section).set(Some(received));
+        });
+        UART.write(UART_DIVIDER, CLOCK / BAUD);
+        UART.write(
+            UART_CONTROL,
+            TRANSMIT_ENABLE | RECEIVE_ENABLE | RECEIVE_INTERRUPT_ENABLE,
+        );
+        TIMER.write(TIMER_RELOAD, CLOCK / TURNS_A_SECOND - 1);
+        TIMER.write(TIMER_VALUE, CLOCK / TURNS_A_SECOND - 1);
+        TIMER.write(TIMER_CONTROL, TIMER_ENABLE | TIMER_INTERRUPT_ENABLE);
+        // SAFETY: everything that the interrupts use is set up, and no critical section rests on
+        // their priorities.
+        #[allow(unsafe_code)]
+        unsafe {
+            self.nvic.set_priority(Interrupt::TIMER0, 0x00);
+            self.nvic.set_priority(Interrupt::UART0_RX, 0x40);
+            NVIC::unmask(Interrupt::UART0_RX);
+            NVIC::unmask(Interrupt::TIMER0);
+        }
+    }
+
+    /// Sends bytes, waiting for the UART; only the idle loop waits here.
+    #[allow(clippy::unused_self)] // proof of its being the one sender
+    pub(crate) fn send(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            while UART.read(UART_STATE) & TRANSMIT_FULL != 0 {}
+            UART.write(UART_DATA, u32::from(*byte));
+        }
+    }
+}
+
+#[cortex_m_rt::interrupt]
+fn TIMER0() {
+    static mut CONTROL_LOOP: Option<Foreground<'static, Number>> = None;
+    TIMER.write(TIMER_INTERRUPT, 1);
+    if CONTROL_LOOP.is_none() {
+        *CONTROL_LOOP = critical_section::with(|section| CONTROL.borrow(section).take());
+    }
+    if let Some(control_loop) = CONTROL_LOOP {
+        control_loop.turn(&SysTick, drive);
+    }
+}
+
+#[cortex_m_rt::interrupt]
+fn UART0_RX() {
+    static mut QUEUE: Option<Producer<'static, u8>> = None;
+    if QUEUE.is_none() {
+        *QUEUE = critical_section::with(|section| RECEIVED.borrow(section).take());
+    }
+    UART.write(UART_INTERRUPT, RECEIVE_INTERRUPT);
+    let mut lost = 0;
+    while UART.read(UART_STATE) & RECEIVE_FULL != 0 {
+        let [byte, ..] = UART.read(UART_DATA).to_le_bytes();
+        if let Some(queue) = QUEUE
+            && queue.enqueue(byte).is_err()
+        {
+            lost += 1;
+        }
+    }
+    if UART.read(UART_STATE) & RECEIVE_OVERRUN != 0 {
+        UART.write(UART_STATE, RECEIVE_OVERRUN);
+        lost += 1;
+    }
+    OVERRUN.fetch_add(lost, Ordering::Relaxed);
+}
+
+#[panic_handler]
+fn panicked(info: &PanicInfo<'_>) -> ! {
+    fail(format_args!("{info}"))
+}
+
+// `cortex-m-rt` requires these two to be `unsafe fn`; neither does anything unsafe.
+#[allow(unsafe_code)]
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    fail(format_args!("hard fault: {frame:?}"))
+}
+
+#[allow(unsafe_code)]
+#[exception]
+unsafe fn DefaultHandler(number: i16) -> ! {
+    fail(format_args!("exception {number} has no handler"))
+}
+
+/// Says why, as far as that still works, and ends with a failure: a fault must not hang the run.
+/// Not through the log, which a fault may have interrupted.
+pub(crate) fn fail(why: fmt::Arguments<'_>) -> ! {
+    if let Ok(mut stream) = hio::hstderr() {
+        let _ = writeln!(stream, "\nFAILED {why}");
+    }
+    loop {
+        debug::exit(EXIT_FAILURE);
+    }
+}

@@ -1,0 +1,132 @@
+use crate::path::Path;
+use delta_cal::{Real, Robot};
+use nalgebra::Vector3;
+
+/// Turns in which the joint targets go over from the old parameters to new ones.
+pub const BLEND_TURNS: u32 = 500;
+
+/// New parameters that the loop is going over to.
+#[derive(Debug, Clone, Copy)]
+struct Blend<T: Real> {
+    robot: Robot<T>,
+    /// A whole number.
+    turn: T,
+}
+
+/// The control loop: each turn the next point of the path, and the joint angles for it.
+///
+/// It owns its parameters. New ones come in whole, and the joint targets go over to them smoothly.
+#[derive(Debug, Clone, Copy)]
+pub struct ControlLoop<T: Real> {
+    path: Path<T>,
+    robot: Robot<T>,
+    blend: Option<Blend<T>>,
+    point: Vector3<T>,
+    joints: [T; 3],
+    turns: u32,
+    unreachable: u32,
+    switches: u32,
+}
+
+impl<T: Real> ControlLoop<T> {
+    /// At rest, with these parameters.
+    pub fn new(robot: &Robot<T>) -> Self {
+        Self {
+            path: Path::default(),
+            robot: *robot,
+            blend: None,
+            point: Vector3::zeros(),
+            joints: [T::ZERO; 3],
+            turns: 0,
+            unreachable: 0,
+            switches: 0,
+        }
+    }
+
+    /// Goes over to other parameters within the next [`BLEND_TURNS`] turns; `false`, and nothing
+    /// happens, while it is still going over to the ones before.
+    pub fn switch_to(&mut self, robot: &Robot<T>) -> bool {
+        if self.switching() {
+            return false;
+        }
+        self.blend = Some(Blend {
+            robot: *robot,
+            turn: T::ZERO,
+        });
+        true
+    }
+
+    /// Whether it is going over to other parameters.
+    pub const fn switching(&self) -> bool {
+        self.blend.is_some()
+    }
+
+    /// One turn. A point that cannot be reached leaves the joints where they are.
+    pub fn turn(&mut self) -> &[T; 3] {
+        self.turns = self.turns.wrapping_add(1);
+        if let Some(blend) = &mut self.blend {
+            blend.turn += T::ONE;
+        }
+        self.point = self.path.next_point();
+        match self.targets() {
+            Some(joints) => self.joints = joints,
+            None => self.unreachable = self.unreachable.wrapping_add(1),
+        }
+        if let Some(blend) = &self.blend
+            && blend.turn >= blend_turns()
+        {
+            self.robot = blend.robot;
+            self.blend = None;
+            self.switches = self.switches.wrapping_add(1);
+        }
+        &self.joints
+    }
+
+    fn targets(&self) -> Option<[T; 3]> {
+        let mut joints = self.robot.inverse(&self.point).ok()?;
+        if let Some(blend) = &self.blend {
+            let other = blend.robot.inverse(&self.point).ok()?;
+            // s²(3 − 2s): neither the targets nor their speed jump.
+            let s = blend.turn / blend_turns();
+            let share = s * s * (T::from_f64(3.0) - T::TWO * s);
+            for (joint, other) in joints.iter_mut().zip(other) {
+                *joint += (other - *joint) * share;
+            }
+        }
+        Some(joints)
+    }
+
+    /// The parameters in use; the ones before while it is [`switching`](Self::switching).
+    pub const fn robot(&self) -> &Robot<T> {
+        &self.robot
+    }
+
+    /// The last point of the path, mm.
+    pub const fn point(&self) -> &Vector3<T> {
+        &self.point
+    }
+
+    /// The joint targets, radians.
+    pub const fn joints(&self) -> &[T; 3] {
+        &self.joints
+    }
+
+    /// Turns so far.
+    pub const fn turns(&self) -> u32 {
+        self.turns
+    }
+
+    /// Turns whose point could not be reached.
+    pub const fn unreachable(&self) -> u32 {
+        self.unreachable
+    }
+
+    /// How often it has gone over to other parameters.
+    pub const fn switches(&self) -> u32 {
+        self.switches
+    }
+}
+
+fn blend_turns<T: Real>() -> T {
+    T::from_f64(f64::from(BLEND_TURNS))
+}

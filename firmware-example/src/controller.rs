@@ -1,0 +1,260 @@
+//! What the controller does with the bytes that come in.
+
+use crate::geometry::Geometries;
+use crate::handover::NewParameters;
+use crate::reception::Reception;
+use crate::session::Session;
+use crate::{Number, TURNS_A_SECOND};
+use delta_cal::Robot;
+use delta_cal_protocol::{
+    ControlLoop, Direction, Fault, FrameError, Identity, LARGEST_FRAME, ParameterSet, Phase,
+    Receiver, Request, Response, Status, UNKNOWN_SEQUENCE, VERSION, encode,
+};
+use embedded_storage_async::nor_flash::NorFlash;
+use heapless::Vec;
+
+/// Bytes of the largest request, with room to spare: a sample in `f64` has 75.
+const LARGEST_REQUEST: usize = 128;
+
+/// Everything behind the control loop: answers requests, takes in samples, solves in bounded steps,
+/// stores and hands over.
+///
+/// `F` is NOR flash for the parameters alone: an even number of pages, four or more.
+///
+/// ```
+/// use delta_cal_firmware_example::{Controller, ParameterFlash, nominal};
+/// use delta_cal_protocol::{Direction, Request, encode};
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// let mut controller = Controller::new(nominal::<f32>()?, ParameterFlash::new(), 0);
+/// let request = encode(Direction::Request, 1, &Request::<f32>::Identify)?;
+/// let answer = request.iter().find_map(|byte| controller.receive(*byte));
+/// assert!(answer.is_some());
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Controller<T: Number, F> {
+    processor: u32,
+    receiver: Receiver<LARGEST_REQUEST>,
+    reception: Reception,
+    overrun: u32,
+    session: Session<T>,
+    geometries: Geometries<T, F>,
+    /// Parameters that the control loop has not been handed yet.
+    switch: Option<NewParameters<T>>,
+    control: ControlLoop<T>,
+}
+
+impl<T: Number, F: NorFlash> Controller<T, F> {
+    /// Reads the parameters from `flash`. `processor` is the CPUID that identifies the core.
+    pub fn new(nominal: Robot<T>, flash: F, processor: u32) -> Self {
+        info!(
+            "start: firmware {}, {} bytes a number, processor {=u32:08x}",
+            FIRMWARE,
+            size_of::<T>(),
+            processor
+        );
+        let geometries = Geometries::load(nominal, flash);
+        let fingerprint = geometries.current().fingerprint;
+        Self {
+            processor,
+            receiver: Receiver::new(Direction::Request),
+            reception: Reception::default(),
+            overrun: 0,
+            session: Session::none(),
+            geometries,
+            switch: None,
+            control: ControlLoop {
+                turns: 0,
+                longest_ticks: 0,
+                longest_ticks_calibrating: 0,
+                ticks_a_second: TURNS_A_SECOND,
+                late: 0,
+                unreachable: 0,
+                switches: 0,
+                fingerprint,
+                point: [T::ZERO; 3],
+                joints: [T::ZERO; 3],
+            },
+        }
+    }
+
+    /// Takes in a byte from the link. When it completes a request: the answer, a whole frame.
+    pub fn receive(&mut self, byte: u8) -> Option<Vec<u8, LARGEST_FRAME>> {
+        let (sequence, response) = self.respond(byte)?;
+        frame(sequence, &response)
+    }
+
+    // Not inlined, here and elsewhere: what is done one after the other shares the stack.
+    #[inline(never)]
+    fn respond(&mut self, byte: u8) -> Option<(u16, Response<T>)> {
+        Some(match self.receiver.push(byte)? {
+            Ok(frame) => {
+                let sequence = frame.sequence;
+                let request = frame.message::<Request<T>>();
+                self.reception.whole(sequence);
+                (sequence, self.answer(request))
+            }
+            Err(error) => {
+                self.reception.faulty(error);
+                let (sequence, fault) = match error {
+                    FrameError::UnknownVersion { sequence, .. } => {
+                        (sequence, Fault::UnknownVersion { spoken: VERSION })
+                    }
+                    FrameError::Damaged | FrameError::TooLong => (UNKNOWN_SEQUENCE, Fault::Damaged),
+                    // Answering an echo would echo for ever.
+                    FrameError::WrongDirection => return None,
+                };
+                (sequence, Response::Fault(fault))
+            }
+        })
+    }
+
+    /// One bounded step of whatever there is to do in the background; `true` while there is more.
+    pub fn idle(&mut self) -> bool {
+        self.session.step()
+    }
+
+    /// Whether a calibration is at work: samples are taken in or solved.
+    pub fn calibrating(&self) -> bool {
+        matches!(
+            self.session.phase(),
+            Phase::Collecting { .. } | Phase::Solving { .. }
+        )
+    }
+
+    /// The parameters in use.
+    pub fn current(&self) -> NewParameters<T> {
+        self.geometries.current()
+    }
+
+    /// New parameters for the control loop, once; call it when the loop can take them.
+    pub fn take_switch(&mut self) -> Option<NewParameters<T>> {
+        self.switch.take()
+    }
+
+    /// What the control loop said last, for [`Request::Status`].
+    pub fn set_control(&mut self, control: ControlLoop<T>) {
+        if control.switches != self.control.switches {
+            info!(
+                "control loop switched to {=u32:08x} at turn {}",
+                control.fingerprint, control.turns
+            );
+        }
+        self.control = control;
+    }
+
+    /// Bytes that were lost before they came here, for [`Request::Counters`].
+    pub fn set_overrun(&mut self, overrun: u32) {
+        self.overrun = overrun;
+    }
+
+    /// The flash, when the controller is switched off.
+    pub fn into_flash(self) -> F {
+        self.geometries.into_flash()
+    }
+
+    fn answer(&mut self, request: Option<Request<T>>) -> Response<T> {
+        let Some(request) = request else {
+            self.reception.unknown_request();
+            return Response::Fault(Fault::UnknownRequest);
+        };
+        self.handle(&request).unwrap_or_else(|fault| {
+            self.reception.refused();
+            Response::Fault(fault)
+        })
+    }
+
+    fn handle(&mut self, request: &Request<T>) -> Result<Response<T>, Fault> {
+        Ok(match request {
+            Request::Identify => Response::Identity(Identity {
+                firmware: FIRMWARE,
+                scalar: T::SCALAR,
+                processor: self.processor,
+                nominal: self.geometries.nominal().fingerprint,
+            }),
+            Request::Parameters(ParameterSet::Current) => {
+                Response::Parameters(self.geometries.current_message())
+            }
+            Request::Parameters(ParameterSet::Nominal) => {
+                Response::Parameters(self.geometries.nominal_message())
+            }
+            Request::Begin(begin) => {
+                let nominal = &self.geometries.nominal().robot;
+                let next = self.session.begin(nominal, begin)?;
+                self.taken(next)
+            }
+            Request::Sample(sample) => {
+                let next = self.session.sample(sample)?;
+                self.taken(next)
+            }
+            Request::Solve { session, samples } => {
+                self.session.solve(*session, *samples)?;
+                self.status()
+            }
+            Request::Status => self.status(),
+            Request::Outcome { session, arm } => {
+                Response::Outcome(self.session.report(*session, *arm)?)
+            }
+            Request::Apply {
+                session,
+                fingerprint,
+            } => {
+                let (outcome, there) = self.session.outcome(*session)?;
+                if there != *fingerprint {
+                    return Err(Fault::OtherParameters { there });
+                }
+                let switched = self.geometries.apply(&outcome.robot)?;
+                self.switched(switched)
+            }
+            Request::Revert { from, to } => {
+                let switched = self.geometries.revert(*from, *to)?;
+                self.switched(switched)
+            }
+            Request::Counters => Response::Counters(self.reception.counters(self.overrun)),
+            _ => return Err(Fault::UnknownRequest),
+        })
+    }
+
+    const fn taken(&self, next: u32) -> Response<T> {
+        Response::Taken {
+            session: self.session.number(),
+            next,
+        }
+    }
+
+    const fn status(&self) -> Response<T> {
+        Response::Status(Status {
+            session: self.session.number(),
+            phase: self.session.phase(),
+            control: self.control,
+        })
+    }
+
+    /// The answer to a request for other parameters; the control loop is to have them if they are
+    /// new.
+    fn switched(&mut self, new: bool) -> Response<T> {
+        if new {
+            self.switch = Some(self.geometries.current());
+        }
+        Response::Parameters(self.geometries.current_message())
+    }
+}
+
+#[inline(never)]
+fn frame<T: Number>(sequence: u16, response: &Response<T>) -> Option<Vec<u8, LARGEST_FRAME>> {
+    encode(Direction::Response, sequence, response).ok()
+}
+
+const FIRMWARE: [u16; 3] = [
+    decimal(env!("CARGO_PKG_VERSION_MAJOR")),
+    decimal(env!("CARGO_PKG_VERSION_MINOR")),
+    decimal(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+const fn decimal(text: &str) -> u16 {
+    match u16::from_str_radix(text, 10) {
+        Ok(value) => value,
+        Err(_) => u16::MAX,
+    }
+}

@@ -1,0 +1,93 @@
+//! Starts the control loop, and then does everything else behind it.
+
+use crate::board::{self, Board, Flash, Link};
+use delta_cal_firmware_example::{Background, Controller, Handover, nominal};
+use heapless::spsc::{Consumer, Queue};
+use static_cell::StaticCell;
+
+/// What the firmware computes in.
+#[cfg(not(feature = "double"))]
+pub(crate) type Number = f32;
+#[cfg(feature = "double")]
+pub(crate) type Number = f64;
+
+type Firmware = Controller<Number, &'static mut Flash>;
+
+/// What the idle loop works with.
+struct Idle {
+    controller: &'static mut Firmware,
+    control_loop: Background<'static, Number>,
+    received: Consumer<'static, u8>,
+    link: Link,
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    static CONTROLLER: StaticCell<Firmware> = StaticCell::new();
+    static mut HANDOVER: Handover<Number> = Handover::new();
+    static mut RECEIVED: Queue<u8, 1024> = Queue::new();
+
+    let mut idle = start(&CONTROLLER, HANDOVER, RECEIVED);
+    loop {
+        if !idle.step() {
+            // A byte that comes just now waits for the next turn of the control loop at most.
+            board::wait();
+        }
+    }
+}
+
+/// Not inlined: what is moved into its place here would occupy the stack for good.
+#[inline(never)]
+fn start(
+    memory: &'static StaticCell<Firmware>,
+    handover: &'static mut Handover<Number>,
+    received: &'static mut Queue<u8, 1024>,
+) -> Idle {
+    let (Some(board), Ok(nominal)) = (Board::take(), nominal()) else {
+        board::fail(format_args!("started twice, or without a robot"))
+    };
+    let (flash, mut link) = board.split();
+    let controller = memory.init_with(|| Controller::new(nominal, flash, board::processor()));
+    let (control_loop, foreground) = handover.split(&controller.current());
+    let (received_in, received) = received.split();
+    link.start(foreground, received_in);
+    Idle {
+        controller,
+        control_loop,
+        received,
+        link,
+    }
+}
+
+impl Idle {
+    /// One byte taken in, or one step of background work; whether there is more.
+    fn step(&mut self) -> bool {
+        if let Some(state) = self.control_loop.state() {
+            self.controller.set_control(state);
+        }
+        if self.control_loop.ready()
+            && let Some(parameters) = self.controller.take_switch()
+        {
+            // There is room: nobody else fills the queue.
+            let _ = self.control_loop.hand_over(parameters);
+        }
+        let more = match self.received.dequeue() {
+            Some(byte) => {
+                self.take_in(byte);
+                true
+            }
+            None => self.controller.idle(),
+        };
+        self.control_loop
+            .set_calibrating(self.controller.calibrating());
+        more
+    }
+
+    #[inline(never)]
+    fn take_in(&mut self, byte: u8) {
+        self.controller.set_overrun(board::overrun());
+        if let Some(answer) = self.controller.receive(byte) {
+            self.link.send(&answer);
+        }
+    }
+}

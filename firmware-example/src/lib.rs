@@ -1,0 +1,58 @@
+//! A Delta controller that recalibrates its own robot: everything but the board.
+//!
+//! Two things happen at once. The [`ControlLoop`] turns a thousand times a second in an interrupt
+//! and never waits. Behind it the [`Controller`] answers what the serial link brings, takes in
+//! measurements, solves in bounded steps, stores the result and, once that is safe, [hands it
+//! over](Handover). The two share no memory but that of two lock-free queues.
+//!
+//! Generic over the scalar, and built for the host as well, where the fault tests run.
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)
+)]
+
+#[macro_use]
+mod log;
+
+mod control_loop;
+mod controller;
+mod geometry;
+mod handover;
+mod number;
+mod pace;
+mod path;
+mod ram_flash;
+mod read_only;
+mod reception;
+mod session;
+mod store;
+
+pub use control_loop::{BLEND_TURNS, ControlLoop};
+pub use controller::Controller;
+pub use handover::{Background, Foreground, Handover, NewParameters};
+pub use number::Number;
+pub use pace::Timer;
+pub use path::Path;
+pub use ram_flash::{FlashError, PAGE, ParameterFlash, RamFlash, WORD};
+
+use delta_cal::{GeometryError, Real, Robot, SymmetricRobot};
+
+/// Turns of the control loop in a second.
+pub const TURNS_A_SECOND: u32 = 1000;
+
+/// The robot as drawn: that of Bentaleb and Iqbal (2020), in millimetres.
+///
+/// # Errors
+/// None: the dimensions are a robot's.
+pub fn nominal<T: Real>() -> Result<Robot<T>, GeometryError> {
+    SymmetricRobot {
+        base_radius: T::from_f64(194.0),
+        platform_radius: T::from_f64(30.0),
+        upper_arm: T::from_f64(260.0),
+        forearm: T::from_f64(480.0),
+    }
+    .robot()
+}

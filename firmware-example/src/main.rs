@@ -1,0 +1,24 @@
+//! The firmware: a controller whose control loop never stops while it recalibrates its robot.
+//!
+//! ```text
+//! cargo build --release -p delta-cal-firmware-example --target thumbv7em-none-eabihf
+//! qemu-system-arm -machine mps2-an386 -nographic -monitor none \
+//!     -serial tcp:127.0.0.1:PORT,server=on,wait=on,nodelay=on \
+//!     -semihosting-config enable=on,target=native -icount shift=6 \
+//!     -kernel target/thumbv7em-none-eabihf/release/delta-cal-firmware-example > LOG
+//! ```
+//!
+//! One program for a Cortex-M4F (`mps2-an386`) and a Cortex-M7 (`mps2-an500`). The log is `defmt`'s.
+//! `board.rs` is all that another board changes. For a host there is only the library.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod board;
+#[cfg(target_os = "none")]
+mod firmware;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("The firmware is built with --target thumbv7em-none-eabihf.");
+}

@@ -1,0 +1,258 @@
+//! The parameters in flash: written whole or not at all.
+
+use crate::Number;
+use crate::read_only::ReadOnly;
+use core::ops::Range;
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use delta_cal::{Arm, GeometryError, Real, Robot};
+use embassy_futures::block_on;
+use embedded_storage_async::nor_flash::NorFlash;
+use sequential_storage::cache::{Cache, CacheImpl};
+use sequential_storage::map::{MapConfig, MapStorage};
+use serde::{Deserialize, Serialize};
+
+/// Version of the stored record.
+const VERSION: u8 = 1;
+/// The one key: everything is one record, so that it changes at once.
+const KEY: u8 = 1;
+const CHECKSUM: usize = 4;
+/// Bytes of a record in `f64`, key included: 2 × 24 numbers and some twenty bytes.
+const LARGEST: usize = 432;
+/// Looked at together when looking for anything at all; divides every page.
+const CHUNK: usize = 64;
+const ERASED: u8 = 0xff;
+
+/// Eight parameters for each arm; `None` is the robot as drawn.
+pub(crate) type Geometry<T> = Option<[[T; 8]; 3]>;
+
+/// What is stored: the parameters in use and those before.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Sets<T> {
+    pub(crate) current: Geometry<T>,
+    pub(crate) previous: Geometry<T>,
+}
+
+/// The sets and what they are sets of.
+#[derive(Serialize, Deserialize)]
+struct Record<T> {
+    version: u8,
+    /// Bytes of a number.
+    number: u8,
+    /// Fingerprint of the nominal robot: another robot's parameters are useless.
+    nominal: u32,
+    /// Counts up; the highest is in use.
+    generation: u32,
+    sets: Sets<T>,
+}
+
+/// Why parameters were not stored, or not found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub(crate) enum StoreError {
+    /// The flash region is not two halves of two pages or more.
+    Region,
+    /// The flash failed, or holds nothing whole.
+    Flash,
+    /// What is stored is damaged, of another version or another robot's.
+    Record,
+    /// What was written did not read back the same.
+    ReadBack,
+}
+
+/// The store in a region of NOR flash: two halves, written in turn.
+///
+/// The newest record lies in one half; the next one is written to the other. Whatever a power cut
+/// makes of the half that is being written or erased, the newest record is not in it.
+#[derive(Debug)]
+pub(crate) struct Store<F> {
+    flash: F,
+    nominal: u32,
+    /// The newest record's, and where it lies.
+    generation: u32,
+    newest: Half,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Half {
+    Lower,
+    Upper,
+}
+
+impl Half {
+    const fn other(self) -> Self {
+        match self {
+            Self::Lower => Self::Upper,
+            Self::Upper => Self::Lower,
+        }
+    }
+}
+
+impl<F: NorFlash> Store<F> {
+    pub(crate) const fn new(flash: F, nominal: u32) -> Self {
+        Self {
+            flash,
+            nominal,
+            generation: 0,
+            newest: Half::Upper,
+        }
+    }
+
+    pub(crate) fn into_flash(self) -> F {
+        self.flash
+    }
+
+    /// What is stored, every number of it valid; `None` if nothing ever was. Writes nothing.
+    pub(crate) fn load<T: Number>(&mut self) -> Result<Option<Sets<T>>, StoreError> {
+        if self.blank()? {
+            return Ok(None);
+        }
+        let mut found = Err(StoreError::Flash);
+        for half in [Half::Lower, Half::Upper] {
+            match self.load_half::<T>(half) {
+                Ok(record) if record.generation >= self.generation => {
+                    self.generation = record.generation;
+                    self.newest = half;
+                    found = Ok(Some(record.sets));
+                }
+                Ok(_) => {}
+                Err(error) => found = found.map_err(|_| error),
+            }
+        }
+        found
+    }
+
+    #[inline(never)]
+    fn load_half<T: Number>(&mut self, half: Half) -> Result<Record<T>, StoreError> {
+        let mut buffer = [0; LARGEST];
+        let range = self.range(half)?;
+        let bytes = fetch(ReadOnly(&mut self.flash), range, &mut buffer)?;
+        self.decode::<T>(bytes).ok_or(StoreError::Record)
+    }
+
+    /// Stores both sets and reads them back.
+    #[inline(never)]
+    pub(crate) fn save<T: Number>(&mut self, sets: &Sets<T>) -> Result<(), StoreError> {
+        let half = self.newest.other();
+        let range = self.range(half)?;
+        let generation = self.generation.wrapping_add(1);
+        let mut buffer = [0; LARGEST];
+        let record = self
+            .encode(sets, generation, &mut buffer)
+            .ok_or(StoreError::Record)?;
+        let mut stored = write(&mut self.flash, range.clone(), record);
+        if stored.is_err() {
+            // What an earlier power cut left in this half may be beyond the map's own repair.
+            block_on(self.flash.erase(range.start, range.end)).map_err(|_| StoreError::Flash)?;
+            stored = write(&mut self.flash, range, record);
+        }
+        if stored.is_ok() {
+            self.generation = generation;
+            self.newest = half;
+        }
+        stored
+    }
+
+    fn range(&self, half: Half) -> Result<Range<u32>, StoreError> {
+        let length = u32::try_from(self.flash.capacity()).map_err(|_| StoreError::Region)?;
+        Ok(match half {
+            Half::Lower => 0..length / 2,
+            Half::Upper => length / 2..length,
+        })
+    }
+
+    /// Whether nothing was ever written.
+    fn blank(&mut self) -> Result<bool, StoreError> {
+        let length = u32::try_from(self.flash.capacity()).map_err(|_| StoreError::Region)?;
+        let mut chunk = [0; CHUNK];
+        for offset in (0..length).step_by(CHUNK) {
+            block_on(self.flash.read(offset, &mut chunk)).map_err(|_| StoreError::Flash)?;
+            if chunk.iter().any(|byte| *byte != ERASED) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn encode<'b, T: Number>(
+        &self,
+        sets: &Sets<T>,
+        generation: u32,
+        buffer: &'b mut [u8],
+    ) -> Option<&'b [u8]> {
+        let record = Record {
+            version: VERSION,
+            number: number_size::<T>(),
+            nominal: self.nominal,
+            generation,
+            sets: *sets,
+        };
+        let length = postcard::to_slice(&record, buffer).ok()?.len();
+        let checksum = checksum(buffer.get(..length)?).to_le_bytes();
+        buffer
+            .get_mut(length..length + CHECKSUM)?
+            .copy_from_slice(&checksum);
+        buffer.get(..length + CHECKSUM)
+    }
+
+    /// A whole record of this robot, every number of it valid.
+    fn decode<T: Number>(&self, bytes: &[u8]) -> Option<Record<T>> {
+        let (record, sent) = bytes.split_last_chunk::<CHECKSUM>()?;
+        if checksum(record) != u32::from_le_bytes(*sent) {
+            return None;
+        }
+        let (record, rest) = postcard::take_from_bytes::<Record<T>>(record).ok()?;
+        let ours = record.version == VERSION
+            && record.number == number_size::<T>()
+            && record.nominal == self.nominal
+            && rest.is_empty();
+        let valid = [record.sets.current, record.sets.previous]
+            .iter()
+            .flatten()
+            .all(|arms| robot(arms).is_ok());
+        (ours && valid).then_some(record)
+    }
+}
+
+/// A map over part of the flash.
+fn map<F: NorFlash>(
+    flash: F,
+    range: Range<u32>,
+) -> Result<MapStorage<u8, F, impl CacheImpl<u8>>, StoreError> {
+    let config = MapConfig::try_new(range).map_err(|_| StoreError::Region)?;
+    Ok(MapStorage::new(flash, config, Cache::new_uncached()))
+}
+
+fn fetch<F: NorFlash>(flash: F, range: Range<u32>, buffer: &mut [u8]) -> Result<&[u8], StoreError> {
+    match block_on(map(flash, range)?.fetch_item(buffer, &KEY)) {
+        Ok(Some(bytes)) => Ok(bytes),
+        Ok(None) | Err(_) => Err(StoreError::Flash),
+    }
+}
+
+/// Writes a record and reads it back.
+#[inline(never)]
+fn write<F: NorFlash>(flash: &mut F, range: Range<u32>, record: &[u8]) -> Result<(), StoreError> {
+    let mut buffer = [0; LARGEST];
+    block_on(map(&mut *flash, range.clone())?.store_item(&mut buffer, &KEY, &record))
+        .map_err(|_| StoreError::Flash)?;
+    if fetch(flash, range, &mut buffer)? == record {
+        Ok(())
+    } else {
+        Err(StoreError::ReadBack)
+    }
+}
+
+/// The robot of these parameters, if they are a robot's.
+pub(crate) fn robot<T: Real>(arms: &[[T; 8]; 3]) -> Result<Robot<T>, GeometryError> {
+    let [first, second, third] = *arms;
+    Robot::new([Arm::new(first)?, Arm::new(second)?, Arm::new(third)?])
+}
+
+#[allow(clippy::cast_possible_truncation)] // 4 or 8
+const fn number_size<T>() -> u8 {
+    size_of::<T>() as u8
+}
+
+fn checksum(bytes: &[u8]) -> u32 {
+    Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC).checksum(bytes)
+}

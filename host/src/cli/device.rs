@@ -1,0 +1,68 @@
+//! `delta-cal device`.
+
+mod args;
+mod calibrate;
+mod connect;
+mod inspect;
+mod verify;
+
+pub(crate) use args::DeviceArguments;
+
+use super::failure::Failure;
+use super::paths::{is_stream, read};
+use super::print;
+use args::{DeviceCommand, Files};
+use delta_cal_host::device::report::json::JsonDeviceReport;
+use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, example, output};
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::Path;
+
+pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
+    let link = &arguments.link;
+    match &arguments.command {
+        DeviceCommand::Calibrate(arguments) => calibrate::run(link, arguments),
+        DeviceCommand::Status(arguments) => inspect::status(link, arguments),
+        DeviceCommand::Parameters(arguments) => inspect::parameters(link, arguments),
+        DeviceCommand::Revert(arguments) => inspect::revert(link, arguments),
+        DeviceCommand::Verify(arguments) => verify::run(link, arguments),
+    }
+}
+
+/// The two files, or the built-in example.
+fn inputs(files: &Files) -> Result<(RobotFile, SamplesFile), InputError> {
+    let (Some(robot), Some(samples)) = (&files.robot, &files.samples) else {
+        return example::load();
+    };
+    let robot = RobotFile::read(&InputText::from_file(robot)?)?;
+    let samples = SamplesFile::read(&read(samples)?, &robot.limits)?;
+    Ok((robot, samples))
+}
+
+/// Writes the files and the JSON report, and prints the report for people unless JSON takes its
+/// place.
+fn publish<R: Serialize>(
+    files: &[(&Path, &str)],
+    json: Option<&Path>,
+    report: &JsonDeviceReport<R>,
+    mut text: String,
+) -> Result<(), Failure> {
+    let json_text = match json.map(|_| report.to_text()) {
+        None => String::new(),
+        Some(Ok(text)) => text,
+        Some(Err(error)) => return Err(Failure::Output(format!("the JSON report: {error}"))),
+    };
+    let mut files = files.to_vec();
+    files.extend(
+        json.filter(|path| !is_stream(path))
+            .map(|path| (path, json_text.as_str())),
+    );
+    output::write_all(&files)?;
+    if json.is_some_and(is_stream) {
+        return print(&json_text);
+    }
+    for (path, _) in &files {
+        let _ = writeln!(text, "Written: {}", path.display());
+    }
+    print(&text)
+}

@@ -1,0 +1,182 @@
+use crate::cli::args::robot_path;
+use clap::{Args, Subcommand};
+use delta_cal_host::Options;
+use delta_cal_host::device::Port;
+use std::path::PathBuf;
+
+const DEVICE_EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  the measurements cannot calibrate this robot (refused), or verify found a difference
+  2  the command line is wrong
+  3  an input file is wrong, or another robot's
+  4  a file could not be written
+  5  the controller, the link to it or its emulation failed
+With 1, 2, 3 and 5 no output file is written or changed; with 1, 2 and 3 the controller keeps its
+parameters.";
+
+const DEVICE_HELP: &str = "\
+The port is where the controller is:
+  /dev/ttyACM0     a serial port (COM3 on Windows)
+  tcp:HOST:PORT    a serial server
+  emulate:m4       no board at all: QEMU emulates one with the firmware of firmware-example,
+  emulate:m7         a Cortex-M4F or M7. What it stores is gone at the end without --flash FILE
+
+Examples:
+  delta-cal device --port emulate:m4 calibrate --apply
+      the built-in example on an emulated controller
+  delta-cal device --port /dev/ttyACM0 status
+  delta-cal device --port /dev/ttyACM0 parameters --nominal --output robot.toml
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply
+  delta-cal device --port /dev/ttyACM0 revert";
+
+const CALIBRATE_HELP: &str = "\
+The controller solves by itself while its control loop runs on; this command sends the samples and
+shows what came out. Tolerance and noise come from ROBOT.toml, whose geometry must be the nominal
+one of the controller (parameters --nominal --output ROBOT.toml). Files are those of
+delta-cal calibrate (see delta-cal calibrate --help). \"Before\" are the parameters that the
+controller uses now.
+
+Examples:
+  delta-cal device --port emulate:m7 calibrate --apply
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --json report.json
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply --output now.toml";
+
+const PARAMETERS_HELP: &str = "\
+The controller knows its geometry only. [joints], [tolerance] and [noise] come from ROBOT.toml;
+without one, [joints] is to be corrected by hand.
+
+Examples:
+  delta-cal device --port /dev/ttyACM0 parameters
+  delta-cal device --port /dev/ttyACM0 parameters --nominal --output robot.toml
+  delta-cal device --port /dev/ttyACM0 parameters robot.toml --output now.toml";
+
+const VERIFY_HELP: &str = "\
+Both solve the same samples, and every bit of the parameters, their covariance, the residual, the
+condition and so on is compared. Nothing is applied.
+
+Examples:
+  delta-cal device --port emulate:m4 verify
+  delta-cal device --port /dev/ttyACM0 verify robot.toml samples.csv";
+
+#[derive(Debug, Args)]
+#[command(after_help = format!("{DEVICE_HELP}\n\n{DEVICE_EXIT_CODES}"))]
+pub(crate) struct DeviceArguments {
+    #[command(flatten)]
+    pub(super) link: LinkArguments,
+    #[command(subcommand)]
+    pub(super) command: DeviceCommand,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct LinkArguments {
+    /// Where the controller is: /dev/ttyACM0, tcp:HOST:PORT, emulate:m4 or emulate:m7
+    #[arg(long, global = true, value_name = "PORT")]
+    pub(super) port: Option<Port>,
+    /// Bits a second on a serial port [default: 115200]
+    #[arg(long, global = true, value_name = "RATE")]
+    pub(super) baud: Option<u32>,
+    /// emulate: only: this firmware, and not the one built from firmware-example
+    #[arg(long, global = true, value_name = "ELF")]
+    pub(super) firmware: Option<PathBuf>,
+    /// emulate: only: keep the controller's flash in this file from run to run
+    #[arg(long, global = true, value_name = "FILE")]
+    pub(super) flash: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum DeviceCommand {
+    /// Send measurements, let the controller calibrate itself, show what came out
+    #[command(after_help = format!("{CALIBRATE_HELP}\n\n{DEVICE_EXIT_CODES}"))]
+    Calibrate(CalibrateArguments),
+    /// What the controller is doing, its control loop and its link
+    Status(StatusArguments),
+    /// The geometry that the controller uses, as a robot file
+    #[command(after_help = format!("{PARAMETERS_HELP}\n\n{DEVICE_EXIT_CODES}"))]
+    Parameters(ParametersArguments),
+    /// Go back to the parameters before the last --apply, or to the nominal ones
+    Revert(RevertArguments),
+    /// Solve the same samples on the controller and here, and compare the bits
+    #[command(after_help = format!("{VERIFY_HELP}\n\n{DEVICE_EXIT_CODES}"))]
+    Verify(VerifyArguments),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Files {
+    /// The robot as the controller was built for it; without files the built-in example is used
+    #[arg(value_name = "ROBOT.toml", requires = "samples", value_parser = robot_path())]
+    pub(super) robot: Option<PathBuf>,
+    /// Joint angles and measured positions; - is standard input
+    #[arg(value_name = "SAMPLES.csv")]
+    pub(super) samples: Option<PathBuf>,
+    /// The robot file is no guess: start without one (needs 12 samples) and accept any geometry
+    #[arg(long)]
+    pub(super) no_guess: bool,
+}
+
+impl Files {
+    pub(super) fn options(&self) -> Options {
+        Options {
+            no_guess: self.no_guess,
+            ..Options::default()
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CalibrateArguments {
+    #[command(flatten)]
+    pub(super) files: Files,
+    /// Store the result in the controller and let its control loop use it
+    #[arg(long)]
+    pub(super) apply: bool,
+    /// Write the calibrated robot to this file; a file that exists is replaced
+    #[arg(long, value_name = "CALIBRATED.toml")]
+    pub(super) output: Option<PathBuf>,
+    /// Write the report as JSON to this file; with - to standard output in place of the table
+    #[arg(long, value_name = "REPORT.json")]
+    pub(super) json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct StatusArguments {
+    /// Write the report as JSON to this file; with - to standard output in place of the text
+    #[arg(long, value_name = "REPORT.json")]
+    pub(super) json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ParametersArguments {
+    /// Where [joints], [tolerance] and [noise] come from
+    #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
+    pub(super) robot: Option<PathBuf>,
+    /// The robot as the controller was built for it, and not the geometry that it uses
+    #[arg(long)]
+    pub(super) nominal: bool,
+    /// Write to this file in place of standard output; a file that exists is replaced
+    #[arg(long, value_name = "ROBOT.toml")]
+    pub(super) output: Option<PathBuf>,
+    /// Write the parameters as JSON to this file; with - to standard output in place of TOML
+    #[arg(long, value_name = "REPORT.json")]
+    pub(super) json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct RevertArguments {
+    /// To the robot as the controller was built for it, whatever was applied since
+    #[arg(long)]
+    pub(super) nominal: bool,
+    /// Write the parameters then in use as JSON to this file; with - to standard output
+    #[arg(long, value_name = "REPORT.json")]
+    pub(super) json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct VerifyArguments {
+    #[command(flatten)]
+    pub(super) files: Files,
+    /// Write the report as JSON to this file; with - to standard output in place of the text
+    #[arg(long, value_name = "REPORT.json")]
+    pub(super) json: Option<PathBuf>,
+}

@@ -1,0 +1,195 @@
+use super::args::{CalibrateArguments, LinkArguments};
+use super::connect::{Device, Task, with_device};
+use super::{inputs, publish};
+use crate::cli::failure::Failure;
+use crate::cli::paths::{is_stream, refuse_same};
+use delta_cal_host::device::report::json::{
+    JsonCalibration, JsonControlLoop, JsonDeviceReport, hexadecimal,
+};
+use delta_cal_host::device::report::text;
+use delta_cal_host::device::{
+    Finished, Number, Port, Step, apply, assumptions, calibrate_robot, measurements, parameters_of,
+};
+use delta_cal_host::report::json::JsonReport;
+use delta_cal_host::report::table;
+use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile, output};
+use delta_cal_protocol::fingerprint;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::fmt::Write;
+use std::path::Path;
+
+const OTHER_NAME: &str = "give the output another name";
+
+pub(super) fn run(link: &LinkArguments, arguments: &CalibrateArguments) -> Result<(), Failure> {
+    check_paths(arguments)?;
+    let (robot, samples) = inputs(&arguments.files)?;
+    // Before anything is applied.
+    for path in [&arguments.output, &arguments.json].into_iter().flatten() {
+        if !is_stream(path) {
+            output::check(path)?;
+        }
+    }
+    with_device(
+        link,
+        Calibrate {
+            arguments,
+            robot,
+            samples,
+        },
+    )
+}
+
+fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
+    let robot = ("the robot file", arguments.files.robot.as_deref());
+    let samples = ("the samples file", arguments.files.samples.as_deref());
+    let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
+    if output.is_some_and(is_stream) {
+        return Err(Failure::Usage {
+            cause: "--output needs the name of a file".to_owned(),
+            remedy: "only --json can write to standard output, as --json -".to_owned(),
+        });
+    }
+    // The nominal robot is needed for every further calibration.
+    refuse_same("--output", output, robot, OTHER_NAME)?;
+    refuse_same("--output", output, samples, OTHER_NAME)?;
+    refuse_same("--json", json, robot, OTHER_NAME)?;
+    refuse_same("--json", json, samples, OTHER_NAME)?;
+    refuse_same("--json", json, ("--output", output), OTHER_NAME)
+}
+
+struct Calibrate<'a> {
+    arguments: &'a CalibrateArguments,
+    robot: RobotFile,
+    samples: SamplesFile,
+}
+
+impl Task for Calibrate<'_> {
+    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
+        let Self {
+            arguments,
+            robot,
+            samples,
+        } = self;
+        let options = arguments.files.options();
+        let port = device.port.to_string();
+        let bar = Bar::new(samples.rows.len());
+        let client = &mut device.client;
+        let result =
+            calibrate_robot::<T, _>(client, &port, &robot, &samples, options, &mut |step| {
+                bar.show(step);
+            });
+        bar.finish();
+        let (finished, report) = result?;
+        if arguments.apply {
+            apply(
+                client,
+                &assumptions(&robot, options),
+                &measurements(&samples),
+                &finished,
+            )?;
+        }
+
+        let (before, after) = (
+            &finished.status_before.control,
+            &finished.status_after.control,
+        );
+        let json = JsonCalibration {
+            calibration: JsonReport::new(&report),
+            fingerprint: hexadecimal(result_fingerprint(&finished)),
+            applied: arguments.apply,
+            control_loop: JsonControlLoop::between(before, after),
+            repeated_requests: client.repetitions(),
+        };
+        let mut shown = String::new();
+        if arguments.files.robot.is_none() {
+            shown.push_str("The built-in example; its measurements are simulated.\n\n");
+        }
+        shown.push_str(&text::identity(&port, &device.identity));
+        let _ = writeln!(shown, "\n{}", table::render(&report));
+        let emulated = matches!(device.port, Port::Emulated(_));
+        shown.push_str(&text::while_calibrating(before, after, emulated));
+        match client.repetitions() {
+            0 => {}
+            repeated => {
+                let _ = writeln!(
+                    shown,
+                    "  {repeated} requests were sent again: something was lost on the link"
+                );
+            }
+        }
+        shown.push_str(&text::applied(
+            arguments.apply,
+            result_fingerprint(&finished),
+        ));
+        let toml = report.after.to_toml(&comment(&report, &port, arguments));
+        let file = arguments.output.as_deref();
+        let files: Vec<(&Path, &str)> =
+            file.map(|path| (path, toml.as_str())).into_iter().collect();
+        let json = JsonDeviceReport::new(port, &device.identity, json);
+        publish(&files, arguments.json.as_deref(), &json, shown).map_err(|failure| match failure {
+            Failure::Output(cause) if arguments.apply => {
+                Failure::Output(format!("{cause} (the new parameters were applied)"))
+            }
+            other => other,
+        })
+    }
+}
+
+fn result_fingerprint<T: Number>(finished: &Finished<T>) -> u32 {
+    finished
+        .result
+        .as_ref()
+        .map_or(0, |arms| fingerprint(&parameters_of(arms)))
+}
+
+fn comment(report: &CalibrationReport, port: &str, arguments: &CalibrateArguments) -> String {
+    let note = if arguments.files.robot.is_none() {
+        "\nThe built-in example: simulated, not measured."
+    } else {
+        ""
+    };
+    format!(
+        "Calibrated by the controller on {port} from {} (delta-cal {}):\n{} samples, position error \
+         {:.4} mm rms before and {:.4} mm after. {}{note}",
+        report.samples_file,
+        env!("CARGO_PKG_VERSION"),
+        report.samples,
+        report.error_before.rms,
+        report.error_after.rms,
+        if arguments.apply {
+            "In use by the controller."
+        } else {
+            "Not applied."
+        },
+    )
+}
+
+/// A progress bar on a terminal, nothing elsewhere.
+pub(super) struct Bar(ProgressBar);
+
+impl Bar {
+    pub(super) fn new(samples: usize) -> Self {
+        let length = u64::try_from(samples).unwrap_or(u64::MAX);
+        let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
+        if let Ok(style) = ProgressStyle::with_template("{msg:<22} [{bar:40}] {pos}/{len} samples")
+        {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_message("sending");
+        Self(bar)
+    }
+
+    pub(super) fn show(&self, step: Step) {
+        match step {
+            Step::Taken(count) => self
+                .0
+                .set_position(u64::try_from(count).unwrap_or(u64::MAX)),
+            Step::Solving(arm) => self.0.set_message(format!("solving {arm}")),
+            Step::BegunAgain => self.0.set_message("restarted, sending"),
+        }
+    }
+
+    pub(super) fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}

@@ -1,0 +1,170 @@
+use super::args::{LinkArguments, ParametersArguments, RevertArguments, StatusArguments};
+use super::connect::{Device, Task, with_device};
+use super::publish;
+use crate::cli::failure::Failure;
+use crate::cli::paths::{is_stream, refuse_same};
+use crate::cli::print;
+use delta_cal::{JointLimits, JointLimitsError};
+use delta_cal_host::device::report::json::{
+    JsonDeviceReport, JsonParameters, JsonStatus, hexadecimal,
+};
+use delta_cal_host::device::report::text;
+use delta_cal_host::device::{DeviceError, Number, Port, in_use, robot as robot_of};
+use delta_cal_host::{InputText, RobotFile};
+use delta_cal_protocol::{ParameterSet, Parameters, RevertTo, fingerprint};
+
+pub(super) fn status(link: &LinkArguments, arguments: &StatusArguments) -> Result<(), Failure> {
+    with_device(link, Status(arguments))
+}
+
+struct Status<'a>(&'a StatusArguments);
+
+impl Task for Status<'_> {
+    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
+        let client = &mut device.client;
+        let status = client.status::<T>()?;
+        let origin = client.parameters::<T>(ParameterSet::Current)?.origin;
+        let counters = client.counters::<T>()?;
+        let port = device.port.to_string();
+        let mut shown = text::identity(&port, &device.identity);
+        let emulated = matches!(device.port, Port::Emulated(_));
+        shown.push_str(&text::status(&status, origin, &counters, emulated));
+        let json = JsonStatus::new(&status, origin, &counters);
+        let json = JsonDeviceReport::new(port, &device.identity, json);
+        publish(&[], self.0.json.as_deref(), &json, shown)
+    }
+}
+
+pub(super) fn parameters(
+    link: &LinkArguments,
+    arguments: &ParametersArguments,
+) -> Result<(), Failure> {
+    let remedy = "give the output another name";
+    let robot = ("the robot file", arguments.robot.as_deref());
+    let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
+    refuse_same("--output", output, robot, remedy)?;
+    refuse_same("--json", json, robot, remedy)?;
+    refuse_same("--json", json, ("--output", output), remedy)?;
+    if json.is_some_and(is_stream) && output.is_some_and(is_stream) {
+        return Err(Failure::Usage {
+            cause: "--json - and --output - both write to standard output".to_owned(),
+            remedy: "give one of them the name of a file".to_owned(),
+        });
+    }
+    let template = match &arguments.robot {
+        Some(path) => Some(RobotFile::read(&InputText::from_file(path)?)?),
+        None => None,
+    };
+    with_device(
+        link,
+        ReadParameters {
+            arguments,
+            template,
+        },
+    )
+}
+
+struct ReadParameters<'a> {
+    arguments: &'a ParametersArguments,
+    /// Where everything but the geometry comes from.
+    template: Option<RobotFile>,
+}
+
+impl Task for ReadParameters<'_> {
+    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
+        let arguments = self.arguments;
+        let (set, name) = if arguments.nominal {
+            (ParameterSet::Nominal, "nominal")
+        } else {
+            (ParameterSet::Current, "current")
+        };
+        let parameters = device.client.parameters::<T>(set)?;
+        let toml = robot_file(self.template, name, &parameters, device)?;
+        let port = device.port.to_string();
+        let json = JsonParameters::new(name, &parameters);
+        let json = JsonDeviceReport::new(port, &device.identity, json);
+        let output = arguments.output.as_deref().filter(|path| !is_stream(path));
+        match (output, arguments.json.as_deref()) {
+            (None, None) => print(&toml),
+            (None, Some(path)) if !is_stream(path) => {
+                publish(&[], Some(path), &json, String::new())?;
+                print(&toml)
+            }
+            (output, path) => {
+                let files: Vec<_> = output
+                    .map(|path| (path, toml.as_str()))
+                    .into_iter()
+                    .collect();
+                publish(&files, path, &json, String::new())
+            }
+        }
+    }
+}
+
+/// The geometry as a robot file.
+fn robot_file<T: Number>(
+    template: Option<RobotFile>,
+    set: &str,
+    parameters: &Parameters<T>,
+    device: &Device,
+) -> Result<String, Failure> {
+    let mut comment = format!(
+        "The {set} geometry of the controller on {}, {}, fingerprint {}.",
+        device.port,
+        text::origin_in_words(parameters.origin),
+        hexadecimal(fingerprint(&parameters.arms))
+    );
+    let robot = robot_of(&parameters.arms)?;
+    let file = if let Some(template) = template {
+        RobotFile {
+            robot,
+            sensor_frame: None,
+            ..template
+        }
+    } else {
+        comment.push_str(
+            "\nThe controller does not know [joints]: correct the range below. State [tolerance] \
+             and [noise] if you can.",
+        );
+        RobotFile {
+            name: String::new(),
+            robot,
+            limits: any_limits().map_err(|_| DeviceError::ImpossibleGeometry)?,
+            tolerance: None,
+            noise: None,
+            sensor_frame: None,
+        }
+    };
+    Ok(file.to_toml(&comment))
+}
+
+/// A range for every Delta, until somebody states the right one.
+fn any_limits() -> Result<JointLimits<f64>, JointLimitsError> {
+    JointLimits::new(-90_f64.to_radians(), 90_f64.to_radians())
+}
+
+pub(super) fn revert(link: &LinkArguments, arguments: &RevertArguments) -> Result<(), Failure> {
+    with_device(link, Revert(arguments))
+}
+
+struct Revert<'a>(&'a RevertArguments);
+
+impl Task for Revert<'_> {
+    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
+        let client = &mut device.client;
+        let before = client.parameters::<T>(ParameterSet::Current)?;
+        let to = if self.0.nominal {
+            RevertTo::Nominal
+        } else {
+            RevertTo::Previous
+        };
+        let after = client.revert::<T>(fingerprint(&before.arms), to)?;
+        let after = in_use::<T, _>(client, fingerprint(&after.arms))?;
+        let port = device.port.to_string();
+        let mut shown = text::identity(&port, &device.identity);
+        shown.push_str(&text::reverted(&before, &after));
+        let json = JsonParameters::new("current", &after);
+        let json = JsonDeviceReport::new(port, &device.identity, json);
+        publish(&[], self.0.json.as_deref(), &json, shown)
+    }
+}

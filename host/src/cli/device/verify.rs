@@ -1,0 +1,65 @@
+use super::args::{LinkArguments, VerifyArguments};
+use super::calibrate::Bar;
+use super::connect::{Device, Task, with_device};
+use super::{inputs, publish};
+use crate::cli::failure::Failure;
+use crate::cli::paths::refuse_same;
+use delta_cal_host::device::report::json::{JsonComparison, JsonDeviceReport};
+use delta_cal_host::device::report::text;
+use delta_cal_host::device::{Number, verify};
+use delta_cal_host::{RobotFile, SamplesFile};
+
+pub(super) fn run(link: &LinkArguments, arguments: &VerifyArguments) -> Result<(), Failure> {
+    let remedy = "give the output another name";
+    let json = arguments.json.as_deref();
+    let robot = ("the robot file", arguments.files.robot.as_deref());
+    let samples = ("the samples file", arguments.files.samples.as_deref());
+    refuse_same("--json", json, robot, remedy)?;
+    refuse_same("--json", json, samples, remedy)?;
+    let (robot, samples) = inputs(&arguments.files)?;
+    with_device(
+        link,
+        Verify {
+            arguments,
+            robot,
+            samples,
+        },
+    )
+}
+
+struct Verify<'a> {
+    arguments: &'a VerifyArguments,
+    robot: RobotFile,
+    samples: SamplesFile,
+}
+
+impl Task for Verify<'_> {
+    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
+        let count = self.samples.rows.len();
+        let bar = Bar::new(count);
+        let options = self.arguments.files.options();
+        let result = verify::<T, _>(
+            &mut device.client,
+            &self.robot,
+            &self.samples,
+            options,
+            &mut |step| bar.show(step),
+        );
+        bar.finish();
+        let verified = result?;
+        let comparison = &verified.comparison;
+        let port = device.port.to_string();
+        let mut shown = text::identity(&port, &device.identity);
+        shown.push_str(&text::comparison(verified.calibrated, count, comparison));
+        let json = JsonComparison::new(verified.calibrated, count, comparison);
+        let json = JsonDeviceReport::new(port, &device.identity, json);
+        publish(&[], self.arguments.json.as_deref(), &json, shown)?;
+        match comparison.differences.len() {
+            0 => Ok(()),
+            different => Err(Failure::Differs(format!(
+                "controller and host differ in {different} of {} figures",
+                comparison.figures
+            ))),
+        }
+    }
+}

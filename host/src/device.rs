@@ -1,0 +1,31 @@
+//! A controller that calibrates itself, driven over a link: see [`delta_cal_protocol`].
+//!
+//! ```text
+//! Port ─→ open ─→ Transport ─→ Client ─→ session: calibrate, apply ─→ Finished
+//!           └ emulator: QEMU with the example's firmware       └→ report, verify
+//! ```
+
+mod client;
+mod convert;
+mod emulator;
+mod error;
+mod number;
+mod operations;
+pub mod report;
+mod session;
+mod transport;
+mod verify;
+
+pub use client::{Client, Patience};
+pub use convert::{assumptions, measurements, outcome, parameters, robot};
+pub use emulator::{
+    Emulation, Emulator, EmulatorError, FirmwareError, FlashError, build, check_firmware,
+};
+pub use error::DeviceError;
+pub use number::Number;
+pub use operations::{DeviceFailure, Verified, calibrate_robot, check_nominal, verify};
+pub use session::{
+    Assumptions, Finished, Measurement, Step, apply, calibrate, in_use, parameters_of,
+};
+pub use transport::{Board, Port, PortError, Serial, Tcp, Transport};
+pub use verify::{Comparison, Difference, Result3, compare, solve_here};

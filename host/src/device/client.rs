@@ -1,0 +1,259 @@
+//! One request at a time: sent again until its answer comes.
+
+use super::error::DeviceError;
+use super::number::Number;
+use super::transport::Transport;
+use delta_cal_protocol::{
+    Counters, Direction, Fault, FrameError, Identity, LARGEST_FRAME, ParameterSet, Parameters,
+    Receiver, Request, Response, RevertTo, Status, UNKNOWN_SEQUENCE, VERSION, encode,
+};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+use std::time::{Duration, Instant};
+
+/// How long a client waits and how often it tries.
+#[derive(Debug, Clone, Copy)]
+pub struct Patience {
+    /// For one answer.
+    pub timeout: Duration,
+    /// Requests in a row without any answer before the controller counts as absent.
+    pub silent_attempts: u32,
+    /// Attempts at one request before the link counts as unusable.
+    pub attempts: u32,
+    /// Between two looks at whether the controller has finished solving.
+    pub pause: Duration,
+    /// Looks at a solve before it counts as hanging.
+    pub looks: u32,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        Self {
+            timeout: Duration::from_millis(500),
+            silent_attempts: 8,
+            attempts: 50,
+            pause: Duration::from_millis(20),
+            looks: 3000,
+        }
+    }
+}
+
+/// Asks a controller, one request after the other.
+///
+/// A request whose answer does not come is sent again with the same sequence number; answers with
+/// another one are stale and not looked at. All requests may be repeated without harm.
+#[derive(Debug)]
+pub struct Client<L> {
+    transport: L,
+    receiver: Receiver<LARGEST_FRAME>,
+    patience: Patience,
+    random: Pcg32,
+    sequence: u16,
+    repetitions: u32,
+}
+
+/// What came back for one sending of a request.
+enum Received<T> {
+    Answer(Response<T>),
+    /// A frame came and was damaged, this way or that.
+    Damaged,
+    Nothing,
+}
+
+impl<L: Transport> Client<L> {
+    /// A client whose sequence and session numbers come from `seed`, which should differ from one
+    /// client to the next, so that neither is taken for the other.
+    pub fn new(transport: L, patience: Patience, seed: u64) -> Self {
+        let mut random = Pcg32::seed_from_u64(seed);
+        let [_, _, low, high] = random.next_u32().to_le_bytes();
+        Self {
+            transport,
+            receiver: Receiver::new(Direction::Response),
+            patience,
+            random,
+            sequence: u16::from_le_bytes([low, high]),
+            repetitions: 0,
+        }
+    }
+
+    /// The link, for whoever ends it.
+    pub fn into_transport(self) -> L {
+        self.transport
+    }
+
+    /// The link.
+    pub const fn transport_mut(&mut self) -> &mut L {
+        &mut self.transport
+    }
+
+    /// How patient it is.
+    pub const fn patience(&self) -> &Patience {
+        &self.patience
+    }
+
+    /// How often a request was sent again.
+    pub const fn repetitions(&self) -> u32 {
+        self.repetitions
+    }
+
+    /// A number for a new session.
+    pub fn new_session(&mut self) -> u32 {
+        self.random.next_u32().max(1)
+    }
+
+    /// Sends a request until it is answered.
+    ///
+    /// # Errors
+    /// The link is gone or lets nothing through, or the controller speaks another version.
+    /// [`Response::Fault`] is an answer.
+    pub fn ask<T: Number>(&mut self, request: &Request<T>) -> Result<Response<T>, DeviceError> {
+        self.sequence = match self.sequence.wrapping_add(1) {
+            UNKNOWN_SEQUENCE => UNKNOWN_SEQUENCE.wrapping_add(1),
+            next => next,
+        };
+        let frame = encode(Direction::Request, self.sequence, request)
+            .map_err(|_| DeviceError::RequestTooLarge)?;
+        let mut silent = 0;
+        for attempt in 0..self.patience.attempts {
+            if attempt > 0 {
+                self.repetitions = self.repetitions.saturating_add(1);
+            }
+            self.transport.write(&frame)?;
+            match self.receive()? {
+                Received::Answer(Response::Fault(Fault::UnknownVersion { spoken })) => {
+                    return Err(DeviceError::OtherVersion { spoken });
+                }
+                Received::Answer(answer) => return Ok(answer),
+                Received::Damaged => silent = 0,
+                Received::Nothing => silent += 1,
+            }
+            if silent >= self.patience.silent_attempts {
+                return Err(DeviceError::NoAnswer { attempts: silent });
+            }
+        }
+        Err(DeviceError::Unusable {
+            attempts: self.patience.attempts,
+        })
+    }
+
+    /// Waits for the answer to the last request.
+    fn receive<T: Number>(&mut self) -> Result<Received<T>, DeviceError> {
+        let start = Instant::now();
+        let mut buffer = [0; 256];
+        loop {
+            let left = self.patience.timeout.saturating_sub(start.elapsed());
+            let count = self.transport.read(&mut buffer, left)?;
+            if count == 0 {
+                return Ok(Received::Nothing);
+            }
+            for &byte in buffer.iter().take(count) {
+                match self.receiver.push(byte) {
+                    // An echo, or the rest of a frame to another client.
+                    None | Some(Err(FrameError::WrongDirection)) => {}
+                    Some(Err(FrameError::Damaged | FrameError::TooLong)) => {
+                        return Ok(Received::Damaged);
+                    }
+                    Some(Err(FrameError::UnknownVersion { version, .. })) => {
+                        return Err(DeviceError::OtherVersion { spoken: version });
+                    }
+                    Some(Ok(frame)) => {
+                        let sequence = frame.sequence;
+                        match frame.message::<Response<T>>() {
+                            Some(Response::Fault(Fault::Damaged))
+                                if sequence == UNKNOWN_SEQUENCE =>
+                            {
+                                return Ok(Received::Damaged);
+                            }
+                            Some(answer) if sequence == self.sequence => {
+                                return Ok(Received::Answer(answer));
+                            }
+                            None if sequence == self.sequence => {
+                                return Err(DeviceError::Unreadable);
+                            }
+                            _ => {}
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Who is there.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn identity(&mut self) -> Result<Identity, DeviceError> {
+        // No number is in the answer: any type will do.
+        match self.ask(&Request::<f32>::Identify)? {
+            Response::Identity(identity) => Ok(identity),
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    /// One of the controller's geometries.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn parameters<T: Number>(
+        &mut self,
+        set: ParameterSet,
+    ) -> Result<Parameters<T>, DeviceError> {
+        match self.ask(&Request::Parameters(set))? {
+            Response::Parameters(parameters) => Ok(parameters),
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    /// What the controller is doing.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn status<T: Number>(&mut self) -> Result<Status<T>, DeviceError> {
+        match self.ask(&Request::Status)? {
+            Response::Status(status) => Ok(status),
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    /// What the controller has received since it started.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn counters<T: Number>(&mut self) -> Result<Counters, DeviceError> {
+        match self.ask(&Request::<T>::Counters)? {
+            Response::Counters(counters) => Ok(counters),
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    /// Goes back to other parameters.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask), and a controller that cannot store them.
+    pub fn revert<T: Number>(
+        &mut self,
+        from: u32,
+        to: RevertTo,
+    ) -> Result<Parameters<T>, DeviceError> {
+        let before = self.repetitions;
+        match self.ask(&Request::Revert { from, to })? {
+            Response::Parameters(parameters) => Ok(parameters),
+            // The first of these requests was heard, its answer was not.
+            Response::Fault(Fault::OtherParameters { .. }) if self.repetitions > before => {
+                self.parameters(ParameterSet::Current)
+            }
+            other => Err(unexpected(&other)),
+        }
+    }
+}
+
+/// The error for an answer that does not belong to the request.
+pub(super) fn unexpected<T>(answer: &Response<T>) -> DeviceError {
+    match answer {
+        Response::Fault(fault) => DeviceError::Fault(*fault),
+        _ => DeviceError::Unexpected,
+    }
+}
+
+/// The protocol version that this client speaks.
+pub(super) const SPOKEN: u8 = VERSION;

@@ -1,0 +1,86 @@
+//! Between what files hold, in `f64`, and what goes over the wire.
+
+use super::error::DeviceError;
+use super::number::Number;
+use super::session::{Assumptions, Measurement};
+use crate::{Options, RobotFile, SamplesFile};
+use delta_cal::{Arm, ArmOutcome, GeometryError, Parameter, Real, Robot, RobotOutcome};
+use delta_cal_protocol::ArmReport;
+use nalgebra::{SMatrix, SVector};
+
+/// What a robot file states of tolerance and noise, rounded to the controller's numbers.
+pub fn assumptions<T: Number>(robot: &RobotFile, options: Options) -> Assumptions<T> {
+    let rounded = |(length, angle): (f64, f64)| (T::from_f64(length), T::from_f64(angle));
+    Assumptions {
+        tolerance: robot
+            .tolerance
+            .map(|t| rounded((t.of(Parameter::Lb), t.of(Parameter::Theta)))),
+        noise: robot.noise.map(|n| rounded((n.position(), n.joint()))),
+        without_guess: options.no_guess,
+    }
+}
+
+/// The samples of a file, rounded to the controller's numbers.
+pub fn measurements<T: Number>(samples: &SamplesFile) -> Vec<Measurement<T>> {
+    samples
+        .rows
+        .iter()
+        .map(|row| Measurement {
+            joints: row.value.joints.map(T::from_f64),
+            position: row.value.position.map(T::from_f64).data.0[0],
+        })
+        .collect()
+}
+
+/// The parameters of a robot.
+pub fn parameters<T: Real>(robot: &Robot<T>) -> [[T; 8]; 3] {
+    robot.arms().map(|arm| arm.parameters().data.0[0])
+}
+
+/// The robot of these parameters, in another type.
+///
+/// # Errors
+/// They are not the geometry of a robot.
+pub fn robot<T: Real, U: Real>(arms: &[[T; 8]; 3]) -> Result<Robot<U>, DeviceError> {
+    let arm = |parameters: &[T; 8]| Arm::new(parameters.map(|value| U::from_f64(value.to_f64())));
+    let [first, second, third] = arms;
+    let robot =
+        || -> Result<_, GeometryError> { Robot::new([arm(first)?, arm(second)?, arm(third)?]) };
+    robot().map_err(|_| DeviceError::ImpossibleGeometry)
+}
+
+/// A controller's result in `f64`, which changes no number.
+///
+/// # Errors
+/// The parameters are not the geometry of a robot.
+pub fn outcome<T: Real>(arms: &[ArmReport<T>; 3]) -> Result<RobotOutcome<f64>, DeviceError> {
+    let robot: Robot<f64> = robot(&arms.map(|arm| arm.parameters))?;
+    let [first, second, third] = arms;
+    let [arm_1, arm_2, arm_3] = *robot.arms();
+    Ok(RobotOutcome {
+        robot,
+        arms: [
+            arm_outcome(first, arm_1),
+            arm_outcome(second, arm_2),
+            arm_outcome(third, arm_3),
+        ],
+    })
+}
+
+fn arm_outcome<T: Real>(report: &ArmReport<T>, arm: Arm<f64>) -> ArmOutcome<f64> {
+    ArmOutcome {
+        arm,
+        covariance: report
+            .covariance
+            .map(|columns| SMatrix::from_fn(|row, column| columns[column][row].to_f64())),
+        residual_rms: report.residual_rms.to_f64(),
+        estimated_noise: report.estimated_noise.map(Real::to_f64),
+        degrees_of_freedom: report.degrees_of_freedom.to_f64(),
+        samples: report.samples,
+        iterations: report.iterations,
+        termination: report.termination,
+        start: report.start,
+        condition: report.condition.to_f64(),
+        prior_share: SVector::from(report.prior_share.map(Real::to_f64)),
+    }
+}

@@ -1,0 +1,165 @@
+use super::client::SPOKEN;
+use delta_cal::SampleError;
+use delta_cal_protocol::{Fault, Origin};
+use std::error::Error;
+use std::fmt;
+use std::io;
+
+/// Why a controller did not do what was asked. Displayed as one line.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum DeviceError {
+    /// The link is gone.
+    Link(io::Error),
+    /// Nothing comes back.
+    NoAnswer {
+        /// So often was it asked.
+        attempts: u32,
+    },
+    /// Something comes back, and never whole.
+    Unusable {
+        /// So often was it asked.
+        attempts: u32,
+    },
+    /// The controller speaks another version of the protocol.
+    OtherVersion {
+        /// Which.
+        spoken: u8,
+    },
+    /// An answer is whole and says nothing that is known here.
+    Unreadable,
+    /// An answer is none to what was asked.
+    Unexpected,
+    /// A request does not fit a frame.
+    RequestTooLarge,
+    /// The controller refused the request.
+    Fault(Fault),
+    /// The controller does not take this sample.
+    Sample {
+        /// Which, counted from 0.
+        index: usize,
+        /// Why.
+        error: SampleError,
+    },
+    /// The controller restarts over and over, or somebody else is calibrating it.
+    SessionsLost {
+        /// So many times was it begun.
+        sessions: u32,
+    },
+    /// The solve does not come to an end.
+    SolveHangs,
+    /// The three arms' results are not those that the controller had announced.
+    OutcomeChanged,
+    /// The parameters were applied, and the controller does not use them.
+    NotInUse {
+        /// Where those come from that it uses.
+        origin: Origin,
+    },
+    /// The controller has no robot: its parameters are not a geometry.
+    ImpossibleGeometry,
+}
+
+impl From<io::Error> for DeviceError {
+    fn from(error: io::Error) -> Self {
+        Self::Link(error)
+    }
+}
+
+impl DeviceError {
+    /// What to do next.
+    pub const fn remedy(&self) -> &'static str {
+        match self {
+            Self::Link(_) => "check the cable and the supply, then start again: nothing was lost",
+            Self::NoAnswer { .. } => {
+                "check that this is the controller's port, that its firmware runs, and --baud"
+            }
+            Self::Unusable { .. } => "check the cable and --baud",
+            Self::OtherVersion { .. } | Self::Unreadable | Self::Unexpected => {
+                "use the delta-cal that belongs to the controller's firmware"
+            }
+            Self::SessionsLost { .. } => {
+                "check its supply, and that nobody else talks to it; the parameters are unchanged"
+            }
+            Self::Fault(Fault::Store) => {
+                "the parameters in use are unchanged; the controller's flash may be worn or full"
+            }
+            Self::Fault(Fault::OtherParameters { .. }) => {
+                "somebody else changed them meanwhile: look at them and start again"
+            }
+            Self::Fault(Fault::NoOutcome) => "calibrate it first",
+            _ => "start again; if it stays so, restart the controller",
+        }
+    }
+}
+
+impl fmt::Display for DeviceError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Link(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+                formatter.write_str("the link was closed from the other side")
+            }
+            Self::Link(error) => write!(formatter, "the link broke: {error}"),
+            Self::NoAnswer { attempts } => {
+                write!(formatter, "no answer, asked {attempts} times")
+            }
+            Self::Unusable { attempts } => write!(
+                formatter,
+                "what comes back is damaged, {attempts} times in a row"
+            ),
+            Self::OtherVersion { spoken } => write!(
+                formatter,
+                "the controller speaks version {spoken} of the protocol, delta-cal version {SPOKEN}"
+            ),
+            Self::Unreadable => formatter.write_str("the controller's answer is not understood"),
+            Self::Unexpected => {
+                formatter.write_str("the controller's answer is none to what was asked")
+            }
+            Self::RequestTooLarge => formatter.write_str("the request does not fit a frame"),
+            Self::Fault(fault) => formatter.write_str(fault_in_words(*fault)),
+            Self::Sample { index, error } => write!(formatter, "sample {}: {error}", index + 1),
+            Self::SessionsLost { sessions } => write!(
+                formatter,
+                "the controller forgot the calibration {sessions} times: it restarts, or somebody \
+                 else calibrates it"
+            ),
+            Self::SolveHangs => formatter.write_str("the controller does not finish solving"),
+            Self::OutcomeChanged => {
+                formatter.write_str("the controller's results are not those that it announced")
+            }
+            Self::NotInUse { .. } => {
+                formatter.write_str("the controller does not use the parameters that it applied")
+            }
+            Self::ImpossibleGeometry => {
+                formatter.write_str("the controller's parameters are not the geometry of a robot")
+            }
+        }
+    }
+}
+
+const fn fault_in_words(fault: Fault) -> &'static str {
+    match fault {
+        Fault::Damaged => "the controller received a damaged frame",
+        Fault::UnknownVersion { .. } => "the controller speaks another version of the protocol",
+        Fault::UnknownRequest => "the controller does not know the request",
+        Fault::NoSession => "the controller forgot the calibration: it restarted",
+        Fault::OutOfOrder { .. } => "the controller missed a sample",
+        Fault::Sample(_) => "the controller does not take a sample",
+        Fault::Settings => "the controller does not take the tolerance or the noise",
+        Fault::Busy => "the controller is solving",
+        Fault::NoOutcome => "the controller has no result to apply or to go back to",
+        Fault::OtherParameters { .. } => {
+            "the controller's parameters are no longer those that were looked at"
+        }
+        Fault::Store => "the controller could not store the parameters",
+        _ => "the controller refused the request",
+    }
+}
+
+impl Error for DeviceError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            Self::Link(error) => Some(error),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! A controller's calibration from files, with the judgement and the report that a calibration on
+//! this computer gets.
+
+use super::client::Client;
+use super::convert;
+use super::error::DeviceError;
+use super::number::Number;
+use super::session::{self, Finished, Step};
+use super::transport::Transport;
+use super::verify::{Comparison, compare, solve_here};
+use crate::calibrate::{calibrated_elsewhere, settings};
+use crate::words::in_file_units;
+use crate::{
+    CalibrateError, CalibrationReport, InputError, Options, Refused, RobotFile, SamplesFile,
+};
+use delta_cal::{ArmIndex, Parameter, ParameterKind};
+use delta_cal_protocol::{ParameterSet, fingerprint};
+use std::error::Error;
+use std::fmt;
+
+/// Rounding errors by which a nominal parameter may differ.
+const ROUNDINGS: f64 = 4.0;
+/// How many parameters a message names.
+const NAMED: usize = 3;
+
+/// Why a robot was not calibrated.
+#[derive(Debug)]
+pub enum DeviceFailure {
+    /// The controller, or the link to it.
+    Device(DeviceError),
+    /// A file.
+    Input(InputError),
+    /// The measurements cannot calibrate this robot.
+    Refused(Refused),
+}
+
+impl fmt::Display for DeviceFailure {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Device(error) => error.fmt(formatter),
+            Self::Input(error) => error.fmt(formatter),
+            Self::Refused(refused) => refused.fmt(formatter),
+        }
+    }
+}
+
+impl Error for DeviceFailure {}
+
+impl From<DeviceError> for DeviceFailure {
+    fn from(error: DeviceError) -> Self {
+        Self::Device(error)
+    }
+}
+
+impl From<InputError> for DeviceFailure {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
+
+impl From<CalibrateError> for DeviceFailure {
+    fn from(error: CalibrateError) -> Self {
+        match error {
+            CalibrateError::Input(error) => Self::Input(error),
+            CalibrateError::Refused(refused) => Self::Refused(refused),
+        }
+    }
+}
+
+impl From<Refused> for DeviceFailure {
+    fn from(refused: Refused) -> Self {
+        Self::Refused(refused)
+    }
+}
+
+/// Calibrates the robot of a controller. Nothing is applied yet: that is
+/// [`apply`](super::apply)'s, once the report was judged to be good.
+///
+/// # Errors
+/// Another robot's file, a sample that is not taken, measurements that cannot calibrate this robot
+/// by the controller's or this computer's judgement; a controller or link that fails.
+pub fn calibrate_robot<T: Number, L: Transport>(
+    client: &mut Client<L>,
+    port: &str,
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+    progress: &mut dyn FnMut(Step),
+) -> Result<(Finished<T>, CalibrationReport), DeviceFailure> {
+    settings(robot, options)?;
+    let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
+    check_nominal(robot, &nominal.arms)?;
+    let current = client.parameters::<T>(ParameterSet::Current)?;
+    let before = RobotFile {
+        name: format!("the controller on {port}"),
+        robot: convert::robot(&current.arms)?,
+        ..robot.clone()
+    };
+    let finished = calibrated(client, robot, samples, options, progress)?;
+    let result = match &finished.result {
+        Ok(arms) => Ok(convert::outcome(arms)?),
+        Err(refusal) => Err(*refusal),
+    };
+    let report = calibrated_elsewhere(robot, &before, samples, options, &result)?;
+    Ok((finished, report))
+}
+
+fn calibrated<T: Number, L: Transport>(
+    client: &mut Client<L>,
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+    progress: &mut dyn FnMut(Step),
+) -> Result<Finished<T>, DeviceFailure> {
+    let assumptions = convert::assumptions(robot, options);
+    let measurements = convert::measurements(samples);
+    session::calibrate(client, &assumptions, &measurements, progress)
+        .map_err(|error| in_file(samples, error))
+}
+
+/// A sample that is not taken is a fault of the file.
+fn in_file(samples: &SamplesFile, error: DeviceError) -> DeviceFailure {
+    match error {
+        DeviceError::Sample { index, error } => {
+            DeviceFailure::Input(samples.fault(index, error.to_string()))
+        }
+        other => DeviceFailure::Device(other),
+    }
+}
+
+/// A calibration on both sides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verified {
+    /// Whether the controller calibrated the robot; otherwise it refused.
+    pub calibrated: bool,
+    /// The figures.
+    pub comparison: Comparison,
+}
+
+/// Calibrates on the controller and here, and compares. Nothing is applied.
+///
+/// # Errors
+/// As [`calibrate_robot`], but for refusals, which are compared.
+pub fn verify<T: Number, L: Transport>(
+    client: &mut Client<L>,
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+    progress: &mut dyn FnMut(Step),
+) -> Result<Verified, DeviceFailure> {
+    settings(robot, options)?;
+    let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
+    check_nominal(robot, &nominal.arms)?;
+    let device = calibrated::<T, L>(client, robot, samples, options, progress)?.result;
+    let here = solve_here(
+        &nominal.arms,
+        &convert::assumptions(robot, options),
+        &convert::measurements(samples),
+    )
+    .map_err(|error| in_file(samples, error))?;
+    Ok(Verified {
+        calibrated: device.is_ok(),
+        comparison: compare(&device, &here),
+    })
+}
+
+/// The nominal geometry of the robot file must be the controller's: the same numbers, or different
+/// by no more than the rounding of a controller that computed them itself.
+///
+/// # Errors
+/// The parameters that differ.
+pub fn check_nominal<T: Number>(
+    robot: &RobotFile,
+    nominal: &[[T; 8]; 3],
+) -> Result<(), InputError> {
+    let file = convert::parameters(&robot.robot);
+    if fingerprint(&file.map(|arm| arm.map(T::from_f64))) == fingerprint(nominal) {
+        return Ok(());
+    }
+    let mut different = Vec::new();
+    for ((index, file), device) in ArmIndex::ALL.into_iter().zip(file).zip(nominal) {
+        let longest = file.into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        for ((parameter, file), device) in Parameter::ALL.into_iter().zip(file).zip(device) {
+            let size = match parameter.kind() {
+                ParameterKind::Length => longest,
+                ParameterKind::Angle => std::f64::consts::TAU,
+            };
+            let device = device.to_f64();
+            if !((file - device).abs() <= ROUNDINGS * T::EPSILON.to_f64() * size) {
+                different.push(format!(
+                    "{parameter} of {index} is {} in the file and {} in the controller",
+                    in_file_units(parameter, file),
+                    in_file_units(parameter, device)
+                ));
+            }
+        }
+    }
+    if different.is_empty() {
+        return Ok(());
+    }
+    let more = match different.len().checked_sub(NAMED) {
+        Some(more) if more > 0 => format!("; and {more} more"),
+        _ => String::new(),
+    };
+    different.truncate(NAMED);
+    let cause = format!(
+        "is not the robot that the controller was built for: {}{more}",
+        different.join("; ")
+    );
+    Err(InputError::new(&robot.name, cause).with_remedy(
+        "delta-cal device --port PORT parameters --nominal --output ROBOT.toml writes the \
+         controller's; a calibrated robot file is no start for it",
+    ))
+}

@@ -1,0 +1,220 @@
+//! The reports for people.
+
+use super::json::hexadecimal;
+use super::{firmware, microseconds, origin, phase, processor, scalar};
+use crate::device::{Comparison, Number};
+use anstyle::{AnsiColor, Style};
+use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Status};
+use std::fmt::Write;
+
+const HEADING: Style = Style::new().bold();
+const GOOD: Style = AnsiColor::Green.on_default();
+const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
+
+/// Differences that are shown one by one.
+const SHOWN: usize = 10;
+
+/// What the times of an emulated controller mean.
+const EMULATED_TIME: &str = "  (emulated: every instruction counts 0.008 µs, whatever it would take \
+                             on a real core)\n";
+
+/// One line: who is there.
+pub fn identity(port: &str, identity: &Identity) -> String {
+    format!(
+        "Controller on {port}: {}, firmware {}, computes in {}\n",
+        processor(identity.processor),
+        firmware(identity),
+        scalar(identity)
+    )
+}
+
+fn line(text: &mut String, label: &str, value: &str) {
+    let _ = writeln!(text, "  {label:<42}{value:>14}");
+}
+
+fn heading(text: &mut String, title: &str) {
+    let _ = writeln!(text, "{HEADING}{title}{HEADING:#}");
+}
+
+fn longest(ticks: u32, ticks_a_second: u32) -> String {
+    match microseconds(ticks, ticks_a_second) {
+        Some(time) => format!("{time:.2}"),
+        None => "unknown".to_owned(),
+    }
+}
+
+/// The control loop while it was calibrated.
+pub fn while_calibrating<T: Number>(
+    before: &ControlLoop<T>,
+    after: &ControlLoop<T>,
+    emulated: bool,
+) -> String {
+    let mut text = String::new();
+    heading(
+        &mut text,
+        "The control loop while the controller calibrated",
+    );
+    let turns = after.turns.wrapping_sub(before.turns);
+    line(&mut text, "turns", &turns.to_string());
+    let late = after.late.wrapping_sub(before.late);
+    line(&mut text, "of them late or left out", &late.to_string());
+    let ticks = after.longest_ticks_calibrating;
+    line(
+        &mut text,
+        "longest turn, µs of the controller's timer",
+        &longest(ticks, after.ticks_a_second),
+    );
+    if emulated {
+        text.push_str(EMULATED_TIME);
+    }
+    text
+}
+
+/// What the controller is doing.
+pub fn status<T: Number>(
+    status: &Status<T>,
+    from: Origin,
+    counters: &Counters,
+    emulated: bool,
+) -> String {
+    let control = &status.control;
+    let mut text = String::new();
+    let style = match from {
+        Origin::NominalStoreDamaged => DOUBTFUL,
+        _ => Style::new(),
+    };
+    let _ = writeln!(
+        text,
+        "Parameters in use: {style}{}{style:#} (fingerprint {})",
+        origin(from),
+        hexadecimal(control.fingerprint)
+    );
+    let _ = writeln!(text, "Calibration: {}\n", phase(&status.phase));
+    heading(&mut text, "The control loop since the controller started");
+    line(&mut text, "turns", &control.turns.to_string());
+    line(&mut text, "late or left out", &control.late.to_string());
+    line(
+        &mut text,
+        "point out of reach",
+        &control.unreachable.to_string(),
+    );
+    line(
+        &mut text,
+        "switches to other parameters",
+        &control.switches.to_string(),
+    );
+    line(
+        &mut text,
+        "longest turn, µs of the controller's timer",
+        &longest(control.longest_ticks, control.ticks_a_second),
+    );
+    line(
+        &mut text,
+        "longest turn during a calibration, µs",
+        &match control.longest_ticks_calibrating {
+            0 => "none yet".to_owned(),
+            ticks => longest(ticks, control.ticks_a_second),
+        },
+    );
+    if emulated {
+        text.push_str(EMULATED_TIME);
+    }
+    let [x, y, z] = control.point.map(delta_cal::Real::to_f64);
+    let _ = writeln!(text, "  platform at {x:.3}, {y:.3}, {z:.3} mm");
+    let [q1, q2, q3] = control.joints.map(|q| q.to_f64().to_degrees());
+    let _ = writeln!(text, "  joints at {q1:.3}, {q2:.3}, {q3:.3} deg\n");
+    heading(&mut text, "The link since the controller started");
+    for (label, count) in [
+        ("frames received whole", counters.received),
+        ("damaged", counters.damaged),
+        ("repeated", counters.repeated),
+        ("lost before they arrived", counters.lost),
+        ("of an unknown version", counters.unknown_version),
+        ("whole, and no request", counters.unknown_request),
+        ("requests refused", counters.refused),
+        ("bytes lost because they came too fast", counters.overrun),
+    ] {
+        line(&mut text, label, &count.to_string());
+    }
+    text
+}
+
+/// A comparison of bits.
+pub fn comparison(calibrated: bool, samples: usize, comparison: &Comparison) -> String {
+    let mut text = String::new();
+    let what = if calibrated {
+        "calibrated the robot"
+    } else {
+        "refused the calibration"
+    };
+    let equal = comparison.figures - comparison.differences.len();
+    let _ = writeln!(
+        text,
+        "From {samples} samples both {what}; {equal} of {} figures are equal to the bit.",
+        comparison.figures
+    );
+    if comparison.differences.is_empty() {
+        let _ = writeln!(
+            text,
+            "{GOOD}Controller and host agree.{GOOD:#} Nothing was applied."
+        );
+        return text;
+    }
+    heading(
+        &mut text,
+        &format!("{:<34}{:>22}{:>22}", "Different", "controller", "host"),
+    );
+    for difference in comparison.differences.iter().take(SHOWN) {
+        let _ = writeln!(
+            text,
+            "  {:<32}{:>22}{:>22}",
+            difference.figure, difference.device, difference.here
+        );
+    }
+    if let Some(more) = comparison.differences.len().checked_sub(SHOWN)
+        && more > 0
+    {
+        let _ = writeln!(text, "  and {more} more");
+    }
+    text
+}
+
+/// What became of a calibration.
+pub fn applied(applied: bool, fingerprint: u32) -> String {
+    let fingerprint = hexadecimal(fingerprint);
+    if applied {
+        format!(
+            "\n{GOOD}Applied{GOOD:#} and stored: the control loop uses the new parameters \
+             (fingerprint {fingerprint}).\nTo go back: delta-cal device --port PORT revert\n"
+        )
+    } else {
+        format!(
+            "\nNot applied: the controller keeps its parameters. To let it use the new ones \
+             (fingerprint {fingerprint}),\ngive the same command with --apply.\n"
+        )
+    }
+}
+
+/// Where the parameters come from.
+pub const fn origin_in_words(from: Origin) -> &'static str {
+    origin(from)
+}
+
+/// What a revert did.
+pub fn reverted<T: Number>(
+    before: &delta_cal_protocol::Parameters<T>,
+    after: &delta_cal_protocol::Parameters<T>,
+) -> String {
+    let [from, to] = [before, after].map(|parameters| {
+        let fingerprint = delta_cal_protocol::fingerprint(&parameters.arms);
+        format!(
+            "{} (fingerprint {})",
+            origin(parameters.origin),
+            hexadecimal(fingerprint)
+        )
+    });
+    if from == to {
+        return format!("Parameters in use: {to}, as before: there was nothing to go back to\n");
+    }
+    format!("Parameters before: {from}\nParameters in use: {GOOD}{to}{GOOD:#}\n")
+}

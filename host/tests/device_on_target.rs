@@ -1,0 +1,185 @@
+//! `delta-cal device` with the firmware on an emulated Cortex-M4F and Cortex-M7: QEMU and the bare
+//! Rust target are needed.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+mod on_target {
+    use crate::support::{Arm, Point, arms_of, distance, nominal_arms, platform, rows_of};
+    use std::path::{Path, PathBuf};
+    use std::process::{Command, Stdio};
+    use tempfile::TempDir;
+
+    const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    const SAMPLES: &str = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/examples/paper-robot/samples.csv"
+    );
+
+    /// Runs in the workspace, where the firmware is found and built.
+    fn device(arguments: &[&str]) -> (i32, String, String) {
+        let output = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
+            .arg("device")
+            .args(arguments)
+            .current_dir(WORKSPACE)
+            .stdin(Stdio::null())
+            .output()
+            .unwrap();
+        (
+            output.status.code().unwrap(),
+            String::from_utf8(output.stdout).unwrap(),
+            String::from_utf8(output.stderr).unwrap(),
+        )
+    }
+
+    fn ok(arguments: &[&str]) -> String {
+        let (code, stdout, stderr) = device(arguments);
+        assert_eq!(code, 0, "{arguments:?}: {stderr}");
+        stdout
+    }
+
+    fn json(arguments: &[&str]) -> serde_json::Value {
+        serde_json::from_str(&ok(&[arguments, &["--json", "-"]].concat())).unwrap()
+    }
+
+    fn path(folder: &TempDir, name: &str) -> String {
+        folder.path().join(name).to_str().unwrap().to_owned()
+    }
+
+    /// The example's samples.
+    fn samples() -> Vec<(Point, Point)> {
+        let text = std::fs::read_to_string(SAMPLES).unwrap();
+        let rows = text.lines().filter(|line| !line.starts_with('#'));
+        rows_of(&rows.collect::<Vec<_>>().join("\n"))
+            .into_iter()
+            .map(|row| ([row[0], row[1], row[2]], [row[3], row[4], row[5]]))
+            .collect()
+    }
+
+    /// rms distance between the samples and where Newton's method puts the platform.
+    fn rms(arms: &[Arm; 3]) -> f64 {
+        let samples = samples();
+        let squares: f64 = samples
+            .iter()
+            .map(|(q, x)| distance(*x, platform(arms, *q)).powi(2))
+            .sum();
+        (squares / f64::from(u32::try_from(samples.len()).unwrap())).sqrt()
+    }
+
+    #[test]
+    fn calibrates_while_its_loop_runs_and_keeps_the_result() {
+        let folder = TempDir::new().unwrap();
+        let (flash, out) = (path(&folder, "flash.bin"), path(&folder, "out.toml"));
+        let link = ["--port", "emulate:m4", "--flash", &flash];
+        let calibrate = ["calibrate", "--apply", "--output", &out];
+        let report = json(&[&link[..], &calibrate].concat());
+        assert_eq!(report["applied"], true);
+        assert_eq!(report["device"]["scalar"], "f32");
+        let errors = &report["calibration"]["position_error_mm"];
+        let [before, after] =
+            ["before", "after"].map(|which| errors[which]["rms"].as_f64().unwrap());
+        println!("position error before {before:.4} mm, after {after:.4} mm");
+        // Single precision moves a point by less than a tenth of a micrometre.
+        assert!((before - rms(&nominal_arms())).abs() < 1e-4, "{before}");
+        let calibrated = arms_of(&std::fs::read_to_string(&out).unwrap());
+        assert!((after - rms(&calibrated)).abs() < 1e-9, "{after}");
+        assert!(before > 2.0 && after < 0.05, "{before} {after}");
+        // The loop turned all the time.
+        let control = &report["control_loop"];
+        assert!(control["turns"].as_u64().unwrap() > 100, "{control}");
+        assert_eq!(control["late"], 0);
+
+        // Power off and on.
+        let status = json(&[&link[..], &["status"]].concat());
+        assert_eq!(status["origin"], "calibrated");
+        assert_eq!(status["control_loop"]["fingerprint"], report["fingerprint"]);
+        let now = ok(&[&link[..], &["parameters"]].concat());
+        assert_eq!(arms_of(&now), calibrated);
+        // The flash is the board's, and any firmware of the same scalar reads it.
+        let other = ["--port", "emulate:m7", "--flash", &flash];
+        ok(&[&other[..], &["revert"]].concat());
+        let status = json(&[&link[..], &["status"]].concat());
+        assert_eq!(status["origin"], "nominal");
+    }
+
+    #[test]
+    fn a_damaged_flash_is_noticed_and_nominal_is_used() {
+        let folder = TempDir::new().unwrap();
+        let flash = path(&folder, "flash.bin");
+        let link = ["--port", "emulate:m4", "--flash", &flash];
+        ok(&[&link[..], &["calibrate", "--apply"]].concat());
+        let mut content = std::fs::read(&flash).unwrap();
+        // All that was written, but for the mark that the memory was set up.
+        for byte in content.iter_mut().skip(16).filter(|byte| **byte != 0xff) {
+            *byte ^= 0x55;
+        }
+        std::fs::write(&flash, &content).unwrap();
+        let status = json(&[&link[..], &["status"]].concat());
+        assert_eq!(
+            status["origin"],
+            "nominal, because what was stored is damaged"
+        );
+        content.pop();
+        std::fs::write(&flash, &content).unwrap();
+        let (code, _, stderr) = device(&[&link[..], &["status"]].concat());
+        assert_eq!(code, 5);
+        assert!(
+            stderr.contains("is not the flash of this firmware"),
+            "{stderr}"
+        );
+        assert_eq!(std::fs::read(&flash).unwrap(), content);
+    }
+
+    fn assert_same_bits(link: &[&str], scalar: &str) {
+        let folder = TempDir::new().unwrap();
+        let (bare, few) = (path(&folder, "bare.toml"), path(&folder, "few.csv"));
+        let text = std::fs::read_to_string(SAMPLES).unwrap();
+        let lines: Vec<_> = text.lines().filter(|l| !l.starts_with('#')).collect();
+        std::fs::write(&few, lines[..7].join("\n")).unwrap();
+        std::fs::write(&bare, crate::support::NOMINAL).unwrap();
+        let report = json(&[link, &["verify"]].concat());
+        assert_eq!(report["differences"], serde_json::json!([]), "{link:?}");
+        assert_eq!(report["figures"], 264);
+        assert_eq!(report["calibrated"], true);
+        assert_eq!(report["device"]["scalar"], scalar);
+        println!("{link:?}: {} figures equal to the bit", report["figures"]);
+        let refused = json(&[link, &["verify", &bare, &few]].concat());
+        assert_eq!(refused["differences"], serde_json::json!([]), "{link:?}");
+        assert_eq!(refused["calibrated"], false);
+    }
+
+    #[test]
+    fn same_bits_on_controller_and_host() {
+        assert_same_bits(&["--port", "emulate:m4"], "f32");
+        assert_same_bits(&["--port", "emulate:m7"], "f32");
+    }
+
+    #[test]
+    fn same_bits_on_controller_and_host_in_double_precision() {
+        let firmware = double_firmware();
+        let firmware = firmware.to_str().unwrap();
+        for port in ["emulate:m4", "emulate:m7"] {
+            assert_same_bits(&["--port", port, "--firmware", firmware], "f64");
+        }
+    }
+
+    /// The firmware in `f64`, in a target directory of its own.
+    fn double_firmware() -> PathBuf {
+        const TARGET: &str = "thumbv7em-none-eabihf";
+        const PACKAGE: &str = "delta-cal-firmware-example";
+        let directory = Path::new(env!("CARGO_TARGET_TMPDIR"))
+            .parent()
+            .unwrap()
+            .join("firmware-double");
+        let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+            .current_dir(WORKSPACE)
+            .args(["build", "--quiet", "--release", "--package", PACKAGE])
+            .args(["--target", TARGET, "--features", "double", "--target-dir"])
+            .arg(&directory)
+            .status()
+            .unwrap();
+        assert!(built.success());
+        directory.join(TARGET).join("release").join(PACKAGE)
+    }
+}

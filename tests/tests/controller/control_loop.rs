@@ -1,0 +1,256 @@
+use crate::driver::{Driver, Flash, arms, samples};
+use core::cell::Cell;
+use delta_cal::{Robot, SymmetricRobot};
+use delta_cal_firmware_example::{
+    BLEND_TURNS, ControlLoop, Handover, NewParameters, Path, TURNS_A_SECOND, Timer,
+};
+use delta_cal_protocol::{Response, fingerprint};
+use delta_cal_tests::{Spread, generator, paper_robot, perturbed};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+fn robot(number: u64) -> Robot<f32> {
+    let mut rng = generator(0x00c0_0100, number);
+    perturbed(&paper_robot(), 0.5, 0.0035, Spread::Uniform, &mut rng)
+        .cast()
+        .unwrap()
+}
+
+fn named(robot: &Robot<f32>) -> NewParameters<f32> {
+    NewParameters {
+        fingerprint: fingerprint(&arms(robot)),
+        robot: *robot,
+    }
+}
+
+/// A timer that stands still, or is set by hand.
+#[derive(Default)]
+struct Clock(Cell<u32>);
+
+impl Timer for Clock {
+    const TICKS_A_SECOND: u32 = 25_000_000;
+    const MASK: u32 = 0x00ff_ffff;
+
+    fn now(&self) -> u32 {
+        self.0.get() & Self::MASK
+    }
+}
+
+const PERIOD: u32 = Clock::TICKS_A_SECOND / TURNS_A_SECOND;
+
+#[test]
+fn the_whole_path_is_reached() {
+    for robot in [paper_robot(), robot(1), robot(2)] {
+        let mut control = ControlLoop::new(&robot);
+        let mut path = Path::default();
+        for _ in 0..5000 {
+            let joints = *control.turn();
+            let point = path.next_point();
+            assert_eq!(joints, robot.inverse(&point).expect("reachable"));
+            let there = robot.forward(&joints).expect("a pose");
+            assert!((there - point).norm() < 1e-3, "{there} instead of {point}");
+        }
+        assert_eq!(control.unreachable(), 0);
+        assert_eq!(control.turns(), 5000);
+    }
+}
+
+/// Between two turns the targets move by no more than the path and a cubic blend of the difference
+/// ask for: its steepest slope is 3/2 of the mean one.
+#[test]
+fn joint_targets_do_not_jump_when_the_parameters_change() {
+    let (old, new) = (paper_robot::<f32>(), robot(3));
+    let mut control = ControlLoop::new(&old);
+    let mut path = Path::default();
+    for _ in 0..777 {
+        control.turn();
+        path.next_point();
+    }
+    assert!(control.switch_to(&new));
+    let mut before = *control.joints();
+    let mut old_before = before;
+    let mut new_before = None;
+    let mut largest: f32 = 0.0;
+    for turn in 1..=BLEND_TURNS {
+        assert!(control.switching());
+        assert!(!control.switch_to(&old), "two blends at once");
+        let joints = *control.turn();
+        let point = path.next_point();
+        let (from, to) = (old.inverse(&point).unwrap(), new.inverse(&point).unwrap());
+        for arm in 0..3 {
+            let difference = (to[arm] - from[arm]).abs();
+            let path_step = (from[arm] - old_before[arm])
+                .abs()
+                .max(new_before.map_or(0.0, |before: [f32; 3]| (to[arm] - before[arm]).abs()));
+            let step = (joints[arm] - before[arm]).abs();
+            let rounding = 8.0 * f32::EPSILON;
+            #[allow(clippy::cast_precision_loss)]
+            let allowed = path_step + 1.5 * difference / BLEND_TURNS as f32 + rounding;
+            assert!(
+                step <= allowed,
+                "turn {turn}: {step} rad, {allowed} allowed"
+            );
+            largest = largest.max(difference);
+        }
+        (before, old_before, new_before) = (joints, from, Some(to));
+    }
+    assert!(largest > 1e-3, "the two robots hardly differ");
+    assert!(!control.switching());
+    assert_eq!(control.switches(), 1);
+    let joints = *control.turn();
+    assert_eq!(joints, new.inverse(&path.next_point()).unwrap());
+}
+
+#[test]
+fn an_unreachable_point_leaves_the_joints_where_they_are() {
+    let short = SymmetricRobot {
+        base_radius: 194.0_f32,
+        platform_radius: 30.0,
+        upper_arm: 130.0,
+        forearm: 370.0,
+    };
+    let mut control = ControlLoop::new(&short.robot().unwrap());
+    let (mut missed, mut last) = (0, [0.0; 3]);
+    for _ in 0..4000 {
+        let joints = *control.turn();
+        if let Ok(reached) = short.robot().unwrap().inverse(control.point()) {
+            assert_eq!(joints, reached);
+        } else {
+            missed += 1;
+            assert_eq!(joints, last);
+        }
+        last = joints;
+    }
+    assert!(missed > 0 && missed < 4000, "{missed} of 4000");
+    assert_eq!(control.unreachable(), missed);
+}
+
+#[test]
+fn late_and_left_out_turns_are_counted() {
+    let clock = Clock::default();
+    let mut handover = Handover::new();
+    let (mut background, mut foreground) = handover.split(&named(&paper_robot()));
+    let mut late_after = |at: u32| {
+        clock.0.set(at);
+        foreground.turn(&clock, |_| ());
+        background.state().expect("a state").late
+    };
+    // The timer comes around after 671 turns.
+    let mut at = 0x00ff_0000;
+    assert_eq!(late_after(at), 0);
+    for _ in 0..2000 {
+        at += PERIOD;
+        assert_eq!(late_after(at), 0);
+    }
+    // A little early or late is on time.
+    assert_eq!(late_after(at + PERIOD - 3), 0);
+    assert_eq!(late_after(at + 2 * PERIOD + PERIOD / 10), 0);
+    assert_eq!(late_after(at + 3 * PERIOD + PERIOD / 10 + 1), 1);
+    assert_eq!(late_after(at + 4 * PERIOD), 1);
+    // Two left out.
+    assert_eq!(late_after(at + 7 * PERIOD), 3);
+    assert_eq!(late_after(at + 8 * PERIOD), 3);
+}
+
+#[test]
+fn the_longest_turn_is_kept_apart_while_a_calibration_is_at_work() {
+    let clock = Clock::default();
+    let mut handover = Handover::new();
+    let (mut background, mut foreground) = handover.split(&named(&paper_robot()));
+    let mut turns = 0;
+    let mut turn = |calibrating, ticks| {
+        background.set_calibrating(calibrating);
+        turns += 1;
+        clock.0.set(turns * PERIOD);
+        foreground.turn(&clock, |_| clock.0.set(clock.0.get() + ticks));
+        background.state();
+        // A turn says how long the ones before took.
+        turns += 1;
+        clock.0.set(turns * PERIOD);
+        foreground.turn(&clock, |_| ());
+        let state = background.state().expect("a state");
+        (state.longest_ticks, state.longest_ticks_calibrating)
+    };
+    assert_eq!(turn(false, 900), (900, 0));
+    assert_eq!(turn(true, 700), (900, 700));
+    assert_eq!(turn(false, 1000), (1000, 700));
+    assert_eq!(turn(true, 1100), (1100, 1100));
+}
+
+#[test]
+fn the_loop_takes_over_what_was_applied() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let mut handover = Handover::new();
+    let (mut background, mut foreground) = handover.split(&driver.controller.current());
+    let applied = driver.solved(1, &samples(1, 20));
+    driver.apply(1, applied);
+    let clock = Clock::default();
+    let mut used = Vec::new();
+    for _ in 0..2 * BLEND_TURNS {
+        if background.ready()
+            && let Some(parameters) = driver.controller.take_switch()
+        {
+            background.hand_over(parameters).unwrap();
+        }
+        clock.0.set(clock.0.get() + PERIOD);
+        foreground.turn(&clock, |_| ());
+        driver
+            .controller
+            .set_control(background.state().expect("a state"));
+        let control = driver.status().control;
+        used.push((control.fingerprint, control.switches));
+    }
+    let Response::Parameters(parameters) = driver.apply(1, applied) else {
+        panic!("not applied")
+    };
+    assert_eq!(arms(foreground.control_loop().robot()), parameters.arms);
+    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    used.dedup();
+    assert_eq!(used, [(nominal, 0), (applied, 1)]);
+}
+
+/// The two sides on two threads: a queue that handed over anything but whole values would show as
+/// parameters that are not those of their fingerprint.
+#[test]
+fn parameters_are_handed_over_whole() {
+    const SWITCHES: u32 = 100;
+    let sets: Vec<_> = (0..SWITCHES).map(|n| named(&robot(n.into()))).collect();
+    let mut handover = Handover::new();
+    let (mut background, mut foreground) = handover.split(&named(&paper_robot()));
+    let done = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let turning = scope.spawn(|| {
+            let clock = Clock::default();
+            let mut seen = 0;
+            while !done.load(Ordering::Relaxed) {
+                foreground.turn(&clock, |joints| {
+                    assert!(joints.iter().all(|q| q.is_finite()));
+                });
+                let control = foreground.control_loop();
+                if control.switches() > seen {
+                    seen = control.switches();
+                    assert_eq!(arms(control.robot()), arms(&sets[seen as usize - 1].robot));
+                }
+            }
+            seen
+        });
+        let mut waiting = sets.iter();
+        let mut next = waiting.next();
+        let mut last = None;
+        while last != Some(SWITCHES) {
+            if let Some(set) = next
+                && background.hand_over(*set).is_ok()
+            {
+                next = waiting.next();
+            }
+            if let Some(state) = background.state() {
+                last = Some(state.switches);
+                if let Some(before) = state.switches.checked_sub(1) {
+                    assert_eq!(state.fingerprint, sets[before as usize].fingerprint);
+                }
+            }
+            std::hint::spin_loop();
+        }
+        done.store(true, Ordering::Relaxed);
+        assert_eq!(turning.join().expect("no panic"), SWITCHES);
+    });
+}

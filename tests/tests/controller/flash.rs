@@ -1,0 +1,162 @@
+//! Flash whose power fails.
+
+use crate::driver::Flash;
+use delta_cal_firmware_example::{FlashError, PAGE, WORD};
+use embedded_storage_async::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+
+/// How much of a write or an erase is done when the power fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Cut {
+    /// Nothing.
+    Before,
+    /// The first half.
+    FirstHalf,
+    /// The second half.
+    LastHalf,
+    /// Half of the bits, anywhere.
+    SomeBits,
+    /// Everything, but nobody is told.
+    After,
+}
+
+impl Cut {
+    pub(crate) const ALL: [Self; 5] = [
+        Self::Before,
+        Self::FirstHalf,
+        Self::LastHalf,
+        Self::SomeBits,
+        Self::After,
+    ];
+}
+
+/// Flash that fails at one write or erase, and from then on altogether.
+#[derive(Debug, Clone)]
+pub(crate) struct FailingFlash {
+    pub(crate) flash: Flash,
+    /// Writes and erases so far.
+    pub(crate) operations: u32,
+    /// At which of them the power fails.
+    pub(crate) cut: Option<(u32, Cut)>,
+    dead: bool,
+    /// Words that were written a second time without an erase between.
+    pub(crate) rewritten: u32,
+}
+
+impl FailingFlash {
+    pub(crate) fn new(flash: Flash) -> Self {
+        Self {
+            flash,
+            operations: 0,
+            cut: None,
+            dead: false,
+            rewritten: 0,
+        }
+    }
+
+    /// Counts from here, and fails at the `at`th operation.
+    pub(crate) fn fail(flash: Flash, at: u32, cut: Cut) -> Self {
+        Self {
+            cut: Some((at, cut)),
+            ..Self::new(flash)
+        }
+    }
+
+    /// What is left to do of an operation on `length` bytes, in place of which it fails.
+    fn failing(&mut self, length: usize) -> Option<Vec<u8>> {
+        let at = self.operations;
+        self.operations += 1;
+        let (_, cut) = self.cut.filter(|(cut, _)| *cut == at)?;
+        self.dead = true;
+        let mut rng = Pcg32::seed_from_u64(u64::from(at));
+        let half = (length / 2).next_multiple_of(WORD);
+        Some(
+            (0..length)
+                .map(|index| match cut {
+                    Cut::Before => 0x00,
+                    Cut::FirstHalf => u8::from(index < half) * 0xff,
+                    Cut::LastHalf => u8::from(index >= half) * 0xff,
+                    Cut::SomeBits => rng.next_u32().to_le_bytes()[0],
+                    Cut::After => 0xff,
+                })
+                .collect(),
+        )
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Failure {
+    NoPower,
+    Access(FlashError),
+}
+
+impl NorFlashError for Failure {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl ErrorType for FailingFlash {
+    type Error = Failure;
+}
+
+impl ReadNorFlash for FailingFlash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
+        if self.dead {
+            return Err(Failure::NoPower);
+        }
+        self.flash
+            .read(offset, bytes)
+            .await
+            .map_err(Failure::Access)
+    }
+
+    fn capacity(&self) -> usize {
+        self.flash.capacity()
+    }
+}
+
+impl NorFlash for FailingFlash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = PAGE;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
+        if self.dead {
+            return Err(Failure::NoPower);
+        }
+        let range = from as usize..to as usize;
+        if let Some(mask) = self.failing(range.len()) {
+            for (byte, set) in self.flash.bytes_mut()[range].iter_mut().zip(mask) {
+                *byte |= set;
+            }
+            return Err(Failure::NoPower);
+        }
+        self.flash.erase(from, to).await.map_err(Failure::Access)
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
+        if self.dead {
+            return Err(Failure::NoPower);
+        }
+        let start = offset as usize;
+        if let Some(mask) = self.failing(bytes.len()) {
+            let place = &mut self.flash.bytes_mut()[start..start + bytes.len()];
+            for ((place, byte), clear) in place.iter_mut().zip(bytes).zip(mask) {
+                *place &= byte | !clear;
+            }
+            return Err(Failure::NoPower);
+        }
+        for word in self.flash.bytes()[start..start + bytes.len()].chunks(WORD) {
+            self.rewritten += u32::from(word.iter().any(|byte| *byte != 0xff));
+        }
+        self.flash
+            .write(offset, bytes)
+            .await
+            .map_err(Failure::Access)
+    }
+}

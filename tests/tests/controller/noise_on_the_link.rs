@@ -1,0 +1,295 @@
+use crate::driver::{Driver, Flash, begin, message, read_answer, samples};
+use delta_cal::ArmIndex;
+use delta_cal_protocol::{
+    Counters, Direction, Fault, ParameterSet, Request, Response, RevertTo, UNKNOWN_SEQUENCE,
+    VERSION, encode,
+};
+use delta_cal_tests::generator;
+use rand_core::Rng;
+
+fn identify(sequence: u16) -> Vec<u8> {
+    encode(Direction::Request, sequence, &Request::<f32>::Identify)
+        .unwrap()
+        .to_vec()
+}
+
+/// A frame around any content: what `encode` makes of it.
+fn framed(sequence: u16, content: &[u8]) -> Vec<u8> {
+    // `Bytes` as postcard writes an array: without its length.
+    struct Raw<'a>(&'a [u8]);
+    impl serde::Serialize for Raw<'_> {
+        fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            use serde::ser::SerializeTuple;
+            let mut tuple = serializer.serialize_tuple(self.0.len())?;
+            for byte in self.0 {
+                tuple.serialize_element(byte)?;
+            }
+            tuple.end()
+        }
+    }
+    encode(Direction::Request, sequence, &Raw(content))
+        .unwrap()
+        .to_vec()
+}
+
+#[test]
+fn lost_and_repeated_sequence_numbers_are_counted() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    for (sequence, lost, repeated) in [
+        // The first number is anybody's.
+        (30, 0, 0),
+        (31, 0, 0),
+        (31, 0, 1),
+        (31, 0, 2),
+        (34, 2, 2),
+        // A new driver begins anywhere.
+        (1, 2, 2),
+        (2, 2, 2),
+        (40_000, 2, 2),
+        // 0 is no number: 65535 is followed by 1.
+        (65_534, 2, 2),
+        (65_535, 2, 2),
+        (1, 2, 2),
+        (3, 3, 2),
+    ] {
+        let (answered, _) = driver.answer(&identify(sequence));
+        assert_eq!(answered, sequence);
+        driver.sequence = sequence;
+        let reception = driver.controller_counters();
+        assert_eq!(
+            (reception.lost, reception.repeated),
+            (lost, repeated),
+            "{sequence}"
+        );
+    }
+}
+
+impl Driver<f32, Flash> {
+    /// The counters without a trace: asked with the sequence number that is not counted.
+    fn controller_counters(&mut self) -> Counters {
+        let frame = encode(
+            Direction::Request,
+            UNKNOWN_SEQUENCE,
+            &Request::<f32>::Counters,
+        )
+        .unwrap();
+        match self.answer(&frame) {
+            (UNKNOWN_SEQUENCE, Response::Counters(counters)) => counters,
+            answer => panic!("{answer:?}"),
+        }
+    }
+}
+
+#[test]
+fn every_kind_of_wrong_frame_is_answered_and_counted() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let damaged = (UNKNOWN_SEQUENCE, Response::<f32>::Fault(Fault::Damaged));
+
+    let mut broken = identify(1);
+    broken[2] ^= 0x40;
+    assert_eq!(driver.answer(&broken), damaged);
+    assert_eq!(driver.answer(&[0, 5, 0]), damaged);
+    let too_long: Vec<u8> = [vec![0], vec![9; 2000], vec![0]].concat();
+    assert_eq!(driver.answer(&too_long), damaged);
+    // An echo is not answered: the answer would come back, too.
+    let echo = encode(Direction::Response, 1, &Response::<f32>::Fault(Fault::Busy)).unwrap();
+    assert!(driver.send(&echo).is_empty());
+    assert_eq!(
+        driver.controller_counters(),
+        Counters {
+            received: 1,
+            damaged: 4,
+            ..Counters::default()
+        }
+    );
+
+    for content in [&[200][..], &[], &[0, 0]] {
+        assert_eq!(
+            driver.answer(&framed(7, content)),
+            (7, Response::Fault(Fault::UnknownRequest))
+        );
+    }
+    // The next protocol version, its checksum as it must be.
+    let mut content = identify_content();
+    content[0] = VERSION + 1;
+    let newer = with_checksum(&content);
+    assert_eq!(
+        driver.answer(&newer),
+        (
+            9,
+            Response::Fault(Fault::UnknownVersion { spoken: VERSION })
+        )
+    );
+    let solve = Request::Solve {
+        session: 1,
+        samples: 0,
+    };
+    driver.sequence = 9;
+    assert_eq!(driver.fault(&solve), Fault::NoSession);
+    driver.controller.set_overrun(17);
+    let counted = driver.controller_counters();
+    assert_eq!(
+        counted,
+        Counters {
+            received: 1 + 3 + 1 + 1 + 1,
+            damaged: 4,
+            unknown_version: 1,
+            unknown_request: 3,
+            repeated: 2,
+            lost: counted.lost,
+            refused: 1,
+            overrun: 17,
+        }
+    );
+}
+
+/// `Identify` with sequence number 9, unstuffed.
+fn identify_content() -> Vec<u8> {
+    vec![VERSION, 9, 0, 0]
+}
+
+/// CRC-32 (IEEE 802.3) bit by bit, then COBS: as the protocol's documentation says.
+fn with_checksum(content: &[u8]) -> Vec<u8> {
+    let mut crc = u32::MAX;
+    for byte in content {
+        crc ^= u32::from(*byte);
+        for _ in 0..8 {
+            crc = (crc >> 1) ^ (0xedb8_8320 & 0_u32.wrapping_sub(crc & 1));
+        }
+    }
+    let content = [content, &(!crc).to_le_bytes()].concat();
+    let mut frame = vec![0];
+    for run in content.split(|byte| *byte == 0) {
+        assert!(run.len() < 254);
+        frame.push(u8::try_from(run.len()).unwrap() + 1);
+        frame.extend(run);
+    }
+    frame.push(0);
+    frame
+}
+
+/// One valid frame of each kind, of a session that is solved but for the parts that would change
+/// the parameters, and those with another fingerprint.
+fn valid_frames(fingerprint: u32) -> Vec<Vec<u8>> {
+    let sample = samples::<f32>(1, 1)[0];
+    let session = 5;
+    [
+        Request::Identify,
+        Request::Parameters(ParameterSet::Current),
+        Request::Begin(begin(session)),
+        message(session, 0, &sample),
+        message(session, 12, &sample),
+        Request::Solve {
+            session,
+            samples: 12,
+        },
+        Request::Status,
+        Request::Outcome {
+            session,
+            arm: ArmIndex::Third,
+        },
+        Request::Apply {
+            session,
+            fingerprint,
+        },
+        Request::Revert {
+            from: fingerprint,
+            to: RevertTo::Nominal,
+        },
+        Request::Counters,
+    ]
+    .iter()
+    .zip(1..)
+    .map(|(request, sequence)| {
+        encode(Direction::Request, sequence, request)
+            .unwrap()
+            .to_vec()
+    })
+    .collect()
+}
+
+/// A million frames: random bytes, valid frames with bytes changed, dropped, doubled or swapped,
+/// and whole frames of random content.
+#[test]
+fn a_million_frames_of_noise_change_nothing() {
+    const FRAMES: u32 = 1_000_000;
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let fingerprint = driver.solved(4, &samples(1, 12));
+    driver.apply(4, fingerprint);
+    // A second result that waits to be applied.
+    let waiting = driver.solved(5, &samples(2, 12));
+    driver.controller.take_switch();
+    let before = driver.parameters();
+    let valid = valid_frames(waiting);
+    let known = driver.controller_counters();
+
+    let mut rng = generator(0x000b_ad11, 1);
+    let mut bytes = Vec::new();
+    let (mut answers, mut sent) = (0_u32, 0_u32);
+    while sent < FRAMES {
+        bytes.clear();
+        let kind = rng.next_u32() % 8;
+        let base = &valid[rng.next_u32() as usize % valid.len()];
+        match kind {
+            0 => {
+                let length = 1 + rng.next_u32() % 24;
+                bytes.extend((0..length).map(|_| rng.next_u32().to_le_bytes()[0] | 1));
+                bytes.push(0);
+            }
+            1 => {
+                let length = rng.next_u32() % 12;
+                let content: Vec<u8> = (0..length)
+                    .map(|_| rng.next_u32().to_le_bytes()[0])
+                    .collect();
+                bytes = framed(rng.next_u32().to_le_bytes()[0].into(), &content);
+            }
+            _ => {
+                bytes.extend(base);
+                let place = 1 + rng.next_u32() as usize % (base.len() - 2);
+                match kind {
+                    2 => drop(bytes.remove(place)),
+                    3 => bytes.insert(place, bytes[place]),
+                    4 => bytes[place] ^= 1 << (rng.next_u32() % 8),
+                    5 => {
+                        bytes[place] =
+                            bytes[place].wrapping_add(1 + rng.next_u32().to_le_bytes()[0] % 255);
+                    }
+                    6 => bytes.truncate(place),
+                    _ => {
+                        let other = 1 + rng.next_u32() as usize % (base.len() - 2);
+                        bytes.swap(place, other);
+                    }
+                }
+                if bytes == *base && base.len() > 1 {
+                    // Swapped or doubled into itself: not to be sent whole.
+                    continue;
+                }
+                bytes.push(0);
+            }
+        }
+        sent += 1;
+        for byte in &bytes {
+            if let Some(answer) = driver.controller.receive(*byte) {
+                answers += 1;
+                if answers % 1000 == 0 {
+                    let (_, _response): (u16, Response<f32>) = read_answer(&answer);
+                }
+            }
+        }
+        driver.controller.idle();
+    }
+    driver.send(&[0]);
+    let counted = driver.controller_counters();
+    println!("{sent} frames, {answers} answers, {counted:?}");
+    let answered = (counted.received - known.received) + (counted.damaged - known.damaged);
+    // Every answer is of a counted frame; the counters' own request comes on top.
+    assert!(answered >= answers && answered - answers <= answers / 100);
+    assert!(counted.damaged > FRAMES / 2 && counted.unknown_request > FRAMES / 20);
+    assert_eq!(driver.parameters(), before);
+    assert_eq!(driver.controller.current().fingerprint, fingerprint);
+    assert!(driver.controller.take_switch().is_none());
+
+    // And it still works.
+    let more = driver.solved(77, &samples(3, 20));
+    assert!(matches!(driver.apply(77, more), Response::Parameters(_)));
+}

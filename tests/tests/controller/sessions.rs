@@ -1,0 +1,428 @@
+use crate::driver::{Driver, Flash, arms, begin, on_the_host, samples};
+use delta_cal::{ArmIndex, Real, Refusal, SampleError};
+use delta_cal_firmware_example::Number;
+use delta_cal_protocol::{Begin, Fault, Origin, Phase, Request, Response, RevertTo, fingerprint};
+use delta_cal_tests::paper_robot;
+
+/// Sessions of 5 to 200 samples: the controller's result has the bits of the core's.
+fn same_bits_as_the_core<T: Number>(robots: u64) {
+    let mut driver = Driver::<T, _>::start(Flash::new());
+    let (mut solved, mut refused) = (0, 0);
+    for robot in 1..=robots {
+        let session = u32::try_from(robot).unwrap();
+        let count = [5, 8, 12, 13, 16, 20, 60, 200][usize::try_from(robot).unwrap() % 8];
+        let mut samples = samples::<T>(robot, count);
+        if robot % 7 == 0 {
+            // The third joint counts the other way: no robot of this tolerance.
+            for sample in &mut samples {
+                sample.joints[2] = -sample.joints[2];
+            }
+        }
+        let phase = driver.calibrate(session, &samples);
+        let expected = on_the_host(&samples).solve();
+        match (phase, expected) {
+            (Phase::CalibrationRefused { refusal, .. }, Err(expected)) => {
+                assert_eq!(refusal, expected);
+                refused += 1;
+            }
+            (Phase::Solved { fingerprint, .. }, Ok(expected)) => {
+                assert_eq!(fingerprint, self::fingerprint(&arms(&expected.robot)));
+                for (arm, expected) in ArmIndex::ALL.into_iter().zip(&expected.arms) {
+                    let Response::Outcome(report) = driver.ask(&Request::Outcome { session, arm })
+                    else {
+                        panic!("no outcome")
+                    };
+                    assert_eq!(report.arm, arm);
+                    assert_eq!(report.parameters, expected.arm.parameters().data.0[0]);
+                    assert_eq!(report.covariance, expected.covariance.map(|c| c.data.0));
+                    assert_eq!(report.residual_rms, expected.residual_rms);
+                    assert_eq!(report.estimated_noise, expected.estimated_noise);
+                    assert_eq!(report.degrees_of_freedom, expected.degrees_of_freedom);
+                    assert_eq!(report.samples, expected.samples);
+                    assert_eq!(report.iterations, expected.iterations);
+                    assert_eq!(report.termination, expected.termination);
+                    assert_eq!(report.start, expected.start);
+                    assert_eq!(report.condition, expected.condition);
+                    assert_eq!(report.prior_share, expected.prior_share.data.0[0]);
+                }
+                solved += 1;
+            }
+            (phase, expected) => panic!("robot {robot}: {phase:?}, {expected:?}"),
+        }
+    }
+    println!("{solved} solved, {refused} refused, all as by the core");
+    assert!(solved > robots / 2 && refused >= robots / 7);
+}
+
+#[test]
+fn results_have_the_bits_of_the_core() {
+    same_bits_as_the_core::<f32>(500);
+}
+
+#[test]
+fn results_have_the_bits_of_the_core_in_double_precision() {
+    same_bits_as_the_core::<f64>(100);
+}
+
+#[test]
+fn without_a_session_there_is_nothing_to_do() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let sample = samples::<f32>(1, 1)[0];
+    let arm = ArmIndex::Second;
+    assert_eq!(driver.status().phase, Phase::Idle);
+    assert_eq!(driver.status().session, 0);
+    for session in [0, 7] {
+        assert_eq!(
+            driver.fault(&crate::driver::message(session, 0, &sample)),
+            Fault::NoSession
+        );
+        for request in [
+            Request::Solve {
+                session,
+                samples: 0,
+            },
+            Request::Outcome { session, arm },
+            Request::Apply {
+                session,
+                fingerprint: 0,
+            },
+        ] {
+            assert_eq!(driver.fault(&request), Fault::NoSession);
+        }
+    }
+    assert!(!driver.controller.idle());
+}
+
+#[test]
+fn a_begin_that_comes_again_does_not_start_again() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let samples = samples::<f32>(2, 20);
+    assert_eq!(driver.begin(3), 0);
+    for (index, sample) in (0..).zip(&samples) {
+        driver.sample(3, index, sample);
+        assert_eq!(driver.begin(3), index + 1);
+    }
+    // Another session does.
+    assert_eq!(driver.begin(4), 0);
+    assert_eq!(driver.begin(3), 0);
+    assert_eq!(driver.status().phase, Phase::Collecting { samples: 0 });
+}
+
+#[test]
+fn settings_that_are_none_leave_the_open_session() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let samples = samples::<f32>(2, 3);
+    driver.begin(3);
+    driver.sample(3, 0, &samples[0]);
+    let valid = begin::<f32>(4);
+    for wrong in [
+        Begin {
+            session: 0,
+            ..valid
+        },
+        Begin {
+            tolerance: Some((0.0, 0.1)),
+            ..valid
+        },
+        Begin {
+            tolerance: Some((f32::NAN, 0.1)),
+            ..valid
+        },
+        Begin {
+            noise: Some((-1.0, 0.1)),
+            ..valid
+        },
+        Begin {
+            noise: Some((0.1, f32::INFINITY)),
+            ..valid
+        },
+    ] {
+        assert_eq!(driver.fault(&Request::Begin(wrong)), Fault::Settings);
+        assert_eq!(driver.begin(3), 1);
+    }
+}
+
+#[test]
+fn each_sample_is_taken_in_once_and_in_order() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let samples = samples::<f32>(5, 20);
+    driver.begin(9);
+    for (index, sample) in (0..).zip(&samples) {
+        let next = index + 1;
+        let ahead = crate::driver::message(9, next, sample);
+        assert_eq!(driver.fault(&ahead), Fault::OutOfOrder { next: index });
+        let other = crate::driver::message(8, index, sample);
+        assert_eq!(driver.fault(&other), Fault::NoSession);
+        for _ in 0..3 {
+            assert_eq!(
+                driver.sample(9, index, sample),
+                Response::Taken { session: 9, next }
+            );
+        }
+        // An old one neither.
+        assert_eq!(
+            driver.sample(9, index / 2, &samples[0]),
+            Response::Taken { session: 9, next }
+        );
+    }
+    driver.solve(9, 20);
+    driver.rest();
+    let expected = on_the_host(&samples).solve().expect("a calibration");
+    assert_eq!(
+        driver.status().phase,
+        Phase::Solved {
+            samples: 20,
+            fingerprint: fingerprint(&arms(&expected.robot))
+        }
+    );
+}
+
+#[test]
+fn an_impossible_sample_is_refused_and_its_place_stays_open() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let samples = samples::<f32>(5, 20);
+    driver.begin(9);
+    let mut wrong = samples[0];
+    wrong.joints[1] = f32::NAN;
+    let request = crate::driver::message(9, 0, &wrong);
+    assert_eq!(
+        driver.fault(&request),
+        Fault::Sample(SampleError::JointNonFinite(ArmIndex::Second))
+    );
+    assert!(matches!(
+        driver.calibrate_on(9, &samples),
+        Phase::Solved { .. }
+    ));
+}
+
+#[test]
+fn solving_starts_once_with_every_sample() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let samples = samples::<f32>(6, 20);
+    driver.begin(9);
+    for (index, sample) in (0..).zip(&samples) {
+        driver.sample(9, index, sample);
+    }
+    for samples in [0, 19, 21] {
+        let request = Request::Solve {
+            session: 9,
+            samples,
+        };
+        assert_eq!(driver.fault(&request), Fault::OutOfOrder { next: 20 });
+    }
+    assert_eq!(driver.status().phase, Phase::Collecting { samples: 20 });
+
+    let outcome = Request::Outcome {
+        session: 9,
+        arm: ArmIndex::First,
+    };
+    let mut seen = vec![driver.solve(9, 20)];
+    while driver.controller.idle() {
+        // Asked again and again it does not start again; samples wait.
+        seen.push(driver.solve(9, 20));
+        let next = crate::driver::message(9, 20, &samples[0]);
+        assert_eq!(driver.fault(&next), Fault::Busy);
+        assert_eq!(
+            driver.sample(9, 19, &samples[19]),
+            Response::Taken {
+                session: 9,
+                next: 20
+            }
+        );
+        assert_eq!(driver.fault(&outcome), Fault::NoOutcome);
+    }
+    for arm in ArmIndex::ALL {
+        assert!(seen.contains(&Phase::Solving { arm }), "{arm}: {seen:?}");
+    }
+    assert!(seen.len() < 40, "{} steps", seen.len());
+    let solved = driver.status().phase;
+    assert!(matches!(solved, Phase::Solved { samples: 20, .. }));
+    assert_eq!(driver.solve(9, 20), solved);
+    assert!(!driver.controller.idle(), "solved twice");
+}
+
+#[test]
+fn more_samples_may_follow_a_result_and_a_refusal() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let samples = samples::<f32>(7, 60);
+    let plain = Begin {
+        tolerance: None,
+        ..begin(9)
+    };
+    driver.begin_with(plain);
+    let mut next = 0;
+    for (count, solved) in [(4, false), (30, true), (60, true)] {
+        while next < count {
+            let taken = driver.sample(9, next, &samples[next as usize]);
+            next += 1;
+            assert_eq!(taken, Response::Taken { session: 9, next });
+            assert_eq!(driver.status().phase, Phase::Collecting { samples: next });
+        }
+        driver.solve(9, next);
+        driver.rest();
+        let phase = driver.status().phase;
+        if solved {
+            assert!(matches!(phase, Phase::Solved { samples, .. } if samples == next));
+        } else {
+            assert_eq!(
+                phase,
+                Phase::CalibrationRefused {
+                    samples: 4,
+                    refusal: Refusal::TooFewSamples {
+                        arm: ArmIndex::First,
+                        samples: 4,
+                        needed: 8
+                    }
+                }
+            );
+            assert_eq!(driver.solve(9, next), phase);
+            let outcome = Request::Outcome {
+                session: 9,
+                arm: ArmIndex::First,
+            };
+            assert_eq!(driver.fault(&outcome), Fault::NoOutcome);
+        }
+    }
+}
+
+#[test]
+fn only_the_result_that_is_meant_is_applied() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let nominal = arms(&paper_robot::<f32>());
+    let fingerprint = driver.solved(9, &samples(8, 20));
+    let other = Request::Apply {
+        session: 9,
+        fingerprint: fingerprint ^ 1,
+    };
+    assert_eq!(
+        driver.fault(&other),
+        Fault::OtherParameters { there: fingerprint }
+    );
+    assert_eq!(driver.parameters().arms, nominal);
+    assert_eq!(driver.parameters().origin, Origin::Nominal);
+    assert!(driver.controller.take_switch().is_none());
+
+    let applied = driver.apply(9, fingerprint);
+    let Response::Parameters(parameters) = applied else {
+        panic!("{applied:?}")
+    };
+    assert_eq!(parameters.origin, Origin::Calibration);
+    assert_eq!(self::fingerprint(&parameters.arms), fingerprint);
+    let switch = driver.controller.take_switch().expect("new parameters");
+    assert_eq!(switch.fingerprint, fingerprint);
+    assert_eq!(arms(&switch.robot), parameters.arms);
+    assert_eq!(driver.parameters(), parameters);
+
+    // Again: the same answer, and nothing happens.
+    assert_eq!(driver.apply(9, fingerprint), applied);
+    assert!(driver.controller.take_switch().is_none());
+}
+
+#[test]
+fn a_calibration_is_expressed_against_nominal_whatever_is_current() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let (first, second) = (samples::<f32>(8, 20), samples::<f32>(11, 20));
+    let fingerprint = driver.solved(9, &first);
+    driver.apply(9, fingerprint);
+    let expected = on_the_host(&second).solve().expect("a calibration");
+    assert_eq!(
+        driver.solved(10, &second),
+        self::fingerprint(&arms(&expected.robot))
+    );
+}
+
+#[test]
+fn a_refused_calibration_changes_nothing() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let fingerprint = driver.solved(9, &samples(8, 20));
+    driver.apply(9, fingerprint);
+    let before = driver.parameters();
+    driver.controller.take_switch();
+    let mut reversed = samples::<f32>(12, 40);
+    for sample in &mut reversed {
+        sample.joints[0] = -sample.joints[0];
+    }
+    assert!(matches!(
+        driver.calibrate(10, &reversed),
+        Phase::CalibrationRefused { samples: 40, .. }
+    ));
+    for fingerprint in [0, fingerprint] {
+        let apply = Request::Apply {
+            session: 10,
+            fingerprint,
+        };
+        assert_eq!(driver.fault(&apply), Fault::NoOutcome);
+    }
+    assert_eq!(driver.parameters(), before);
+    assert!(driver.controller.take_switch().is_none());
+}
+
+#[test]
+fn going_back_needs_the_name_of_what_is_there() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let first = driver.solved(1, &samples(8, 20));
+    driver.apply(1, first);
+    let second = driver.solved(2, &samples(9, 20));
+    driver.apply(2, second);
+
+    for (from, to, there, origin) in [
+        (second, RevertTo::Previous, first, Origin::Calibration),
+        (first, RevertTo::Previous, second, Origin::Calibration),
+        (second, RevertTo::Nominal, nominal, Origin::Nominal),
+        (nominal, RevertTo::Previous, second, Origin::Calibration),
+    ] {
+        let wrong = Request::Revert { from: there, to };
+        assert_eq!(driver.fault(&wrong), Fault::OtherParameters { there: from });
+        driver.controller.take_switch();
+        let reverted = driver.revert(from, to);
+        let Response::Parameters(parameters) = reverted else {
+            panic!("{reverted:?}")
+        };
+        assert_eq!(fingerprint(&parameters.arms), there);
+        assert_eq!(parameters.origin, origin);
+        let switch = driver.controller.take_switch().expect("new parameters");
+        assert_eq!(switch.fingerprint, there);
+        // The same request again is about parameters that are no longer there.
+        let again = Request::Revert { from, to };
+        assert_eq!(driver.fault(&again), Fault::OtherParameters { there });
+    }
+}
+
+#[test]
+fn a_restart_in_a_session_keeps_the_parameters_and_says_that_the_session_is_gone() {
+    let mut flash = Flash::new();
+    let mut driver = Driver::<f32, _>::start(&mut flash);
+    let first = driver.solved(1, &samples(8, 20));
+    driver.apply(1, first);
+    let before = driver.parameters();
+    let more = samples::<f32>(9, 20);
+    driver.begin(2);
+    for (index, sample) in (0..).zip(&more[..11]) {
+        driver.sample(2, index, sample);
+    }
+
+    let mut driver = Driver::<f32, _>::start(&mut flash);
+    assert_eq!(driver.parameters(), before);
+    assert_eq!(driver.controller.current().fingerprint, first);
+    let sample = crate::driver::message(2, 11, &more[11]);
+    assert_eq!(driver.fault(&sample), Fault::NoSession);
+    let expected = on_the_host(&more).solve().expect("a calibration");
+    assert_eq!(driver.solved(2, &more), fingerprint(&arms(&expected.robot)));
+}
+
+#[test]
+fn identity_names_scalar_and_nominal() {
+    fn identity<T: Number + Real>() -> delta_cal_protocol::Identity {
+        match Driver::<T, _>::start(Flash::new()).ask(&Request::Identify) {
+            Response::Identity(identity) => identity,
+            response => panic!("{response:?}"),
+        }
+    }
+    let single = identity::<f32>();
+    assert_eq!(single.scalar, delta_cal_protocol::Scalar::Single);
+    assert_eq!(single.nominal, fingerprint(&arms(&paper_robot::<f32>())));
+    let double = identity::<f64>();
+    assert_eq!(double.scalar, delta_cal_protocol::Scalar::Double);
+    assert_eq!(double.nominal, fingerprint(&arms(&paper_robot::<f64>())));
+}

@@ -1,0 +1,259 @@
+use crate::driver::{Driver, Flash, arms, samples};
+use crate::flash::{Cut, FailingFlash};
+use delta_cal::SymmetricRobot;
+use delta_cal_firmware_example::Controller;
+use delta_cal_protocol::{Fault, Origin, Request, Response, RevertTo, fingerprint};
+use delta_cal_tests::{generator, paper_robot};
+use rand_core::Rng;
+
+/// One change of the parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Change {
+    /// To the calibration of this random robot's samples.
+    Apply(u64),
+    Revert(RevertTo),
+}
+
+/// As many as fill every page twice, no calibration twice: an older set than the one before would
+/// show.
+fn changes() -> Vec<Change> {
+    (0..90)
+        .map(|number| match number % 6 {
+            2 | 5 => Change::Revert(RevertTo::Previous),
+            4 => Change::Revert(RevertTo::Nominal),
+            _ => Change::Apply(number),
+        })
+        .collect()
+}
+
+/// A controller that starts from this flash and is asked for the change; the fingerprints before
+/// and (wanted) after, and the answer.
+fn attempt(flash: &mut FailingFlash, change: Change) -> (u32, u32, Response<f32>) {
+    let mut driver = Driver::<f32, _>::start(flash);
+    let before = driver.controller.current().fingerprint;
+    match change {
+        Change::Apply(robot) => {
+            let after = driver.solved(5, &samples(robot, 12));
+            (before, after, driver.apply(5, after))
+        }
+        Change::Revert(to) => {
+            let answer = driver.revert(before, to);
+            let after = driver.controller.current().fingerprint;
+            (before, after, answer)
+        }
+    }
+}
+
+fn start(flash: &mut FailingFlash) -> (u32, Origin) {
+    let mut driver = Driver::<f32, _>::start(flash);
+    let parameters = driver.parameters();
+    let current = driver.controller.current();
+    assert_eq!(arms(&current.robot), parameters.arms);
+    (current.fingerprint, parameters.origin)
+}
+
+/// The power fails at every write and erase of every change, in every way; after the restart there
+/// is the old or the new set, and the next change is stored in spite of whatever was left behind,
+/// also if the power fails during that one too.
+#[test]
+fn power_cut_at_every_write_leaves_the_old_or_the_new_set() {
+    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let mut flash = Flash::new();
+    let (mut points, mut cuts, mut kept, mut changed, mut again) = (0, 0, 0, 0, 0);
+    for change in changes() {
+        let mut whole = FailingFlash::new(flash.clone());
+        let (before, after, answer) = attempt(&mut whole, change);
+        assert!(matches!(answer, Response::Parameters(_)), "{answer:?}");
+        assert_eq!(whole.rewritten, 0, "a word was written twice");
+        assert_ne!(before, after);
+        points += whole.operations;
+        for at in 0..whole.operations {
+            for cut in Cut::ALL {
+                let mut failing = FailingFlash::fail(flash.clone(), at, cut);
+                let (_, _, answer) = attempt(&mut failing, change);
+                assert_eq!(answer, Response::Fault(Fault::Store));
+                cuts += 1;
+
+                let mut left = FailingFlash::new(failing.flash.clone());
+                let (found, origin) = start(&mut left);
+                assert!(
+                    found == before || found == after,
+                    "{change:?}, operation {at}, {cut:?}: neither the old nor the new set"
+                );
+                kept += u32::from(found == before);
+                changed += u32::from(found == after);
+                if found != nominal {
+                    assert_eq!(origin, Origin::Calibration);
+                }
+                assert_eq!(
+                    start(&mut left),
+                    (found, origin),
+                    "another set at the next start"
+                );
+                again += recovers(&left.flash, found);
+            }
+        }
+        flash = whole.flash;
+    }
+    println!(
+        "power cut at {points} writes and erases, {cuts} ways: old set {kept}, new set {changed}; \
+         cut again at {again} of the next change"
+    );
+    assert!(kept > 0 && changed > 0 && points > 2 * 90);
+}
+
+/// The next change is stored; how many ways to cut it were tried.
+fn recovers(flash: &Flash, current: u32) -> u32 {
+    let change = Change::Apply(1000);
+    let mut whole = FailingFlash::new(flash.clone());
+    let (before, after, answer) = attempt(&mut whole, change);
+    assert_eq!(before, current);
+    assert!(matches!(answer, Response::Parameters(_)), "{answer:?}");
+    let (found, origin) = start(&mut FailingFlash::new(whole.flash));
+    assert_eq!((found, origin), (after, Origin::Calibration));
+
+    let mut tried = 0;
+    for at in 0..whole.operations {
+        let cut = Cut::ALL[at as usize % Cut::ALL.len()];
+        let mut failing = FailingFlash::fail(flash.clone(), at, cut);
+        attempt(&mut failing, change);
+        let (found, _) = start(&mut FailingFlash::new(failing.flash));
+        assert!(found == before || found == after, "{at} {cut:?}");
+        tried += 1;
+    }
+    tried
+}
+
+#[test]
+fn what_cannot_be_stored_is_not_used() {
+    let mut driver = Driver::<f32, _>::start(FailingFlash::fail(Flash::new(), 0, Cut::Before));
+    let nominal = driver.parameters();
+    let calibrated = driver.solved(5, &samples(1, 12));
+    assert_eq!(driver.apply(5, calibrated), Response::Fault(Fault::Store));
+    assert_eq!(driver.parameters(), nominal);
+    assert!(driver.controller.take_switch().is_none());
+}
+
+#[test]
+fn what_is_current_is_not_written_again() {
+    let mut driver = Driver::<f32, _>::start(FailingFlash::new(Flash::new()));
+    let calibrated = driver.solved(5, &samples(1, 12));
+    let applied = driver.apply(5, calibrated);
+    let mut flash = driver.controller.into_flash();
+    assert!(flash.operations > 0);
+    flash.operations = 0;
+    let mut driver = Driver::<f32, _>::start(flash);
+    assert_eq!(driver.solved(6, &samples(1, 12)), calibrated);
+    for _ in 0..5 {
+        assert_eq!(driver.apply(6, calibrated), applied);
+    }
+    assert_eq!(driver.controller.into_flash().operations, 0);
+}
+
+/// Two calibrations stored, one after the other.
+fn stored() -> (Flash, [u32; 2]) {
+    let mut flash = Flash::new();
+    let mut driver = Driver::<f32, _>::start(&mut flash);
+    let fingerprints = [1, 2].map(|robot| {
+        let session = u32::try_from(robot).unwrap();
+        let fingerprint = driver.solved(session, &samples(robot, 12));
+        driver.apply(session, fingerprint);
+        fingerprint
+    });
+    (flash, fingerprints)
+}
+
+#[test]
+fn damage_to_the_store_never_makes_another_set() {
+    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let (flash, [old, new]) = stored();
+    let mut counts = [0; 3];
+    for place in 0..flash.bytes().len() {
+        let masks = [0xff, 1, 0x80, 1 << (place % 8), 0x0f];
+        for mask in masks {
+            let mut damaged = flash.clone();
+            damaged.bytes_mut()[place] ^= mask;
+            let (found, origin) = start(&mut FailingFlash::new(damaged));
+            let (kind, expected) = if found == new {
+                (0, Origin::Calibration)
+            } else if found == old {
+                (1, Origin::Calibration)
+            } else {
+                assert_eq!(found, nominal, "byte {place}: another set");
+                (2, Origin::NominalStoreDamaged)
+            };
+            assert_eq!(origin, expected, "byte {place}");
+            counts[kind] += 1;
+        }
+    }
+    let [new, old, nominal] = counts;
+    println!("{new} damages left the new set, {old} the old, {nominal} nominal and say so");
+    assert!(old + nominal > 500, "the damage did not reach the records");
+}
+
+#[test]
+fn rubbish_in_the_flash_is_nominal_and_says_so() {
+    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let (flash, _) = stored();
+    let mut rng = generator(0xdead, 1);
+    for round in 0..3000 {
+        let mut rubbish = flash.clone();
+        for (place, byte) in rubbish.bytes_mut().iter_mut().enumerate() {
+            match round % 3 {
+                0 => *byte = rng.next_u32().to_le_bytes()[0],
+                1 => *byte &= rng.next_u32().to_le_bytes()[0],
+                // What lies before stays: headers that lead to rubbish.
+                _ if place > 12 => *byte ^= rng.next_u32().to_le_bytes()[0],
+                _ => {}
+            }
+        }
+        let mut flash = FailingFlash::new(rubbish);
+        assert_eq!(start(&mut flash), (nominal, Origin::NominalStoreDamaged));
+        if round < 300 {
+            recovers(&flash.flash, nominal);
+        }
+    }
+}
+
+#[test]
+fn a_damaged_store_is_put_right_by_the_next_change() {
+    let (flash, _) = stored();
+    let mut damaged = flash;
+    damaged.bytes_mut().fill(0);
+    let mut driver = Driver::<f32, _>::start(&mut damaged);
+    let nominal = driver.controller.current().fingerprint;
+    assert_eq!(driver.parameters().origin, Origin::NominalStoreDamaged);
+    // Also one that only says "nominal".
+    assert!(matches!(
+        driver.revert(nominal, RevertTo::Nominal),
+        Response::Parameters(parameters) if parameters.origin == Origin::Nominal
+    ));
+    let mut driver = Driver::<f32, _>::start(&mut damaged);
+    assert_eq!(driver.parameters().origin, Origin::Nominal);
+}
+
+#[test]
+fn parameters_of_another_robot_or_scalar_are_not_taken() {
+    let (flash, _) = stored();
+    let mut other = Driver::<f64, _>::start(flash.clone());
+    assert_eq!(other.parameters().origin, Origin::NominalStoreDamaged);
+
+    let longer = SymmetricRobot {
+        base_radius: 194.0_f32,
+        platform_radius: 30.0,
+        upper_arm: 260.0,
+        forearm: 480.5,
+    };
+    let mut driver = Driver {
+        controller: Controller::new(longer.robot().unwrap(), flash, 0),
+        sequence: 0,
+    };
+    let parameters = driver.parameters();
+    assert_eq!(parameters.origin, Origin::NominalStoreDamaged);
+    let [first, ..] = parameters.arms;
+    assert_eq!(first[7].to_bits(), 480.5_f32.to_bits());
+    assert!(matches!(
+        driver.ask(&Request::Identify),
+        Response::Identity(_)
+    ));
+}

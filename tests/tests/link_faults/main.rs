@@ -1,0 +1,256 @@
+//! A calibration over a link that loses, damages and repeats bytes, between ends that restart: every
+//! session must come out as the undisturbed one did, to the bit.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod device;
+mod link;
+
+use delta_cal_firmware_example::Number;
+use delta_cal_host::device::{
+    Client, DeviceError, DeviceFailure, Patience, apply, assumptions, calibrate_robot, measurements,
+};
+use delta_cal_host::{Options, RobotFile, SamplesFile, example};
+use delta_cal_protocol::{Origin, ParameterSet, Phase, RevertTo, fingerprint};
+use device::Cut;
+use link::{Bench, Harm, Harms, Link, WAYS, Way};
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+/// Bits that are flipped in a byte: one, several, all; and any that make it a delimiter.
+const MASKS: [u8; 4] = [0x01, 0x80, 0x5a, 0xff];
+
+/// A damaged link needs many attempts, and nothing here takes time.
+const PATIENCE: Patience = Patience {
+    timeout: Duration::from_secs(3600),
+    silent_attempts: 50,
+    attempts: 2000,
+    pause: Duration::ZERO,
+    looks: 5000,
+};
+
+/// All that a session brought about.
+#[derive(Debug, Clone, PartialEq)]
+struct Outcome {
+    /// Every figure of the three arms; Rust prints a number so that it reads back as the same bits.
+    arms: String,
+    /// Fingerprint of the parameters that were applied.
+    applied: u32,
+    /// What the control loop computed with after that.
+    in_loop: [[u64; 8]; 3],
+    /// Position errors over the samples before and after.
+    errors: String,
+    /// Samples of the session.
+    samples: u32,
+    /// Fingerprint and origin after going back.
+    reverted: (u32, Origin),
+}
+
+/// The calibration of the example from the first request to the last: looked at, applied, read
+/// back, and reverted.
+fn session<T: Number>(
+    client: &mut Client<Link<T>>,
+    bench: &Rc<RefCell<Bench<T>>>,
+    (robot, samples): &(RobotFile, SamplesFile),
+) -> Result<Outcome, DeviceFailure> {
+    let options = Options::default();
+    client.identity()?;
+    let (finished, report) =
+        calibrate_robot::<T, _>(client, "memory", robot, samples, options, &mut |_| {})?;
+    let applied = apply(
+        client,
+        &assumptions(robot, options),
+        &measurements(samples),
+        &finished,
+    )?;
+    let in_loop = bench.borrow().device.in_loop();
+    let Phase::Solved { samples, .. } = finished.status_after.phase else {
+        panic!("{:?}", finished.status_after.phase)
+    };
+    client.counters::<T>()?;
+    let applied = fingerprint(&applied.arms);
+    client.revert::<T>(applied, RevertTo::Previous)?;
+    let reverted = client.parameters::<T>(ParameterSet::Current)?;
+    Ok(Outcome {
+        arms: format!("{:?}", finished.result.unwrap()),
+        applied,
+        in_loop,
+        errors: format!("{:?} {:?}", report.error_before, report.error_after),
+        samples,
+        reverted: (fingerprint(&reverted.arms), reverted.origin),
+    })
+}
+
+/// A fresh controller and client.
+fn run<T: Number>(
+    harms: Harms,
+    restart_at: Option<(usize, Cut)>,
+    seed: u64,
+    files: &(RobotFile, SamplesFile),
+) -> (Result<Outcome, DeviceFailure>, Rc<RefCell<Bench<T>>>) {
+    let bench = Rc::new(RefCell::new(Bench::new(harms)));
+    bench.borrow_mut().device.restart_at = restart_at;
+    let mut client = Client::new(Link::new(&bench), PATIENCE, seed);
+    let outcome = session(&mut client, &bench, files);
+    (outcome, bench)
+}
+
+/// The undisturbed session, the bytes that went each way, and the requests.
+fn undisturbed<T: Number>(files: &(RobotFile, SamplesFile)) -> (Outcome, [usize; 2], usize) {
+    let (outcome, bench) = run::<T>(Harms::None, None, 1, files);
+    let outcome = outcome.unwrap();
+    let bench = bench.borrow();
+    assert_eq!(outcome.samples, 40);
+    assert_eq!(
+        bench.device.used,
+        [outcome.reverted.0, outcome.applied, outcome.reverted.0]
+    );
+    assert_eq!(outcome.reverted.1, Origin::Nominal);
+    assert_ne!(outcome.applied, outcome.reverted.0);
+    (outcome, bench.sent, bench.device.answered)
+}
+
+/// Nothing but these two sets of parameters was ever in use.
+fn assert_nothing_else_used<T: Number>(bench: &Rc<RefCell<Bench<T>>>, expected: &Outcome) {
+    let bench = bench.borrow();
+    let known = [expected.applied, expected.reverted.0];
+    let used = &bench.device.used;
+    assert!(used.iter().all(|set| known.contains(set)), "{used:?}");
+}
+
+fn every_byte<T: Number>(harms: &[Harm]) {
+    let files = example::load().unwrap();
+    let (expected, bytes, _) = undisturbed::<T>(&files);
+    let mut faults = 0;
+    for (way, count) in WAYS.into_iter().zip(bytes) {
+        for index in 0..count {
+            for harm in harms {
+                let (outcome, bench) = run::<T>(Harms::One(way, index, *harm), None, 1, &files);
+                let what = format!("{harm:?}, byte {index} {way:?}");
+                assert_eq!(bench.borrow().harmed, 1, "{what}");
+                let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
+                assert_eq!(outcome, expected, "{what}");
+                assert_nothing_else_used(&bench, &expected);
+                faults += 1;
+            }
+        }
+    }
+    let [to_device, to_client] = bytes;
+    println!(
+        "{harms:?}: {faults} sessions, each with one fault, in one of {to_device} bytes to the \
+         controller and {to_client} from it; all came out the same"
+    );
+    assert_eq!(faults, (to_device + to_client) * harms.len());
+}
+
+#[test]
+fn every_byte_dropped_once() {
+    every_byte::<f32>(&[Harm::Dropped]);
+}
+
+#[test]
+fn every_byte_duplicated_once() {
+    every_byte::<f32>(&[Harm::Duplicated]);
+}
+
+#[test]
+fn every_byte_flipped_once() {
+    every_byte::<f32>(&MASKS.map(Harm::Flipped));
+}
+
+#[test]
+fn every_byte_turned_into_a_delimiter_or_preceded_by_one() {
+    every_byte::<f32>(&[Harm::Preceded(0), Harm::Preceded(0x80)]);
+}
+
+fn controller_restarts<T: Number>() {
+    let files = example::load().unwrap();
+    let (expected, _, requests) = undisturbed::<T>(&files);
+    let mut restarts = 0;
+    for index in 0..requests {
+        for cut in [Cut::BeforeTheAnswer, Cut::AfterTheAnswer] {
+            let (outcome, bench) = run::<T>(Harms::None, Some((index, cut)), 1, &files);
+            let what = format!("restarted at request {index}, {cut:?}");
+            let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
+            assert_eq!(outcome, expected, "{what}");
+            assert_nothing_else_used(&bench, &expected);
+            restarts += 1;
+        }
+    }
+    println!("{restarts} sessions, each with one restart of the controller; all came out the same");
+}
+
+#[test]
+fn controller_restarted_at_every_request() {
+    controller_restarts::<f32>();
+}
+
+#[test]
+fn controller_in_double_precision_restarted_at_every_request() {
+    controller_restarts::<f64>();
+}
+
+#[test]
+fn client_restarted_at_every_request() {
+    let files = example::load().unwrap();
+    let (expected, _, requests) = undisturbed::<f32>(&files);
+    for index in 0..requests {
+        let bench = Rc::new(RefCell::new(Bench::<f32>::new(Harms::None)));
+        let mut link = Link::new(&bench);
+        link.ends_at = Some(index);
+        let mut first = Client::new(link, PATIENCE, 1);
+        let ended = session(&mut first, &bench, &files);
+        assert!(
+            matches!(ended, Err(DeviceFailure::Device(DeviceError::Link(_)))),
+            "request {index}: {ended:?}"
+        );
+        let mut second = Client::new(Link::new(&bench), PATIENCE, 2);
+        let mut outcome = session(&mut second, &bench, &files).unwrap();
+        // A first client that got to apply its result has left the second one with it.
+        outcome.errors.clone_from(&expected.errors);
+        assert_eq!(outcome, expected, "request {index}");
+        assert_nothing_else_used(&bench, &expected);
+    }
+    println!("{requests} sessions, each after a client that ended; all came out the same");
+}
+
+#[test]
+fn random_faults_at_several_rates() {
+    let files = example::load().unwrap();
+    let (expected, ..) = undisturbed::<f32>(&files);
+    for parts_per_million in [300, 1000, 3000, 6000] {
+        let mut faults = 0;
+        for seed in 0..100 {
+            let harms = Harms::random(parts_per_million, seed);
+            let (outcome, bench) = run::<f32>(harms, None, seed, &files);
+            let what = format!("{parts_per_million} in a million, seed {seed}");
+            let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
+            assert_eq!(outcome, expected, "{what}");
+            assert_nothing_else_used(&bench, &expected);
+            faults += bench.borrow().harmed;
+        }
+        println!(
+            "{parts_per_million} faults in a million bytes: 100 sessions, {faults} faults; all \
+             came out the same"
+        );
+    }
+}
+
+/// The tests above would pass on a link that harms nothing.
+#[test]
+fn a_harmed_link_loses_requests() {
+    let files = example::load().unwrap();
+    let silent = Patience {
+        silent_attempts: 3,
+        ..PATIENCE
+    };
+    let bench = Rc::new(RefCell::new(Bench::<f32>::new(Harms::random(400_000, 1))));
+    let mut client = Client::new(Link::new(&bench), silent, 1);
+    assert!(session(&mut client, &bench, &files).is_err());
+    let harm = Harms::One(Way::ToDevice, 5, Harm::Dropped);
+    let bench = Rc::new(RefCell::new(Bench::<f32>::new(harm)));
+    let mut client = Client::new(Link::new(&bench), PATIENCE, 1);
+    session(&mut client, &bench, &files).unwrap();
+    assert_eq!(client.repetitions(), 1);
+}

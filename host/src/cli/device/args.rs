@@ -83,6 +83,9 @@ pub(crate) struct LinkArguments {
     /// emulate: only: keep the controller's flash in this file from run to run
     #[arg(long, global = true, value_name = "FILE")]
     pub(super) flash: Option<PathBuf>,
+    /// emulate: only: print the firmware's log to standard error (needs defmt-print)
+    #[arg(long, global = true)]
+    pub(super) log: bool,
 }
 
 #[derive(Debug, Subcommand)]

@@ -47,7 +47,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "firmware",
-        about: "the firmware under QEMU gives the host's bits",
+        about: "the firmware under QEMU gives the host's bits, and calibrates when the host drives it",
         run: firmware,
     },
     Stage {
@@ -154,5 +154,8 @@ fn features(check: &mut Check) {
 fn firmware(check: &mut Check) {
     check.command(
         "cargo test --package delta-cal-tests --test target -- --nocapture on_target::same_bits",
+    );
+    check.command(
+        "cargo test --package delta-cal-host --test device_on_target -- --nocapture on_target::",
     );
 }

@@ -219,3 +219,15 @@ pub(crate) fn on_the_host<T: Number>(samples: &[Sample<T>]) -> Calibrator<T> {
 pub(crate) fn arms<T: Number>(robot: &Robot<T>) -> [[T; 8]; 3] {
     robot.arms().map(|arm| arm.parameters().data.0[0])
 }
+
+/// CRC-32 (IEEE 802.3), bit by bit.
+pub(crate) fn crc_32(content: &[u8]) -> u32 {
+    let mut crc = u32::MAX;
+    for byte in content {
+        crc ^= u32::from(*byte);
+        for _ in 0..8 {
+            crc = (crc >> 1) ^ (0xedb8_8320 & 0_u32.wrapping_sub(crc & 1));
+        }
+    }
+    !crc
+}

@@ -11,5 +11,6 @@ mod control_loop;
 mod driver;
 mod flash;
 mod noise_on_the_link;
+mod records;
 mod sessions;
 mod store;

@@ -1,4 +1,4 @@
-use crate::driver::{Driver, Flash, begin, message, read_answer, samples};
+use crate::driver::{Driver, Flash, begin, crc_32, message, read_answer, samples};
 use delta_cal::ArmIndex;
 use delta_cal_protocol::{
     Counters, Direction, Fault, ParameterSet, Request, Response, RevertTo, UNKNOWN_SEQUENCE,
@@ -148,16 +148,9 @@ fn identify_content() -> Vec<u8> {
     vec![VERSION, 9, 0, 0]
 }
 
-/// CRC-32 (IEEE 802.3) bit by bit, then COBS: as the protocol's documentation says.
+/// The checksum, then COBS: as the protocol's documentation says.
 fn with_checksum(content: &[u8]) -> Vec<u8> {
-    let mut crc = u32::MAX;
-    for byte in content {
-        crc ^= u32::from(*byte);
-        for _ in 0..8 {
-            crc = (crc >> 1) ^ (0xedb8_8320 & 0_u32.wrapping_sub(crc & 1));
-        }
-    }
-    let content = [content, &(!crc).to_le_bytes()].concat();
+    let content = [content, &crc_32(content).to_le_bytes()].concat();
     let mut frame = vec![0];
     for run in content.split(|byte| *byte == 0) {
         assert!(run.len() < 254);

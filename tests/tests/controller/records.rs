@@ -1,0 +1,105 @@
+//! Records that flash and map deliver whole, and that are not this robot's parameters.
+
+use crate::driver::{Driver, Flash, crc_32, samples};
+use delta_cal_firmware_example::PAGE;
+use delta_cal_protocol::{Origin, Parameters};
+use embassy_futures::block_on;
+use sequential_storage::cache::Cache;
+use sequential_storage::map::{MapConfig, MapStorage};
+use std::ops::Range;
+
+const KEY: u8 = 1;
+#[allow(clippy::cast_possible_truncation)]
+const LOWER_HALF: Range<u32> = 0..2 * PAGE as u32;
+/// Where the stored f32 parameters of the first arm begin: behind version, size of a number, two
+/// varints and the mark that there are any. They are the last 96 bytes but for "no previous ones"
+/// and the checksum.
+const NUMBERS: usize = 96;
+
+/// A record as the controller stored it.
+fn record() -> Vec<u8> {
+    let mut flash = Flash::new();
+    let mut driver = Driver::<f32, _>::start(&mut flash);
+    let fingerprint = driver.solved(1, &samples(1, 12));
+    driver.apply(1, fingerprint);
+    let mut buffer = [0; 512];
+    let config = MapConfig::new(LOWER_HALF);
+    let mut map = MapStorage::<u8, _, _>::new(flash, config, Cache::new_uncached());
+    let record = block_on(map.fetch_item::<&[u8]>(&mut buffer, &KEY));
+    record.expect("no error").expect("a record").to_vec()
+}
+
+/// What a controller makes of it.
+fn started_with(record: &[u8]) -> Parameters<f32> {
+    let mut buffer = [0; 512];
+    let config = MapConfig::new(LOWER_HALF);
+    let mut map = MapStorage::<u8, _, _>::new(Flash::new(), config, Cache::new_uncached());
+    block_on(map.store_item(&mut buffer, &KEY, &record)).expect("stored");
+    let (flash, _) = map.destroy();
+    Driver::<f32, _>::start(flash).parameters()
+}
+
+/// The record changed, with the checksum that goes with it.
+fn signed(record: &[u8], change: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+    let (content, _) = record.split_last_chunk::<4>().expect("a checksum");
+    let mut content = content.to_vec();
+    change(&mut content);
+    let checksum = crc_32(&content);
+    content.extend(checksum.to_le_bytes());
+    content
+}
+
+#[test]
+fn any_changed_byte_of_a_record_is_noticed() {
+    let record = record();
+    assert_eq!(started_with(&record).origin, Origin::Calibration);
+    assert_eq!(signed(&record, |_| ()), record, "not CRC-32 as documented");
+    for place in 0..record.len() {
+        for mask in [0x01, 0x80, 0xff] {
+            let mut changed = record.clone();
+            changed[place] ^= mask;
+            let origin = started_with(&changed).origin;
+            assert_eq!(origin, Origin::NominalStoreDamaged, "byte {place}");
+        }
+    }
+    for length in 0..record.len() {
+        let origin = started_with(&record[..length]).origin;
+        assert_eq!(origin, Origin::NominalStoreDamaged, "{length} bytes");
+    }
+}
+
+#[test]
+fn another_version_or_impossible_parameters_are_not_taken() {
+    let record = record();
+    let first = record.len() - 4 - 1 - NUMBERS;
+    let number = |place: usize| first + 4 * place..first + 4 * place + 4;
+    let lb = f32::from_le_bytes(record[number(7)].try_into().unwrap());
+    assert!((479.0..481.0).contains(&lb), "not where Lb is: {lb}");
+
+    let refused = |change: &dyn Fn(&mut Vec<u8>)| {
+        let parameters = started_with(&signed(&record, |content| change(content)));
+        assert_eq!(parameters.origin, Origin::NominalStoreDamaged);
+        assert_eq!(parameters.arms[0][7].to_bits(), 480_f32.to_bits());
+    };
+    // The next version; numbers of another size; another robot's; more bytes than there should be.
+    refused(&|content| content[0] += 1);
+    refused(&|content| content[1] = 8);
+    refused(&|content| content[2] ^= 1);
+    refused(&|content| content.push(0));
+    for (place, value) in [
+        (7, -480.0),
+        (7, 0.0),
+        (0, f32::NAN),
+        (12, 2.0),
+        (8, f32::INFINITY),
+    ] {
+        refused(&|content| content[number(place)].copy_from_slice(&value.to_le_bytes()));
+    }
+    // And the test itself changes what it means to.
+    let longer = signed(&record, |content| {
+        content[number(7)].copy_from_slice(&481.5_f32.to_le_bytes());
+    });
+    let parameters = started_with(&longer);
+    assert_eq!(parameters.origin, Origin::Calibration);
+    assert_eq!(parameters.arms[0][7].to_bits(), 481.5_f32.to_bits());
+}

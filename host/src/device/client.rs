@@ -9,6 +9,7 @@ use delta_cal_protocol::{
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// How long a client waits and how often it tries.
@@ -46,6 +47,8 @@ impl Default for Patience {
 pub struct Client<L> {
     transport: L,
     receiver: Receiver<LARGEST_FRAME>,
+    /// Bytes that came behind the last frame that was looked at.
+    pending: VecDeque<u8>,
     patience: Patience,
     random: Pcg32,
     sequence: u16,
@@ -69,6 +72,7 @@ impl<L: Transport> Client<L> {
         Self {
             transport,
             receiver: Receiver::new(Direction::Response),
+            pending: VecDeque::new(),
             patience,
             random,
             sequence: u16::from_le_bytes([low, high]),
@@ -141,12 +145,7 @@ impl<L: Transport> Client<L> {
         let start = Instant::now();
         let mut buffer = [0; 256];
         loop {
-            let left = self.patience.timeout.saturating_sub(start.elapsed());
-            let count = self.transport.read(&mut buffer, left)?;
-            if count == 0 {
-                return Ok(Received::Nothing);
-            }
-            for &byte in buffer.iter().take(count) {
+            while let Some(byte) = self.pending.pop_front() {
                 match self.receiver.push(byte) {
                     // An echo, or the rest of a frame to another client.
                     None | Some(Err(FrameError::WrongDirection)) => {}
@@ -175,6 +174,12 @@ impl<L: Transport> Client<L> {
                     }
                 }
             }
+            let left = self.patience.timeout.saturating_sub(start.elapsed());
+            let count = self.transport.read(&mut buffer, left)?;
+            if count == 0 {
+                return Ok(Received::Nothing);
+            }
+            self.pending.extend(buffer.iter().take(count));
         }
     }
 

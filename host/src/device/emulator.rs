@@ -21,6 +21,8 @@ use std::time::{Duration, Instant};
 use tempfile::NamedTempFile;
 
 const QEMU: &str = "qemu-system-arm";
+/// Decodes `defmt` from standard input.
+const LOG_DECODER: &str = "defmt-print";
 /// It connects within some ten milliseconds.
 const STARTS_WITHIN: Duration = Duration::from_secs(20);
 /// From closing its connections to its end.
@@ -36,6 +38,8 @@ pub struct Emulation {
     pub firmware: PathBuf,
     /// The controller's flash is read from this file, if it is there, and written to it at the end.
     pub flash: Option<PathBuf>,
+    /// Whether the firmware's log is decoded and printed to standard error.
+    pub log: bool,
 }
 
 /// Why nothing is emulated.
@@ -47,6 +51,8 @@ pub enum EmulatorError {
     Start(io::Error),
     /// QEMU ended at once.
     Ended(String),
+    /// The program that decodes the log is not installed.
+    NoLog(io::Error),
     /// The file of the controller's flash.
     Flash(FlashError),
     /// The flash could not be read at the end.
@@ -67,6 +73,9 @@ impl fmt::Display for EmulatorError {
             Self::Missing => write!(formatter, "the emulator {QEMU} is not installed"),
             Self::Start(error) => write!(formatter, "{QEMU} does not start: {error}"),
             Self::Ended(said) => write!(formatter, "{QEMU} ended at once: {said}"),
+            Self::NoLog(error) => {
+                write!(formatter, "the log cannot be shown: {LOG_DECODER}: {error}")
+            }
             Self::Flash(error) => error.fmt(formatter),
             Self::FlashLost(error) => {
                 write!(formatter, "the emulated flash cannot be read: {error}")
@@ -86,6 +95,7 @@ impl EmulatorError {
                 "install it: apt-get install qemu-system-arm (macOS: brew install qemu)"
             }
             Self::Start(_) | Self::Ended(_) => "check that the firmware is one for this board",
+            Self::NoLog(_) => "install its decoder: cargo install defmt-print; or leave out --log",
             Self::Flash(error) => error.remedy(),
             Self::FlashLost(_) | Self::Output(_) => "the file of --flash is as it was before",
         }
@@ -99,6 +109,8 @@ pub struct Emulator {
     monitor: Monitor,
     flash: Option<FlashFile>,
     process: Process,
+    /// Ends by itself after QEMU, with the last line of the log.
+    _log: Option<Log>,
     /// The firmware with the flash's content, as long as QEMU may read it.
     _firmware: Option<NamedTempFile>,
 }
@@ -110,6 +122,31 @@ struct Process(Child);
 impl Drop for Process {
     fn drop(&mut self) {
         let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The program that decodes the log.
+#[derive(Debug)]
+struct Log(Child);
+
+impl Log {
+    /// Starts it; the log is to be written to the second.
+    fn start(firmware: &Path) -> Result<(Self, Stdio), EmulatorError> {
+        let mut child = Command::new(LOG_DECODER)
+            .arg("-e")
+            .arg(firmware)
+            .stdin(Stdio::piped())
+            .stdout(io::stderr())
+            .spawn()
+            .map_err(EmulatorError::NoLog)?;
+        let input = child.stdin.take().map_or_else(Stdio::null, Stdio::from);
+        Ok((Self(child), input))
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
         let _ = self.0.wait();
     }
 }
@@ -131,22 +168,32 @@ impl Emulator {
             .as_ref()
             .map_or(emulation.firmware.as_path(), NamedTempFile::path);
         let (serial, monitor) = (listen()?, listen()?);
+        let (log, output) = if emulation.log {
+            let (log, output) = Log::start(&emulation.firmware)?;
+            (Some(log), output)
+        } else {
+            (None, Stdio::null())
+        };
         let mut command = Command::new(QEMU);
         command
             .args(["-machine", machine(emulation.board)])
             .args("-nographic -semihosting-config enable=on,target=native".split(' '))
+            // 125 million instructions a second: so fast that the loop keeps its pace in `f64` too.
             .args("-icount shift=3".split(' '))
             .args(["-serial", &connect_to(&serial)?])
             .args(["-monitor", &connect_to(&monitor)?])
             .arg("-kernel")
             .arg(firmware)
             .stdin(Stdio::null())
-            .stdout(Stdio::null())
+            .stdout(output)
             .stderr(Stdio::piped());
         // Ctrl-C is for this process, which then ends the emulation in order.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        let mut process = Process(command.spawn().map_err(|error| match error.kind() {
+        let spawned = command.spawn();
+        // With it goes this process's end of the log, which so ends with QEMU.
+        drop(command);
+        let mut process = Process(spawned.map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => EmulatorError::Missing,
             _ => EmulatorError::Start(error),
         })?);
@@ -157,6 +204,7 @@ impl Emulator {
             monitor: Monitor::new(monitor),
             flash,
             process,
+            _log: log,
             _firmware: programmed,
         })
     }

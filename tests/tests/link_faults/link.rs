@@ -103,7 +103,7 @@ impl<T: Number> Bench<T> {
         }
     }
 
-    fn to_device(&mut self, byte: u8) {
+    fn send(&mut self, byte: u8) {
         for arrived in self.carried(Way::ToDevice, byte) {
             for answer in self.device.receive(arrived) {
                 let arrived = self.carried(Way::ToClient, answer);
@@ -139,7 +139,7 @@ impl<T: Number> Transport for Link<T> {
         self.requests += 1;
         let mut bench = self.bench.borrow_mut();
         for byte in bytes {
-            bench.to_device(*byte);
+            bench.send(*byte);
         }
         Ok(())
     }

@@ -12,8 +12,8 @@ Exit codes:
   3  an input file is wrong, or another robot's
   4  a file could not be written
   5  the controller, the link to it or its emulation failed
-With 1, 2, 3 and 5 no output file is written or changed; with 1, 2 and 3 the controller keeps its
-parameters.";
+If refused, and with 2, 3 and 5, no output file is written or changed. Unless --apply or revert came
+to its end, the controller keeps its parameters; with 5, status tells.";
 
 const DEVICE_HELP: &str = "\
 The port is where the controller is:
@@ -70,6 +70,7 @@ pub(crate) struct DeviceArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(next_help_heading = "The controller")]
 pub(crate) struct LinkArguments {
     /// Where the controller is: /dev/ttyACM0, tcp:HOST:PORT, emulate:m4 or emulate:m7
     #[arg(long, global = true, value_name = "PORT")]
@@ -83,6 +84,9 @@ pub(crate) struct LinkArguments {
     /// emulate: only: keep the controller's flash in this file from run to run
     #[arg(long, global = true, value_name = "FILE")]
     pub(super) flash: Option<PathBuf>,
+    /// emulate: only: print the firmware's log to standard error (needs defmt-print)
+    #[arg(long, global = true)]
+    pub(super) log: bool,
 }
 
 #[derive(Debug, Subcommand)]

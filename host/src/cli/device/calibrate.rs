@@ -35,6 +35,7 @@ pub(super) fn run(link: &LinkArguments, arguments: &CalibrateArguments) -> Resul
             arguments,
             robot,
             samples,
+            kept: link.flash.is_some(),
         },
     )
 }
@@ -61,6 +62,8 @@ struct Calibrate<'a> {
     arguments: &'a CalibrateArguments,
     robot: RobotFile,
     samples: SamplesFile,
+    /// Whether an emulated controller's flash is kept.
+    kept: bool,
 }
 
 impl Task for Calibrate<'_> {
@@ -69,6 +72,7 @@ impl Task for Calibrate<'_> {
             arguments,
             robot,
             samples,
+            kept,
         } = self;
         let options = arguments.files.options();
         let port = device.port.to_string();
@@ -120,6 +124,7 @@ impl Task for Calibrate<'_> {
         shown.push_str(&text::applied(
             arguments.apply,
             result_fingerprint(&finished),
+            kept || !emulated,
         ));
         let toml = report.after.to_toml(&comment(&report, &port, arguments));
         let file = arguments.output.as_deref();

@@ -159,6 +159,7 @@ fn open(link: &LinkArguments) -> Result<(Port, Kind), Failure> {
             emulated,
             "emulate:m4 or emulate:m7",
         ),
+        ("--log", link.log, emulated, "emulate:m4 or emulate:m7"),
         (
             "--flash",
             link.flash.is_some(),
@@ -213,6 +214,7 @@ fn emulate(link: &LinkArguments, board: Board) -> Result<Emulator, Failure> {
         board,
         firmware,
         flash: link.flash.clone(),
+        log: link.log,
     };
     Emulator::start(&emulation).map_err(emulation_failed)
 }

@@ -179,13 +179,18 @@ pub fn comparison(calibrated: bool, samples: usize, comparison: &Comparison) -> 
     text
 }
 
-/// What became of a calibration.
-pub fn applied(applied: bool, fingerprint: u32) -> String {
+/// What became of a calibration. `kept`: the controller outlives the command.
+pub fn applied(applied: bool, fingerprint: u32, kept: bool) -> String {
     let fingerprint = hexadecimal(fingerprint);
+    let again = if kept {
+        "To go back: delta-cal device --port PORT revert"
+    } else {
+        "The emulated controller and its flash are gone now; --flash FILE keeps the flash."
+    };
     if applied {
         format!(
             "\n{GOOD}Applied{GOOD:#} and stored: the control loop uses the new parameters \
-             (fingerprint {fingerprint}).\nTo go back: delta-cal device --port PORT revert\n"
+             (fingerprint {fingerprint}).\n{again}\n"
         )
     } else {
         format!(

@@ -48,7 +48,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "firmware",
-        about: "under QEMU a Cortex-M4F and a Cortex-M7 give the host's bits, also in 1,100 random calibrations",
+        about: "under QEMU a Cortex-M4F and a Cortex-M7 give the host's bits, and calibrate when the host drives them",
         run: firmware,
     },
     Stage {
@@ -154,5 +154,8 @@ fn features(check: &mut Check) {
 fn firmware(check: &mut Check) {
     check.command(
         "cargo test --package delta-cal-tests --test target -- --nocapture on_target::same_bits",
+    );
+    check.command(
+        "cargo test --package delta-cal-host --test device_on_target -- --nocapture on_target::",
     );
 }

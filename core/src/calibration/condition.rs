@@ -2,6 +2,7 @@
 
 use super::problem::Normal;
 use crate::Real;
+use core::hint::black_box;
 use nalgebra::SMatrix;
 
 /// The inverse of the factor's 8 × 8 part and its condition.
@@ -32,7 +33,8 @@ impl<T: Real> Conditioning<T> {
         if let Some(entry) = direction.get_mut(self.weakest) {
             *entry = T::ONE;
         }
-        for _ in 0..3 {
+        // Hidden from the optimiser, which would write the step out three times.
+        for _ in 0..black_box(3) {
             let mut product = [T::ZERO; 8];
             for (column, part) in self.covariance.as_slice().chunks_exact(8).zip(direction) {
                 add_multiple(column, part, &mut product);
@@ -54,24 +56,13 @@ impl<T: Real> Conditioning<T> {
     pub(crate) fn of(normal: &Normal<T>) -> Self {
         let norms = normal.column_norms();
         let mut covariance = SMatrix::<T, 8, 8>::zeros();
-        // W = T⁻¹ column by column, by back-substitution, and W Wᵀ as the sum of its columns' products, of
-        // which both halves are the same sums: symmetric to the bit.
-        for index in 0..8 {
+        // W = T⁻¹ column by column, and W Wᵀ as the sum of its columns' products, of which both halves are
+        // the same sums: symmetric to the bit.
+        for length in 1..=8 {
             let mut column = [T::ZERO; 8];
-            for row in (0..=index).rev() {
-                let Some((pivot, rest)) = normal.row(row).split_first() else {
-                    continue;
-                };
-                let mut value = if row == index { T::ONE } else { T::ZERO };
-                let known = column.iter().take(index + 1).skip(row + 1);
-                for (entry, known) in rest.iter().zip(known) {
-                    value -= *entry * *known;
-                }
-                if let Some(target) = column.get_mut(row) {
-                    *target = value / *pivot;
-                }
-            }
-            add_square(&column, covariance.as_mut_slice());
+            let column = column.get_mut(..length).unwrap_or_default();
+            normal.inverse_column(column);
+            add_square(column, covariance.as_mut_slice());
         }
         let mut total = T::ZERO;
         let mut weakest = (0, T::ZERO);
@@ -95,9 +86,9 @@ impl<T: Real> Conditioning<T> {
     }
 }
 
-/// Adds v vᵀ to a matrix given by columns.
+/// Adds v vᵀ to a matrix given by columns; v may be shorter, zeros behind it.
 #[inline(never)]
-fn add_square<T: Real>(vector: &[T; 8], matrix: &mut [T]) {
+fn add_square<T: Real>(vector: &[T], matrix: &mut [T]) {
     for (column, part) in matrix.chunks_exact_mut(8).zip(vector) {
         add_multiple(vector, *part, column);
     }

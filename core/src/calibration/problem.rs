@@ -81,7 +81,8 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
         let mut block = [[T::ZERO; 12]; 9];
         for (index, row) in self.triangle().rows().take(12).enumerate() {
             let mut product = [T::ZERO; 8];
-            for (factor, derivatives) in row.iter().zip(jacobian.iter().skip(index)) {
+            let below = jacobian.get(index..).unwrap_or_default();
+            for (factor, derivatives) in row.iter().zip(below) {
                 for (entry, derivative) in product.iter_mut().zip(derivatives) {
                     *entry += *factor * *derivative;
                 }

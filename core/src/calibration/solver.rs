@@ -179,7 +179,8 @@ impl<T: Real> Iteration<T> {
         let mut sum = T::ZERO;
         for (index, row) in self.normal.rows().take(8).enumerate() {
             let mut entry = T::ZERO;
-            for (factor, delta) in row.iter().zip(displacement.iter().skip(index)) {
+            let below = displacement.get(index..).unwrap_or_default();
+            for (factor, delta) in row.iter().zip(below) {
                 entry += *factor * *delta;
             }
             sum += entry.squared();

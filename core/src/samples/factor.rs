@@ -213,8 +213,8 @@ impl<T: Real> ArmFactor<T> {
                 continue;
             };
             let mut entry = *right;
-            for (factor, coefficient) in coefficients.iter().zip(at.coefficients.iter().skip(index))
-            {
+            let below = at.coefficients.get(index..).unwrap_or_default();
+            for (factor, coefficient) in coefficients.iter().zip(below) {
                 entry += *factor * *coefficient;
             }
             if let Some(target) = residual.get_mut(index) {

@@ -2,6 +2,7 @@
 //! Householder reflections.
 
 use crate::Real;
+use core::hint::black_box;
 
 /// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2
 /// numbers. RᵀR is the sum of the outer products of all rows ever absorbed.
@@ -50,6 +51,11 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         const { assert!(M + 1 == N) };
         let mut solution = [T::ZERO; M];
         back_substitute(&self.entries, smallest, &mut solution).then_some(solution)
+    }
+
+    /// The last column of the inverse of the leading rows and columns, as many as `column` is long.
+    pub(crate) fn inverse_column(&self, column: &mut [T]) {
+        inverse_column(&self.entries, N, column);
     }
 
     /// Puts numbers on the diagonal of an empty triangle, and beside them into the last column.
@@ -140,7 +146,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
 }
 
 // The functions on slices are shared by triangles of all sizes: each size of its own would be unrolled
-// into more flash than its speed is worth.
+// into more flash than its speed is worth. For the same reason one length is hidden from the optimiser.
 
 fn packed_row<T>(entries: &[T], size: usize, row: usize) -> &[T] {
     let above = row.saturating_sub(1) * row / 2;
@@ -167,27 +173,54 @@ fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
 
 #[inline(never)]
 fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -> bool {
-    let size = solution.len() + 1;
-    for index in (0..solution.len()).rev() {
-        let Some((pivot, rest)) = packed_row(entries, size, index).split_first() else {
+    // From the last row, which holds the right-hand side's own entry alone.
+    let Some((_, mut rest)) = entries.split_last() else {
+        return false;
+    };
+    let size = solution.len();
+    for index in (0..size).rev() {
+        let length = size + 1 - index;
+        let Some((before, [pivot, row @ ..])) =
+            rest.split_at_checked(rest.len().saturating_sub(length))
+        else {
             return false;
         };
-        let Some((right, coefficients)) = rest.split_last() else {
+        rest = before;
+        let (Some((right, coefficients)), Some([target, known @ ..]), Some(smallest)) = (
+            row.split_last(),
+            solution.get_mut(index..),
+            smallest.get(index),
+        ) else {
             return false;
         };
         let mut value = -*right;
-        for (coefficient, known) in coefficients.iter().zip(solution.iter().skip(index + 1)) {
+        for (coefficient, known) in coefficients.iter().zip(known.iter()) {
             value -= *coefficient * *known;
         }
-        let (Some(smallest), Some(target)) = (smallest.get(index), solution.get_mut(index)) else {
-            return false;
-        };
         if !(pivot.magnitude() > *smallest) {
             return false;
         }
         *target = value / *pivot;
     }
     true
+}
+
+#[inline(never)]
+fn inverse_column<T: Real>(entries: &[T], size: usize, column: &mut [T]) {
+    let mut right = T::ONE;
+    for row in (0..black_box(column.len())).rev() {
+        let ([pivot, row @ ..], Some([target, known @ ..])) =
+            (packed_row(entries, size, row), column.get_mut(row..))
+        else {
+            return;
+        };
+        let mut value = right;
+        right = T::ZERO;
+        for (entry, known) in row.iter().zip(known.iter()) {
+            value -= *entry * *known;
+        }
+        *target = value / *pivot;
+    }
 }
 
 /// Σ aᵢbᵢ in four interleaved sums: a stated order that vectorises, the same on every platform.

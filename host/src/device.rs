@@ -19,7 +19,7 @@ mod verify;
 pub use client::{Client, Patience};
 pub use convert::{assumptions, measurements, outcome, parameters, robot};
 pub use emulator::{
-    Emulation, Emulator, EmulatorError, FirmwareError, FlashError, build, check_firmware,
+    Emulation, Emulator, EmulatorError, FirmwareError, FlashError, Pace, build, check_firmware,
 };
 pub use error::DeviceError;
 pub use number::Number;

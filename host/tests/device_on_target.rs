@@ -158,7 +158,7 @@ mod on_target {
         let firmware = double_firmware();
         let firmware = firmware.to_str().unwrap();
         for port in ["emulate:m4", "emulate:m7"] {
-            assert_same_bits(&["--port", port, "--firmware", firmware], "f64");
+            assert_same_bits(&["--port", port, "--double", "--firmware", firmware], "f64");
         }
     }
 

@@ -29,6 +29,31 @@ const STARTS_WITHIN: Duration = Duration::from_secs(20);
 const ENDS_WITHIN: Duration = Duration::from_secs(1);
 const LOOK: Duration = Duration::from_millis(5);
 
+/// How much emulated time an instruction takes, whatever it would take on a real core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// 64 ns, about what a slow part takes: a calibration spans some ten turns of the control loop.
+    Slow,
+    /// 8 ns, so that the loop keeps its pace in `f64` computed by software.
+    Fast,
+}
+
+impl Pace {
+    /// The logarithm to the base 2 of its nanoseconds.
+    const fn shift(self) -> u32 {
+        match self {
+            Self::Slow => 6,
+            Self::Fast => 3,
+        }
+    }
+
+    /// How many instructions fit into the time of so many timer ticks; `None` without a timer.
+    pub fn instructions(self, ticks: u32, ticks_a_second: u32) -> Option<u64> {
+        let nanoseconds = (u64::from(ticks) * 1_000_000_000).checked_div(ticks_a_second.into())?;
+        Some(nanoseconds >> self.shift())
+    }
+}
+
 /// What is emulated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Emulation {
@@ -36,6 +61,8 @@ pub struct Emulation {
     pub board: Board,
     /// The firmware, an ELF file.
     pub firmware: PathBuf,
+    /// How fast it runs.
+    pub pace: Pace,
     /// The controller's flash is read from this file, if it is there, and written to it at the end.
     pub flash: Option<PathBuf>,
     /// Whether the firmware's log is decoded and printed to standard error.
@@ -178,8 +205,7 @@ impl Emulator {
         command
             .args(["-machine", machine(emulation.board)])
             .args("-nographic -semihosting-config enable=on,target=native".split(' '))
-            // 125 million instructions a second: so fast that the loop keeps its pace in `f64` too.
-            .args("-icount shift=3".split(' '))
+            .args(["-icount", &format!("shift={}", emulation.pace.shift())])
             .args(["-serial", &connect_to(&serial)?])
             .args(["-monitor", &connect_to(&monitor)?])
             .arg("-kernel")

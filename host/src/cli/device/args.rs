@@ -81,6 +81,9 @@ pub(crate) struct LinkArguments {
     /// emulate: only: this firmware, and not the one built from firmware-example
     #[arg(long, global = true, value_name = "ELF")]
     pub(super) firmware: Option<PathBuf>,
+    /// emulate: only: the firmware computes in f64, to compare (emulated at eight times the pace)
+    #[arg(long, global = true)]
+    pub(super) double: bool,
     /// emulate: only: keep the controller's flash in this file from run to run
     #[arg(long, global = true, value_name = "FILE")]
     pub(super) flash: Option<PathBuf>,

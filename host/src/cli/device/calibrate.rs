@@ -8,7 +8,7 @@ use delta_cal_host::device::report::json::{
 };
 use delta_cal_host::device::report::text;
 use delta_cal_host::device::{
-    Finished, Number, Port, Step, apply, assumptions, calibrate_robot, measurements, parameters_of,
+    Finished, Number, Step, apply, assumptions, calibrate_robot, measurements, parameters_of,
 };
 use delta_cal_host::report::json::JsonReport;
 use delta_cal_host::report::table;
@@ -101,7 +101,7 @@ impl Task for Calibrate<'_> {
             calibration: JsonReport::new(&report),
             fingerprint: hexadecimal(result_fingerprint(&finished)),
             applied: arguments.apply,
-            control_loop: JsonControlLoop::between(before, after),
+            control_loop: JsonControlLoop::between(before, after, device.pace),
             repeated_requests: client.repetitions(),
         };
         let mut shown = String::new();
@@ -110,8 +110,7 @@ impl Task for Calibrate<'_> {
         }
         shown.push_str(&text::identity(&port, &device.identity));
         let _ = writeln!(shown, "\n{}", table::render(&report));
-        let emulated = matches!(device.port, Port::Emulated(_));
-        shown.push_str(&text::while_calibrating(before, after, emulated));
+        shown.push_str(&text::while_calibrating(before, after, device.pace));
         match client.repetitions() {
             0 => {}
             repeated => {
@@ -124,7 +123,7 @@ impl Task for Calibrate<'_> {
         shown.push_str(&text::applied(
             arguments.apply,
             result_fingerprint(&finished),
-            kept || !emulated,
+            kept || device.pace.is_none(),
         ));
         let toml = report.after.to_toml(&comment(&report, &port, arguments));
         let file = arguments.output.as_deref();

@@ -3,7 +3,7 @@
 use super::args::LinkArguments;
 use crate::cli::failure::Failure;
 use delta_cal_host::device::{
-    Board, Client, Emulation, Emulator, EmulatorError, FirmwareError, Number, Patience, Port,
+    Board, Client, Emulation, Emulator, EmulatorError, FirmwareError, Number, Pace, Patience, Port,
     Serial, Tcp, Transport, build, check_firmware,
 };
 use delta_cal_protocol::{Identity, Scalar};
@@ -29,6 +29,8 @@ pub(super) struct Device {
     pub(super) client: Client<Link>,
     pub(super) identity: Identity,
     pub(super) port: Port,
+    /// Of an emulated one.
+    pub(super) pace: Option<Pace>,
 }
 
 /// The link that Ctrl-C breaks, so that whatever is under way ends in order.
@@ -88,6 +90,7 @@ pub(super) fn with_device(link: &LinkArguments, task: impl Task) -> Result<(), F
     // Without a handler Ctrl-C ends the process at once, which is no worse than having none.
     let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
     let (port, kind) = open(link)?;
+    let pace = pace(link);
     let patience = Patience {
         timeout: match kind {
             Kind::Plain(_) => Patience::default().timeout,
@@ -107,10 +110,12 @@ pub(super) fn with_device(link: &LinkArguments, task: impl Task) -> Result<(), F
     let done = match client.identity() {
         Err(error) => (client, Err(error.into())),
         Ok(identity) => {
+            let pace = matches!(port, Port::Emulated(_)).then_some(pace);
             let mut device = Device {
                 client,
                 identity,
                 port,
+                pace,
             };
             let result = match identity.scalar {
                 Scalar::Single => task.run::<f32>(&mut device),
@@ -160,6 +165,12 @@ fn open(link: &LinkArguments) -> Result<(Port, Kind), Failure> {
             "emulate:m4 or emulate:m7",
         ),
         ("--log", link.log, emulated, "emulate:m4 or emulate:m7"),
+        (
+            "--double",
+            link.double,
+            emulated,
+            "emulate:m4 or emulate:m7",
+        ),
         (
             "--flash",
             link.flash.is_some(),
@@ -213,16 +224,21 @@ fn emulate(link: &LinkArguments, board: Board) -> Result<Emulator, Failure> {
     let emulation = Emulation {
         board,
         firmware,
+        pace: pace(link),
         flash: link.flash.clone(),
         log: link.log,
     };
     Emulator::start(&emulation).map_err(emulation_failed)
 }
 
+fn pace(link: &LinkArguments) -> Pace {
+    if link.double { Pace::Fast } else { Pace::Slow }
+}
+
 fn firmware(link: &LinkArguments) -> Result<PathBuf, FirmwareError> {
     match &link.firmware {
         Some(file) => check_firmware(file).map(|()| file.clone()),
-        None => build(|| {
+        None => build(link.double, || {
             let _ = writeln!(anstream::stderr(), "Building the firmware (cargo build)");
         }),
     }

@@ -9,7 +9,7 @@ use delta_cal_host::device::report::json::{
     JsonDeviceReport, JsonParameters, JsonStatus, hexadecimal,
 };
 use delta_cal_host::device::report::text;
-use delta_cal_host::device::{DeviceError, Number, Port, in_use, robot as robot_of};
+use delta_cal_host::device::{DeviceError, Number, in_use, robot as robot_of};
 use delta_cal_host::{InputText, RobotFile};
 use delta_cal_protocol::{ParameterSet, Parameters, RevertTo, fingerprint};
 
@@ -27,9 +27,8 @@ impl Task for Status<'_> {
         let counters = client.counters::<T>()?;
         let port = device.port.to_string();
         let mut shown = text::identity(&port, &device.identity);
-        let emulated = matches!(device.port, Port::Emulated(_));
-        shown.push_str(&text::status(&status, origin, &counters, emulated));
-        let json = JsonStatus::new(&status, origin, &counters);
+        shown.push_str(&text::status(&status, origin, &counters, device.pace));
+        let json = JsonStatus::new(&status, origin, &counters, device.pace);
         let json = JsonDeviceReport::new(port, &device.identity, json);
         publish(&[], self.0.json.as_deref(), &json, shown)
     }

@@ -92,28 +92,31 @@ pub fn check(file: &Path) -> Result<(), FirmwareError> {
     }
 }
 
-/// Builds the firmware of the workspace that the current folder is in, once that is found and
+/// Builds the firmware, in `f64` if `double`, of the workspace that the current folder is in, once that is found and
 /// announced; cargo prints its progress.
 ///
 /// # Errors
 /// No workspace, cargo or target; a build that fails.
-pub fn build(announce: impl FnOnce()) -> Result<PathBuf, FirmwareError> {
+pub fn build(double: bool, announce: impl FnOnce()) -> Result<PathBuf, FirmwareError> {
     let workspace = workspace().ok_or(FirmwareError::NoWorkspace)?;
     announce();
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let output = Command::new(cargo)
+    let mut command = Command::new(cargo);
+    command
         .current_dir(&workspace)
         .args(["build", "--release", "--package", PACKAGE, "--bin", PACKAGE])
-        .args([
-            "--target",
-            TARGET,
-            "--message-format",
-            "json-render-diagnostics",
-        ])
+        .args(["--target", TARGET])
+        .args(["--message-format", "json-render-diagnostics"])
         .stdin(Stdio::null())
-        .stderr(Stdio::inherit())
-        .output()
-        .map_err(FirmwareError::NoCargo)?;
+        .stderr(Stdio::inherit());
+    if double {
+        // A folder of its own: an emulation of the other firmware may be about to load its program.
+        let folder = workspace.join("target").join("double");
+        command
+            .args(["--features", "double", "--target-dir"])
+            .arg(folder);
+    }
+    let output = command.output().map_err(FirmwareError::NoCargo)?;
     if !output.status.success() {
         return Err(if target_installed(&workspace) {
             FirmwareError::Failed

@@ -2,7 +2,7 @@
 //! unknown.
 
 use super::{firmware, microseconds, origin, phase, processor, scalar};
-use crate::device::{Comparison, Number};
+use crate::device::{Comparison, Number, Pace};
 use crate::report::json::{JsonReport, SCHEMA_VERSION};
 use crate::units::degrees;
 use delta_cal::{Parameter, ParameterKind, Real};
@@ -68,6 +68,10 @@ pub struct JsonControlLoop {
     pub longest_turn_us: Option<f64>,
     /// The longest turn while a calibration was at work.
     pub longest_turn_calibrating_us: Option<f64>,
+    /// The same two in instructions (not cycles), of an emulated controller.
+    pub longest_turn_instructions: Option<u64>,
+    /// See [`longest_turn_instructions`](Self::longest_turn_instructions).
+    pub longest_turn_calibrating_instructions: Option<u64>,
     /// How often the loop switched to other parameters since the controller started.
     pub switches: u32,
     /// Fingerprint of the parameters in use.
@@ -80,8 +84,12 @@ pub struct JsonControlLoop {
 
 impl JsonControlLoop {
     /// The loop since the controller started.
-    pub fn new<T: Number>(control: &ControlLoop<T>) -> Self {
+    pub fn new<T: Number>(control: &ControlLoop<T>, pace: Option<Pace>) -> Self {
+        let instructions =
+            |ticks| pace.and_then(|pace| pace.instructions(ticks, control.ticks_a_second));
         Self {
+            longest_turn_instructions: instructions(control.longest_ticks),
+            longest_turn_calibrating_instructions: instructions(control.longest_ticks_calibrating),
             turns: control.turns,
             late: control.late,
             unreachable: control.unreachable,
@@ -98,12 +106,16 @@ impl JsonControlLoop {
     }
 
     /// The loop between two looks.
-    pub fn between<T: Number>(before: &ControlLoop<T>, after: &ControlLoop<T>) -> Self {
+    pub fn between<T: Number>(
+        before: &ControlLoop<T>,
+        after: &ControlLoop<T>,
+        pace: Option<Pace>,
+    ) -> Self {
         Self {
             turns: after.turns.wrapping_sub(before.turns),
             late: after.late.wrapping_sub(before.late),
             unreachable: after.unreachable.wrapping_sub(before.unreachable),
-            ..Self::new(after)
+            ..Self::new(after, pace)
         }
     }
 }
@@ -125,12 +137,17 @@ pub struct JsonStatus {
 
 impl JsonStatus {
     /// From the controller's three answers.
-    pub fn new<T: Number>(status: &Status<T>, from: Origin, counters: &Counters) -> Self {
+    pub fn new<T: Number>(
+        status: &Status<T>,
+        from: Origin,
+        counters: &Counters,
+        pace: Option<Pace>,
+    ) -> Self {
         Self {
             session: status.session,
             phase: phase(&status.phase),
             origin: origin(from),
-            control_loop: JsonControlLoop::new(&status.control),
+            control_loop: JsonControlLoop::new(&status.control, pace),
             link: JsonCounters {
                 received: counters.received,
                 damaged: counters.damaged,

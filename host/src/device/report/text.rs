@@ -2,7 +2,7 @@
 
 use super::json::hexadecimal;
 use super::{firmware, microseconds, origin, phase, processor, scalar};
-use crate::device::{Comparison, Number};
+use crate::device::{Comparison, Number, Pace};
 use anstyle::{AnsiColor, Style};
 use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Status};
 use std::fmt::Write;
@@ -14,9 +14,8 @@ const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
 /// Differences that are shown one by one.
 const SHOWN: usize = 10;
 
-/// What the times of an emulated controller mean.
-const EMULATED_TIME: &str = "  (emulated: every instruction counts 0.008 µs, whatever it would take \
-                             on a real core)\n";
+/// What the instructions of an emulated controller mean.
+const NOT_CYCLES: &str = "  (emulated: instructions, not the cycles of a real core)\n";
 
 /// One line: who is there.
 pub fn identity(port: &str, identity: &Identity) -> String {
@@ -36,18 +35,24 @@ fn heading(text: &mut String, title: &str) {
     let _ = writeln!(text, "{HEADING}{title}{HEADING:#}");
 }
 
-fn longest(ticks: u32, ticks_a_second: u32) -> String {
-    match microseconds(ticks, ticks_a_second) {
-        Some(time) => format!("{time:.2}"),
-        None => "unknown".to_owned(),
-    }
+/// A turn of the loop: in instructions if it is emulated, otherwise in time.
+fn turn(text: &mut String, label: &str, ticks: u32, ticks_a_second: u32, pace: Option<Pace>) {
+    let (unit, value) = if let Some(pace) = pace {
+        let instructions = pace.instructions(ticks, ticks_a_second);
+        ("instructions", instructions.map(|count| count.to_string()))
+    } else {
+        let time = microseconds(ticks, ticks_a_second);
+        ("µs", time.map(|time| format!("{time:.2}")))
+    };
+    let value = value.unwrap_or_else(|| "unknown".to_owned());
+    line(text, &format!("{label}, {unit}"), &value);
 }
 
 /// The control loop while it was calibrated.
 pub fn while_calibrating<T: Number>(
     before: &ControlLoop<T>,
     after: &ControlLoop<T>,
-    emulated: bool,
+    pace: Option<Pace>,
 ) -> String {
     let mut text = String::new();
     heading(
@@ -59,13 +64,9 @@ pub fn while_calibrating<T: Number>(
     let late = after.late.wrapping_sub(before.late);
     line(&mut text, "of them late or left out", &late.to_string());
     let ticks = after.longest_ticks_calibrating;
-    line(
-        &mut text,
-        "longest turn, µs of the controller's timer",
-        &longest(ticks, after.ticks_a_second),
-    );
-    if emulated {
-        text.push_str(EMULATED_TIME);
+    turn(&mut text, "longest turn", ticks, after.ticks_a_second, pace);
+    if pace.is_some() {
+        text.push_str(NOT_CYCLES);
     }
     text
 }
@@ -75,7 +76,7 @@ pub fn status<T: Number>(
     status: &Status<T>,
     from: Origin,
     counters: &Counters,
-    emulated: bool,
+    pace: Option<Pace>,
 ) -> String {
     let control = &status.control;
     let mut text = String::new();
@@ -103,21 +104,14 @@ pub fn status<T: Number>(
         "switches to other parameters",
         &control.switches.to_string(),
     );
-    line(
-        &mut text,
-        "longest turn, µs of the controller's timer",
-        &longest(control.longest_ticks, control.ticks_a_second),
-    );
-    line(
-        &mut text,
-        "longest turn during a calibration, µs",
-        &match control.longest_ticks_calibrating {
-            0 => "none yet".to_owned(),
-            ticks => longest(ticks, control.ticks_a_second),
-        },
-    );
-    if emulated {
-        text.push_str(EMULATED_TIME);
+    for (label, ticks) in [
+        ("longest turn", control.longest_ticks),
+        ("during a calibration", control.longest_ticks_calibrating),
+    ] {
+        turn(&mut text, label, ticks, control.ticks_a_second, pace);
+    }
+    if pace.is_some() {
+        text.push_str(NOT_CYCLES);
     }
     let [x, y, z] = control.point.map(delta_cal::Real::to_f64);
     let _ = writeln!(text, "  platform at {x:.3}, {y:.3}, {z:.3} mm");

@@ -4,7 +4,7 @@
 //! A timer interrupts a thousand times a second for the control loop, and goes before everything
 //! else. The UART's interrupt only moves bytes. SysTick runs freely and measures.
 
-use crate::firmware::Number;
+use crate::Number;
 use core::cell::Cell;
 use core::fmt::{self, Write as _};
 use core::mem::MaybeUninit;

@@ -1,15 +1,10 @@
 //! Starts the control loop, and then does everything else behind it.
 
+use crate::Number;
 use crate::board::{self, Board, Flash, Link};
 use delta_cal_firmware_example::{Background, Controller, Handover, nominal};
 use heapless::spsc::{Consumer, Queue};
 use static_cell::StaticCell;
-
-/// What the firmware computes in.
-#[cfg(not(feature = "double"))]
-pub(crate) type Number = f32;
-#[cfg(feature = "double")]
-pub(crate) type Number = f64;
 
 type Firmware = Controller<Number, &'static mut Flash>;
 

@@ -18,6 +18,12 @@ mod board;
 #[cfg(target_os = "none")]
 mod firmware;
 
+/// What the firmware computes in.
+#[cfg(all(target_os = "none", not(feature = "double")))]
+type Number = f32;
+#[cfg(all(target_os = "none", feature = "double"))]
+type Number = f64;
+
 #[cfg(not(target_os = "none"))]
 fn main() {
     eprintln!("The firmware is built with --target thumbv7em-none-eabihf.");

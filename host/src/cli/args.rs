@@ -1,6 +1,5 @@
 use super::device::DeviceArguments;
-use super::paths::is_stream;
-use clap::builder::{PathBufValueParser, TypedValueParser};
+use super::paths::robot_path;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use delta_cal_host::{CalibrationMethod, Frame, Options};
 use std::path::PathBuf;
@@ -175,16 +174,6 @@ pub(crate) enum FrameArgument {
     Base,
     /// The sensor's, wherever it stands; the frame is found and reported
     Sensor,
-}
-
-pub(crate) fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(|path| {
-        if is_stream(&path) {
-            Err("the robot file cannot come from standard input: give its name")
-        } else {
-            Ok(path)
-        }
-    })
 }
 
 impl CalibrateArguments {

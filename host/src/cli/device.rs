@@ -4,6 +4,7 @@ mod args;
 mod calibrate;
 mod connect;
 mod inspect;
+mod progress;
 mod verify;
 
 pub(crate) use args::DeviceArguments;

@@ -1,4 +1,5 @@
 use super::failure::Failure;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use delta_cal_host::{InputError, InputText};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -6,6 +7,17 @@ use std::path::{Path, PathBuf};
 /// Standard input or output.
 pub(crate) fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
+}
+
+/// The name of a robot file on the command line.
+pub(crate) fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| {
+        if is_stream(&path) {
+            Err("the robot file cannot come from standard input: give its name")
+        } else {
+            Ok(path)
+        }
+    })
 }
 
 /// A file, or standard input for `-`.

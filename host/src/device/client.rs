@@ -5,7 +5,7 @@ use super::number::Number;
 use super::transport::Transport;
 use delta_cal_protocol::{
     Counters, Direction, Fault, FrameError, Identity, LARGEST_FRAME, ParameterSet, Parameters,
-    Receiver, Request, Response, RevertTo, Status, UNKNOWN_SEQUENCE, VERSION, encode,
+    Receiver, Request, Response, RevertTo, Status, UNKNOWN_SEQUENCE, encode,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -259,6 +259,3 @@ pub(super) fn unexpected<T>(answer: &Response<T>) -> DeviceError {
         _ => DeviceError::Unexpected,
     }
 }
-
-/// The protocol version that this client speaks.
-pub(super) const SPOKEN: u8 = VERSION;

@@ -1,6 +1,5 @@
-use super::client::SPOKEN;
 use delta_cal::SampleError;
-use delta_cal_protocol::{Fault, Origin};
+use delta_cal_protocol::{Fault, Origin, VERSION};
 use std::error::Error;
 use std::fmt;
 use std::io;
@@ -108,7 +107,7 @@ impl fmt::Display for DeviceError {
             ),
             Self::OtherVersion { spoken } => write!(
                 formatter,
-                "the controller speaks version {spoken} of the protocol, delta-cal version {SPOKEN}"
+                "the controller speaks version {spoken} of the protocol, delta-cal version {VERSION}"
             ),
             Self::Unreadable => formatter.write_str("the controller's answer is not understood"),
             Self::Unexpected => {

@@ -1,4 +1,4 @@
-use crate::cli::args::robot_path;
+use crate::cli::paths::robot_path;
 use clap::{Args, Subcommand};
 use delta_cal_host::Options;
 use delta_cal_host::device::Port;

@@ -1,5 +1,6 @@
 use super::args::{CalibrateArguments, LinkArguments};
 use super::connect::{Device, Task, with_device};
+use super::progress::Bar;
 use super::{inputs, publish};
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, refuse_same};
@@ -14,7 +15,6 @@ use delta_cal_host::report::json::JsonReport;
 use delta_cal_host::report::table;
 use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile, output};
 use delta_cal_protocol::fingerprint;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -166,34 +166,4 @@ fn comment(report: &CalibrationReport, port: &str, arguments: &CalibrateArgument
             "Not applied."
         },
     )
-}
-
-/// A progress bar on a terminal, nothing elsewhere.
-pub(super) struct Bar(ProgressBar);
-
-impl Bar {
-    pub(super) fn new(samples: usize) -> Self {
-        let length = u64::try_from(samples).unwrap_or(u64::MAX);
-        let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
-        if let Ok(style) = ProgressStyle::with_template("{msg:<22} [{bar:40}] {pos}/{len} samples")
-        {
-            bar.set_style(style.progress_chars("=> "));
-        }
-        bar.set_message("sending");
-        Self(bar)
-    }
-
-    pub(super) fn show(&self, step: Step) {
-        match step {
-            Step::Taken(count) => self
-                .0
-                .set_position(u64::try_from(count).unwrap_or(u64::MAX)),
-            Step::Solving(arm) => self.0.set_message(format!("solving {arm}")),
-            Step::BegunAgain => self.0.set_message("restarted, sending"),
-        }
-    }
-
-    pub(super) fn finish(&self) {
-        self.0.finish_and_clear();
-    }
 }

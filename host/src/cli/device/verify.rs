@@ -1,6 +1,6 @@
 use super::args::{LinkArguments, VerifyArguments};
-use super::calibrate::Bar;
 use super::connect::{Device, Task, with_device};
+use super::progress::Bar;
 use super::{inputs, publish};
 use crate::cli::failure::Failure;
 use crate::cli::paths::refuse_same;

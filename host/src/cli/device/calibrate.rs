@@ -9,7 +9,7 @@ use delta_cal_host::device::report::json::{
 };
 use delta_cal_host::device::report::text;
 use delta_cal_host::device::{
-    Finished, Number, Step, apply, assumptions, calibrate_robot, measurements, parameters_of,
+    Finished, Number, apply, assumptions, calibrate_robot, measurements, parameters_of,
 };
 use delta_cal_host::report::json::JsonReport;
 use delta_cal_host::report::table;

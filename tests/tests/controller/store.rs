@@ -321,3 +321,18 @@ fn a_set_that_was_not_stored_is_not_used_after_a_restart_either() {
     let (found, _) = start(&mut FailingFlash::new(flash));
     assert_eq!(found, before, "refused with a fault, and used after all");
 }
+
+/// The newest set is damaged after it was stored whole; nothing was cut. The controller then works
+/// with parameters that were replaced, and must say so.
+#[test]
+fn a_damaged_newest_set_is_not_replaced_by_an_older_one_in_silence() {
+    let (flash, [old, _]) = stored();
+    let mut silent = 0;
+    for place in 0..flash.bytes().len() {
+        let mut damaged = flash.clone();
+        damaged.bytes_mut()[place] ^= 0x10;
+        let (found, origin) = start(&mut FailingFlash::new(damaged));
+        silent += u32::from(found == old && origin == Origin::Calibration);
+    }
+    assert_eq!(silent, 0, "damages that bring the older set back unnoticed");
+}

@@ -33,9 +33,9 @@ const VALUES: [f64; 20] = [
 ];
 
 fn sessions_of_extreme_numbers<T: Number>(sessions: u32) {
-    let mut rng = generator(0xe47e_3e5, 1);
+    let mut rng = generator(0x0e47_e3e5, 1);
     let mut pick = move || VALUES[rng.next_u32() as usize % VALUES.len()];
-    let mut rng = generator(0xe47e_3e5, 2);
+    let mut rng = generator(0x0e47_e3e5, 2);
     let mut driver = Driver::<T, _>::start(Flash::new());
     let (mut solved, mut refused, mut faults) = (0, 0, 0);
     for session in 1..=sessions {
@@ -44,9 +44,15 @@ fn sessions_of_extreme_numbers<T: Number>(sessions: u32) {
         let kind = rng.next_u32();
         let begin = Begin {
             session,
-            tolerance: (kind & 1 == 0).then(|| pair(pick(), pick())).flatten(),
-            noise: (kind & 6 == 0).then(|| pair(pick(), pick())).flatten(),
-            without_guess: kind & 24 == 0,
+            tolerance: kind
+                .is_multiple_of(2)
+                .then(|| pair(pick(), pick()))
+                .flatten(),
+            noise: (kind / 2)
+                .is_multiple_of(4)
+                .then(|| pair(pick(), pick()))
+                .flatten(),
+            without_guess: (kind / 8).is_multiple_of(4),
         };
         match driver.ask(&Request::Begin(begin)) {
             Response::Taken { next: 0, .. } => {}
@@ -56,7 +62,7 @@ fn sessions_of_extreme_numbers<T: Number>(sessions: u32) {
         let mut taken = 0;
         for sample in samples::<T>(u64::from(session), 30) {
             let mut sample: Sample<T> = sample;
-            if kind & 96 == 0 {
+            if (kind / 32).is_multiple_of(4) {
                 let place = rng.next_u32() as usize % 6;
                 let value = T::from_f64(pick());
                 if place < 3 {
@@ -64,7 +70,7 @@ fn sessions_of_extreme_numbers<T: Number>(sessions: u32) {
                 } else {
                     sample.position[place - 3] = value;
                 }
-            } else if kind & 96 == 32 {
+            } else if kind / 32 % 4 == 1 {
                 sample.position = Vector3::repeat(T::from_f64(1e5));
             }
             match driver.ask(&message(session, taken, &sample)) {

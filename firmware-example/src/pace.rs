@@ -36,8 +36,13 @@ impl Pace {
             None => 0,
             Some(due) => self.began.wrapping_sub(due) & C::MASK,
         };
-        // The timers may drift by a few ticks: too early is not late by a whole turn of the timer.
-        let late_by = if late_by > C::MASK / 2 { 0 } else { late_by };
+        // The timers may drift by a few ticks: too early is not late by a whole turn of the timer. All
+        // but the last eighth of that turn is for stops, as of a processor whose flash is erased.
+        let late_by = if late_by > C::MASK - C::MASK / 8 {
+            0
+        } else {
+            late_by
+        };
         let left_out = late_by / period;
         let late = left_out + u32::from(late_by % period > period / 10);
         self.late = self.late.wrapping_add(late);

@@ -143,7 +143,11 @@ impl<F: NorFlash> Store<F> {
         if stored.is_err() {
             // What an earlier power cut left in this half may be beyond the map's own repair.
             block_on(self.flash.erase(range.start, range.end)).map_err(|_| StoreError::Flash)?;
-            stored = write(&mut self.flash, range, record);
+            stored = write(&mut self.flash, range.clone(), record);
+        }
+        if stored.is_err() {
+            // It may be there in spite of the error: what was refused must not be in use after a restart.
+            let _ = block_on(self.flash.erase(range.start, range.end));
         }
         if stored.is_ok() {
             self.generation = generation;

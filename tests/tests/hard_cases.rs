@@ -10,8 +10,8 @@
 )]
 
 use delta_cal::{
-    Arm, Calibrator, Method, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample,
-    Settings, StoredCalibrator, Tolerance,
+    Arm, ArmFactor, ArmIndex, ArmSolver, Calibrator, Method, Noise, Parameter, Progress, Real,
+    Reference, Refusal, Robot, RobotOutcome, Sample, Settings, StoredCalibrator, Tolerance,
 };
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, parameter_differences,
@@ -350,4 +350,33 @@ fn forward_kinematics_work_in_any_unit_in_single_precision() {
         // A few ε of 500 mm, in any unit.
         assert!(error < 1e-3, "1e{exponent}: {error} mm");
     }
+}
+
+/// The reference is the truth and the sample has no residual, not even a rounded one: 360² + 480² is
+/// 600². The residual's column of the factor is zero then, which says nothing about the parameters.
+fn a_sample_without_a_residual_calibrates<T: Real>() {
+    let number = T::from_f64;
+    let arm = Arm::new([100.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 600.0].map(number)).unwrap();
+    let settings = Settings {
+        noise: Some(Noise::new(number(0.02), number(0.001)).unwrap()),
+        tolerance: Some(Tolerance::new(number(0.3), number(0.002)).unwrap()),
+        ..Settings::default()
+    };
+    let below = Vector3::new(0.0, 0.0, -480.0).map(number);
+    let mut factor = ArmFactor::new(Reference::new(&arm, &below, settings.noise));
+    for count in 1..=3 {
+        factor.add(&below, T::ZERO, ArmIndex::First).unwrap();
+        assert!(factor.sum_of_squares(&arm) == T::ZERO, "a residual");
+        let mut solver = ArmSolver::new(&factor, ArmIndex::First, &settings).unwrap();
+        while solver.step(&factor) == Progress::Working {}
+        let outcome = solver.outcome(&factor).unwrap();
+        assert_eq!(outcome.arm, arm, "{count} samples");
+        assert!(outcome.condition.finite(), "{count} samples");
+    }
+}
+
+#[test]
+fn samples_without_any_residual_are_not_undetermined() {
+    a_sample_without_a_residual_calibrates::<f64>();
+    a_sample_without_a_residual_calibrates::<f32>();
 }

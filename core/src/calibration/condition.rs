@@ -54,7 +54,8 @@ impl<T: Real> Conditioning<T> {
     /// An exactly singular or not finite factor gives an infinite condition.
     #[inline(never)]
     pub(crate) fn of(normal: &Normal<T>) -> Self {
-        let norms = normal.column_norms();
+        // The parameters' columns; the ninth is the residual, which may well be zero.
+        let [norms @ .., _] = normal.column_norms();
         let mut covariance = SMatrix::<T, 8, 8>::zeros();
         // W = T⁻¹ column by column, and W Wᵀ as the sum of its columns' products, of which both halves are
         // the same sums: symmetric to the bit.

@@ -151,6 +151,26 @@ fn late_and_left_out_turns_are_counted() {
     assert_eq!(late_after(at + 8 * PERIOD), 3);
 }
 
+/// As erasing a page of single-bank flash stops a processor. The timer comes around after 671 ms, so
+/// that 400 are well within what it can tell.
+#[test]
+fn turns_left_out_in_a_long_stop_are_counted() {
+    let clock = Clock::default();
+    let mut handover = Handover::new();
+    let (mut background, mut foreground) = handover.split(&named(&paper_robot()));
+    let mut late_after = |at: u32| {
+        clock.0.set(at);
+        foreground.turn(&clock, |_| ());
+        background.state().expect("a state").late
+    };
+    assert_eq!(late_after(0), 0);
+    assert_eq!(late_after(PERIOD), 0);
+    assert_eq!(late_after(401 * PERIOD), 399);
+    // And a short one after it.
+    assert_eq!(late_after(402 * PERIOD), 399);
+    assert_eq!(late_after(405 * PERIOD), 401);
+}
+
 #[test]
 fn the_longest_turn_is_kept_apart_while_a_calibration_is_at_work() {
     let clock = Clock::default();

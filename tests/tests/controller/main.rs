@@ -9,6 +9,7 @@
 
 mod control_loop;
 mod driver;
+mod extremes;
 mod flash;
 mod noise_on_the_link;
 mod records;

@@ -1,9 +1,10 @@
 use crate::driver::{Driver, Flash, arms, samples};
 use crate::flash::{Cut, FailingFlash};
 use delta_cal::SymmetricRobot;
-use delta_cal_firmware_example::Controller;
+use delta_cal_firmware_example::{Controller, FlashError, PAGE, WORD};
 use delta_cal_protocol::{Fault, Origin, Request, Response, RevertTo, fingerprint};
 use delta_cal_tests::{generator, paper_robot};
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use rand_core::Rng;
 
 /// One change of the parameters.
@@ -256,4 +257,82 @@ fn parameters_of_another_robot_or_scalar_are_not_taken() {
         driver.ask(&Request::Identify),
         Response::Identity(_)
     ));
+}
+
+/// Flash that writes and erases as it should, and whose reads fail once a record was written, until
+/// it is erased.
+struct Unreadable {
+    flash: Flash,
+    written: bool,
+}
+
+impl ErrorType for Unreadable {
+    type Error = FlashError;
+}
+
+impl ReadNorFlash for Unreadable {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
+        self.flash.read(offset, bytes).await?;
+        if self.written {
+            // One bit that is read wrong, as with too little power.
+            for byte in bytes.iter_mut().take(1) {
+                *byte ^= 1;
+            }
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.flash.capacity()
+    }
+}
+
+impl NorFlash for Unreadable {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = PAGE;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
+        self.written = false;
+        self.flash.erase(from, to).await
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        // The record's content; headers and page states are shorter.
+        self.written |= bytes.len() > 64;
+        self.flash.write(offset, bytes).await
+    }
+}
+
+/// The driver was told that the new set is not used. It must not come into use later by itself.
+#[test]
+fn a_set_that_was_not_stored_is_not_used_after_a_restart_either() {
+    let (flash, [_, before]) = stored();
+    let mut driver = Driver::<f32, _>::start(Unreadable {
+        flash,
+        written: false,
+    });
+    assert_eq!(driver.controller.current().fingerprint, before);
+    let after = driver.solved(5, &samples(3, 12));
+    assert_eq!(driver.apply(5, after), Response::Fault(Fault::Store));
+    assert_eq!(driver.controller.current().fingerprint, before);
+    let flash = driver.controller.into_flash().flash;
+    let (found, _) = start(&mut FailingFlash::new(flash));
+    assert_eq!(found, before, "refused with a fault, and used after all");
+}
+
+/// The newest set is damaged after it was stored whole; nothing was cut. The controller then works
+/// with parameters that were replaced, and must say so.
+#[test]
+fn a_damaged_newest_set_is_not_replaced_by_an_older_one_in_silence() {
+    let (flash, [old, _]) = stored();
+    let mut silent = 0;
+    for place in 0..flash.bytes().len() {
+        let mut damaged = flash.clone();
+        damaged.bytes_mut()[place] ^= 0x10;
+        let (found, origin) = start(&mut FailingFlash::new(damaged));
+        silent += u32::from(found == old && origin == Origin::Calibration);
+    }
+    assert_eq!(silent, 0, "damages that bring the older set back unnoticed");
 }

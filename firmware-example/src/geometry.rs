@@ -14,7 +14,7 @@ pub(crate) struct Geometries<T: Number, F> {
     nominal: NewParameters<T>,
     current: NewParameters<T>,
     sets: Sets<T>,
-    /// Whether the store held something that was no use.
+    /// Whether the store held something that was no use: what is in use may not be the newest.
     damaged: bool,
     store: Store<F>,
 }
@@ -57,9 +57,10 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     }
 
     fn read(&mut self) -> Result<(), StoreError> {
-        if let Some(sets) = self.store.load::<T>()? {
-            self.current = self.of(sets.current.as_ref())?;
-            self.sets = sets;
+        if let Some(loaded) = self.store.load::<T>()? {
+            self.current = self.of(loaded.sets.current.as_ref())?;
+            self.sets = loaded.sets;
+            self.damaged = !loaded.complete;
         }
         Ok(())
     }
@@ -86,7 +87,8 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     pub(crate) fn current_message(&self) -> Parameters<T> {
         Parameters {
             origin: match (self.sets.current, self.damaged) {
-                (Some(_), _) => Origin::Calibration,
+                (Some(_), false) => Origin::Calibration,
+                (Some(_), true) => Origin::CalibrationStoreDamaged,
                 (None, false) => Origin::Nominal,
                 (None, true) => Origin::NominalStoreDamaged,
             },

@@ -32,6 +32,14 @@ pub(crate) struct Sets<T> {
     pub(crate) previous: Geometry<T>,
 }
 
+/// What a start finds.
+#[derive(Debug)]
+pub(crate) struct Loaded<T> {
+    pub(crate) sets: Sets<T>,
+    /// Whether that is surely the newest: no half is damaged, and none lost a record.
+    pub(crate) complete: bool,
+}
+
 /// The sets and what they are sets of.
 #[derive(Serialize, Deserialize)]
 struct Record<T> {
@@ -70,6 +78,8 @@ pub(crate) struct Store<F> {
     /// The newest record's, and where it lies.
     generation: u32,
     newest: Half,
+    /// Whether neither half holds anything but rubbish.
+    rubbish: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +104,7 @@ impl<F: NorFlash> Store<F> {
             nominal,
             generation: 0,
             newest: Half::Upper,
+            rubbish: false,
         }
     }
 
@@ -102,23 +113,51 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// What is stored, every number of it valid; `None` if nothing ever was. Writes nothing.
-    pub(crate) fn load<T: Number>(&mut self) -> Result<Option<Sets<T>>, StoreError> {
-        if self.blank()? {
-            return Ok(None);
-        }
-        let mut found = Err(StoreError::Flash);
+    pub(crate) fn load<T: Number>(&mut self) -> Result<Option<Loaded<T>>, StoreError> {
+        let mut newest: Option<Record<T>> = None;
+        let mut complete = true;
+        let mut fault = None;
         for half in [Half::Lower, Half::Upper] {
+            if self.blank(half)? {
+                continue;
+            }
             match self.load_half::<T>(half) {
-                Ok(record) if record.generation >= self.generation => {
-                    self.generation = record.generation;
-                    self.newest = half;
-                    found = Ok(Some(record.sets));
+                Ok(record) => {
+                    let (older, newer) = match &newest {
+                        Some(found) if found.generation > record.generation => {
+                            (Some(record.generation), found.generation)
+                        }
+                        other => {
+                            self.newest = half;
+                            (
+                                other.as_ref().map(|found| found.generation),
+                                record.generation,
+                            )
+                        }
+                    };
+                    // The halves are written in turn: with a gap between them a record is lost.
+                    complete &= older.is_none_or(|older| older.wrapping_add(1) == newer);
+                    if self.newest == half {
+                        newest = Some(record);
+                    }
                 }
-                Ok(_) => {}
-                Err(error) => found = found.map_err(|_| error),
+                Err(error) => fault = Some(error),
             }
         }
-        found
+        match (newest, fault) {
+            (None, None) => Ok(None),
+            (None, Some(error)) => {
+                self.rubbish = true;
+                Err(error)
+            }
+            (Some(record), fault) => {
+                self.generation = record.generation;
+                Ok(Some(Loaded {
+                    sets: record.sets,
+                    complete: complete && fault.is_none(),
+                }))
+            }
+        }
     }
 
     #[inline(never)]
@@ -152,6 +191,11 @@ impl<F: NorFlash> Store<F> {
         if stored.is_ok() {
             self.generation = generation;
             self.newest = half;
+            if core::mem::take(&mut self.rubbish) {
+                // Otherwise the next start would take it for a lost record.
+                let other = self.range(half.other())?;
+                let _ = block_on(self.flash.erase(other.start, other.end));
+            }
         }
         stored
     }
@@ -164,11 +208,11 @@ impl<F: NorFlash> Store<F> {
         })
     }
 
-    /// Whether nothing was ever written.
-    fn blank(&mut self) -> Result<bool, StoreError> {
-        let length = u32::try_from(self.flash.capacity()).map_err(|_| StoreError::Region)?;
+    /// Whether nothing is written there.
+    fn blank(&mut self, half: Half) -> Result<bool, StoreError> {
+        let range = self.range(half)?;
         let mut chunk = [0; CHUNK];
-        for offset in (0..length).step_by(CHUNK) {
+        for offset in range.step_by(CHUNK) {
             block_on(self.flash.read(offset, &mut chunk)).map_err(|_| StoreError::Flash)?;
             if chunk.iter().any(|byte| *byte != ERASED) {
                 return Ok(false);

@@ -197,6 +197,9 @@ pub enum Origin {
     NominalStoreDamaged,
     /// A calibration.
     Calibration,
+    /// A calibration, and part of the store is damaged, or was cut off while it was written: it may be
+    /// the one before the last.
+    CalibrationStoreDamaged,
 }
 
 /// What the controller is doing.

@@ -96,6 +96,20 @@ fn inverse_square_root_is_within_two_and_a_half_ulp() {
 }
 
 #[test]
+fn inverse_square_root_of_no_square_is_no_number() {
+    let not_a_number = f32::from_bits(0xffc0_0000);
+    for x in [
+        -1.0,
+        -f32::MIN_POSITIVE,
+        f32::NEG_INFINITY,
+        f32::NAN,
+        not_a_number,
+    ] {
+        assert!(x.inverse_square_root().is_nan(), "{x}");
+    }
+}
+
+#[test]
 fn powers_of_two_below_are_exact() {
     for (x, expected) in [
         (480.0, 256.0),

@@ -53,6 +53,10 @@ pub(super) fn sine_cosine(x: f32) -> (f32, f32) {
 /// which squares the error: 1.8e-3, 4.9e-6, then rounding. No division, no square root: a third of
 /// the instructions of `1.0 / libm::sqrtf(x)` on a Cortex-M. Not finite where x is infinite or NaN.
 pub(super) fn inverse_square_root(x: f32) -> f32 {
+    // The seed's integer arithmetic overflows for a sign bit.
+    if !(x >= 0.0) {
+        return f32::NAN;
+    }
     let half = 0.5 * x;
     let mut y = F32Ext::invsqrt(x);
     y = y * (1.5 - half * y * y);

@@ -40,6 +40,9 @@ const fn origin(origin: Origin) -> &'static str {
         Origin::Nominal => "nominal",
         Origin::NominalStoreDamaged => "nominal, because what was stored is damaged",
         Origin::Calibration => "calibrated",
+        Origin::CalibrationStoreDamaged => {
+            "calibrated; part of the store is damaged, it may be the calibration before the last"
+        }
         _ => "unknown",
     }
 }

@@ -81,7 +81,7 @@ pub fn status<T: Number>(
     let control = &status.control;
     let mut text = String::new();
     let style = match from {
-        Origin::NominalStoreDamaged => DOUBTFUL,
+        Origin::NominalStoreDamaged | Origin::CalibrationStoreDamaged => DOUBTFUL,
         _ => Style::new(),
     };
     let _ = writeln!(

@@ -7,6 +7,7 @@ mod support;
 
 mod on_target {
     use crate::support::{Arm, Point, arms_of, distance, nominal_arms, platform, rows_of};
+    use object::{Object, ObjectSegment, ObjectSymbol};
     use std::path::{Path, PathBuf};
     use std::process::{Command, Stdio};
     use tempfile::TempDir;
@@ -89,6 +90,14 @@ mod on_target {
         let control = &report["control_loop"];
         assert!(control["turns"].as_u64().unwrap() > 100, "{control}");
         assert_eq!(control["late"], 0);
+        // A turn is one inverse, at most 1,200 instructions by the budget, and a point of the path;
+        // the change to the new parameters, which takes two, comes after the calibration.
+        let longest = &control["longest_turn_calibrating_instructions"];
+        println!("longest turn while calibrating: {longest} instructions");
+        assert!(
+            (100..1500).contains(&longest.as_u64().unwrap()),
+            "{longest}"
+        );
 
         // Power off and on.
         let status = json(&[&link[..], &["status"]].concat());
@@ -155,25 +164,58 @@ mod on_target {
 
     #[test]
     fn same_bits_on_controller_and_host_in_double_precision() {
-        let firmware = double_firmware();
+        let firmware = firmware("firmware-double", &["--features", "double"]);
         let firmware = firmware.to_str().unwrap();
         for port in ["emulate:m4", "emulate:m7"] {
             assert_same_bits(&["--port", port, "--double", "--firmware", firmware], "f64");
         }
     }
 
-    /// The firmware in `f64`, in a target directory of its own.
-    fn double_firmware() -> PathBuf {
+    /// An instruction that is none, where the control loop begins.
+    #[test]
+    fn a_fault_ends_the_run_and_is_reported() {
+        let folder = TempDir::new().unwrap();
+        let mut program = std::fs::read(firmware("firmware-single", &[])).unwrap();
+        let at = {
+            let elf = object::File::parse(&*program).unwrap();
+            let mut symbols = elf.symbols();
+            let loop_begins = symbols
+                .find(|symbol| symbol.name() == Ok("TIMER0"))
+                .unwrap();
+            // The lowest bit says Thumb.
+            let address = loop_begins.address() & !1;
+            let segment = elf
+                .segments()
+                .find(|segment| {
+                    (segment.address()..segment.address() + segment.size()).contains(&address)
+                })
+                .unwrap();
+            usize::try_from(segment.file_range().0 + address - segment.address()).unwrap()
+        };
+        program[at..at + 2].copy_from_slice(&0xde00_u16.to_le_bytes());
+        let faulty = path(&folder, "faulty.elf");
+        std::fs::write(&faulty, program).unwrap();
+        for port in ["emulate:m4", "emulate:m7"] {
+            let (code, _, stderr) = device(&["--port", port, "--firmware", &faulty, "status"]);
+            assert_eq!(code, 5, "{stderr}");
+            assert!(stderr.contains("FAILED hard fault"), "{stderr}");
+        }
+    }
+
+    /// The firmware, in a target directory of its own.
+    fn firmware(directory: &str, features: &[&str]) -> PathBuf {
         const TARGET: &str = "thumbv7em-none-eabihf";
         const PACKAGE: &str = "delta-cal-firmware-example";
         let directory = Path::new(env!("CARGO_TARGET_TMPDIR"))
             .parent()
             .unwrap()
-            .join("firmware-double");
+            .join(directory);
         let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
             .current_dir(WORKSPACE)
             .args(["build", "--quiet", "--release", "--package", PACKAGE])
-            .args(["--target", TARGET, "--features", "double", "--target-dir"])
+            .args(["--target", TARGET])
+            .args(features)
+            .arg("--target-dir")
             .arg(&directory)
             .status()
             .unwrap();

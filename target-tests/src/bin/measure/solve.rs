@@ -18,7 +18,7 @@ use rand_pcg::Pcg32;
 const MORE: usize = 16;
 const MOST: usize = 1000;
 const MANY: usize = 100_000;
-const ROBOTS: u64 = 5;
+const ROBOTS: u64 = 40;
 
 /// What a solve cost.
 #[derive(Debug, Clone, Copy)]

@@ -140,6 +140,7 @@ fn docs(check: &mut Check) {
 fn tests(check: &mut Check) {
     // Optimised, but with debug assertions and overflow checks: `profile.test`.
     check.command("cargo test --no-fail-fast -- --skip on_target::");
+    check.command("cargo test --doc --package delta-cal-firmware-example");
 }
 
 fn features(check: &mut Check) {

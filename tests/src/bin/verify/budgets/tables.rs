@@ -60,12 +60,12 @@ const ROWS: [(&str, &str, &str); 7] = [
     ("take in one of many at once", "add-many", "add-many"),
     (
         "from the last sample to parameters and covariance, mean",
-        "outcome-60-mean",
+        "outcome-20-mean",
         "outcome-40-mean",
     ),
     (
-        "from the last sample to parameters and covariance, the longest",
-        "outcome-60",
+        "from the last sample to parameters and covariance, the longest (f32: of 40 robots)",
+        "outcome-20",
         "outcome-40",
     ),
     ("forward kinematics, the longest", "forward", "forward"),

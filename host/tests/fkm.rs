@@ -40,7 +40,9 @@ fn exact_measurements_give_back_the_robot_with_either_solver() {
                 ))
                 .ok();
             assert!(run.stdout.contains("FKM method"), "{}", run.stdout);
-            assert!(run.stdout.lines().all(|line| line.chars().count() <= 100));
+            for line in run.stdout.lines() {
+                assert!(line.chars().count() <= 100, "{line}");
+            }
             let toml = folder.read("out.toml");
             assert!(toml.contains(&format!(
                 "# Options: --method fkm --solver {solver} --frame base"
@@ -182,9 +184,10 @@ fn refusals_have_the_same_kinds_and_words() {
     other_arms[1][7] += 6.0;
     let mut implausible = arms;
     implausible[0][7] += 60.0;
-    let upside_down: Vec<_> = exact(&arms, 20)
+    let upside_down: Vec<_> = exact(&arms, 30)
         .into_iter()
         .map(|(q, [x, y, z])| (q.map(|q| -q), [x, y, -z]))
+        .filter(|(q, _)| q.iter().all(|q| *q > -60.0))
         .collect();
     let cases: &[(&str, Vec<(Point, Point)>, &str)] = &[
         (

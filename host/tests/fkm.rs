@@ -10,6 +10,8 @@ use support::{
     platform, poses, true_arms,
 };
 
+type Samples = Vec<(Point, Point)>;
+
 const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0.0\n";
 
 fn folder(robot: &str, samples: &[(Point, Point)]) -> Folder {
@@ -189,7 +191,7 @@ fn refusals_have_the_same_kinds_and_words() {
         .map(|(q, [x, y, z])| (q.map(|q| -q), [x, y, -z]))
         .filter(|(q, _)| q.iter().all(|q| *q > -60.0))
         .collect();
-    let cases: &[(&str, Vec<(Point, Point)>, &str)] = &[
+    let cases: [(&str, Samples, &str); 8] = [
         (
             "",
             exact(&arms, 7),
@@ -220,7 +222,7 @@ fn refusals_have_the_same_kinds_and_words() {
         ("", upside_down, "upside down or left-handed"),
     ];
     for (section, samples, expected) in cases {
-        let folder = folder(&format!("{NOMINAL}{section}"), samples);
+        let folder = folder(&format!("{NOMINAL}{section}"), &samples);
         for method in ["ikm", "fkm"] {
             let run = folder.run(&format!(
                 "calibrate robot.toml samples.csv --method {method} --output out.toml"

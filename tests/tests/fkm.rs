@@ -116,6 +116,30 @@ fn twelve_poses_return_the_robots_without_a_guess() {
     );
 }
 
+#[test]
+fn a_start_that_does_not_reach_the_samples_is_replaced() {
+    let short = SymmetricRobot {
+        base_radius: 194.0,
+        platform_radius: 30.0,
+        upper_arm: 260.0,
+        forearm: 300.0,
+    }
+    .robot()
+    .unwrap();
+    for robot in 0..20 {
+        let (truth, samples) = case(36, robot, 20);
+        assert!(
+            samples
+                .iter()
+                .any(|sample| short.forward(&sample.joints).is_err())
+        );
+        let outcome = fkm::calibrate(&short, &samples, &Settings::default()).unwrap();
+        assert_eq!(outcome.robot.arms[0].start, StartUsed::Ikm);
+        let error = differences(&outcome.robot.robot, &truth).amax();
+        assert!(error < 1e-6, "robot {robot}: {error:e} mm");
+    }
+}
+
 /// Eight exact poses have several solutions: that of the FKM method fits, and is no farther from the
 /// start than that of the IKM method.
 #[test]

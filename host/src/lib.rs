@@ -9,6 +9,7 @@
 //!                                  │                          └→ RobotFile::to_toml
 //!                                  └→ CalibrateError: InputError or Refused
 //! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
+//! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
 //! texts ─→ output::write_all
 //! ```
@@ -29,10 +30,13 @@
 
 mod calibrate;
 pub mod device;
+pub mod evaluation;
 pub mod example;
+pub mod fkm;
 mod input_error;
 mod input_text;
 pub mod kinematics;
+mod outcome;
 mod outliers;
 pub mod output;
 mod plausibility;
@@ -52,6 +56,7 @@ pub use calibrate::{
 };
 pub use input_error::InputError;
 pub use input_text::InputText;
+pub use outcome::Outcome;
 pub use position_error::{PositionError, SampleErrors};
 pub use refusal::Refused;
 pub use robot_file::RobotFile;

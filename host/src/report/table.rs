@@ -43,20 +43,19 @@ fn summary(text: &mut String, report: &CalibrationReport) {
     );
     let _ = writeln!(
         text,
-        "{} in the {} frame; IKM method, {}; {}, {}{}\n",
+        "{} in the {} frame; {} method, {}; {}{}\n",
         count(report.samples, "sample"),
         match report.options.frame {
             Frame::Base => "robot's",
             Frame::Sensor => "sensor's",
         },
+        report.options.method.name().to_uppercase(),
         solver_name(report.options.solver),
-        match report.before.tolerance {
-            Some(_) => "tolerance stated",
-            None => "no tolerance stated",
-        },
-        match report.before.noise {
-            Some(_) => "noise stated",
-            None => "no noise stated",
+        match (&report.before.tolerance, &report.before.noise) {
+            (Some(_), Some(_)) => "tolerance and noise stated",
+            (Some(_), None) => "tolerance stated, no noise",
+            (None, Some(_)) => "noise stated, no tolerance",
+            (None, None) => "no tolerance, no noise",
         },
         if report.options.no_guess {
             "; no guess"
@@ -76,7 +75,12 @@ fn parameters(text: &mut String, report: &CalibrationReport) {
             "Parameter", "before", "after", "change", "sigma"
         ),
     );
-    let arms = report.before.robot.arms().iter().zip(&report.outcome.arms);
+    let arms = report
+        .before
+        .robot
+        .arms()
+        .iter()
+        .zip(&report.outcome.robot.arms);
     for ((before, outcome), arm) in arms.zip(1..) {
         for comparison in comparisons(before, outcome) {
             let _ = write!(
@@ -161,7 +165,7 @@ fn solution(text: &mut String, report: &CalibrationReport) {
     );
     let stated = report.before.noise.is_some();
     let mut line = |label: &str, of: &dyn Fn(&ArmOutcome<f64>) -> String| {
-        let [first, second, third] = &report.outcome.arms;
+        let [first, second, third] = &report.outcome.robot.arms;
         let _ = writeln!(
             text,
             "  {label:<42}{}",

@@ -4,6 +4,7 @@
 #![allow(clippy::too_many_arguments)]
 
 use core::mem::MaybeUninit;
+use delta_cal::limits::{chi_square_quantile, samples_needed};
 use delta_cal::{
     AlignmentError, Arm, ArmBasis, ArmFactor, ArmIndex, ArmOutcome, ArmSolver, Calibrator,
     GeometryError, JointLimits, JointLimitsError, KinematicsError, MergeError, Noise, NoiseError,
@@ -347,6 +348,10 @@ macro_rules! of_scalar {
                 ) -> Result<RobotOutcome<$t>, Refusal> {
                     calibrator.solve()
                 }
+
+                // Limits
+                fn quantile(freedom: $t) -> $t { chi_square_quantile(freedom) }
+                fn needed(settings: &Settings<$t>) -> u64 { samples_needed(settings) }
 
                 // Simulation
                 fn normal(rng: &mut Pcg32) -> $t { standard_normal(rng) }

@@ -19,6 +19,18 @@ pub enum CalibrationMethod {
     /// Each arm's eight parameters from the closure of its own kinematic chain.
     #[default]
     Ikm,
+    /// All 24 parameters at once from the distances between measured and computed positions.
+    Fkm,
+}
+
+impl CalibrationMethod {
+    /// As it is written: `ikm` or `fkm`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ikm => "ikm",
+            Self::Fkm => "fkm",
+        }
+    }
 }
 
 /// Which frame the positions are measured in.

@@ -29,7 +29,9 @@
 
 mod calibrate;
 pub mod device;
+pub mod evaluation;
 pub mod example;
+pub mod fkm;
 mod input_error;
 mod input_text;
 pub mod kinematics;

@@ -159,6 +159,8 @@ pub(crate) struct KinematicsArguments {
 pub(crate) enum MethodArgument {
     /// Each arm by itself, from the closure of its kinematic chain
     Ikm,
+    /// All 24 parameters at once, from the distances between measured and computed positions
+    Fkm,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -192,6 +194,7 @@ impl CalibrateArguments {
         Options {
             method: match self.method {
                 MethodArgument::Ikm => CalibrationMethod::Ikm,
+                MethodArgument::Fkm => CalibrationMethod::Fkm,
             },
             solver: match self.solver {
                 SolverArgument::Lm => delta_cal::Method::LevenbergMarquardt,

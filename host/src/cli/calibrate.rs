@@ -6,8 +6,8 @@ use delta_cal::Method;
 use delta_cal_host::report::json::JsonReport;
 use delta_cal_host::report::table;
 use delta_cal_host::{
-    CalibrationMethod, CalibrationReport, Frame, InputError, InputText, RobotFile, SamplesFile,
-    calibrate, example, output,
+    CalibrationReport, Frame, InputError, InputText, RobotFile, SamplesFile, calibrate, example,
+    output,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -107,9 +107,7 @@ fn comment(report: &CalibrationReport, simulated: bool) -> String {
 /// The options as they would be typed, and what the robot file states.
 fn options(report: &CalibrationReport) -> String {
     let options = &report.options;
-    let method = match options.method {
-        CalibrationMethod::Ikm => "ikm",
-    };
+    let method = options.method.name();
     let solver = match options.solver {
         Method::LevenbergMarquardt => "lm",
         Method::GaussNewton => "gn",

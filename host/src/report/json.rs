@@ -1,7 +1,7 @@
 //! The report for programs.
 
 use super::{comparisons, solver_name, start_name, termination_name};
-use crate::{CalibrationMethod, CalibrationReport, Frame, PositionError};
+use crate::{CalibrationReport, Frame, PositionError};
 use serde::Serialize;
 
 /// Changes whenever a field changes its name or meaning or is removed.
@@ -18,7 +18,7 @@ pub struct JsonReport {
     pub robot_file: String,
     /// Name of the samples file.
     pub samples_file: String,
-    /// `ikm`.
+    /// `ikm` or `fkm`.
     pub method: &'static str,
     /// `levenberg-marquardt` or `gauss-newton`.
     pub solver: &'static str,
@@ -178,9 +178,7 @@ impl JsonReport {
             program_version: env!("CARGO_PKG_VERSION"),
             robot_file: report.before.name.clone(),
             samples_file: report.samples_file.clone(),
-            method: match report.options.method {
-                CalibrationMethod::Ikm => "ikm",
-            },
+            method: report.options.method.name(),
             solver: solver_name(report.options.solver),
             frame: match report.options.frame {
                 Frame::Base => "base",

@@ -43,12 +43,13 @@ fn summary(text: &mut String, report: &CalibrationReport) {
     );
     let _ = writeln!(
         text,
-        "{} in the {} frame; IKM method, {}; {}, {}{}\n",
+        "{} in the {} frame; {} method, {}; {}, {}{}\n",
         count(report.samples, "sample"),
         match report.options.frame {
             Frame::Base => "robot's",
             Frame::Sensor => "sensor's",
         },
+        report.options.method.name().to_uppercase(),
         solver_name(report.options.solver),
         match report.before.tolerance {
             Some(_) => "tolerance stated",

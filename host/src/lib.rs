@@ -28,6 +28,7 @@
 #![forbid(unsafe_code)]
 
 mod calibrate;
+pub mod campaign;
 pub mod device;
 pub mod evaluation;
 pub mod example;

@@ -275,7 +275,10 @@ fn syntax(input: &InputText, error: &toml::de::Error) -> InputError {
         .trim();
     let message = error.message().trim().replace('\n', "; ");
     if message.starts_with("missing field ") {
-        let fault = InputError::new(input.name(), message.replace("missing field", "missing key"));
+        let fault = InputError::new(
+            input.name(),
+            message.replace("missing field", "missing key"),
+        );
         return fault.with_remedy(KEYS);
     }
     let cause = message

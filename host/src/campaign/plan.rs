@@ -1,6 +1,6 @@
 //! What a campaign computes: its scenarios, its variants, and which robots.
 
-use crate::RobotFile;
+use crate::{CalibrationMethod, RobotFile};
 use delta_cal::{Method, Noise, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -26,6 +26,14 @@ impl CampaignMethod {
             Self::Ikm => "ikm",
             Self::IkmSingle => "ikm-f32",
             Self::Fkm => "fkm",
+        }
+    }
+
+    /// Which of the two, whatever the precision.
+    pub(super) const fn calibration_method(self) -> CalibrationMethod {
+        match self {
+            Self::Ikm | Self::IkmSingle => CalibrationMethod::Ikm,
+            Self::Fkm => CalibrationMethod::Fkm,
         }
     }
 }

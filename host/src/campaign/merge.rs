@@ -79,15 +79,15 @@ fn parts(folders: &[PathBuf]) -> Result<Vec<Part>, CampaignError> {
             folder,
             shard,
         };
-        if let Some(first) = parts.first() {
-            if !part.folder.same_campaign(&first.folder)? || part.shard.of != first.shard.of {
-                let cause = format!(
-                    "holds another campaign than {}, or is cut into another number of shards",
-                    first.path.display()
-                );
-                let remedy = "join only shards of one campaign file, run by one delta-cal";
-                return Err(CampaignError::folder(path, cause, remedy));
-            }
+        if let Some(first) = parts.first()
+            && (part.shard.of != first.shard.of || !part.folder.same_campaign(&first.folder)?)
+        {
+            let cause = format!(
+                "holds another campaign than {}, or is cut into another number of shards",
+                first.path.display()
+            );
+            let remedy = "join only shards of one campaign file, run by one delta-cal";
+            return Err(CampaignError::folder(path, cause, remedy));
         }
         if let Some(same) = parts.iter().find(|other| other.shard == part.shard) {
             let cause = format!("holds shard {shard}, as {} does", same.path.display());

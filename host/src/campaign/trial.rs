@@ -55,7 +55,7 @@ pub(super) fn calibrate(
         CampaignMethod::Ikm => ikm(nominal, samples, &settings),
         CampaignMethod::IkmSingle => ikm_single(plan, scenario, variant, samples),
         CampaignMethod::Fkm => fkm::calibrate(nominal, samples, &settings)
-            .map(|outcome| calibrated(&outcome.robot, outcome.robot.robot))
+            .map(|outcome| calibrated(&outcome.robot, &outcome.robot.robot))
             .map_err(|refusal| Status::of(&refusal)),
     };
     let time = begin.elapsed();
@@ -113,7 +113,7 @@ fn ikm(
     settings: &Settings<f64>,
 ) -> Result<Calibrated, Status> {
     let outcome = solve(nominal, samples, settings)?;
-    Ok(calibrated(&outcome, outcome.robot))
+    Ok(calibrated(&outcome, &outcome.robot))
 }
 
 /// Everything rounded to single precision first, as a controller would have it.
@@ -156,7 +156,7 @@ fn ikm_single(
     let outcome = solve(&nominal, &samples, &settings)?;
     let robot = outcome.robot.cast::<f64>();
     let robot = robot.map_err(|error| Status::of(&Refusal::ImpossibleRobot(error)))?;
-    Ok(calibrated(&outcome, robot))
+    Ok(calibrated(&outcome, &robot))
 }
 
 fn solve<T: Real>(
@@ -171,11 +171,11 @@ fn solve<T: Real>(
     calibrator.solve().map_err(|refusal| Status::of(&refusal))
 }
 
-fn calibrated<T: Real>(outcome: &RobotOutcome<T>, robot: Robot<f64>) -> Calibrated {
+fn calibrated<T: Real>(outcome: &RobotOutcome<T>, robot: &Robot<f64>) -> Calibrated {
     let iterations = |arm: &ArmOutcome<T>| arm.iterations;
     let condition = |arm: &ArmOutcome<T>| arm.condition.to_f64();
     Calibrated {
-        robot,
+        robot: *robot,
         iterations: outcome.arms.iter().map(iterations).max().unwrap_or(0),
         condition: outcome.arms.iter().map(condition).fold(0.0, f64::max),
     }

@@ -7,6 +7,7 @@
 mod arm;
 mod condition;
 mod judgement;
+pub mod limits;
 mod outcome;
 mod problem;
 mod refusal;

@@ -22,6 +22,7 @@ mod real;
 mod robot;
 mod samples;
 
+pub use calibration::limits;
 pub use calibration::{
     ArmOutcome, ArmProblem, ArmSolver, Calibrator, Method, Progress, Refusal, RobotCalibrator,
     RobotOutcome, RobotSolver, Settings, Start, StartUsed, StoredCalibrator, Termination,

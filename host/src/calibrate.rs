@@ -4,8 +4,8 @@ use crate::position_error::distances;
 use crate::refusal::{Circumstances, Refused, lies_elsewhere};
 use crate::warnings::warnings;
 use crate::{
-    InputError, PositionError, RobotFile, Row, SampleErrors, SamplesFile, WorkspaceComparison,
-    plausibility, sensor_frame,
+    InputError, Outcome, PositionError, RobotFile, Row, SampleErrors, SamplesFile,
+    WorkspaceComparison, fkm, plausibility, sensor_frame,
 };
 use delta_cal::{
     Calibrator, Method, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
@@ -73,8 +73,8 @@ pub struct CalibrationReport {
     pub samples: usize,
     /// How many of them have joint angles that no other sample before them has.
     pub distinct_poses: usize,
-    /// The core's result.
-    pub outcome: RobotOutcome<f64>,
+    /// The method's result.
+    pub outcome: Outcome,
     /// Over the samples, with the parameters before.
     pub error_before: PositionError,
     /// Over the same samples, with the calibrated parameters.
@@ -147,11 +147,13 @@ pub fn calibrate(
     calibrator
         .add_many(&measured)
         .map_err(|(index, error)| CalibrateError::Input(samples.fault(index, error.to_string())))?;
-    let outcome = calibrator
-        .solve()
-        .map_err(|refusal| circumstances.explain(&refusal))?;
+    let outcome = match options.method {
+        CalibrationMethod::Ikm => calibrator.solve().map(Outcome::from),
+        CalibrationMethod::Fkm => fkm::calibrate(nominal, &measured, &settings),
+    }
+    .map_err(|refusal| circumstances.explain(&refusal))?;
 
-    Ok(judged(&circumstances, robot, &outcome, sensor_frame)?)
+    Ok(judged(&circumstances, robot, outcome, sensor_frame)?)
 }
 
 /// The report of what a controller found from the same samples: `before` is its current geometry,
@@ -176,7 +178,7 @@ pub(crate) fn calibrated_elsewhere(
         find_frame: "delta-cal calibrate --frame sensor",
     };
     match result {
-        Ok(outcome) => judged(&circumstances, before, outcome, None),
+        Ok(outcome) => judged(&circumstances, before, Outcome::from(*outcome), None),
         Err(refusal) => Err(circumstances.explain(refusal)),
     }
 }
@@ -185,7 +187,7 @@ pub(crate) fn calibrated_elsewhere(
 fn judged(
     circumstances: &Circumstances<'_>,
     before: &RobotFile,
-    outcome: &RobotOutcome<f64>,
+    outcome: Outcome,
     sensor_frame: Option<RigidTransform<f64>>,
 ) -> Result<CalibrationReport, Refused> {
     let &Circumstances {
@@ -195,20 +197,20 @@ fn judged(
         options,
         ..
     } = circumstances;
+    let calibrated = outcome.robot.robot;
     let distances_before = distances(&before.robot, measured);
-    let distances_after = distances(&outcome.robot, measured);
+    let distances_after = distances(&calibrated, measured);
     let error_after = PositionError::of(&distances_after, &samples.rows);
     // A stated tolerance already keeps what is not known near where it was.
     let credible_by_itself = robot.tolerance.is_some() || options.no_guess;
-    if !credible_by_itself
-        && let Some(cause) = plausibility::implausible(&robot.robot, &outcome.robot)
+    if !credible_by_itself && let Some(cause) = plausibility::implausible(&robot.robot, &calibrated)
     {
         return Err(circumstances.explain_implausible(&cause));
     }
-    if lies_elsewhere(&outcome.robot, &error_after) {
+    if lies_elsewhere(&calibrated, &error_after) {
         return Err(circumstances.explain_not_reproduced(&error_after));
     }
-    let workspace = WorkspaceComparison::of(&before.robot, outcome, &robot.limits);
+    let workspace = WorkspaceComparison::of(&before.robot, &outcome, &robot.limits);
     if robot.tolerance.is_none()
         && let Some(comparison) = &workspace
         && comparison.expected_worse()
@@ -220,14 +222,14 @@ fn judged(
         options,
         before: before.clone(),
         after: RobotFile {
-            robot: outcome.robot,
+            robot: calibrated,
             sensor_frame,
             ..robot.clone()
         },
         samples_file: samples.name.clone(),
         samples: measured.len(),
         distinct_poses: distinct_poses(measured),
-        outcome: *outcome,
+        outcome,
         error_before: PositionError::of(&distances_before, &samples.rows),
         error_after,
         sample_errors: sample_errors(samples, &distances_before, &distances_after),

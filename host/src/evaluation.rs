@@ -3,10 +3,9 @@
 //! Parameters of different kinds are compared in one unit, the length's: angles are multiplied by
 //! the true upper arm's length.
 
-use delta_cal::{Noise, Parameter, ParameterKind, Robot, Tolerance};
-use nalgebra::{SMatrix, SVector};
-
-use crate::CalibrationMethod;
+use crate::{CalibrationMethod, fkm};
+use delta_cal::{ArmIndex, Noise, Parameter, ParameterKind, Robot, Sample, Tolerance};
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Number of parameters of Model 24.
 const PARAMETERS: usize = 24;
@@ -156,12 +155,65 @@ impl CramerRaoBound {
         noise: &Noise<f64>,
         tolerance: Option<&Tolerance<f64>>,
     ) -> Option<Self> {
-        let _ = (method, truth, joints, noise, tolerance);
-        None
+        let poses = joints
+            .iter()
+            .map(|q| {
+                let position = truth.forward(q).ok()?;
+                Some(Sample {
+                    joints: *q,
+                    position,
+                })
+            })
+            .collect::<Option<Vec<_>>>()?;
+        let covariance = match method {
+            CalibrationMethod::Ikm => of_separate_arms(truth, &poses, noise, tolerance)?,
+            CalibrationMethod::Fkm => fkm::covariance_at(truth, &poses, noise, tolerance)?,
+        };
+        Some(Self { covariance })
     }
 
     /// √ of the trace, mm: the least rms of ‖Pr − Pc‖.
     pub fn error(&self) -> f64 {
         self.covariance.trace().sqrt()
     }
+}
+
+/// The inverse of each arm's information Σ (∂f/∂P)ᵀ(∂f/∂P)/σf², by the triangle of its rows.
+fn of_separate_arms(
+    truth: &Robot<f64>,
+    poses: &[Sample<f64>],
+    noise: &Noise<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+    let units = units(truth);
+    let mut covariance = SMatrix::zeros();
+    for index in ArmIndex::ALL {
+        let (arm, first) = (truth.arm(index), 8 * index.index());
+        let own_units = units.fixed_rows::<8>(first);
+        let mut rows = DMatrix::zeros(poses.len() + 8, 8);
+        for (mut row, pose) in rows.row_iter_mut().zip(poses) {
+            let (x, q) = (&pose.position, pose.joints[index.index()]);
+            let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
+            let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
+            let sigma = by_position.hypot(by_joint);
+            let gradient = arm.constraint_by_parameters(x, q).component_div(&own_units);
+            row.copy_from(&(gradient.transpose() / sigma));
+        }
+        if let Some(tolerance) = tolerance {
+            for parameter in Parameter::ALL {
+                let column = parameter.index();
+                rows[(poses.len() + column, column)] =
+                    1.0 / (tolerance.of(parameter) * own_units[column]);
+            }
+        }
+        let triangle: SMatrix<f64, 8, 8> = rows.qr().r().fixed_view::<8, 8>(0, 0).into_owned();
+        let inverse = triangle.solve_upper_triangular(&SMatrix::identity())?;
+        covariance
+            .fixed_view_mut::<8, 8>(first, first)
+            .copy_from(&(inverse * inverse.transpose()));
+    }
+    covariance
+        .iter()
+        .all(|entry| entry.is_finite())
+        .then_some(covariance)
 }

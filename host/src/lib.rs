@@ -36,6 +36,7 @@ pub mod fkm;
 mod input_error;
 mod input_text;
 pub mod kinematics;
+mod outcome;
 mod outliers;
 pub mod output;
 mod plausibility;
@@ -55,6 +56,7 @@ pub use calibrate::{
 };
 pub use input_error::InputError;
 pub use input_text::InputText;
+pub use outcome::Outcome;
 pub use position_error::{PositionError, SampleErrors};
 pub use refusal::Refused;
 pub use robot_file::RobotFile;

@@ -59,6 +59,7 @@ fn start_name(start: StartUsed) -> &'static str {
         StartUsed::Reference => "robot file",
         StartUsed::Free => "without a guess",
         StartUsed::Search => "search",
+        StartUsed::Ikm => "IKM solution",
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::plausibility::doubtful;
 use crate::refusal::{lies_elsewhere, outlier};
 use crate::words::count;
-use crate::{CalibrationReport, Frame};
+use crate::{CalibrationMethod, CalibrationReport, Frame};
 use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
 
 /// A parameter is the tolerance's rather than the samples' beyond this share.
@@ -23,7 +23,8 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
     position_error(report, &mut found);
     large_changes(report, &mut found);
     few_samples(report, &mut found);
-    for (arm, outcome) in ArmIndex::ALL.into_iter().zip(&report.outcome.arms) {
+    residual_warnings(report, &mut found);
+    for (arm, outcome) in ArmIndex::ALL.into_iter().zip(&report.outcome.robot.arms) {
         arm_warnings(report, arm, outcome, &mut found);
     }
     if let Some(comparison) = &report.workspace
@@ -142,6 +143,7 @@ fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
     }
     if report
         .outcome
+        .robot
         .arms
         .iter()
         .any(|arm| arm.covariance.is_none())
@@ -151,6 +153,56 @@ fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
              noise from. Measure more poses or state the [noise]"
                 .to_owned(),
         );
+    }
+}
+
+/// The residuals against the stated noise: the arms' of the IKM method, the robot's of the FKM.
+fn residual_warnings(report: &CalibrationReport, found: &mut Vec<String>) {
+    if report.before.noise.is_none() {
+        return;
+    }
+    let arms = &report.outcome.robot.arms;
+    let samples = u32::try_from(report.samples).map_or(f64::INFINITY, f64::from);
+    match report.options.method {
+        CalibrationMethod::Ikm => {
+            for (arm, outcome) in ArmIndex::ALL.into_iter().zip(arms) {
+                let freedom = outcome.degrees_of_freedom;
+                let rms = outcome.residual_rms;
+                found.extend(doubtful_residual(&arm.to_string(), rms, samples, freedom));
+            }
+        }
+        CalibrationMethod::Fkm => {
+            let freedom = arms.iter().map(|arm| arm.degrees_of_freedom).sum();
+            let [ArmOutcome { residual_rms, .. }, ..] = arms;
+            found.extend(doubtful_residual(
+                "the robot",
+                *residual_rms,
+                3.0 * samples,
+                freedom,
+            ));
+        }
+    }
+}
+
+fn doubtful_residual(of: &str, rms: f64, residuals: f64, freedom: f64) -> Option<String> {
+    if !(freedom >= 1.0) {
+        return None;
+    }
+    // Σ(r/σ)² over its degrees of freedom is 1 ± √(2/ν); its root 1 ± 1/√(2ν).
+    let ratio = rms * (residuals / freedom).sqrt();
+    let scatter = DEVIATIONS / (2.0 * freedom).sqrt();
+    if ratio > 1.0 + scatter {
+        Some(format!(
+            "{of}: the residuals are {ratio:.1} times the stated [noise]: it is understated, or a \
+             sample is an outlier"
+        ))
+    } else if ratio < SMALL_RESIDUAL && ratio < 1.0 - scatter {
+        Some(format!(
+            "{of}: the residuals are only {ratio:.2} times the stated [noise], which seems \
+             overstated, and the sigmas with it"
+        ))
+    } else {
+        None
     }
 }
 
@@ -172,24 +224,6 @@ fn arm_warnings(
             decided.join(", ")
         ));
     }
-    if report.before.noise.is_some() && outcome.degrees_of_freedom >= 1.0 {
-        // Σ(f/σf)² over its degrees of freedom is 1 ± √(2/ν); its root 1 ± 1/√(2ν).
-        let freedom = outcome.degrees_of_freedom;
-        let samples = u32::try_from(outcome.samples).map_or(f64::INFINITY, f64::from);
-        let ratio = outcome.residual_rms * (samples / freedom).sqrt();
-        let scatter = DEVIATIONS / (2.0 * freedom).sqrt();
-        if ratio > 1.0 + scatter {
-            found.push(format!(
-                "{arm}: the residuals are {ratio:.1} times the stated [noise]: it is understated, \
-                 or a sample is an outlier"
-            ));
-        } else if ratio < SMALL_RESIDUAL && ratio < 1.0 - scatter {
-            found.push(format!(
-                "{arm}: the residuals are only {ratio:.2} times the stated [noise], which seems \
-                 overstated, and the sigmas with it"
-            ));
-        }
-    }
     if outcome.condition > HIGH_CONDITION {
         found.push(format!(
             "{arm}: the poses determine the parameters badly (condition {:.0}): spread them over \
@@ -203,6 +237,10 @@ fn arm_warnings(
         StartUsed::Free => found.push(format!(
             "{arm}: the fit that starts from the robot file did not lead to the solution, the one \
              without a guess did: the file's geometry is far off"
+        )),
+        StartUsed::Ikm => found.push(format!(
+            "{arm}: the fit that starts from the robot file did not lead to the best solution, the \
+             one that starts from the IKM method's did"
         )),
         StartUsed::Search => found.push(format!(
             "{arm}: several solutions fit the samples; this is the best or the one nearest to the \

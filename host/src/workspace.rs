@@ -1,6 +1,7 @@
 //! What a calibration means for positions all over the workspace, not only where it was measured.
 
-use delta_cal::{JointLimits, Robot, RobotOutcome};
+use crate::Outcome;
+use delta_cal::{JointLimits, Robot};
 use nalgebra::{SMatrix, Vector3};
 
 /// Joint angles of the grid: in the middle of this many equal parts of the joints' range.
@@ -43,19 +44,15 @@ pub struct WorkspaceComparison {
 
 impl WorkspaceComparison {
     /// `None` if the covariance is not known, or no pose of the grid is reached by both robots.
-    pub fn of(
-        before: &Robot<f64>,
-        outcome: &RobotOutcome<f64>,
-        limits: &JointLimits<f64>,
-    ) -> Option<Self> {
-        let [first, second, third] = &outcome.arms;
-        let covariances = [first.covariance?, second.covariance?, third.covariance?];
+    pub fn of(before: &Robot<f64>, outcome: &Outcome, limits: &JointLimits<f64>) -> Option<Self> {
+        let covariance = outcome.covariance.as_ref()?;
+        let after = &outcome.robot.robot;
         let mut poses = 0;
         let (mut change_squared, mut variance) = (0.0, 0.0);
         for q in grid(limits) {
             if let Ok(from) = before.forward(&q)
-                && let Ok(to) = outcome.robot.forward(&q)
-                && let Some(at_pose) = position_variance(&outcome.robot, &to, &q, &covariances)
+                && let Ok(to) = after.forward(&q)
+                && let Some(at_pose) = position_variance(after, &to, &q, covariance)
             {
                 poses += 1;
                 change_squared += (to - from).norm_squared();
@@ -97,21 +94,17 @@ impl WorkspaceComparison {
     }
 }
 
-/// Σ tr(J C Jᵀ) over the arms.
+/// tr(J C Jᵀ).
 fn position_variance(
     robot: &Robot<f64>,
     x: &Vector3<f64>,
     q: &[f64; 3],
-    covariances: &[SMatrix<f64, 8, 8>; 3],
+    covariance: &SMatrix<f64, 24, 24>,
 ) -> Option<f64> {
-    let jacobian = robot.platform_jacobian(x, q).ok()?;
-    let sum = jacobian
-        .by_parameters
-        .iter()
-        .zip(covariances)
-        .map(|(by_parameters, covariance)| {
-            (by_parameters * covariance * by_parameters.transpose()).trace()
-        })
-        .sum();
-    Some(sum)
+    let blocks = robot.platform_jacobian(x, q).ok()?.by_parameters;
+    let mut jacobian = SMatrix::<f64, 3, 24>::zeros();
+    for (arm, block) in blocks.iter().enumerate() {
+        jacobian.fixed_columns_mut::<8>(8 * arm).copy_from(block);
+    }
+    Some((jacobian * covariance * jacobian.transpose()).trace())
 }

@@ -1,10 +1,10 @@
 use super::condition::Conditioning;
 use super::judgement::Judgement;
+use super::limits::{INDISTINGUISHABLE, SAMPLES_FOR_FREE_START, samples_needed};
 use super::outcome::{ArmOutcome, StartUsed, Termination};
 use super::problem::ArmProblem;
 use super::refusal::Refusal;
 use super::solver::{Iteration, StepResult};
-use super::start::SAMPLES_FOR_FREE_START;
 use super::{Settings, Start};
 use crate::{ArmIndex, Parameter, Real};
 
@@ -12,8 +12,6 @@ use crate::{ArmIndex, Parameter, Real};
 /// radians, along the combination of parameters that the samples determine least. Single precision:
 /// a conversion of `f64` at run time would link its software arithmetic.
 const SEARCH: [f32; 8] = [-0.01, 0.01, -0.03, 0.03, -0.06, 0.06, -0.12, 0.12];
-/// Two solutions that a stated noise cannot tell apart differ by less than this in Σ (f/σf)².
-const INDISTINGUISHABLE: f64 = 4.0;
 /// Rounds of estimating the noise when a tolerance but no noise is stated.
 const NOISE_ROUNDS: u8 = 20;
 
@@ -402,11 +400,7 @@ pub(super) fn enough_samples<T: Real, P: ArmProblem<T>>(
 ) -> Result<(), Refusal> {
     let forgotten = !(problem.effective_samples() > T::ZERO);
     let samples = if forgotten { 0 } else { problem.samples() };
-    let needed = match (settings.start, settings.tolerance) {
-        (Start::Free, _) => SAMPLES_FOR_FREE_START,
-        (Start::Reference, None) => 8,
-        (Start::Reference, Some(_)) => 1,
-    };
+    let needed = samples_needed(settings);
     if samples < needed {
         return Err(Refusal::TooFewSamples {
             arm,

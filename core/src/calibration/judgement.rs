@@ -1,6 +1,10 @@
 //! Whether the end point of an iteration is a calibration: it is good, or refused with the cause.
 
 use super::condition::Conditioning;
+use super::limits::{
+    CONDITION_OF_A_VALLEY, LARGEST_SIGMA, LARGEST_TOLERANCES, LEAST_FREEDOM, NOISE_MARGIN,
+    chi_square_quantile,
+};
 use super::outcome::{ArmOutcome, StartUsed, Termination};
 use super::problem::ArmProblem;
 use super::refusal::Refusal;
@@ -8,23 +12,6 @@ use super::solver::Iteration;
 use crate::samples::{Reference, corrected_arm};
 use crate::{ArmIndex, Parameter, ParameterKind, Real};
 use nalgebra::{SMatrix, SVector};
-
-/// Parameters further from nominal than this many tolerances are refused.
-const LARGEST_TOLERANCES: f64 = 6.0;
-/// A stated noise is contradicted beyond this quantile of the normal distribution: one true
-/// calibration in three million.
-const LARGEST_DEVIATION: f64 = 5.0;
-/// Variance by which a stated noise may be exceeded besides: it is rarely known to better than 40 %,
-/// and the weights come from the arm before calibration.
-const NOISE_MARGIN: f64 = 2.0;
-/// A parameter known no better than this part of the upper arm (or this many radians) is not known.
-const LARGEST_SIGMA: f64 = 0.1;
-/// An iteration that fails at a worse condition than this fails because of its poses: eight random
-/// poses have a condition of some 50, twenty of 9.
-const CONDITION_OF_A_VALLEY: f64 = 1e4;
-/// A noise estimated from ν spare samples leaves the parameters distributed as Student's t, whose
-/// variance exists beyond two degrees of freedom.
-const LEAST_FREEDOM: f64 = 2.0;
 
 /// An end point, and what it is judged by.
 pub(super) struct Judgement<'a, T: Real> {
@@ -245,12 +232,4 @@ fn scale_column<T: Real>(column: &mut [T], column_unit: T, row_units: &[T]) {
 /// A figure for a message.
 fn to_single<T: Real>(value: T) -> f32 {
     <f32 as Real>::from_f64(value.to_f64())
-}
-
-/// The quantile of χ² with ν degrees of freedom at [`LARGEST_DEVIATION`], by Wilson and Hilferty:
-/// ν (1 − 2/(9ν) + z √(2/(9ν)))³.
-fn chi_square_quantile<T: Real>(freedom: T) -> T {
-    let spread = T::from_f64(2.0 / 9.0) / freedom;
-    let root = T::ONE - spread + T::from_f64(LARGEST_DEVIATION) * spread.square_root();
-    freedom * root * root * root
 }

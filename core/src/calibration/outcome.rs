@@ -23,6 +23,8 @@ pub enum StartUsed {
     Free,
     /// Beside an earlier solution, along the combination that the samples determine least.
     Search,
+    /// The IKM method's solution, from which another method starts.
+    Ikm,
 }
 
 /// One calibrated arm and how far it can be trusted.

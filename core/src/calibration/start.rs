@@ -4,9 +4,6 @@ use crate::Real;
 use crate::samples::ArmFactor;
 use nalgebra::Vector3;
 
-/// Twelve samples determine the twelve coefficients c(P).
-pub(crate) const SAMPLES_FOR_FREE_START: u64 = 12;
-
 /// Minimises |R (δc, 1)| over free δc and reads the correction δP off it. `None` if the samples leave a coefficient free or the
 /// coefficients are not those of an arm.
 pub(crate) fn free_start<T: Real>(factor: &ArmFactor<T>) -> Option<[T; 8]> {

@@ -52,11 +52,12 @@ pub struct JsonArm {
     pub parameters: Vec<JsonParameter>,
     /// Condition number of the scaled problem, 1 at best.
     pub condition: f64,
-    /// rms of the residuals, in `residual_unit`.
+    /// rms of the residuals, in `residual_unit`; the whole robot's with `fkm`.
     pub residual: f64,
-    /// `sigma` of the stated noise, or `mm` along the forearm without one.
+    /// `sigma` of the stated noise, or `mm` without one: along the forearm (`ikm`), in each
+    /// coordinate of the position (`fkm`).
     pub residual_unit: &'static str,
-    /// One σ along the forearm, estimated from the residuals; `null` with a stated noise.
+    /// One σ, of the same, estimated from the residuals; `null` with a stated noise.
     pub estimated_noise_mm: Option<f64>,
     /// Samples less the parameters that they and not the tolerance determine.
     pub degrees_of_freedom: f64,
@@ -64,7 +65,7 @@ pub struct JsonArm {
     pub iterations: u16,
     /// Why it stopped: `converged` or `rounding limit`.
     pub termination: &'static str,
-    /// Where it had started: `robot file`, `without a guess` or `search`.
+    /// Where it had started: `robot file`, `without a guess`, `search` or `IKM solution`.
     pub start: &'static str,
 }
 
@@ -147,7 +148,7 @@ impl JsonReport {
         let stated_noise = report.before.noise.is_some();
         let arms = robot_arms
             .iter()
-            .zip(&report.outcome.arms)
+            .zip(&report.outcome.robot.arms)
             .zip(1..)
             .map(|((before, outcome), arm)| JsonArm {
                 arm,

@@ -77,7 +77,12 @@ fn parameters(text: &mut String, report: &CalibrationReport) {
             "Parameter", "before", "after", "change", "sigma"
         ),
     );
-    let arms = report.before.robot.arms().iter().zip(&report.outcome.arms);
+    let arms = report
+        .before
+        .robot
+        .arms()
+        .iter()
+        .zip(&report.outcome.robot.arms);
     for ((before, outcome), arm) in arms.zip(1..) {
         for comparison in comparisons(before, outcome) {
             let _ = write!(
@@ -162,7 +167,7 @@ fn solution(text: &mut String, report: &CalibrationReport) {
     );
     let stated = report.before.noise.is_some();
     let mut line = |label: &str, of: &dyn Fn(&ArmOutcome<f64>) -> String| {
-        let [first, second, third] = &report.outcome.arms;
+        let [first, second, third] = &report.outcome.robot.arms;
         let _ = writeln!(
             text,
             "  {label:<42}{}",

@@ -1,0 +1,32 @@
+use delta_cal::RobotOutcome;
+use nalgebra::SMatrix;
+
+/// A robot calibrated by either method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The robot and each arm's share of the result.
+    ///
+    /// Of the FKM method residual and noise are the whole robot's, in each coordinate of the
+    /// position; an arm's condition is the rms, over its parameters, of how much worse each is known
+    /// because the others are not.
+    pub robot: RobotOutcome<f64>,
+    /// Covariance of all 24 parameters, arm by arm: the arms' covariances are its diagonal blocks,
+    /// and all there is to it for the IKM method. `None` where theirs are.
+    pub covariance: Option<SMatrix<f64, 24, 24>>,
+}
+
+impl From<RobotOutcome<f64>> for Outcome {
+    /// Three arms that know nothing of each other.
+    fn from(robot: RobotOutcome<f64>) -> Self {
+        let mut covariance = Some(SMatrix::zeros());
+        for (arm, outcome) in robot.arms.iter().enumerate() {
+            covariance = covariance.zip(outcome.covariance).map(
+                |(mut all, own): (SMatrix<f64, 24, 24>, _)| {
+                    all.fixed_view_mut::<8, 8>(8 * arm, 8 * arm).copy_from(&own);
+                    all
+                },
+            );
+        }
+        Self { robot, covariance }
+    }
+}

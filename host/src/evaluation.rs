@@ -186,11 +186,11 @@ fn of_separate_arms(
     tolerance: Option<&Tolerance<f64>>,
 ) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
     let units = units(truth);
-    let mut covariance = SMatrix::zeros();
+    let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
     for index in ArmIndex::ALL {
         let (arm, first) = (truth.arm(index), 8 * index.index());
         let own_units = units.fixed_rows::<8>(first);
-        let mut rows = DMatrix::zeros(poses.len() + 8, 8);
+        let mut rows = DMatrix::<f64>::zeros(poses.len() + 8, 8);
         for (mut row, pose) in rows.row_iter_mut().zip(poses) {
             let (x, q) = (&pose.position, pose.joints[index.index()]);
             let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
@@ -207,7 +207,7 @@ fn of_separate_arms(
             }
         }
         let triangle: SMatrix<f64, 8, 8> = rows.qr().r().fixed_view::<8, 8>(0, 0).into_owned();
-        let inverse = triangle.solve_upper_triangular(&SMatrix::identity())?;
+        let inverse = triangle.solve_upper_triangular(&SMatrix::<f64, 8, 8>::identity())?;
         covariance
             .fixed_view_mut::<8, 8>(first, first)
             .copy_from(&(inverse * inverse.transpose()));

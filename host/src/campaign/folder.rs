@@ -351,14 +351,16 @@ fn record_of(path: &Path, plan: &Plan, shard: Shard) -> Result<Option<Record>, C
     for (name, expected) in texts {
         let found = read(&path.join(name))?;
         if found != expected {
-            let line = found
+            let differs = found
                 .lines()
+                .map(Some)
+                .chain(std::iter::repeat(None))
                 .zip(expected.lines())
-                .position(|(found, expected)| found != expected)
-                .unwrap_or(found.lines().count().min(expected.lines().count()));
+                .find(|(found, expected)| *found != Some(expected))
+                .and_then(|(found, _)| found)
+                .map_or_else(String::new, |line| format!(" (`{}`)", line.trim()));
             return other(format!(
-                "the folder holds another campaign: {name} differs in line {}",
-                line + 1
+                "the folder holds another campaign: {name} there differs{differs}"
             ));
         }
     }

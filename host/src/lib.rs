@@ -9,6 +9,7 @@
 //!                                  │                          └→ RobotFile::to_toml
 //!                                  └→ CalibrateError: InputError or Refused
 //! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
+//! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
 //! texts ─→ output::write_all
 //! ```

@@ -268,27 +268,39 @@ impl Computed {
     }
 }
 
-/// A progress bar with the time left on a terminal, nothing elsewhere.
+/// A progress bar on a terminal, nothing elsewhere.
 struct Bar(ProgressBar);
+
+const BEGUN: &str = "[{bar:40}] {pos}/{len} robots";
+/// Once there is a speed to tell it from.
+const TIME_LEFT: &str = "[{bar:40}] {pos}/{len} robots, {eta} left";
 
 impl Bar {
     fn new() -> Self {
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-        let template = "[{bar:40}] {pos}/{len} robots, {per_sec:.0}, {eta} left";
+        let bar = Self(ProgressBar::with_draw_target(
+            None,
+            ProgressDrawTarget::stderr(),
+        ));
+        bar.style(BEGUN);
+        bar
+    }
+
+    fn style(&self, template: &str) {
         if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style.progress_chars("=> "));
+            self.0.set_style(style.progress_chars("=> "));
         }
-        Self(bar)
     }
 
     fn show(&self, finished: u64, robots: u64) {
         if self.0.length().is_none() {
-            self.0.set_length(robots);
             // Those that were there before say nothing of the speed.
+            self.0.set_length(robots);
             self.0.set_position(finished);
             self.0.reset_eta();
+        } else {
+            self.0.set_position(finished);
+            self.style(TIME_LEFT);
         }
-        self.0.set_position(finished);
     }
 
     fn finish(&self) {

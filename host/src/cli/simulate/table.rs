@@ -6,6 +6,9 @@ use std::fmt::Write;
 
 const HEADING: Style = Style::new().bold();
 
+/// Cases of which the reasons are named.
+const REFUSALS_SHOWN: usize = 12;
+
 /// A column: two lines of heading, and a cell a case.
 struct Column {
     heading: [&'static str; 2],
@@ -93,7 +96,7 @@ fn results(summaries: &[CaseSummary]) -> Vec<Column> {
     let gain =
         |index: usize| move |summary: &CaseSummary| Some(summary.gain_percent?.values()[index]);
     vec![
-        of(["ok", "%"], &|s| Some(s.converged_percent()), percent),
+        of(["ok", "%"], &|s| Some(s.converged_percent()), share),
         of(["", "5 %"], &gain(0), percent),
         of(["gain, %", "median"], &gain(2), percent),
         of(["", "95 %"], &gain(4), percent),
@@ -150,31 +153,41 @@ fn joined(cells: &[(&str, usize)]) -> String {
 }
 
 fn refusals(text: &mut String, summaries: &[CaseSummary]) {
-    for summary in summaries {
+    let refused: Vec<_> = summaries
+        .iter()
+        .filter(|summary| !summary.refusals.is_empty())
+        .collect();
+    for summary in refused.iter().take(REFUSALS_SHOWN) {
         let reasons: Vec<_> = summary
             .refusals
             .iter()
             .map(|(reason, count)| format!("{} {count}", reason.replace('_', " ")))
             .collect();
-        if !reasons.is_empty() {
-            let _ = writeln!(
-                text,
-                "Refused in case {}: {}",
-                summary.case.case,
-                reasons.join(", ")
-            );
-        }
+        let reasons = reasons.join(", ");
+        let _ = writeln!(text, "Refused in case {}: {reasons}", summary.case.case);
+    }
+    if refused.len() > REFUSALS_SHOWN {
+        let others = refused.len() - REFUSALS_SHOWN;
+        let _ = writeln!(text, "and in {others} other cases: see summary.csv");
     }
 }
 
 /// Two decimals near 100, where they matter.
 fn percent(value: f64) -> String {
     if (99.0..100.0).contains(&value) {
-        // Not rounded up to 100.
-        format!("{:.2}", (value * 100.0).floor() / 100.0)
+        format!("{value:.2}")
     } else {
-        format!("{value:.0}")
+        format!("{:.0}", value.round() + 0.0) // −0 is 0
     }
+}
+
+/// The same, never rounded up to all of them.
+fn share(value: f64) -> String {
+    percent(if value < 100.0 {
+        value.min(99.99)
+    } else {
+        value
+    })
 }
 
 /// Three significant digits.

@@ -75,7 +75,7 @@ impl Evaluation<'_> {
 }
 
 fn gain(before: f64, after: f64) -> f64 {
-    100.0 * (before - after) / before
+    100.0 * ((before - after) / before)
 }
 
 /// All 24 differences of parameters, a − truth: mm, angles times the true upper arm's length.

@@ -199,7 +199,10 @@ impl<'a> Search<'a> {
     fn second_start(&mut self, solution: &RobotOutcome<f64>) {
         let from = self.problem.correction_to(&solution.robot);
         let several = (self.problem.samples.len() as u64) < SAMPLES_FOR_FREE_START;
-        let worse = |best: &End| self.solver().cost(&from) >= best.point.cost;
+        let worse = |best: &End| {
+            let (solver, cost) = (self.solver(), best.point.cost);
+            solver.cost(&from) >= cost - solver.blur(cost)
+        };
         if !several && self.best.as_ref().is_some_and(worse) {
             return;
         }
@@ -235,8 +238,9 @@ impl<'a> Search<'a> {
         let gained = best.cost - end.cost;
         let apart = end.correction - best.correction;
         let same_place = best.normal.length_squared(&apart) <= 16.0 * tie;
-        if gained.abs() <= tie && !same_place {
-            end.correction.norm_squared() < 0.999 * best.correction.norm_squared()
+        if gained.abs() <= tie {
+            let nearer = end.correction.norm_squared() < 0.999 * best.correction.norm_squared();
+            nearer && !same_place
         } else {
             gained > 0.0
         }

@@ -7,9 +7,14 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use delta_cal::{ArmFactor, ArmIndex, ArmSolver, Progress, Reference, Sample, Settings};
+use delta_cal::{
+    ArmFactor, ArmIndex, ArmSolver, Calibrator, Noise, Progress, Reference, Sample, Settings,
+};
+use delta_cal_host::fkm;
 use delta_cal_tests::peer::{Parameters, PeerProblem, Row};
-use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use delta_cal_tests::{
+    Spread, generator, largest_difference, measurements, paper_robot, perturbed,
+};
 use nalgebra_of_peer::Vector3;
 use std::hint::black_box;
 
@@ -91,11 +96,56 @@ fn solvers(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// The whole robot by both methods, with noise, weights and covariance, from 1 cm and 1°.
+fn methods(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("robot");
+    let degree = 1f64.to_radians();
+    let noise = Noise::new(0.01, 0.001 * degree).unwrap();
+    let settings = Settings {
+        noise: Some(noise),
+        ..Settings::default()
+    };
+    for count in [20, 60] {
+        let mut rng = generator(8, count as u64);
+        let nominal = paper_robot();
+        let truth = perturbed(&nominal, 10.0, degree, Spread::Uniform, &mut rng);
+        let samples = measurements(&truth, count, Some(&noise), &mut rng);
+        let ikm = |samples: &[Sample<f64>]| {
+            let mut calibrator = Calibrator::new(&nominal, &settings);
+            calibrator.add_many(samples).unwrap();
+            calibrator.solve().unwrap().robot
+        };
+        let fkm = |samples: &[Sample<f64>]| {
+            let outcome = fkm::calibrate(&nominal, samples, &settings).unwrap();
+            outcome.robot.robot
+        };
+        // Both must have found the robot, or the times mean nothing; no parameter's σ is above 1 mm.
+        for found in [ikm(&samples), fkm(&samples)] {
+            assert!(largest_difference(&found, &truth) < 5.0);
+        }
+        group.bench_with_input(
+            BenchmarkId::new("IKM", count),
+            &samples,
+            |bench, samples| {
+                bench.iter(|| ikm(black_box(samples)));
+            },
+        );
+        group.bench_with_input(
+            BenchmarkId::new("FKM", count),
+            &samples,
+            |bench, samples| {
+                bench.iter(|| fkm(black_box(samples)));
+            },
+        );
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default()
         .warm_up_time(std::time::Duration::from_millis(500))
         .measurement_time(std::time::Duration::from_secs(2));
-    targets = solvers
+    targets = solvers, methods
 }
 criterion_main!(benches);

@@ -100,7 +100,11 @@ impl Solver<'_> {
             // |r|² is blurred by |r| times as much: a smaller gain is taken on trust.
             let nothing = 16.0 * f64::EPSILON.powi(2) * (point.cost + self.problem.terms_squared);
             // Near the solution each gain follows from the last two, as quadratic convergence has it.
-            let ratio = (gain / previous_gain).min(1.0);
+            let ratio = if previous_gain.is_finite() {
+                (gain / previous_gain).min(1.0)
+            } else {
+                1.0
+            };
             let settled = gain <= nothing || gain * ratio * ratio <= nothing * SURELY_NOTHING;
             let at_rounding = gain <= self.blur(point.cost);
             let slow = gain >= 0.25 * previous_gain;

@@ -40,7 +40,9 @@ pub fn run(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<CaseSummary>, CampaignError> {
     let mut folder = Folder::open(folder, plan, shard, options.force)?;
-    if !folder.record.complete {
+    if folder.record.complete {
+        folder.verify()?;
+    } else {
         let mut rows = folder.rows()?;
         let computed = compute(plan, shard, &mut rows, options, progress);
         // Whatever stopped it: what is finished is kept.

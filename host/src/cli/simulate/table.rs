@@ -48,10 +48,10 @@ pub(super) fn render(summaries: &[CaseSummary]) -> String {
     }
     let _ = writeln!(
         text,
-        "\nok: robots calibrated, not refused; the other figures are over these. gain: (4.1), 5 % and 95 \
-         % of\nthe robots below. error: rms over {HELD_OUT_POSES} poses that were not measured, \
-         median robot. bound:\nparameter error over the Cramér–Rao bound, rms. Everything else is \
-         in summary.csv."
+        "\nok: robots calibrated, not refused; the other figures are over these. gain: (4.1), 5 % and \
+         95 % of\nthe robots below. error: rms over {HELD_OUT_POSES} poses that were not measured, \
+         median robot. bound:\nparameter error over the Cramér–Rao bound, rms; below 1 where a \
+         prior assumes more spread than the\nrobots have. Everything else is in summary.csv."
     );
     refusals(&mut text, summaries);
     text

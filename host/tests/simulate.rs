@@ -579,7 +579,7 @@ fn numbers_that_are_not_possible_are_refused_with_place_and_cause() {
 fn keys_and_lists_that_are_wrong_are_refused_with_place_and_cause() {
     let last = "prior = [true, false]";
     assert_refused(&[
-        (but("robots = 37\n", ""), "", "missing key `robots`"),
+        (but("robots = 37\n", ""), "1:", "missing key `robots`"),
         (but("seed = 5", "sead = 5"), "2:", "unknown key `sead`"),
         (but("[8, 20]", "[]"), "3: poses:", "the list is empty"),
         (but("[8, 20]", "[8, 8]"), "3: poses:", "twice"),
@@ -589,7 +589,7 @@ fn keys_and_lists_that_are_wrong_are_refused_with_place_and_cause() {
             "4:",
             "unknown key `angle`",
         ),
-        (but(", angle_deg = 1", ""), "", "missing key `angle_deg`"),
+        (but(", angle_deg = 1", ""), "4:", "missing key `angle_deg`"),
         (but("\"fkm\"", "\"fmk\""), "6:", "unknown variant `fmk`"),
         (
             but(last, "planned = [true]"),
@@ -603,7 +603,7 @@ fn keys_and_lists_that_are_wrong_are_refused_with_place_and_cause() {
         ),
         (but(last, "prior = [true"), "8:", ""),
         (but(last, "prior = []"), "8: prior:", "the list is empty"),
-        (String::new(), "", "missing key"),
+        (String::new(), "1:", "missing key"),
     ]);
 }
 

@@ -274,14 +274,8 @@ fn syntax(input: &InputText, error: &toml::de::Error) -> InputError {
         .unwrap_or_default()
         .trim();
     let message = error.message().trim().replace('\n', "; ");
-    if message.starts_with("missing field ") {
-        let fault = InputError::new(
-            input.name(),
-            message.replace("missing field", "missing key"),
-        );
-        return fault.with_remedy(KEYS);
-    }
     let cause = message
+        .replace("missing field", "missing key")
         .replace("unknown field", "unknown key")
         .replace("expected i64", "expected a whole number")
         .replace("expected f64", "expected a number")

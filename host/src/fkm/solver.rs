@@ -50,11 +50,6 @@ pub(super) struct Solver<'a> {
     pub(super) prior: Vector24,
 }
 
-enum Trial {
-    Taken(Point, bool),
-    Rejected,
-}
-
 impl Solver<'_> {
     pub(super) fn cost(&self, correction: &Vector24) -> f64 {
         self.problem.sum_of_squares(correction) + self.prior_cost(correction)
@@ -112,33 +107,23 @@ impl Solver<'_> {
             previous_gain = gain;
 
             iterations += 1;
-            match self.trial(&point, damping, at_rounding, settled) {
-                Trial::Taken(next, linearized) => {
-                    point = next;
-                    damping *= LESS_DAMPING;
-                    if damping < LEAST_DAMPING {
-                        damping = 0.0;
-                    }
-                    if !linearized {
-                        iterations -= 1;
-                        termination = Some(Termination::GradientVanished);
-                    } else if stagnant {
-                        termination = Some(Termination::RoundingReached);
-                    }
+            let full_steps_only = self.method == Method::GaussNewton;
+            if let Some((next, linearized)) = self.trial(&point, damping, at_rounding, settled) {
+                point = next;
+                damping = less(damping);
+                if !linearized {
+                    iterations -= 1;
+                    termination = Some(Termination::GradientVanished);
+                } else if stagnant {
+                    termination = Some(Termination::RoundingReached);
                 }
-                Trial::Rejected => {
-                    let last = self.method == Method::GaussNewton || damping > ENOUGH_DAMPING;
-                    if at_rounding && last {
-                        termination = Some(Termination::RoundingReached);
-                    } else if self.method == Method::GaussNewton || damping > MOST_DAMPING {
-                        break;
-                    }
-                    damping = if damping > 0.0 {
-                        damping * MORE_DAMPING
-                    } else {
-                        FIRST_DAMPING
-                    };
-                }
+            } else if at_rounding && (full_steps_only || damping > ENOUGH_DAMPING) {
+                // A full step that fails may be too long rather than lost in rounding.
+                termination = Some(Termination::RoundingReached);
+            } else if full_steps_only || damping > MOST_DAMPING {
+                break;
+            } else {
+                damping = more(damping);
             }
         }
         // Full steps can settle above where they began.
@@ -150,14 +135,19 @@ impl Solver<'_> {
         })
     }
 
-    fn trial(&self, point: &Point, damping: f64, at_rounding: bool, settled: bool) -> Trial {
-        let Some(step) = point
+    /// One step and the point it leads to, if that is an improvement; and whether the problem was
+    /// linearised there.
+    fn trial(
+        &self,
+        point: &Point,
+        damping: f64,
+        at_rounding: bool,
+        settled: bool,
+    ) -> Option<(Point, bool)> {
+        let step = point
             .normal
             .minimiser(damping)
-            .filter(|step| self.usable(step))
-        else {
-            return Trial::Rejected;
-        };
+            .filter(|step| self.usable(step))?;
         let correction = point.correction + step;
         let sum_of_squares = self.problem.sum_of_squares(&correction);
         let cost = sum_of_squares + self.prior_cost(&correction);
@@ -168,24 +158,20 @@ impl Solver<'_> {
             }
         };
         if !accepted {
-            return Trial::Rejected;
+            return None;
         }
         if settled {
             // The last step is so short that the Jacobian before it is the Jacobian after it.
-            return Trial::Taken(
-                Point {
-                    correction,
-                    normal: point.normal.clone(),
-                    sum_of_squares,
-                    cost,
-                },
-                false,
-            );
+            let last = Point {
+                correction,
+                normal: point.normal.clone(),
+                sum_of_squares,
+                cost,
+            };
+            return Some((last, false));
         }
-        match self.point(&correction, sum_of_squares) {
-            Some(next) => Trial::Taken(next, true),
-            None => Trial::Rejected,
-        }
+        self.point(&correction, sum_of_squares)
+            .map(|next| (next, true))
     }
 
     fn usable(&self, step: &Vector24) -> bool {
@@ -197,4 +183,17 @@ impl Solver<'_> {
                 .enumerate()
                 .all(|(index, delta)| delta.abs() <= longest(index / 8))
     }
+}
+
+fn more(damping: f64) -> f64 {
+    if damping > 0.0 {
+        damping * MORE_DAMPING
+    } else {
+        FIRST_DAMPING
+    }
+}
+
+fn less(damping: f64) -> f64 {
+    let less = damping * LESS_DAMPING;
+    if less < LEAST_DAMPING { 0.0 } else { less }
 }

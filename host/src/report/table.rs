@@ -43,7 +43,7 @@ fn summary(text: &mut String, report: &CalibrationReport) {
     );
     let _ = writeln!(
         text,
-        "{} in the {} frame; {} method, {}; {}, {}{}\n",
+        "{} in the {} frame; {} method, {}; {}{}\n",
         count(report.samples, "sample"),
         match report.options.frame {
             Frame::Base => "robot's",
@@ -51,13 +51,11 @@ fn summary(text: &mut String, report: &CalibrationReport) {
         },
         report.options.method.name().to_uppercase(),
         solver_name(report.options.solver),
-        match report.before.tolerance {
-            Some(_) => "tolerance stated",
-            None => "no tolerance stated",
-        },
-        match report.before.noise {
-            Some(_) => "noise stated",
-            None => "no noise stated",
+        match (&report.before.tolerance, &report.before.noise) {
+            (Some(_), Some(_)) => "tolerance and noise stated",
+            (Some(_), None) => "tolerance stated, no noise",
+            (None, Some(_)) => "noise stated, no tolerance",
+            (None, None) => "no tolerance, no noise",
         },
         if report.options.no_guess {
             "; no guess"

@@ -6,6 +6,8 @@ use std::fmt::Write;
 
 const HEADING: Style = Style::new().bold();
 
+/// Where a line of words ends.
+const WIDTH: usize = 99;
 /// Cases of which the reasons are named.
 const REFUSALS_SHOWN: usize = 12;
 
@@ -22,15 +24,18 @@ pub(super) fn render(summaries: &[CaseSummary]) -> String {
         .partition(|column| all_equal(&column.cells));
     columns.extend(results(summaries));
     let mut text = String::new();
-    let common: Vec<_> = common.iter().filter_map(description).collect();
+    let common = common.iter().filter_map(description);
     if let Some(first) = summaries.first() {
-        let robots = first.robots;
-        let _ = writeln!(
-            text,
-            "{robots} robots a case{}{}\n",
-            if common.is_empty() { "" } else { "; " },
-            common.join(", ")
-        );
+        let mut line = format!("{} robots a case", first.robots);
+        for words in common {
+            line.push_str(", ");
+            if line.chars().count() + words.chars().count() > WIDTH {
+                let _ = writeln!(text, "{}", line.trim_end());
+                line.clear();
+            }
+            line.push_str(&words);
+        }
+        let _ = writeln!(text, "{line}\n");
     }
     for line in 0..2 {
         let headings: Vec<_> = columns

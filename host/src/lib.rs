@@ -9,6 +9,7 @@
 //!                                  │                          └→ RobotFile::to_toml
 //!                                  └→ CalibrateError: InputError or Refused
 //! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
+//! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
 //! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
 //! texts ─→ output::write_all

@@ -275,3 +275,42 @@ fn a_gain_is_100_percent_for_the_true_robot_and_0_for_the_unchanged() {
     assert!((difference[11] - 2.6).abs() < 1e-9);
     assert!((difference.norm() - 2.6).abs() < 1e-9);
 }
+
+/// With a tolerance and no stated noise the noise is estimated from the residuals: with 20 poses as well
+/// as 36 to 60 spare residuals can, to some 10 %, and the parameters follow.
+#[test]
+fn a_noise_that_is_not_stated_is_found_beside_a_tolerance() {
+    let (length, angle) = (0.1, 0.1f64.to_radians());
+    let noise = Noise::new(0.01, 0.0).unwrap();
+    let (mut estimates, mut distances) = (Vec::new(), Vec::new());
+    for robot in 0..100 {
+        let mut rng = generator(79, robot);
+        let truth = perturbed(&paper_robot(), length, angle, Spread::Normal, &mut rng);
+        let samples = measurements(&truth, 20, Some(&noise), &mut rng);
+        let unstated = Settings {
+            tolerance: Some(Tolerance::new(length, angle).unwrap()),
+            ..Settings::default()
+        };
+        let stated = Settings {
+            noise: Some(noise),
+            ..unstated
+        };
+        let [found, expected] = [unstated, stated]
+            .map(|settings| fkm::calibrate(&paper_robot(), &samples, &settings).unwrap());
+        estimates.push(found.robot.arms[0].estimated_noise.unwrap());
+        let covariance = expected.covariance.unwrap();
+        for index in 0..24 {
+            let of = |robot: &Robot<f64>| robot.arms()[index / 8].parameters()[index % 8];
+            let apart = of(&found.robot.robot) - of(&expected.robot.robot);
+            distances.push(apart.powi(2) / covariance[(index, index)]);
+        }
+    }
+    estimates.sort_by(f64::total_cmp);
+    println!("estimated noise: {:?}", [0, 50, 99].map(|k| estimates[k]));
+    println!("parameters apart by {:.3} σ", rms(&distances));
+    // The median of 100 estimates that scatter by 1/√(2·36): 0.0015; the largest of them by 3.5 times.
+    assert!((estimates[50] - 0.01).abs() < 0.0006);
+    assert!(estimates[0] > 0.0058 && estimates[99] < 0.0142);
+    // A weight that is wrong by 20 % moves a parameter that the tolerance decides by a fifth of a σ.
+    assert!(rms(&distances) < 0.2);
+}

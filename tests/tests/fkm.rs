@@ -116,6 +116,30 @@ fn twelve_poses_return_the_robots_without_a_guess() {
     );
 }
 
+#[test]
+fn a_start_that_does_not_reach_the_samples_is_replaced() {
+    let short = SymmetricRobot {
+        base_radius: 194.0,
+        platform_radius: 30.0,
+        upper_arm: 260.0,
+        forearm: 300.0,
+    }
+    .robot()
+    .unwrap();
+    for robot in 0..20 {
+        let (truth, samples) = case(36, robot, 20);
+        assert!(
+            samples
+                .iter()
+                .any(|sample| short.forward(&sample.joints).is_err())
+        );
+        let outcome = fkm::calibrate(&short, &samples, &Settings::default()).unwrap();
+        assert_eq!(outcome.robot.arms[0].start, StartUsed::Ikm);
+        let error = differences(&outcome.robot.robot, &truth).amax();
+        assert!(error < 1e-6, "robot {robot}: {error:e} mm");
+    }
+}
+
 /// Eight exact poses have several solutions: that of the FKM method fits, and is no farther from the
 /// start than that of the IKM method.
 #[test]
@@ -271,69 +295,6 @@ fn both_solvers_reach_scipys_optimum() {
             assert!(off < 1e-3, "case {index}: covariance off by {off:e}");
         }
     }
-}
-
-#[test]
-fn refusals_are_those_of_the_ikm_method() {
-    let nominal = paper_robot::<f64>();
-    let (_, samples) = case(77, 0, 20);
-    let plain = Settings::default();
-    assert!(matches!(
-        fkm::calibrate(&nominal, &samples[..7], &plain),
-        Err(Refusal::TooFewSamples {
-            samples: 7,
-            needed: 8,
-            ..
-        })
-    ));
-    // Twenty times the same pose.
-    assert!(matches!(
-        fkm::calibrate(&nominal, &[samples[0]; 20], &plain),
-        Err(Refusal::Undetermined { .. })
-    ));
-    let noise = Settings {
-        noise: Some(Noise::new(0.001, 0.0).unwrap()),
-        ..plain
-    };
-    let mut outlier = samples.clone();
-    outlier[3].position.x += 1.0;
-    assert!(matches!(
-        fkm::calibrate(&nominal, &outlier, &noise),
-        Err(Refusal::ResidualContradictsNoise { .. })
-    ));
-    let coarse = Settings {
-        noise: Some(Noise::new(50.0, 0.1).unwrap()),
-        ..plain
-    };
-    assert!(matches!(
-        fkm::calibrate(&nominal, &samples, &coarse),
-        Err(Refusal::Uncertain { .. })
-    ));
-    let tight = Settings {
-        tolerance: Some(Tolerance::new(0.01, 1e-4).unwrap()),
-        ..noise
-    };
-    assert!(matches!(
-        fkm::calibrate(&nominal, &samples, &tight),
-        Err(Refusal::FarFromNominal { .. })
-    ));
-    let mirrored: Vec<_> = samples
-        .iter()
-        .map(|sample| Sample {
-            position: Vector3::new(sample.position.x, sample.position.y, -sample.position.z),
-            joints: sample.joints.map(|q| -q),
-        })
-        .collect();
-    assert_eq!(
-        fkm::calibrate(&nominal, &mirrored, &plain),
-        Err(Refusal::WrongSide)
-    );
-    let mut infinite = samples;
-    infinite[5].position.y = f64::NAN;
-    assert!(matches!(
-        fkm::calibrate(&nominal, &infinite, &plain),
-        Err(Refusal::NonFinite { .. })
-    ));
 }
 
 /// With a tolerance a single sample will do, with a stated noise or without.

@@ -6,6 +6,7 @@ mod device;
 mod failure;
 mod kinematics;
 mod paths;
+mod simulate;
 
 use args::{Arguments, Command};
 use clap::Parser;
@@ -18,6 +19,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Forward(arguments) => kinematics::forward(&arguments),
         Command::Inverse(arguments) => kinematics::inverse(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
     };
     match result {

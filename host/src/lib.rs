@@ -10,6 +10,7 @@
 //!                                  └→ CalibrateError: InputError or Refused
 //! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
 //! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
+//! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
 //! texts ─→ output::write_all
 //! ```
@@ -29,6 +30,7 @@
 #![forbid(unsafe_code)]
 
 mod calibrate;
+pub mod campaign;
 pub mod device;
 pub mod evaluation;
 pub mod example;

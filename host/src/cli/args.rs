@@ -1,5 +1,6 @@
 use super::device::DeviceArguments;
 use super::paths::robot_path;
+use super::simulate::{self, SimulateArguments};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use delta_cal_host::{CalibrationMethod, Frame, Options};
 use std::path::PathBuf;
@@ -30,6 +31,7 @@ Examples:
   delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
   delta-cal forward calibrated.toml angles.csv
   delta-cal inverse calibrated.toml < positions.csv > angles.csv
+  delta-cal simulate
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
 
 const CALIBRATE_HELP: &str = "\
@@ -106,6 +108,9 @@ pub(crate) enum Command {
     /// Compute the joint angles at which the platform is at given positions
     #[command(after_help = format!("{INVERSE_HELP}\n\n{KINEMATICS_EXIT_CODES}"))]
     Inverse(KinematicsArguments),
+    /// Calibrate many simulated robots, to learn what a calibration will be worth
+    #[command(after_help = simulate::help())]
+    Simulate(SimulateArguments),
     /// Calibrate a controller that calibrates itself, over its serial link
     Device(DeviceArguments),
 }

@@ -1,0 +1,289 @@
+//! The campaign file.
+
+use super::plan::{CampaignMethod, LengthAngle, NoiseLevel, Plan, Scenario, Solver, Spread};
+use crate::words::decimal_comma;
+use crate::{InputError, InputText, RobotFile, example};
+use delta_cal::{Noise, Tolerance};
+use serde::Deserialize;
+use std::path::Path;
+use toml::Spanned;
+
+const KEYS: &str = "`delta-cal simulate --example` prints a campaign file with every key";
+const POSES_AT_MOST: i64 = 1_000_000;
+const ROBOTS_AT_MOST: i64 = 1_000_000_000;
+const CASES_AT_MOST: usize = 100_000;
+
+type List<T> = Spanned<Vec<Spanned<T>>>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CampaignToml {
+    robot: Option<Spanned<String>>,
+    robots: Spanned<i64>,
+    #[serde(default = "first_seed")]
+    seed: Spanned<i64>,
+    #[serde(default)]
+    spread: Spread,
+    poses: List<i64>,
+    start_errors: List<LengthAngleToml>,
+    noise_levels: List<NoiseToml>,
+    methods: Option<List<CampaignMethod>>,
+    solvers: Option<List<Solver>>,
+    weights: Option<List<bool>>,
+    prior: Option<List<bool>>,
+    planned: Option<List<bool>>,
+    tolerance: Option<Spanned<LengthAngleToml>>,
+}
+
+fn first_seed() -> Spanned<i64> {
+    Spanned::new(0..0, 1)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LengthAngleToml {
+    length_mm: Spanned<f64>,
+    angle_deg: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoiseToml {
+    position_mm: Spanned<f64>,
+    joint_deg: Spanned<f64>,
+}
+
+impl Plan {
+    /// Reads a campaign file. The robot file that it names is looked for in `folder`.
+    ///
+    /// # Errors
+    /// The first fault: TOML that does not parse, an unknown or missing key, a number that is not
+    /// possible, an empty list or one that holds something twice, a robot file that is wrong.
+    pub fn read(input: &InputText, folder: &Path) -> Result<Self, InputError> {
+        let toml: CampaignToml = toml::from_str(input.text()).map_err(|e| syntax(input, &e))?;
+        let reader = Reader(input);
+        let robot = match &toml.robot {
+            None => RobotFile::read(&InputText::new("built-in robot.toml", example::ROBOT_TOML))?,
+            Some(name) => {
+                let text = InputText::from_file(&folder.join(name.as_ref()))
+                    .map_err(|error| reader.fault(name, "robot", error.to_string()))?;
+                RobotFile::read(&text)?
+            }
+        };
+        let poses = reader.list("poses", &toml.poses, |number| {
+            let count = reader.whole("poses", number, 1, POSES_AT_MOST)?;
+            Ok(usize::try_from(count).unwrap_or(usize::MAX))
+        })?;
+        let start_errors = reader.list("start_errors", &toml.start_errors, |error| {
+            let values = reader.length_angle(error.as_ref())?;
+            if values.length_mm == 0.0 && values.angle_deg == 0.0 {
+                let cause = "length_mm and angle_deg are both 0: there is nothing to calibrate";
+                return Err(reader.fault(error, "start_errors", cause));
+            }
+            Ok(values)
+        })?;
+        let noise_levels = reader.list("noise_levels", &toml.noise_levels, |level| {
+            reader.noise_level(level)
+        })?;
+        let methods = reader.axis("methods", toml.methods.as_ref(), CampaignMethod::Ikm)?;
+        let solvers = reader.axis("solvers", toml.solvers.as_ref(), Solver::Lm)?;
+        let weights = reader.axis("weights", toml.weights.as_ref(), true)?;
+        let prior = reader.axis("prior", toml.prior.as_ref(), true)?;
+        let planned = reader.axis("planned", toml.planned.as_ref(), false)?;
+        if let Some(list) = &toml.planned
+            && let Some(asked) = list.as_ref().iter().find(|planned| *planned.as_ref())
+        {
+            let cause = "planned poses are not available yet";
+            let error = reader.fault(asked, "planned", cause);
+            return Err(error.with_remedy("leave the key out: the poses are then drawn at random"));
+        }
+        let tolerance = match &toml.tolerance {
+            Some(section) => Some(reader.length_angle(section.as_ref())?),
+            None => None,
+        };
+        let mut plan = Self {
+            robots: reader.whole("robots", &toml.robots, 1, ROBOTS_AT_MOST)?,
+            seed: reader.whole("seed", &toml.seed, 0, i64::MAX)?,
+            spread: toml.spread,
+            robot,
+            tolerance,
+            poses,
+            start_errors,
+            noise_levels,
+            planned,
+            methods,
+            solvers,
+            weights,
+            prior,
+            scenarios: Vec::new(),
+        };
+        plan.scenarios = reader.scenarios(&plan, &toml)?;
+        let cases = plan.scenarios.len().saturating_mul(plan.variants().len());
+        if cases > CASES_AT_MOST {
+            let cause = format!("{cases} cases are more than {CASES_AT_MOST}");
+            return Err(InputError::new(input.name(), cause)
+                .with_remedy("shorten some lists, or make several campaigns of it"));
+        }
+        Ok(plan)
+    }
+}
+
+/// Reads values and knows where they stand.
+struct Reader<'a>(&'a InputText);
+
+impl Reader<'_> {
+    fn fault<T>(&self, at: &Spanned<T>, key: &str, cause: impl Into<String>) -> InputError {
+        InputError::new(self.0.name(), cause)
+            .at_line(self.0.line_at(at.span().start))
+            .at_key(key)
+            .with_remedy(KEYS)
+    }
+
+    fn whole(
+        &self,
+        key: &str,
+        number: &Spanned<i64>,
+        least: i64,
+        most: i64,
+    ) -> Result<u64, InputError> {
+        let value = *number.as_ref();
+        match u64::try_from(value) {
+            Ok(whole) if (least..=most).contains(&value) => Ok(whole),
+            _ => {
+                let cause = format!("{value} is not a whole number from {least} to {most}");
+                Err(self.fault(number, key, cause))
+            }
+        }
+    }
+
+    fn not_negative(&self, key: &str, number: &Spanned<f64>) -> Result<f64, InputError> {
+        let value = *number.as_ref();
+        if value >= 0.0 && value.is_finite() {
+            // −0 is 0.
+            Ok(value.abs())
+        } else {
+            let cause = format!("{value} is not a finite number, 0 or greater");
+            Err(self.fault(number, key, cause))
+        }
+    }
+
+    fn length_angle(&self, toml: &LengthAngleToml) -> Result<LengthAngle, InputError> {
+        Ok(LengthAngle {
+            length_mm: self.not_negative("length_mm", &toml.length_mm)?,
+            angle_deg: self.not_negative("angle_deg", &toml.angle_deg)?,
+        })
+    }
+
+    fn noise_level(&self, level: &Spanned<NoiseToml>) -> Result<NoiseLevel, InputError> {
+        let toml = level.as_ref();
+        let values = NoiseLevel {
+            position_mm: self.not_negative("position_mm", &toml.position_mm)?,
+            joint_deg: self.not_negative("joint_deg", &toml.joint_deg)?,
+        };
+        if noise(&values).is_err() {
+            let cause = "position_mm is 0 where joint_deg is not";
+            return Err(self
+                .fault(level, "noise_levels", cause)
+                .with_remedy("exact measurements have both 0; others a position noise above 0"));
+        }
+        Ok(values)
+    }
+
+    /// A list with something in it, and nothing twice.
+    fn list<T, V: PartialEq>(
+        &self,
+        key: &str,
+        list: &List<T>,
+        read: impl Fn(&Spanned<T>) -> Result<V, InputError>,
+    ) -> Result<Vec<V>, InputError> {
+        let mut values = Vec::with_capacity(list.as_ref().len());
+        for entry in list.as_ref() {
+            let value = read(entry)?;
+            if values.contains(&value) {
+                return Err(self.fault(entry, key, "the list holds this entry twice"));
+            }
+            values.push(value);
+        }
+        if values.is_empty() {
+            return Err(self.fault(list, key, "the list is empty"));
+        }
+        Ok(values)
+    }
+
+    fn axis<T: Copy + PartialEq>(
+        &self,
+        key: &str,
+        list: Option<&List<T>>,
+        default: T,
+    ) -> Result<Vec<T>, InputError> {
+        match list {
+            None => Ok(vec![default]),
+            Some(list) => self.list(key, list, |entry| Ok(*entry.as_ref())),
+        }
+    }
+
+    fn scenarios(&self, plan: &Plan, toml: &CampaignToml) -> Result<Vec<Scenario>, InputError> {
+        let mut scenarios = Vec::new();
+        for &poses in &plan.poses {
+            for (&start_error, entry) in plan.start_errors.iter().zip(toml.start_errors.as_ref()) {
+                let assumed = plan.tolerance.unwrap_or(start_error);
+                let tolerance =
+                    Tolerance::new(assumed.length_mm, assumed.angle_deg.to_radians()).ok();
+                if tolerance.is_none() && plan.prior.contains(&true) {
+                    let cause = "a prior needs a length_mm and an angle_deg above 0";
+                    let fault = match &toml.tolerance {
+                        Some(section) => self.fault(section, "[tolerance]", cause),
+                        None => self.fault(entry, "start_errors", cause),
+                    };
+                    return Err(fault.with_remedy("or set prior = [false]"));
+                }
+                for level in &plan.noise_levels {
+                    for &planned in &plan.planned {
+                        scenarios.push(Scenario {
+                            poses,
+                            start_error,
+                            noise_level: *level,
+                            noise: noise(level).unwrap_or_default(),
+                            tolerance,
+                            planned,
+                        });
+                    }
+                }
+            }
+        }
+        Ok(scenarios)
+    }
+}
+
+/// `None` for exact measurements.
+fn noise(level: &NoiseLevel) -> Result<Option<Noise<f64>>, delta_cal::NoiseError> {
+    if level.position_mm == 0.0 && level.joint_deg == 0.0 {
+        return Ok(None);
+    }
+    Noise::new(level.position_mm, level.joint_deg.to_radians()).map(Some)
+}
+
+/// The TOML reader's error, with its line and key.
+fn syntax(input: &InputText, error: &toml::de::Error) -> InputError {
+    let line = input.line_at(error.span().map_or(0, |span| span.start));
+    let index = usize::try_from(line).unwrap_or(usize::MAX);
+    let text = input
+        .text()
+        .lines()
+        .nth(index - 1)
+        .unwrap_or_default()
+        .trim();
+    let message = error.message().trim().replace('\n', "; ");
+    let cause = message
+        .replace("missing field", "missing key")
+        .replace("unknown field", "unknown key")
+        .replace("expected i64", "expected a whole number")
+        .replace("expected f64", "expected a number")
+        .replace("expected a sequence", "expected a list in brackets");
+    let fault = InputError::new(input.name(), cause).at_line(line);
+    let value = text.split_once('=').map_or("", |(_, value)| value).trim();
+    match decimal_comma(value) {
+        Some(number) => fault.with_remedy(format!("write {number}, with a decimal point")),
+        None => fault.with_remedy(KEYS),
+    }
+}

@@ -1,0 +1,222 @@
+//! One row of `robots.csv`: one robot, calibrated one way.
+
+use super::plan::{Plan, Scenario, Variant};
+use super::simulation::{SimulatedRobot, seed, simulate};
+use super::trial::{bound, calibrate, error_before, worth};
+use crate::CalibrationMethod;
+use delta_cal::Refusal;
+use serde::Serialize;
+use std::time::Duration;
+
+/// The columns that tell one case from another, in `robots.csv`, `summary.csv` and `timing.csv`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CaseColumns {
+    /// Counted from 1.
+    pub case: usize,
+    /// `ikm`, `ikm-f32` or `fkm`.
+    pub method: &'static str,
+    /// `lm` or `gn`.
+    pub solver: &'static str,
+    /// Measured poses a robot.
+    pub poses: usize,
+    /// Of every length.
+    pub start_error_mm: f64,
+    /// Of every angle.
+    pub start_error_deg: f64,
+    /// One σ of each coordinate.
+    pub noise_position_mm: f64,
+    /// One σ of each joint angle.
+    pub noise_joint_deg: f64,
+    /// Whether the calibration knew the noise.
+    pub weights: bool,
+    /// Whether it knew the tolerance.
+    pub prior: bool,
+    /// Whether the poses were chosen.
+    pub planned: bool,
+}
+
+/// Every case of a campaign: the variants of the first scenario, then of the second.
+pub(super) fn cases(plan: &Plan) -> Vec<CaseColumns> {
+    let variants = plan.variants();
+    let pairs = plan
+        .scenarios()
+        .iter()
+        .flat_map(|scenario| variants.iter().map(move |variant| (scenario, variant)));
+    pairs
+        .enumerate()
+        .map(|(index, (scenario, variant))| case(index + 1, scenario, *variant))
+        .collect()
+}
+
+fn case(number: usize, scenario: &Scenario, variant: Variant) -> CaseColumns {
+    CaseColumns {
+        case: number,
+        method: variant.method.name(),
+        solver: variant.solver.name(),
+        poses: scenario.poses,
+        start_error_mm: scenario.start_error.length_mm,
+        start_error_deg: scenario.start_error.angle_deg,
+        noise_position_mm: scenario.noise_level.position_mm,
+        noise_joint_deg: scenario.noise_level.joint_deg,
+        weights: variant.weights,
+        prior: variant.prior,
+        planned: scenario.planned,
+    }
+}
+
+/// Whether a robot was calibrated, or why not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub(super) struct Status(&'static str);
+
+impl Status {
+    pub(super) const ACCEPTED: Self = Self("accepted");
+    /// A sample is out of all proportion.
+    pub(super) const FAULTY_SAMPLE: Self = Self("faulty_sample");
+    /// The start error makes no robot, or one without usable poses.
+    const NO_ROBOT: Self = Self("no_robot");
+
+    pub(super) const fn name(self) -> &'static str {
+        self.0
+    }
+
+    pub(super) const fn of(refusal: &Refusal) -> Self {
+        Self(match refusal {
+            Refusal::TooFewSamples { .. } => "too_few_samples",
+            Refusal::Undetermined { .. } => "undetermined",
+            Refusal::Uncertain { .. } => "uncertain",
+            Refusal::NotConverged { .. } => "not_converged",
+            Refusal::ResidualContradictsNoise { .. } => "residual_contradicts_noise",
+            Refusal::FarFromNominal { .. } => "far_from_nominal",
+            Refusal::ImpossibleGeometry { .. } => "impossible_geometry",
+            Refusal::ImpossibleRobot(_) => "impossible_robot",
+            Refusal::WrongSide => "wrong_side",
+            Refusal::NonFinite { .. } => "non_finite",
+            _ => "refused",
+        })
+    }
+}
+
+/// The columns of [`CaseColumns`].
+pub(super) const CASE_COLUMNS: [&str; 11] = [
+    "case",
+    "method",
+    "solver",
+    "poses",
+    "start_error_mm",
+    "start_error_deg",
+    "noise_position_mm",
+    "noise_joint_deg",
+    "weights",
+    "prior",
+    "planned",
+];
+
+/// The columns of `robots.csv` after those of the case.
+pub(super) const ROW_COLUMNS: [&str; 11] = [
+    "robot",
+    "seed",
+    "status",
+    "iterations",
+    "gain_percent",
+    "error_before_mm",
+    "error_after_mm",
+    "parameter_error_mm",
+    "bound_mm",
+    "bound_ratio",
+    "condition",
+];
+
+/// What came of one robot. Empty where there is nothing to state.
+#[derive(Debug, Serialize)]
+struct Row {
+    /// Counted from 0.
+    robot: u64,
+    seed: u64,
+    status: Status,
+    iterations: Option<u16>,
+    gain_percent: Option<f64>,
+    error_before_mm: Option<f64>,
+    error_after_mm: Option<f64>,
+    parameter_error_mm: Option<f64>,
+    bound_mm: Option<f64>,
+    bound_ratio: Option<f64>,
+    condition: Option<f64>,
+}
+
+/// One robot's rows, one for each variant, and how long each calibration took.
+#[derive(Debug)]
+pub(super) struct RobotRows {
+    pub(super) text: Vec<u8>,
+    pub(super) times: Vec<Duration>,
+}
+
+/// Simulates a robot and calibrates it in every way. `first` is the case of the first variant.
+pub(super) fn robot_rows(
+    plan: &Plan,
+    (first, scenario): (usize, &Scenario),
+    variants: &[Variant],
+    robot: u64,
+) -> Result<RobotRows, csv::Error> {
+    let seed = seed(plan, scenario, robot);
+    let simulated = simulate(plan, scenario, seed);
+    let error_before = simulated.as_ref().map(|robot| error_before(plan, robot));
+    let mut bounds = Bounds::default();
+    let mut times = Vec::with_capacity(variants.len());
+    let mut writer = csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(Vec::new());
+    for (index, variant) in variants.iter().enumerate() {
+        let mut row = Row {
+            robot,
+            seed,
+            status: Status::NO_ROBOT,
+            iterations: None,
+            gain_percent: None,
+            error_before_mm: error_before.filter(|error| error.is_finite()),
+            error_after_mm: None,
+            parameter_error_mm: None,
+            bound_mm: None,
+            bound_ratio: None,
+            condition: None,
+        };
+        let mut time = Duration::ZERO;
+        if let Some(simulated) = &simulated {
+            let trial = calibrate(plan, scenario, *variant, &simulated.samples);
+            time = trial.time;
+            row.status = trial.status;
+            row.bound_mm = bounds.of(scenario, simulated, *variant);
+            if let Some(calibrated) = &trial.calibrated {
+                let worth = worth(plan, simulated, &calibrated.robot);
+                row.iterations = Some(calibrated.iterations);
+                row.condition = Some(calibrated.condition);
+                row.gain_percent = Some(worth.gain);
+                row.error_after_mm = Some(worth.position_error).filter(|error| error.is_finite());
+                row.parameter_error_mm = Some(worth.parameter_error);
+                row.bound_ratio = row.bound_mm.map(|bound| worth.parameter_error / bound);
+            }
+        }
+        writer.serialize((case(first + index, scenario, *variant), row))?;
+        times.push(time);
+    }
+    let text = writer
+        .into_inner()
+        .map_err(|error| csv::Error::from(error.into_error()))?;
+    Ok(RobotRows { text, times })
+}
+
+/// Bounds of one robot, each computed once: they depend on neither solver nor weights.
+#[derive(Default)]
+struct Bounds(Vec<((CalibrationMethod, bool), Option<f64>)>);
+
+impl Bounds {
+    fn of(&mut self, scenario: &Scenario, robot: &SimulatedRobot, variant: Variant) -> Option<f64> {
+        let key = (variant.method.calibration_method(), variant.prior);
+        if let Some((_, known)) = self.0.iter().find(|(known, _)| *known == key) {
+            return *known;
+        }
+        let bound = bound(scenario, robot, variant);
+        self.0.push((key, bound));
+        bound
+    }
+}

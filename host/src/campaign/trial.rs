@@ -1,0 +1,182 @@
+//! One simulated robot calibrated one way, and what came of it.
+
+use super::plan::{CampaignMethod, Plan, Scenario, Variant};
+use super::row::Status;
+use super::simulation::SimulatedRobot;
+use crate::evaluation::{CramerRaoBound, Evaluation};
+use crate::fkm;
+use delta_cal::{
+    ArmOutcome, Calibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings,
+    Tolerance,
+};
+use std::time::{Duration, Instant};
+
+/// What a calibration returned, and how long it took.
+#[derive(Debug)]
+pub(super) struct Trial {
+    pub(super) status: Status,
+    pub(super) calibrated: Option<Calibrated>,
+    pub(super) time: Duration,
+}
+
+/// The result of a calibration that was not refused.
+#[derive(Debug)]
+pub(super) struct Calibrated {
+    pub(super) robot: Robot<f64>,
+    /// Of the arm that took the most.
+    pub(super) iterations: u16,
+    /// Of the worst arm.
+    pub(super) condition: f64,
+}
+
+/// What is stated of a calibrated robot whose true parameters are known.
+#[derive(Debug)]
+pub(super) struct Worth {
+    pub(super) gain: f64,
+    pub(super) position_error: f64,
+    pub(super) parameter_error: f64,
+}
+
+pub(super) fn calibrate(
+    plan: &Plan,
+    scenario: &Scenario,
+    variant: Variant,
+    samples: &[Sample<f64>],
+) -> Trial {
+    let settings = Settings {
+        noise: scenario.noise.filter(|_| variant.weights),
+        tolerance: scenario.tolerance.filter(|_| variant.prior),
+        method: variant.solver.method(),
+        ..Settings::default()
+    };
+    let nominal = &plan.robot.robot;
+    let begin = Instant::now();
+    let result = match variant.method {
+        CampaignMethod::Ikm => ikm(nominal, samples, &settings),
+        CampaignMethod::IkmSingle => ikm_single(plan, scenario, variant, samples),
+        CampaignMethod::Fkm => fkm::calibrate(nominal, samples, &settings)
+            .map(|outcome| calibrated(&outcome.robot, &outcome.robot.robot))
+            .map_err(|refusal| Status::of(&refusal)),
+    };
+    let time = begin.elapsed();
+    match result {
+        Ok(calibrated) => Trial {
+            status: Status::ACCEPTED,
+            calibrated: Some(calibrated),
+            time,
+        },
+        Err(status) => Trial {
+            status,
+            calibrated: None,
+            time,
+        },
+    }
+}
+
+/// Evaluates a calibrated robot against the true one.
+pub(super) fn worth(plan: &Plan, robot: &SimulatedRobot, after: &Robot<f64>) -> Worth {
+    let evaluation = Evaluation {
+        truth: &robot.truth,
+        before: &plan.robot.robot,
+        after,
+    };
+    Worth {
+        gain: evaluation.gain(),
+        position_error: evaluation.position_error_after(&robot.held_out).rms,
+        parameter_error: evaluation.error_after(),
+    }
+}
+
+/// rms over the held-out points with the nominal parameters, mm.
+pub(super) fn error_before(plan: &Plan, robot: &SimulatedRobot) -> f64 {
+    let nominal = &plan.robot.robot;
+    let evaluation = Evaluation {
+        truth: &robot.truth,
+        before: nominal,
+        after: nominal,
+    };
+    evaluation.position_error_before(&robot.held_out).rms
+}
+
+/// The least rms of the parameter error that the method can have, mm.
+pub(super) fn bound(scenario: &Scenario, robot: &SimulatedRobot, variant: Variant) -> Option<f64> {
+    let method = variant.method.calibration_method();
+    let tolerance = scenario.tolerance.as_ref().filter(|_| variant.prior);
+    let noise = scenario.noise.as_ref()?;
+    CramerRaoBound::new(method, &robot.truth, &robot.measured, noise, tolerance)
+        .map(|bound| bound.error())
+}
+
+fn ikm(
+    nominal: &Robot<f64>,
+    samples: &[Sample<f64>],
+    settings: &Settings<f64>,
+) -> Result<Calibrated, Status> {
+    let outcome = solve(nominal, samples, settings)?;
+    Ok(calibrated(&outcome, &outcome.robot))
+}
+
+/// Everything rounded to single precision first, as a controller would have it.
+fn ikm_single(
+    plan: &Plan,
+    scenario: &Scenario,
+    variant: Variant,
+    samples: &[Sample<f64>],
+) -> Result<Calibrated, Status> {
+    let nominal = plan.robot.robot.cast::<f32>();
+    let samples: Vec<_> = samples
+        .iter()
+        .map(|sample| Sample {
+            joints: sample.joints.map(f32::from_f64),
+            position: sample.position.map(f32::from_f64),
+        })
+        .collect();
+    let noise = scenario
+        .noise
+        .filter(|_| variant.weights)
+        .and_then(|noise| {
+            Noise::new(
+                f32::from_f64(noise.position()),
+                f32::from_f64(noise.joint()),
+            )
+            .ok()
+        });
+    let tolerance = scenario.tolerance.filter(|_| variant.prior).and_then(|of| {
+        let [length, angle] =
+            [Parameter::Lb, Parameter::Theta].map(|parameter| f32::from_f64(of.of(parameter)));
+        Tolerance::new(length, angle).ok()
+    });
+    let settings = Settings {
+        noise,
+        tolerance,
+        method: variant.solver.method(),
+        ..Settings::default()
+    };
+    let nominal = nominal.map_err(|error| Status::of(&Refusal::ImpossibleRobot(error)))?;
+    let outcome = solve(&nominal, &samples, &settings)?;
+    let robot = outcome.robot.cast::<f64>();
+    let robot = robot.map_err(|error| Status::of(&Refusal::ImpossibleRobot(error)))?;
+    Ok(calibrated(&outcome, &robot))
+}
+
+fn solve<T: Real>(
+    nominal: &Robot<T>,
+    samples: &[Sample<T>],
+    settings: &Settings<T>,
+) -> Result<RobotOutcome<T>, Status> {
+    let mut calibrator = Calibrator::new(nominal, settings);
+    calibrator
+        .add_many(samples)
+        .map_err(|_| Status::FAULTY_SAMPLE)?;
+    calibrator.solve().map_err(|refusal| Status::of(&refusal))
+}
+
+fn calibrated<T: Real>(outcome: &RobotOutcome<T>, robot: &Robot<f64>) -> Calibrated {
+    let iterations = |arm: &ArmOutcome<T>| arm.iterations;
+    let condition = |arm: &ArmOutcome<T>| arm.condition.to_f64();
+    Calibrated {
+        robot: *robot,
+        iterations: outcome.arms.iter().map(iterations).max().unwrap_or(0),
+        condition: outcome.arms.iter().map(condition).fold(0.0, f64::max),
+    }
+}

@@ -36,6 +36,7 @@ pub mod kinematics;
 mod outliers;
 pub mod output;
 mod plausibility;
+pub mod plot;
 mod position_error;
 mod refusal;
 pub mod report;

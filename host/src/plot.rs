@@ -69,6 +69,8 @@ pub enum Shape {
     Region(Vec<(f64, f64)>),
     /// Lines between (x, y) and (x, y), each by itself.
     Segments(Vec<[(f64, f64); 2]>),
+    /// The same, thin and pale: what leads the eye.
+    Hairlines(Vec<[(f64, f64); 2]>),
     /// Discs.
     Points(Vec<(f64, f64)>),
     /// Rings, larger than discs: what stands out.

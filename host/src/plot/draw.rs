@@ -36,8 +36,18 @@ pub(super) mod style {
     use plotters::style::{Color, ShapeStyle};
 
     pub(in crate::plot) const BAND: f64 = 0.2;
-    pub(in crate::plot) const POINT: i32 = 3 * UNIT - 1;
+    /// More discs than this are drawn smaller.
+    const MANY: usize = 250;
     pub(in crate::plot) const RING: i32 = 6 * UNIT;
+
+    /// Radius of one of so many discs.
+    pub(in crate::plot) fn point(count: usize) -> i32 {
+        if count > MANY {
+            2 * UNIT - 1
+        } else {
+            3 * UNIT - 1
+        }
+    }
 
     /// The library takes the size of a line of text, and not of its letters.
     pub(in crate::plot) fn text_size() -> f64 {
@@ -46,6 +56,13 @@ pub(super) mod style {
 
     pub(in crate::plot) fn line(colour: Colour) -> ShapeStyle {
         colour.rgb().stroke_width(2 * UNIT.unsigned_abs() - 1)
+    }
+
+    pub(in crate::plot) fn hairline(colour: Colour) -> ShapeStyle {
+        colour
+            .rgb()
+            .mix(2.0 * BAND)
+            .stroke_width(UNIT.unsigned_abs())
     }
 
     pub(in crate::plot) fn diamond((x, y): (i32, i32)) -> Vec<(i32, i32)> {
@@ -73,7 +90,10 @@ impl Figure {
         let y_ticks = self.y.ticks(y, parts(height, BETWEEN_LABELS.1));
         let widest = y_ticks.iter().map(|(_, text)| text_width(text)).max();
         let (left, bottom) = if self.axes_shown {
-            (widest.unwrap_or(0) + 30, 46)
+            (
+                widest.unwrap_or(0) + if self.y.label().is_empty() { 14 } else { 30 },
+                46,
+            )
         } else {
             (MARGIN, MARGIN)
         };
@@ -153,6 +173,13 @@ impl Figure {
             places.filter(inside).collect::<Vec<_>>()
         };
         let line = style::line(series.colour);
+        let lines = |segments: &[[(f64, f64); 2]], style| {
+            let ends = segments
+                .iter()
+                .filter_map(|[from, to]| Some([place(from)?, place(to)?]));
+            let lines = ends.map(|ends| PathElement::new(ends, style));
+            lines.collect::<Vec<_>>()
+        };
         let drawn = match &series.shape {
             Shape::Line(points) => chart.draw_series([PathElement::new(placed(points), line)]),
             Shape::Dashed(points) => {
@@ -173,16 +200,14 @@ impl Figure {
                 let fill = colour.mix(style::BAND).filled();
                 chart.draw_series([Polygon::new(outline, fill)])
             }
-            Shape::Segments(segments) => chart.draw_series(
-                segments
-                    .iter()
-                    .filter_map(|[from, to]| Some(vec![place(from)?, place(to)?]))
-                    .map(|ends| PathElement::new(ends, line)),
-            ),
+            Shape::Segments(segments) => chart.draw_series(lines(segments, line)),
+            Shape::Hairlines(segments) => {
+                chart.draw_series(lines(segments, style::hairline(series.colour)))
+            }
             Shape::Points(points) => chart.draw_series(
                 seen(points)
                     .into_iter()
-                    .map(|at| Circle::new(at, style::POINT, colour.filled())),
+                    .map(|at| Circle::new(at, style::point(points.len()), colour.filled())),
             ),
             Shape::Rings(points) => chart.draw_series(
                 seen(points)

@@ -75,6 +75,10 @@ fn key(
             let line = vec![at(0, 0), at(KEY, 0)];
             area.draw(&PathElement::new(line, style::line(series.colour)))
         }
+        Shape::Hairlines(_) => {
+            let line = vec![at(0, 0), at(KEY, 0)];
+            area.draw(&PathElement::new(line, style::hairline(series.colour)))
+        }
         Shape::Dashed(_) => {
             for (from, to) in [(0, 8), (14, 22)] {
                 let line = vec![at(from, 0), at(to, 0)];
@@ -87,7 +91,11 @@ fn key(
             [at(0, -6), at(KEY, 6)],
             colour.mix(style::BAND).filled(),
         )),
-        Shape::Points(_) => area.draw(&Circle::new(middle, style::POINT, colour.filled())),
+        Shape::Points(points) => area.draw(&Circle::new(
+            middle,
+            style::point(points.len()),
+            colour.filled(),
+        )),
         Shape::Rings(_) => area.draw(&Circle::new(
             middle,
             style::RING,

@@ -58,7 +58,7 @@ pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String
                     section {
                         h2 { "How well the samples determine each arm" }
                         (figure(&figures::conditions(report), "Below 100 is good. Beyond 1000 \
-                            the poses tell some parameters hardly apart.")?)
+                            the poses hardly tell some parameters apart.")?)
                         (solution(report))
                     }
                     section {
@@ -210,6 +210,10 @@ fn views(report: &CalibrationReport) -> Result<Markup, PlotError> {
     Ok(html! {
         div.views {
             @for view in &views { (figure(&view.figure, view.caption)?) }
+        }
+        p.note {
+            "Measured positions in the robot's frame. Reachable: the convex hull of what the \
+            calibrated robot reaches within the joint limits."
         }
     })
 }

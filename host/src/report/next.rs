@@ -3,7 +3,7 @@
 
 use crate::CalibrationReport;
 use crate::units::degrees;
-use crate::warnings::MOSTLY;
+use crate::warnings::{MOSTLY, stands_out};
 use crate::words::{count, list};
 use delta_cal::{Arm, ArmIndex, ArmOutcome, Parameter, ParameterKind, Tolerance};
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
@@ -29,12 +29,15 @@ struct Weakest {
 pub(super) fn advice(report: &CalibrationReport) -> Vec<String> {
     let arms = ArmIndex::ALL.into_iter().zip(&report.outcome.arms);
     let weak: Vec<_> = arms.filter(|(_, outcome)| is_weak(outcome)).collect();
-    let mut found = Vec::new();
+    let mut found: Vec<_> = outlying(report).into_iter().collect();
+    if weak.is_empty() && !found.is_empty() {
+        return found;
+    }
     if weak.is_empty() {
         found.push(format!(
             "Nothing needs to be measured: every arm's condition is below {GOOD_CONDITION:.0}, and \
              the samples decided every parameter. Four times as many samples, spread like these, \
-             would halve the uncertainty of the noise."
+             would halve every σ."
         ));
         return found;
     }
@@ -50,6 +53,28 @@ pub(super) fn advice(report: &CalibrationReport) -> Vec<String> {
         ));
     }
     found
+}
+
+/// Samples that stand out spoil more than any new one can mend.
+fn outlying(report: &CalibrationReport) -> Option<String> {
+    let samples = report.sample_errors.iter();
+    let lines: Vec<_> = samples
+        .filter(|sample| stands_out(report, sample))
+        .map(|sample| sample.line.to_string())
+        .collect();
+    let (them, line) = match lines.len() {
+        0 => return None,
+        1 => ("the sample", "line"),
+        _ => ("the samples", "lines"),
+    };
+    let named = list(lines.get(..NAMED).unwrap_or(&lines));
+    let others = match lines.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        others => format!(" (and {others} more)"),
+    };
+    Some(format!(
+        "First measure {them} of {line} {named}{others} again, or do without: far off all others."
+    ))
 }
 
 fn is_weak(outcome: &ArmOutcome<f64>) -> bool {
@@ -209,7 +234,7 @@ fn joints(highs: [bool; 3]) -> String {
     match (which(true), which(false)) {
         (high, low) if low.is_empty() => format!("{} high", list(&high)),
         (high, low) if high.is_empty() => format!("{} low", list(&low)),
-        (high, low) => format!("{} high and {} low", list(&high), list(&low)),
+        (high, low) => format!("{} high, {} low", list(&high), list(&low)),
     }
 }
 

@@ -89,6 +89,10 @@ impl Task for Calibrate<'_> {
             });
         bar.finish();
         let (finished, report) = result?;
+        let page = match &arguments.report {
+            None => String::new(),
+            Some(_) => html::render(&report, Some(&origin(&port, arguments)))?,
+        };
         if arguments.apply {
             apply(
                 client,
@@ -131,10 +135,6 @@ impl Task for Calibrate<'_> {
             kept || device.pace.is_none(),
         ));
         let toml = report.after.to_toml(&comment(&report, &port, arguments));
-        let page = match &arguments.report {
-            None => String::new(),
-            Some(_) => html::render(&report, Some(&origin(&port, arguments)))?,
-        };
         let mut files: Vec<(&Path, &str)> = Vec::new();
         let output = arguments.output.as_deref();
         files.extend(output.map(|path| (path, toml.as_str())));

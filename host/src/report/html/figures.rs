@@ -26,8 +26,13 @@ pub(super) fn parameters(report: &CalibrationReport) -> Option<(Figure, &'static
     match &report.before.tolerance {
         Some(tolerance) => Some((
             in_tolerances(&arms, tolerance),
-            "Change of each parameter in units of its stated tolerance, with a bar of one σ to \
-             both sides. Shaded: one tolerance.",
+            if rows(&arms).all(|(.., c)| c.sigma.is_none()) {
+                "Change of each parameter in units of its stated tolerance; its σ is not known. \
+                 Shaded: one tolerance."
+            } else {
+                "Change of each parameter in units of its stated tolerance, with a bar of one σ to \
+                 both sides. Shaded: one tolerance."
+            },
         )),
         None => in_sigmas(&arms).map(|figure| {
             (
@@ -48,7 +53,7 @@ fn rows(arms: &[[Comparison; 8]]) -> impl Iterator<Item = (usize, f64, &Comparis
 
 fn names(arms: &[[Comparison; 8]]) -> Axis {
     let names = rows(arms).map(|(arm, _, c)| format!("{} {}", arm + 1, c.symbol));
-    Axis::named("arm and parameter", names.collect())
+    Axis::named("", names.collect())
 }
 
 fn in_tolerances(arms: &[[Comparison; 8]], tolerance: &Tolerance<f64>) -> Figure {
@@ -69,7 +74,7 @@ fn in_tolerances(arms: &[[Comparison; 8]], tolerance: &Tolerance<f64>) -> Figure
         * 1.05;
     let ends = (-0.5, 23.5);
     let mut figure = Figure::new(
-        Axis::linear("change ± σ, tolerances", -extent, extent),
+        Axis::linear("change, tolerances", -extent, extent),
         names(arms),
     )
     .sized(800, 560)
@@ -184,18 +189,17 @@ pub(super) fn residuals(report: &CalibrationReport) -> Option<Figure> {
         )
         .sized(800, 380)
         .with(Series::new(
-            "",
-            Colour::Vermilion,
-            rms(report.error_before.rms),
-        ))
-        .with(Series::new("", Colour::Blue, rms(report.error_after.rms)))
-        .with(Series::new(
             "before",
             Colour::Vermilion,
             points(|s| s.before),
         ))
         .with(Series::new("after", Colour::Blue, points(|s| s.after)))
-        .with(Series::new("rms", Colour::Ink, Shape::Dashed(Vec::new())))
+        .with(Series::new(
+            "rms",
+            Colour::Ink,
+            rms(report.error_before.rms),
+        ))
+        .with(Series::new("", Colour::Ink, rms(report.error_after.rms)))
         .with(Series::new(named, Colour::Ink, Shape::Rings(rings)))
         .with(Series::new(
             "",

@@ -8,8 +8,8 @@ use nalgebra::Vector3;
 /// Joint angles of the grid on which the reachable region is found, an axis.
 const GRID: u32 = 9;
 /// The eye of the view in space: turned about z and raised, radians.
-const TURN: f64 = -0.6;
-const RISE: f64 = 0.45;
+const TURN: f64 = 0.35;
+const RISE: f64 = 0.4;
 /// More samples than this have no lines to the floor: they would hide each other.
 const WITH_LINES: usize = 60;
 
@@ -67,7 +67,7 @@ fn projected(report: &CalibrationReport, (x, y): (&str, &str), project: Projecti
         Axis::linear(y, vertical.0, vertical.1),
     );
     let figure = figure.sized(420, 400).with_equal_scales().with(Series::new(
-        "reachable, at most",
+        "reachable",
         Colour::Grey,
         Shape::Region(region),
     ));
@@ -140,7 +140,7 @@ fn in_space(report: &CalibrationReport) -> Figure {
         Colour::Grey,
         Shape::Region(shadow),
     ))
-    .with(Series::new("", Colour::Grey, Shape::Segments(lines)))
+    .with(Series::new("", Colour::Grey, Shape::Hairlines(lines)))
     .with(Series::new("", Colour::Grey, Shape::Region(base)));
     let figure = robot
         .into_iter()

@@ -232,7 +232,7 @@ fn judged(
         outcome,
         error_before: PositionError::of(&distances_before, &samples.rows),
         error_after,
-        sample_errors: sample_errors(samples, &distances_before, &distances_after),
+        sample_errors: sample_errors(samples, measured, &distances_before, &distances_after),
         workspace,
         warnings: Vec::new(),
     };
@@ -296,15 +296,18 @@ fn distinct_poses(samples: &[Sample<f64>]) -> usize {
 
 fn sample_errors(
     samples: &SamplesFile,
+    measured: &[Sample<f64>],
     before: &[Option<f64>],
     after: &[Option<f64>],
 ) -> Vec<SampleErrors> {
     samples
         .rows
         .iter()
+        .zip(measured)
         .zip(before.iter().zip(after))
-        .map(|(row, (before, after))| SampleErrors {
+        .map(|((row, measured), (before, after))| SampleErrors {
             line: row.line,
+            measured: *measured,
             before: *before,
             after: *after,
         })

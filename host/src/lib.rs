@@ -42,6 +42,7 @@ mod outcome;
 mod outliers;
 pub mod output;
 mod plausibility;
+pub mod plot;
 mod position_error;
 mod refusal;
 pub mod report;

@@ -24,6 +24,8 @@ pub struct PositionError {
 pub struct SampleErrors {
     /// The sample's line in the samples file.
     pub line: u64,
+    /// The joint angles and the measured position in the robot's frame.
+    pub measured: Sample<f64>,
     /// With the robot file's parameters; `None` where they cannot reach the joint angles.
     pub before: Option<f64>,
     /// With the calibrated ones.

@@ -32,7 +32,7 @@ impl Error for Refused {}
 
 /// A sample this many times as far off as the median sample is an outlier. The distances scatter with
 /// the noise and with the pose, by less than this.
-const OUTLIER: f64 = 6.0;
+pub(crate) const OUTLIER: f64 = 6.0;
 
 /// What was to be calibrated, from what.
 pub(crate) struct Circumstances<'a> {
@@ -76,10 +76,15 @@ pub(crate) fn lies_elsewhere(robot: &Robot<f64>, error: &PositionError) -> bool 
     !(error.median <= ELSEWHERE * arm.lb())
 }
 
+/// Whether a sample this far off is an outlier among the others.
+pub(crate) fn is_outlier(error: &PositionError, distance: f64) -> bool {
+    distance > OUTLIER * error.median
+}
+
 /// The sample that is much further off than the others, if there is one.
 pub(crate) fn outlier(error: &PositionError) -> Option<String> {
     let line = error.max_at_line?;
-    (error.max > OUTLIER * error.median).then(|| {
+    is_outlier(error, error.max).then(|| {
         format!(
             "the sample in line {line} is {:.3} mm from where the robot would be, half of the \
              samples less than {:.3} mm",

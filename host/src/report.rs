@@ -1,6 +1,8 @@
 //! A [`CalibrationReport`](crate::CalibrationReport) for people and for programs.
 
+pub mod html;
 pub mod json;
+mod next;
 pub mod table;
 
 use crate::units::degrees;
@@ -8,6 +10,7 @@ use delta_cal::{Arm, ArmOutcome, Method, Parameter, ParameterKind, StartUsed, Te
 
 /// One parameter before and after, in the unit of the reports.
 struct Comparison {
+    parameter: Parameter,
     symbol: &'static str,
     unit: &'static str,
     before: f64,
@@ -26,6 +29,7 @@ fn comparisons(before: &Arm<f64>, outcome: &ArmOutcome<f64>) -> [Comparison; 8] 
         let symbol = parameter.symbol();
         match parameter.kind() {
             ParameterKind::Length => Comparison {
+                parameter,
                 symbol,
                 unit: "mm",
                 before: from,
@@ -35,6 +39,7 @@ fn comparisons(before: &Arm<f64>, outcome: &ArmOutcome<f64>) -> [Comparison; 8] 
                 prior_share,
             },
             ParameterKind::Angle => Comparison {
+                parameter,
                 symbol,
                 unit: "deg",
                 before: degrees(from),

@@ -1,13 +1,13 @@
 //! What is doubtful about a calibration that was not refused.
 
 use crate::plausibility::doubtful;
-use crate::refusal::{lies_elsewhere, outlier};
+use crate::refusal::{is_outlier, lies_elsewhere, outlier};
 use crate::words::count;
-use crate::{CalibrationMethod, CalibrationReport, Frame};
+use crate::{CalibrationMethod, CalibrationReport, Frame, SampleErrors};
 use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
 
 /// A parameter is the tolerance's rather than the samples' beyond this share.
-const MOSTLY: f64 = 0.5;
+pub(crate) const MOSTLY: f64 = 0.5;
 /// Without a tolerance, fewer samples than this may have several solutions.
 const FEW_SAMPLES: usize = 12;
 /// The parameters are then known a thousand times worse than each alone would be.
@@ -57,6 +57,12 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
         });
     }
     found
+}
+
+/// Whether a sample stands out after the calibration.
+pub(crate) fn stands_out(report: &CalibrationReport, sample: &SampleErrors) -> bool {
+    let outlying = |distance| is_outlier(&report.error_after, distance);
+    report.samples >= FEW_SAMPLES && sample.after.is_some_and(outlying)
 }
 
 fn position_error(report: &CalibrationReport, found: &mut Vec<String>) {

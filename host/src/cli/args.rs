@@ -68,6 +68,7 @@ Examples:
       the built-in, simulated example
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
+  delta-cal calibrate robot.toml samples.csv --report report.html
   delta-cal calibrate robot.toml samples.csv --json - | jq .position_error_mm";
 
 const FORWARD_HELP: &str = "\
@@ -141,6 +142,9 @@ pub(crate) struct CalibrateArguments {
     /// Write the report as JSON to this file; with - to standard output in place of the table
     #[arg(long, value_name = "REPORT.json")]
     pub(crate) json: Option<PathBuf>,
+    /// Write the report with figures to this file: HTML that opens in any browser
+    #[arg(long, value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
     /// Allow --output to replace ROBOT.toml itself
     #[arg(long, requires = "output")]
     pub(crate) force: bool,

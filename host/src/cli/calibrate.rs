@@ -1,10 +1,10 @@
 use super::args::CalibrateArguments;
 use super::failure::Failure;
-use super::paths::{is_stream, read, refuse_same};
+use super::paths::{is_stream, read, refuse_same, report_path};
 use super::print;
 use delta_cal::Method;
 use delta_cal_host::report::json::JsonReport;
-use delta_cal_host::report::table;
+use delta_cal_host::report::{html, table};
 use delta_cal_host::{
     CalibrationReport, Frame, InputError, InputText, RobotFile, SamplesFile, calibrate, example,
     output,
@@ -26,6 +26,13 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         Some(Ok(text)) => text,
         Some(Err(error)) => return Err(Failure::Output(format!("the JSON report: {error}"))),
     };
+    let page = match &arguments.report {
+        None => String::new(),
+        Some(_) => {
+            let origin = "The built-in example: its measurements are simulated.";
+            html::render(&report, simulated.then_some(origin))?
+        }
+    };
     let toml = report.after.to_toml(&comment(&report, simulated));
     let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));
     let mut files: Vec<(&Path, &str)> = Vec::new();
@@ -36,6 +43,12 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
             .map(|path| (path, toml.as_str())),
     );
     files.extend(json_file.map(|path| (path, json.as_str())));
+    files.extend(
+        arguments
+            .report
+            .as_deref()
+            .map(|path| (path, page.as_str())),
+    );
     output::write_all(&files)?;
 
     if json_wanted && json_file.is_none() {
@@ -72,7 +85,11 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     refuse_same("--output", output, samples, OTHER_NAME)?;
     refuse_same("--json", json, robot, OTHER_NAME)?;
     refuse_same("--json", json, samples, OTHER_NAME)?;
-    refuse_same("--json", json, ("--output", output), OTHER_NAME)
+    refuse_same("--json", json, ("--output", output), OTHER_NAME)?;
+    report_path(
+        arguments.report.as_deref(),
+        &[robot, samples, ("--output", output), ("--json", json)],
+    )
 }
 
 fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), InputError> {

@@ -1,6 +1,7 @@
 use anstyle::{AnsiColor, Style};
 use delta_cal_host::device::{DeviceError, DeviceFailure};
 use delta_cal_host::output::OutputError;
+use delta_cal_host::plot::PlotError;
 use delta_cal_host::{CalibrateError, InputError, Refused};
 use std::io::Write;
 use std::process::ExitCode;
@@ -65,6 +66,12 @@ impl From<DeviceError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         Self::Output(error.to_string())
+    }
+}
+
+impl From<PlotError> for Failure {
+    fn from(error: PlotError) -> Self {
+        Self::Output(format!("the report: {error}"))
     }
 }
 

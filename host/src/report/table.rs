@@ -108,7 +108,7 @@ fn parameters(text: &mut String, report: &CalibrationReport) {
 }
 
 /// Three digits of a number that may be tiny.
-fn small(value: f64) -> String {
+pub(super) fn small(value: f64) -> String {
     if value == 0.0 || value >= 1e-3 {
         format!("{value:.4}")
     } else {

@@ -144,6 +144,9 @@ pub(super) struct CalibrateArguments {
     /// Write the report as JSON to this file; with - to standard output in place of the table
     #[arg(long, value_name = "REPORT.json")]
     pub(super) json: Option<PathBuf>,
+    /// Write the report with figures to this file: HTML that opens in any browser
+    #[arg(long, value_name = "REPORT.html")]
+    pub(super) report: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

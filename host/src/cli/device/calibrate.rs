@@ -3,7 +3,7 @@ use super::connect::{Device, Task, with_device};
 use super::progress::Bar;
 use super::{inputs, publish};
 use crate::cli::failure::Failure;
-use crate::cli::paths::{is_stream, refuse_same};
+use crate::cli::paths::{is_stream, refuse_same, report_path};
 use delta_cal_host::device::report::json::{
     JsonCalibration, JsonControlLoop, JsonDeviceReport, hexadecimal,
 };
@@ -12,7 +12,7 @@ use delta_cal_host::device::{
     Finished, Number, apply, assumptions, calibrate_robot, measurements, parameters_of,
 };
 use delta_cal_host::report::json::JsonReport;
-use delta_cal_host::report::table;
+use delta_cal_host::report::{html, table};
 use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile, output};
 use delta_cal_protocol::fingerprint;
 use std::fmt::Write;
@@ -24,7 +24,8 @@ pub(super) fn run(link: &LinkArguments, arguments: &CalibrateArguments) -> Resul
     check_paths(arguments)?;
     let (robot, samples) = inputs(&arguments.files)?;
     // Before anything is applied.
-    for path in [&arguments.output, &arguments.json].into_iter().flatten() {
+    let files = [&arguments.output, &arguments.json, &arguments.report];
+    for path in files.into_iter().flatten() {
         if !is_stream(path) {
             output::check(path)?;
         }
@@ -55,7 +56,11 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     refuse_same("--output", output, samples, OTHER_NAME)?;
     refuse_same("--json", json, robot, OTHER_NAME)?;
     refuse_same("--json", json, samples, OTHER_NAME)?;
-    refuse_same("--json", json, ("--output", output), OTHER_NAME)
+    refuse_same("--json", json, ("--output", output), OTHER_NAME)?;
+    report_path(
+        arguments.report.as_deref(),
+        &[robot, samples, ("--output", output), ("--json", json)],
+    )
 }
 
 struct Calibrate<'a> {
@@ -84,6 +89,10 @@ impl Task for Calibrate<'_> {
             });
         bar.finish();
         let (finished, report) = result?;
+        let page = match &arguments.report {
+            None => String::new(),
+            Some(_) => html::render(&report, Some(&origin(&port, arguments)))?,
+        };
         if arguments.apply {
             apply(
                 client,
@@ -126,9 +135,11 @@ impl Task for Calibrate<'_> {
             kept || device.pace.is_none(),
         ));
         let toml = report.after.to_toml(&comment(&report, &port, arguments));
-        let file = arguments.output.as_deref();
-        let files: Vec<(&Path, &str)> =
-            file.map(|path| (path, toml.as_str())).into_iter().collect();
+        let mut files: Vec<(&Path, &str)> = Vec::new();
+        let output = arguments.output.as_deref();
+        files.extend(output.map(|path| (path, toml.as_str())));
+        let report_file = arguments.report.as_deref();
+        files.extend(report_file.map(|path| (path, page.as_str())));
         let json = JsonDeviceReport::new(port, &device.identity, json);
         publish(&files, arguments.json.as_deref(), &json, shown).map_err(|failure| match failure {
             Failure::Output(cause) if arguments.apply => {
@@ -165,5 +176,21 @@ fn comment(report: &CalibrationReport, port: &str, arguments: &CalibrateArgument
         } else {
             "Not applied."
         },
+    )
+}
+
+fn origin(port: &str, arguments: &CalibrateArguments) -> String {
+    let simulated = if arguments.files.robot.is_none() {
+        " The built-in example: its measurements are simulated."
+    } else {
+        ""
+    };
+    format!(
+        "Calibrated by the controller on {port}, {}.{simulated}",
+        if arguments.apply {
+            "which now uses it"
+        } else {
+            "not applied"
+        }
     )
 }

@@ -1,0 +1,182 @@
+//! Figures: what is drawn is where it should be, and the same bytes every time.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use delta_cal_host::plot::{Axis, Colour, Figure, PlotError, Series, Shape};
+use resvg::tiny_skia::Pixmap;
+use roxmltree::Document;
+
+/// Positions are rounded to the drawing's units, once for each of two ends.
+const ROUNDING: f64 = 1.01;
+
+fn points(points: &[(f64, f64)]) -> Series {
+    Series::new("measured", Colour::Blue, Shape::Points(points.to_vec()))
+}
+
+/// Centres of the discs of a drawing, without those of the legend.
+fn discs(svg: &str) -> Vec<(f64, f64)> {
+    let document = Document::parse(svg).unwrap();
+    let number =
+        |node: roxmltree::Node<'_, '_>, name| node.attribute(name).unwrap().parse().unwrap();
+    document
+        .descendants()
+        .filter(|node| node.has_tag_name(("http://www.w3.org/2000/svg", "circle")))
+        .map(|node| (number(node, "cx"), number(node, "cy")))
+        .skip(1)
+        .collect()
+}
+
+fn texts(svg: &str) -> Vec<String> {
+    let document = Document::parse(svg).unwrap();
+    let texts = document.descendants().filter(|node| node.is_text());
+    texts
+        .map(|node| node.text().unwrap().trim().to_owned())
+        .filter(|text| !text.is_empty())
+        .collect()
+}
+
+#[test]
+fn decades_are_equally_far_apart_on_a_logarithmic_axis_and_equal_steps_on_a_linear_one() {
+    let figure = Figure::new(
+        Axis::logarithmic("noise, mm", 1e-3, 1e1),
+        Axis::linear("gain, %", 0.0, 100.0),
+    )
+    .with(points(&[
+        (1e-2, 20.0),
+        (1e-1, 40.0),
+        (1e0, 60.0),
+        (1e1, 80.0),
+    ]));
+    let found = discs(&figure.to_svg().unwrap());
+    assert_eq!(found.len(), 4);
+    for triple in found.windows(3) {
+        let steps = |of: fn(&(f64, f64)) -> f64| {
+            (
+                of(&triple[1]) - of(&triple[0]),
+                of(&triple[2]) - of(&triple[1]),
+            )
+        };
+        let ((right, then), (up, up_then)) = (steps(|p| p.0), steps(|p| p.1));
+        assert!(right > 0.0 && (right - then).abs() <= ROUNDING, "{found:?}");
+        assert!(up < 0.0 && (up - up_then).abs() <= ROUNDING, "{found:?}");
+    }
+}
+
+#[test]
+fn equal_scales_have_as_many_pixels_a_unit_on_both_axes() {
+    let figure = Figure::new(
+        Axis::linear("x, mm", 0.0, 10.0),
+        Axis::linear("z, mm", 0.0, 80.0),
+    )
+    .with_equal_scales()
+    .with(points(&[(0.0, 0.0), (10.0, 0.0), (0.0, 10.0)]));
+    let found = discs(&figure.to_svg().unwrap());
+    let (along, up) = (found[1].0 - found[0].0, found[0].1 - found[2].1);
+    assert!(
+        along > 10.0 && (along - up).abs() <= 2.0 * ROUNDING,
+        "{along} {up}"
+    );
+}
+
+#[test]
+fn axes_legend_and_labels_are_written_and_escaped() {
+    let label = vec![((2.0, 2.0), "a <line> & \"more\"".to_owned())];
+    let figure = Figure::new(
+        Axis::linear("poses", 0.0, 10.0),
+        Axis::logarithmic("σ, mm", 0.001, 10.0),
+    )
+    .with(points(&[(1.0, 1.0)]))
+    .with(Series::new("", Colour::Ink, Shape::Labels(label)))
+    .with(Series::new(
+        "the <paper>",
+        Colour::Vermilion,
+        Shape::Diamonds(vec![(5.0, 1.0)]),
+    ));
+    let texts = texts(&figure.to_svg().unwrap());
+    for expected in [
+        "poses",
+        "σ, mm",
+        "measured",
+        "a <line> & \"more\"",
+        "the <paper>",
+        "0.01",
+        "10",
+    ] {
+        assert!(
+            texts.iter().any(|text| text == expected),
+            "{expected}: {texts:?}"
+        );
+    }
+}
+
+#[test]
+fn what_has_no_place_is_left_out() {
+    let figure = Figure::new(
+        Axis::linear("x", 0.0, 10.0),
+        Axis::logarithmic("y", 0.1, 10.0),
+    )
+    .with(points(&[
+        (1.0, 0.0),
+        (2.0, -1.0),
+        (f64::NAN, 1.0),
+        (3.0, f64::INFINITY),
+        (11.0, 1.0),
+        (4.0, 1.0),
+    ]));
+    assert_eq!(discs(&figure.to_svg().unwrap()).len(), 1);
+}
+
+#[test]
+fn an_axis_without_a_range_is_an_error() {
+    for axis in [
+        Axis::linear("bad", 1.0, 1.0),
+        Axis::linear("bad", f64::NAN, 1.0),
+        Axis::logarithmic("bad", 0.0, 1.0),
+    ] {
+        let figure = Figure::new(axis, Axis::linear("y", 0.0, 1.0));
+        assert_eq!(figure.to_svg(), Err(PlotError::Range("bad".to_owned())));
+    }
+    let tiny = Figure::new(Axis::linear("x", 0.0, 1.0), Axis::linear("y", 0.0, 1.0)).sized(40, 40);
+    assert_eq!(tiny.to_svg(), Err(PlotError::Size));
+    let figure = Figure::new(Axis::linear("x", 0.0, 1.0), Axis::linear("y", 0.0, 1.0));
+    assert!(figure.to_png(0.0).is_err());
+}
+
+#[test]
+fn a_png_has_the_text_of_the_built_in_font_and_the_same_bytes_twice() {
+    let labelled = |x: &str| {
+        let band = vec![(0.0, 1.0, 4.0), (5.0, 2.0, 3.0), (10.0, 1.0, 2.0)];
+        Figure::new(Axis::linear(x, 0.0, 10.0), Axis::linear("", 0.0, 5.0))
+            .sized(300, 200)
+            .with(Series::new("", Colour::Blue, Shape::Band(band)))
+    };
+    let figure = labelled("θ ± σ, °");
+    let png = figure.to_png(2.0).unwrap();
+    assert_eq!(png, figure.to_png(2.0).unwrap());
+    let with = Pixmap::decode_png(&png).unwrap();
+    assert_eq!((with.width(), with.height()), (600, 400));
+    let without = Pixmap::decode_png(&labelled("").to_png(2.0).unwrap()).unwrap();
+    let dark = |pixels: &Pixmap| {
+        pixels
+            .pixels()
+            .iter()
+            .filter(|pixel| pixel.red() < 128)
+            .count()
+    };
+    // Eight letters of 24 dots, a stroke each at the least.
+    assert!(
+        dark(&with) > dark(&without) + 8 * 24,
+        "{} {}",
+        dark(&with),
+        dark(&without)
+    );
+    // Half of the axis is the band, blended with white: a fifth of blue.
+    let [r, g, b] = [(255.0, 0.0), (255.0, 114.0), (255.0, 178.0)]
+        .map(|(paper, blue)| 0.8 * paper + 0.2 * blue);
+    let blended = |pixel: &resvg::tiny_skia::PremultipliedColorU8| {
+        [(pixel.red(), r), (pixel.green(), g), (pixel.blue(), b)]
+            .into_iter()
+            .all(|(found, expected)| (f64::from(found) - expected).abs() < 2.0)
+    };
+    assert!(with.pixels().iter().filter(|pixel| blended(pixel)).count() > 1000);
+}

@@ -1,0 +1,293 @@
+//! `delta-cal calibrate --report`: one self-contained file with every number.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+use roxmltree::Document;
+use serde_json::Value;
+use support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
+
+const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0.0\n";
+
+fn folder(robot: &str, samples: &str) -> Folder {
+    let folder = Folder::new();
+    folder.write("robot.toml", robot);
+    folder.write("samples.csv", samples);
+    folder
+}
+
+/// Every drawing of the page.
+fn drawings(page: &str) -> Vec<&str> {
+    page.match_indices("<svg")
+        .map(|(start, _)| {
+            let end = start + page[start..].find("</svg>").unwrap() + "</svg>".len();
+            &page[start..end]
+        })
+        .collect()
+}
+
+/// The cells of each row of the page's tables.
+fn rows(page: &str) -> Vec<Vec<String>> {
+    page.match_indices("<tr")
+        .map(|(start, _)| {
+            let end = start + page[start..].find("</tr>").unwrap() + "</tr>".len();
+            let document = Document::parse(&page[start..end]).unwrap();
+            let cells = document.root_element().children();
+            let text = |cell: roxmltree::Node<'_, '_>| {
+                cell.descendants()
+                    .filter(roxmltree::Node::is_text)
+                    .filter_map(|node| node.text())
+                    .collect()
+            };
+            cells.map(text).collect()
+        })
+        .collect()
+}
+
+/// Four decimals, as the report for people writes them; smaller numbers with two digits.
+fn shown(number: f64) -> String {
+    if number >= 1e-3 {
+        format!("{number:.4}")
+    } else {
+        format!("{number:.1e}")
+    }
+}
+
+#[test]
+fn every_parameter_and_sample_of_the_json_report_is_in_the_page() {
+    let folder = folder(
+        &format!("{NOMINAL}{TOLERANCE}{NOISE}"),
+        &csv(&noisy(&true_arms(), 30, 0.017)),
+    );
+    let run = folder
+        .run("calibrate robot.toml samples.csv --json report.json --report report.html")
+        .ok();
+    assert!(
+        run.stdout
+            .contains("Written: report.json\nWritten: report.html")
+    );
+    let page = folder.read("report.html");
+    let json: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    let rows = rows(&page);
+    let number = |value: &Value| value.as_f64().unwrap();
+    for arm in json["arms"].as_array().unwrap() {
+        for parameter in arm["parameters"].as_array().unwrap() {
+            let expected = [
+                arm["arm"].to_string(),
+                parameter["symbol"].as_str().unwrap().to_owned(),
+                format!("{:.4}", number(&parameter["before"])),
+                format!("{:.4}", number(&parameter["after"])),
+                format!("{:+.4}", number(&parameter["change"])),
+                shown(number(&parameter["sigma"])),
+                parameter["unit"].as_str().unwrap().to_owned(),
+                format!("{:.0} %", 100.0 * number(&parameter["prior_share"])),
+            ];
+            assert!(rows.iter().any(|row| *row == expected), "{expected:?}");
+        }
+    }
+    for sample in json["samples"].as_array().unwrap() {
+        let row = rows
+            .iter()
+            .find(|row| row.len() == 10 && row[0] == sample["line"].to_string())
+            .unwrap();
+        assert_eq!(row[7], shown(number(&sample["error_before_mm"])));
+        assert_eq!(row[8], shown(number(&sample["error_after_mm"])));
+    }
+    let after = &json["position_error_mm"]["after"];
+    for part in ["rms", "max"] {
+        assert!(
+            page.contains(&format!("{} mm", shown(number(&after[part])))),
+            "{part}"
+        );
+    }
+    let conditions = json["arms"].as_array().unwrap().iter();
+    let conditions = conditions.map(|arm| format!("{:.1}", number(&arm["condition"])));
+    let expected: Vec<_> = ["condition".to_owned()]
+        .into_iter()
+        .chain(conditions)
+        .collect();
+    assert!(rows.contains(&expected), "{expected:?}");
+}
+
+#[test]
+fn every_sample_is_drawn_in_every_view() {
+    let folder = folder(NOMINAL, &csv(&noisy(&true_arms(), 30, 0.01)));
+    folder
+        .run("calibrate robot.toml samples.csv --report report.html")
+        .ok();
+    let page = folder.read("report.html");
+    let discs: Vec<_> = drawings(&page)
+        .into_iter()
+        .map(|drawing| {
+            let document = Document::parse(drawing).unwrap();
+            document
+                .descendants()
+                .filter(|node| node.tag_name().name() == "circle")
+                .count()
+        })
+        .collect();
+    // With those of the legends: parameters, before and after, four views, conditions, joints.
+    assert_eq!(discs, [24 + 3, 60 + 2, 31, 31, 31, 31, 3 + 1, 90 + 1]);
+}
+
+#[test]
+fn the_page_fetches_nothing_and_runs_nothing() {
+    let folder = folder(NOMINAL, &csv(&noisy(&true_arms(), 20, 0.01)));
+    folder
+        .run("calibrate robot.toml samples.csv --report report.html")
+        .ok();
+    // Every drawing names its language by an address that nothing is fetched from.
+    let page = folder
+        .read("report.html")
+        .replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+    for part in [
+        "http:", "https:", "//", "<script", "<link", "<img", "url(", "@import", "src=", "href=",
+    ] {
+        assert!(!page.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let folder = folder(
+        &format!("{NOMINAL}{TOLERANCE}"),
+        &csv(&noisy(&true_arms(), 20, 0.01)),
+    );
+    for name in ["first.html", "second.html"] {
+        folder
+            .run(&format!("calibrate robot.toml samples.csv --report {name}"))
+            .ok();
+    }
+    assert_eq!(folder.read("first.html"), folder.read("second.html"));
+}
+
+#[test]
+#[cfg(unix)]
+fn file_names_are_escaped() {
+    let folder = folder(NOMINAL, "");
+    let samples = csv(&noisy(&true_arms(), 20, 0.01));
+    folder.write("<i>&\"'samples.csv", samples);
+    folder
+        .run("calibrate robot.toml <i>&\"'samples.csv --report report.html")
+        .ok();
+    let page = folder.read("report.html");
+    assert!(
+        page.contains("&lt;i&gt;&amp;&quot;'samples.csv"),
+        "{page:.3000}"
+    );
+    assert!(!page.contains("<i>"));
+}
+
+#[test]
+fn the_built_in_example_says_in_its_report_that_it_is_simulated() {
+    let folder = Folder::new();
+    folder.run("calibrate --report report.html").ok();
+    let page = folder.read("report.html");
+    assert!(page.contains("simulated"));
+    assert!(page.contains("Nothing doubtful was found"));
+    assert!(page.contains("Nothing needs to be measured"));
+}
+
+#[test]
+fn an_outlier_is_marked_with_its_line_in_the_figure_and_in_the_table() {
+    let mut samples = noisy(&true_arms(), 60, 0.01);
+    samples[20].1[0] += 1.0;
+    let folder = folder(&format!("{NOMINAL}{TOLERANCE}"), &csv(&samples));
+    folder
+        .run("calibrate robot.toml samples.csv --report report.html")
+        .ok();
+    let page = folder.read("report.html");
+    let marked: Vec<_> = rows(&page)
+        .into_iter()
+        .filter(|row| row.last().is_some_and(|cell| cell == "stands out"))
+        .map(|row| row[0].clone())
+        .collect();
+    assert_eq!(marked, ["22"]);
+    let labelled = |drawing: &&str| drawing.contains("line 22\n");
+    assert_eq!(
+        drawings(&page)
+            .iter()
+            .filter(|drawing| labelled(drawing))
+            .count(),
+        5
+    );
+    assert!(page.contains("First measure the sample of line 22 again"));
+}
+
+#[test]
+fn poses_in_a_corner_are_told_what_is_missing() {
+    // Joint angles of 40° to 65° only: each above the middle of −60° to 90°.
+    let corner: Vec<_> = exact(&true_arms(), 400)
+        .into_iter()
+        .filter(|(q, _)| q.iter().all(|angle| *angle > 40.0))
+        .collect();
+    assert!(corner.len() > 4);
+    let folder = folder(&format!("{NOMINAL}{TOLERANCE}{NOISE}"), &csv(&corner));
+    folder
+        .run("calibrate robot.toml samples.csv --report report.html")
+        .ok();
+    let page = folder.read("report.html");
+    assert!(page.contains("Known worst is"));
+    assert!(page.contains(
+        "The samples move the joints through a small part of their range of -60° to 90°"
+    ));
+    assert!(page.contains("q1, q2 and q3 low"));
+    assert!(!page.contains("q1, q2 and q3 high"));
+    assert!(!page.contains("Nothing needs to be measured"));
+}
+
+#[test]
+fn three_samples_without_a_known_sigma_have_a_report() {
+    let folder = folder(
+        &format!("{NOMINAL}{TOLERANCE}"),
+        &csv(&exact(&true_arms(), 3)),
+    );
+    folder
+        .run("calibrate robot.toml samples.csv --report report.html")
+        .ok();
+    let page = folder.read("report.html");
+    for drawing in drawings(&page) {
+        Document::parse(drawing).unwrap();
+    }
+    assert!(page.contains("its σ is not known"));
+    assert!(!page.contains("NaN"));
+}
+
+#[test]
+fn a_refused_calibration_writes_no_report() {
+    let folder = folder(NOMINAL, &csv(&exact(&true_arms(), 5)));
+    folder.write("report.html", "of yesterday");
+    let run = folder.run("calibrate robot.toml samples.csv --report report.html");
+    assert_eq!(run.code, 1, "{}", run.stdout);
+    assert_eq!(folder.read("report.html"), "of yesterday");
+    assert_eq!(folder.names(), ["report.html", "robot.toml", "samples.csv"]);
+}
+
+#[test]
+fn the_report_is_written_with_the_other_files_or_none_is() {
+    let folder = folder(NOMINAL, &csv(&noisy(&true_arms(), 20, 0.01)));
+    let run = folder.run(
+        "calibrate robot.toml samples.csv --output out.toml --json report.json --report none/report.html",
+    );
+    assert_eq!(run.code, 4, "{}", run.stderr);
+    assert_eq!(folder.names(), ["robot.toml", "samples.csv"]);
+}
+
+#[test]
+fn the_report_takes_no_other_file_s_place() {
+    let folder = folder(NOMINAL, &csv(&noisy(&true_arms(), 20, 0.01)));
+    for arguments in [
+        "--report robot.toml",
+        "--report ./samples.csv",
+        "--report out --output out",
+        "--report out --json out",
+        "--report -",
+    ] {
+        let run = folder.run(&format!("calibrate robot.toml samples.csv {arguments}"));
+        assert_eq!(run.code, 2, "{arguments}: {}", run.stderr);
+        assert!(run.stderr.contains("--report"), "{}", run.stderr);
+    }
+    assert_eq!(folder.names(), ["robot.toml", "samples.csv"]);
+    assert_eq!(folder.read("robot.toml"), NOMINAL);
+}

@@ -5,11 +5,12 @@
 //!
 //! ```text
 //! InputText ─→ RobotFile  ─┐
-//! InputText ─→ SamplesFile ┴→ calibrate() ─→ CalibrationReport ─→ report::table, report::json
+//! InputText ─→ SamplesFile ┴→ calibrate() ─→ CalibrationReport ─→ report::table, json, html
 //!                                  │                          └→ RobotFile::to_toml
 //!                                  └→ CalibrateError: InputError or Refused
 //! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
+//! plot::Figure ─→ SVG, PNG; report::html
 //! texts ─→ output::write_all
 //! ```
 //!

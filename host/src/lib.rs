@@ -5,13 +5,14 @@
 //!
 //! ```text
 //! InputText ─→ RobotFile  ─┐
-//! InputText ─→ SamplesFile ┴→ calibrate() ─→ CalibrationReport ─→ report::table, report::json
+//! InputText ─→ SamplesFile ┴→ calibrate() ─→ CalibrationReport ─→ report::table, json, html
 //!                                  │                          └→ RobotFile::to_toml
 //!                                  └→ CalibrateError: InputError or Refused
 //! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
 //! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
 //! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
+//! plot::Figure ─→ SVG, PNG; report::html
 //! texts ─→ output::write_all
 //! ```
 //!

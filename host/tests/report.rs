@@ -87,9 +87,10 @@ fn every_parameter_and_sample_of_the_json_report_is_in_the_page() {
         }
     }
     for sample in json["samples"].as_array().unwrap() {
+        let line = sample["line"].to_string();
         let row = rows
             .iter()
-            .find(|row| row.len() == 10 && row[0] == sample["line"].to_string())
+            .find(|row| row.len() == 10 && row[0] == line)
             .unwrap();
         assert_eq!(row[7], shown(number(&sample["error_before_mm"])));
         assert_eq!(row[8], shown(number(&sample["error_after_mm"])));

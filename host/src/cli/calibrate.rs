@@ -26,12 +26,11 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         Some(Ok(text)) => text,
         Some(Err(error)) => return Err(Failure::Output(format!("the JSON report: {error}"))),
     };
-    let page = match &arguments.report {
-        None => String::new(),
-        Some(_) => {
-            let origin = "The built-in example: its measurements are simulated.";
-            html::render(&report, simulated.then_some(origin))?
-        }
+    let page = if arguments.report.is_some() {
+        let origin = "The built-in example: its measurements are simulated.";
+        html::render(&report, simulated.then_some(origin))?
+    } else {
+        String::new()
     };
     let toml = report.after.to_toml(&comment(&report, simulated));
     let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));

@@ -6,6 +6,9 @@ use std::ops::Range;
 /// Decades of a logarithmic axis with a label each.
 const LABELLED_DECADES: i32 = 9;
 
+/// Place and text of a label.
+pub(super) type Tick = (f64, String);
+
 #[derive(Debug, Clone, PartialEq)]
 enum Scale {
     Linear,
@@ -72,7 +75,7 @@ impl Axis {
     }
 
     /// Places and texts of the labels between two places, at most about `most` of them.
-    pub(super) fn ticks(&self, (low, high): (f64, f64), most: usize) -> Vec<(f64, String)> {
+    pub(super) fn ticks(&self, (low, high): (f64, f64), most: usize) -> Vec<Tick> {
         match &self.scale {
             Scale::Named(names) => (0..)
                 .map(f64::from)
@@ -121,7 +124,7 @@ fn round_places(low: f64, high: f64, most: usize) -> Vec<f64> {
         .collect()
 }
 
-fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
+fn decades(low: f64, high: f64) -> Vec<Tick> {
     let every = (whole(low, high).count() / 10).max(1);
     let decades: Vec<_> = whole(low, high)
         .step_by(every)
@@ -173,7 +176,7 @@ pub(super) struct Coordinate {
 }
 
 impl Coordinate {
-    pub(super) fn new(axis: &Axis, (from, to): (f64, f64), ticks: &[(f64, String)]) -> Self {
+    pub(super) fn new(axis: &Axis, (from, to): (f64, f64), ticks: &[Tick]) -> Self {
         Self {
             places: (from..to).into(),
             labelled: ticks.iter().map(|tick| tick.0).collect(),

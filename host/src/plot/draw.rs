@@ -1,6 +1,6 @@
 //! Figures as SVG.
 
-use super::axis::Coordinate;
+use super::axis::{Coordinate, Tick};
 use super::colour::GRID;
 use super::legend::{self, text_width};
 use super::{Axis, Colour, Figure, PlotError, Series, Shape};
@@ -20,6 +20,8 @@ pub(super) const TEXT: f64 = 12.0;
 pub(super) const INK: RGBColor = Colour::Ink.rgb();
 /// Between the plot and the figure's edge, pixels.
 const MARGIN: i32 = 12;
+/// Between the label of the y axis and the figure's edge, pixels.
+const EDGE: i32 = 4;
 /// Pixels between the labels of an axis, at least.
 const BETWEEN_LABELS: (i32, i32) = (70, 40);
 
@@ -91,7 +93,7 @@ impl Figure {
         let widest = y_ticks.iter().map(|(_, text)| text_width(text)).max();
         let (left, bottom) = if self.axes_shown {
             (
-                widest.unwrap_or(0) + if self.y.label().is_empty() { 14 } else { 30 },
+                widest.unwrap_or(0) + if self.y.label().is_empty() { 14 } else { 34 },
                 46,
             )
         } else {
@@ -127,14 +129,15 @@ impl Figure {
             legend::draw(&area, &entries)?;
             let x_ticks = self.x.ticks(x, parts(inner.0, BETWEEN_LABELS.0));
             let y_ticks = self.y.ticks(y, parts(inner.1, BETWEEN_LABELS.1));
-            let labels = if self.axes_shown { 1 } else { 0 };
+            let labels = i32::from(self.axes_shown);
+            let beside = margins.left - EDGE;
             let mut chart = ChartBuilder::on(&area)
                 .margin_top(margins.top * UNIT)
                 .margin_right(margins.right * UNIT)
-                .margin_left((1 - labels) * margins.left * UNIT)
+                .margin_left((margins.left - labels * beside) * UNIT)
                 .margin_bottom((1 - labels) * margins.bottom * UNIT)
                 .x_label_area_size(labels * margins.bottom * UNIT)
-                .y_label_area_size(labels * margins.left * UNIT)
+                .y_label_area_size(labels * beside * UNIT)
                 .build_cartesian_2d(
                     Coordinate::new(&self.x, x, &x_ticks),
                     Coordinate::new(&self.y, y, &y_ticks),
@@ -238,7 +241,7 @@ fn mesh(
     chart: &mut Chart<'_, '_>,
     x: &Axis,
     y: &Axis,
-    (x_ticks, y_ticks): (&[(f64, String)], &[(f64, String)]),
+    (x_ticks, y_ticks): (&[Tick], &[Tick]),
 ) -> Result<(), PlotError> {
     let text = || TextStyle::from(("sans-serif", style::text_size()).into_font()).color(&INK);
     let x_text = |place: &f64| label_at(x_ticks, *place);
@@ -259,7 +262,7 @@ fn mesh(
         .map_err(failed)
 }
 
-fn label_at(ticks: &[(f64, String)], place: f64) -> String {
+fn label_at(ticks: &[Tick], place: f64) -> String {
     ticks
         .iter()
         .find(|tick| tick.0.total_cmp(&place).is_eq())

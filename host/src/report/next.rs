@@ -84,39 +84,44 @@ fn is_weak(outcome: &ArmOutcome<f64>) -> bool {
 }
 
 fn weakness(report: &CalibrationReport, arm: ArmIndex, outcome: &ArmOutcome<f64>) -> String {
-    let mut text = format!("{arm} has a condition of {:.0}", outcome.condition);
     let decided = outcome.prior_share.iter().filter(|share| **share > MOSTLY);
-    match decided.count() {
-        0 => {}
-        decided => {
-            text += &format!(
-                ", and the tolerance more than the samples decided {decided} of its 8 parameters"
-            );
-        }
-    }
+    let decided = match decided.count() {
+        0 => String::new(),
+        decided => format!(
+            ", and the tolerance more than the samples decided {decided} of its 8 parameters"
+        ),
+    };
     let tolerance = report.before.tolerance.as_ref();
-    match weakest(outcome, tolerance) {
-        None => text += ". Its uncertainty is not known: one sample or more must be left over",
-        Some(Weakest { parts, sigma }) => {
-            let symbol = |(parameter, part): &(Parameter, f64)| {
-                let sign = if *part < 0.0 { "\u{2212}" } else { "+" };
-                format!("{sign}{parameter}")
-            };
-            let size = match tolerance {
-                Some(_) => format!("{sigma:.2} tolerances"),
-                None => format!("{} mm", super::table::small(sigma)),
-            };
-            text += &match parts.as_slice() {
-                [alone] => format!(". Known worst is {} (one sigma {size})", alone.0),
-                _ => format!(
-                    ". Known worst is a change of {} together (one sigma {size}): these samples \
-                     hardly tell one from the other",
-                    list(&parts.iter().map(symbol).collect::<Vec<_>>())
-                ),
-            };
+    let known = weakest(outcome, tolerance).map_or_else(
+        || "Its uncertainty is not known: too few samples are left over".to_owned(),
+        |weakest| weakest.in_words(tolerance.is_some()),
+    );
+    let condition = outcome.condition;
+    capitalised(&format!(
+        "{arm} has a condition of {condition:.0}{decided}. {known}."
+    ))
+}
+
+impl Weakest {
+    fn in_words(&self, in_tolerances: bool) -> String {
+        let size = if in_tolerances {
+            format!("{:.2} tolerances", self.sigma)
+        } else {
+            format!("{} mm", super::table::small(self.sigma))
+        };
+        let signed = |(parameter, part): &(Parameter, f64)| {
+            let sign = if *part < 0.0 { "\u{2212}" } else { "+" };
+            format!("{sign}{parameter}")
+        };
+        match self.parts.as_slice() {
+            [(alone, _)] => format!("Known worst is {alone} (one sigma {size})"),
+            parts => format!(
+                "Known worst is a change of {} together (one sigma {size}): these samples hardly \
+                 tell one from the other",
+                list(&parts.iter().map(signed).collect::<Vec<_>>())
+            ),
         }
     }
-    capitalised(&text) + "."
 }
 
 /// The eigenvector of the largest eigenvalue of the covariance, in units in which the parameters

@@ -89,9 +89,10 @@ impl Task for Calibrate<'_> {
             });
         bar.finish();
         let (finished, report) = result?;
-        let page = match &arguments.report {
-            None => String::new(),
-            Some(_) => html::render(&report, Some(&origin(&port, arguments)))?,
+        let page = if arguments.report.is_some() {
+            html::render(&report, Some(&origin(&port, arguments)))?
+        } else {
+            String::new()
         };
         if arguments.apply {
             apply(

@@ -28,7 +28,7 @@ fn discs(svg: &str) -> Vec<(f64, f64)> {
 
 fn texts(svg: &str) -> Vec<String> {
     let document = Document::parse(svg).unwrap();
-    let texts = document.descendants().filter(|node| node.is_text());
+    let texts = document.descendants().filter(roxmltree::Node::is_text);
     texts
         .map(|node| node.text().unwrap().trim().to_owned())
         .filter(|text| !text.is_empty())

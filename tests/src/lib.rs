@@ -4,6 +4,8 @@
 #![allow(clippy::expect_used, clippy::missing_panics_doc)] // in tests a panic is the failure
 
 pub mod firmware;
+pub mod goldens;
+pub mod noisy_campaign;
 pub mod peer;
 
 use delta_cal::{

@@ -13,6 +13,7 @@
 use delta_cal::{Noise, Robot, Sample, Settings, Tolerance};
 use delta_cal_host::evaluation::{CramerRaoBound, Evaluation, differences};
 use delta_cal_host::{CalibrationMethod, fkm};
+use delta_cal_tests::noisy_campaign::{Calibrated, NoisyCampaign, Trial};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::SMatrix;
 
@@ -25,76 +26,37 @@ fn case(campaign: u64, robot: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>
     (truth, samples)
 }
 
-struct Campaign {
-    number: u64,
-    robots: u64,
-    poses: usize,
-    /// mm and radians.
-    start_error: (f64, f64),
-    noise: (f64, f64),
-    spread: Spread,
-    prior: bool,
-}
-
-#[derive(Default)]
-struct Statistics {
-    gains: Vec<f64>,
-    z_squared: Vec<f64>,
-    error_squared: f64,
-    bound_squared: f64,
-    refused: usize,
-}
-
-fn run(campaign: &Campaign) -> Statistics {
-    let nominal = paper_robot::<f64>();
-    let (length, angle) = campaign.start_error;
-    let noise = Noise::new(campaign.noise.0, campaign.noise.1).unwrap();
-    let tolerance = campaign
-        .prior
-        .then(|| Tolerance::new(length, angle).unwrap());
-    let settings = Settings {
-        noise: Some(noise),
-        tolerance,
-        ..Settings::default()
+/// The FKM method on one robot.
+fn calibrated(trial: &Trial<'_>) -> Option<Calibrated> {
+    let truth = trial.truth;
+    let outcome = fkm::calibrate(trial.nominal, trial.samples, trial.settings).ok()?;
+    let evaluation = Evaluation {
+        truth,
+        before: trial.nominal,
+        after: &outcome.robot.robot,
     };
-    let mut statistics = Statistics::default();
-    for robot in 0..campaign.robots {
-        let mut rng = generator(campaign.number, robot);
-        let truth = perturbed(&nominal, length, angle, campaign.spread, &mut rng);
-        let samples = measurements(&truth, campaign.poses, Some(&noise), &mut rng);
-        let Ok(outcome) = fkm::calibrate(&nominal, &samples, &settings) else {
-            statistics.refused += 1;
-            continue;
+    let covariance = outcome.covariance.unwrap();
+    let sigmas = (0..24).map(|index| {
+        let is_angle = index % 8 == 3 || index % 8 == 4;
+        let unit = if is_angle {
+            truth.arms()[index / 8].upper_arm_length()
+        } else {
+            1.0
         };
-        let evaluation = Evaluation {
-            truth: &truth,
-            before: &nominal,
-            after: &outcome.robot.robot,
-        };
-        statistics.gains.push(evaluation.gain());
-        let covariance = outcome.covariance.unwrap();
-        let errors = differences(&outcome.robot.robot, &truth);
-        for (index, error) in errors.iter().enumerate() {
-            let is_angle = index % 8 == 3 || index % 8 == 4;
-            let unit = if is_angle {
-                truth.arms()[index / 8].upper_arm_length()
-            } else {
-                1.0
-            };
-            let sigma = covariance[(index, index)].sqrt() * unit;
-            statistics.z_squared.push((error / sigma).powi(2));
-        }
-        statistics.error_squared += errors.norm_squared();
-        let joints: Vec<_> = samples.iter().map(|sample| sample.joints).collect();
-        let method = CalibrationMethod::Fkm;
-        statistics.bound_squared +=
-            CramerRaoBound::new(method, &truth, &joints, &noise, tolerance.as_ref())
-                .unwrap()
-                .error()
-                .powi(2);
-    }
-    statistics.gains.sort_by(f64::total_cmp);
-    statistics
+        covariance[(index, index)].sqrt() * unit
+    });
+    let joints: Vec<_> = trial.samples.iter().map(|sample| sample.joints).collect();
+    let (method, tolerance) = (CalibrationMethod::Fkm, trial.settings.tolerance.as_ref());
+    let bound = CramerRaoBound::new(method, truth, &joints, trial.noise, tolerance).unwrap();
+    Some(Calibrated {
+        gain: evaluation.gain(),
+        errors: differences(&outcome.robot.robot, truth)
+            .iter()
+            .copied()
+            .collect(),
+        sigmas: sigmas.collect(),
+        bound_squared: bound.error().powi(2),
+    })
 }
 
 fn rms(squares: &[f64]) -> f64 {
@@ -110,7 +72,7 @@ fn z_scores_have_rms_between_0_9_and_1_1_and_errors_reach_the_cramer_rao_bound()
         (63, 40, (0.05, 0.002 * degree)),
         (64, 60, (0.001, 0.01 * degree)),
     ] {
-        let result = run(&Campaign {
+        let result = NoisyCampaign {
             number,
             robots: 300,
             poses,
@@ -118,9 +80,10 @@ fn z_scores_have_rms_between_0_9_and_1_1_and_errors_reach_the_cramer_rao_bound()
             noise,
             spread: Spread::Uniform,
             prior: false,
-        });
-        let z = rms(&result.z_squared);
-        let ratio = (result.error_squared / result.bound_squared).sqrt();
+        }
+        .run(calibrated);
+        let z = result.z_rms();
+        let ratio = result.error_over_bound();
         println!("{poses} poses, noise {noise:?}: z rms {z:.3}, error/bound {ratio:.3}");
         assert_eq!(result.refused, 0);
         assert!((0.9..=1.1).contains(&z), "{poses} poses: z rms {z}");
@@ -137,7 +100,7 @@ fn z_scores_have_rms_between_0_9_and_1_1_and_errors_reach_the_cramer_rao_bound()
 fn with_a_prior_the_covariance_is_right_for_robots_drawn_from_it() {
     let degree = 1f64.to_radians();
     for (number, poses) in [(66, 5), (67, 8), (68, 20)] {
-        let result = run(&Campaign {
+        let result = NoisyCampaign {
             number,
             robots: 300,
             poses,
@@ -145,9 +108,10 @@ fn with_a_prior_the_covariance_is_right_for_robots_drawn_from_it() {
             noise: (0.001, 0.01 * degree),
             spread: Spread::Normal,
             prior: true,
-        });
-        let z = rms(&result.z_squared);
-        let ratio = (result.error_squared / result.bound_squared).sqrt();
+        }
+        .run(calibrated);
+        let z = result.z_rms();
+        let ratio = result.error_over_bound();
         println!("{poses} poses with prior: z rms {z:.3}, error/bound {ratio:.3}");
         assert_eq!(result.refused, 0);
         assert!((0.9..=1.1).contains(&z), "{poses} poses: z rms {z}");
@@ -169,7 +133,7 @@ fn with_a_prior_every_gain_is_above_the_papers_and_positive() {
         (73, 40, 38.0),
         (74, 60, 45.38),
     ] {
-        let result = run(&Campaign {
+        let result = NoisyCampaign {
             number,
             robots: 300,
             poses,
@@ -177,8 +141,9 @@ fn with_a_prior_every_gain_is_above_the_papers_and_positive() {
             noise: (0.001, 0.01 * degree),
             spread: Spread::Uniform,
             prior: true,
-        });
-        let median = result.gains[result.gains.len() / 2];
+        }
+        .run(calibrated);
+        let median = result.median_gain();
         println!(
             "{poses} poses: median gain {median:.1} %, worst robot {:.1} %; paper {paper} %",
             result.gains[0]

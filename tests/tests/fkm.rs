@@ -14,6 +14,7 @@ use delta_cal::{
 };
 use delta_cal_host::evaluation::differences;
 use delta_cal_host::fkm::{self, Linearization};
+use delta_cal_tests::goldens::{GoldenInput, number, numbers};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
 };
@@ -219,21 +220,11 @@ struct Goldens {
 
 #[derive(Deserialize)]
 struct Golden {
-    joints: Vec<String>,
-    positions: Vec<String>,
-    noise: Option<[String; 2]>,
-    tolerance: Option<[String; 2]>,
+    #[serde(flatten)]
+    input: GoldenInput,
     parameters: Vec<String>,
     covariance: Vec<String>,
     cost: String,
-}
-
-fn number(bits: &str) -> f64 {
-    f64::from_bits(u64::from_str_radix(bits, 16).unwrap())
-}
-
-fn numbers(bits: &[String]) -> Vec<f64> {
-    bits.iter().map(|bits| number(bits)).collect()
 }
 
 #[test]
@@ -241,33 +232,17 @@ fn both_solvers_reach_scipys_optimum() {
     let goldens: Goldens = serde_json::from_str(include_str!("../goldens/scipy_fkm.json")).unwrap();
     assert_eq!(goldens.cases.len(), 8);
     for (index, golden) in goldens.cases.iter().enumerate() {
-        let samples: Vec<_> = numbers(&golden.joints)
-            .chunks(3)
-            .zip(numbers(&golden.positions).chunks(3))
-            .map(|(q, x)| Sample {
-                joints: [q[0], q[1], q[2]],
-                position: Vector3::new(x[0], x[1], x[2]),
-            })
-            .collect();
-        let pair = |bits: &[String; 2]| (number(&bits[0]), number(&bits[1]));
+        let samples = golden.input.samples();
         for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
             let settings = Settings {
-                noise: golden.noise.as_ref().map(|bits| {
-                    let (position, joint) = pair(bits);
-                    Noise::new(position, joint).unwrap()
-                }),
-                tolerance: golden.tolerance.as_ref().map(|bits| {
-                    let (length, angle) = pair(bits);
-                    Tolerance::new(length, angle).unwrap()
-                }),
                 method,
-                ..Settings::default()
+                ..golden.input.settings()
             };
             let outcome = fkm::calibrate(&paper_robot(), &samples, &settings).unwrap();
             // Without weights SciPy's residuals are in mm and its covariance unscaled: times
             // cost/ν, and ν/(ν − 2) for Student's t.
             let spare = 3.0 * samples.len() as f64 - 24.0;
-            let variance = if golden.noise.is_some() {
+            let variance = if settings.noise.is_some() {
                 1.0
             } else {
                 number(&golden.cost) / (spare - 2.0)

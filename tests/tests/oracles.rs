@@ -13,9 +13,9 @@ use delta_cal::{
     ArmIndex, ArmOutcome, Calibrator, Method, Noise, Parameter, RobotOutcome, Sample, Settings,
     StoredCalibrator, Tolerance,
 };
+use delta_cal_tests::goldens::{GoldenInput, number, numbers};
 use delta_cal_tests::peer::{Parameters, PeerProblem, Row};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
-use nalgebra::Vector3;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -25,48 +25,11 @@ struct Goldens {
 
 #[derive(Deserialize)]
 struct Golden {
-    joints: Vec<String>,
-    positions: Vec<String>,
-    noise: Option<[String; 2]>,
-    tolerance: Option<[String; 2]>,
+    #[serde(flatten)]
+    input: GoldenInput,
     parameters: [Vec<String>; 3],
     covariance: [Vec<String>; 3],
     cost: [String; 3],
-}
-
-fn number(bits: &str) -> f64 {
-    f64::from_bits(u64::from_str_radix(bits, 16).unwrap())
-}
-
-fn numbers(bits: &[String]) -> Vec<f64> {
-    bits.iter().map(|bits| number(bits)).collect()
-}
-
-impl Golden {
-    fn samples(&self) -> Vec<Sample<f64>> {
-        numbers(&self.joints)
-            .chunks(3)
-            .zip(numbers(&self.positions).chunks(3))
-            .map(|(q, x)| Sample {
-                joints: [q[0], q[1], q[2]],
-                position: Vector3::new(x[0], x[1], x[2]),
-            })
-            .collect()
-    }
-
-    fn settings(&self) -> Settings<f64> {
-        Settings {
-            noise: self
-                .noise
-                .as_ref()
-                .map(|[x, q]| Noise::new(number(x), number(q)).unwrap()),
-            tolerance: self
-                .tolerance
-                .as_ref()
-                .map(|[l, a]| Tolerance::new(number(l), number(a)).unwrap()),
-            ..Settings::default()
-        }
-    }
 }
 
 fn factor_outcome(samples: &[Sample<f64>], settings: &Settings<f64>) -> RobotOutcome<f64> {
@@ -98,11 +61,11 @@ fn both_forms_and_both_methods_reach_scipys_optimum() {
     let goldens: Goldens = serde_json::from_str(include_str!("../goldens/scipy.json")).unwrap();
     assert_eq!(goldens.cases.len(), 20);
     for (index, golden) in goldens.cases.iter().enumerate() {
-        let samples = golden.samples();
+        let samples = golden.input.samples();
         for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
             let settings = Settings {
                 method,
-                ..golden.settings()
+                ..golden.input.settings()
             };
             for outcome in [
                 factor_outcome(&samples, &settings),

@@ -8,77 +8,29 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::{
-    Calibrator, Noise, Parameter, ParameterKind, Robot, RobotOutcome, Sample, Settings, Tolerance,
-};
-use delta_cal_tests::{
-    Spread, generator, measurements, paper_robot, parameter_differences, perturbed,
-};
+use delta_cal::{Calibrator, Noise, Parameter, ParameterKind, Robot, RobotOutcome, Sample};
+use delta_cal_tests::noisy_campaign::{Calibrated, NoisyCampaign, Trial};
+use delta_cal_tests::{Spread, parameter_differences};
 use nalgebra::SMatrix;
 
-struct Campaign {
-    number: u64,
-    robots: u64,
-    poses: usize,
-    /// mm and radians.
-    start_error: (f64, f64),
-    noise: (f64, f64),
-    spread: Spread,
-    prior: bool,
-}
-
-/// Gain (4.1) of each robot, z-scores of all parameters, and the sums of squared errors and of
-/// predicted variances (angles times the upper arm's length).
-struct Result {
-    gains: Vec<f64>,
-    z_squared: Vec<f64>,
-    error_squared: f64,
-    bound_squared: f64,
-    refused: usize,
-}
-
-fn run(campaign: &Campaign) -> Result {
-    let nominal = paper_robot::<f64>();
-    let (length, angle) = campaign.start_error;
-    let noise = Noise::new(campaign.noise.0, campaign.noise.1).unwrap();
-    let settings = Settings {
-        noise: Some(noise),
-        tolerance: campaign
-            .prior
-            .then(|| Tolerance::new(length, angle).unwrap()),
-        ..Settings::default()
+/// The IKM method on one robot; the bound is left out with a prior.
+fn calibrated(trial: &Trial<'_>) -> Option<Calibrated> {
+    let mut calibrator = Calibrator::new(trial.nominal, trial.settings);
+    calibrator.add_many(trial.samples).unwrap();
+    let outcome = calibrator.solve().ok()?;
+    let norm = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let errors = parameter_differences(&outcome.robot, trial.truth);
+    let before = norm(&parameter_differences(trial.nominal, trial.truth));
+    let bound_squared = match trial.settings.tolerance {
+        None => cramer_rao_bound(trial.truth, trial.samples, trial.noise),
+        Some(_) => 0.0,
     };
-    let mut result = Result {
-        gains: Vec::new(),
-        z_squared: Vec::new(),
-        error_squared: 0.0,
-        bound_squared: 0.0,
-        refused: 0,
-    };
-    for robot in 0..campaign.robots {
-        let mut rng = generator(campaign.number, robot);
-        let truth = perturbed(&nominal, length, angle, campaign.spread, &mut rng);
-        let samples = measurements(&truth, campaign.poses, Some(&noise), &mut rng);
-        let mut calibrator = Calibrator::new(&nominal, &settings);
-        calibrator.add_many(&samples).unwrap();
-        let Ok(outcome) = calibrator.solve() else {
-            result.refused += 1;
-            continue;
-        };
-        let norm = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let errors = parameter_differences(&outcome.robot, &truth);
-        let before = norm(&parameter_differences(&nominal, &truth));
-        result.gains.push(100.0 * (1.0 - norm(&errors) / before));
-        for (error, sigma) in errors.iter().zip(sigmas(&outcome)) {
-            result.z_squared.push((error / sigma).powi(2));
-            result.error_squared += error * error;
-        }
-        if !campaign.prior {
-            result.bound_squared += cramer_rao_bound(&truth, &samples, &noise);
-        }
-    }
-    result.gains.sort_by(f64::total_cmp);
-    result
+    Some(Calibrated {
+        gain: 100.0 * (1.0 - norm(&errors) / before),
+        sigmas: sigmas(&outcome),
+        errors,
+        bound_squared,
+    })
 }
 
 /// The trace of the inverse Fisher information of the true robot, angles times the upper arm's
@@ -119,10 +71,6 @@ fn sigmas(outcome: &RobotOutcome<f64>) -> Vec<f64> {
         .collect()
 }
 
-fn rms(squares: &[f64]) -> f64 {
-    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
-}
-
 #[test]
 fn z_scores_have_rms_between_0_9_and_1_1_and_errors_reach_the_cramer_rao_bound() {
     let degree = 1f64.to_radians();
@@ -133,7 +81,7 @@ fn z_scores_have_rms_between_0_9_and_1_1_and_errors_reach_the_cramer_rao_bound()
         (44, 60, (0.001, 0.01 * degree)),
         (45, 200, (0.1, 0.01 * degree)),
     ] {
-        let result = run(&Campaign {
+        let result = NoisyCampaign {
             number,
             robots: 500,
             poses,
@@ -141,9 +89,10 @@ fn z_scores_have_rms_between_0_9_and_1_1_and_errors_reach_the_cramer_rao_bound()
             noise,
             spread: Spread::Uniform,
             prior: false,
-        });
-        let z = rms(&result.z_squared);
-        let ratio = (result.error_squared / result.bound_squared).sqrt();
+        }
+        .run(calibrated);
+        let z = result.z_rms();
+        let ratio = result.error_over_bound();
         println!("{poses} poses, noise {noise:?}: z rms {z:.3}, error/bound {ratio:.3}");
         assert_eq!(result.refused, 0);
         assert!((0.9..=1.1).contains(&z), "{poses} poses: z rms {z}");
@@ -156,7 +105,7 @@ fn z_scores_have_rms_between_0_9_and_1_1_and_errors_reach_the_cramer_rao_bound()
 fn with_a_prior_the_covariance_is_right_for_robots_drawn_from_it() {
     let degree = 1f64.to_radians();
     for (number, poses) in [(46, 5), (47, 8), (48, 20)] {
-        let result = run(&Campaign {
+        let result = NoisyCampaign {
             number,
             robots: 500,
             poses,
@@ -164,8 +113,9 @@ fn with_a_prior_the_covariance_is_right_for_robots_drawn_from_it() {
             noise: (0.001, 0.01 * degree),
             spread: Spread::Normal,
             prior: true,
-        });
-        let z = rms(&result.z_squared);
+        }
+        .run(calibrated);
+        let z = result.z_rms();
         println!("{poses} poses with prior: z rms {z:.3}");
         assert_eq!(result.refused, 0);
         assert!((0.9..=1.1).contains(&z), "{poses} poses: z rms {z}");
@@ -182,7 +132,7 @@ fn the_prior_meets_its_table_of_gains() {
         (53, 40, 68.0),
         (54, 60, 69.0),
     ] {
-        let campaign = |prior| Campaign {
+        let campaign = |prior| NoisyCampaign {
             number,
             robots: 500,
             poses,
@@ -191,21 +141,20 @@ fn the_prior_meets_its_table_of_gains() {
             spread: Spread::Uniform,
             prior,
         };
-        let median = |result: &Result| result.gains[result.gains.len() / 2];
-        let with = run(&campaign(true));
-        let without = run(&campaign(false));
+        let with = campaign(true).run(calibrated);
+        let without = campaign(false).run(calibrated);
         println!(
             "{poses} poses: gain with prior {:.0} %, worst robot {:.0} %; weights alone {:.0} % ({} refused)",
-            median(&with),
+            with.median_gain(),
             with.gains[0],
-            median(&without),
+            without.median_gain(),
             without.refused
         );
         assert_eq!(with.refused, 0);
         assert!(
-            median(&with) >= expected,
+            with.median_gain() >= expected,
             "{poses} poses: {}",
-            median(&with)
+            with.median_gain()
         );
     }
 }

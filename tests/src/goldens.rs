@@ -1,0 +1,55 @@
+//! Golden values as their generators write them: bit patterns in hexadecimal.
+
+use delta_cal::{Noise, Sample, Settings, Tolerance};
+use nalgebra::Vector3;
+use serde::Deserialize;
+
+/// What both generators state of a case: measurements and assumptions.
+#[derive(Debug, Deserialize)]
+pub struct GoldenInput {
+    joints: Vec<String>,
+    positions: Vec<String>,
+    noise: Option<[String; 2]>,
+    tolerance: Option<[String; 2]>,
+}
+
+/// One number.
+pub fn number(bits: &str) -> f64 {
+    f64::from_bits(u64::from_str_radix(bits, 16).expect("sixteen hexadecimal digits"))
+}
+
+/// Several.
+pub fn numbers(bits: &[String]) -> Vec<f64> {
+    bits.iter().map(|bits| number(bits)).collect()
+}
+
+impl GoldenInput {
+    /// Radians and mm.
+    pub fn samples(&self) -> Vec<Sample<f64>> {
+        let (joints, positions) = (numbers(&self.joints), numbers(&self.positions));
+        let (joints, _) = joints.as_chunks::<3>();
+        let (positions, _) = positions.as_chunks::<3>();
+        joints
+            .iter()
+            .zip(positions)
+            .map(|(joints, position)| Sample {
+                joints: *joints,
+                position: Vector3::from(*position),
+            })
+            .collect()
+    }
+
+    /// Noise and tolerance as stated, the rest by default.
+    pub fn settings(&self) -> Settings<f64> {
+        let pair = |[first, second]: &[String; 2]| (number(first), number(second));
+        Settings {
+            noise: self.noise.as_ref().map(pair).map(|(position, joint)| {
+                Noise::new(position, joint).expect("the golden noise is valid")
+            }),
+            tolerance: self.tolerance.as_ref().map(pair).map(|(length, angle)| {
+                Tolerance::new(length, angle).expect("the golden tolerance is valid")
+            }),
+            ..Settings::default()
+        }
+    }
+}

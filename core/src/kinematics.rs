@@ -7,11 +7,13 @@
 //! f(P; X, q) = |X − B(q)|² − Lb² = 0
 //! ```
 
+mod conditioning;
 mod constraint;
 mod forward;
 mod inverse;
 mod jacobian;
 
+pub use conditioning::Conditioning;
 pub(crate) use constraint::constraint_gradient;
 pub use jacobian::PlatformJacobian;
 

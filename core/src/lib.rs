@@ -28,7 +28,7 @@ pub use calibration::{
     RobotOutcome, RobotSolver, Settings, Start, StartUsed, StoredCalibrator, Termination,
     Tolerance, ToleranceError,
 };
-pub use kinematics::{KinematicsError, PlatformJacobian, Singularity};
+pub use kinematics::{Conditioning, KinematicsError, PlatformJacobian, Singularity};
 pub use real::Real;
 pub use robot::{
     AlignmentError, Arm, ArmBasis, ArmIndex, GeometryError, Parameter, ParameterKind,

@@ -45,6 +45,7 @@ pub mod output;
 mod plausibility;
 pub mod plot;
 mod position_error;
+pub mod reach;
 mod refusal;
 pub mod report;
 mod robot_file;
@@ -53,7 +54,7 @@ mod sensor_frame;
 mod units;
 mod warnings;
 mod words;
-mod workspace;
+mod workspace_comparison;
 
 pub use calibrate::{
     CalibrateError, CalibrationMethod, CalibrationReport, Frame, Options, calibrate,
@@ -65,4 +66,4 @@ pub use position_error::{PositionError, SampleErrors};
 pub use refusal::Refused;
 pub use robot_file::RobotFile;
 pub use samples_file::{Row, SamplesFile, read_joints, read_positions};
-pub use workspace::WorkspaceComparison;
+pub use workspace_comparison::WorkspaceComparison;

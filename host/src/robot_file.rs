@@ -5,6 +5,7 @@ mod read;
 mod schema;
 mod write;
 
+use crate::reach::Reach;
 use delta_cal::{JointLimits, Noise, RigidTransform, Robot, Tolerance};
 
 /// What a robot file says.
@@ -22,6 +23,7 @@ use delta_cal::{JointLimits, Noise, RigidTransform, Robot, Tolerance};
 /// [joints]
 /// min_deg = -60
 /// max_deg = 90
+/// forearm_max_deg = 45         # optional: the ball joints; a forearm's angle out of its arm's plane
 ///
 /// [tolerance]                  # optional: one σ of every parameter; the prior
 /// length_mm = 0.5
@@ -43,10 +45,23 @@ pub struct RobotFile {
     pub robot: Robot<f64>,
     /// The range of every joint.
     pub limits: JointLimits<f64>,
+    /// The largest angle of a forearm out of its arm's plane that the ball joints allow, radians;
+    /// `None` for any.
+    pub forearm_limit: Option<f64>,
     /// The manufacturing tolerance, if stated.
     pub tolerance: Option<Tolerance<f64>>,
     /// The measurement noise, if stated.
     pub noise: Option<Noise<f64>>,
     /// From the robot's frame to the sensor's, if an earlier calibration found it.
     pub sensor_frame: Option<RigidTransform<f64>>,
+}
+
+impl RobotFile {
+    /// Which poses the robot may take.
+    pub const fn reach(&self) -> Reach {
+        Reach {
+            limits: self.limits,
+            forearm_limit: self.forearm_limit,
+        }
+    }
 }

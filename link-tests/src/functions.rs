@@ -7,9 +7,9 @@ use core::mem::MaybeUninit;
 use delta_cal::limits::{chi_square_quantile, samples_needed};
 use delta_cal::{
     AlignmentError, Arm, ArmBasis, ArmFactor, ArmIndex, ArmOutcome, ArmSolver, Calibrator,
-    GeometryError, JointLimits, JointLimitsError, KinematicsError, MergeError, Noise, NoiseError,
-    Parameter, ParameterKind, PlatformJacobian, PoseError, Progress, Real, Reference, Refusal,
-    RigidTransform, Robot, RobotOutcome, RobotSolver, Sample, SampleError, Settings,
+    Conditioning, GeometryError, JointLimits, JointLimitsError, KinematicsError, MergeError, Noise,
+    NoiseError, Parameter, ParameterKind, PlatformJacobian, PoseError, Progress, Real, Reference,
+    Refusal, RigidTransform, Robot, RobotOutcome, RobotSolver, Sample, SampleError, Settings,
     StoredArmSamples, StoredCalibrator, StoredError, SymmetricRobot, Tolerance, ToleranceError,
     random_pose, simulate_sample, standard_normal,
 };
@@ -110,6 +110,16 @@ macro_rules! of_scalar {
                     q: &[$t; 3],
                 ) -> Result<PlatformJacobian<$t>, KinematicsError> {
                     robot.platform_jacobian(x, q)
+                }
+                fn conditioning(
+                    robot: &Robot<$t>,
+                    x: &Vector3<$t>,
+                    q: &[$t; 3],
+                ) -> Conditioning<$t> {
+                    robot.conditioning(x, q)
+                }
+                fn is_clear(conditioning: &Conditioning<$t>) -> bool {
+                    conditioning.is_clear()
                 }
                 fn constraint(arm: &Arm<$t>, x: &Vector3<$t>, q: $t) -> $t {
                     arm.constraint(x, q)

@@ -3,7 +3,6 @@
 use super::{Noise, Sample};
 use crate::{KinematicsError, Real, Robot};
 use core::fmt;
-use nalgebra::Vector3;
 use rand_core::Rng;
 
 /// The range of every joint.
@@ -108,8 +107,9 @@ fn uniform<T: Real, R: Rng + ?Sized>(rng: &mut R) -> T {
 }
 
 /// Joint angles drawn evenly within the limits, kept if the platform can be there and is clear of
-/// singularities, as the inverse-kinematics Jacobian shows: |det| of the forearms' unit vectors at
-/// least 0.05 (type 2), and each forearm at least 6° away from its upper arm's line (type 1).
+/// singularities, as the inverse-kinematics Jacobian shows ([`Conditioning`](crate::Conditioning)):
+/// |det| of the forearms' unit vectors at least 0.05 (type 2), and each forearm at least 6° away from
+/// its upper arm's line (type 1).
 ///
 /// # Errors
 /// [`PoseError`] after 10,000 draws.
@@ -121,26 +121,12 @@ pub fn random_pose<T: Real, R: Rng + ?Sized>(
     for _ in 0..10_000 {
         let joints = [(); 3].map(|()| limits.at(uniform(rng)));
         if let Ok(position) = robot.forward(&joints)
-            && well_conditioned(robot, &position, &joints)
+            && robot.conditioning(&position, &joints).is_clear()
         {
             return Ok(Sample { joints, position });
         }
     }
     Err(PoseError)
-}
-
-fn well_conditioned<T: Real>(robot: &Robot<T>, x: &Vector3<T>, joints: &[T; 3]) -> bool {
-    let mut forearms = [Vector3::zeros(); 3];
-    for ((arm, q), forearm) in robot.arms().iter().zip(joints).zip(&mut forearms) {
-        let direction = (x - arm.elbow(*q)) / arm.lb();
-        let tangent = arm.elbow_derivative(*q) / arm.upper_arm_length();
-        if !(direction.dot(&tangent).magnitude() > T::from_f64(0.1)) {
-            return false;
-        }
-        *forearm = direction;
-    }
-    let [w1, w2, w3] = forearms;
-    w1.dot(&w2.cross(&w3)).magnitude() > T::from_f64(0.05)
 }
 
 /// The pose as it would be measured: with noise on the position and on the joint angles.

@@ -5,7 +5,7 @@ use super::schema::{
     ToleranceToml,
 };
 use crate::words::count;
-use crate::workspace::reaches_anywhere;
+use crate::workspace_comparison::reaches_anywhere;
 use crate::{InputError, InputText};
 use delta_cal::{
     Arm, GeometryError, JointLimits, JointLimitsError, Noise, NoiseError, Parameter, ParameterKind,
@@ -56,6 +56,10 @@ impl RobotFile {
             }
         };
         let limits = joint_limits(input, &toml.joints)?;
+        let forearm_limit = match &toml.joints.as_ref().forearm_max_deg {
+            Some(number) => Some(forearm_limit(input, number)?),
+            None => None,
+        };
         if !reaches_anywhere(&robot, &limits) {
             let cause = "the geometry is impossible: the forearms do not meet anywhere within the \
                          joint limits";
@@ -67,6 +71,7 @@ impl RobotFile {
             name: input.name().to_owned(),
             robot,
             limits,
+            forearm_limit,
             tolerance: toml
                 .tolerance
                 .map(|section| tolerance(input, &section))
@@ -191,6 +196,16 @@ fn joint_limits(
         };
         fault_at(input, &joints.max_deg, "max_deg", cause)
     })
+}
+
+fn forearm_limit(input: &InputText, number: &Number) -> Result<f64, InputError> {
+    let degrees = finite(input, "forearm_max_deg", number)?;
+    if degrees > 0.0 && degrees <= 90.0 {
+        return Ok(degrees.to_radians());
+    }
+    let cause = format!("{degrees} is not an angle above 0 and up to 90 degrees");
+    Err(fault_at(input, number, "forearm_max_deg", cause)
+        .with_remedy("without a limit of the ball joints, delete the line"))
 }
 
 fn tolerance(input: &InputText, section: &ToleranceToml) -> Result<Tolerance<f64>, InputError> {

@@ -69,9 +69,11 @@ impl ArmToml {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[allow(clippy::struct_field_names)] // the keys of the file
 pub(super) struct JointsToml {
     pub(super) min_deg: Number,
     pub(super) max_deg: Number,
+    pub(super) forearm_max_deg: Option<Number>,
 }
 
 #[derive(Deserialize)]

@@ -26,6 +26,9 @@ impl RobotFile {
         text.push_str("\n[joints]\n");
         entry(&mut text, "min_deg", degrees(self.limits.minimum()));
         entry(&mut text, "max_deg", degrees(self.limits.maximum()));
+        if let Some(angle) = self.forearm_limit {
+            entry(&mut text, "forearm_max_deg", degrees(angle));
+        }
         if let Some(tolerance) = &self.tolerance {
             text.push_str("\n[tolerance]\n");
             entry(&mut text, "length_mm", tolerance.of(Parameter::Lb));

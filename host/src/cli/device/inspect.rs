@@ -129,6 +129,7 @@ fn robot_file<T: Number>(
             name: String::new(),
             robot,
             limits: any_limits().map_err(|_| DeviceError::ImpossibleGeometry)?,
+            forearm_limit: None,
             tolerance: None,
             noise: None,
             sensor_frame: None,

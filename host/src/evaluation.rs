@@ -4,7 +4,7 @@
 //! the true upper arm's length.
 
 use crate::{CalibrationMethod, fkm};
-use delta_cal::{ArmIndex, Noise, Parameter, ParameterKind, Robot, Sample, Tolerance};
+use delta_cal::{ArmIndex, Noise, Parameter, ParameterKind, Real, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Number of parameters of Model 24.
@@ -195,7 +195,7 @@ fn of_separate_arms(
             let (x, q) = (&pose.position, pose.joints[index.index()]);
             let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
             let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
-            let sigma = by_position.hypot(by_joint);
+            let sigma = (by_position.squared() + by_joint.squared()).square_root();
             let gradient = arm.constraint_by_parameters(x, q).component_div(&own_units);
             row.copy_from(&(gradient.transpose() / sigma));
         }

@@ -4,6 +4,8 @@
 
 mod support;
 
+use delta_cal_host::{CalibrationMethod, Options, calibrate, example};
+use nalgebra::Matrix3;
 use roxmltree::Document;
 use serde_json::Value;
 use support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
@@ -90,10 +92,15 @@ fn every_parameter_and_sample_of_the_json_report_is_in_the_page() {
         let line = sample["line"].to_string();
         let row = rows
             .iter()
-            .find(|row| row.len() == 10 && row[0] == line)
+            .find(|row| row.len() == 11 && row[0] == line)
             .unwrap();
         assert_eq!(row[7], shown(number(&sample["error_before_mm"])));
-        assert_eq!(row[8], shown(number(&sample["error_after_mm"])));
+        let after = number(&sample["error_after_mm"]);
+        assert_eq!(row[8], shown(after));
+        let sigmas = number(&sample["error_after_sigma"]);
+        assert_eq!(row[9], format!("{sigmas:.2}"));
+        // The stated noise, of each coordinate, is 0.01 mm; of the joints there is none.
+        assert!((sigmas - after / (3f64.sqrt() * 0.01)).abs() < 1e-9 * sigmas);
     }
     let after = &json["position_error_mm"]["after"];
     for part in ["rms", "max"] {
@@ -109,6 +116,51 @@ fn every_parameter_and_sample_of_the_json_report_is_in_the_page() {
         .chain(conditions)
         .collect();
     assert!(rows.contains(&expected), "{expected:?}");
+}
+
+#[test]
+fn a_sample_is_off_by_as_many_sigmas_as_finite_differences_have_it() {
+    let (robot, samples) = example::load().unwrap();
+    let report = calibrate(&robot, &samples, Options::default()).unwrap();
+    let noise = robot.noise.unwrap();
+    let after = &report.after.robot;
+    for sample in &report.sample_errors {
+        let joints = sample.measured.joints;
+        let step = 1e-6;
+        let mut covariance = Matrix3::identity() * noise.position().powi(2);
+        for joint in 0..3 {
+            let at = |delta: f64| {
+                let mut moved = joints;
+                moved[joint] += delta;
+                after.forward(&moved).unwrap()
+            };
+            let by_joint = (at(step) - at(-step)) / (2.0 * step) * noise.joint();
+            covariance += by_joint * by_joint.transpose();
+        }
+        let off = sample.measured.position - after.forward(&joints).unwrap();
+        let expected = (off.dot(&(covariance.try_inverse().unwrap() * off)) / 3.0).sqrt();
+        let found = sample.after_in_sigmas.unwrap();
+        // The weights belong to the measured position, which is off by a few 1e-4 of an arm.
+        assert!(
+            (found - expected).abs() < 1e-3 * expected,
+            "{found} {expected}"
+        );
+    }
+}
+
+#[test]
+fn without_a_stated_noise_the_estimated_one_is_the_unit_of_the_residuals() {
+    let (mut robot, samples) = example::load().unwrap();
+    (robot.noise, robot.tolerance) = (None, None);
+    let options = Options {
+        method: CalibrationMethod::Fkm,
+        ..Options::default()
+    };
+    let report = calibrate(&robot, &samples, options).unwrap();
+    let squares = report.sample_errors.iter();
+    let squares: f64 = squares.map(|s| s.after_in_sigmas.unwrap().powi(2)).sum();
+    // σ² = Σr²/(3n − 24), so that the mean of r²/(3σ²) is (3n − 24)/3n; n is 40.
+    assert!((squares / 40.0 - 96.0 / 120.0).abs() < 1e-9, "{squares}");
 }
 
 #[test]
@@ -129,7 +181,8 @@ fn every_sample_is_drawn_in_every_view() {
         })
         .collect();
     // With those of the legends: parameters, before and after, four views, conditions, joints.
-    assert_eq!(discs, [24 + 3, 60 + 2, 31, 31, 31, 31, 3 + 1, 90 + 1]);
+    // In σ there are those after only.
+    assert_eq!(discs, [24 + 3, 60 + 2, 31, 31, 31, 31, 31, 3 + 1, 90 + 1]);
 }
 
 #[test]
@@ -211,7 +264,7 @@ fn an_outlier_is_marked_with_its_line_in_the_figure_and_in_the_table() {
             .iter()
             .filter(|drawing| labelled(drawing))
             .count(),
-        5
+        6
     );
     assert!(page.contains("First measure the sample of line 22 again"));
 }

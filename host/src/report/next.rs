@@ -3,13 +3,11 @@
 
 use crate::CalibrationReport;
 use crate::units::degrees;
-use crate::warnings::{MOSTLY, stands_out};
+use crate::warnings::{GOOD_CONDITION, MOSTLY, stands_out};
 use crate::words::{count, list};
 use delta_cal::{Arm, ArmIndex, ArmOutcome, Parameter, ParameterKind, Tolerance};
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
 
-/// The table's limit of a good condition.
-const GOOD_CONDITION: f64 = 100.0;
 /// A parameter belongs to a combination if its part is at least this part of the largest.
 const BELONGS: f64 = 0.4;
 /// A joint that the samples move through less than this part of its range is moved too little.

@@ -35,6 +35,8 @@ pub(super) struct Worth {
     pub(super) gain: f64,
     pub(super) position_error: f64,
     pub(super) parameter_error: f64,
+    /// Of each arm's parameters in turn, percent.
+    pub(super) parameter_gains: [f64; 24],
 }
 
 pub(super) fn calibrate(
@@ -47,16 +49,19 @@ pub(super) fn calibrate(
         noise: scenario.noise.filter(|_| variant.weights),
         tolerance: scenario.tolerance.filter(|_| variant.prior),
         method: variant.solver.method(),
+        start: variant.method.start(),
         ..Settings::default()
     };
     let nominal = &plan.robot.robot;
     let begin = Instant::now();
     let result = match variant.method {
-        CampaignMethod::Ikm => ikm(nominal, samples, &settings),
+        CampaignMethod::Ikm | CampaignMethod::IkmNoGuess => ikm(nominal, samples, &settings),
         CampaignMethod::IkmSingle => ikm_single(plan, scenario, variant, samples),
-        CampaignMethod::Fkm => fkm::calibrate(nominal, samples, &settings)
-            .map(|outcome| calibrated(&outcome.robot, &outcome.robot.robot))
-            .map_err(|refusal| Status::of(&refusal)),
+        CampaignMethod::Fkm | CampaignMethod::FkmNoGuess => {
+            fkm::calibrate(nominal, samples, &settings)
+                .map(|outcome| calibrated(&outcome.robot, &outcome.robot.robot))
+                .map_err(|refusal| Status::of(&refusal))
+        }
     };
     let time = begin.elapsed();
     match result {
@@ -80,10 +85,12 @@ pub(super) fn worth(plan: &Plan, robot: &SimulatedRobot, after: &Robot<f64>) -> 
         before: &plan.robot.robot,
         after,
     };
+    let gains = evaluation.parameter_gains();
     Worth {
         gain: evaluation.gain(),
         position_error: evaluation.position_error_after(&robot.held_out).rms,
         parameter_error: evaluation.error_after(),
+        parameter_gains: std::array::from_fn(|index| gains[index / 8][index % 8]),
     }
 }
 

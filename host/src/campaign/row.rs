@@ -113,11 +113,12 @@ pub(super) const CASE_COLUMNS: [&str; 11] = [
 ];
 
 /// The columns of `robots.csv` after those of the case, without each parameter's gain.
-const ROW_COLUMNS: [&str; 12] = [
+const ROW_COLUMNS: [&str; 13] = [
     "robot",
     "seed",
     "status",
     "returned",
+    "from_nominal",
     "iterations",
     "gain_percent",
     "error_before_mm",
@@ -161,6 +162,8 @@ struct Row {
     /// Whether the calibrated robot is the true one: to the arithmetic's accuracy without noise,
     /// within five times the bound with it.
     returned: Option<bool>,
+    /// Whether no other start than the nominal robot was needed.
+    from_nominal: Option<bool>,
     iterations: Option<u16>,
     gain_percent: Option<f64>,
     error_before_mm: Option<f64>,
@@ -199,6 +202,7 @@ pub(super) fn robot_rows(
             seed,
             status: Status::NO_ROBOT,
             returned: None,
+            from_nominal: None,
             iterations: None,
             gain_percent: None,
             error_before_mm: error_before.filter(|error| error.is_finite()),
@@ -225,6 +229,7 @@ pub(super) fn robot_rows(
                 for (cell, gain) in gains.iter_mut().zip(worth.parameter_gains) {
                     *cell = Some(gain).filter(|gain| gain.is_finite());
                 }
+                row.from_nominal = Some(calibrated.from_nominal);
                 row.iterations = Some(calibrated.iterations);
                 row.condition = Some(calibrated.condition);
                 row.gain_percent = Some(worth.gain);

@@ -36,6 +36,8 @@ pub struct CaseSummary {
     /// Robots whose true parameters were found: to the arithmetic's accuracy without noise, within
     /// five times the Cramér–Rao bound with it.
     pub returned: u64,
+    /// Those of them for which no other start than the nominal robot was needed.
+    pub returned_from_nominal: u64,
     /// Why the others were refused, and how many for each reason.
     pub refusals: BTreeMap<String, u64>,
     /// Gain (4.1), percent.
@@ -78,6 +80,11 @@ impl CaseSummary {
     pub fn returned_percent(&self) -> f64 {
         100.0 * number(self.returned) / number(self.robots)
     }
+
+    /// The same of those for which no other start than the nominal robot was needed.
+    pub fn returned_from_nominal_percent(&self) -> f64 {
+        100.0 * number(self.returned_from_nominal) / number(self.robots)
+    }
 }
 
 #[allow(clippy::cast_precision_loss)] // counts far below 2⁵³
@@ -91,6 +98,7 @@ struct Gathered {
     robots: u64,
     accepted: u64,
     returned: u64,
+    returned_from_nominal: u64,
     refusals: BTreeMap<String, u64>,
     squares: (f64, f64),
     finders: [QuantileFinder; 5],
@@ -115,7 +123,10 @@ impl Gathered {
             return Ok(());
         }
         self.accepted += 1;
-        self.returned += u64::from(row.text("returned")? == "true");
+        let returned = row.text("returned")? == "true";
+        let from_nominal = row.text("from_nominal")? == "true";
+        self.returned += u64::from(returned);
+        self.returned_from_nominal += u64::from(returned && from_nominal);
         if let (Some(error), Some(bound)) =
             (row.number("parameter_error_mm")?, row.number("bound_mm")?)
         {
@@ -160,6 +171,7 @@ impl Gathered {
             robots: self.robots,
             accepted: self.accepted,
             returned: self.returned,
+            returned_from_nominal: self.returned_from_nominal,
             refusals: self.refusals.clone(),
             gain_percent: gain,
             error_before_mm: before,
@@ -297,6 +309,7 @@ pub(super) fn summary_csv(summaries: &[CaseSummary]) -> Result<String, CampaignE
             "accepted",
             "converged_percent",
             "returned_percent",
+            "returned_from_nominal_percent",
         ]
         .map(str::to_owned),
     );
@@ -321,7 +334,11 @@ pub(super) fn summary_csv(summaries: &[CaseSummary]) -> Result<String, CampaignE
         (
             summary.case,
             (summary.robots, summary.accepted),
-            (summary.converged_percent(), summary.returned_percent()),
+            [
+                summary.converged_percent(),
+                summary.returned_percent(),
+                summary.returned_from_nominal_percent(),
+            ],
             quantities,
             summary.bound_ratio_rms,
             refusals.join("; "),

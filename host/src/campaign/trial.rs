@@ -7,7 +7,7 @@ use crate::evaluation::{CramerRaoBound, Evaluation};
 use crate::fkm;
 use delta_cal::{
     ArmOutcome, Calibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings,
-    Tolerance,
+    StartUsed, Tolerance,
 };
 use std::time::{Duration, Instant};
 
@@ -27,6 +27,8 @@ pub(super) struct Calibrated {
     pub(super) iterations: u16,
     /// Of the worst arm.
     pub(super) condition: f64,
+    /// Whether every arm's iteration began at the nominal robot, and no other start was needed.
+    pub(super) from_nominal: bool,
 }
 
 /// What is stated of a calibrated robot whose true parameters are known.
@@ -185,5 +187,9 @@ fn calibrated<T: Real>(outcome: &RobotOutcome<T>, robot: &Robot<f64>) -> Calibra
         robot: *robot,
         iterations: outcome.arms.iter().map(iterations).max().unwrap_or(0),
         condition: outcome.arms.iter().map(condition).fold(0.0, f64::max),
+        from_nominal: outcome
+            .arms
+            .iter()
+            .all(|arm| arm.start == StartUsed::Reference),
     }
 }

@@ -3,6 +3,7 @@
 pub mod html;
 pub mod json;
 mod next;
+pub(crate) mod page;
 pub mod table;
 
 use crate::units::degrees;

@@ -32,6 +32,8 @@ struct CampaignToml {
     weights: Option<List<bool>>,
     prior: Option<List<bool>>,
     planned: Option<List<bool>>,
+    #[serde(default)]
+    parameters: bool,
     tolerance: Option<Spanned<LengthAngleToml>>,
 }
 
@@ -115,6 +117,7 @@ impl Plan {
             solvers,
             weights,
             prior,
+            parameters: toml.parameters,
             scenarios: Vec::new(),
         };
         plan.scenarios = reader.scenarios(&plan, &toml)?;

@@ -5,6 +5,7 @@ pub mod json;
 mod next;
 pub(crate) mod page;
 pub mod table;
+mod uncertain;
 
 use crate::units::degrees;
 use delta_cal::{Arm, ArmOutcome, Method, Parameter, ParameterKind, StartUsed, Termination};

@@ -291,6 +291,87 @@ fn poses_in_a_corner_are_told_what_is_missing() {
     assert!(!page.contains("Nothing needs to be measured"));
 }
 
+/// The numbers of a field of all 24 parameters.
+fn numbers(json: &Value, field: &str) -> Vec<f64> {
+    let arms = json["arms"].as_array().unwrap().iter();
+    arms.flat_map(|arm| arm["parameters"].as_array().unwrap())
+        .map(|parameter| parameter[field].as_f64().unwrap())
+        .collect()
+}
+
+fn is_angle(index: usize) -> bool {
+    matches!(index % 8, 3 | 4)
+}
+
+/// The advice names the worst parameter, and how many beyond the first four exceed their limit.
+fn assert_named(page: &str, against: &str, ratios: &[f64]) {
+    let symbols = ["Dx", "Dy", "Dz", "theta", "alpha", "La_x", "La_y", "Lb"];
+    let exceeding = ratios.iter().filter(|ratio| **ratio > 1.0).count();
+    let worst = (0..24)
+        .max_by(|a, b| ratios[*a].total_cmp(&ratios[*b]))
+        .unwrap();
+    let (symbol, arm) = (symbols[worst % 8], worst / 8 + 1);
+    let sentence = format!("Known worse than {against}, worst first: {symbol} of arm {arm} (σ ");
+    assert!(page.contains(&sentence), "{sentence}");
+    assert!(exceeding > 0);
+    if exceeding > 4 {
+        let others = exceeding - 4;
+        assert!(page.contains(&format!(", and {others} more. Four times")));
+    }
+    assert!(!page.contains("Nothing needs to be measured"));
+}
+
+#[test]
+fn a_sigma_above_half_the_tolerance_is_named_though_the_poses_are_good() {
+    let folder = folder(
+        &format!("{NOMINAL}{TOLERANCE}\n[noise]\nposition_mm = 0.06\njoint_deg = 0.0\n"),
+        &csv(&noisy(&true_arms(), 40, 0.06)),
+    );
+    folder
+        .run("calibrate robot.toml samples.csv --json report.json --report report.html")
+        .ok();
+    let json: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    assert!(
+        numbers(&json, "prior_share")
+            .iter()
+            .all(|share| *share < 0.5)
+    );
+    let sigmas = numbers(&json, "sigma").into_iter().enumerate();
+    let half = |index| if is_angle(index) { 0.1 } else { 0.25 };
+    let ratios: Vec<_> = sigmas.map(|(index, sigma)| sigma / half(index)).collect();
+    assert_named(&folder.read("report.html"), "half its tolerance", &ratios);
+}
+
+#[test]
+fn without_a_tolerance_a_sigma_above_the_median_change_is_named() {
+    let folder = folder(NOMINAL, &csv(&noisy(&true_arms(), 40, 0.3)));
+    folder
+        .run("calibrate robot.toml samples.csv --json report.json --report report.html")
+        .ok();
+    let json: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    // An angle moves the end of the upper arm, of 260 mm.
+    let in_millimetres = |field| {
+        let values = numbers(&json, field).into_iter().enumerate();
+        let length = |(index, value): (usize, f64)| {
+            if is_angle(index) {
+                value.abs().to_radians() * 260.0
+            } else {
+                value.abs()
+            }
+        };
+        values.map(length).collect::<Vec<_>>()
+    };
+    let mut changes = in_millimetres("change");
+    changes.sort_by(f64::total_cmp);
+    let sigmas = in_millimetres("sigma").into_iter();
+    let ratios: Vec<_> = sigmas.map(|sigma| sigma / changes[12]).collect();
+    assert_named(
+        &folder.read("report.html"),
+        "the median parameter was changed by",
+        &ratios,
+    );
+}
+
 #[test]
 fn three_samples_without_a_known_sigma_have_a_report() {
     let folder = folder(

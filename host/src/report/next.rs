@@ -2,6 +2,7 @@
 //! determine worst, and which joint angles no sample has.
 
 use crate::CalibrationReport;
+use crate::report::uncertain::uncertain;
 use crate::units::degrees;
 use crate::warnings::{GOOD_CONDITION, MOSTLY, stands_out};
 use crate::words::{count, list};
@@ -26,12 +27,13 @@ struct Weakest {
 /// Sentences on what to measure next; the first says whether anything needs to be.
 pub(super) fn advice(report: &CalibrationReport) -> Vec<String> {
     let arms = ArmIndex::ALL.into_iter().zip(&report.outcome.robot.arms);
-    let weak: Vec<_> = arms.filter(|(_, outcome)| is_weak(outcome)).collect();
+    let (weak, others): (Vec<_>, Vec<_>) = arms.partition(|(_, outcome)| is_weak(outcome));
+    let uncertain = uncertain(report, others.into_iter());
     let mut found: Vec<_> = outlying(report).into_iter().collect();
     if weak.is_empty() && !found.is_empty() {
         return found;
     }
-    if weak.is_empty() {
+    if weak.is_empty() && uncertain.is_none() {
         found.push(format!(
             "Nothing needs to be measured: every arm's condition is below {GOOD_CONDITION:.0}, and \
              the samples decided every parameter. Four times as many samples, spread like these, \
@@ -42,6 +44,7 @@ pub(super) fn advice(report: &CalibrationReport) -> Vec<String> {
     for (arm, outcome) in weak {
         found.push(weakness(report, arm, outcome));
     }
+    found.extend(uncertain);
     found.extend(narrow_joints(report));
     found.extend(empty_regions(report));
     if report.samples < 20 {
@@ -150,7 +153,7 @@ fn weakest(outcome: &ArmOutcome<f64>, tolerance: Option<&Tolerance<f64>>) -> Opt
 }
 
 /// What changes the arm by a millimetre.
-fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
+pub(super) fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
     match parameter.kind() {
         ParameterKind::Length => 1.0,
         ParameterKind::Angle => arm.upper_arm_length().recip(),

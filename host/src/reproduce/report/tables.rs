@@ -6,18 +6,18 @@ use maud::{Markup, html};
 
 pub(super) fn rows(comparisons: &[Comparison<'_>]) -> Markup {
     html! {
-        table {
+        table.wide {
             thead { tr {
-                th { "case" } th { "method" } th { "poses" } th { "start error" } th { "noise" }
-                th { "the paper, %" } th { "least squares, %" } th { "noise and tolerance, %" }
-                th { "above the paper" } th { "the paper, s" } th { "here, s" }
+                th { "case" } th { "poses" } th { "start error" } th { "noise" }
+                th { "the paper," br; "gain, %" } th { "least squares," br; "gain, %" }
+                th { "noise and tolerance," br; "gain, %" } th { "above" br; "the paper" }
+                th { "the paper, s" } th { "here, s" }
             } }
             tbody {
                 @for comparison in comparisons {
                     @let case = comparison.case();
                     tr {
                         th scope="row" { (comparison.experiment.name) }
-                        td { (case.method.to_uppercase()) }
                         td { (case.poses) }
                         (start_and_noise(case))
                         td {
@@ -143,7 +143,7 @@ pub(super) fn basins(cases: &[CaseSummary]) -> Markup {
 pub(super) fn accuracy(cases: &[CaseSummary]) -> Markup {
     let pairs = super::findings::pairs(cases);
     html! {
-        table {
+        table.wide {
             thead { tr {
                 th { "poses" } th { "noise" }
                 th { "FKM, error, mm" } th { "IKM, error, mm" } th { "IKM/FKM" }

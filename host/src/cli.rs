@@ -6,6 +6,8 @@ mod device;
 mod failure;
 mod kinematics;
 mod paths;
+mod progress;
+mod reproduce;
 mod simulate;
 
 use args::{Arguments, Command};
@@ -20,6 +22,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Forward(arguments) => kinematics::forward(&arguments),
         Command::Inverse(arguments) => kinematics::inverse(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Reproduce(arguments) => reproduce::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
     };
     match result {

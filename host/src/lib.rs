@@ -48,6 +48,7 @@ mod position_error;
 pub mod reach;
 mod refusal;
 pub mod report;
+pub mod reproduce;
 mod robot_file;
 mod samples_file;
 mod sensor_frame;

@@ -221,3 +221,43 @@ fn a_file_in_the_way_is_refused() {
     assert_eq!(run.code, 4);
     assert_eq!(folder.read("out"), "mine");
 }
+
+/// Both of the paper's noisy series, with all 500 robots.
+#[test]
+fn the_readme_shows_what_the_command_prints() {
+    let readme = include_str!("../../README.md");
+    let folder = Folder::new();
+    for name in ["fkm-noise", "ikm-start-error"] {
+        let method = &name[..3];
+        let campaign = std::fs::read_to_string(format!("examples/paper/{name}.toml")).unwrap();
+        folder.write("campaign.toml", campaign);
+        let run = folder.run(&format!("simulate campaign.toml --output {name}"));
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let summary = rows(&folder.read(&format!("{name}/summary.csv")));
+        for poses in ["8", "20", "40", "60"] {
+            let gain = |known: &str| {
+                let case = summary.iter().find(|row| {
+                    row["method"] == method
+                        && row["solver"] == "lm"
+                        && row["poses"] == poses
+                        && row["planned"] == "false"
+                        && row["weights"] == known
+                        && row["prior"] == known
+                });
+                let gain: f64 = case.unwrap()["gain_median_percent"].parse().unwrap();
+                format!("{gain:.0}")
+            };
+            let cells = |line: &str| {
+                line.split_whitespace()
+                    .map(str::to_owned)
+                    .collect::<Vec<_>>()
+            };
+            let shown = readme
+                .lines()
+                .map(cells)
+                .find(|cells| cells.len() > 7 && cells[0] == name && cells[1] == poses)
+                .unwrap();
+            assert_eq!(shown[5..7], [gain("false"), gain("true")], "{name} {poses}");
+        }
+    }
+}

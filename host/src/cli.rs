@@ -6,6 +6,7 @@ mod device;
 mod failure;
 mod kinematics;
 mod paths;
+mod plan;
 mod simulate;
 
 use args::{Arguments, Command};
@@ -19,6 +20,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Forward(arguments) => kinematics::forward(&arguments),
         Command::Inverse(arguments) => kinematics::inverse(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
     };

@@ -3,6 +3,7 @@
 pub mod html;
 pub mod json;
 mod next;
+pub mod plan;
 pub mod table;
 
 use crate::units::degrees;

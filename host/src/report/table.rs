@@ -31,7 +31,7 @@ pub fn render(report: &CalibrationReport) -> String {
     text
 }
 
-fn heading(text: &mut String, title: &str) {
+pub(super) fn heading(text: &mut String, title: &str) {
     let _ = writeln!(text, "{HEADING}{title}{HEADING:#}");
 }
 

@@ -2,6 +2,7 @@
 
 mod args;
 mod calibrate;
+mod check;
 mod device;
 mod failure;
 mod kinematics;
@@ -20,6 +21,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Forward(arguments) => kinematics::forward(&arguments),
         Command::Inverse(arguments) => kinematics::inverse(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),

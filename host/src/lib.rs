@@ -40,6 +40,7 @@ mod information;
 mod input_error;
 mod input_text;
 pub mod kinematics;
+pub mod observability;
 mod outcome;
 mod outliers;
 pub mod output;

@@ -11,6 +11,7 @@ mod candidates;
 mod error;
 mod exchange;
 mod expectation;
+mod next;
 mod random;
 mod region;
 mod rows;
@@ -21,12 +22,13 @@ pub use accuracy::{MANY, PosesNeeded, poses_needed};
 pub use candidates::Margin;
 pub use error::PlanError;
 pub use expectation::{Expectation, RANDOM_SETS, Yardstick};
+pub use next::{NextPoses, next_poses};
 pub use region::{Region, RegionError};
 pub use travel::{distance, length, ordered};
 
 use crate::{CalibrationMethod, RobotFile};
 use candidates::Selection;
-use delta_cal::{Noise, Sample, Tolerance};
+use delta_cal::{Noise, NoiseError, Sample, Tolerance};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 use search::Search;
@@ -77,12 +79,14 @@ impl Assumptions {
     /// What the file states, and the rest by default.
     ///
     /// # Errors
-    /// None in fact: the defaults are a noise.
-    pub fn of(file: &RobotFile) -> Result<Self, PlanError> {
-        let default = || Noise::new(Self::POSITION, Self::JOINT_DEGREES.to_radians());
-        let noise = file.noise.map_or_else(default, Ok);
+    /// None is known: the defaults are a noise.
+    pub fn of(file: &RobotFile) -> Result<Self, NoiseError> {
+        let noise = match file.noise {
+            Some(stated) => stated,
+            None => Noise::new(Self::POSITION, Self::JOINT_DEGREES.to_radians())?,
+        };
         Ok(Self {
-            noise: noise.map_err(|_| PlanError::NoPose)?,
+            noise,
             noise_stated: file.noise.is_some(),
             tolerance: file.tolerance,
         })

@@ -1,5 +1,6 @@
 //! A [`CalibrationReport`](crate::CalibrationReport) for people and for programs.
 
+pub mod check;
 pub mod html;
 pub mod json;
 mod next;

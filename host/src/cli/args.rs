@@ -1,3 +1,4 @@
+use super::check::{self, CheckArguments};
 use super::device::DeviceArguments;
 use super::paths::robot_path;
 use super::plan::{self, PlanArguments};
@@ -33,6 +34,7 @@ Examples:
   delta-cal forward calibrated.toml angles.csv
   delta-cal inverse calibrated.toml < positions.csv > angles.csv
   delta-cal plan robot.toml --count 12 --output poses.csv
+  delta-cal check robot.toml samples.csv
   delta-cal simulate
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
 
@@ -114,6 +116,9 @@ pub(crate) enum Command {
     /// Choose the poses that are best to measure, and say what to expect of them
     #[command(after_help = plan::HELP)]
     Plan(PlanArguments),
+    /// Check whether samples determine the robot, and which poses to add
+    #[command(after_help = check::HELP)]
+    Check(CheckArguments),
     /// Calibrate many simulated robots, to learn what a calibration will be worth
     #[command(after_help = simulate::help())]
     Simulate(SimulateArguments),

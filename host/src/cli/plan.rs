@@ -181,7 +181,7 @@ fn check_paths(arguments: &PlanArguments) -> Result<(), Failure> {
 }
 
 /// Each cause has its exit code.
-fn failure(robot: &RobotFile, error: PlanError) -> Failure {
+pub(super) fn failure(robot: &RobotFile, error: PlanError) -> Failure {
     let remedy = error.remedy();
     match error {
         PlanError::NoPose => Failure::Input(

@@ -13,43 +13,50 @@ use rand_core::Rng;
 const HOPELESS: usize = 20_000;
 /// Draws a candidate at most, on average.
 const DRAWS: usize = 200;
+/// A pose is at least so far inside every limit, degrees.
+const LEAST_DEGREES: f64 = 1.0;
+/// Three tolerances count up to this, degrees.
+const LARGEST_DEGREES: f64 = 10.0;
 /// Joint angles are planned in steps of this, degrees: what a person types and a drive holds.
 const STEP_DEGREES: f64 = 1e-3;
 /// Positions are stated in steps of this, mm.
 const STEP_MM: f64 = 1e-6;
 
-/// By how much a planned pose is inside the limits, so that the real robot, which is not the
-/// nominal one, gets there as well.
+/// By how much a planned pose is inside the limits of the nominal robot, so that the real robot gets
+/// there as well. All in radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margin {
-    /// From the joints' limits, the forearms' limit and the least distance from singularities
-    /// ([`Conditioning::is_clear`]), radians.
-    pub angle: f64,
+    /// From the joints' limits: 1°, a tenth of their range at most. They hold for the angles that
+    /// are commanded, whatever the geometry.
+    pub joints: f64,
+    /// From the forearms' limit: 1°, or three tolerances if that is more, of an angle and, at the
+    /// end of the upper arm, of a length.
+    pub forearms: f64,
+    /// Of a forearm from its upper arm's line: 1° more than a clear pose has
+    /// ([`Conditioning::is_clear`]), or three tolerances if that is more.
+    pub serial: f64,
+    /// Of a forearm from the plane of the other two: the same, for the volume of the forearms' unit
+    /// vectors changes by less than the angle by which one of them turns.
+    pub parallel: f64,
 }
 
 impl Margin {
-    /// 1°, or three tolerances if that is more: of an angle and, at the end of the upper arm, of a
-    /// length; a tenth of the joints' range at most.
+    /// For what the robot file states.
     pub fn of(robot: &RobotFile) -> Self {
         let [arm, ..] = robot.robot.arms();
-        let tolerance = robot.tolerance.as_ref().map_or(0.0, |tolerance| {
-            tolerance.of(Parameter::Theta) + tolerance.of(Parameter::Lb) / arm.upper_arm_length()
+        let tolerances = robot.tolerance.as_ref().map_or(0.0, |tolerance| {
+            let length = tolerance.of(Parameter::Lb) / arm.upper_arm_length();
+            // Beyond that a tolerance says nothing of where the robot gets.
+            (3.0 * (tolerance.of(Parameter::Theta) + length)).min(LARGEST_DEGREES.to_radians())
         });
+        let least = LEAST_DEGREES.to_radians();
         let range = robot.limits.maximum() - robot.limits.minimum();
         Self {
-            angle: (3.0 * tolerance).max(1f64.to_radians()).min(0.1 * range),
+            joints: least.min(0.1 * range),
+            forearms: least.max(tolerances),
+            serial: (Conditioning::<f64>::LEAST_SERIAL.asin() + least).max(tolerances),
+            parallel: (Conditioning::<f64>::LEAST_PARALLEL + least).max(tolerances),
         }
-    }
-
-    /// The least cosine of the angle between a forearm and its elbow's direction of motion.
-    fn least_serial(self) -> f64 {
-        (Conditioning::<f64>::LEAST_SERIAL.asin() + self.angle).sin()
-    }
-
-    /// The least volume of the forearms' unit vectors: turning one of them by an angle changes it
-    /// by less than that.
-    fn least_parallel(self) -> f64 {
-        Conditioning::<f64>::LEAST_PARALLEL + self.angle
     }
 }
 
@@ -67,8 +74,8 @@ impl<'a> Selection<'a> {
     pub(super) fn new(file: &'a RobotFile, margin: Margin, region: Option<&'a Region>) -> Self {
         let limits = &file.limits;
         let narrowed = JointLimits::new(
-            limits.minimum() + margin.angle,
-            limits.maximum() - margin.angle,
+            limits.minimum() + margin.joints,
+            limits.maximum() - margin.joints,
         );
         Self {
             robot: &file.robot,
@@ -76,10 +83,10 @@ impl<'a> Selection<'a> {
                 limits: narrowed.unwrap_or(*limits),
                 forearm_limit: file
                     .forearm_limit
-                    .map(|limit| (limit - margin.angle).max(0.5 * limit)),
+                    .map(|limit| (limit - margin.forearms).max(0.5 * limit)),
             },
-            least_serial: margin.least_serial(),
-            least_parallel: margin.least_parallel(),
+            least_serial: margin.serial.sin(),
+            least_parallel: margin.parallel,
             region,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::{LEAST_POSES, MOST_POSES, Region};
 use crate::words::in_file_units;
-use delta_cal::{ArmIndex, Parameter};
+use delta_cal::{ArmIndex, NoiseError, Parameter};
 use std::error::Error;
 use std::fmt;
 
@@ -14,6 +14,8 @@ pub enum PlanError {
     TooFew(usize),
     /// More than anybody measures.
     TooMany(usize),
+    /// The noise is none.
+    Noise(NoiseError),
     /// The limits leave no pose that is clear of singularities.
     NoPose,
     /// The region holds no pose that the robot can take.
@@ -45,6 +47,7 @@ impl PlanError {
                  then decides more than they do"
             }
             Self::TooMany(_) => "plan fewer; past a hundred poses each one hardly adds anything",
+            Self::Noise(_) => "state the [noise] in the robot file",
             Self::NoPose => {
                 "check [joints] in the robot file: min_deg, max_deg, forearm_max_deg; positive \
                  angles swing the arm towards the platform"
@@ -71,6 +74,7 @@ impl fmt::Display for PlanError {
             Self::TooMany(count) => {
                 write!(formatter, "{count} poses are more than {MOST_POSES}")
             }
+            Self::Noise(error) => error.fmt(formatter),
             Self::NoPose => formatter.write_str(
                 "no usable pose: the limits leave none that is reachable and clear of singularities",
             ),
@@ -100,3 +104,9 @@ impl fmt::Display for PlanError {
 }
 
 impl Error for PlanError {}
+
+impl From<NoiseError> for PlanError {
+    fn from(error: NoiseError) -> Self {
+        Self::Noise(error)
+    }
+}

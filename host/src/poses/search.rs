@@ -14,11 +14,11 @@ use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 /// Candidates from all over the workspace.
-const CANDIDATES: usize = 1000;
+const CANDIDATES: usize = 1500;
 /// Candidates near the chosen poses.
 const NEAR: usize = 500;
 /// Random sets that the exchange begins with.
-const STARTS: usize = 4;
+const STARTS: usize = 8;
 /// How far candidates are from the chosen poses, one σ in degrees, one round after the other.
 const SPREADS: [f64; 3] = [8.0, 3.0, 1.0];
 
@@ -36,6 +36,33 @@ impl Search<'_> {
             CalibrationMethod::Ikm => self.chosen::<Ikm, 3, 8, 1>(rng),
             CalibrationMethod::Fkm => self.chosen::<Fkm, 1, 24, 3>(rng),
         }
+    }
+
+    /// The poses that are best added to those measured, one after the other.
+    pub(super) fn added(
+        &self,
+        measured: &[Sample<f64>],
+        rng: &mut Pcg32,
+    ) -> Result<Vec<Sample<f64>>, PlanError> {
+        match self.request.method {
+            CalibrationMethod::Ikm => self.greedy::<Ikm, 3, 8, 1>(measured, rng),
+            CalibrationMethod::Fkm => self.greedy::<Fkm, 1, 24, 3>(measured, rng),
+        }
+    }
+
+    fn greedy<M: Model<B, D, R>, const B: usize, const D: usize, const R: usize>(
+        &self,
+        measured: &[Sample<f64>],
+        rng: &mut Pcg32,
+    ) -> Result<Vec<Sample<f64>>, PlanError> {
+        let mut poses = measured.to_vec();
+        poses.extend(self.selection.draw_many(CANDIDATES, rng)?);
+        let pool = Pool::<B, D, R>::new::<M>(self, poses);
+        let candidates = pool.candidates(self);
+        let given = (0..measured.len()).collect();
+        let start = candidates.set(given).ok_or(PlanError::Singular)?;
+        let set = candidates.add(start, self.request.count);
+        Ok(pool.poses_of(&set).split_off(measured.len()))
     }
 
     fn chosen<M: Model<B, D, R>, const B: usize, const D: usize, const R: usize>(

@@ -28,8 +28,8 @@ pub struct JsonPlan {
     pub within: Option<String>,
     /// What was planned for.
     pub assumptions: JsonAssumptions,
-    /// From every limit and singularity.
-    pub margin_deg: f64,
+    /// From the limits and from singularities.
+    pub margin_deg: JsonMargin,
     /// The poses in their order.
     pub poses: Vec<JsonPose>,
     /// Of the joint that moves furthest from pose to pose, summed up.
@@ -40,6 +40,19 @@ pub struct JsonPlan {
     pub random: JsonExpectation,
     /// How many poses reach the wanted accuracy; `null` if none was wanted.
     pub accuracy: Option<JsonPosesNeeded>,
+}
+
+/// By how much the poses are inside the limits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct JsonMargin {
+    /// From the joints' limits.
+    pub joints: f64,
+    /// From the forearms' limit.
+    pub forearms: f64,
+    /// Of a forearm from its upper arm's line.
+    pub serial: f64,
+    /// Of a forearm from the plane of the other two.
+    pub parallel: f64,
 }
 
 /// Noise and tolerance.
@@ -124,7 +137,12 @@ impl JsonPlan {
             seed: request.seed,
             within: request.region.map(|region| region.to_string()),
             assumptions: JsonAssumptions::of(&plan.assumptions),
-            margin_deg: degrees(plan.margin.angle),
+            margin_deg: JsonMargin {
+                joints: degrees(plan.margin.joints),
+                forearms: degrees(plan.margin.forearms),
+                serial: degrees(plan.margin.serial),
+                parallel: degrees(plan.margin.parallel),
+            },
             poses: plan.poses.iter().map(JsonPose::of).collect(),
             travel_deg: degrees(plan.travel),
             planned: JsonExpectation::of(&plan.planned),

@@ -62,10 +62,20 @@ fn summary(text: &mut String, request: &PlanRequest<'_>, plan: &PosePlan) {
     if let Some(region) = &request.region {
         let _ = writeln!(text, "Within: {region} mm");
     }
+    let margin = &plan.margin;
+    let forearms = match request.robot.forearm_limit {
+        Some(_) => format!(
+            "{:.1}° from the forearms' limit, ",
+            degrees(margin.forearms)
+        ),
+        None => String::new(),
+    };
     let _ = writeln!(
         text,
-        "Margin: {:.1}° from every limit and singularity, for the real robot is not the nominal one",
-        degrees(plan.margin.angle)
+        "Margin, as the real robot is not the nominal one: {:.1}° from the joints' limits, {forearms}\n\
+         forearms {:.1}° from their upper arms' lines",
+        degrees(margin.joints),
+        degrees(margin.serial)
     );
     let _ = writeln!(
         text,

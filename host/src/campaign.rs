@@ -15,6 +15,7 @@ mod file;
 mod folder;
 mod merge;
 mod plan;
+mod planned;
 mod quantiles;
 mod row;
 mod run;
@@ -23,7 +24,7 @@ mod summary;
 mod trial;
 
 pub use error::CampaignError;
-pub use folder::{PLAN, ROBOTS, SUMMARY, TIMING};
+pub use folder::{PARAMETERS, PLAN, ROBOTS, SUMMARY, TIMING};
 pub use merge::merge;
 pub use plan::{
     CampaignMethod, LengthAngle, NoiseLevel, Plan, Scenario, Shard, Solver, Spread, Variant,
@@ -32,7 +33,7 @@ pub use quantiles::Quantiles;
 pub use row::CaseColumns;
 pub use run::{RunOptions, run};
 pub use simulation::HELD_OUT_POSES;
-pub use summary::CaseSummary;
+pub use summary::{CaseSummary, ParameterGain};
 
 /// A small campaign with every key, and what it means.
 pub const EXAMPLE: &str = include_str!("../examples/campaign.toml");

@@ -8,6 +8,8 @@ mod failure;
 mod kinematics;
 mod paths;
 mod plan;
+mod progress;
+mod reproduce;
 mod simulate;
 
 use args::{Arguments, Command};
@@ -24,6 +26,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Reproduce(arguments) => reproduce::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
     };
     match result {

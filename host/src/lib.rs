@@ -52,6 +52,7 @@ pub mod position_uncertainty;
 pub mod reach;
 mod refusal;
 pub mod report;
+pub mod reproduce;
 mod robot_file;
 mod samples_file;
 mod sensor_frame;

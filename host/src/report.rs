@@ -4,6 +4,7 @@ pub mod check;
 pub mod html;
 pub mod json;
 mod next;
+pub(crate) mod page;
 pub mod plan;
 pub mod table;
 

@@ -7,7 +7,7 @@
 
 use super::CampaignError;
 use super::plan::{Plan, Shard};
-use super::row::{CASE_COLUMNS, ROW_COLUMNS, cases};
+use super::row::{cases, columns};
 use crate::output;
 use crc::{CRC_64_XZ, Crc, Digest};
 use serde::{Deserialize, Serialize};
@@ -20,6 +20,8 @@ use std::time::Duration;
 pub const ROBOTS: &str = "robots.csv";
 /// One row a case.
 pub const SUMMARY: &str = "summary.csv";
+/// One row a case and parameter, if the plan asks for it.
+pub const PARAMETERS: &str = "parameters.csv";
 /// Wall-clock times, which are no two runs' the same.
 pub const TIMING: &str = "timing.csv";
 /// The campaign.
@@ -90,7 +92,9 @@ impl Folder {
         fs::create_dir_all(path).map_err(|error| CampaignError::file(path, error))?;
         let lock = lock(path)?;
         if force {
-            for name in [RECORD, ROBOTS, PARTIAL, SUMMARY, TIMING, PLAN, PLAN_ROBOT] {
+            for name in [
+                RECORD, ROBOTS, PARTIAL, SUMMARY, PARAMETERS, TIMING, PLAN, PLAN_ROBOT,
+            ] {
                 remove(&path.join(name))?;
             }
         }
@@ -150,7 +154,7 @@ impl Folder {
     }
 
     /// The file to which rows are appended, after those that can be trusted.
-    pub(super) fn rows(&mut self) -> Result<Rows<'_>, CampaignError> {
+    pub(super) fn rows(&mut self, plan: &Plan) -> Result<Rows<'_>, CampaignError> {
         let path = self.file(PARTIAL);
         let failed = |error| CampaignError::file(&path, error);
         if !path.exists() && self.file(ROBOTS).exists() {
@@ -178,7 +182,7 @@ impl Folder {
             digest,
         };
         if rows.folder.record.bytes == 0 {
-            rows.write(header().as_bytes())?;
+            rows.write((columns(plan).join(",") + "\n").as_bytes())?;
         }
         Ok(rows)
     }
@@ -211,9 +215,12 @@ impl Folder {
 
     /// The rows are complete; the tables that follow from them are written, and the rows get their
     /// name.
-    pub(super) fn finish(&mut self, summary: &str, timing: &str) -> Result<(), CampaignError> {
+    pub(super) fn finish(&mut self, tables: &[(&str, String)]) -> Result<(), CampaignError> {
         let (robots, partial) = (self.file(ROBOTS), self.file(PARTIAL));
-        output::write_all(&[(&self.file(SUMMARY), summary), (&self.file(TIMING), timing)])?;
+        let paths: Vec<_> = tables.iter().map(|(name, _)| self.file(name)).collect();
+        let texts = tables.iter().map(|(_, text)| text.as_str());
+        let files: Vec<_> = paths.iter().map(PathBuf::as_path).zip(texts).collect();
+        output::write_all(&files)?;
         fs::rename(&partial, &robots).map_err(|error| CampaignError::file(&robots, error))?;
         self.record.complete = true;
         self.write_record()
@@ -279,11 +286,6 @@ impl Rows<'_> {
     }
 }
 
-fn header() -> String {
-    let names: Vec<_> = CASE_COLUMNS.into_iter().chain(ROW_COLUMNS).collect();
-    names.join(",") + "\n"
-}
-
 /// Of the first `length` bytes, or of the whole file if it is shorter.
 fn digest_of(file: &mut File, length: u64) -> std::io::Result<Digest<'static, u64>> {
     let mut digest = CHECKSUM.digest();
@@ -334,9 +336,11 @@ fn remove(path: &Path) -> Result<(), CampaignError> {
 fn record_of(path: &Path, plan: &Plan, shard: Shard) -> Result<Option<Record>, CampaignError> {
     let other = |cause: String| Err(CampaignError::folder(path, cause, FORCE));
     if !path.join(PLAN).exists() {
-        let foreign = [ROBOTS, PARTIAL, SUMMARY, TIMING, RECORD, PLAN_ROBOT]
-            .into_iter()
-            .find(|name| path.join(name).exists());
+        let foreign = [
+            ROBOTS, PARTIAL, SUMMARY, PARAMETERS, TIMING, RECORD, PLAN_ROBOT,
+        ]
+        .into_iter()
+        .find(|name| path.join(name).exists());
         return match foreign {
             Some(name) => other(format!(
                 "the folder holds a {name} that is not of this campaign"

@@ -51,7 +51,7 @@ pub fn merge(
     let mut folder = Folder::open(output, &plan, Shard::WHOLE, force)?;
     if !folder.record.complete {
         folder.restart(&plan)?;
-        let mut rows = folder.rows()?;
+        let mut rows = folder.rows(&plan)?;
         join(&plan, &parts, &mut |text| rows.append(text, 0, &[]))?;
         let (calibrations, seconds) = times(&parts);
         rows.set_times(calibrations, seconds);

@@ -1,7 +1,7 @@
 //! What a campaign computes: its scenarios, its variants, and which robots.
 
 use crate::{CalibrationMethod, RobotFile};
-use delta_cal::{Method, Noise, Tolerance};
+use delta_cal::{Method, Noise, Start, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -14,9 +14,15 @@ pub enum CampaignMethod {
     /// The IKM method in single precision, as a controller computes it.
     #[serde(rename = "ikm-f32")]
     IkmSingle,
+    /// The IKM method in double precision, without a start guess.
+    #[serde(rename = "ikm-no-guess")]
+    IkmNoGuess,
     /// The FKM method: all 24 parameters at once.
     #[serde(rename = "fkm")]
     Fkm,
+    /// The FKM method, without a start guess.
+    #[serde(rename = "fkm-no-guess")]
+    FkmNoGuess,
 }
 
 impl CampaignMethod {
@@ -25,15 +31,33 @@ impl CampaignMethod {
         match self {
             Self::Ikm => "ikm",
             Self::IkmSingle => "ikm-f32",
+            Self::IkmNoGuess => "ikm-no-guess",
             Self::Fkm => "fkm",
+            Self::FkmNoGuess => "fkm-no-guess",
         }
     }
 
     /// Which of the two, whatever the precision.
     pub(super) const fn calibration_method(self) -> CalibrationMethod {
         match self {
-            Self::Ikm | Self::IkmSingle => CalibrationMethod::Ikm,
-            Self::Fkm => CalibrationMethod::Fkm,
+            Self::Ikm | Self::IkmSingle | Self::IkmNoGuess => CalibrationMethod::Ikm,
+            Self::Fkm | Self::FkmNoGuess => CalibrationMethod::Fkm,
+        }
+    }
+
+    /// Where its iteration begins.
+    pub(super) const fn start(self) -> Start {
+        match self {
+            Self::Ikm | Self::IkmSingle | Self::Fkm => Start::Reference,
+            Self::IkmNoGuess | Self::FkmNoGuess => Start::Free,
+        }
+    }
+
+    /// A parameter error below this is that of the arithmetic, mm.
+    pub(super) const fn exact(self) -> f64 {
+        match self {
+            Self::IkmSingle => 5e-3,
+            _ => 1e-6,
         }
     }
 }
@@ -164,6 +188,8 @@ pub struct Plan {
     pub weights: Vec<bool>,
     /// With and without a prior.
     pub prior: Vec<bool>,
+    /// Whether each parameter's gain is written, too.
+    pub parameters: bool,
     /// In the order of the rows.
     pub(super) scenarios: Vec<Scenario>,
 }
@@ -233,8 +259,8 @@ impl Plan {
         let _ = writeln!(
             text,
             "]\nmethods = {methods:?}\nsolvers = {solvers:?}\nweights = {:?}\nprior = {:?}\n\
-             planned = {:?}",
-            self.weights, self.prior, self.planned
+             planned = {:?}\nparameters = {}",
+            self.weights, self.prior, self.planned, self.parameters
         );
         if let Some(tolerance) = &self.tolerance {
             let _ = writeln!(

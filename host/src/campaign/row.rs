@@ -1,10 +1,11 @@
 //! One row of `robots.csv`: one robot, calibrated one way.
 
 use super::plan::{Plan, Scenario, Variant};
+use super::planned::PlannedPoses;
 use super::simulation::{SimulatedRobot, seed, simulate};
 use super::trial::{bound, calibrate, error_before, worth};
 use crate::CalibrationMethod;
-use delta_cal::Refusal;
+use delta_cal::{Parameter, Refusal};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -13,7 +14,7 @@ use std::time::Duration;
 pub struct CaseColumns {
     /// Counted from 1.
     pub case: usize,
-    /// `ikm`, `ikm-f32` or `fkm`.
+    /// `ikm`, `ikm-f32`, `ikm-no-guess`, `fkm` or `fkm-no-guess`.
     pub method: &'static str,
     /// `lm` or `gn`.
     pub solver: &'static str,
@@ -112,11 +113,13 @@ pub(super) const CASE_COLUMNS: [&str; 11] = [
     "planned",
 ];
 
-/// The columns of `robots.csv` after those of the case.
-pub(super) const ROW_COLUMNS: [&str; 11] = [
+/// The columns of `robots.csv` after those of the case, without each parameter's gain.
+const ROW_COLUMNS: [&str; 13] = [
     "robot",
     "seed",
     "status",
+    "returned",
+    "from_nominal",
     "iterations",
     "gain_percent",
     "error_before_mm",
@@ -127,6 +130,29 @@ pub(super) const ROW_COLUMNS: [&str; 11] = [
     "condition",
 ];
 
+/// With noise, a robot is the true one if its parameter error is below this many times the bound.
+const RETURNED: f64 = 5.0;
+
+/// The columns of `robots.csv`.
+pub(super) fn columns(plan: &Plan) -> Vec<String> {
+    let fixed = CASE_COLUMNS.into_iter().chain(ROW_COLUMNS);
+    let mut columns: Vec<_> = fixed.map(str::to_owned).collect();
+    if plan.parameters {
+        columns.extend(parameters().map(|(arm, parameter)| gain_column(arm, parameter)));
+    }
+    columns
+}
+
+/// Every arm, counted from 1, and its parameters.
+pub(super) fn parameters() -> impl Iterator<Item = (usize, Parameter)> {
+    (1..=3).flat_map(|arm| Parameter::ALL.map(|parameter| (arm, parameter)))
+}
+
+/// `gain_1_Dx_percent`.
+pub(super) fn gain_column(arm: usize, parameter: Parameter) -> String {
+    format!("gain_{arm}_{}_percent", parameter.symbol())
+}
+
 /// What came of one robot. Empty where there is nothing to state.
 #[derive(Debug, Serialize)]
 struct Row {
@@ -134,6 +160,11 @@ struct Row {
     robot: u64,
     seed: u64,
     status: Status,
+    /// Whether the calibrated robot is the true one: to the arithmetic's accuracy without noise,
+    /// within five times the bound with it.
+    returned: Option<bool>,
+    /// Whether no other start than the nominal robot was needed.
+    from_nominal: Option<bool>,
     iterations: Option<u16>,
     gain_percent: Option<f64>,
     error_before_mm: Option<f64>,
@@ -154,12 +185,13 @@ pub(super) struct RobotRows {
 /// Simulates a robot and calibrates it in every way. `first` is the case of the first variant.
 pub(super) fn robot_rows(
     plan: &Plan,
+    planned: &PlannedPoses,
     (first, scenario): (usize, &Scenario),
     variants: &[Variant],
     robot: u64,
 ) -> Result<RobotRows, csv::Error> {
     let seed = seed(plan, scenario, robot);
-    let simulated = simulate(plan, scenario, seed);
+    let simulated = simulate(plan, scenario, planned.joints(scenario), seed);
     let error_before = simulated.as_ref().map(|robot| error_before(plan, robot));
     let mut bounds = Bounds::default();
     let mut times = Vec::with_capacity(variants.len());
@@ -171,6 +203,8 @@ pub(super) fn robot_rows(
             robot,
             seed,
             status: Status::NO_ROBOT,
+            returned: None,
+            from_nominal: None,
             iterations: None,
             gain_percent: None,
             error_before_mm: error_before.filter(|error| error.is_finite()),
@@ -180,6 +214,7 @@ pub(super) fn robot_rows(
             bound_ratio: None,
             condition: None,
         };
+        let mut gains = vec![None; if plan.parameters { 24 } else { 0 }];
         let mut time = Duration::ZERO;
         if let Some(simulated) = &simulated {
             let trial = calibrate(plan, scenario, *variant, &simulated.samples);
@@ -188,6 +223,15 @@ pub(super) fn robot_rows(
             row.bound_mm = bounds.of(scenario, simulated, *variant);
             if let Some(calibrated) = &trial.calibrated {
                 let worth = worth(plan, simulated, &calibrated.robot);
+                let largest = match scenario.noise {
+                    None => Some(variant.method.exact()),
+                    Some(_) => row.bound_mm.map(|bound| RETURNED * bound),
+                };
+                row.returned = largest.map(|largest| worth.parameter_error <= largest);
+                for (cell, gain) in gains.iter_mut().zip(worth.parameter_gains) {
+                    *cell = Some(gain).filter(|gain| gain.is_finite());
+                }
+                row.from_nominal = Some(calibrated.from_nominal);
                 row.iterations = Some(calibrated.iterations);
                 row.condition = Some(calibrated.condition);
                 row.gain_percent = Some(worth.gain);
@@ -196,7 +240,7 @@ pub(super) fn robot_rows(
                 row.bound_ratio = row.bound_mm.map(|bound| worth.parameter_error / bound);
             }
         }
-        writer.serialize((case(first + index, scenario, *variant), row))?;
+        writer.serialize((case(first + index, scenario, *variant), row, gains))?;
         times.push(time);
     }
     let text = writer

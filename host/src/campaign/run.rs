@@ -1,10 +1,11 @@
 //! Runs a campaign: robots in parallel, rows in order.
 
 use super::CampaignError;
-use super::folder::{Folder, Rows};
+use super::folder::{Folder, PARAMETERS, Rows, SUMMARY, TIMING};
 use super::plan::{Plan, Shard};
+use super::planned::PlannedPoses;
 use super::row::{RobotRows, robot_rows};
-use super::summary::{CaseSummary, summarise, summary_csv, timing_csv};
+use super::summary::{CaseSummary, parameters_csv, summarise, summary_csv, timing_csv};
 use rayon::ThreadPoolBuilder;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::path::Path;
@@ -43,7 +44,7 @@ pub fn run(
     if folder.record.complete {
         folder.verify()?;
     } else {
-        let mut rows = folder.rows()?;
+        let mut rows = folder.rows(plan)?;
         let computed = compute(plan, shard, &mut rows, options, progress);
         // Whatever stopped it: what is finished is kept.
         rows.checkpoint()?;
@@ -60,7 +61,14 @@ pub(super) fn conclude(
 ) -> Result<Vec<CaseSummary>, CampaignError> {
     let summaries = summarise(&folder.rows_file(), plan, shard, &folder.record)?;
     if !folder.record.complete {
-        folder.finish(&summary_csv(&summaries)?, &timing_csv(&summaries)?)?;
+        let mut tables = vec![
+            (SUMMARY, summary_csv(&summaries)?),
+            (TIMING, timing_csv(&summaries)?),
+        ];
+        if plan.parameters {
+            tables.push((PARAMETERS, parameters_csv(&summaries)?));
+        }
+        folder.finish(&tables)?;
     }
     Ok(summaries)
 }
@@ -76,6 +84,7 @@ fn compute(
         .num_threads(options.threads)
         .build()
         .map_err(|error| CampaignError::Threads(error.to_string()))?;
+    let planned = pool.install(|| PlannedPoses::of(plan))?;
     let each = shard.robots(plan);
     let total = each * plan.scenarios().len() as u64;
     let variants = plan.variants();
@@ -92,7 +101,7 @@ fn compute(
     let robot = |index: u64| -> Result<RobotRows, CampaignError> {
         let (scenario, first, robot) = place(index);
         let scenario = &plan.scenarios()[scenario];
-        robot_rows(plan, (first + 1, scenario), &variants, robot)
+        robot_rows(plan, &planned, (first + 1, scenario), &variants, robot)
             .map_err(|error| CampaignError::file(Path::new("rows"), error))
     };
     let stopped = || options.interrupted.load(Ordering::Relaxed);

@@ -4,7 +4,7 @@ use super::CampaignError;
 use super::folder::Record;
 use super::plan::{Plan, Shard};
 use super::quantiles::{QuantileFinder, Quantiles};
-use super::row::{CASE_COLUMNS, CaseColumns, ROW_COLUMNS, Status, cases};
+use super::row::{CASE_COLUMNS, CaseColumns, Status, cases, columns, gain_column, parameters};
 use csv::{ByteRecord, Reader, ReaderBuilder, WriterBuilder};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -33,6 +33,11 @@ pub struct CaseSummary {
     pub robots: u64,
     /// Robots that were calibrated, not refused.
     pub accepted: u64,
+    /// Robots whose true parameters were found: to the arithmetic's accuracy without noise, within
+    /// five times the Cramér–Rao bound with it.
+    pub returned: u64,
+    /// Those of them for which no other start than the nominal robot was needed.
+    pub returned_from_nominal: u64,
     /// Why the others were refused, and how many for each reason.
     pub refusals: BTreeMap<String, u64>,
     /// Gain (4.1), percent.
@@ -49,12 +54,36 @@ pub struct CaseSummary {
     pub bound_ratio_rms: Option<f64>,
     /// Wall-clock time of one calibration; not of the simulation around it.
     pub seconds_per_calibration: Option<f64>,
+    /// Of every parameter, if the plan asks for it and any robot was calibrated.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parameter_gains: Vec<ParameterGain>,
+}
+
+/// The gain of one parameter by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ParameterGain {
+    /// Counted from 1.
+    pub arm: usize,
+    /// As in the paper: `Dx`, `theta`, `La_x`.
+    pub parameter: &'static str,
+    /// Percent.
+    pub gain_percent: Quantiles,
 }
 
 impl CaseSummary {
     /// Calibrated robots, percent.
     pub fn converged_percent(&self) -> f64 {
         100.0 * number(self.accepted) / number(self.robots)
+    }
+
+    /// Robots whose true parameters were found, percent.
+    pub fn returned_percent(&self) -> f64 {
+        100.0 * number(self.returned) / number(self.robots)
+    }
+
+    /// The same of those for which no other start than the nominal robot was needed.
+    pub fn returned_from_nominal_percent(&self) -> f64 {
+        100.0 * number(self.returned_from_nominal) / number(self.robots)
     }
 }
 
@@ -68,12 +97,24 @@ const fn number(count: u64) -> f64 {
 struct Gathered {
     robots: u64,
     accepted: u64,
+    returned: u64,
+    returned_from_nominal: u64,
     refusals: BTreeMap<String, u64>,
     squares: (f64, f64),
     finders: [QuantileFinder; 5],
+    /// One a parameter, or none.
+    parameters: Vec<QuantileFinder>,
 }
 
 impl Gathered {
+    fn new(plan: &Plan) -> Self {
+        let each = if plan.parameters { 24 } else { 0 };
+        Self {
+            parameters: (0..each).map(|_| QuantileFinder::default()).collect(),
+            ..Self::default()
+        }
+    }
+
     /// In the first pass.
     fn count(&mut self, row: &Cells<'_>) -> io::Result<()> {
         self.robots += 1;
@@ -82,6 +123,10 @@ impl Gathered {
             return Ok(());
         }
         self.accepted += 1;
+        let returned = row.text("returned")? == "true";
+        let from_nominal = row.text("from_nominal")? == "true";
+        self.returned += u64::from(returned);
+        self.returned_from_nominal += u64::from(returned && from_nominal);
         if let (Some(error), Some(bound)) =
             (row.number("parameter_error_mm")?, row.number("bound_mm")?)
         {
@@ -101,46 +146,68 @@ impl Gathered {
                 finder.offer(value);
             }
         }
+        for (finder, (arm, parameter)) in self.parameters.iter_mut().zip(parameters()) {
+            if let Some(value) = row.number(&gain_column(arm, parameter))? {
+                finder.offer(value);
+            }
+        }
         Ok(())
     }
 
     fn another_pass(&mut self) -> bool {
         let mut another = false;
-        for finder in &mut self.finders {
+        for finder in self.finders.iter_mut().chain(&mut self.parameters) {
             another |= finder.another_pass();
         }
         another
     }
 
     fn summary(&self, case: CaseColumns, seconds_per_calibration: Option<f64>) -> CaseSummary {
-        let [gain, before, after, parameters, ratio] =
+        let [gain, before, after, error, ratio] =
             self.finders.each_ref().map(QuantileFinder::quantiles);
         let (errors, bounds) = self.squares;
         CaseSummary {
             case,
             robots: self.robots,
             accepted: self.accepted,
+            returned: self.returned,
+            returned_from_nominal: self.returned_from_nominal,
             refusals: self.refusals.clone(),
             gain_percent: gain,
             error_before_mm: before,
             error_after_mm: after,
-            parameter_error_mm: parameters,
+            parameter_error_mm: error,
             bound_ratio: ratio,
             bound_ratio_rms: (bounds > 0.0).then(|| (errors / bounds).sqrt()),
             seconds_per_calibration,
+            parameter_gains: self
+                .parameters
+                .iter()
+                .zip(parameters())
+                .filter_map(|(finder, (arm, parameter))| {
+                    Some(ParameterGain {
+                        arm,
+                        parameter: parameter.symbol(),
+                        gain_percent: finder.quantiles()?,
+                    })
+                })
+                .collect(),
         }
     }
 }
 
 /// A row's cells by their column.
-struct Cells<'a>(&'a ByteRecord);
+struct Cells<'a> {
+    columns: &'a [String],
+    cells: &'a ByteRecord,
+}
 
 impl Cells<'_> {
     fn text(&self, column: &str) -> io::Result<&str> {
-        ROW_COLUMNS
+        self.columns
             .iter()
             .position(|name| *name == column)
-            .and_then(|index| self.0.get(CASE_COLUMNS.len() + index))
+            .and_then(|index| self.cells.get(index))
             .and_then(|cell| std::str::from_utf8(cell).ok())
             .ok_or_else(|| io::Error::other(format!("a row has no column {column}")))
     }
@@ -172,15 +239,23 @@ pub(super) fn summarise(
     let mut reader = ReaderBuilder::new().from_path(rows).map_err(broken)?;
     reader.byte_headers().map_err(broken)?;
     let variants = plan.variants().len();
+    let columns = columns(plan);
     let mut cases = cases(plan).into_iter();
     let mut times = record.calibrations.iter().zip(&record.seconds);
     let mut summaries = Vec::new();
     for _ in plan.scenarios() {
         let begin = reader.position().clone();
-        let mut gathered: Vec<_> = (0..variants).map(|_| Gathered::default()).collect();
+        let mut gathered: Vec<_> = (0..variants).map(|_| Gathered::new(plan)).collect();
         let mut first = true;
         loop {
-            pass(&mut reader, shard.robots(plan), &mut gathered, first).map_err(failed)?;
+            pass(
+                &mut reader,
+                &columns,
+                shard.robots(plan),
+                &mut gathered,
+                first,
+            )
+            .map_err(failed)?;
             first = false;
             let another = gathered
                 .iter_mut()
@@ -201,6 +276,7 @@ pub(super) fn summarise(
 
 fn pass(
     reader: &mut Reader<File>,
+    columns: &[String],
     robots: u64,
     gathered: &mut [Gathered],
     first: bool,
@@ -211,7 +287,10 @@ fn pass(
             if !reader.read_byte_record(&mut record)? {
                 return Err(io::Error::other("the rows end too early"));
             }
-            let cells = Cells(&record);
+            let cells = Cells {
+                columns,
+                cells: &record,
+            };
             if first {
                 case.count(&cells)?;
             }
@@ -224,7 +303,16 @@ fn pass(
 /// `summary.csv`.
 pub(super) fn summary_csv(summaries: &[CaseSummary]) -> Result<String, CampaignError> {
     let mut columns: Vec<String> = CASE_COLUMNS.map(str::to_owned).into();
-    columns.extend(["robots", "accepted", "converged_percent"].map(str::to_owned));
+    columns.extend(
+        [
+            "robots",
+            "accepted",
+            "converged_percent",
+            "returned_percent",
+            "returned_from_nominal_percent",
+        ]
+        .map(str::to_owned),
+    );
     for (_, pattern) in QUANTITIES {
         columns.extend(QUANTILES.map(|name| pattern.replace("{}", name)));
     }
@@ -244,8 +332,13 @@ pub(super) fn summary_csv(summaries: &[CaseSummary]) -> Result<String, CampaignE
             .map(|(reason, count)| format!("{reason} {count}"))
             .collect();
         (
+            summary.case,
             (summary.robots, summary.accepted),
-            summary.converged_percent(),
+            [
+                summary.converged_percent(),
+                summary.returned_percent(),
+                summary.returned_from_nominal_percent(),
+            ],
             quantities,
             summary.bound_ratio_rms,
             refusals.join("; "),
@@ -258,15 +351,35 @@ pub(super) fn timing_csv(summaries: &[CaseSummary]) -> Result<String, CampaignEr
     let mut columns: Vec<String> = CASE_COLUMNS.map(str::to_owned).into();
     columns.push("seconds_per_calibration".to_owned());
     table(&columns, summaries, |summary| {
-        summary.seconds_per_calibration
+        (summary.case, summary.seconds_per_calibration)
     })
 }
 
-/// The columns of each case, and `others` behind them.
-fn table<T: Serialize>(
+/// `parameters.csv`.
+pub(super) fn parameters_csv(summaries: &[CaseSummary]) -> Result<String, CampaignError> {
+    let mut columns: Vec<String> = CASE_COLUMNS.map(str::to_owned).into();
+    columns.extend(["arm", "parameter"].map(str::to_owned));
+    columns.extend(QUANTILES.map(|name| format!("gain_{name}_percent")));
+    let rows: Vec<_> = summaries
+        .iter()
+        .flat_map(|summary| {
+            summary
+                .parameter_gains
+                .iter()
+                .map(move |gain| (summary, gain))
+        })
+        .collect();
+    table(&columns, &rows, |(summary, gain)| {
+        let values = gain.gain_percent.values();
+        (summary.case, gain.arm, gain.parameter, values)
+    })
+}
+
+/// A header and a row for each item.
+fn table<I, T: Serialize>(
     columns: &[String],
-    summaries: &[CaseSummary],
-    others: impl Fn(&CaseSummary) -> T,
+    items: &[I],
+    row: impl Fn(&I) -> T,
 ) -> Result<String, CampaignError> {
     let failed = |error: io::Error| CampaignError::file(Path::new("summary"), error);
     let mut writer = WriterBuilder::new()
@@ -274,8 +387,8 @@ fn table<T: Serialize>(
         .from_writer(Vec::new());
     let write = |writer: &mut csv::Writer<Vec<u8>>| -> Result<(), csv::Error> {
         writer.write_record(columns)?;
-        for summary in summaries {
-            writer.serialize((summary.case, others(summary)))?;
+        for item in items {
+            writer.serialize(row(item))?;
         }
         Ok(())
     };

@@ -7,7 +7,7 @@ use crate::evaluation::{CramerRaoBound, Evaluation};
 use crate::fkm;
 use delta_cal::{
     ArmOutcome, Calibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings,
-    Tolerance,
+    StartUsed, Tolerance,
 };
 use std::time::{Duration, Instant};
 
@@ -27,6 +27,8 @@ pub(super) struct Calibrated {
     pub(super) iterations: u16,
     /// Of the worst arm.
     pub(super) condition: f64,
+    /// Whether every arm's iteration began at the nominal robot, and no other start was needed.
+    pub(super) from_nominal: bool,
 }
 
 /// What is stated of a calibrated robot whose true parameters are known.
@@ -35,6 +37,8 @@ pub(super) struct Worth {
     pub(super) gain: f64,
     pub(super) position_error: f64,
     pub(super) parameter_error: f64,
+    /// Of each arm's parameters in turn, percent.
+    pub(super) parameter_gains: [f64; 24],
 }
 
 pub(super) fn calibrate(
@@ -47,16 +51,19 @@ pub(super) fn calibrate(
         noise: scenario.noise.filter(|_| variant.weights),
         tolerance: scenario.tolerance.filter(|_| variant.prior),
         method: variant.solver.method(),
+        start: variant.method.start(),
         ..Settings::default()
     };
     let nominal = &plan.robot.robot;
     let begin = Instant::now();
     let result = match variant.method {
-        CampaignMethod::Ikm => ikm(nominal, samples, &settings),
+        CampaignMethod::Ikm | CampaignMethod::IkmNoGuess => ikm(nominal, samples, &settings),
         CampaignMethod::IkmSingle => ikm_single(plan, scenario, variant, samples),
-        CampaignMethod::Fkm => fkm::calibrate(nominal, samples, &settings)
-            .map(|outcome| calibrated(&outcome.robot, &outcome.robot.robot))
-            .map_err(|refusal| Status::of(&refusal)),
+        CampaignMethod::Fkm | CampaignMethod::FkmNoGuess => {
+            fkm::calibrate(nominal, samples, &settings)
+                .map(|outcome| calibrated(&outcome.robot, &outcome.robot.robot))
+                .map_err(|refusal| Status::of(&refusal))
+        }
     };
     let time = begin.elapsed();
     match result {
@@ -80,10 +87,12 @@ pub(super) fn worth(plan: &Plan, robot: &SimulatedRobot, after: &Robot<f64>) -> 
         before: &plan.robot.robot,
         after,
     };
+    let gains = evaluation.parameter_gains();
     Worth {
         gain: evaluation.gain(),
         position_error: evaluation.position_error_after(&robot.held_out).rms,
         parameter_error: evaluation.error_after(),
+        parameter_gains: std::array::from_fn(|index| gains[index / 8][index % 8]),
     }
 }
 
@@ -178,5 +187,9 @@ fn calibrated<T: Real>(outcome: &RobotOutcome<T>, robot: &Robot<f64>) -> Calibra
         robot: *robot,
         iterations: outcome.arms.iter().map(iterations).max().unwrap_or(0),
         condition: outcome.arms.iter().map(condition).fold(0.0, f64::max),
+        from_nominal: outcome
+            .arms
+            .iter()
+            .all(|arm| arm.start == StartUsed::Reference),
     }
 }

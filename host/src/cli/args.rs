@@ -2,6 +2,7 @@ use super::check::{self, CheckArguments};
 use super::device::DeviceArguments;
 use super::paths::robot_path;
 use super::plan::{self, PlanArguments};
+use super::reproduce::{self, ReproduceArguments};
 use super::simulate::{self, SimulateArguments};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use delta_cal_host::{CalibrationMethod, Frame, Options};
@@ -36,6 +37,7 @@ Examples:
   delta-cal plan robot.toml --count 12 --output poses.csv
   delta-cal check robot.toml samples.csv
   delta-cal simulate
+  delta-cal reproduce
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
 
 const CALIBRATE_HELP: &str = "\
@@ -122,6 +124,9 @@ pub(crate) enum Command {
     /// Calibrate many simulated robots, to learn what a calibration will be worth
     #[command(after_help = simulate::help())]
     Simulate(SimulateArguments),
+    /// Run every simulation of the paper, and set its numbers beside this program's
+    #[command(after_help = reproduce::HELP)]
+    Reproduce(ReproduceArguments),
     /// Calibrate a controller that calibrates itself, over its serial link
     Device(DeviceArguments),
 }

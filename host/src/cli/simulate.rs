@@ -5,17 +5,15 @@ mod table;
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
 use super::print;
+use super::progress::{Bar, interruption};
 use clap::{Args, Subcommand};
 use delta_cal_host::campaign::{
     self, CampaignError, CaseSummary, EXAMPLE, PLAN, Plan, RunOptions, Shard,
 };
 use delta_cal_host::{InputText, output};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 const HELP: &str = "\
@@ -138,16 +136,13 @@ fn simulate(arguments: &RunArguments) -> Result<(), Failure> {
         .map_err(|error| Failure::Output(format!("a temporary folder: {error}")))?;
     let folder = arguments.output.as_deref().unwrap_or(temporary.path());
 
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    // Without a handler Ctrl-C ends the process at once, and what is recorded is kept all the same.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let interrupted = interruption();
     let options = RunOptions {
         threads: arguments.threads.map_or(0, usize::from),
         force: arguments.force,
         interrupted: &interrupted,
     };
-    let bar = Bar::new();
+    let bar = Bar::new("robots");
     let begin = Instant::now();
     let mut computed = Computed::default();
     let result = campaign::run(
@@ -218,7 +213,7 @@ fn publish(
     print(&text)
 }
 
-fn failure(error: CampaignError, output: Option<&Path>) -> Failure {
+pub(super) fn failure(error: CampaignError, output: Option<&Path>) -> Failure {
     match error {
         CampaignError::Input(error) => error.into(),
         CampaignError::Folder { .. } => Failure::Usage {
@@ -265,45 +260,5 @@ impl Computed {
         #[allow(clippy::cast_precision_loss)] // for people
         let rate = robots as f64 / seconds;
         format!("{robots} robots in {seconds:.1} s, {rate:.0} robots/s.\n")
-    }
-}
-
-/// A progress bar on a terminal, nothing elsewhere.
-struct Bar(ProgressBar);
-
-const BEGUN: &str = "[{bar:40}] {pos}/{len} robots";
-/// Once there is a speed to tell it from.
-const TIME_LEFT: &str = "[{bar:40}] {pos}/{len} robots, {eta} left";
-
-impl Bar {
-    fn new() -> Self {
-        let bar = Self(ProgressBar::with_draw_target(
-            None,
-            ProgressDrawTarget::stderr(),
-        ));
-        bar.style(BEGUN);
-        bar
-    }
-
-    fn style(&self, template: &str) {
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            self.0.set_style(style.progress_chars("=> "));
-        }
-    }
-
-    fn show(&self, finished: u64, robots: u64) {
-        if self.0.length().is_none() {
-            // Those that were there before say nothing of the speed.
-            self.0.set_length(robots);
-            self.0.set_position(finished);
-            self.0.reset_eta();
-        } else {
-            self.0.set_position(finished);
-            self.style(TIME_LEFT);
-        }
-    }
-
-    fn finish(&self) {
-        self.0.finish_and_clear();
     }
 }

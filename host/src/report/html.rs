@@ -5,16 +5,15 @@ mod poses;
 mod tables;
 
 use super::next::advice;
+use super::page::{self, figure};
 use super::table::small;
 use super::{solver_name, start_name, termination_name};
-use crate::plot::{Figure, PlotError};
+use crate::plot::PlotError;
 use crate::refusal::OUTLIER;
 use crate::words::count;
 use crate::{CalibrationMethod, CalibrationReport, Frame, PositionError};
 use delta_cal::ArmOutcome;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
-
-const STYLE: &str = include_str!("html/style.css");
+use maud::{Markup, html};
 
 /// The whole report. `origin` says what the report itself cannot know: that the samples are
 /// simulated, or where the calibration was computed.
@@ -23,57 +22,40 @@ const STYLE: &str = include_str!("html/style.css");
 /// A figure that cannot be drawn; none is known.
 pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String, PlotError> {
     let title = format!("Calibration of {}", report.before.name);
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="generator" content={ "delta-cal " (env!("CARGO_PKG_VERSION")) };
-                meta http-equiv="Content-Security-Policy"
-                    content="default-src 'none'; style-src 'unsafe-inline'";
-                title { (title) }
-                style { (PreEscaped(STYLE)) }
+    let body = html! {
+        h1 { (title) }
+        (how(report, origin))
+        (verdict(report))
+        section {
+            h2 { "Parameters" }
+            @if let Some((changes, caption)) = figures::parameters(report) {
+                (figure(&changes, caption)?)
             }
-            body {
-                main {
-                    h1 { (title) }
-                    (how(report, origin))
-                    (verdict(report))
-                    section {
-                        h2 { "Parameters" }
-                        @if let Some((changes, caption)) = figures::parameters(report) {
-                            (figure(&changes, caption)?)
-                        }
-                        (tables::parameters(report))
-                    }
-                    section {
-                        h2 { "Position error of each sample" }
-                        (residuals(report)?)
-                    }
-                    section {
-                        h2 { "Poses" }
-                        (views(report)?)
-                    }
-                    section {
-                        h2 { "How well the samples determine each arm" }
-                        (figure(&figures::conditions(report), "Below 100 is good. Beyond 1000 \
-                            the poses hardly tell some parameters apart.")?)
-                        (solution(report))
-                    }
-                    section {
-                        h2 { "What to measure next" }
-                        ul { @for sentence in advice(report) { li { (sentence) } } }
-                        (figure(&figures::joints(report), "Joint angles of the samples within the \
-                            joint limits.")?)
-                    }
-                    (sensor_frame(report))
-                    footer { "delta-cal " (env!("CARGO_PKG_VERSION")) }
-                }
-            }
+            (tables::parameters(report))
         }
+        section {
+            h2 { "Position error of each sample" }
+            (residuals(report)?)
+        }
+        section {
+            h2 { "Poses" }
+            (views(report)?)
+        }
+        section {
+            h2 { "How well the samples determine each arm" }
+            (figure(&figures::conditions(report), "Below 100 is good. Beyond 1000 \
+                the poses hardly tell some parameters apart.")?)
+            (solution(report))
+        }
+        section {
+            h2 { "What to measure next" }
+            ul { @for sentence in advice(report) { li { (sentence) } } }
+            (figure(&figures::joints(report), "Joint angles of the samples within the \
+                joint limits.")?)
+        }
+        (sensor_frame(report))
     };
-    Ok(page.into_string() + "\n")
+    Ok(page::render(&title, &body))
 }
 
 fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
@@ -161,16 +143,6 @@ fn millimetres(value: f64) -> String {
     } else {
         "unknown".to_owned()
     }
-}
-
-fn figure(figure: &Figure, caption: &str) -> Result<Markup, PlotError> {
-    let svg = figure.to_svg()?;
-    Ok(html! {
-        figure {
-            (PreEscaped(svg))
-            figcaption { (caption) }
-        }
-    })
 }
 
 fn residuals(report: &CalibrationReport) -> Result<Markup, PlotError> {

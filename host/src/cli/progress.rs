@@ -1,0 +1,57 @@
+//! Long commands: how far they are, and Ctrl-C.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Set by Ctrl-C.
+pub(super) fn interruption() -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    // Without a handler Ctrl-C ends the process at once, and what is recorded is kept all the same.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    interrupted
+}
+
+/// A progress bar on a terminal, nothing elsewhere.
+pub(super) struct Bar {
+    bar: ProgressBar,
+    what: &'static str,
+}
+
+impl Bar {
+    /// Counts what is named, such as `robots`.
+    pub(super) fn new(what: &'static str) -> Self {
+        let target = ProgressDrawTarget::stderr();
+        let bar = Self {
+            bar: ProgressBar::with_draw_target(None, target),
+            what,
+        };
+        bar.style("");
+        bar
+    }
+
+    fn style(&self, time_left: &str) {
+        let template = format!("[{{bar:40}}] {{pos}}/{{len}} {}{time_left}", self.what);
+        if let Ok(style) = ProgressStyle::with_template(&template) {
+            self.bar.set_style(style.progress_chars("=> "));
+        }
+    }
+
+    pub(super) fn show(&self, finished: u64, whole: u64) {
+        if self.bar.length().is_none() {
+            // Those that were there before say nothing of the speed.
+            self.bar.set_length(whole);
+            self.bar.set_position(finished);
+            self.bar.reset_eta();
+        } else {
+            self.bar.set_position(finished);
+            // Once there is a speed to tell it from.
+            self.style(", {eta} left");
+        }
+    }
+
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,163 @@
+//! `delta-cal reproduce`.
+
+use super::failure::Failure;
+use super::print;
+use super::progress::{Bar, interruption};
+use super::simulate;
+use anstyle::Style;
+use clap::Args;
+use delta_cal_host::campaign::{CaseSummary, RunOptions};
+use delta_cal_host::output;
+use delta_cal_host::reproduce::{
+    self, Comparison, NamedFigure, Reproduction, comparisons, figures, results_csv,
+};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+pub(crate) const HELP: &str = "\
+The paper: T. Bentaleb, J. Iqbal, \"On the improvement of calibration accuracy of parallel robots -
+modeling and optimization\", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
+
+DIR receives report.html (one file, opens from disk), results.csv (one row a case), figures/ (SVG and
+PNG) and campaigns/ (each simulation with one row a robot; its plan.toml is a campaign file for
+`delta-cal simulate`). Ctrl-C keeps what is finished, and the same command goes on. All but the times
+is the same to the bit in every run.
+
+Examples:
+  delta-cal reproduce
+  delta-cal reproduce --output paper --robots 100
+
+Exit codes:
+  0  done
+  2  the command line is wrong, or the folder holds something else
+  4  a file could not be written
+  130  interrupted; what is finished is kept in DIR";
+
+/// Dots a pixel of the figures as PNG: sharp in print.
+const PNG_SCALE: f32 = 2.0;
+
+#[derive(Debug, Args)]
+pub(crate) struct ReproduceArguments {
+    /// Write report.html, results.csv, the figures and the campaigns to this folder
+    #[arg(long, value_name = "DIR", default_value = "reproduction")]
+    output: PathBuf,
+    /// Robots of each case, in place of 500
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    robots: Option<u64>,
+    /// Threads; as many as there are processors without it. The results are the same to the bit
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    threads: Option<u16>,
+    /// Delete other campaigns in DIR and start anew
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
+    let interrupted = interruption();
+    let options = RunOptions {
+        threads: arguments.threads.map_or(0, usize::from),
+        force: arguments.force,
+        interrupted: &interrupted,
+    };
+    let folder = &arguments.output;
+    let (bar, begin) = (Bar::new("robots"), Instant::now());
+    let result = reproduce::run(
+        folder,
+        arguments.robots,
+        &options,
+        &mut |finished, robots| {
+            bar.show(finished, robots);
+        },
+    );
+    bar.finish();
+    let reproduction = result.map_err(|error| simulate::failure(error, Some(folder)))?;
+    write(folder, &reproduction)?;
+    let mut text = table(&comparisons(&reproduction));
+    let _ = writeln!(
+        text,
+        "\n{} calibrations in {} cases, {:.0} s. Written: {}",
+        reproduction.calibrations(),
+        reproduction
+            .experiments
+            .iter()
+            .map(|results| results.cases.len())
+            .sum::<usize>(),
+        begin.elapsed().as_secs_f64(),
+        folder.join("report.html").display()
+    );
+    print(&text)
+}
+
+fn write(folder: &Path, reproduction: &Reproduction) -> Result<(), Failure> {
+    let failed = |error: &dyn std::fmt::Display| Failure::Output(error.to_string());
+    let results = results_csv(reproduction).map_err(|error| failed(&error))?;
+    let figures = figures(reproduction);
+    let report = reproduce::render(reproduction, &figures)?;
+    let pictures = folder.join("figures");
+    std::fs::create_dir_all(&pictures)
+        .map_err(|error| failed(&format!("{}: {error}", pictures.display())))?;
+    for NamedFigure { name, figure, .. } in &figures {
+        let svg = figure.to_svg()?;
+        output::write_all(&[(&pictures.join(format!("{name}.svg")), &svg)])?;
+        let png = figure.to_png(PNG_SCALE)?;
+        output::write_bytes(&pictures.join(format!("{name}.png")), &png)?;
+    }
+    output::write_all(&[
+        (&folder.join("results.csv"), &results),
+        (&folder.join("report.html"), &report),
+    ])?;
+    Ok(())
+}
+
+const HEADING: Style = Style::new().bold();
+
+/// The paper's rows beside this program's.
+fn table(comparisons: &[Comparison<'_>]) -> String {
+    let mut text = format!(
+        "{HEADING}                        start error  noise        gain, %: paper   least     noise and     \
+         seconds{HEADING:#}\n{HEADING}case              poses  mm/°         mm/°                       squares   \
+         tolerance     paper   here{HEADING:#}\n"
+    );
+    for comparison in comparisons {
+        let case = comparison.case();
+        let paper = comparison.paper;
+        let paper_gain = match paper.gain_percent {
+            Some(gain) => number(gain),
+            None => paper.remark.to_owned(),
+        };
+        let _ = writeln!(
+            text,
+            "{:16}  {:>5}  {:11}  {:11}  {paper_gain:>14}  {:>8}  {:>10}  {:>10}  {:>5}",
+            comparison.experiment.name,
+            case.poses,
+            format!("{}/{}", case.start_error_mm, case.start_error_deg),
+            format!("{}/{}", case.noise_position_mm, case.noise_joint_deg),
+            gain(Some(comparison.as_in_the_paper)),
+            gain(comparison.with_prior),
+            paper
+                .seconds
+                .map_or_else(|| "–".into(), |seconds| format!("{seconds:.3}")),
+            comparison
+                .best()
+                .seconds_per_calibration
+                .map_or_else(|| "–".into(), |seconds| format!("{seconds:.5}")),
+        );
+    }
+    text
+}
+
+fn gain(summary: Option<&CaseSummary>) -> String {
+    summary
+        .and_then(|summary| summary.gain_percent)
+        .map_or_else(|| "–".into(), |gain| number(gain.median))
+}
+
+/// Two decimals near 100, where they matter.
+fn number(gain: f64) -> String {
+    if (99.0..100.0).contains(&gain) {
+        format!("{gain:.2}")
+    } else {
+        format!("{:.0}", gain + 0.0)
+    }
+}

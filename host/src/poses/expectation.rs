@@ -3,7 +3,7 @@
 use super::candidates::Selection;
 use super::{Assumptions, PlanError, PlanRequest};
 use crate::evaluation::CramerRaoBound;
-use crate::position_uncertainty::{PositionSigma, PositionUncertainty, joint_grid};
+use crate::position_uncertainty::{PositionSigma, PositionUncertainty, clear_poses};
 use delta_cal::limits::LARGEST_SIGMA;
 use delta_cal::{ArmIndex, Parameter, ParameterKind, Robot, Sample};
 use nalgebra::Vector3;
@@ -11,8 +11,6 @@ use rand_pcg::Pcg32;
 
 /// Sets of random poses that a plan is compared with.
 pub const RANDOM_SETS: usize = 21;
-/// Parts of the joints' range, of the grid that the workspace is judged over.
-const PARTS: u32 = 8;
 /// Poses that a region is judged over.
 const REGION_POSES: usize = 300;
 
@@ -68,7 +66,7 @@ impl<'a> Yardstick<'a> {
             Some(_) => selection.draw_many(REGION_POSES, rng)?,
             None => Vec::new(),
         };
-        let workspace = clear_grid(request.robot);
+        let workspace = clear_poses(request.robot);
         if workspace.is_empty() {
             return Err(PlanError::NoPose);
         }
@@ -141,16 +139,4 @@ impl<'a> Yardstick<'a> {
             region: self.request.region.map(|_| position(&|set| set.region)),
         })
     }
-}
-
-/// Poses all over the workspace: a grid of joint angles, less what is out of reach or near a
-/// singularity.
-pub(crate) fn clear_grid(file: &crate::RobotFile) -> Vec<Sample<f64>> {
-    let reach = file.reach();
-    joint_grid(&file.limits, PARTS)
-        .filter_map(|joints| {
-            let position = reach.clear_position(&file.robot, &joints).ok()?;
-            Some(Sample { joints, position })
-        })
-        .collect()
 }

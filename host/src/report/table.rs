@@ -148,7 +148,7 @@ fn positions(text: &mut String, report: &CalibrationReport) {
             let worst = report.uncertainty.as_ref().map_or_else(String::new, |map| {
                 let at = map.sigma.max_at;
                 format!(
-                    "; {} mm at worst, at {:.0}, {:.0}, {:.0}",
+                    ";\nat worst {} mm, at x {:.0}, y {:.0}, z {:.0}",
                     small(map.sigma.max),
                     at.x,
                     at.y,

@@ -192,10 +192,14 @@ fn wrong_input_is_refused_with_its_place() {
         assert_eq!(run.code, code, "{arguments}: {}", run.stderr);
         assert!(run.stderr.contains(cause), "{arguments}: {}", run.stderr);
     }
-    // The upper arm is longer than the forearm reaches: no such pose.
+    // Forearms that do not meet: no such pose.
     let short = ROBOT.replace("forearm_mm = 480", "forearm_mm = 250");
     folder.write("short.toml", short);
     let run = folder.run("check short.toml far.csv");
     assert_eq!(run.code, 3, "{}", run.stderr);
-    assert!(run.stderr.contains("far.csv:3"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("far.csv:2: unreachable"),
+        "{}",
+        run.stderr
+    );
 }

@@ -200,7 +200,7 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
             "7 poses cannot determine a robot",
         ),
         ("robot.toml --count 0", 2, "0 poses cannot determine"),
-        ("robot.toml --count 5000", 2, "more than 1000"),
+        ("robot.toml --count 5000", 2, "more than 500"),
         ("robot.toml", 2, "--count"),
         (
             "robot.toml --count 12 --within x=900..950,y=0..10,z=-400..-300",

@@ -50,7 +50,7 @@ impl Expectation {
 
 /// Where the position's uncertainty is judged.
 #[derive(Debug, Clone)]
-pub struct Yardstick<'a> {
+pub(super) struct Yardstick<'a> {
     request: &'a PlanRequest<'a>,
     workspace: WorkspacePoses,
     region: Vec<Sample<f64>>,

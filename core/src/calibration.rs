@@ -14,6 +14,7 @@ mod refusal;
 mod robot;
 mod solver;
 mod start;
+pub mod step_control;
 mod tolerance;
 
 pub use arm::{ArmSolver, Progress};

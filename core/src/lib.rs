@@ -22,12 +22,12 @@ mod real;
 mod robot;
 mod samples;
 
-pub use calibration::limits;
 pub use calibration::{
     ArmOutcome, ArmProblem, ArmSolver, Calibrator, Method, Progress, Refusal, RobotCalibrator,
     RobotOutcome, RobotSolver, Settings, Start, StartUsed, StoredCalibrator, Termination,
     Tolerance, ToleranceError,
 };
+pub use calibration::{limits, step_control};
 pub use kinematics::{Conditioning, KinematicsError, PlatformJacobian, Singularity};
 pub use real::Real;
 pub use robot::{

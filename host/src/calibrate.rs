@@ -9,7 +9,7 @@ use crate::{
     WorkspaceComparison, fkm, plausibility, sensor_frame,
 };
 use delta_cal::{
-    Calibrator, Method, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
+    Calibrator, Method, Noise, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
 };
 use std::error::Error;
 use std::fmt;
@@ -80,6 +80,9 @@ pub struct CalibrationReport {
     pub error_before: PositionError,
     /// Over the same samples, with the calibrated parameters.
     pub error_after: PositionError,
+    /// What the samples are judged by: the noise that the robot file states, otherwise the position's
+    /// as estimated from the residuals; `None` if no sample is left over to estimate it from.
+    pub noise: Option<Noise<f64>>,
     /// Every sample by itself, in the file's order.
     pub sample_errors: Vec<SampleErrors>,
     /// Over the workspace; `None` if the uncertainty is not known.
@@ -221,6 +224,28 @@ fn judged(
         return Err(circumstances.explain_worse(comparison, &error_after));
     }
 
+    let estimated_noise = || Noise::new(outcome.estimated_noise()?, 0.0).ok();
+    let noise = robot.noise.or_else(estimated_noise);
+    let after_in_sigmas = noise.map_or_else(
+        || vec![None; measured.len()],
+        |noise| fkm::residuals_in_sigmas(&calibrated, measured, &noise),
+    );
+    let sample_errors = samples
+        .rows
+        .iter()
+        .zip(measured)
+        .zip(distances_before.iter().zip(&distances_after))
+        .zip(&after_in_sigmas)
+        .map(
+            |(((row, measured), (before, after)), in_sigmas)| SampleErrors {
+                line: row.line,
+                measured: *measured,
+                before: *before,
+                after: *after,
+                after_in_sigmas: *in_sigmas,
+            },
+        )
+        .collect();
     let after = RobotFile {
         robot: calibrated,
         sensor_frame,
@@ -240,7 +265,8 @@ fn judged(
         outcome,
         error_before: PositionError::of(&distances_before, &samples.rows),
         error_after,
-        sample_errors: sample_errors(samples, measured, &distances_before, &distances_after),
+        noise,
+        sample_errors,
         workspace,
         uncertainty,
         warnings: Vec::new(),
@@ -301,24 +327,4 @@ fn distinct_poses(samples: &[Sample<f64>]) -> usize {
     poses.sort_unstable();
     poses.dedup();
     poses.len()
-}
-
-fn sample_errors(
-    samples: &SamplesFile,
-    measured: &[Sample<f64>],
-    before: &[Option<f64>],
-    after: &[Option<f64>],
-) -> Vec<SampleErrors> {
-    samples
-        .rows
-        .iter()
-        .zip(measured)
-        .zip(before.iter().zip(after))
-        .map(|((row, measured), (before, after))| SampleErrors {
-            line: row.line,
-            measured: *measured,
-            before: *before,
-            after: *after,
-        })
-        .collect()
 }

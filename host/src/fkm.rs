@@ -94,6 +94,20 @@ pub fn calibrate(
     search.outcome(ikm.err())
 }
 
+/// How far each sample is off, in σ of the noise as it is where the robot stands, √(|L⁻¹ (X − FK)|²/3):
+/// 1 is expected, less where few samples are left over. `None` where the robot does not reach the
+/// joint angles.
+pub(crate) fn residuals_in_sigmas(
+    robot: &Robot<f64>,
+    samples: &[Sample<f64>],
+    noise: &Noise<f64>,
+) -> Vec<Option<f64>> {
+    samples
+        .iter()
+        .map(|sample| problem::residual_in_sigmas(robot, sample, noise))
+        .collect()
+}
+
 /// The inverse of the information that samples of a robot hold of its parameters: mm², angles times
 /// the upper arm's length. `None` if they do not determine it.
 pub(crate) fn covariance_at(

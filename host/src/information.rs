@@ -4,7 +4,7 @@
 //! noise: a row `g` adds `g gᵀ` to the information of the parameters.
 
 use crate::fkm;
-use delta_cal::{ArmIndex, Noise, Parameter, ParameterKind, Robot, Sample, Tolerance};
+use delta_cal::{Arm, ArmIndex, Noise, Parameter, ParameterKind, Real, Robot, Sample, Tolerance};
 use nalgebra::{SMatrix, SVector};
 
 /// Number of parameters of Model 24.
@@ -17,12 +17,18 @@ pub(crate) fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
     let mut units = SVector::repeat(1.0);
     for (arm, geometry) in robot.arms().iter().enumerate() {
         for parameter in Parameter::ALL {
-            if parameter.kind() == ParameterKind::Angle {
-                units[ARM * arm + parameter.index()] = geometry.upper_arm_length();
-            }
+            units[ARM * arm + parameter.index()] = unit(geometry, parameter);
         }
     }
     units
+}
+
+/// The same of one parameter.
+pub(crate) fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
+    match parameter.kind() {
+        ParameterKind::Length => 1.0,
+        ParameterKind::Angle => arm.upper_arm_length(),
+    }
 }
 
 /// 1/tolerance of every parameter; zero without one.
@@ -54,7 +60,7 @@ pub(crate) fn closure_rows(
         let (x, q) = (&pose.position, pose.joints[index.index()]);
         let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
         let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
-        let sigma = by_position.hypot(by_joint);
+        let sigma = (by_position.squared() + by_joint.squared()).square_root();
         let own_units = units.fixed_rows::<ARM>(ARM * index.index());
         arm.constraint_by_parameters(x, q).component_div(&own_units) / sigma
     })

@@ -10,7 +10,7 @@
 //!                                  └→ CalibrateError: InputError or Refused
 //! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
 //! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
-//! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary
+//! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary ─→ reproduce: the paper beside it
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
 //! plot::Figure ─→ SVG, PNG; report::html
 //! texts ─→ output::write_all

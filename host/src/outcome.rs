@@ -15,6 +15,22 @@ pub struct Outcome {
     pub covariance: Option<SMatrix<f64, 24, 24>>,
 }
 
+impl Outcome {
+    /// One σ of the measured position in each coordinate, mm, as the residuals have it: of the arms'
+    /// variances the mean, weighted with their degrees of freedom. `None` with a stated noise, or if
+    /// no sample is left over.
+    pub fn estimated_noise(&self) -> Option<f64> {
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for arm in &self.robot.arms {
+            if let Some(sigma) = arm.estimated_noise {
+                squares += arm.degrees_of_freedom * sigma * sigma;
+                freedom += arm.degrees_of_freedom;
+            }
+        }
+        (freedom > 0.0).then(|| (squares / freedom).sqrt())
+    }
+}
+
 impl From<RobotOutcome<f64>> for Outcome {
     /// Three arms that know nothing of each other.
     fn from(robot: RobotOutcome<f64>) -> Self {

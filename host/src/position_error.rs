@@ -30,6 +30,9 @@ pub struct SampleErrors {
     pub before: Option<f64>,
     /// With the calibrated ones.
     pub after: Option<f64>,
+    /// The latter in σ of the [noise](crate::CalibrationReport::noise) at this pose, a joint's noise
+    /// carried over to the position: 1 is expected. `None` also where no noise is known.
+    pub after_in_sigmas: Option<f64>,
 }
 
 /// |X − FK(q)| of every sample; `None` where the geometry cannot reach the joint angles.

@@ -1,6 +1,6 @@
 //! Which poses a robot may take, and what forbids the others.
 
-use delta_cal::{ArmIndex, Conditioning, JointLimits, KinematicsError, Robot, Singularity};
+use delta_cal::{ArmIndex, Conditioning, JointLimits, KinematicsError, Real, Robot, Singularity};
 use nalgebra::Vector3;
 use std::fmt;
 
@@ -180,6 +180,8 @@ const SAME_PLACE: f64 = 1e-6;
 /// The angle of an arm's forearm out of the plane in which its upper arm moves, radians, 0 to π/2.
 pub fn forearm_angle(robot: &Robot<f64>, arm: ArmIndex, x: &Vector3<f64>, q: f64) -> f64 {
     let arm = robot.arm(arm);
-    let out_of_plane = (x - arm.elbow(q)).dot(&arm.basis().ey) / arm.lb();
-    out_of_plane.abs().min(1.0).asin()
+    let sine = (x - arm.elbow(q)).dot(&arm.basis().ey) / arm.lb();
+    let sine = sine.abs().min(1.0);
+    // The platform's arcsine has other bits on another system.
+    sine.angle_over(((1.0 - sine) * (1.0 + sine)).square_root())
 }

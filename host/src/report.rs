@@ -7,6 +7,7 @@ mod next;
 pub(crate) mod page;
 pub mod plan;
 pub mod table;
+mod uncertain;
 
 use crate::units::degrees;
 use delta_cal::{Arm, ArmOutcome, Method, Parameter, ParameterKind, StartUsed, Termination};

@@ -10,8 +10,9 @@ use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
 pub(crate) const MOSTLY: f64 = 0.5;
 /// Without a tolerance, fewer samples than this may have several solutions.
 const FEW_SAMPLES: usize = 12;
-/// The parameters are then known a thousand times worse than each alone would be.
-const HIGH_CONDITION: f64 = 1e3;
+/// Below it a condition is good. Above, the parameters are known a hundred times worse than each
+/// alone would be.
+pub(crate) const GOOD_CONDITION: f64 = 100.0;
 /// Standard deviations of the residual's rms that make it doubtful.
 const DEVIATIONS: f64 = 3.0;
 /// Residuals below this part of the stated noise are doubtful too.
@@ -230,7 +231,7 @@ fn arm_warnings(
             decided.join(", ")
         ));
     }
-    if outcome.condition > HIGH_CONDITION {
+    if outcome.condition > GOOD_CONDITION {
         found.push(format!(
             "{arm}: the poses determine the parameters badly (condition {:.0}): spread them over \
              the whole workspace",

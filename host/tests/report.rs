@@ -4,6 +4,8 @@
 
 mod support;
 
+use delta_cal_host::{CalibrationMethod, Options, calibrate, example};
+use nalgebra::Matrix3;
 use roxmltree::Document;
 use serde_json::Value;
 use support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
@@ -90,10 +92,15 @@ fn every_parameter_and_sample_of_the_json_report_is_in_the_page() {
         let line = sample["line"].to_string();
         let row = rows
             .iter()
-            .find(|row| row.len() == 10 && row[0] == line)
+            .find(|row| row.len() == 11 && row[0] == line)
             .unwrap();
         assert_eq!(row[7], shown(number(&sample["error_before_mm"])));
-        assert_eq!(row[8], shown(number(&sample["error_after_mm"])));
+        let after = number(&sample["error_after_mm"]);
+        assert_eq!(row[8], shown(after));
+        let sigmas = number(&sample["error_after_sigma"]);
+        assert_eq!(row[9], format!("{sigmas:.2}"));
+        // The stated noise, of each coordinate, is 0.01 mm; of the joints there is none.
+        assert!((sigmas - after / (3f64.sqrt() * 0.01)).abs() < 1e-9 * sigmas);
     }
     let after = &json["position_error_mm"]["after"];
     for part in ["rms", "max"] {
@@ -109,6 +116,51 @@ fn every_parameter_and_sample_of_the_json_report_is_in_the_page() {
         .chain(conditions)
         .collect();
     assert!(rows.contains(&expected), "{expected:?}");
+}
+
+#[test]
+fn a_sample_is_off_by_as_many_sigmas_as_finite_differences_have_it() {
+    let (robot, samples) = example::load().unwrap();
+    let report = calibrate(&robot, &samples, Options::default()).unwrap();
+    let noise = robot.noise.unwrap();
+    let after = &report.after.robot;
+    for sample in &report.sample_errors {
+        let joints = sample.measured.joints;
+        let step = 1e-6;
+        let mut covariance = Matrix3::identity() * noise.position().powi(2);
+        for joint in 0..3 {
+            let at = |delta: f64| {
+                let mut moved = joints;
+                moved[joint] += delta;
+                after.forward(&moved).unwrap()
+            };
+            let by_joint = (at(step) - at(-step)) / (2.0 * step) * noise.joint();
+            covariance += by_joint * by_joint.transpose();
+        }
+        let off = sample.measured.position - after.forward(&joints).unwrap();
+        let expected = (off.dot(&(covariance.try_inverse().unwrap() * off)) / 3.0).sqrt();
+        let found = sample.after_in_sigmas.unwrap();
+        // The weights belong to the measured position, which is off by a few 1e-4 of an arm.
+        assert!(
+            (found - expected).abs() < 1e-3 * expected,
+            "{found} {expected}"
+        );
+    }
+}
+
+#[test]
+fn without_a_stated_noise_the_estimated_one_is_the_unit_of_the_residuals() {
+    let (mut robot, samples) = example::load().unwrap();
+    (robot.noise, robot.tolerance) = (None, None);
+    let options = Options {
+        method: CalibrationMethod::Fkm,
+        ..Options::default()
+    };
+    let report = calibrate(&robot, &samples, options).unwrap();
+    let squares = report.sample_errors.iter();
+    let squares: f64 = squares.map(|s| s.after_in_sigmas.unwrap().powi(2)).sum();
+    // σ² = Σr²/(3n − 24), so that the mean of r²/(3σ²) is (3n − 24)/3n; n is 40.
+    assert!((squares / 40.0 - 96.0 / 120.0).abs() < 1e-9, "{squares}");
 }
 
 #[test]
@@ -128,9 +180,11 @@ fn every_sample_is_drawn_in_every_view() {
                 .count()
         })
         .collect();
-    // With those of the legends: parameters, before and after, four views, conditions, four maps of
-    // tiles, joints.
-    let expected = [24 + 3, 60 + 2, 31, 31, 31, 31, 3 + 1, 0, 0, 0, 0, 90 + 1];
+    // With those of the legends: parameters, before and after, in σ those after only, four views,
+    // conditions, four maps without any, joints.
+    let mut expected = vec![24 + 3, 60 + 2, 31, 31, 31, 31, 31, 3 + 1];
+    expected.extend([0; 4]);
+    expected.push(90 + 1);
     assert_eq!(discs, expected);
 }
 
@@ -213,7 +267,7 @@ fn an_outlier_is_marked_with_its_line_in_the_figure_and_in_the_table() {
             .iter()
             .filter(|drawing| labelled(drawing))
             .count(),
-        5
+        6
     );
     assert!(page.contains("First measure the sample of line 22 again"));
 }
@@ -235,21 +289,100 @@ fn poses_in_a_corner_are_told_what_is_missing() {
     assert!(page.contains(
         "The samples move the joints through a small part of their range of -60° to 90°"
     ));
-    let proposed = page.split("that tell most, the best first: ").nth(1);
-    let proposed = proposed.unwrap().split(". With").next().unwrap();
-    let poses: Vec<Vec<f64>> = proposed
-        .split("; ")
-        .map(|pose| {
-            let angles = pose.split(", ").map(|angle| angle.trim_end_matches('°'));
-            angles.map(|angle| angle.parse().unwrap()).collect()
-        })
-        .collect();
-    assert_eq!(poses.len(), 4);
-    // Out of the corner, each of them.
-    for pose in &poses {
-        assert!(pose.iter().any(|angle| *angle < 40.0), "{pose:?}");
+    let (_, proposed) = page
+        .split_once("The joint angles that tell most, the best first: ")
+        .unwrap();
+    let (proposed, _) = proposed.split_once('.').unwrap();
+    for pose in proposed.split("; ") {
+        let angles: Vec<f64> = pose
+            .split(", ")
+            .map(|angle| angle.trim_end_matches('°').parse().unwrap())
+            .collect();
+        assert_eq!(angles.len(), 3);
+        assert!(angles.iter().any(|angle| *angle < 40.0), "{pose}");
     }
     assert!(!page.contains("Nothing needs to be measured"));
+}
+
+/// The numbers of a field of all 24 parameters.
+fn numbers(json: &Value, field: &str) -> Vec<f64> {
+    let arms = json["arms"].as_array().unwrap().iter();
+    arms.flat_map(|arm| arm["parameters"].as_array().unwrap())
+        .map(|parameter| parameter[field].as_f64().unwrap())
+        .collect()
+}
+
+fn is_angle(index: usize) -> bool {
+    matches!(index % 8, 3 | 4)
+}
+
+/// The advice names the worst parameter, and how many beyond the first four exceed their limit.
+fn assert_named(page: &str, against: &str, ratios: &[f64]) {
+    let symbols = ["Dx", "Dy", "Dz", "theta", "alpha", "La_x", "La_y", "Lb"];
+    let exceeding = ratios.iter().filter(|ratio| **ratio > 1.0).count();
+    let worst = (0..24)
+        .max_by(|a, b| ratios[*a].total_cmp(&ratios[*b]))
+        .unwrap();
+    let (symbol, arm) = (symbols[worst % 8], worst / 8 + 1);
+    let sentence = format!("Known worse than {against}, worst first: {symbol} of arm {arm} (σ ");
+    assert!(page.contains(&sentence), "{sentence}");
+    assert!(exceeding > 0);
+    if exceeding > 4 {
+        let others = exceeding - 4;
+        assert!(page.contains(&format!(", and {others} more. Four times")));
+    }
+    assert!(!page.contains("Nothing needs to be measured"));
+}
+
+#[test]
+fn a_sigma_above_half_the_tolerance_is_named_though_the_poses_are_good() {
+    let folder = folder(
+        &format!("{NOMINAL}{TOLERANCE}\n[noise]\nposition_mm = 0.06\njoint_deg = 0.0\n"),
+        &csv(&noisy(&true_arms(), 40, 0.06)),
+    );
+    folder
+        .run("calibrate robot.toml samples.csv --json report.json --report report.html")
+        .ok();
+    let json: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    assert!(
+        numbers(&json, "prior_share")
+            .iter()
+            .all(|share| *share < 0.5)
+    );
+    let sigmas = numbers(&json, "sigma").into_iter().enumerate();
+    let half = |index| if is_angle(index) { 0.1 } else { 0.25 };
+    let ratios: Vec<_> = sigmas.map(|(index, sigma)| sigma / half(index)).collect();
+    assert_named(&folder.read("report.html"), "half its tolerance", &ratios);
+}
+
+#[test]
+fn without_a_tolerance_a_sigma_above_the_median_change_is_named() {
+    let folder = folder(NOMINAL, &csv(&noisy(&true_arms(), 40, 0.3)));
+    folder
+        .run("calibrate robot.toml samples.csv --json report.json --report report.html")
+        .ok();
+    let json: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    // An angle moves the end of the upper arm, of 260 mm.
+    let in_millimetres = |field| {
+        let values = numbers(&json, field).into_iter().enumerate();
+        let length = |(index, value): (usize, f64)| {
+            if is_angle(index) {
+                value.abs().to_radians() * 260.0
+            } else {
+                value.abs()
+            }
+        };
+        values.map(length).collect::<Vec<_>>()
+    };
+    let mut changes = in_millimetres("change");
+    changes.sort_by(f64::total_cmp);
+    let sigmas = in_millimetres("sigma").into_iter();
+    let ratios: Vec<_> = sigmas.map(|sigma| sigma / changes[12]).collect();
+    assert_named(
+        &folder.read("report.html"),
+        "the median parameter was changed by",
+        &ratios,
+    );
 }
 
 #[test]

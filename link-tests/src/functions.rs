@@ -5,13 +5,14 @@
 
 use core::mem::MaybeUninit;
 use delta_cal::limits::{chi_square_quantile, samples_needed};
+use delta_cal::step_control::{Prospect, StepControl, StepResult, blur};
 use delta_cal::{
     AlignmentError, Arm, ArmBasis, ArmFactor, ArmIndex, ArmOutcome, ArmSolver, Calibrator,
-    Conditioning, GeometryError, JointLimits, JointLimitsError, KinematicsError, MergeError, Noise,
-    NoiseError, Parameter, ParameterKind, PlatformJacobian, PoseError, Progress, Real, Reference,
-    Refusal, RigidTransform, Robot, RobotOutcome, RobotSolver, Sample, SampleError, Settings,
-    StoredArmSamples, StoredCalibrator, StoredError, SymmetricRobot, Tolerance, ToleranceError,
-    random_pose, simulate_sample, standard_normal,
+    Conditioning, GeometryError, JointLimits, JointLimitsError, KinematicsError, MergeError,
+    Method, Noise, NoiseError, Parameter, ParameterKind, PlatformJacobian, PoseError, Progress,
+    Real, Reference, Refusal, RigidTransform, Robot, RobotOutcome, RobotSolver, Sample,
+    SampleError, Settings, StoredArmSamples, StoredCalibrator, StoredError, SymmetricRobot,
+    Tolerance, ToleranceError, random_pose, simulate_sample, standard_normal,
 };
 use nalgebra::{SVector, Vector3};
 use rand_pcg::Pcg32;
@@ -272,6 +273,39 @@ macro_rules! of_scalar {
                 ) -> Result<ArmOutcome<$t>, Refusal> {
                     solver.outcome(factor)
                 }
+
+                // Steps of an iteration
+                fn step_control_new(method: Method) -> StepControl<$t> { StepControl::new(method) }
+                fn step_control_method(control: &StepControl<$t>) -> Method { control.method() }
+                fn step_control_damping(control: &StepControl<$t>) -> $t { control.damping() }
+                fn step_control_judge(
+                    control: &mut StepControl<$t>,
+                    gain: $t,
+                    cost: $t,
+                    terms_squared: $t,
+                ) -> Prospect<$t> {
+                    control.judge(gain, cost, terms_squared)
+                }
+                fn step_control_accepts(
+                    control: &StepControl<$t>,
+                    prospect: &Prospect<$t>,
+                    cost: $t,
+                ) -> bool {
+                    control.accepts(prospect, cost)
+                }
+                fn step_control_accepted(
+                    control: &mut StepControl<$t>,
+                    prospect: &Prospect<$t>,
+                ) -> StepResult {
+                    control.accepted(prospect)
+                }
+                fn step_control_rejected(
+                    control: &mut StepControl<$t>,
+                    prospect: &Prospect<$t>,
+                ) -> StepResult {
+                    control.rejected(prospect)
+                }
+                fn cost_blur(cost: $t, terms_squared: $t) -> $t { blur(cost, terms_squared) }
 
                 // The robot
                 fn calibrator_new(robot: &Robot<$t>, settings: &Settings<$t>) -> Calibrator<$t> {

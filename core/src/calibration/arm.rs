@@ -4,7 +4,8 @@ use super::limits::{INDISTINGUISHABLE, SAMPLES_FOR_FREE_START, samples_needed};
 use super::outcome::{ArmOutcome, StartUsed, Termination};
 use super::problem::ArmProblem;
 use super::refusal::Refusal;
-use super::solver::{Iteration, StepResult};
+use super::solver::Iteration;
+use super::step_control::StepResult;
 use super::{Settings, Start};
 use crate::{ArmIndex, Parameter, Real};
 

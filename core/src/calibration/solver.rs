@@ -1,50 +1,21 @@
 //! One iteration of Gauss–Newton or Levenberg–Marquardt on an arm's problem.
 
+use super::Method;
 use super::problem::{ArmProblem, Normal};
-use super::{Method, Termination};
+use super::step_control::{self, LONGEST_STEP, Prospect, StepControl, StepResult};
 use crate::Real;
 use crate::samples::Displacement;
-
-/// Damping after the first rejected step, relative to the squared column norms.
-const FIRST_DAMPING: f64 = 1e-3;
-const MORE_DAMPING: f64 = 8.0;
-const LESS_DAMPING: f64 = 0.1;
-/// Below this the damping is dropped and full steps are tried again.
-const LEAST_DAMPING: f64 = 1e-5;
-const MOST_DAMPING: f64 = 1e8;
-/// A step damped by this much is shorter than the full one by a tenth or more in every direction.
-const ENOUGH_DAMPING: f64 = 0.1;
-/// Where the iteration converges slowly, a gain below this part of the cost is the end: it moves the
-/// solution by a hundred thousandth of its σ.
-const IRRELEVANT: f64 = 1e-10;
-/// A predicted gain must be this much smaller than a seen one to count as nothing.
-const SURELY_NOTHING: f64 = 1e-6;
-/// No single step may move a parameter by more than this, in units of the scale and radians: the
-/// solution nearest to the start is wanted, and a longer step leaves the region where the
-/// linearisation means anything.
-const LONGEST_STEP: f64 = 0.25;
 
 /// State of an iteration: a correction, and the problem linearised there.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Iteration<T: Real> {
-    method: Method,
+    control: StepControl<T>,
     pub(crate) correction: [T; 8],
     pub(crate) normal: Normal<T>,
     /// Σ (f/σf)² at the correction, and with the prior's share.
     pub(crate) sum_of_squares: T,
     pub(crate) cost: T,
-    damping: T,
-    previous_gain: T,
     pub(crate) iterations: u16,
-}
-
-/// What one step came to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum StepResult {
-    Continue,
-    Finished(Termination),
-    /// The full step does not exist or does not lead down, and the method has no other.
-    Failed,
 }
 
 /// Prior rows: weight and distance from the reference.
@@ -60,13 +31,11 @@ impl<T: Real> Iteration<T> {
     /// Before its [`restart`](Self::restart).
     pub(crate) const fn unstarted(method: Method) -> Self {
         Self {
-            method,
+            control: StepControl::new(method),
             correction: [T::ZERO; 8],
             normal: Normal::zero(),
             sum_of_squares: T::ZERO,
             cost: T::ZERO,
-            damping: T::ZERO,
-            previous_gain: T::INFINITY,
             iterations: 0,
         }
     }
@@ -80,8 +49,7 @@ impl<T: Real> Iteration<T> {
         correction: &[T; 8],
     ) {
         self.correction = *correction;
-        self.damping = T::ZERO;
-        self.previous_gain = T::INFINITY;
+        self.control = StepControl::new(self.control.method());
         self.iterations = 0;
         let at = Displacement::new(problem.reference(), correction);
         self.linearize(problem, prior, &at);
@@ -115,28 +83,10 @@ impl<T: Real> Iteration<T> {
         if !(gain.finite() && self.cost.finite()) {
             return StepResult::Failed;
         }
-        // r is known to ε times the terms it is made of, so a gain below that squared is nothing.
-        // |r|² is blurred by |r| times as much, so a smaller gain cannot be seen in it and is taken
-        // on trust.
-        let terms = self.cost + problem.terms_squared();
-        // Near the solution each gain follows from the last two, as quadratic convergence has it: the
-        // next one would be g (g/g′)². If that is nothing, this step is the last.
-        let ratio = if self.previous_gain.finite() && gain < self.previous_gain {
-            gain / self.previous_gain
-        } else {
-            T::ONE
-        };
-        let nothing = T::from_f64(16.0) * T::EPSILON.squared() * terms;
-        let settled =
-            gain <= nothing || gain * ratio.squared() <= nothing * T::from_f64(SURELY_NOTHING);
-        let invisible = self.blur(problem);
-        let at_rounding = gain <= invisible;
-        let slow = gain >= self.previous_gain * T::from_f64(0.25);
-        let stagnant = slow && (at_rounding || gain <= T::from_f64(IRRELEVANT) * self.cost);
-        self.previous_gain = gain;
+        let prospect = self.control.judge(gain, self.cost, problem.terms_squared());
 
         let Some(step) = self.trial_step() else {
-            return self.reject(at_rounding);
+            return self.reject(&prospect);
         };
         let mut trial = self.correction;
         for (value, delta) in trial.iter_mut().zip(&step) {
@@ -145,32 +95,17 @@ impl<T: Real> Iteration<T> {
         let at = Displacement::new(problem.reference(), &trial);
         let sum_of_squares = problem.sum_of_squares(&at);
         let cost = sum_of_squares + prior_cost(prior, &trial);
-        let accepted = match self.method {
-            Method::GaussNewton => cost.finite(),
-            Method::LevenbergMarquardt => {
-                cost < self.cost || (at_rounding && cost <= self.cost + invisible)
-            }
-        };
-        if !accepted {
-            return self.reject(at_rounding);
+        if !self.control.accepts(&prospect, cost) {
+            return self.reject(&prospect);
         }
         self.correction = trial;
-        self.damping *= T::from_f64(LESS_DAMPING);
-        if self.damping < T::from_f64(LEAST_DAMPING) {
-            self.damping = T::ZERO;
-        }
-        if settled {
-            // The last step is so short that the Jacobian before it is the Jacobian after it.
+        if prospect.settled {
             self.sum_of_squares = sum_of_squares;
             self.cost = cost;
-            return StepResult::Finished(Termination::GradientVanished);
-        }
-        self.linearize(problem, prior, &at);
-        if stagnant {
-            StepResult::Finished(Termination::RoundingReached)
         } else {
-            StepResult::Continue
+            self.linearize(problem, prior, &at);
         }
+        self.control.accepted(&prospect)
     }
 
     /// |T δ|²: by how much a displacement from a minimum raises the cost.
@@ -189,30 +124,16 @@ impl<T: Real> Iteration<T> {
     }
 
     /// How much of the cost may be rounding.
-    #[inline(never)]
     pub(crate) fn blur<P: ArmProblem<T>>(&self, problem: &P) -> T {
-        let blur =
-            T::from_f64(64.0) * T::EPSILON * (self.cost + problem.terms_squared()).square_root();
-        blur * self.cost.square_root() + blur.squared()
+        step_control::blur(self.cost, problem.terms_squared())
     }
 
-    fn reject(&mut self, at_rounding: bool) -> StepResult {
-        // A full step that fails may be too long rather than lost in rounding.
-        if at_rounding
-            && (self.method == Method::GaussNewton || self.damping > T::from_f64(ENOUGH_DAMPING))
-        {
-            return StepResult::Finished(Termination::RoundingReached);
+    fn reject(&mut self, prospect: &Prospect<T>) -> StepResult {
+        let result = self.control.rejected(prospect);
+        if result == StepResult::Continue {
+            self.iterations = self.iterations.saturating_add(1);
         }
-        if self.method == Method::GaussNewton || self.damping > T::from_f64(MOST_DAMPING) {
-            return StepResult::Failed;
-        }
-        self.iterations = self.iterations.saturating_add(1);
-        self.damping = if self.damping > T::ZERO {
-            self.damping * T::from_f64(MORE_DAMPING)
-        } else {
-            T::from_f64(FIRST_DAMPING)
-        };
-        StepResult::Continue
+        result
     }
 
     /// δ that minimises |T δ + b|² + λ|D δ|², D the column norms; `None` if it does not exist or,
@@ -220,8 +141,9 @@ impl<T: Real> Iteration<T> {
     #[inline(never)]
     fn trial_step(&self) -> Option<[T; 8]> {
         let mut normal = self.normal;
-        if self.damping > T::ZERO {
-            let root = self.damping.square_root();
+        let damping = self.control.damping();
+        if damping > T::ZERO {
+            let root = damping.square_root();
             // As many rows as a linearisation has, so that both share one reduction.
             let mut block = [[T::ZERO; 12]; 9];
             for (index, (column, norm)) in
@@ -235,7 +157,7 @@ impl<T: Real> Iteration<T> {
         }
         let step = normal.minimiser(&[T::ZERO; 9])?;
         let longest = T::from_f64(LONGEST_STEP);
-        let usable = match self.method {
+        let usable = match self.control.method() {
             Method::GaussNewton => step.iter().all(|delta| delta.finite()),
             Method::LevenbergMarquardt => step.iter().all(|delta| delta.magnitude() <= longest),
         };

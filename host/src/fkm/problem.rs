@@ -116,10 +116,7 @@ impl<'a> Problem<'a> {
         self.samples
             .iter()
             .zip(&self.whitening)
-            .map(|(sample, whitening)| {
-                let position = robot.forward(&sample.joints).ok()?;
-                Some(whitening * (sample.position - position))
-            })
+            .map(|(sample, whitening)| residual(robot, sample, whitening))
             .collect()
     }
 
@@ -202,6 +199,27 @@ impl<'a> Problem<'a> {
 pub(super) enum ImpossibleRobot {
     Arm(ArmIndex, GeometryError),
     Robot(GeometryError),
+}
+
+/// L⁻¹ (X − FK) of a sample; `None` if the robot does not reach it.
+fn residual(
+    robot: &Robot<f64>,
+    sample: &Sample<f64>,
+    whitening: &Matrix3<f64>,
+) -> Option<Vector3<f64>> {
+    let position = robot.forward(&sample.joints).ok()?;
+    Some(whitening * (sample.position - position))
+}
+
+/// √(|L⁻¹ (X − FK)|²/3); `None` if the robot does not reach the sample, or nothing holds it there.
+pub(super) fn residual_in_sigmas(
+    robot: &Robot<f64>,
+    sample: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> Option<f64> {
+    let whitening = whitening(robot, sample, noise);
+    let residual = residual(robot, sample, &whitening)?;
+    (whitening.norm_squared() > 0.0).then(|| (residual.norm_squared() / 3.0).sqrt())
 }
 
 fn size_squared(robot: &Robot<f64>, sample: &Sample<f64>) -> f64 {

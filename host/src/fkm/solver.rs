@@ -2,25 +2,8 @@
 
 use super::normal::{Normal, Vector24};
 use super::problem::Problem;
+use delta_cal::step_control::{self, LONGEST_STEP, Prospect, StepControl, StepResult};
 use delta_cal::{Method, Termination};
-
-/// Damping after the first rejected step, relative to the squared column norms.
-const FIRST_DAMPING: f64 = 1e-3;
-const MORE_DAMPING: f64 = 8.0;
-const LESS_DAMPING: f64 = 0.1;
-/// Below this the damping is dropped and full steps are tried again.
-const LEAST_DAMPING: f64 = 1e-5;
-const MOST_DAMPING: f64 = 1e8;
-/// A step damped by this much is shorter than the full one by a tenth or more in every direction.
-const ENOUGH_DAMPING: f64 = 0.1;
-/// Where the iteration converges slowly, a gain below this part of the cost is the end: it moves the
-/// solution by a hundred thousandth of its σ.
-const IRRELEVANT: f64 = 1e-10;
-/// A predicted gain must be this much smaller than a seen one to count as nothing.
-const SURELY_NOTHING: f64 = 1e-6;
-/// No single step may move a parameter by more than this part of the upper arm: a longer step leaves
-/// the region where the linearisation means anything.
-const LONGEST_STEP: f64 = 0.25;
 
 /// Where an iteration has come to, and the problem linearised there.
 #[derive(Debug, Clone)]
@@ -74,15 +57,14 @@ impl Solver<'_> {
 
     /// How much of a cost may be rounding.
     pub(super) fn blur(&self, cost: f64) -> f64 {
-        let blur = 64.0 * f64::EPSILON * (cost + self.problem.terms_squared).sqrt();
-        blur * cost.sqrt() + blur * blur
+        step_control::blur(cost, self.problem.terms_squared)
     }
 
     /// Iterates from a correction. `None` if the robot there does not reach every sample.
     pub(super) fn run(&self, from: &Vector24) -> Option<Run> {
         let mut point = self.point(from, self.problem.sum_of_squares(from))?;
         let starting_cost = point.cost;
-        let (mut damping, mut previous_gain) = (0.0, f64::INFINITY);
+        let mut control = StepControl::new(self.method);
         let mut termination = None;
         let mut iterations = 1;
         while iterations < self.iteration_limit && termination.is_none() {
@@ -91,39 +73,19 @@ impl Solver<'_> {
             if !gain.is_finite() {
                 break;
             }
-            // r is known to ε times the terms it is made of, so a gain below that squared is nothing.
-            // |r|² is blurred by |r| times as much: a smaller gain is taken on trust.
-            let nothing = 16.0 * f64::EPSILON.powi(2) * (point.cost + self.problem.terms_squared);
-            // Near the solution each gain follows from the last two, as quadratic convergence has it.
-            let ratio = if previous_gain.is_finite() {
-                (gain / previous_gain).min(1.0)
-            } else {
-                1.0
-            };
-            let settled = gain <= nothing || gain * ratio * ratio <= nothing * SURELY_NOTHING;
-            let at_rounding = gain <= self.blur(point.cost);
-            let slow = gain >= 0.25 * previous_gain;
-            let stagnant = slow && (at_rounding || gain <= IRRELEVANT * point.cost);
-            previous_gain = gain;
-
-            iterations += 1;
-            let full_steps_only = self.method == Method::GaussNewton;
-            if let Some((next, linearized)) = self.trial(&point, damping, at_rounding, settled) {
+            let prospect = control.judge(gain, point.cost, self.problem.terms_squared);
+            let result = if let Some(next) = self.trial(&point, &control, &prospect) {
                 point = next;
-                damping = less(damping);
-                if !linearized {
-                    iterations -= 1;
-                    termination = Some(Termination::GradientVanished);
-                } else if stagnant {
-                    termination = Some(Termination::RoundingReached);
-                }
-            } else if at_rounding && (full_steps_only || damping > ENOUGH_DAMPING) {
-                // A full step that fails may be too long rather than lost in rounding.
-                termination = Some(Termination::RoundingReached);
-            } else if full_steps_only || damping > MOST_DAMPING {
-                break;
+                iterations += u16::from(!prospect.settled);
+                control.accepted(&prospect)
             } else {
-                damping = more(damping);
+                iterations += 1;
+                control.rejected(&prospect)
+            };
+            match result {
+                StepResult::Continue => {}
+                StepResult::Finished(reason) => termination = Some(reason),
+                StepResult::Failed => break,
             }
         }
         // Full steps can settle above where they began.
@@ -135,43 +97,32 @@ impl Solver<'_> {
         })
     }
 
-    /// One step and the point it leads to, if that is an improvement; and whether the problem was
-    /// linearised there.
+    /// One step and the point it leads to, if that is an improvement.
     fn trial(
         &self,
         point: &Point,
-        damping: f64,
-        at_rounding: bool,
-        settled: bool,
-    ) -> Option<(Point, bool)> {
+        control: &StepControl<f64>,
+        prospect: &Prospect<f64>,
+    ) -> Option<Point> {
         let step = point
             .normal
-            .minimiser(damping)
+            .minimiser(control.damping())
             .filter(|step| self.usable(step))?;
         let correction = point.correction + step;
         let sum_of_squares = self.problem.sum_of_squares(&correction);
         let cost = sum_of_squares + self.prior_cost(&correction);
-        let accepted = match self.method {
-            Method::GaussNewton => cost.is_finite(),
-            Method::LevenbergMarquardt => {
-                cost < point.cost || (at_rounding && cost <= point.cost + self.blur(point.cost))
-            }
-        };
-        if !accepted {
+        if !control.accepts(prospect, cost) {
             return None;
         }
-        if settled {
-            // The last step is so short that the Jacobian before it is the Jacobian after it.
-            let last = Point {
+        if prospect.settled {
+            return Some(Point {
                 correction,
                 normal: point.normal.clone(),
                 sum_of_squares,
                 cost,
-            };
-            return Some((last, false));
+            });
         }
         self.point(&correction, sum_of_squares)
-            .map(|next| (next, true))
     }
 
     fn usable(&self, step: &Vector24) -> bool {
@@ -183,17 +134,4 @@ impl Solver<'_> {
                 .enumerate()
                 .all(|(index, delta)| delta.abs() <= longest(index / 8))
     }
-}
-
-fn more(damping: f64) -> f64 {
-    if damping > 0.0 {
-        damping * MORE_DAMPING
-    } else {
-        FIRST_DAMPING
-    }
-}
-
-fn less(damping: f64) -> f64 {
-    let less = damping * LESS_DAMPING;
-    if less < LEAST_DAMPING { 0.0 } else { less }
 }

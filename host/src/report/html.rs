@@ -172,6 +172,12 @@ fn residuals(report: &CalibrationReport) -> Result<Markup, PlotError> {
                 computed from the joint angles; ringed: more than {OUTLIER:.0} times as far off as \
                 the median sample."))?)
         }
+        @if let Some(in_sigmas) = figures::residuals_in_sigmas(report) {
+            (figure(&in_sigmas, &format!("The same after the calibration, in σ of the {} noise \
+                at each pose; 1 is expected. Beyond the upper line is one sample in three \
+                million, if the noise is right.",
+                if report.before.noise.is_some() { "stated" } else { "estimated" }))?)
+        }
         table {
             thead { tr {
                 th {} th { "rms" } th { "max" } th { "max is in" } th { "out of reach" }

@@ -123,6 +123,9 @@ pub struct JsonSample {
     pub error_before_mm: Option<f64>,
     /// With the calibrated ones.
     pub error_after_mm: Option<f64>,
+    /// The latter in σ of the stated noise, or else of the estimated, at this pose: the rms over three
+    /// coordinates, 1 is expected; `null` if no noise is known.
+    pub error_after_sigma: Option<f64>,
 }
 
 /// The calibration over the workspace.
@@ -227,6 +230,7 @@ impl JsonReport {
                     line: sample.line,
                     error_before_mm: sample.before,
                     error_after_mm: sample.after,
+                    error_after_sigma: sample.after_in_sigmas,
                 })
                 .collect(),
             workspace: report.workspace.map(|comparison| JsonWorkspace {

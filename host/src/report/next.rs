@@ -4,15 +4,14 @@
 use crate::information::{self, ARM};
 use crate::observability::Combination;
 use crate::poses::{PlanRequest, next_poses};
+use crate::report::uncertain::uncertain;
 use crate::units::degrees;
-use crate::warnings::{MOSTLY, stands_out};
+use crate::warnings::{GOOD_CONDITION, MOSTLY, stands_out};
 use crate::words::{count, list};
 use crate::{CalibrationReport, RobotFile};
 use delta_cal::{ArmIndex, ArmOutcome, Noise, Parameter, Robot, Tolerance};
 use nalgebra::{DVector, SMatrix, SVector, SymmetricEigen};
 
-/// The table's limit of a good condition.
-const GOOD_CONDITION: f64 = 100.0;
 /// A joint that the samples move through less than this part of its range is moved too little.
 const WIDE: f64 = 0.6;
 /// Lines of samples that are named.
@@ -23,12 +22,13 @@ const ADDED: usize = 4;
 /// Sentences on what to measure next; the first says whether anything needs to be.
 pub(super) fn advice(report: &CalibrationReport) -> Vec<String> {
     let arms = ArmIndex::ALL.into_iter().zip(&report.outcome.robot.arms);
-    let weak: Vec<_> = arms.filter(|(_, outcome)| is_weak(outcome)).collect();
+    let (weak, others): (Vec<_>, Vec<_>) = arms.partition(|(_, outcome)| is_weak(outcome));
+    let uncertain = uncertain(report, others.into_iter());
     let mut found: Vec<_> = outlying(report).into_iter().collect();
     if weak.is_empty() && !found.is_empty() {
         return found;
     }
-    if weak.is_empty() {
+    if weak.is_empty() && uncertain.is_none() {
         found.push(format!(
             "Nothing needs to be measured: every arm's condition is below {GOOD_CONDITION:.0}, and \
              the samples decided every parameter. Four times as many samples, spread like these, \
@@ -39,6 +39,7 @@ pub(super) fn advice(report: &CalibrationReport) -> Vec<String> {
     for (arm, outcome) in weak {
         found.push(weakness(report, arm, outcome));
     }
+    found.extend(uncertain);
     found.extend(narrow_joints(report));
     found.extend(best_added(report));
     if report.samples < 20 {

@@ -148,7 +148,7 @@ fn positions(text: &mut String, report: &CalibrationReport) {
             let worst = report.uncertainty.as_ref().map_or_else(String::new, |map| {
                 let at = map.sigma.max_at;
                 format!(
-                    ";\nat worst {} mm, at x {:.0}, y {:.0}, z {:.0}",
+                    "  at worst {} mm, at x {:.0}, y {:.0}, z {:.0} mm\n",
                     small(map.sigma.max),
                     at.x,
                     at.y,
@@ -158,7 +158,7 @@ fn positions(text: &mut String, report: &CalibrationReport) {
             writeln!(
                 text,
                 "Expected position error of the calibrated robot: {} mm (one sigma, rms over the \
-                 workspace{worst})\n",
+                 workspace)\n{worst}",
                 small(comparison.sigma),
             )
         }

@@ -28,10 +28,11 @@ impl Comparison<'_> {
         self.with_prior.unwrap_or(self.as_in_the_paper)
     }
 
-    /// Whether the median gain of the best is above the paper's; `None` if the paper states none, or
-    /// nothing was calibrated here.
+    /// Whether the median gain of the best is above the paper's; `None` if the paper states none,
+    /// nothing was calibrated here, or both are the 100 % of exact measurements.
     pub fn above_the_paper(&self) -> Option<bool> {
-        let (here, paper) = (self.best().gain_percent?, self.paper.gain_percent?);
+        let here = self.with_prior?.gain_percent?;
+        let paper = self.paper.gain_percent?;
         Some(here.median > paper)
     }
 }

@@ -150,7 +150,7 @@ pub static EXPERIMENTS: [Experiment; 9] = [
         title: "IKM method, \"1 mm and 0.01°\" as start error and joint noise",
         reading: "The sentence can be read as the noise or as the start error. Here: a start error of 1 \
                   mm and 1°, and the noise of the FKM case, 1 µm and 0.01°. Plain least squares then \
-                  come close to the paper's row, so this is taken as its meaning.",
+                  come nearer to the paper's row than in the other reading, so this is taken as its meaning.",
         paper: IKM_ROW,
         campaign: include_str!("../../examples/paper/ikm-start-error.toml"),
     },

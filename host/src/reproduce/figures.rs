@@ -51,8 +51,8 @@ pub fn figures(reproduction: &Reproduction) -> Vec<NamedFigure> {
     let fig4 = reproduction.cases("number-of-poses");
     let basins = reproduction.cases("basins");
     let of_case = "Bars: from the 25 % to the 75 % quantile of the robots; dots: the median. 100 % is a \
-                   parameter that was found exactly, 0 % one that is as wrong as before; what lies \
-                   below −100 % is cut off.";
+                   parameter that was found exactly, 0 % one that is as wrong as before; bars that go \
+                   further left are cut off.";
     let errors = "Position error over 100 poses that were not measured, rms of each robot. Lines: the \
                   median robot; bands: 5 % to 95 % of the robots.";
     vec![
@@ -120,7 +120,9 @@ pub fn figures(reproduction: &Reproduction) -> Vec<NamedFigure> {
         NamedFigure {
             name: "basins-20",
             figure: basin(basins, 20),
-            caption: "20 random poses, all starts that the program tries.".into(),
+            caption: "20 random poses, all starts that the program tries. Lines that coincide cover each \
+                      other."
+                .into(),
         },
         NamedFigure {
             name: "basins-20-one-start",
@@ -155,12 +157,19 @@ fn parameter_gains(cases: &[CaseSummary], method: &str) -> Figure {
             .find(|summary| is_way(&summary.case, method, way) && Some(summary.case.poses) == most)
             .map_or(&[][..], |summary| &summary.parameter_gains)
     };
+    let lowest = WAYS
+        .iter()
+        .flat_map(of)
+        .map(|gain| gain.gain_percent.p25)
+        .fold(0.0, f64::min);
+    // A round number below all bars, and not below −100.
+    let low = ((lowest / 50.0).floor() * 50.0).max(-100.0);
     let names = of(&WAYS[0])
         .iter()
         .map(|gain| format!("{} {}", gain.arm, gain.parameter))
         .collect();
     let mut figure = Figure::new(
-        Axis::linear("gain of the parameter, %", -100.0, 100.0),
+        Axis::linear("gain of the parameter, %", low, 100.0),
         Axis::named("", names),
     )
     .sized(800, 620)
@@ -176,7 +185,7 @@ fn parameter_gains(cases: &[CaseSummary], method: &str) -> Figure {
                 .zip(0..)
                 .map(move |(gain, row)| (gain, f64::from(row) + offset))
         };
-        let cut = |gain: f64| gain.max(-100.0);
+        let cut = |gain: f64| gain.max(low);
         let bars = rows().map(|(gain, row)| {
             let Quantiles { p25, p75, .. } = gain.gain_percent;
             [(cut(p25), row), (cut(p75), row)]

@@ -1,10 +1,11 @@
 //! The figures of numbers.
 
-use crate::CalibrationReport;
 use crate::plot::{Axis, Colour, Figure, Series, Shape};
 use crate::report::{Comparison, comparisons};
 use crate::units::degrees;
-use crate::warnings::stands_out;
+use crate::warnings::{GOOD_CONDITION, stands_out};
+use crate::{CalibrationReport, SampleErrors};
+use delta_cal::limits::chi_square_quantile;
 use delta_cal::{Parameter, ParameterKind, Tolerance};
 
 const ARMS: [Colour; 3] = [Colour::Blue, Colour::Vermilion, Colour::Green];
@@ -160,58 +161,93 @@ fn line_number(line: u64) -> f64 {
     line as f64
 }
 
+/// The axis of the samples' lines.
+fn lines(report: &CalibrationReport) -> Option<(f64, f64)> {
+    let samples = &report.sample_errors;
+    let first = line_number(samples.first()?.line);
+    let last = line_number(samples.last()?.line);
+    let margin = 0.03 * (last - first) + 0.5;
+    Some((first - margin, last + margin))
+}
+
+type Value = fn(&SampleErrors) -> Option<f64>;
+
+/// A value of every sample that has one, over its line.
+fn over_lines<'a>(
+    samples: impl Iterator<Item = &'a SampleErrors>,
+    value: Value,
+) -> Vec<(f64, f64)> {
+    samples
+        .filter_map(|sample| Some((line_number(sample.line), value(sample)?)))
+        .collect()
+}
+
+/// The samples that stand out ringed, and some of them with their line.
+fn with_outlying(figure: Figure, report: &CalibrationReport, value: Value) -> Figure {
+    let samples = report.sample_errors.iter();
+    let rings = over_lines(samples.filter(|s| stands_out(report, s)), value);
+    let labels = rings.iter().take(LABELLED);
+    let labels = labels.map(|at| (*at, format!("line {:.0}", at.0)));
+    let labels = Shape::Labels(labels.collect());
+    let named = if rings.is_empty() { "" } else { "stands out" };
+    figure
+        .with(Series::new(named, Colour::Ink, Shape::Rings(rings)))
+        .with(Series::new("", Colour::Ink, labels))
+}
+
 /// Every sample before and after; `None` if there is nothing to show.
 pub(super) fn residuals(report: &CalibrationReport) -> Option<Figure> {
-    let samples = &report.sample_errors;
-    let all = samples
-        .iter()
-        .flat_map(|sample| [sample.before, sample.after]);
+    let samples = || report.sample_errors.iter();
+    let all = samples().flat_map(|sample| [sample.before, sample.after]);
     let (low, high) = decades(all.flatten())?;
-    let (first, last) = (samples.first()?.line, samples.last()?.line);
-    let (first, last) = (line_number(first), line_number(last));
-    let margin = 0.03 * (last - first) + 0.5;
-    let (left, right) = (first - margin, last + margin);
-    let points = |of: fn(&crate::SampleErrors) -> Option<f64>| {
-        let points = samples.iter();
-        Shape::Points(
-            points
-                .filter_map(|s| Some((line_number(s.line), of(s)?)))
-                .collect(),
-        )
-    };
+    let (left, right) = lines(report)?;
+    let points = |value: Value| Shape::Points(over_lines(samples(), value));
     let rms = |value: f64| Shape::Dashed(vec![(left, value), (right, value)]);
-    let outlying = || samples.iter().filter(|sample| stands_out(report, sample));
-    let rings = outlying().filter_map(|s| Some((line_number(s.line), s.after?)));
-    let rings: Vec<_> = rings.collect();
-    let labels = outlying()
-        .take(LABELLED)
-        .filter_map(|s| Some(((line_number(s.line), s.after?), format!("line {}", s.line))));
-    let named = if rings.is_empty() { "" } else { "stands out" };
-    Some(
-        Figure::new(
-            Axis::linear("line in the samples file", left, right),
-            Axis::logarithmic("position error, mm", low, high),
-        )
-        .sized(800, 380)
-        .with(Series::new(
-            "before",
-            Colour::Vermilion,
-            points(|s| s.before),
-        ))
-        .with(Series::new("after", Colour::Blue, points(|s| s.after)))
-        .with(Series::new(
-            "rms",
-            Colour::Ink,
-            rms(report.error_before.rms),
-        ))
-        .with(Series::new("", Colour::Ink, rms(report.error_after.rms)))
-        .with(Series::new(named, Colour::Ink, Shape::Rings(rings)))
-        .with(Series::new(
-            "",
-            Colour::Ink,
-            Shape::Labels(labels.collect()),
-        )),
+    let figure = Figure::new(
+        Axis::linear("line in the samples file", left, right),
+        Axis::logarithmic("position error, mm", low, high),
     )
+    .sized(800, 380)
+    .with(Series::new(
+        "before",
+        Colour::Vermilion,
+        points(|s| s.before),
+    ))
+    .with(Series::new("after", Colour::Blue, points(|s| s.after)))
+    .with(Series::new(
+        "rms",
+        Colour::Ink,
+        rms(report.error_before.rms),
+    ))
+    .with(Series::new("", Colour::Ink, rms(report.error_after.rms)));
+    Some(with_outlying(figure, report, |s| s.after))
+}
+
+/// Every sample after the calibration, in σ of the noise; `None` if no noise is known.
+pub(super) fn residuals_in_sigmas(report: &CalibrationReport) -> Option<Figure> {
+    let samples = || report.sample_errors.iter();
+    let value: Value = |s| s.after_in_sigmas;
+    let (low, high) = decades(samples().filter_map(value))?;
+    let (low, high) = (low.min(0.1), high.max(10.0));
+    let (left, right) = lines(report)?;
+    let level = |at: f64| Shape::Dashed(vec![(left, at), (right, at)]);
+    let figure = Figure::new(
+        Axis::linear("line in the samples file", left, right),
+        Axis::logarithmic("position error after, σ", low, high),
+    )
+    .sized(800, 300)
+    .with(Series::new(
+        "after",
+        Colour::Blue,
+        Shape::Points(over_lines(samples(), value)),
+    ))
+    .with(Series::new("expected", Colour::Ink, level(1.0)))
+    .with(Series::new(
+        "hardly by chance",
+        Colour::Vermilion,
+        level((chi_square_quantile(3.0_f64) / 3.0).sqrt()),
+    ));
+    Some(with_outlying(figure, report, value))
 }
 
 /// The condition of each arm against what is good.
@@ -231,7 +267,7 @@ pub(super) fn conditions(report: &CalibrationReport) -> Figure {
     .with(Series::new(
         "limit of a good condition",
         Colour::Ink,
-        Shape::Dashed(vec![(100.0, -0.5), (100.0, 2.5)]),
+        Shape::Dashed(vec![(GOOD_CONDITION, -0.5), (GOOD_CONDITION, 2.5)]),
     ))
     .with(Series::new(
         "",

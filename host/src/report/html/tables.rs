@@ -19,7 +19,7 @@ pub(super) fn parameters(report: &CalibrationReport) -> Markup {
         .iter()
         .zip(&report.outcome.robot.arms);
     html! {
-        table.numbers {
+        table.arms {
             thead { tr {
                 th { "arm" } th { "parameter" } th { "before" } th { "after" } th { "change" }
                 th { "σ" } th { "unit" }
@@ -53,16 +53,19 @@ pub(super) fn parameters(report: &CalibrationReport) -> Markup {
 }
 
 pub(super) fn samples(report: &CalibrationReport) -> Markup {
+    let in_sigmas = report.noise.is_some();
     let distance = |value: Option<f64>| value.map_or_else(|| "out of reach".to_owned(), small);
     html! {
         details open[report.samples <= SHOWN] {
             summary { "All " (report.samples) " samples" }
-            table.numbers {
+            table {
                 thead { tr {
                     th { "line" }
                     th { "q1, °" } th { "q2, °" } th { "q3, °" }
                     th { "x, mm" } th { "y, mm" } th { "z, mm" }
-                    th { "before, mm" } th { "after, mm" } th {}
+                    th { "before, mm" } th { "after, mm" }
+                    @if in_sigmas { th { "after, σ" } }
+                    th {}
                 } }
                 tbody {
                     @for sample in &report.sample_errors {
@@ -77,6 +80,11 @@ pub(super) fn samples(report: &CalibrationReport) -> Markup {
                             }
                             td { (distance(sample.before)) }
                             td { (distance(sample.after)) }
+                            @if in_sigmas {
+                                td { @if let Some(sigmas) = sample.after_in_sigmas {
+                                    (format!("{sigmas:.2}"))
+                                } }
+                            }
                             td { @if outlying { "stands out" } }
                         }
                     }

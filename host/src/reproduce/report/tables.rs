@@ -6,18 +6,18 @@ use maud::{Markup, html};
 
 pub(super) fn rows(comparisons: &[Comparison<'_>]) -> Markup {
     html! {
-        table {
+        table.wide {
             thead { tr {
-                th { "case" } th { "method" } th { "poses" } th { "start error" } th { "noise" }
-                th { "the paper, %" } th { "least squares, %" } th { "noise and tolerance, %" }
-                th { "above the paper" } th { "the paper, s" } th { "here, s" }
+                th { "case" } th { "poses" } th { "start error" } th { "noise" }
+                th { "the paper," br; "gain, %" } th { "least squares," br; "gain, %" }
+                th { "noise and tolerance," br; "gain, %" } th { "above" br; "paper" }
+                th { "paper," br; "s" } th { "here," br; "ms" }
             } }
             tbody {
                 @for comparison in comparisons {
                     @let case = comparison.case();
                     tr {
                         th scope="row" { (comparison.experiment.name) }
-                        td { (case.method.to_uppercase()) }
                         td { (case.poses) }
                         (start_and_noise(case))
                         td {
@@ -30,7 +30,7 @@ pub(super) fn rows(comparisons: &[Comparison<'_>]) -> Markup {
                         td { (comparison.with_prior.map_or_else(dash, |best| gain(best.gain_percent))) }
                         td { (comparison.above_the_paper().map_or("–", yes_no)) }
                         td { (comparison.paper.seconds.map_or_else(dash, |s| format!("{s:.3}"))) }
-                        td { (seconds(comparison.best())) }
+                        td { (milliseconds(comparison.best())) }
                     }
                 }
             }
@@ -48,7 +48,12 @@ fn start_and_noise(case: &CaseColumns) -> Markup {
         td { (case.start_error_mm) " mm/" (case.start_error_deg) "°" }
         td {
             @if case.noise_position_mm > 0.0 {
-                (case.noise_position_mm) " mm/" (case.noise_joint_deg) "°"
+                @if case.noise_position_mm < 0.01 {
+                    (format!("{:.0} µm/", 1e3 * case.noise_position_mm))
+                } @else {
+                    (case.noise_position_mm) " mm/"
+                }
+                (case.noise_joint_deg) "°"
             } @else { "none" }
         }
     }
@@ -143,7 +148,7 @@ pub(super) fn basins(cases: &[CaseSummary]) -> Markup {
 pub(super) fn accuracy(cases: &[CaseSummary]) -> Markup {
     let pairs = super::findings::pairs(cases);
     html! {
-        table {
+        table.wide {
             thead { tr {
                 th { "poses" } th { "noise" }
                 th { "FKM, error, mm" } th { "IKM, error, mm" } th { "IKM/FKM" }
@@ -219,6 +224,11 @@ fn millimetres(quantiles: Option<Quantiles>) -> String {
             format!("{:.4}", error.median)
         }
     })
+}
+
+fn milliseconds(summary: &CaseSummary) -> String {
+    let time = summary.seconds_per_calibration;
+    time.map_or_else(dash, |seconds| format!("{:.2}", 1e3 * seconds))
 }
 
 fn seconds(summary: &CaseSummary) -> String {

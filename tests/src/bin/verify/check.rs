@@ -1,5 +1,6 @@
 //! Running commands and remembering which failed.
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -14,6 +15,16 @@ impl Check {
     pub(crate) fn command(&mut self, line: &str) {
         if let Err(why) = attempt(line) {
             self.fail(why);
+        }
+    }
+
+    /// Runs tests that are chosen by name. There must be some: after a renaming none would have
+    /// that name, and `cargo test` would succeed.
+    pub(crate) fn chosen_tests(&mut self, line: &str) {
+        match counted(line) {
+            Ok(0) => self.fail(format!("{line}: no test has such a name")),
+            Ok(_) => {}
+            Err(why) => self.fail(why),
         }
     }
 
@@ -38,6 +49,40 @@ pub(crate) fn attempt(line: &str) -> Result<(), String> {
     }
 }
 
+/// Runs tests that must succeed and counts them; their output goes to the terminal.
+fn counted(line: &str) -> Result<u64, String> {
+    println!("$ {line}");
+    let mut child = command(line)
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("{line}: {error}"))?;
+    let mut count = 0;
+    for text in child
+        .stdout
+        .take()
+        .map(BufReader::new)
+        .into_iter()
+        .flat_map(BufRead::lines)
+    {
+        let text = text.map_err(|error| format!("{line}: {error}"))?;
+        println!("{text}");
+        count += tests_announced(&text).unwrap_or(0);
+    }
+    match child.wait() {
+        Ok(status) if status.success() => Ok(count),
+        Ok(status) => Err(format!("{line}: {status}")),
+        Err(error) => Err(format!("{line}: {error}")),
+    }
+}
+
+/// `running 3 tests`, the first line of every test program.
+fn tests_announced(line: &str) -> Option<u64> {
+    let (number, noun) = line.strip_prefix("running ")?.split_once(' ')?;
+    matches!(noun, "test" | "tests")
+        .then(|| number.parse().ok())
+        .flatten()
+}
+
 /// A command at the repository's root, its words separated by spaces.
 fn command(line: &str) -> Command {
     let mut words = line.split_whitespace();
@@ -56,4 +101,18 @@ pub(crate) fn output(line: &str) -> Option<String> {
         .status
         .success()
         .then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tests_are_counted_by_what_their_programs_announce() {
+        assert_eq!(tests_announced("running 0 tests"), Some(0));
+        assert_eq!(tests_announced("running 1 test"), Some(1));
+        assert_eq!(tests_announced("running 12 tests"), Some(12));
+        assert_eq!(tests_announced("running 12 robots"), None);
+        assert_eq!(tests_announced("test running ... ok"), None);
+    }
 }

@@ -140,7 +140,7 @@ fn docs(check: &mut Check) {
 fn tests(check: &mut Check) {
     // Optimised, but with debug assertions and overflow checks: `profile.test`.
     check.command("cargo test --no-fail-fast -- --skip on_target::");
-    check.command("cargo test --doc --package delta-cal-firmware-example");
+    check.chosen_tests("cargo test --doc --package delta-cal-firmware-example");
 }
 
 fn features(check: &mut Check) {
@@ -149,14 +149,16 @@ fn features(check: &mut Check) {
             "cargo check --quiet --package delta-cal {features}"
         ));
     }
-    check.command("cargo test --package delta-cal-tests --test target -- on_target::core_builds");
+    check.chosen_tests(
+        "cargo test --package delta-cal-tests --test target -- on_target::core_builds",
+    );
 }
 
 fn firmware(check: &mut Check) {
-    check.command(
+    check.chosen_tests(
         "cargo test --package delta-cal-tests --test target -- --nocapture on_target::same_bits",
     );
-    check.command(
+    check.chosen_tests(
         "cargo test --package delta-cal-host --test device_on_target -- --nocapture on_target::",
     );
 }

@@ -1,0 +1,198 @@
+//! How long a step of the iteration may be, and when the iteration has come to its end.
+//!
+//! Apart from the problem's size and from how it is linearised, every solver decides these alike:
+//! the IKM method's on an arm's 8 parameters, and any other on more. A step δ minimises
+//! |J δ + r|² + λ|D δ|², D the column norms of J and λ the damping (Marquardt 1963); the step with
+//! λ = 0 is the Gauss–Newton step.
+
+use super::{Method, Termination};
+use crate::Real;
+
+/// Damping after the first rejected step, relative to the squared column norms.
+const FIRST_DAMPING: f64 = 1e-3;
+const MORE_DAMPING: f64 = 8.0;
+const LESS_DAMPING: f64 = 0.1;
+/// Below this the damping is dropped and full steps are tried again.
+const LEAST_DAMPING: f64 = 1e-5;
+const MOST_DAMPING: f64 = 1e8;
+/// A step damped by this much is shorter than the full one by a tenth or more in every direction.
+const ENOUGH_DAMPING: f64 = 0.1;
+/// Where the iteration converges slowly, a gain below this part of the cost is the end: it moves the
+/// solution by a hundred thousandth of its σ.
+const IRRELEVANT: f64 = 1e-10;
+/// A predicted gain must be this much smaller than a seen one to count as nothing.
+const SURELY_NOTHING: f64 = 1e-6;
+
+/// No single Levenberg–Marquardt step may move a parameter by more than this, in units of the upper
+/// arm and radians: the solution nearest to the start is wanted, and a longer step leaves the region
+/// where the linearisation means anything.
+pub const LONGEST_STEP: f64 = 0.25;
+
+/// How much of a cost |r|² may be rounding. `terms_squared`: the sum of the squared terms whose
+/// differences the residuals are, in the cost's unit.
+#[inline(never)]
+pub fn blur<T: Real>(cost: T, terms_squared: T) -> T {
+    let blur = T::from_f64(64.0) * T::EPSILON * (cost + terms_squared).square_root();
+    blur * cost.square_root() + blur.squared()
+}
+
+/// What a step came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StepResult {
+    /// There is more to do.
+    Continue,
+    /// The iteration has settled.
+    Finished(Termination),
+    /// The full step does not exist or does not lead down, and the method has no other.
+    Failed,
+}
+
+/// What a step may be expected to bring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prospect<T> {
+    /// Whether this step, if it is taken, is the last: the next would gain nothing. It is so short
+    /// that the Jacobian before it is the Jacobian after it.
+    pub settled: bool,
+    at_rounding: bool,
+    stagnant: bool,
+    cost: T,
+    blur: T,
+}
+
+/// Method and damping of an iteration, and what its last step promised.
+///
+/// ```
+/// use delta_cal::step_control::{StepControl, StepResult};
+/// use delta_cal::{Method, Termination};
+///
+/// // √2 as the minimum of (x² − 2)².
+/// let mut control = StepControl::<f64>::new(Method::LevenbergMarquardt);
+/// let (mut x, mut steps) = (1.0_f64, 0);
+/// let cost = |x: f64| (x * x - 2.0).powi(2);
+/// let result = loop {
+///     let (residual, slope) = (x * x - 2.0, 2.0 * x);
+///     let prospect = control.judge(residual * residual, cost(x), 4.0);
+///     let trial = x - residual / (slope * (1.0 + control.damping()));
+///     steps += 1;
+///     let result = if control.accepts(&prospect, cost(trial)) {
+///         x = trial;
+///         control.accepted(&prospect)
+///     } else {
+///         control.rejected(&prospect)
+///     };
+///     if result != StepResult::Continue {
+///         break result;
+///     }
+/// };
+/// assert_eq!(result, StepResult::Finished(Termination::GradientVanished));
+/// assert!((x - 2.0_f64.sqrt()).abs() < 1e-15 && steps < 8);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepControl<T> {
+    method: Method,
+    damping: T,
+    previous_gain: T,
+}
+
+impl<T: Real> StepControl<T> {
+    /// Before the first step, which is a full one.
+    #[inline]
+    pub const fn new(method: Method) -> Self {
+        Self {
+            method,
+            damping: T::ZERO,
+            previous_gain: T::INFINITY,
+        }
+    }
+
+    /// Whether only full steps are taken, or damped ones too.
+    #[inline]
+    pub const fn method(&self) -> Method {
+        self.method
+    }
+
+    /// λ of the next step.
+    #[inline]
+    pub const fn damping(&self) -> T {
+        self.damping
+    }
+
+    /// Judges the step from where the cost is |r|². `gain` is all that the linearised problem
+    /// promises, the part of |r|² within J's range; `terms_squared` as for [`blur`].
+    #[inline]
+    pub fn judge(&mut self, gain: T, cost: T, terms_squared: T) -> Prospect<T> {
+        // r is known to ε times the terms it is made of, so a gain below that squared is nothing.
+        // |r|² is blurred by |r| times as much, so a smaller gain cannot be seen in it and is taken
+        // on trust.
+        let nothing = T::from_f64(16.0) * T::EPSILON.squared() * (cost + terms_squared);
+        // Near the solution each gain follows from the last two, as quadratic convergence has it: the
+        // next one would be g (g/g′)². If that is nothing, this step is the last.
+        let ratio = if self.previous_gain.finite() && gain < self.previous_gain {
+            gain / self.previous_gain
+        } else {
+            T::ONE
+        };
+        let settled =
+            gain <= nothing || gain * ratio.squared() <= nothing * T::from_f64(SURELY_NOTHING);
+        let blur = blur(cost, terms_squared);
+        let at_rounding = gain <= blur;
+        let slow = gain >= self.previous_gain * T::from_f64(0.25);
+        let stagnant = slow && (at_rounding || gain <= T::from_f64(IRRELEVANT) * cost);
+        self.previous_gain = gain;
+        Prospect {
+            settled,
+            at_rounding,
+            stagnant,
+            cost,
+            blur,
+        }
+    }
+
+    /// Whether a step to this cost is taken: for Gauss–Newton if there is such a cost, for
+    /// Levenberg–Marquardt if it is smaller, as far as rounding shows.
+    #[inline]
+    pub fn accepts(&self, prospect: &Prospect<T>, cost: T) -> bool {
+        match self.method {
+            Method::GaussNewton => cost.finite(),
+            Method::LevenbergMarquardt => {
+                cost < prospect.cost
+                    || (prospect.at_rounding && cost <= prospect.cost + prospect.blur)
+            }
+        }
+    }
+
+    /// The step was taken: damps the next one less.
+    #[inline]
+    pub fn accepted(&mut self, prospect: &Prospect<T>) -> StepResult {
+        self.damping *= T::from_f64(LESS_DAMPING);
+        if self.damping < T::from_f64(LEAST_DAMPING) {
+            self.damping = T::ZERO;
+        }
+        if prospect.settled {
+            StepResult::Finished(Termination::GradientVanished)
+        } else if prospect.stagnant {
+            StepResult::Finished(Termination::RoundingReached)
+        } else {
+            StepResult::Continue
+        }
+    }
+
+    /// The step was not taken, or did not exist: damps the next one more, if there is to be one.
+    #[inline]
+    pub fn rejected(&mut self, prospect: &Prospect<T>) -> StepResult {
+        let full_steps_only = self.method == Method::GaussNewton;
+        // A full step that fails may be too long rather than lost in rounding.
+        if prospect.at_rounding && (full_steps_only || self.damping > T::from_f64(ENOUGH_DAMPING)) {
+            return StepResult::Finished(Termination::RoundingReached);
+        }
+        if full_steps_only || self.damping > T::from_f64(MOST_DAMPING) {
+            return StepResult::Failed;
+        }
+        self.damping = if self.damping > T::ZERO {
+            self.damping * T::from_f64(MORE_DAMPING)
+        } else {
+            T::from_f64(FIRST_DAMPING)
+        };
+        StepResult::Continue
+    }
+}

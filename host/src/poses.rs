@@ -21,7 +21,8 @@ mod travel;
 pub use accuracy::{MANY, PosesNeeded, poses_needed};
 pub use candidates::Margin;
 pub use error::PlanError;
-pub use expectation::{Expectation, RANDOM_SETS, Yardstick};
+use expectation::Yardstick;
+pub use expectation::{Expectation, RANDOM_SETS};
 pub use next::{NextPoses, next_poses};
 pub use region::{Region, RegionError};
 pub use travel::{distance, length, ordered};
@@ -36,7 +37,7 @@ use search::Search;
 /// Fewer poses determine no arm: it has eight parameters, and a pose is one equation of each.
 pub const LEAST_POSES: usize = 8;
 /// As many as a plan may have.
-pub const MOST_POSES: usize = 1000;
+pub const MOST_POSES: usize = 500;
 
 /// What a set of poses is judged by; C is the covariance of the parameters, the prior included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -134,7 +135,7 @@ pub struct PosePlan {
 /// Plans poses.
 ///
 /// # Errors
-/// Fewer than 8 poses or more than 1000, limits or a region that exclude everything, or poses that
+/// Fewer than 8 poses or more than 500, limits or a region that exclude everything, or poses that
 /// cannot determine the parameters with this noise.
 ///
 /// ```
@@ -149,33 +150,11 @@ pub struct PosePlan {
 /// # }
 /// ```
 pub fn plan(request: &PlanRequest<'_>) -> Result<PosePlan, PlanError> {
-    if request.count < LEAST_POSES {
-        return Err(PlanError::TooFew(request.count));
-    }
-    if request.count > MOST_POSES {
-        return Err(PlanError::TooMany(request.count));
-    }
     let assumptions = Assumptions::of(request.robot)?;
     let margin = Margin::of(request.robot);
     let selection = Selection::new(request.robot, margin, request.region.as_ref());
     let mut rng = Pcg32::seed_from_u64(request.seed);
-    let search = Search {
-        request,
-        assumptions: &assumptions,
-        selection: &selection,
-    };
-    let found = search.run(&mut rng)?;
-    let yardstick = Yardstick::new(request, &selection, &mut rng)?;
-    let planned = yardstick
-        .expectation(&found, &assumptions)
-        .ok_or(PlanError::Singular)?;
-    if let Some((arm, parameter, sigma)) = planned.unknown(&request.robot.robot) {
-        return Err(PlanError::NotDetermined {
-            arm,
-            parameter,
-            sigma,
-        });
-    }
+    let (found, planned, yardstick) = chosen(request, &assumptions, &selection, &mut rng)?;
     let random = yardstick.random_median(&selection, &assumptions, &mut rng)?;
     let poses = ordered(&found);
     Ok(PosePlan {
@@ -187,6 +166,51 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<PosePlan, PlanError> {
         planned,
         random,
     })
+}
+
+/// What to expect of the poses that [`plan`] plans.
+///
+/// # Errors
+/// As [`plan`].
+pub fn expected(request: &PlanRequest<'_>) -> Result<Expectation, PlanError> {
+    let assumptions = Assumptions::of(request.robot)?;
+    let margin = Margin::of(request.robot);
+    let selection = Selection::new(request.robot, margin, request.region.as_ref());
+    let mut rng = Pcg32::seed_from_u64(request.seed);
+    chosen(request, &assumptions, &selection, &mut rng).map(|(_, planned, _)| planned)
+}
+
+/// The best poses, as they were found, what to expect of them, and by what that is judged.
+fn chosen<'a>(
+    request: &'a PlanRequest<'_>,
+    assumptions: &Assumptions,
+    selection: &Selection<'_>,
+    rng: &mut Pcg32,
+) -> Result<(Vec<Sample<f64>>, Expectation, Yardstick<'a>), PlanError> {
+    if request.count < LEAST_POSES {
+        return Err(PlanError::TooFew(request.count));
+    }
+    if request.count > MOST_POSES {
+        return Err(PlanError::TooMany(request.count));
+    }
+    let search = Search {
+        request,
+        assumptions,
+        selection,
+    };
+    let found = search.run(rng)?;
+    let yardstick = Yardstick::new(request, selection, rng)?;
+    let planned = yardstick
+        .expectation(&found, assumptions)
+        .ok_or(PlanError::Singular)?;
+    match planned.unknown(&request.robot.robot) {
+        None => Ok((found, planned, yardstick)),
+        Some((arm, parameter, sigma)) => Err(PlanError::NotDetermined {
+            arm,
+            parameter,
+            sigma,
+        }),
+    }
 }
 
 impl<'a> PlanRequest<'a> {

@@ -64,6 +64,21 @@ impl PositionUncertainty<'_> {
     }
 }
 
+impl PositionUncertainty<'_> {
+    /// Over the workspace: the rms inside, the largest also at the joints' limits.
+    pub fn over_workspace(&self, poses: &WorkspacePoses) -> Option<PositionSigma> {
+        let inside = self.over(&poses.inside)?;
+        Some(match self.over(&poses.outermost) {
+            Some(outermost) if outermost.max > inside.max => PositionSigma {
+                max: outermost.max,
+                max_at: outermost.max_at,
+                ..inside
+            },
+            _ => inside,
+        })
+    }
+}
+
 /// σ of the position over many poses, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionSigma {
@@ -92,16 +107,37 @@ pub(crate) fn joint_grid(
     })
 }
 
-/// Poses all over the workspace: a grid of joint angles within the limits, less what is out of reach
-/// or near a singularity.
-pub fn clear_poses(file: &RobotFile) -> Vec<Sample<f64>> {
-    let reach = file.reach();
-    joint_grid(&file.limits, PARTS)
-        .filter_map(|joints| {
+/// Poses all over the workspace, clear of singularities.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorkspacePoses {
+    /// Joint angles in the middle of eight equal parts of the joints' range.
+    pub inside: Vec<Sample<f64>>,
+    /// Joint angles at the ends of these parts, of which the outermost are the limits.
+    pub outermost: Vec<Sample<f64>>,
+}
+
+impl WorkspacePoses {
+    /// Of the robot of a file.
+    pub fn of(file: &RobotFile) -> Self {
+        let reach = file.reach();
+        let pose = |joints: [f64; 3]| {
             let position = reach.clear_position(&file.robot, &joints).ok()?;
             Some(Sample { joints, position })
-        })
-        .collect()
+        };
+        let ends = PARTS + 1;
+        let end = |part: u32| file.limits.at(f64::from(part) / f64::from(PARTS));
+        Self {
+            inside: joint_grid(&file.limits, PARTS).filter_map(pose).collect(),
+            outermost: (0..ends.pow(3))
+                .map(|node| [node / ends / ends, node / ends % ends, node % ends].map(end))
+                .filter_map(pose)
+                .collect(),
+        }
+    }
+
+    fn all(&self) -> impl Iterator<Item = &Sample<f64>> {
+        self.inside.iter().chain(&self.outermost)
+    }
 }
 
 /// A plane through the workspace.
@@ -142,7 +178,7 @@ impl Slice {
 /// σ of the position over the workspace, its worst place, and a map of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertaintyMap {
-    /// Over [`clear_poses`].
+    /// Over [`WorkspacePoses`]; the largest of them and of the slices.
     pub sigma: PositionSigma,
     /// Horizontal slices from below to above, and a vertical one. A slice without a cell is left out.
     pub slices: Vec<Slice>,
@@ -156,10 +192,10 @@ impl UncertaintyMap {
             robot: &file.robot,
             covariance,
         };
-        let poses = clear_poses(file);
-        let sigma = uncertainty.over(&poses)?;
+        let poses = WorkspacePoses::of(file);
+        let mut sigma = uncertainty.over_workspace(&poses)?;
         let range = |of: fn(&Vector3<f64>) -> f64| {
-            let values = poses.iter().map(|pose| of(&pose.position));
+            let values = poses.all().map(|pose| of(&pose.position));
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
                 (low.min(value), high.max(value))
             })
@@ -188,10 +224,13 @@ impl UncertaintyMap {
                 cells: cells.collect(),
             }
         });
-        Some(Self {
-            sigma,
-            slices: slices.filter(|slice| !slice.cells.is_empty()).collect(),
-        })
+        let slices: Vec<_> = slices.filter(|slice| !slice.cells.is_empty()).collect();
+        for (position, found) in slices.iter().flat_map(|slice| &slice.cells) {
+            if *found > sigma.max {
+                (sigma.max, sigma.max_at) = (*found, *position);
+            }
+        }
+        Some(Self { sigma, slices })
     }
 }
 

@@ -1,6 +1,6 @@
 //! How many poses reach a wanted accuracy.
 
-use super::{LEAST_POSES, PlanError, PlanRequest, PosePlan, plan};
+use super::{Expectation, LEAST_POSES, PlanError, PlanRequest, expected};
 
 /// Poses up to which plans are made; beyond, σ is taken to fall with √N.
 pub const MANY: usize = 64;
@@ -20,19 +20,19 @@ pub struct PosesNeeded {
 /// and beyond [`MANY`] poses by σ ∝ 1/√N from there.
 ///
 /// # Errors
-/// As [`plan`].
+/// As [`plan`](super::plan).
 pub fn poses_needed(request: &PlanRequest<'_>, accuracy: f64) -> Result<PosesNeeded, PlanError> {
     let mut plans = Vec::new();
     Ok(PosesNeeded {
         accuracy,
-        rms: least(request, accuracy, &mut plans, |plan| over(plan).0)?,
-        everywhere: least(request, accuracy, &mut plans, |plan| over(plan).1)?,
+        rms: least(request, accuracy, &mut plans, |found| over(found).0)?,
+        everywhere: least(request, accuracy, &mut plans, |found| over(found).1)?,
     })
 }
 
 /// rms and largest σ, where it matters.
-fn over(plan: &PosePlan) -> (f64, f64) {
-    let sigma = plan.planned.region.unwrap_or(plan.planned.workspace);
+fn over(expectation: &Expectation) -> (f64, f64) {
+    let sigma = expectation.region.unwrap_or(expectation.workspace);
     (sigma.rms, sigma.max)
 }
 
@@ -40,14 +40,14 @@ fn over(plan: &PosePlan) -> (f64, f64) {
 fn least(
     request: &PlanRequest<'_>,
     accuracy: f64,
-    plans: &mut Vec<(usize, PosePlan)>,
-    sigma: impl Fn(&PosePlan) -> f64,
+    plans: &mut Vec<(usize, Expectation)>,
+    sigma: impl Fn(&Expectation) -> f64,
 ) -> Result<usize, PlanError> {
     let mut of = |count: usize| -> Result<f64, PlanError> {
         if let Some((_, known)) = plans.iter().find(|(planned, _)| *planned == count) {
             return Ok(sigma(known));
         }
-        let planned = plan(&PlanRequest { count, ..*request })?;
+        let planned = expected(&PlanRequest { count, ..*request })?;
         let found = sigma(&planned);
         plans.push((count, planned));
         Ok(found)

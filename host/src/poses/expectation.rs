@@ -3,7 +3,7 @@
 use super::candidates::Selection;
 use super::{Assumptions, PlanError, PlanRequest};
 use crate::evaluation::CramerRaoBound;
-use crate::position_uncertainty::{PositionSigma, PositionUncertainty, clear_poses};
+use crate::position_uncertainty::{PositionSigma, PositionUncertainty, WorkspacePoses};
 use delta_cal::limits::LARGEST_SIGMA;
 use delta_cal::{ArmIndex, Parameter, ParameterKind, Robot, Sample};
 use nalgebra::Vector3;
@@ -50,9 +50,9 @@ impl Expectation {
 
 /// Where the position's uncertainty is judged.
 #[derive(Debug, Clone)]
-pub struct Yardstick<'a> {
+pub(super) struct Yardstick<'a> {
     request: &'a PlanRequest<'a>,
-    workspace: Vec<Sample<f64>>,
+    workspace: WorkspacePoses,
     region: Vec<Sample<f64>>,
 }
 
@@ -66,8 +66,8 @@ impl<'a> Yardstick<'a> {
             Some(_) => selection.draw_many(REGION_POSES, rng)?,
             None => Vec::new(),
         };
-        let workspace = clear_poses(request.robot);
-        if workspace.is_empty() {
+        let workspace = WorkspacePoses::of(request.robot);
+        if workspace.inside.is_empty() {
             return Err(PlanError::NoPose);
         }
         Ok(Self {
@@ -98,7 +98,7 @@ impl<'a> Yardstick<'a> {
         Some(Expectation {
             bound: bound.error(),
             parameters: [0, 1, 2].map(|arm| std::array::from_fn(|own| sigma(8 * arm + own))),
-            workspace: uncertainty.over(&self.workspace)?,
+            workspace: uncertainty.over_workspace(&self.workspace)?,
             region: uncertainty.over(&self.region),
         })
     }

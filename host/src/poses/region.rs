@@ -123,7 +123,11 @@ impl FromStr for Region {
                 let missing: Vec<_> = missing
                     .filter_map(|(axis, range)| range.is_none().then_some(axis))
                     .collect();
-                Err(RegionError(format!("{} is missing", missing.join(" and "))))
+                let verb = if missing.len() > 1 { "are" } else { "is" };
+                Err(RegionError(format!(
+                    "{} {verb} missing",
+                    missing.join(" and ")
+                )))
             }
         }
     }

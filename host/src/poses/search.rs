@@ -1,5 +1,5 @@
-//! From candidates all over the workspace to the chosen set, then the same among candidates ever
-//! nearer to it.
+//! From candidates all over the workspace to a set, then the same among candidates ever nearer to it;
+//! from several random sets, and the best of what they lead to.
 
 use super::candidates::Selection;
 use super::exchange::{Candidates, Set};
@@ -9,7 +9,7 @@ use crate::CalibrationMethod;
 use crate::information::tolerance_weights;
 use delta_cal::Sample;
 use nalgebra::SVector;
-use rand_core::Rng;
+use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -17,10 +17,12 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 const CANDIDATES: usize = 1500;
 /// Candidates near the chosen poses.
 const NEAR: usize = 500;
-/// Random sets that the exchange begins with.
-const STARTS: usize = 8;
+/// Random sets that a search begins with: fewer of more poses, for they differ less.
+fn starts(count: usize) -> usize {
+    (480 / count.max(1)).clamp(2, 40)
+}
 /// How far candidates are from the chosen poses, one σ in degrees, one round after the other.
-const SPREADS: [f64; 3] = [8.0, 3.0, 1.0];
+const SPREADS: [f64; 4] = [8.0, 3.0, 1.0, 0.3];
 
 /// What is searched for.
 pub(super) struct Search<'a> {
@@ -31,11 +33,16 @@ pub(super) struct Search<'a> {
 
 impl Search<'_> {
     /// The poses, in the order in which they were found.
+    ///
+    /// The information of the FKM method is nearly that of three separate arms: its search begins
+    /// with theirs, which is the faster.
     pub(super) fn run(&self, rng: &mut Pcg32) -> Result<Vec<Sample<f64>>, PlanError> {
-        match self.request.method {
-            CalibrationMethod::Ikm => self.chosen::<Ikm, 3, 8, 1>(rng),
-            CalibrationMethod::Fkm => self.chosen::<Fkm, 1, 24, 3>(rng),
-        }
+        let found = self.all_over::<Ikm, 3, 8, 1>(rng)?;
+        let better = match self.request.method {
+            CalibrationMethod::Ikm => Some(found),
+            CalibrationMethod::Fkm => self.nearer::<Fkm, 1, 24, 3>(found.poses, rng),
+        };
+        better.map(|found| found.poses).ok_or(PlanError::Singular)
     }
 
     /// The poses that are best added to those measured, one after the other.
@@ -65,41 +72,63 @@ impl Search<'_> {
         Ok(pool.poses_of(&set).split_off(measured.len()))
     }
 
-    fn chosen<M: Model<B, D, R>, const B: usize, const D: usize, const R: usize>(
+    fn all_over<M: Model<B, D, R>, const B: usize, const D: usize, const R: usize>(
         &self,
         rng: &mut Pcg32,
-    ) -> Result<Vec<Sample<f64>>, PlanError> {
+    ) -> Result<Found, PlanError> {
         let count = self.request.count;
-        let drawn = self.selection.draw_many(CANDIDATES.max(4 * count), rng)?;
-        let mut pool = Pool::<B, D, R>::new::<M>(self, drawn);
-        let starts: Vec<_> = (0..STARTS)
-            .map(|_| random_subset(pool.poses.len(), count, rng))
-            .collect();
+        let drawn = self.selection.draw_many(CANDIDATES.max(2 * count), rng)?;
+        let pool = Pool::<B, D, R>::new::<M>(self, drawn);
         let candidates = pool.candidates(self);
-        let sets: Vec<_> = starts
-            .into_par_iter()
-            .filter_map(|start| Some(candidates.exchange(candidates.set(start)?)))
+        let starts: Vec<_> = (0..starts(count))
+            .map(|_| {
+                let chosen = random_subset(pool.poses.len(), count, rng);
+                (chosen, Pcg32::seed_from_u64(rng.next_u64()))
+            })
             .collect();
-        let best = sets
+        let found: Vec<_> = starts
+            .into_par_iter()
+            .filter_map(|(chosen, mut rng)| {
+                let set = candidates.exchange(candidates.set(chosen)?);
+                self.nearer::<M, B, D, R>(pool.poses_of(&set), &mut rng)
+            })
+            .collect();
+        found
             .into_iter()
             .min_by(|a, b| a.value.total_cmp(&b.value))
-            .ok_or(PlanError::Singular)?;
-        let mut chosen = pool.poses_of(&best);
+            .ok_or(PlanError::Singular)
+    }
+
+    /// Exchanges poses for others near them.
+    fn nearer<M: Model<B, D, R>, const B: usize, const D: usize, const R: usize>(
+        &self,
+        mut poses: Vec<Sample<f64>>,
+        rng: &mut Pcg32,
+    ) -> Option<Found> {
+        let count = poses.len();
+        let each = NEAR.div_ceil(count.max(1)).max(2);
+        let mut value = f64::INFINITY;
         for spread in SPREADS {
-            let each = NEAR.div_ceil(count).max(2);
-            let mut near = chosen.clone();
-            for pose in &chosen {
+            let mut near = poses.clone();
+            for pose in &poses {
                 near.extend(
                     (0..each).filter_map(|_| self.selection.near(pose, spread.to_radians(), rng)),
                 );
             }
-            pool = Pool::new::<M>(self, near);
+            let pool = Pool::<B, D, R>::new::<M>(self, near);
             let candidates = pool.candidates(self);
-            let start = candidates.set((0..count).collect());
-            chosen = pool.poses_of(&candidates.exchange(start.ok_or(PlanError::Singular)?));
+            let set = candidates.exchange(candidates.set((0..count).collect())?);
+            value = set.value;
+            poses = pool.poses_of(&set);
         }
-        Ok(chosen)
+        Some(Found { poses, value })
     }
+}
+
+/// A set of poses, and the criterion: smaller is better.
+struct Found {
+    poses: Vec<Sample<f64>>,
+    value: f64,
 }
 
 /// Candidates and their rows.

@@ -7,6 +7,7 @@ mod failure;
 mod kinematics;
 mod paths;
 mod simulate;
+mod workspace;
 
 use args::{Arguments, Command};
 use clap::Parser;
@@ -20,6 +21,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Forward(arguments) => kinematics::forward(&arguments),
         Command::Inverse(arguments) => kinematics::inverse(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Workspace(arguments) => workspace::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
     };
     match result {

@@ -54,6 +54,7 @@ mod sensor_frame;
 mod units;
 mod warnings;
 mod words;
+pub mod workspace;
 mod workspace_comparison;
 
 pub use calibrate::{

@@ -1,6 +1,7 @@
 use super::device::DeviceArguments;
 use super::paths::robot_path;
 use super::simulate::{self, SimulateArguments};
+use super::workspace::WorkspaceArguments;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use delta_cal_host::{CalibrationMethod, Frame, Options};
 use std::path::PathBuf;
@@ -32,6 +33,7 @@ Examples:
   delta-cal forward calibrated.toml angles.csv
   delta-cal inverse calibrated.toml < positions.csv > angles.csv
   delta-cal simulate
+  delta-cal workspace robot.toml --output workspace
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
 
 const CALIBRATE_HELP: &str = "\
@@ -112,6 +114,8 @@ pub(crate) enum Command {
     /// Calibrate many simulated robots, to learn what a calibration will be worth
     #[command(after_help = simulate::help())]
     Simulate(SimulateArguments),
+    /// Compute where the robot gets: boundary, volume, cylinders, singularities, influence of errors
+    Workspace(WorkspaceArguments),
     /// Calibrate a controller that calibrates itself, over its serial link
     Device(DeviceArguments),
 }

@@ -1,0 +1,177 @@
+//! The boundary as a closed mesh of triangles.
+//!
+//! Naïve surface nets: one vertex in each cell of the grid that the boundary passes through, and
+//! around each point of the boundary the two triangles between the four cells that share its line.
+//! The mesh is closed by construction. Each vertex is then moved onto the surfaces that limit its
+//! cell ([`Face::distance`](super::Face::distance)), all at once, so that edges and corners of the
+//! workspace stay sharp.
+
+use super::{BoundaryPoint, Workspace};
+use crate::reach::Limit;
+use nalgebra::{DMatrix, DVector, Vector3};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use std::collections::BTreeMap;
+
+/// Steps of the iteration that moves a vertex onto the surfaces; it converges in three or four.
+const STEPS: usize = 8;
+/// Surfaces whose normals differ by less than this are one: they do not fix a corner.
+const LEAST_ANGLE: f64 = 0.05;
+/// A vertex stays within so many spacings of where its cell's points are on the mean.
+const LARGEST_STEP: f64 = 1.0;
+
+/// A closed surface; seen from outside, the corners of a triangle run counter-clockwise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// Corners, mm.
+    pub vertices: Vec<Vector3<f64>>,
+    /// What limits the workspace at each corner; one of several on an edge.
+    pub limits: Vec<Limit>,
+    /// The corners of each triangle.
+    pub triangles: Vec<[usize; 3]>,
+}
+
+impl Mesh {
+    /// The mesh of a workspace's boundary.
+    pub fn of(workspace: &Workspace) -> Self {
+        let cells = cells(workspace);
+        let numbers: BTreeMap<usize, usize> =
+            cells.iter().map(|(cell, _)| *cell).zip(0..).collect();
+        let corners: Vec<(Vector3<f64>, Limit)> = cells
+            .into_par_iter()
+            .map(|(_, points)| vertex(workspace, &points))
+            .collect();
+        let mut triangles = Vec::with_capacity(2 * workspace.points.len());
+        for point in &workspace.points {
+            let [a, b, c, d] = cells_around(workspace, point).map(|cell| numbers[&cell]);
+            // The shorter diagonal.
+            let length = |i: usize, j: usize| (corners[i].0 - corners[j].0).norm_squared();
+            let pair = if length(a, c) <= length(b, d) {
+                [[a, b, c], [a, c, d]]
+            } else {
+                [[a, b, d], [b, c, d]]
+            };
+            triangles
+                .extend(pair.map(|[i, j, k]| if point.leaves { [i, j, k] } else { [i, k, j] }));
+        }
+        let (vertices, limits) = corners.into_iter().unzip();
+        Self {
+            vertices,
+            limits,
+            triangles,
+        }
+    }
+
+    /// The corners of each triangle, mm.
+    pub fn corners(&self) -> impl Iterator<Item = [Vector3<f64>; 3]> + '_ {
+        self.triangles
+            .iter()
+            .map(|triangle| triangle.map(|corner| self.vertices[corner]))
+    }
+
+    /// The volume inside, by the divergence theorem: Σ a·(b × c)/6, mm³.
+    pub fn volume(&self) -> f64 {
+        // About a point nearby, so that less is cancelled.
+        let centre = self.vertices.first().copied().unwrap_or_default();
+        self.corners()
+            .map(|corners| corners.map(|corner| corner - centre))
+            .map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0)
+            .sum()
+    }
+
+    /// As binary STL, in mm.
+    #[allow(clippy::cast_possible_truncation)] // the format's numbers are single precision
+    pub fn to_stl(&self) -> Vec<u8> {
+        let mut stl = Vec::with_capacity(84 + 50 * self.triangles.len());
+        let mut header = [b' '; 80];
+        let title = b"delta-cal: boundary of the reachable workspace, millimetres";
+        header[..title.len()].copy_from_slice(title);
+        stl.extend_from_slice(&header);
+        let count = u32::try_from(self.triangles.len()).unwrap_or(u32::MAX);
+        stl.extend_from_slice(&count.to_le_bytes());
+        for [a, b, c] in self.corners() {
+            let normal = (b - a).cross(&(c - a));
+            let length = normal.norm();
+            let normal = if length > 0.0 {
+                normal / length
+            } else {
+                normal
+            };
+            for number in [normal, a, b, c].iter().flat_map(|vector| vector.iter()) {
+                stl.extend_from_slice(&(*number as f32).to_le_bytes());
+            }
+            stl.extend_from_slice(&[0, 0]);
+        }
+        stl
+    }
+}
+
+/// The four cells that share a point's line, counter-clockwise seen from the line's far end.
+fn cells_around(workspace: &Workspace, point: &BoundaryPoint) -> [usize; 4] {
+    let (b, c) = ((point.axis + 1) % 3, (point.axis + 2) % 3);
+    // The outermost nodes are not reachable, so that there is a cell on each side.
+    let place = workspace.grid.place(point.node);
+    [(1, 1), (0, 1), (0, 0), (1, 0)].map(|(back_b, back_c)| {
+        let mut cell = place;
+        cell[b] -= back_b;
+        cell[c] -= back_c;
+        workspace.grid.index(cell)
+    })
+}
+
+/// The cells through which the boundary passes, in order, with the points on their edges.
+fn cells(workspace: &Workspace) -> Vec<(usize, Vec<usize>)> {
+    let mut cells: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (number, point) in workspace.points.iter().enumerate() {
+        for cell in cells_around(workspace, point) {
+            cells.entry(cell).or_default().push(number);
+        }
+    }
+    cells.into_iter().collect()
+}
+
+/// A cell's vertex, and what limits it.
+fn vertex(workspace: &Workspace, points: &[usize]) -> (Vector3<f64>, Limit) {
+    let points: Vec<&BoundaryPoint> = points.iter().map(|p| &workspace.points[*p]).collect();
+    let number = points.iter().fold(0.0, |count, _| count + 1.0);
+    let mean = points.iter().map(|p| p.position).sum::<Vector3<f64>>() / number;
+    let mut surfaces: Vec<&BoundaryPoint> = Vec::new();
+    for point in &points {
+        if !surfaces.iter().any(|surface| surface.limit == point.limit) {
+            surfaces.push(point);
+        }
+    }
+    let limit = surfaces[0].limit;
+    let mut place = mean;
+    for _ in 0..STEPS {
+        let Some(step) = step_onto(workspace, &surfaces, &place) else {
+            return (mean, limit);
+        };
+        place += step;
+        if !((place - mean).norm() <= LARGEST_STEP * workspace.grid.spacing) {
+            return (mean, limit);
+        }
+        if step.norm() <= workspace.tolerance * 1e-3 {
+            break;
+        }
+    }
+    (place, limit)
+}
+
+/// The shortest step onto all surfaces at once: −N⁺ d, with the normals' matrix N and distances d.
+fn step_onto(
+    workspace: &Workspace,
+    surfaces: &[&BoundaryPoint],
+    place: &Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    let mut normals = DMatrix::zeros(surfaces.len(), 3);
+    let mut distances = DVector::zeros(surfaces.len());
+    for (row, surface) in surfaces.iter().enumerate() {
+        let face = surface.face(&workspace.robot, &workspace.reach);
+        let (distance, normal) = face.distance(place)?;
+        normals.set_row(row, &normal.transpose());
+        distances[row] = distance;
+    }
+    let inverse = normals.pseudo_inverse(LEAST_ANGLE).ok()?;
+    let step = inverse * distances;
+    Some(-Vector3::new(step[0], step[1], step[2]))
+}

@@ -18,6 +18,10 @@ pub enum Limit {
     Serial(ArmIndex),
     /// Type 2: the forearms lie in one plane.
     Parallel(ArmIndex),
+    /// The plane of the elbows would stand upright: beyond, the platform would be above it, and
+    /// [`Robot::forward`] finds it elsewhere. Only with very wide joint limits; no singularity. The
+    /// arm is the first, for it concerns all of them.
+    Assembly(ArmIndex),
     /// The forearms do not meet.
     Unreachable(ArmIndex),
     /// A number is not finite.
@@ -33,12 +37,13 @@ impl Limit {
             | Self::Forearm(arm)
             | Self::Serial(arm)
             | Self::Parallel(arm)
+            | Self::Assembly(arm)
             | Self::Unreachable(arm)
             | Self::NonFinite(arm) => arm,
         }
     }
 
-    /// As in the files: `joint_minimum_1`.
+    /// As in the files: `joint_minimum_1`; [`Assembly`](Self::Assembly) has no number.
     pub fn name(self) -> String {
         let kind = match self {
             Self::JointMinimum(_) => "joint_minimum",
@@ -46,6 +51,7 @@ impl Limit {
             Self::Forearm(_) => "forearm_angle",
             Self::Serial(_) => "serial_singularity",
             Self::Parallel(_) => "parallel_singularity",
+            Self::Assembly(_) => return "elbows_upright".to_owned(),
             Self::Unreachable(_) => "unreachable",
             Self::NonFinite(_) => "not_finite",
         };
@@ -67,6 +73,7 @@ impl fmt::Display for Limit {
             Self::Parallel(_) => {
                 KinematicsError::Singular(arm, Singularity::Parallel).fmt(formatter)
             }
+            Self::Assembly(_) => formatter.write_str("the plane of the elbows would stand upright"),
             Self::Unreachable(_) => KinematicsError::Unreachable(arm).fmt(formatter),
             Self::NonFinite(_) => KinematicsError::NonFinite(arm).fmt(formatter),
         }

@@ -11,9 +11,9 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 /// The share of robots whose boundary is further in, or further out, than the band.
 pub const TAIL: f64 = 0.05;
-/// The search along a normal begins this far about the first-order prediction, in tolerances of the
-/// boundary, and doubles so many times.
-const DOUBLINGS: usize = 14;
+/// A boundary is searched for along the normal within so many σ of where it is expected, at most:
+/// where two faces meet at an edge, another robot may have none of the same face there.
+const RANGE: f64 = 4.0;
 
 /// How a band is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,12 +93,12 @@ pub fn band(workspace: &Workspace, tolerance: &Tolerance<f64>, options: &BandOpt
                 .flatten()
                 .filter_map(|robot| {
                     let expected = predicted(&workspace.robot, robot, linear);
+                    let range = RANGE * sigma;
                     displacement_to(
-                        robot,
-                        &workspace.reach,
+                        workspace,
+                        (robot, &workspace.reach),
                         &point,
-                        expected,
-                        workspace.tolerance,
+                        (expected, range),
                     )
                 })
                 .collect();
@@ -189,22 +189,22 @@ pub(super) fn predicted(from: &Robot<f64>, to: &Robot<f64>, displacements: &[f64
 }
 
 /// How far outwards along the point's normal another robot's boundary is, mm: found about the
-/// displacement that is expected. `None` if it is not found near there.
+/// displacement that is expected. `None` if it is not found within the range about it.
 pub(super) fn displacement_to(
-    robot: &Robot<f64>,
-    reach: &Reach,
+    workspace: &Workspace,
+    (robot, reach): (&Robot<f64>, &Reach),
     point: &BoundaryPoint,
-    expected: f64,
-    tolerance: f64,
+    (expected, range): (f64, f64),
 ) -> Option<f64> {
+    let tolerance = workspace.tolerance;
     let at = |way: f64| point.position + point.outward * way;
     let is_inside = |x: &Vector3<f64>| reach.any_joints(robot, x).is_ok();
     let mut step = tolerance.max(0.02 * expected.abs());
-    for _ in 0..DOUBLINGS {
+    while step <= range.max(4.0 * tolerance) {
         let (low, high) = (at(expected - step), at(expected + step));
         if is_inside(&low) && !is_inside(&high) {
-            let (inside, outside) =
-                super::boundary::bisect(is_inside, (low, high), tolerance / 16.0);
+            let ends = (low, high);
+            let (inside, outside) = super::boundary::bisect(is_inside, ends, tolerance / 16.0);
             let middle = (inside + outside) * 0.5;
             return Some((middle - point.position).dot(&point.outward));
         }

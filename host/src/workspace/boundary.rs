@@ -139,6 +139,9 @@ fn what_stops(robot: &Robot<f64>, reach: &Reach, q: &[f64; 3], outside: &Vector3
     };
     let there = there.map(|q| reach.in_turn(q));
     match reach.allows(robot, outside, &there) {
+        Err(Limit::Parallel(arm)) if face::elbows_turned_over(robot, q, &there) => {
+            Limit::Assembly(arm)
+        }
         Err(Limit::Parallel(_)) | Ok(()) => Limit::Parallel(face::flattest(robot, outside, &there)),
         Err(limit) => limit,
     }

@@ -5,6 +5,10 @@ use super::influence::displacements;
 use super::{Volume, Workspace};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+/// The other boundary is searched for within this distance of where it is expected, or twice as far
+/// as it moves, mm.
+const RANGE: f64 = 2.0;
+
 /// How the boundary moves from one robot to another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
@@ -36,12 +40,12 @@ pub fn compare(first: &Workspace, second: &Workspace) -> Comparison {
         .into_par_iter()
         .map(|index| {
             let (point, expected) = (&first.points[index], predicted[index].unwrap_or(0.0));
+            let range = RANGE.max(expected.abs());
             displacement_to(
-                &second.robot,
-                &second.reach,
+                first,
+                (&second.robot, &second.reach),
                 point,
-                expected,
-                first.tolerance,
+                (expected, range),
             )
         })
         .collect();

@@ -6,6 +6,7 @@
 //! | serial singularity | envelope of these spheres over q: w·B′ = 0 | w/\|w\| stretched, −w/\|w\| folded |
 //! | forearm at its largest angle β | plane \|(X − D)·ey\| = Lb sin β | ± ey |
 //! | parallel singularity | det(w₁, w₂, w₃) = 0, qᵢ(X) on their branches | towards falling \|det\| |
+//! | elbows' plane upright | ((B₂ − B₁) × (B₃ − B₁))·up = 0, the same | towards falling \|·\| |
 
 use crate::reach::{Limit, Reach, other_elbow};
 use delta_cal::{Arm, ArmIndex, Parameter, Robot};
@@ -72,13 +73,11 @@ impl Face<'_> {
                 let largest = arm.lb() * self.reach.forearm_limit?.sin();
                 Some((out.abs() - largest, arm.basis().ey * out.signum()))
             }
-            Limit::Parallel(_) => {
-                let (determinant, gradient) = determinant(self.robot, x, &self.q)?;
-                // The reference is on the inner side, or on the surface itself.
-                let inner = inner_sign(self.robot, &self.q)?;
+            Limit::Parallel(_) | Limit::Assembly(_) => {
+                let (value, gradient) = self.spanned(x)?.gradient(self.robot, x);
+                let outwards = self.outwards();
                 let steep = gradient.norm();
-                let distance = -inner * determinant / steep;
-                let normal = gradient * (-inner / steep);
+                let (distance, normal) = (outwards * value / steep, gradient * (outwards / steep));
                 (distance.is_finite() && normal.x.is_finite()).then_some((distance, normal))
             }
             _ => {
@@ -109,7 +108,7 @@ impl Face<'_> {
                 own[Parameter::Alpha.index()] = -sign * w.dot(&basis.ez);
                 own[Parameter::Lb.index()] = self.reach.forearm_limit?.sin();
             }
-            Limit::Parallel(_) => return self.parallel_displacement(x),
+            Limit::Parallel(_) | Limit::Assembly(_) => return self.spanned_displacement(x),
             _ => {
                 // g = ± f, with q fixed at its end, or stationary: ∂f/∂q = 0.
                 let (q, sign) = self.sphere(x)?;
@@ -119,26 +118,107 @@ impl Face<'_> {
         Some(by_parameters)
     }
 
-    /// g = det(w₁, w₂, w₃) at fixed X: dwᵢ = −∂Bᵢ/∂p − Bᵢ′ dqᵢ, dqᵢ = −∂fᵢ/∂p / ∂fᵢ/∂q.
-    fn parallel_displacement(&self, x: &Vector3<f64>) -> Option<ByParameters> {
+    /// What must not vanish.
+    fn spanned(&self, x: &Vector3<f64>) -> Option<Spanned> {
         let q = branch(self.robot, x, &self.q)?;
-        let inner = inner_sign(self.robot, &self.q)?;
-        let (_, gradient) = determinant(self.robot, x, &self.q)?;
-        let cofactors = cofactors(self.robot, x, &q);
-        let mut by_parameters: ByParameters = [SVector::zeros(); 3];
-        let arms = self.robot.arms().iter().zip(q).zip(cofactors);
-        for (((arm, q), cofactor), own) in arms.zip(&mut by_parameters) {
-            // ∂f/∂P = −2 w·∂B/∂P is linear in the forearm w; with the cofactor in its place it is
-            // −2 c·∂B/∂P, but for the forearm's own length.
-            let mut moved = arm.constraint_by_parameters(&(arm.elbow(q) + cofactor), q) * 0.5;
-            moved[Parameter::Lb.index()] = 0.0;
-            let turn = cofactor.dot(&arm.elbow_derivative(q)) / arm.constraint_by_joint(x, q);
-            *own = (moved + arm.constraint_by_parameters(x, q) * turn) * (inner / gradient.norm());
+        Some(match self.limit {
+            Limit::Assembly(_) => Spanned::by_elbows(self.robot, q),
+            _ => Spanned::by_forearms(self.robot, x, q),
+        })
+    }
+
+    /// The sign of what must not vanish, beyond the surface. The joint angles nearby are those of a
+    /// pose inside, or on the surface: there the elbows' plane still has the right side, and with
+    /// det(w₁, w₂, w₃) = ((B₂ − B₁) × (B₃ − B₁))·(X − B₁) the platform is below it.
+    fn outwards(&self) -> f64 {
+        let side = Spanned::by_elbows(self.robot, self.q).value.signum();
+        match self.limit {
+            Limit::Assembly(_) => -side,
+            _ => side,
         }
-        let finite = by_parameters
+    }
+
+    /// At fixed X: dg = Σ ∂g/∂Bᵢ·(∂Bᵢ/∂p + Bᵢ′ dqᵢ), dqᵢ = −∂fᵢ/∂p / ∂fᵢ/∂q.
+    fn spanned_displacement(&self, x: &Vector3<f64>) -> Option<ByParameters> {
+        let spanned = self.spanned(x)?;
+        let (_, gradient) = spanned.gradient(self.robot, x);
+        let scale = -self.outwards() / gradient.norm();
+        let mut by_parameters: ByParameters = [SVector::zeros(); 3];
+        let arms = self
+            .robot
+            .arms()
             .iter()
-            .all(|own| own.iter().all(|v| v.is_finite()));
-        finite.then_some(by_parameters)
+            .zip(spanned.q)
+            .zip(spanned.by_elbow);
+        for (((arm, q), by_elbow), own) in arms.zip(&mut by_parameters) {
+            // ∂f/∂P = −2 w·∂B/∂P is linear in the forearm w; with another vector in its place it is
+            // that vector's product with ∂B/∂P, but for the forearm's own length.
+            let mut moved = arm.constraint_by_parameters(&(arm.elbow(q) + by_elbow), q) * -0.5;
+            moved[Parameter::Lb.index()] = 0.0;
+            let turn = by_elbow.dot(&arm.elbow_derivative(q)) / arm.constraint_by_joint(x, q);
+            *own = moved - arm.constraint_by_parameters(x, q) * turn;
+            // up = Σ ezᵢ, ∂ez/∂θ = sin α ex, ∂ez/∂α = −ey.
+            let basis = arm.basis();
+            own[Parameter::Theta.index()] += spanned.by_up.dot(&basis.ex) * basis.ey.z;
+            own[Parameter::Alpha.index()] -= spanned.by_up.dot(&basis.ey);
+            *own *= scale;
+        }
+        let mut values = by_parameters.iter().flat_map(|own| own.iter());
+        values
+            .all(|value| value.is_finite())
+            .then_some(by_parameters)
+    }
+}
+
+/// A volume spanned by three vectors, g, that must not vanish, and its derivatives.
+struct Spanned {
+    q: [f64; 3],
+    value: f64,
+    /// ∂g/∂Bᵢ.
+    by_elbow: [Vector3<f64>; 3],
+    /// ∂g/∂X with the elbows held.
+    by_position: Vector3<f64>,
+    /// ∂g/∂up.
+    by_up: Vector3<f64>,
+}
+
+impl Spanned {
+    /// det(w₁, w₂, w₃).
+    fn by_forearms(robot: &Robot<f64>, x: &Vector3<f64>, q: [f64; 3]) -> Self {
+        let [w1, w2, w3] = forearms(robot, x, &q);
+        let [c1, c2, c3] = [w2.cross(&w3), w3.cross(&w1), w1.cross(&w2)];
+        Self {
+            q,
+            value: w1.dot(&c1),
+            by_elbow: [-c1, -c2, -c3],
+            by_position: c1 + c2 + c3,
+            by_up: Vector3::zeros(),
+        }
+    }
+
+    /// ((B₂ − B₁) × (B₃ − B₁))·up.
+    fn by_elbows(robot: &Robot<f64>, q: [f64; 3]) -> Self {
+        let [b1, b2, b3] = elbows(robot, &q);
+        let (edge2, edge3, up) = (b2 - b1, b3 - b1, robot.up());
+        let normal = edge2.cross(&edge3);
+        let (by_b2, by_b3) = (edge3.cross(&up), up.cross(&edge2));
+        Self {
+            q,
+            value: normal.dot(&up),
+            by_elbow: [-by_b2 - by_b3, by_b2, by_b3],
+            by_position: Vector3::zeros(),
+            by_up: normal,
+        }
+    }
+
+    /// g, and ∂g/∂X with the elbows moving along: dBᵢ = Bᵢ′ (wᵢ·dX)/(wᵢ·Bᵢ′).
+    fn gradient(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let mut gradient = self.by_position;
+        for ((arm, q), by_elbow) in robot.arms().iter().zip(self.q).zip(&self.by_elbow) {
+            let (w, tangent) = (x - arm.elbow(q), arm.elbow_derivative(q));
+            gradient += w * (by_elbow.dot(&tangent) / w.dot(&tangent));
+        }
+        (self.value, gradient)
     }
 }
 
@@ -160,51 +240,35 @@ pub(super) fn branch(robot: &Robot<f64>, x: &Vector3<f64>, near: &[f64; 3]) -> O
     Some(q)
 }
 
-fn forearms(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> [Vector3<f64>; 3] {
+fn elbows(robot: &Robot<f64>, q: &[f64; 3]) -> [Vector3<f64>; 3] {
     let [arm1, arm2, arm3] = robot.arms();
-    [
-        x - arm1.elbow(q[0]),
-        x - arm2.elbow(q[1]),
-        x - arm3.elbow(q[2]),
-    ]
+    let [q1, q2, q3] = *q;
+    [arm1.elbow(q1), arm2.elbow(q2), arm3.elbow(q3)]
 }
 
-/// ∂det/∂wᵢ.
-fn cofactors(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> [Vector3<f64>; 3] {
-    let [w1, w2, w3] = forearms(robot, x, q);
-    [w2.cross(&w3), w3.cross(&w1), w1.cross(&w2)]
+fn forearms(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> [Vector3<f64>; 3] {
+    elbows(robot, q).map(|elbow| x - elbow)
 }
 
-/// det(w₁, w₂, w₃) at `x`, mm³, and its gradient, mm²: dwᵢ = dX − Bᵢ′ (wᵢ·dX)/(wᵢ·Bᵢ′).
+/// det(w₁, w₂, w₃) at `x`, mm³, and its gradient, mm², on the branches of the joint angles `near`.
 pub(super) fn determinant(
     robot: &Robot<f64>,
     x: &Vector3<f64>,
     near: &[f64; 3],
 ) -> Option<(f64, Vector3<f64>)> {
     let q = branch(robot, x, near)?;
-    let [w1, ..] = forearms(robot, x, &q);
-    let cofactors = cofactors(robot, x, &q);
-    let mut gradient = Vector3::zeros();
-    for ((arm, q), cofactor) in robot.arms().iter().zip(q).zip(&cofactors) {
-        let (w, tangent) = (x - arm.elbow(q), arm.elbow_derivative(q));
-        gradient += cofactor - w * (cofactor.dot(&tangent) / w.dot(&tangent));
-    }
-    Some((w1.dot(&cofactors[0]), gradient))
+    Some(Spanned::by_forearms(robot, x, q).gradient(robot, x))
 }
 
-/// The sign of det(w₁, w₂, w₃) where the platform hangs below the elbows' plane.
-fn inner_sign(robot: &Robot<f64>, q: &[f64; 3]) -> Option<f64> {
-    let [arm1, arm2, arm3] = robot.arms();
-    let elbow = arm1.elbow(q[0]);
-    let normal = (arm2.elbow(q[1]) - elbow).cross(&(arm3.elbow(q[2]) - elbow));
-    let up = normal.dot(&robot.up());
-    // det(w₁, w₂, w₃) = normal · (X − B₁).
-    (up.abs() > 0.0).then(|| -up.signum())
+/// Whether the elbows' plane has another side up at the first joint angles than at the second.
+pub(super) fn elbows_turned_over(robot: &Robot<f64>, q: &[f64; 3], other: &[f64; 3]) -> bool {
+    let side = |q: &[f64; 3]| Spanned::by_elbows(robot, *q).value > 0.0;
+    side(q) != side(other)
 }
 
 /// The arm whose forearm lies nearest to the plane of the other two.
 pub(super) fn flattest(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> ArmIndex {
-    let cofactors = cofactors(robot, x, q);
+    let cofactors = Spanned::by_forearms(robot, x, *q).by_elbow;
     let flatness = |arm: &ArmIndex| cofactors[arm.index()].norm() * robot.arm(*arm).lb();
     ArmIndex::ALL
         .into_iter()

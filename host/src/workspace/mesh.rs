@@ -1,8 +1,9 @@
 //! The boundary as a closed mesh of triangles.
 //!
-//! Naïve surface nets: one vertex in each cell of the grid that the boundary passes through, and
-//! around each point of the boundary the two triangles between the four cells that share its line.
-//! The mesh is closed by construction. Each vertex is then moved onto the surfaces that limit its
+//! Surface nets: a vertex for each sheet of the boundary in each cell of the grid, and around each
+//! point of the boundary the two triangles between the four cells that share its line. The mesh is
+//! closed by construction. Which of a cell's points belong to one sheet is told by its faces: two
+//! points on a face are joined, and of four those beside the same reachable corner. Each vertex is then moved onto the surfaces that limit its
 //! cell ([`Face::distance`](super::Face::distance)), all at once, so that edges and corners of the
 //! workspace stay sharp.
 
@@ -33,16 +34,19 @@ pub struct Mesh {
 impl Mesh {
     /// The mesh of a workspace's boundary.
     pub fn of(workspace: &Workspace) -> Self {
-        let cells = cells(workspace);
-        let numbers: BTreeMap<usize, usize> =
-            cells.iter().map(|(cell, _)| *cell).zip(0..).collect();
-        let corners: Vec<(Vector3<f64>, Limit)> = cells
+        let sheets = sheets(workspace);
+        let mut numbers: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+        for (number, (cell, points)) in sheets.iter().enumerate() {
+            numbers.extend(points.iter().map(|point| ((*cell, *point), number)));
+        }
+        let corners: Vec<(Vector3<f64>, Limit)> = sheets
             .into_par_iter()
             .map(|(_, points)| vertex(workspace, &points))
             .collect();
         let mut triangles = Vec::with_capacity(2 * workspace.points.len());
-        for point in &workspace.points {
-            let [a, b, c, d] = cells_around(workspace, point).map(|cell| numbers[&cell]);
+        for (index, point) in workspace.points.iter().enumerate() {
+            let around = cells_around(workspace, point);
+            let [a, b, c, d] = around.map(|cell| numbers[&(cell, index)]);
             // The shorter diagonal.
             let length = |i: usize, j: usize| (corners[i].0 - corners[j].0).norm_squared();
             let pair = if length(a, c) <= length(b, d) {
@@ -50,8 +54,8 @@ impl Mesh {
             } else {
                 [[a, b, d], [b, c, d]]
             };
-            triangles
-                .extend(pair.map(|[i, j, k]| if point.leaves { [i, j, k] } else { [i, k, j] }));
+            let turned = |[i, j, k]: [usize; 3]| if point.leaves { [i, j, k] } else { [i, k, j] };
+            triangles.extend(pair.map(turned));
         }
         let (vertices, limits) = corners.into_iter().unzip();
         Self {
@@ -118,18 +122,77 @@ fn cells_around(workspace: &Workspace, point: &BoundaryPoint) -> [usize; 4] {
     })
 }
 
-/// The cells through which the boundary passes, in order, with the points on their edges.
-fn cells(workspace: &Workspace) -> Vec<(usize, Vec<usize>)> {
+/// The sheets of the boundary in each cell, in order: the cell and the points on its edges.
+fn sheets(workspace: &Workspace) -> Vec<(usize, Vec<usize>)> {
     let mut cells: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (number, point) in workspace.points.iter().enumerate() {
         for cell in cells_around(workspace, point) {
             cells.entry(cell).or_default().push(number);
         }
     }
-    cells.into_iter().collect()
+    let sheets = cells.into_iter().flat_map(|(cell, points)| {
+        let sheets = apart(workspace, cell, &points);
+        sheets.into_iter().map(move |sheet| (cell, sheet))
+    });
+    sheets.collect()
 }
 
-/// A cell's vertex, and what limits it.
+/// The points of a cell, by sheets.
+fn apart(workspace: &Workspace, cell: usize, points: &[usize]) -> Vec<Vec<usize>> {
+    // Four edges of a cell at most are cut by one sheet alone: nothing to tell apart.
+    if points.len() < 6 {
+        return vec![points.to_vec()];
+    }
+    let origin = workspace.grid.place(cell);
+    let at = |number: usize| {
+        let point = &workspace.points[number];
+        let place = workspace.grid.place(point.node);
+        let back = [0, 1, 2].map(|axis| place[axis] - origin[axis]);
+        // On its own axis a point lies between the faces.
+        (point, back)
+    };
+    let mut sheets: Vec<Vec<usize>> = points.iter().map(|point| vec![*point]).collect();
+    for axis in 0..3 {
+        for side in 0..2 {
+            let on_face = |number: &usize| {
+                let (point, back) = at(*number);
+                point.axis != axis && back[axis] == side
+            };
+            let face: Vec<usize> = points.iter().copied().filter(on_face).collect();
+            if let [a, b] = face[..] {
+                join(&mut sheets, a, b);
+            }
+            for (index, a) in face.iter().enumerate().filter(|_| face.len() == 4) {
+                for b in &face[index + 1..] {
+                    if reachable_end(workspace, *a) == reachable_end(workspace, *b) {
+                        join(&mut sheets, *a, *b);
+                    }
+                }
+            }
+        }
+    }
+    sheets
+}
+
+/// The reachable node beside a point.
+fn reachable_end(workspace: &Workspace, number: usize) -> [usize; 3] {
+    let point = &workspace.points[number];
+    let mut place = workspace.grid.place(point.node);
+    place[point.axis] += usize::from(!point.leaves);
+    place
+}
+
+fn join(sheets: &mut Vec<Vec<usize>>, a: usize, b: usize) {
+    let of = |sheets: &[Vec<usize>], point| sheets.iter().position(|sheet| sheet.contains(point));
+    if let (Some(first), Some(second)) = (of(sheets, &a), of(sheets, &b))
+        && first != second
+    {
+        let moved = sheets.remove(first.max(second));
+        sheets[first.min(second)].extend(moved);
+    }
+}
+
+/// A sheet's vertex, and what limits it.
 fn vertex(workspace: &Workspace, points: &[usize]) -> (Vector3<f64>, Limit) {
     let points: Vec<&BoundaryPoint> = points.iter().map(|p| &workspace.points[*p]).collect();
     let number = points.iter().fold(0.0, |count, _| count + 1.0);

@@ -102,3 +102,14 @@ fn the_mesh_is_closed_and_turned_outwards() {
         );
     }
 }
+
+#[test]
+fn debug_cylinder() {
+    let case = &cases()[0];
+    let w = workspace(case, 80.0);
+    for k in 0..60 {
+        let x = Vector3::new(0.0, 0.0, -715.0 + 10.0 * f64::from(k));
+        println!("{} {:?}", x.z, w.reach.any_joints(&w.robot, &x));
+    }
+    println!("{:?}", delta_cal_host::workspace::cylinders(&w).first());
+}

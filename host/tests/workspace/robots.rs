@@ -39,7 +39,12 @@ pub(super) fn uniform(rng: &mut Pcg32) -> f64 {
 }
 
 /// Each parameter evenly off by up to this many mm or degrees.
-pub(super) fn perturbed(robot: &Robot<f64>, rng: &mut Pcg32, length: f64, degrees: f64) -> Robot<f64> {
+pub(super) fn perturbed(
+    robot: &Robot<f64>,
+    rng: &mut Pcg32,
+    length: f64,
+    degrees: f64,
+) -> Robot<f64> {
     Robot::new(robot.arms().map(|arm| {
         let mut parameters = arm.parameters().data.0[0];
         for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {

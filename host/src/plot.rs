@@ -25,7 +25,7 @@ mod legend;
 mod png;
 
 pub use axis::Axis;
-pub use colour::Colour;
+pub use colour::{Colour, STEPS};
 use std::error::Error;
 use std::fmt;
 
@@ -77,6 +77,8 @@ pub enum Shape {
     Rings(Vec<(f64, f64)>),
     /// Diamonds: what others published.
     Diamonds(Vec<(f64, f64)>),
+    /// Polygons, each filled with a colour of its own (red, green, blue), the first undermost.
+    Patches(Vec<(Vec<(f64, f64)>, [u8; 3])>),
     /// Text to the right of points.
     Labels(Vec<((f64, f64), String)>),
 }

@@ -22,6 +22,7 @@ mod cylinder;
 mod face;
 mod grid;
 mod influence;
+mod line;
 mod mesh;
 mod path;
 pub mod report;

@@ -203,6 +203,10 @@ impl Figure {
                 let fill = colour.mix(style::BAND).filled();
                 chart.draw_series([Polygon::new(outline, fill)])
             }
+            Shape::Patches(patches) => chart.draw_series(patches.iter().map(|(outline, fill)| {
+                let [red, green, blue] = *fill;
+                Polygon::new(placed(outline), RGBColor(red, green, blue).filled())
+            })),
             Shape::Segments(segments) => chart.draw_series(lines(segments, line)),
             Shape::Hairlines(segments) => {
                 chart.draw_series(lines(segments, style::hairline(series.colour)))

@@ -66,6 +66,25 @@ pub struct Band {
     pub volume_sigma: f64,
 }
 
+impl Band {
+    /// rms over the points of the 5 % quantile, mm.
+    pub fn low_rms(&self) -> f64 {
+        rms(self.points.iter().map(|point| point.low))
+    }
+
+    /// rms over the points of the 95 % quantile, mm.
+    pub fn high_rms(&self) -> f64 {
+        rms(self.points.iter().map(|point| point.high))
+    }
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| {
+        (sum + value * value, count + 1.0)
+    });
+    f64::sqrt(sum / count)
+}
+
 /// Draws robots about a workspace's own, each parameter normal with the tolerance as its σ, and
 /// finds the boundary of each along the normals. The same seed gives the same band.
 pub fn band(workspace: &Workspace, tolerance: &Tolerance<f64>, options: &BandOptions) -> Band {

@@ -4,7 +4,7 @@
 //! intervals are found to the tolerance; those common to all lines within a radius are where a
 //! cylinder of that radius can stand.
 
-use super::boundary::bisect;
+use super::line::{self, Intervals, intersection};
 use super::{BoundaryPoint, Workspace};
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -40,9 +40,6 @@ impl Cylinder {
     }
 }
 
-/// Reachable intervals of z.
-type Intervals = Vec<(f64, f64)>;
-
 /// The cylinder of the largest volume first, then the highest cylinder of each ring's diameter, from
 /// narrow to wide; none if the axis is not in the workspace.
 pub fn cylinders(workspace: &Workspace) -> Vec<Cylinder> {
@@ -60,8 +57,8 @@ pub fn cylinders(workspace: &Workspace) -> Vec<Cylinder> {
         .fold(0.0, f64::max);
     let scan = Scan {
         workspace,
-        low: lowest - workspace.tolerance,
-        high: highest + workspace.tolerance,
+        low: lowest - workspace.grid.spacing,
+        high: highest + workspace.grid.spacing,
     };
     let mut common = scan.line(0.0, 0.0);
     let mut found: Vec<(Cylinder, Intervals)> = Vec::new();
@@ -95,29 +92,12 @@ struct Scan<'a> {
 impl Scan<'_> {
     /// The reachable intervals on the vertical line through (x, y).
     fn line(&self, x: f64, y: f64) -> Intervals {
-        let spacing = self.workspace.grid.spacing;
-        let at = |z: f64| Vector3::new(x, y, z);
-        let is_inside = |point: &Vector3<f64>| self.workspace.contains(point);
-        let edge = |inside: f64, outside: f64| {
-            let ends = (at(inside), at(outside));
-            bisect(is_inside, ends, self.workspace.tolerance / 16.0).0.z
-        };
-        let mut intervals = Intervals::new();
-        let mut z = self.low;
-        let mut entered = is_inside(&at(z)).then_some(z);
-        while z < self.high {
-            let next = z + spacing;
-            match (entered, is_inside(&at(next))) {
-                (None, true) => entered = Some(edge(next, z)),
-                (Some(from), false) => {
-                    intervals.push((from, edge(z, next)));
-                    entered = None;
-                }
-                _ => {}
-            }
-            z = next;
-        }
-        intervals
+        let (origin, up) = (Vector3::new(x, y, self.low), Vector3::z());
+        let pieces = line::intervals(self.workspace, &origin, &up, self.high - self.low);
+        let heights = pieces
+            .iter()
+            .map(|(from, to)| (self.low + from, self.low + to));
+        heights.collect()
     }
 
     /// The intervals common to all lines on a ring.
@@ -208,18 +188,4 @@ fn between_lines(lines: &[Intervals]) -> f64 {
         }
     }
     slack
-}
-
-/// What two lists of intervals have in common.
-fn intersection(a: &Intervals, b: &Intervals) -> Intervals {
-    let mut common = Intervals::new();
-    for (from_a, to_a) in a {
-        for (from_b, to_b) in b {
-            let (from, to) = (from_a.max(*from_b), to_a.min(*to_b));
-            if from < to {
-                common.push((from, to));
-            }
-        }
-    }
-    common
 }

@@ -10,7 +10,7 @@
 use super::{BoundaryPoint, Workspace};
 use crate::reach::Limit;
 use nalgebra::{DMatrix, DVector, Vector3};
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use std::collections::BTreeMap;
 
 /// Steps of the iteration that moves a vertex onto the surfaces; it converges in three or four.
@@ -27,6 +27,8 @@ pub struct Mesh {
     pub vertices: Vec<Vector3<f64>>,
     /// What limits the workspace at each corner; one of several on an edge.
     pub limits: Vec<Limit>,
+    /// The boundary points near each corner, as indices: those on the edges of its cell.
+    pub points: Vec<Vec<usize>>,
     /// The corners of each triangle.
     pub triangles: Vec<[usize; 3]>,
 }
@@ -40,8 +42,8 @@ impl Mesh {
             numbers.extend(points.iter().map(|point| ((*cell, *point), number)));
         }
         let corners: Vec<(Vector3<f64>, Limit)> = sheets
-            .into_par_iter()
-            .map(|(_, points)| vertex(workspace, &points))
+            .par_iter()
+            .map(|(_, points)| vertex(workspace, points))
             .collect();
         let mut triangles = Vec::with_capacity(2 * workspace.points.len());
         for (index, point) in workspace.points.iter().enumerate() {
@@ -61,6 +63,7 @@ impl Mesh {
         Self {
             vertices,
             limits,
+            points: sheets.into_iter().map(|(_, points)| points).collect(),
             triangles,
         }
     }
@@ -70,6 +73,20 @@ impl Mesh {
         self.triangles
             .iter()
             .map(|triangle| triangle.map(|corner| self.vertices[corner]))
+    }
+
+    /// The mean at each corner of what is known at the boundary points; what is not known of any is
+    /// NaN.
+    pub fn means(&self, values: &[f64]) -> Vec<f64> {
+        let mean = |points: &Vec<usize>| {
+            let known = points
+                .iter()
+                .map(|point| values[*point])
+                .filter(|v| v.is_finite());
+            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+            sum / count
+        };
+        self.points.iter().map(mean).collect()
     }
 
     /// The volume inside, by the divergence theorem: Σ a·(b × c)/6, mm³.

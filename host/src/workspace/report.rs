@@ -1,8 +1,11 @@
 //! What is written of a workspace: tables, JSON, CSV, mesh, figures, and all of it in HTML.
 
 pub mod csv;
+pub mod figures;
+mod html;
 pub mod json;
 pub mod table;
+mod viewer;
 
 use super::{
     Band, BandOptions, Comparison, ConditionedPosition, Cylinder, Mesh, Options,
@@ -12,10 +15,14 @@ use super::{
 use crate::RobotFile;
 use crate::plot::PlotError;
 use crate::reach::Limit;
+use delta_cal::Tolerance;
 use std::collections::BTreeMap;
 
 /// Positions of the conditioning map, at most about this many.
 const MAP: usize = 20_000;
+
+/// What is looked at in space has lines so many times further apart.
+const COARSER: f64 = 2.0;
 
 /// Everything that is known of a robot's workspace.
 #[derive(Debug, Clone)]
@@ -34,6 +41,10 @@ pub struct Analysis {
     pub band: Option<Band>,
     /// The other robot's name, its workspace, and how it differs.
     pub comparison: Option<(String, Comparison)>,
+    /// The other robot's workspace.
+    pub other: Option<Workspace>,
+    /// The stated tolerance.
+    pub tolerance: Option<Tolerance<f64>>,
     /// Distance from singularities inside.
     pub conditioning: Vec<ConditionedPosition>,
     /// Distance of a path from singularities.
@@ -56,8 +67,8 @@ impl Analysis {
         progress("boundary");
         let workspace = Workspace::compute(&robot.robot, &robot.reach(), options)
             .map_err(|error| (error, robot.name.clone()))?;
-        let comparison = match other {
-            None => None,
+        let (comparison, other) = match other {
+            None => (None, None),
             Some(other) => {
                 progress("comparison");
                 // On lines of the same distance, so that the volumes compare.
@@ -67,7 +78,8 @@ impl Analysis {
                 };
                 let second = Workspace::compute(&other.robot, &other.reach(), &options)
                     .map_err(|error| (error, other.name.clone()))?;
-                Some((other.name.clone(), compare(&workspace, &second)))
+                let comparison = compare(&workspace, &second);
+                (Some((other.name.clone(), comparison)), Some(second))
             }
         };
         progress("cylinders");
@@ -86,6 +98,8 @@ impl Analysis {
             influence,
             band,
             comparison,
+            other,
+            tolerance: robot.tolerance,
             conditioning: conditioning_map(&workspace, MAP),
             path,
             workspace,
@@ -121,12 +135,13 @@ impl Analysis {
     /// All files of an output folder.
     ///
     /// # Errors
-    /// A figure that cannot be drawn; none is known.
+    /// A figure or a text that cannot be made; none is known.
     pub fn contents(&self) -> Result<Contents, PlotError> {
         let mut contents = Contents::default();
         let comparison = self.comparison.as_ref().map(|(_, comparison)| comparison);
+        let mesh = Mesh::of(&self.workspace);
         contents.text("boundary.csv", csv::boundary(&self.workspace));
-        contents.bytes("boundary.stl", Mesh::of(&self.workspace).to_stl());
+        contents.bytes("boundary.stl", mesh.to_stl());
         contents.text("influence.csv", csv::influence(&self.workspace, comparison));
         if let Some(band) = &self.band {
             contents.text("band.csv", csv::band(&band.points));
@@ -136,7 +151,32 @@ impl Analysis {
         if let Some(path) = &self.path {
             contents.text("path.csv", csv::path(path));
         }
+        let coarse = self.coarse();
+        let coarse = coarse.as_ref().unwrap_or(&self.workspace);
+        let coarse_mesh = Mesh::of(coarse);
+        let figures = figures::figures(self, &mesh, &coarse_mesh);
+        contents.text("horizontal.svg", figures.horizontal.to_svg()?);
+        contents.text("vertical_xz.svg", figures.vertical_xz.to_svg()?);
+        contents.text("vertical_yz.svg", figures.vertical_yz.to_svg()?);
+        contents.text("serial.svg", figures.serial.to_svg()?);
+        contents.text("parallel.svg", figures.parallel.to_svg()?);
+        contents.text("cylinders.svg", figures.cylinders.to_svg()?);
+        contents.text("influence.svg", figures.influence.to_svg()?);
+        contents.text("view.svg", figures.view.to_svg()?);
+        contents.bytes("view.png", figures.view.to_png(2.0)?);
+        let scene = viewer::scene(self, coarse, &coarse_mesh)
+            .map_err(|error| PlotError::Drawing(error.to_string()))?;
+        contents.text("report.html", html::render(self, &figures, &scene)?);
         Ok(contents)
+    }
+
+    /// The same workspace on fewer lines, for what is looked at.
+    fn coarse(&self) -> Option<Workspace> {
+        let options = Options {
+            tolerance: self.workspace.tolerance,
+            spacing: Some(self.workspace.grid.spacing * COARSER),
+        };
+        Workspace::compute(&self.workspace.robot, &self.workspace.reach, &options).ok()
     }
 }
 
@@ -146,7 +186,7 @@ pub struct Contents(Vec<(&'static str, Vec<u8>)>);
 
 impl Contents {
     /// Every name that can be there.
-    pub const NAMES: [&'static str; 8] = [
+    pub const NAMES: [&'static str; 17] = [
         "boundary.csv",
         "boundary.stl",
         "influence.csv",
@@ -154,6 +194,15 @@ impl Contents {
         "conditioning.csv",
         "cylinders.csv",
         "path.csv",
+        "horizontal.svg",
+        "vertical_xz.svg",
+        "vertical_yz.svg",
+        "serial.svg",
+        "parallel.svg",
+        "cylinders.svg",
+        "influence.svg",
+        "view.svg",
+        "view.png",
         "report.html",
     ];
 

@@ -105,11 +105,25 @@ fn the_mesh_is_closed_and_turned_outwards() {
 
 #[test]
 fn debug_cylinder() {
-    let case = &cases()[0];
-    let w = workspace(case, 80.0);
-    for k in 0..60 {
-        let x = Vector3::new(0.0, 0.0, -715.0 + 10.0 * f64::from(k));
-        println!("{} {:?}", x.z, w.reach.any_joints(&w.robot, &x));
+    for case in cases() {
+        let w = workspace(&case, 80.0);
+        println!(
+            "{}: {:?}",
+            case.name,
+            delta_cal_host::workspace::cylinders(&w)
+                .iter()
+                .take(3)
+                .collect::<Vec<_>>()
+        );
+        for lines in [20.0, 40.0, 80.0, 160.0] {
+            let w = workspace(&case, lines);
+            let v = w.volume();
+            println!(
+                "{lines} {:.5} {:.5} mesh {:.5}",
+                v.volume * 1e-6,
+                v.uncertainty * 1e-6,
+                Mesh::of(&w).volume() * 1e-6
+            );
+        }
     }
-    println!("{:?}", delta_cal_host::workspace::cylinders(&w).first());
 }

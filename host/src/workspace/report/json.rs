@@ -78,8 +78,8 @@ struct Band {
     points: usize,
     sigma_mm: f64,
     largest_sigma_mm: f64,
-    p05_mm: f64,
-    p95_mm: f64,
+    p05_rms_mm: f64,
+    p95_rms_mm: f64,
     volume_sigma_litres: f64,
 }
 
@@ -217,15 +217,14 @@ fn influences(analysis: &Analysis) -> Vec<Influence> {
 
 fn band(analysis: &Analysis) -> Option<Band> {
     let band = analysis.band.as_ref()?;
-    let points = || band.points.iter();
     Some(Band {
         robots: band.options.robots,
         seed: band.options.seed,
         points: band.points.len(),
         sigma_mm: band.sigma,
         largest_sigma_mm: band.largest_sigma,
-        p05_mm: points().map(|point| point.low).fold(0.0, f64::min),
-        p95_mm: points().map(|point| point.high).fold(0.0, f64::max),
+        p05_rms_mm: band.low_rms(),
+        p95_rms_mm: band.high_rms(),
         volume_sigma_litres: band.volume_sigma / LITRE,
     })
 }

@@ -15,7 +15,7 @@ const LITRE: f64 = 1e6;
 /// Rows of a path that are named, at most.
 const NAMED: usize = 10;
 /// Rows of the cylinders' table.
-const CYLINDERS: usize = 8;
+pub(super) const CYLINDERS: usize = 8;
 
 /// The whole report.
 pub fn render(analysis: &Analysis) -> String {
@@ -67,9 +67,9 @@ fn summary(text: &mut String, analysis: &Analysis) {
 }
 
 /// Evenly chosen cylinders, narrow to wide.
-pub(super) fn chosen(cylinders: &[Cylinder]) -> Vec<Cylinder> {
+pub(super) fn chosen(cylinders: &[Cylinder], most: usize) -> Vec<Cylinder> {
     let rest = cylinders.get(1..).unwrap_or_default();
-    let stride = rest.len().div_ceil(CYLINDERS).max(1);
+    let stride = rest.len().div_ceil(most).max(1);
     rest.iter()
         .skip(stride - 1)
         .step_by(stride)
@@ -99,7 +99,7 @@ fn cylinders(text: &mut String, cylinders: &[Cylinder]) {
         );
     };
     line(largest, "   the largest");
-    for cylinder in chosen(cylinders) {
+    for cylinder in chosen(cylinders, CYLINDERS) {
         line(&cylinder, "");
     }
 }
@@ -125,21 +125,18 @@ fn influence(text: &mut String, analysis: &Analysis) {
 
 fn tolerance(text: &mut String, band: &Band) {
     heading(text, "For the stated tolerance");
-    let (mut low, mut high) = (0.0_f64, 0.0_f64);
-    for point in &band.points {
-        low = low.min(point.low);
-        high = high.max(point.high);
-    }
     let _ = writeln!(
         text,
-        "The boundary lies within {:.3} mm of the nominal one (one sigma, rms over the boundary; at \
-         most {:.3})\nand the volume within {:.3} litres. {} drawn robots, 5 % to 95 % at the worst \
-         of {} points:\n{low:+.3} to {high:+.3} mm.",
+        "The boundary is off by {:.3} mm (one sigma along its normal, rms over the boundary; {:.3} mm at \
+         the\nworst point), the volume by {:.3} litres. 5 % to 95 % of {} drawn robots, rms over {} \
+         points:\n{:+.3} to {:+.3} mm.",
         band.sigma,
         band.largest_sigma,
         band.volume_sigma / LITRE,
         band.options.robots,
         band.points.len(),
+        -band.low_rms(),
+        band.high_rms(),
     );
 }
 

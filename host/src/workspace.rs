@@ -36,6 +36,7 @@ pub use conditioning::{ConditionedPosition, conditioning_map};
 pub use cylinder::{Cylinder, cylinders};
 pub use face::{ByParameters, Face};
 pub use grid::Grid;
+pub(crate) use grid::reaches_anywhere;
 pub use influence::{ParameterInfluence, influence};
 pub use mesh::Mesh;
 pub use path::{PathPoint, PathRow, PathSummary, distances_of_path};

@@ -24,12 +24,6 @@ fn grid(limits: &JointLimits<f64>) -> impl Iterator<Item = [f64; 3]> + '_ {
     })
 }
 
-/// Whether any pose of the grid, or any with its three joint angles equal, is reachable.
-pub(crate) fn reaches_anywhere(robot: &Robot<f64>, limits: &JointLimits<f64>) -> bool {
-    let equal = (0..=64).map(|part| [limits.at(f64::from(part) / 64.0); 3]);
-    grid(limits).chain(equal).any(|q| robot.forward(&q).is_ok())
-}
-
 /// How far the calibration moves the platform over a grid of poses within the joint limits, and
 /// how uncertain the calibrated positions are there.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::WorkspaceError;
 use crate::reach::{Limit, Reach};
-use delta_cal::Robot;
+use delta_cal::{JointLimits, Robot};
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -168,8 +168,17 @@ fn swept_box(
     }
 }
 
+/// Whether the forearms meet at any pose of the sweep, whatever the ball joints.
+pub(crate) fn reaches_anywhere(robot: &Robot<f64>, limits: &JointLimits<f64>) -> bool {
+    let reach = Reach {
+        limits: *limits,
+        forearm_limit: None,
+    };
+    sweep(&reach).any(|q| robot.forward(&q).is_ok())
+}
+
 /// All combinations of evenly spaced joint angles within the limits, ends included.
-pub(crate) fn sweep(reach: &Reach) -> impl Iterator<Item = [f64; 3]> + '_ {
+fn sweep(reach: &Reach) -> impl Iterator<Item = [f64; 3]> + '_ {
     let angle = |part: u32| reach.limits.at(f64::from(part) / f64::from(SWEEP - 1));
     (0..SWEEP.pow(3)).map(move |cell| {
         [

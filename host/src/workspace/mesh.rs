@@ -25,12 +25,12 @@ const LARGEST_STEP: f64 = 1.0;
 pub struct Mesh {
     /// Corners, mm.
     pub vertices: Vec<Vector3<f64>>,
-    /// What limits the workspace at each corner; one of several on an edge.
-    pub limits: Vec<Limit>,
     /// The boundary points near each corner, as indices: those on the edges of its cell.
     pub points: Vec<Vec<usize>>,
     /// The corners of each triangle.
     pub triangles: Vec<[usize; 3]>,
+    /// What limits the workspace at each triangle.
+    pub limits: Vec<Limit>,
 }
 
 impl Mesh {
@@ -41,16 +41,17 @@ impl Mesh {
         for (number, (cell, points)) in sheets.iter().enumerate() {
             numbers.extend(points.iter().map(|point| ((*cell, *point), number)));
         }
-        let corners: Vec<(Vector3<f64>, Limit)> = sheets
+        let vertices: Vec<Vector3<f64>> = sheets
             .par_iter()
             .map(|(_, points)| vertex(workspace, points))
             .collect();
         let mut triangles = Vec::with_capacity(2 * workspace.points.len());
+        let mut limits = Vec::with_capacity(2 * workspace.points.len());
         for (index, point) in workspace.points.iter().enumerate() {
             let around = cells_around(workspace, point);
             let [a, b, c, d] = around.map(|cell| numbers[&(cell, index)]);
             // The shorter diagonal.
-            let length = |i: usize, j: usize| (corners[i].0 - corners[j].0).norm_squared();
+            let length = |i: usize, j: usize| (vertices[i] - vertices[j]).norm_squared();
             let pair = if length(a, c) <= length(b, d) {
                 [[a, b, c], [a, c, d]]
             } else {
@@ -58,13 +59,13 @@ impl Mesh {
             };
             let turned = |[i, j, k]: [usize; 3]| if point.leaves { [i, j, k] } else { [i, k, j] };
             triangles.extend(pair.map(turned));
+            limits.extend([point.limit; 2]);
         }
-        let (vertices, limits) = corners.into_iter().unzip();
         Self {
             vertices,
-            limits,
             points: sheets.into_iter().map(|(_, points)| points).collect(),
             triangles,
+            limits,
         }
     }
 
@@ -209,32 +210,31 @@ fn join(sheets: &mut Vec<Vec<usize>>, a: usize, b: usize) {
     }
 }
 
-/// A sheet's vertex, and what limits it.
-fn vertex(workspace: &Workspace, points: &[usize]) -> (Vector3<f64>, Limit) {
+/// A sheet's vertex.
+fn vertex(workspace: &Workspace, points: &[usize]) -> Vector3<f64> {
     let points: Vec<&BoundaryPoint> = points.iter().map(|p| &workspace.points[*p]).collect();
     let number = points.iter().fold(0.0, |count, _| count + 1.0);
     let mean = points.iter().map(|p| p.position).sum::<Vector3<f64>>() / number;
     let mut surfaces: Vec<&BoundaryPoint> = Vec::new();
-    for point in &points {
+    for point in points {
         if !surfaces.iter().any(|surface| surface.limit == point.limit) {
             surfaces.push(point);
         }
     }
-    let limit = surfaces[0].limit;
     let mut place = mean;
     for _ in 0..STEPS {
         let Some(step) = step_onto(workspace, &surfaces, &place) else {
-            return (mean, limit);
+            return mean;
         };
         place += step;
         if !((place - mean).norm() <= LARGEST_STEP * workspace.grid.spacing) {
-            return (mean, limit);
+            return mean;
         }
         if step.norm() <= workspace.tolerance * 1e-3 {
             break;
         }
     }
-    (place, limit)
+    place
 }
 
 /// The shortest step onto all surfaces at once: −N⁺ d, with the normals' matrix N and distances d.

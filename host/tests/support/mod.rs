@@ -200,8 +200,18 @@ impl Folder {
     }
 
     pub fn run_with(&self, arguments: &str, stdin: &str) -> Run {
+        self.start(arguments, stdin, &[])
+    }
+
+    /// With these environment variables.
+    pub fn run_in(&self, arguments: &str, environment: &[(&str, &str)]) -> Run {
+        self.start(arguments, "", environment)
+    }
+
+    fn start(&self, arguments: &str, stdin: &str, environment: &[(&str, &str)]) -> Run {
         let mut child = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
             .args(arguments.split_whitespace())
+            .envs(environment.iter().copied())
             .current_dir(self.0.path())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

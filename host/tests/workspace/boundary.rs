@@ -1,12 +1,11 @@
-use super::robots::{Case, cases, workspace};
-use delta_cal_host::workspace::Mesh;
+use super::robots::{Case, cases, paper, reach, workspace};
+use delta_cal_host::workspace::{Options, Workspace};
 use nalgebra::Vector3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeSet;
 
-/// Whether the forward model leads to a position: by Newton's method on the joint angles, from the
-/// inverse of each branch in turn. It asks nothing of the code under test.
-fn forward_reaches(case: &Case, x: &Vector3<f64>) -> bool {
-    // The elbow's circle against the forearm's sphere, by a scan and bisection of f(q).
+/// Whether the forward model leads to a position from joint angles within the limits. Each arm's
+/// joint angles are sought by scanning and bisecting its constraint; the inverse is not asked.
+pub(super) fn forward_reaches(case: &Case, x: &Vector3<f64>) -> bool {
     let roots = |arm: &delta_cal::Arm<f64>| {
         let (low, high) = (case.reach.limits.minimum(), case.reach.limits.maximum());
         let f = |q: f64| arm.constraint(x, q);
@@ -44,86 +43,107 @@ fn forward_reaches(case: &Case, x: &Vector3<f64>) -> bool {
     false
 }
 
+/// The outward normal is one face's; within this many tolerances of an edge, the way along it may
+/// pass another face. Of 10,000 points on lines 17 mm apart, a few are that near.
+const AT_AN_EDGE: usize = 1000;
+
 #[test]
 fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
+    let (mut points, mut kinds) = (0, BTreeSet::new());
     for case in cases() {
         let workspace = workspace(&case, 40.0);
-        let mut kinds: BTreeMap<String, [u32; 3]> = BTreeMap::new();
+        let mut at_an_edge = 0;
         for point in &workspace.points {
+            kinds.insert(point.limit.name());
             let step = point.outward * (2.0 * workspace.tolerance);
-            let count = kinds.entry(point.limit.name()).or_default();
-            count[0] += 1;
-            count[1] += u32::from(!workspace.contains(&(point.position - step)));
-            count[2] += u32::from(workspace.contains(&(point.position + step)));
+            let inwards = workspace
+                .reach
+                .any_joints(&case.robot, &(point.position - step));
+            let limit = point.limit.name();
+            assert!(
+                !workspace.contains(&(point.position + step)),
+                "{}: {limit} at {:?} is reachable outwards",
+                case.name,
+                point.position
+            );
+            if let Err(other) = inwards {
+                assert_ne!(other, point.limit, "{}: {:?}", case.name, point.position);
+                at_an_edge += 1;
+            }
         }
-        println!("{}: {kinds:?}", case.name);
+        assert!(
+            at_an_edge * AT_AN_EDGE <= workspace.points.len(),
+            "{}: {at_an_edge} of {}",
+            case.name,
+            workspace.points.len()
+        );
+        points += workspace.points.len();
     }
+    println!("{points} points, {kinds:?}");
+    assert!(points > 50_000);
+    // Each of five kinds for each of three arms, and the elbows' plane.
+    assert_eq!(kinds.len(), 16);
 }
 
 #[test]
-fn the_predicate_is_the_forward_models() {
+fn being_inside_means_that_the_forward_model_leads_there() {
     for case in cases() {
         let workspace = workspace(&case, 20.0);
-        let mut wrong = 0;
         for point in workspace.points.iter().step_by(7) {
-            for way in [-1.0, 1.0, -20.0, 20.0] {
-                let x = point.position + point.outward * way * workspace.grid.spacing * 0.05;
-                wrong += u32::from(workspace.contains(&x) != forward_reaches(&case, &x));
+            for part in [-1.0, -0.05, 0.05, 1.0] {
+                let x = point.position + point.outward * (part * workspace.grid.spacing);
+                let expected = forward_reaches(&case, &x);
+                assert_eq!(workspace.contains(&x), expected, "{}: {x:?}", case.name);
             }
         }
-        println!("{}: {wrong}", case.name);
     }
 }
 
 #[test]
-fn the_mesh_is_closed_and_turned_outwards() {
-    for case in cases() {
-        let workspace = workspace(&case, 40.0);
-        let mesh = Mesh::of(&workspace);
-        let mut edges: HashMap<(usize, usize), i32> = HashMap::new();
-        let mut uses: HashMap<(usize, usize), u32> = HashMap::new();
-        for triangle in &mesh.triangles {
-            for k in 0..3 {
-                let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
-                *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
-                *uses.entry((a.min(b), a.max(b))).or_default() += 1;
+fn the_z_axis_of_a_symmetric_robot_ends_where_closed_forms_say() {
+    let limits = reach(-60.0, 90.0, None);
+    let options = Options {
+        tolerance: 1e-6,
+        spacing: Some(30.0),
+    };
+    let workspace = Workspace::compute(&paper(), &limits, &options).unwrap();
+    let end = |mut inside: f64, mut outside: f64| {
+        for _ in 0..50 {
+            let middle = f64::midpoint(inside, outside);
+            if workspace.contains(&Vector3::new(0.0, 0.0, middle)) {
+                inside = middle;
+            } else {
+                outside = middle;
             }
         }
-        let open = edges.values().filter(|sum| **sum != 0).count();
-        let pinched = uses.values().filter(|uses| **uses != 2).count();
-        let volume = workspace.volume();
-        println!(
-            "{}: {} triangles, open {open}, pinched {pinched}, volume {:.5} of {:.4} ± {:.5} l",
-            case.name,
-            mesh.triangles.len(),
-            mesh.volume() * 1e-6,
-            volume.volume * 1e-6,
-            volume.uncertainty * 1e-6
-        );
-    }
+        inside
+    };
+    // Below, the upper arms hang straight down; above, the arms are folded.
+    let lowest = -260.0 - (480f64.powi(2) - 164f64.powi(2)).sqrt();
+    let highest = -((480f64 - 260.0).powi(2) - 164f64.powi(2)).sqrt();
+    assert!((end(-400.0, -800.0) - lowest).abs() < 1e-6);
+    assert!((end(-400.0, -100.0) - highest).abs() < 1e-6);
+    // A tenth of the way from joint to joint the radius is where the elbow's sphere ends: along −x
+    // at the height of arm 1's, its largest angle holds the platform at 164 + 480 from the elbow.
+    let x = |way: f64| Vector3::new(-way, 0.0, -260.0);
+    let furthest = 480.0 - 164.0;
+    assert!(workspace.contains(&x(furthest - 1e-6)));
+    assert!(!workspace.contains(&x(furthest + 1e-6)));
 }
 
 #[test]
-fn debug_cylinder() {
-    for case in cases() {
-        let w = workspace(&case, 80.0);
-        println!(
-            "{}: {:?}",
-            case.name,
-            delta_cal_host::workspace::cylinders(&w)
-                .iter()
-                .take(3)
-                .collect::<Vec<_>>()
-        );
-        for lines in [20.0, 40.0, 80.0, 160.0] {
-            let w = workspace(&case, lines);
-            let v = w.volume();
-            println!(
-                "{lines} {:.5} {:.5} mesh {:.5}",
-                v.volume * 1e-6,
-                v.uncertainty * 1e-6,
-                Mesh::of(&w).volume() * 1e-6
-            );
+fn points_are_as_near_as_asked_for() {
+    for tolerance in [1.0, 0.01, 1e-5] {
+        let options = Options {
+            tolerance,
+            spacing: Some(30.0),
+        };
+        let limits = reach(-60.0, 90.0, None);
+        let workspace = Workspace::compute(&paper(), &limits, &options).unwrap();
+        for point in &workspace.points {
+            let face = point.face(&workspace.robot, &workspace.reach);
+            let (distance, _) = face.distance(&point.position).unwrap();
+            assert!(distance.abs() <= tolerance, "{distance}");
         }
     }
 }

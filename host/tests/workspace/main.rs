@@ -6,4 +6,10 @@
 mod support;
 
 mod boundary;
+mod command;
+mod cylinder;
+mod influence;
+mod mesh;
 mod robots;
+mod singularities;
+mod volume;

@@ -22,7 +22,7 @@ pub struct Figures {
     pub serial: Figure,
     /// Distance from type 2 on the section y = 0.
     pub parallel: Figure,
-    /// Both on the horizontal section through the middle of the largest cylinder.
+    /// Distance from type 1 on the horizontal section at the top of the largest cylinder.
     pub serial_horizontal: Figure,
     /// The same of type 2.
     pub parallel_horizontal: Figure,
@@ -49,8 +49,10 @@ const CELLS: u32 = 180;
 /// The eye of the view in space: turned about z and raised, radians.
 const TURN: f64 = 0.6;
 const RISE: f64 = 0.3;
+/// By how much the faces of the view overlap, in parts of the spacing of its lines.
+const OVERLAP: f64 = 0.04;
 /// Upper ends of the classes of a map; the last one is open.
-const CLASSES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.6];
+const CLASSES: [f64; 5] = [0.05, 0.1, 0.25, 0.5, 0.75];
 
 /// The colour of what limits a point.
 pub(super) const fn colour(limit: Limit) -> Colour {
@@ -85,15 +87,15 @@ pub fn figures(analysis: &Analysis, mesh: &Mesh, coarse: &Mesh) -> Figures {
         held,
         at: 0.0,
     };
-    let middle = analysis.cylinders.first().map_or_else(
+    let top = analysis.cylinders.first().map_or_else(
         || f64::midpoint(analysis.extent()[2].0, analysis.extent()[2].1),
-        |cylinder| f64::midpoint(cylinder.bottom, cylinder.top),
+        |cylinder| cylinder.top,
     );
     let horizontal = Plane {
         across: 0,
         up: 1,
         held: 2,
-        at: middle,
+        at: top,
     };
     let serial = ConditionedPosition::serial;
     let parallel = |at: &ConditionedPosition| at.conditioning.parallel;
@@ -107,7 +109,7 @@ pub fn figures(analysis: &Analysis, mesh: &Mesh, coarse: &Mesh) -> Figures {
         parallel_horizontal: map(analysis, horizontal, parallel),
         cylinders: cylinders(analysis),
         influence: influence(&analysis.influence),
-        view: view(coarse),
+        view: view(coarse, OVERLAP * analysis.workspace.grid.spacing),
     }
 }
 
@@ -128,8 +130,7 @@ type Segment = [(f64, f64); 2];
 /// Where the mesh meets a plane, by what limits it there.
 fn outline(mesh: &Mesh, plane: Plane) -> BTreeMap<Limit, Vec<Segment>> {
     let mut outline: BTreeMap<Limit, Vec<Segment>> = BTreeMap::new();
-    for triangle in &mesh.triangles {
-        let corners = triangle.map(|corner| mesh.vertices[corner]);
+    for (corners, limit) in mesh.corners().zip(&mesh.limits) {
         let mut crossings = Vec::with_capacity(2);
         for (a, b) in [(0, 1), (1, 2), (2, 0)] {
             let [from, to] = [corners[a], corners[b]].map(|c| c[plane.held] - plane.at);
@@ -139,8 +140,7 @@ fn outline(mesh: &Mesh, plane: Plane) -> BTreeMap<Limit, Vec<Segment>> {
             }
         }
         if let [from, to] = crossings[..] {
-            let limit = mesh.limits[triangle[0]];
-            outline.entry(limit).or_default().push([from, to]);
+            outline.entry(*limit).or_default().push([from, to]);
         }
     }
     outline
@@ -230,7 +230,8 @@ fn map(analysis: &Analysis, plane: Plane, value: fn(&ConditionedPosition) -> f64
             }
         }
         let rectangle = |(class, begin, end): (usize, u32, u32)| {
-            let (left, right, high) = (from(begin), from(end), low + side);
+            // Rows overlap a little, or the paper shines through between them.
+            let (left, right, high) = (from(begin), from(end), low + 1.1 * side);
             (
                 class,
                 vec![(left, low), (right, low), (right, high), (left, high)],
@@ -325,7 +326,7 @@ fn influence(influences: &[ParameterInfluence]) -> Figure {
 }
 
 /// Shades of each face, the farthest first.
-fn view(mesh: &Mesh) -> Figure {
+fn view(mesh: &Mesh, overlap: f64) -> Figure {
     let (sin_turn, cos_turn) = TURN.sin_cos();
     let (sin_rise, cos_rise) = RISE.sin_cos();
     let right = Vector3::new(cos_turn, -sin_turn, 0.0);
@@ -333,15 +334,20 @@ fn view(mesh: &Mesh) -> Figure {
     let up = right.cross(&into);
     let light = (up * 0.5 - into + right * -0.4).normalize();
     let mut faces: Vec<(f64, Vec<(f64, f64)>, [u8; 3])> = Vec::new();
-    for (triangle, corners) in mesh.triangles.iter().zip(mesh.corners()) {
+    for (corners, limit) in mesh.corners().zip(&mesh.limits) {
         let [a, b, c] = corners;
         let normal = (b - a).cross(&(c - a));
         if normal.dot(&into) >= 0.0 || normal.norm() <= 0.0 {
             continue;
         }
         let shade = 0.45 + 0.55 * normal.normalize().dot(&light).max(0.0);
-        let outline = corners.map(|corner| (corner.dot(&right), corner.dot(&up)));
-        let base = colour(mesh.limits[triangle[0]]).channels();
+        // A little larger than they are, or the paper shines through between them.
+        let centre = (a + b + c) / 3.0;
+        let grown = |corner: Vector3<f64>| corner + (corner - centre).normalize() * overlap;
+        let outline = corners
+            .map(grown)
+            .map(|corner| (corner.dot(&right), corner.dot(&up)));
+        let base = colour(*limit).channels();
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 255
         let fill = base.map(|channel| (f64::from(channel) * shade).round() as u8);
         faces.push(((a + b + c).dot(&into), outline.to_vec(), fill));

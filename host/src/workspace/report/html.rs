@@ -89,8 +89,8 @@ pub(super) fn render(
                                 section y = 0"))?)
                             (figure(&figures.parallel, &caption("Type 2 (forearms in one plane), \
                                 section y = 0"))?)
-                            (figure(&figures.serial_horizontal, "Type 1, horizontal section in the \
-                                middle of the largest cylinder.")?)
+                            (figure(&figures.serial_horizontal, "Type 1, horizontal section at the \
+                                top of the largest cylinder.")?)
                             (figure(&figures.parallel_horizontal, "Type 2, the same section.")?)
                         }
                     }

@@ -71,7 +71,7 @@
   const faces = { place: buffer(positions), normal: buffer(normals) };
   const colours = data.modes.map(mode => {
     const palette = mode.classes.map(c => rgb(c.colour)), values = new Float32Array(3 * count);
-    for (let i = 0; i < count; i++) values.set(palette[mode.values[data.triangles[i]]], 3 * i);
+    for (let i = 0; i < count; i++) values.set(palette[mode.values[mode.of_triangles ? Math.floor(i / 3) : data.triangles[i]]], 3 * i);
     return buffer(values);
   });
   const lines = new Float32Array(data.lines), ink = new Float32Array(lines.length).fill(0.5);

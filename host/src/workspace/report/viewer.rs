@@ -26,8 +26,9 @@ struct Scene {
 struct Mode {
     name: &'static str,
     classes: Vec<Class>,
-    /// The class of each corner.
+    /// The class of each corner, or of each triangle.
     values: Vec<usize>,
+    of_triangles: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -141,6 +142,7 @@ fn kinds(mesh: &Mesh) -> Mode {
         name: "what limits it",
         classes,
         values,
+        of_triangles: true,
     }
 }
 
@@ -180,6 +182,7 @@ fn graded(name: &'static str, mesh: &Mesh, values: &[f64], unit: &str) -> Mode {
         name,
         classes,
         values,
+        of_triangles: false,
     }
 }
 

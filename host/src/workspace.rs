@@ -132,7 +132,7 @@ impl WorkspaceError {
                 forearms_forbid: 0, ..
             } => "check the lengths (in mm), the arms' azimuths and min_deg, max_deg in [joints]",
             Self::Empty { .. } => "enlarge forearm_max_deg in [joints], or delete the line",
-            Self::Thin { .. } => "give a smaller --spacing",
+            Self::Thin { .. } => "give a smaller --spacing, or wider limits in [joints]",
             Self::TooFine { .. } => "give a larger --spacing",
         }
     }

@@ -67,11 +67,11 @@ pub(crate) struct WorkspaceArguments {
     #[arg(long, value_name = "PATH.csv")]
     path: Option<PathBuf>,
     /// Every boundary point is within this distance of the boundary
-    #[arg(long, value_name = "MM", default_value_t = 0.01, value_parser = length)]
+    #[arg(long, value_name = "MM", default_value_t = 0.01, value_parser = length, allow_negative_numbers = true)]
     tolerance: f64,
     /// Distance between neighbouring lines along which the boundary is sought; 1/80 of the longest
     /// side without it
-    #[arg(long, value_name = "MM", value_parser = length)]
+    #[arg(long, value_name = "MM", value_parser = length, allow_negative_numbers = true)]
     spacing: Option<f64>,
     /// Robots of the Monte-Carlo for the stated tolerance
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]

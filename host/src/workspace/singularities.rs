@@ -4,9 +4,10 @@
 //! the axis and h along it, the elbow's circle is the points (±La, 0). X is singular where its
 //! forearm and upper arm are in line: on the arc of radius Lb about (La, 0) (stretched) or about
 //! (−La, 0) (folded), r ≥ 0 on both. Type 2, det(w₁, w₂, w₃) = 0, is searched for on rays from X, out
-//! to the nearest singularity of type 1, and the nearest hit is moved to the foot of the
-//! perpendicular.
+//! to the nearest singularity of type 1; the rays with the nearest hits are then turned as long as
+//! that brings the hit nearer.
 
+use super::boundary::bisect;
 use super::face::{determinant, flattest};
 use crate::reach::Limit;
 use delta_cal::{Arm, ArmIndex, Robot};
@@ -17,8 +18,13 @@ use std::f64::consts::PI;
 const RAYS: u32 = 96;
 /// Steps on a ray.
 const STEPS: u32 = 24;
-/// Steps towards the foot of the perpendicular.
-const ITERATIONS: usize = 30;
+/// So many of the nearest hits are brought nearer.
+const REFINED: usize = 4;
+/// By how much a ray is turned, at first and at last, radians.
+const FIRST_TURN: f64 = 0.2;
+const LAST_TURN: f64 = 1e-5;
+/// Of the distance, mm.
+const PRECISION: f64 = 1e-7;
 
 /// The singular configuration nearest to a pose, within the pose's branch of the kinematics. Joint
 /// limits are not looked at.
@@ -104,54 +110,52 @@ fn nearest_parallel(
     let value = |at: &Vector3<f64>| determinant(robot, at, q).map(|(value, _)| value);
     let sign = value(x)?.signum();
     let crossed = |at: &Vector3<f64>| value(at).is_some_and(|value| value * sign <= 0.0);
-    let mut best: Option<(f64, Vector3<f64>)> = None;
-    for ray in 0..RAYS {
-        let direction = direction(ray);
-        let mut far = best.map_or(limit, |(distance, _)| distance);
+    // Where a ray first meets it, if nearer than `far`.
+    let hit = |direction: &Vector3<f64>, far: f64| {
         let step = far / f64::from(STEPS);
-        for number in 1..=STEPS {
-            let way = step * f64::from(number);
-            if crossed(&(x + direction * way)) {
-                let (mut near, mut beyond) = (way - step, way);
-                for _ in 0..40 {
-                    let middle = f64::midpoint(near, beyond);
-                    if crossed(&(x + direction * middle)) {
-                        beyond = middle;
-                    } else {
-                        near = middle;
-                    }
-                }
-                far = beyond;
-                best = Some((far, x + direction * far));
-                break;
+        let ways = (1..=STEPS).map(|number| step * f64::from(number));
+        let beyond = ways
+            .into_iter()
+            .find(|way| crossed(&(x + direction * *way)))?;
+        let ends = (x + direction * (beyond - step), x + direction * beyond);
+        let (_, at) = bisect(|at| !crossed(at), ends, PRECISION);
+        Some((at - x).norm())
+    };
+    let rays = (0..RAYS).map(direction);
+    let mut hits: Vec<(f64, Vector3<f64>)> = rays
+        .filter_map(|ray| Some((hit(&ray, limit)?, ray)))
+        .collect();
+    hits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut best: Option<(f64, Vector3<f64>)> = None;
+    for (mut distance, mut ray) in hits.into_iter().take(REFINED) {
+        let mut turn = FIRST_TURN;
+        while turn > LAST_TURN {
+            let mut neighbours = around(&ray, turn).into_iter();
+            let nearer = neighbours.find_map(|ray| Some((hit(&ray, distance)?, ray)));
+            match nearer.filter(|(nearer, _)| *nearer < distance - PRECISION) {
+                Some(found) => (distance, ray) = found,
+                None => turn *= 0.5,
             }
         }
-    }
-    let (mut distance, mut position) = best?;
-    // x′ = X − ∇g (g + ∇g·(X − x′))/|∇g|²: where it settles is the foot of the perpendicular.
-    let mut place = position;
-    for _ in 0..ITERATIONS {
-        let Some((value, gradient)) = determinant(robot, &place, q) else {
-            break;
-        };
-        let off = (value + gradient.dot(&(x - place))) / gradient.norm_squared();
-        let next = x - gradient * off;
-        if !(next - x).norm().is_finite() {
-            break;
-        }
-        let settled = (next - place).norm() <= 1e-9 * distance;
-        place = next;
-        if settled {
-            if (place - x).norm() < distance {
-                (distance, position) = ((place - x).norm(), place);
-            }
-            break;
+        if best.is_none_or(|(least, _)| distance < least) {
+            best = Some((distance, ray));
         }
     }
+    let (distance, ray) = best?;
     Some(NearestSingularity {
         kind: Limit::Parallel(flattest(robot, x, q)),
         distance,
-        position,
+        position: x + ray * distance,
+    })
+}
+
+/// Eight directions turned from one by this angle, radians.
+fn around(ray: &Vector3<f64>, turn: f64) -> [Vector3<f64>; 8] {
+    let side = ray.cross(&Vector3::ith(ray.iamin(), 1.0)).normalize();
+    let other = ray.cross(&side);
+    [0.0, 4.0, 2.0, 6.0, 1.0, 5.0, 3.0, 7.0].map(|eighth| {
+        let (sin, cos) = (eighth * PI / 4.0).sin_cos();
+        (ray + (side * cos + other * sin) * turn).normalize()
     })
 }
 

@@ -1,4 +1,5 @@
-use super::support::{Folder, NOMINAL, TOLERANCE, rows_of};
+use super::support::{Arm, Folder, KEYS, NOMINAL, TOLERANCE, nominal_arms, rows_of};
+use std::fmt::Write;
 
 const FILES: [&str; 16] = [
     "band.csv",
@@ -103,6 +104,17 @@ fn rows_of_a_path_are_measured_and_those_beyond_reach_named() {
     assert!((distance("good.csv") - distance("joints.csv")).abs() < 1e-6);
 }
 
+fn robot_toml(arms: &[Arm; 3]) -> String {
+    let mut toml = String::new();
+    for arm in arms {
+        toml.push_str("[[arm]]\n");
+        for (key, value) in KEYS.iter().zip(arm) {
+            writeln!(toml, "{key} = {value:?}").unwrap();
+        }
+    }
+    toml + "[joints]\nmin_deg = -60\nmax_deg = 90\n"
+}
+
 /// Nothing but an error of two lines.
 fn refused(robot: &str, arguments: &str, code: i32, expected: &[&str]) {
     let folder = Folder::new();
@@ -126,7 +138,10 @@ fn an_empty_workspace_says_why() {
         3,
         &["robot.toml:", "forearms do not meet", "[joints]"],
     );
-    let tight = format!("{NOMINAL}forearm_max_deg = 0.000001\n");
+    // The planes in which the arms move have no line in common.
+    let mut arms = nominal_arms();
+    arms[0][1] = 50.0;
+    let tight = robot_toml(&arms) + "forearm_max_deg = 1\n";
     refused(
         &tight,
         "--output out",
@@ -137,7 +152,10 @@ fn an_empty_workspace_says_why() {
             "enlarge",
         ],
     );
-    let high = NOMINAL.replace("-60", "-175").replace("= 90", "= -170");
+    let high = NOMINAL
+        .replace("480", "300")
+        .replace("-60", "-30")
+        .replace("= 90", "= 30");
     refused(
         &high,
         "--output out",

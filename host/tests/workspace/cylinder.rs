@@ -33,8 +33,8 @@ fn every_point_of_a_cylinder_is_inside_and_a_larger_one_is_not() {
                 .filter(|x| !workspace.contains(x))
                 .count();
             assert_eq!(outside, 0, "{}: {cylinder:?}", case.name);
-            // A thousandth of the workspace's size, at both ends.
-            let more = 1e-3 * size;
+            // A thousandth of the workspace's size, at both ends, and the tolerance.
+            let more = 1e-3 * size + 3.0 * workspace.tolerance;
             let higher = solid(d, low - more, high + more);
             assert!(
                 higher.into_iter().any(|x| !workspace.contains(&x)),

@@ -77,7 +77,8 @@ fn the_stl_says_what_the_mesh_says() {
         };
         let [normal, a, b, c] = [0, 1, 2, 3].map(vector);
         let across = (b - a).cross(&(c - a));
-        assert!(across.norm() < 1e-3 || (across.normalize() - normal).norm() < 1e-3);
+        // Slivers lose their direction in single precision.
+        assert!(across.norm() < 5.0 || (across.normalize() - normal).norm() < 2e-3);
         volume += a.dot(&b.cross(&c)) / 6.0;
     }
     // Coordinates of up to 700 mm in single precision, 4e-5 mm, over 1.3 m².

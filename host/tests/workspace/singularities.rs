@@ -1,6 +1,6 @@
-use super::robots::{paper, perturbed, reach, uniform};
+use super::robots::{paper, perturbed, reach, symmetric, uniform};
 use delta_cal::{Robot, random_pose};
-use delta_cal_host::reach::{Limit, hangs_below};
+use delta_cal_host::reach::Limit;
 use delta_cal_host::workspace::nearest_singularity;
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
@@ -15,19 +15,27 @@ fn unit(rng: &mut Pcg32) -> Vector3<f64> {
     }
 }
 
-/// Whether the platform can be there as at a regular pose: every arm reaches, on its own branch, and
-/// the platform still hangs on its side.
-fn regular(robot: &Robot<f64>, x: &Vector3<f64>) -> bool {
-    robot.inverse(x).is_ok_and(|q| hangs_below(robot, x, &q))
+/// Whether every arm reaches, elbows out, and the volume that the forearms span has this sign.
+fn regular(robot: &Robot<f64>, x: &Vector3<f64>, sign: f64) -> bool {
+    robot
+        .inverse(x)
+        .is_ok_and(|q| volume(robot, x, &q) * sign > 0.0)
+}
+
+fn volume(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> f64 {
+    let [w1, w2, w3] = [0, 1, 2].map(|arm| x - robot.arms()[arm].elbow(q[arm]));
+    w1.dot(&w2.cross(&w3))
 }
 
 #[test]
 fn the_nearest_singularity_is_singular_and_no_other_is_nearer() {
     let mut rng = Pcg32::seed_from_u64(21);
     let limits = reach(-70.0, 100.0, None).limits;
+    // The second one's forearms come near to one plane.
+    let nominal = [paper(), symmetric(250.0, 300.0, 450.0)];
     let (mut serial, mut parallel) = (0, 0);
     for number in 0..300 {
-        let robot = perturbed(&paper(), &mut rng, 20.0, 5.0);
+        let robot = perturbed(&nominal[number % 2], &mut rng, 20.0, 5.0);
         let Ok(pose) = random_pose(&robot, &limits, &mut rng) else {
             panic!("robot {number} has poses");
         };
@@ -38,18 +46,14 @@ fn the_nearest_singularity_is_singular_and_no_other_is_nearer() {
         {
             continue; // An elbow is in: `regular` asks for elbows out.
         }
+        let sign = volume(&robot, &x, &q).signum();
+        let regular = |x: Vector3<f64>| regular(&robot, &x, sign);
         let nearest = nearest_singularity(&robot, &x, &q);
         assert!((nearest.position - x).norm() - nearest.distance < 1e-6);
         // Just before it is regular, just beyond it is not.
         let way = (nearest.position - x) / nearest.distance;
-        assert!(
-            regular(&robot, &(x + way * (nearest.distance - 1e-3))),
-            "{nearest:?}"
-        );
-        assert!(
-            !regular(&robot, &(x + way * (nearest.distance + 1e-3))),
-            "{nearest:?}"
-        );
+        assert!(regular(x + way * (nearest.distance - 1e-3)), "{nearest:?}");
+        assert!(!regular(x + way * (nearest.distance + 1e-3)), "{nearest:?}");
         match nearest.kind {
             Limit::Serial(_) => serial += 1,
             _ => parallel += 1,
@@ -58,7 +62,7 @@ fn the_nearest_singularity_is_singular_and_no_other_is_nearer() {
         // than 2 % can be missed.
         for _ in 0..3000 {
             let nearer = x + unit(&mut rng) * (0.98 * nearest.distance);
-            assert!(regular(&robot, &nearer), "robot {number}: {nearest:?}");
+            assert!(regular(nearer), "robot {number}: {nearest:?}");
         }
     }
     println!("{serial} serial, {parallel} parallel");

@@ -78,10 +78,13 @@ pub enum Shape {
     /// Diamonds: what others published.
     Diamonds(Vec<(f64, f64)>),
     /// Polygons, each filled with a colour of its own (red, green, blue), the first undermost.
-    Patches(Vec<(Vec<(f64, f64)>, [u8; 3])>),
+    Patches(Vec<Patch>),
     /// Text to the right of points.
     Labels(Vec<((f64, f64), String)>),
 }
+
+/// The corners of a polygon, and its colour: red, green, blue.
+pub type Patch = (Vec<(f64, f64)>, [u8; 3]);
 
 /// One entry of the legend and what it stands for.
 #[derive(Debug, Clone, PartialEq)]

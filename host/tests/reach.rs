@@ -1,5 +1,7 @@
 //! Which poses a robot may take: the inverse must agree with the forward model.
 
+#![allow(clippy::unwrap_used)]
+
 use delta_cal::{JointLimits, Robot, SymmetricRobot};
 use delta_cal_host::reach::Reach;
 use rand_core::{Rng, SeedableRng};

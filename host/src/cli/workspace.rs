@@ -193,14 +193,11 @@ fn write(
         .map(|(path, bytes)| (path.as_path(), *bytes))
         .collect();
     output::write_all_bytes(&borrowed)?;
-    let names: Vec<_> = files
-        .iter()
-        .map(|(path, _)| path.display().to_string())
-        .collect();
-    Ok(names
-        .iter()
-        .map(|name| format!("Written: {name}\n"))
-        .collect())
+    // A folder's files are named in the help; here it is enough to say where they are.
+    let names = folder.into_iter().chain(json.map(|(path, _)| path));
+    Ok(names.fold(String::from("\n"), |text, name| {
+        text + &format!("Written: {}\n", name.display())
+    }))
 }
 
 /// What is being computed, on a terminal; nothing elsewhere.

@@ -50,7 +50,8 @@ pub fn compare(first: &Workspace, second: &Workspace) -> Comparison {
         })
         .collect();
     let (mut square, mut area) = (0.0, 0.0);
-    let (mut outwards, mut inwards): (Option<(f64, usize)>, Option<(f64, usize)>) = (None, None);
+    let mut outwards: Option<(f64, usize)> = None;
+    let mut inwards: Option<(f64, usize)> = None;
     for (index, (point, moved)) in first.points.iter().zip(&displacements).enumerate() {
         let Some(moved) = *moved else { continue };
         square += moved * moved * point.area;

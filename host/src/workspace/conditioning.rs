@@ -38,8 +38,8 @@ pub fn conditioning_map(workspace: &Workspace, most: usize) -> Vec<ConditionedPo
     let grid = &workspace.grid;
     let reachable = (0..grid.len()).filter(|node| grid.is_reachable(grid.place(*node)));
     let reachable: Vec<usize> = reachable.collect();
-    let stride = (1_usize..).find(|stride| reachable.len() / stride.pow(3) <= most);
-    let stride = stride.unwrap_or(1);
+    let stride = (1_usize..=1000).find(|stride| reachable.len() / stride.pow(3) <= most);
+    let stride = stride.unwrap_or(1000);
     reachable
         .into_par_iter()
         .map(|node| grid.place(node))

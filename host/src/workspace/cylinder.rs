@@ -128,7 +128,7 @@ impl Scan<'_> {
             .iter()
             .copied()
             .max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))?;
-        (to - from > 2.0 * tolerance).then(|| Cylinder {
+        (to - from > 2.0 * tolerance).then_some(Cylinder {
             diameter: 2.0 * radius,
             bottom: from + tolerance,
             top: to - tolerance,

@@ -11,7 +11,7 @@ const SWEEP: u32 = 33;
 /// Lines across the longest side, if no spacing is given.
 const LINES: f64 = 80.0;
 /// Nodes beyond the box that the sweep found, at each side; the sweep may miss a little.
-const MARGIN: usize = 2;
+const MARGIN: f64 = 2.0;
 /// Nodes of the largest grid.
 const LARGEST: f64 = 6e7;
 
@@ -61,7 +61,7 @@ impl Grid {
         high: &Vector3<f64>,
         spacing: f64,
     ) -> Result<Self, WorkspaceError> {
-        let counts = (high - low).map(|side| (side / spacing).ceil() + 1.0 + 2.0 * MARGIN as f64);
+        let counts = (high - low).map(|side| (side / spacing).ceil() + 1.0 + 2.0 * MARGIN);
         if !(counts.product() <= LARGEST) {
             let least = ((high - low).product() / LARGEST).cbrt() * 1.1;
             return Err(WorkspaceError::TooFine { spacing, least });
@@ -72,7 +72,7 @@ impl Grid {
         let first = low.zip_map(&odd, |low, odd| (low / spacing).floor() - odd);
         let [nx, ny, nz] = counts.data.0[0].map(|count| count as usize + 1);
         Ok(Self {
-            origin: (first.add_scalar(-(MARGIN as f64 - 1.0))) * spacing,
+            origin: (first.add_scalar(-(MARGIN - 1.0))) * spacing,
             spacing,
             counts: [nx, ny, nz],
             reachable: Vec::new(),

@@ -163,7 +163,7 @@ impl Analysis {
         contents.text("cylinders.svg", figures.cylinders.to_svg()?);
         contents.text("influence.svg", figures.influence.to_svg()?);
         contents.text("view.svg", figures.view.to_svg()?);
-        contents.bytes("view.png", figures.view.to_png(2.0)?);
+        contents.bytes("view.png", figures.view.to_png(1.5)?);
         let scene = viewer::scene(self, coarse, &coarse_mesh)
             .map_err(|error| PlotError::Drawing(error.to_string()))?;
         contents.text("report.html", html::render(self, &figures, &scene)?);

@@ -1,7 +1,7 @@
 //! Slices, maps and a view in space.
 
 use super::Analysis;
-use crate::plot::{Axis, Colour, Figure, STEPS, Series, Shape};
+use crate::plot::{Axis, Colour, Figure, Patch, STEPS, Series, Shape};
 use crate::reach::Limit;
 use crate::workspace::{ConditionedPosition, Mesh, ParameterInfluence};
 use delta_cal::{ArmIndex, Conditioning};
@@ -333,7 +333,7 @@ fn view(mesh: &Mesh, overlap: f64) -> Figure {
     let into = Vector3::new(sin_turn * cos_rise, cos_turn * cos_rise, -sin_rise);
     let up = right.cross(&into);
     let light = (up * 0.5 - into + right * -0.4).normalize();
-    let mut faces: Vec<(f64, Vec<(f64, f64)>, [u8; 3])> = Vec::new();
+    let mut faces: Vec<(f64, Patch)> = Vec::new();
     for (corners, limit) in mesh.corners().zip(&mesh.limits) {
         let [a, b, c] = corners;
         let normal = (b - a).cross(&(c - a));
@@ -350,14 +350,14 @@ fn view(mesh: &Mesh, overlap: f64) -> Figure {
         let base = colour(*limit).channels();
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 255
         let fill = base.map(|channel| (f64::from(channel) * shade).round() as u8);
-        faces.push(((a + b + c).dot(&into), outline.to_vec(), fill));
+        faces.push(((a + b + c).dot(&into), (outline.to_vec(), fill)));
     }
     faces.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (mut x, mut y) = (
         (f64::INFINITY, f64::NEG_INFINITY),
         (f64::INFINITY, f64::NEG_INFINITY),
     );
-    for (px, py) in faces.iter().flat_map(|(_, outline, _)| outline) {
+    for (px, py) in faces.iter().flat_map(|(_, (outline, _))| outline) {
         x = (x.0.min(*px), x.1.max(*px));
         y = (y.0.min(*py), y.1.max(*py));
     }
@@ -373,7 +373,7 @@ fn view(mesh: &Mesh, overlap: f64) -> Figure {
         let key = Shape::Patches(vec![(Vec::new(), colour.channels())]);
         figure = figure.with(Series::new(name, colour, key));
     }
-    let patches = faces.into_iter().map(|(_, outline, fill)| (outline, fill));
+    let patches = faces.into_iter().map(|(_, patch)| patch);
     figure.with(Series::new(
         "",
         Colour::Ink,

@@ -20,7 +20,7 @@ pub mod step_control;
 mod tolerance;
 
 pub use arm::{ArmSolver, Progress};
-pub use loss::Loss;
+pub use loss::{Loss, Worth};
 pub use outcome::{ArmOutcome, RobotOutcome, StartUsed, Termination};
 pub use problem::ArmProblem;
 pub use refusal::Refusal;

@@ -25,7 +25,8 @@ mod samples;
 pub use calibration::{
     ArmOutcome, ArmProblem, ArmSolver, Calibrator, Loss, Method, Progress, Refusal,
     RobotCalibrator, RobotOutcome, RobotSolver, RobustOutcome, RobustRefusal, Settings, Start,
-    StartUsed, StoredCalibrator, Termination, Tolerance, ToleranceError, WeighedSample, robust_fit,
+    StartUsed, StoredCalibrator, Termination, Tolerance, ToleranceError, WeighedSample, Worth,
+    robust_fit,
 };
 pub use calibration::{limits, step_control};
 pub use kinematics::{Conditioning, KinematicsError, PlatformJacobian, Singularity};

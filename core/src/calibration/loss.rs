@@ -59,4 +59,58 @@ impl Loss {
             Self::Huber | Self::Tukey => T::ZERO,
         }
     }
+
+    /// What weighted samples are worth (see [`Worth`]). The sizes are the residuals' lengths in
+    /// scales, each residual a vector of so many `dimensions`; more than one take a loss `stretch` times
+    /// as wide. Samples without a weight are left out of it.
+    pub fn worth<T: Real>(
+        self,
+        sizes: impl Iterator<Item = T>,
+        dimensions: T,
+        stretch: T,
+    ) -> Worth<T> {
+        let (mut count, mut weights, mut squares, mut slopes) =
+            (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
+        for size in sizes {
+            let weight = self.weight(size / stretch);
+            if weight > T::ZERO {
+                count += T::ONE;
+                weights += weight;
+                squares += (weight * size).squared() / dimensions;
+                slopes +=
+                    ((dimensions - T::ONE) * weight + self.slope(size / stretch)) / dimensions;
+            }
+        }
+        let divisor = squares * weights / slopes.squared();
+        // Samples that fit exactly say nothing of it.
+        let divisor = if divisor > T::HALF && divisor.finite() {
+            divisor
+        } else {
+            T::ONE
+        };
+        let samples = slopes / divisor;
+        Worth {
+            divisor,
+            samples: if samples > T::ONE { samples } else { count },
+        }
+    }
+}
+
+/// How a robust fit's weights are to enter a sum of squares.
+///
+/// ```text
+/// κ = mean ψ² · mean w / (mean ψ′)²,   n mean ψ′ / κ
+/// ```
+///
+/// With the weights w/κ the inverse of the weighted JᵀJ, times σ², is the covariance of the
+/// M-estimate, σ² · mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹ (Huber 1981, section 7.6), and the weighted sum of
+/// squares over n mean ψ′/κ estimates σ². Of normal residuals κ is 0.96 for Tukey's loss and 1.01
+/// for Huber's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Worth<T> {
+    /// κ.
+    pub divisor: T,
+    /// n mean ψ′/κ: so many samples is the weighted sum of squares worth.
+    pub samples: T,
 }

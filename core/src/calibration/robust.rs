@@ -407,11 +407,7 @@ fn weigh<T: Real>(loss: Loss, scales: &[T; 3], late: bool, samples: &mut [Weighe
     largest
 }
 
-/// Brings an arm's weights to w/κ, κ = mean ψ² · mean w / (mean ψ′)², so that the inverse of the
-/// weighted JᵀJ, times σ², is the covariance of the M-estimate. Returns n mean ψ′ / κ, the number of
-/// samples against which the weighted sum of squares has the mean σ².
-///
-/// Without outliers κ is near 1: of normal residuals 0.96 for Tukey's loss, 0.98 for Huber's.
+/// Brings an arm's weights to what they are worth; returns the number of samples that they are.
 fn normalise<T: Real>(
     loss: Loss,
     scales: &[T; 3],
@@ -419,29 +415,16 @@ fn normalise<T: Real>(
     samples: &mut [WeighedSample<T>],
 ) -> T {
     let scale = scales.get(arm.index()).copied().unwrap_or(T::ONE);
-    let (mut count, mut weights, mut squares, mut slopes) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
-    for own in samples.iter().map(|sample| sample.of(arm)) {
-        if own.weight > T::ZERO {
-            let r = own.residual / scale;
-            count += T::ONE;
-            weights += own.weight;
-            squares += (own.weight * r).squared();
-            slopes += loss.slope(r);
-        }
-    }
-    let kappa = squares * weights / slopes.squared();
-    // Exact samples have no residual to learn from.
-    let kappa = if kappa > T::HALF && kappa.finite() {
-        kappa
-    } else {
-        T::ONE
-    };
+    let counted = samples.iter().map(|sample| sample.of(arm));
+    let sizes = counted
+        .filter(|own| own.weight > T::ZERO)
+        .map(|own| own.residual.magnitude() / scale);
+    let worth = loss.worth(sizes, T::ONE, T::ONE);
     for sample in samples.iter_mut() {
         let own = sample.of_mut(arm);
-        own.root = (own.weight / kappa).square_root();
+        own.root = (own.weight / worth.divisor).square_root();
     }
-    let effective = slopes / kappa;
-    if effective > T::ONE { effective } else { count }
+    worth.samples
 }
 
 /// Residuals in σ, of the noise that each arm's residuals have.

@@ -4,6 +4,7 @@ pub mod html;
 pub mod json;
 mod next;
 pub(crate) mod page;
+mod suspected;
 pub mod table;
 mod uncertain;
 

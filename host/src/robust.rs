@@ -3,13 +3,21 @@
 use crate::{CalibrationMethod, Outcome, fkm};
 use delta_cal::{Loss, Robot, RobustRefusal, Sample, Settings, WeighedSample, robust_fit};
 
-/// What a robust fit makes of a sample.
+/// What a fit makes of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampleWeight {
     /// What it counts, 0 to 1; of the IKM method the least of the three arms' weights.
     pub weight: f64,
     /// Whether it disagrees so much with the others that it does not count at all.
     pub suspected: bool,
+}
+
+impl SampleWeight {
+    /// As the squared loss counts every sample.
+    pub(crate) const FULL: Self = Self {
+        weight: 1.0,
+        suspected: false,
+    };
 }
 
 /// A robust fit's result.

@@ -2,6 +2,7 @@
 
 use super::suspected::{self, loss_name};
 use super::{comparisons, solver_name, start_name, termination_name};
+use crate::position_uncertainty::{Plane, UncertaintyMap};
 use crate::{CalibrationReport, Frame, PositionError};
 use serde::Serialize;
 
@@ -43,6 +44,9 @@ pub struct JsonReport {
     /// What the calibration means over a grid of poses within the joint limits; `null` if the
     /// uncertainty is unknown.
     pub workspace: Option<JsonWorkspace>,
+    /// How uncertain the calibrated positions are, place by place, where the robot is clear of
+    /// singularities; `null` as above.
+    pub position_uncertainty: Option<JsonUncertainty>,
     /// From the robot's frame to the sensor's; `null` with `--frame base`.
     pub sensor_frame: Option<JsonFrame>,
     /// Anything doubtful, in plain words.
@@ -154,6 +158,30 @@ pub struct JsonWorkspace {
     pub change_mm: f64,
 }
 
+/// One σ of the calibrated positions: √tr of their covariance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JsonUncertainty {
+    /// Over a grid of joint angles.
+    pub rms_mm: f64,
+    /// The largest of them.
+    pub max_mm: f64,
+    /// Where that is.
+    pub max_at_mm: [f64; 3],
+    /// Planes through the workspace.
+    pub slices: Vec<JsonSlice>,
+}
+
+/// One σ of the calibrated positions in a plane.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JsonSlice {
+    /// Of a horizontal plane; `null` for the vertical one at y = 0.
+    pub z_mm: Option<f64>,
+    /// Over a grid of positions in it.
+    pub rms_mm: f64,
+    /// The largest of them.
+    pub max_mm: f64,
+}
+
 /// `X_sensor = rotation · X_robot + translation_mm`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JsonFrame {
@@ -239,6 +267,7 @@ impl JsonReport {
                 position_sigma_mm: comparison.sigma,
                 change_mm: comparison.change,
             }),
+            position_uncertainty: report.uncertainty.as_ref().map(uncertainty),
             sensor_frame: report.after.sensor_frame.map(|frame| JsonFrame {
                 rotation: frame.rotation.transpose().data.0,
                 translation_mm: frame.translation.data.0[0],
@@ -263,5 +292,26 @@ fn position_error(error: &PositionError) -> JsonPositionError {
         max: known(error.max),
         max_at_line: error.max_at_line,
         unreachable: error.unreachable,
+    }
+}
+
+fn uncertainty(map: &UncertaintyMap) -> JsonUncertainty {
+    let slices = map.slices.iter().filter_map(|slice| {
+        let (rms_mm, max_mm) = slice.rms_and_max()?;
+        let z_mm = match slice.plane {
+            Plane::Horizontal(z) => Some(z),
+            Plane::Vertical => None,
+        };
+        Some(JsonSlice {
+            z_mm,
+            rms_mm,
+            max_mm,
+        })
+    });
+    JsonUncertainty {
+        rms_mm: map.sigma.rms,
+        max_mm: map.sigma.max,
+        max_at_mm: map.sigma.max_at.data.0[0],
+        slices: slices.collect(),
     }
 }

@@ -4,7 +4,7 @@ use crate::position_error::distances;
 use crate::refusal::{Circumstances, Refused, lies_elsewhere};
 use crate::warnings::warnings;
 use crate::{
-    InputError, Outcome, PositionError, RobotFile, Row, SampleErrors, SamplesFile,
+    Diagnosis, InputError, Outcome, PositionError, RobotFile, Row, SampleErrors, SamplesFile,
     WorkspaceComparison, fkm, plausibility, sensor_frame,
 };
 use delta_cal::{
@@ -86,6 +86,8 @@ pub struct CalibrationReport {
     pub sample_errors: Vec<SampleErrors>,
     /// Over the workspace; `None` if the uncertainty is not known.
     pub workspace: Option<WorkspaceComparison>,
+    /// What would explain the samples clearly better than the robot of the file as they are.
+    pub diagnosis: Option<Diagnosis>,
     /// Anything doubtful, in plain words.
     pub warnings: Vec<String>,
 }
@@ -123,6 +125,31 @@ impl From<Refused> for CalibrateError {
 /// measurements that cannot calibrate this robot: the core refuses them, the result is not credible
 /// without a stated tolerance, or it is expected to be worse than what there was before.
 pub fn calibrate(
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+) -> Result<CalibrationReport, CalibrateError> {
+    match attempt(robot, samples, options) {
+        Ok(report) => Ok(report.diagnosed(Diagnosis::of(robot, samples, options))),
+        Err(CalibrateError::Refused(refused)) => {
+            let diagnosis = Diagnosis::of(robot, samples, options);
+            Err(refused.with_diagnosis(diagnosis).into())
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// After a calibration: half of the samples are off by less than this, mm. `None` if it is refused.
+pub(crate) fn position_error_after(
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+) -> Option<f64> {
+    let report = attempt(robot, samples, options).ok()?;
+    Some(report.error_after.median)
+}
+
+fn attempt(
     robot: &RobotFile,
     samples: &SamplesFile,
     options: Options,
@@ -180,9 +207,26 @@ pub(crate) fn calibrated_elsewhere(
         error_before: PositionError::of(&distances(&robot.robot, &measured), &samples.rows),
         find_frame: "delta-cal calibrate --frame sensor",
     };
-    match result {
+    let judged = match result {
         Ok(outcome) => judged(&circumstances, before, Outcome::from(*outcome), None),
         Err(refusal) => Err(circumstances.explain(refusal)),
+    };
+    let diagnosis = Diagnosis::of(robot, samples, options);
+    match judged {
+        Ok(report) => Ok(report.diagnosed(diagnosis)),
+        Err(refused) => Err(refused.with_diagnosis(diagnosis)),
+    }
+}
+
+impl CalibrationReport {
+    /// What explains the samples better is the gravest doubt.
+    fn diagnosed(mut self, diagnosis: Option<Diagnosis>) -> Self {
+        if let Some(diagnosis) = &diagnosis {
+            let doubt = format!("{diagnosis}: {}", diagnosis.remedy());
+            self.warnings.insert(0, doubt);
+        }
+        self.diagnosis = diagnosis;
+        self
     }
 }
 
@@ -260,6 +304,7 @@ fn judged(
         noise,
         sample_errors,
         workspace,
+        diagnosis: None,
         warnings: Vec::new(),
     };
     report.warnings = warnings(&report);

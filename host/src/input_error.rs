@@ -1,5 +1,6 @@
 //! What is wrong with an input file, where, and what to do about it.
 
+use crate::Diagnosis;
 use std::error::Error;
 use std::fmt;
 
@@ -11,6 +12,7 @@ pub struct InputError {
     place: Option<Place>,
     cause: String,
     remedy: Option<String>,
+    diagnosis: Option<String>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,6 +30,7 @@ impl InputError {
             place: None,
             cause: cause.into(),
             remedy: None,
+            diagnosis: None,
         }
     }
 
@@ -57,6 +60,23 @@ impl InputError {
     pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into());
         self
+    }
+
+    /// What would explain the file as a whole; its remedy comes before this fault's.
+    #[must_use]
+    pub(crate) fn with_diagnosis(mut self, diagnosis: &Diagnosis) -> Self {
+        let first = diagnosis.remedy();
+        self.remedy = Some(match self.remedy {
+            Some(remedy) => format!("{first}; else {remedy}"),
+            None => first,
+        });
+        self.diagnosis = Some(diagnosis.to_string());
+        self
+    }
+
+    /// What would explain the file as a whole, in words.
+    pub fn diagnosis(&self) -> Option<&str> {
+        self.diagnosis.as_deref()
     }
 
     /// The line at fault, if it is one.

@@ -33,6 +33,7 @@
 mod calibrate;
 pub mod campaign;
 pub mod device;
+mod diagnosis;
 pub mod evaluation;
 pub mod example;
 pub mod fkm;
@@ -60,6 +61,7 @@ mod workspace_comparison;
 pub use calibrate::{
     CalibrateError, CalibrationMethod, CalibrationReport, Frame, Options, calibrate,
 };
+pub use diagnosis::{Diagnosis, DiagnosisEvidence, Explanation};
 pub use input_error::InputError;
 pub use input_text::InputText;
 pub use outcome::Outcome;

@@ -2,7 +2,9 @@
 
 use crate::outliers::Fit;
 use crate::words::{count, in_file_units};
-use crate::{Frame, Options, PositionError, RobotFile, SamplesFile, WorkspaceComparison};
+use crate::{
+    Diagnosis, Frame, Options, PositionError, RobotFile, SamplesFile, WorkspaceComparison,
+};
 use delta_cal::{Method, Parameter, Refusal, Robot, Sample};
 use std::error::Error;
 use std::fmt;
@@ -16,10 +18,11 @@ const CHECK: &str = "check the units, the order of the joints and their sign (po
 const SPREAD: &str = "spread the poses over the whole workspace, each joint over its whole range";
 
 /// A calibration that is refused: the robot keeps its parameters. Displayed as one line.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Refused {
     cause: String,
     remedy: String,
+    diagnosis: Option<Diagnosis>,
 }
 
 impl fmt::Display for Refused {
@@ -52,6 +55,23 @@ impl Refused {
         &self.remedy
     }
 
+    /// What would explain the samples as a whole, if anything does.
+    pub fn diagnosis(&self) -> Option<&Diagnosis> {
+        self.diagnosis.as_ref()
+    }
+
+    pub(crate) fn with_diagnosis(self, diagnosis: Option<Diagnosis>) -> Self {
+        let remedy = match &diagnosis {
+            Some(diagnosis) => format!("{}; else {}", diagnosis.remedy(), self.remedy),
+            None => self.remedy,
+        };
+        Self {
+            remedy,
+            diagnosis,
+            ..self
+        }
+    }
+
     /// The points do not fix the sensor's frame.
     pub(crate) fn sensor_frame(samples: &SamplesFile, cause: &str) -> Self {
         Self {
@@ -60,6 +80,7 @@ impl Refused {
                 samples.unit_hint(),
                 Some(format!("measure more poses and {SPREAD}")),
             ]),
+            diagnosis: None,
         }
     }
 }
@@ -216,6 +237,7 @@ impl Circumstances<'_> {
                 self.samples.name
             ),
             remedy: format!("measure more poses (20 or more are advisable), {remedy}"),
+            diagnosis: None,
         }
     }
 
@@ -237,6 +259,7 @@ impl Circumstances<'_> {
                     "{CHECK}{frame}; if the robot file is only a rough guess, say --no-guess"
                 )),
             ]),
+            diagnosis: None,
         }
     }
 
@@ -319,6 +342,7 @@ impl Circumstances<'_> {
         Refused {
             cause: format!("{}: {cause}", self.samples.name),
             remedy: joined(&[self.samples.unit_hint(), first, second, third]),
+            diagnosis: None,
         }
     }
 

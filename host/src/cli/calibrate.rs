@@ -96,7 +96,7 @@ fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), In
         return example::load();
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = SamplesFile::read(&read(samples)?, &robot.limits)?;
+    let samples = SamplesFile::read_for(&read(samples)?, &robot, arguments.options())?;
     Ok((robot, samples))
 }
 

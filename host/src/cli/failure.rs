@@ -78,6 +78,11 @@ impl From<PlotError> for Failure {
 impl Failure {
     /// One message on standard error, and the exit code.
     pub(crate) fn report(self) -> ExitCode {
+        let diagnosis = match &self {
+            Self::Refused(refused) => refused.diagnosis().map(ToString::to_string),
+            Self::Input(error) => error.diagnosis().map(str::to_owned),
+            _ => None,
+        };
         let (code, kind, cause, remedy) = match self {
             Self::Refused(refused) => {
                 let remedy = refused.remedy().to_owned();
@@ -104,6 +109,9 @@ impl Failure {
         };
         let mut stderr = anstream::stderr().lock();
         let _ = writeln!(stderr, "{ERROR}{kind}:{ERROR:#} {cause}");
+        if let Some(diagnosis) = diagnosis {
+            let _ = writeln!(stderr, "{HELP}diagnosis:{HELP:#} {diagnosis}");
+        }
         if !remedy.is_empty() {
             let _ = writeln!(stderr, "{HELP}help:{HELP:#} {remedy}");
         }

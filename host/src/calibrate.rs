@@ -4,8 +4,8 @@ use crate::position_error::distances;
 use crate::refusal::{Circumstances, Refused, lies_elsewhere};
 use crate::warnings::warnings;
 use crate::{
-    Diagnosis, InputError, Outcome, PositionError, RobotFile, Row, SampleErrors, SamplesFile,
-    WorkspaceComparison, fkm, plausibility, sensor_frame,
+    Diagnosis, InputError, NoiseTest, Outcome, PositionError, RobotFile, Row, SampleErrors,
+    SamplesFile, WorkspaceComparison, fkm, plausibility, sensor_frame,
 };
 use delta_cal::{
     Calibrator, Method, Noise, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
@@ -82,6 +82,8 @@ pub struct CalibrationReport {
     /// What the samples are judged by: the noise that the robot file states, otherwise the position's
     /// as estimated from the residuals; `None` if no sample is left over to estimate it from.
     pub noise: Option<Noise<f64>>,
+    /// What the residuals say of the noise; `None` if no sample is left over.
+    pub noise_test: Option<NoiseTest>,
     /// Every sample by itself, in the file's order.
     pub sample_errors: Vec<SampleErrors>,
     /// Over the workspace; `None` if the uncertainty is not known.
@@ -302,11 +304,13 @@ fn judged(
         error_before: PositionError::of(&distances_before, &samples.rows),
         error_after,
         noise,
+        noise_test: None,
         sample_errors,
         workspace,
         diagnosis: None,
         warnings: Vec::new(),
     };
+    report.noise_test = NoiseTest::of(&report);
     report.warnings = warnings(&report);
     Ok(report)
 }

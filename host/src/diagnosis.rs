@@ -23,7 +23,7 @@ const FITS: f64 = 0.01;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnosis {
     /// Half of the measured points are within this distance of where the robot of the file would be,
-    /// mm; infinite if it does not reach them. With `evidence` [`Fit`](DiagnosisEvidence::Fit), of
+    /// mm; infinite if it does not reach them or they are in one spot. With `evidence` [`Fit`](DiagnosisEvidence::Fit), of
     /// where the calibrated robot would be.
     pub as_they_are: f64,
     /// What the explanations were compared by.
@@ -73,7 +73,7 @@ impl fmt::Display for Diagnosis {
         if self.as_they_are.is_finite() {
             write!(formatter, "and not {} mm", figures(self.as_they_are))?;
         } else {
-            write!(formatter, "which as they are reaches less than half")?;
+            write!(formatter, "which as they are cannot be compared with it")?;
         }
         if let Some(calibrated) = best.calibrated {
             write!(

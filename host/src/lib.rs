@@ -40,6 +40,7 @@ pub mod fkm;
 mod input_error;
 mod input_text;
 pub mod kinematics;
+mod noise_test;
 mod outcome;
 mod outliers;
 pub mod output;
@@ -64,6 +65,7 @@ pub use calibrate::{
 pub use diagnosis::{Diagnosis, DiagnosisEvidence, Explanation};
 pub use input_error::InputError;
 pub use input_text::InputText;
+pub use noise_test::{Estimate, NoiseTest, NoiseVerdict, StatedNoise};
 pub use outcome::Outcome;
 pub use position_error::{PositionError, SampleErrors};
 pub use refusal::Refused;

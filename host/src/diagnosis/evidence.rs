@@ -2,8 +2,10 @@
 
 use super::hypothesis::{Fault, are_two, faults, undone};
 use crate::samples_file::outside_limits;
+use crate::sensor_frame::degenerate;
 use crate::{Frame, Options, RobotFile, SamplesFile, calibrate};
-use delta_cal::{RigidTransform, Robot, Sample};
+use delta_cal::{RigidTransform, Sample};
+use nalgebra::Vector3;
 
 /// An explanation brings the samples this many times nearer to the robot of the file, or is none.
 const CLEARLY: f64 = 4.0;
@@ -93,7 +95,23 @@ impl<'a> Evidence<'a> {
         if aligned && samples.len() < SAMPLES_FOR_A_FRAME {
             return f64::INFINITY;
         }
-        median_distance(&robot, &samples, aligned).unwrap_or(f64::INFINITY)
+        let expected: Vec<_> = samples
+            .iter()
+            .map(|sample| robot.forward(&sample.joints).ok())
+            .collect();
+        // Points that another unit draws together fit everywhere.
+        if aligned {
+            let reached: Vec<_> = expected.iter().flatten().copied().collect();
+            let measured: Vec<_> = samples.iter().map(|sample| sample.position).collect();
+            let forearm = self.forearm;
+            if [reached, measured]
+                .iter()
+                .any(|points| degenerate(points.iter().copied(), forearm).is_some())
+            {
+                return f64::INFINITY;
+            }
+        }
+        median_distance(&expected, &samples, aligned).unwrap_or(f64::INFINITY)
     }
 
     /// What explains the samples, the best first; nothing if they need no explanation. Two faults are
@@ -142,7 +160,12 @@ impl<'a> Evidence<'a> {
         let (frames, exact): (Vec<_>, Vec<_>) = explaining.partition(elsewhere);
         let (frames, exact) = (alike(frames), alike(exact));
         match (frames.first(), exact.first()) {
-            (Some(frame), Some(best)) if frame.median * CLEARLY < best.median => frames,
+            (Some(frame), Some(best))
+                if frame.median * CLEARLY < best.median
+                    && best.median > FRAME_NEAR * self.forearm =>
+            {
+                frames
+            }
             (Some(_), None) => frames,
             _ => exact,
         }
@@ -157,11 +180,11 @@ fn alike(mut all: Vec<Scored>) -> Vec<Scored> {
     all
 }
 
-fn median_distance(robot: &Robot<f64>, samples: &[Sample<f64>], aligned: bool) -> Option<f64> {
-    let expected: Vec<_> = samples
-        .iter()
-        .map(|sample| robot.forward(&sample.joints).ok())
-        .collect();
+fn median_distance(
+    expected: &[Option<Vector3<f64>>],
+    samples: &[Sample<f64>],
+    aligned: bool,
+) -> Option<f64> {
     let pairs = expected.iter().zip(samples);
     let transform = if aligned {
         let known = pairs

@@ -150,7 +150,7 @@ impl Diagnosis {
             .ok()
             .and_then(|samples| Self::of(robot, &samples, options));
         match diagnosis {
-            Some(diagnosis) => error.with_diagnosis(&diagnosis),
+            Some(diagnosis) => error.with_diagnosis(diagnosis),
             None => error,
         }
     }

@@ -5,14 +5,14 @@ use std::error::Error;
 use std::fmt;
 
 /// One fault in an input file. Displayed as `file:line: column x_mm: cause`, in one line.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct InputError {
-    file: String,
+    file: Box<str>,
     line: Option<u64>,
     place: Option<Place>,
     cause: String,
     remedy: Option<String>,
-    diagnosis: Option<String>,
+    diagnosis: Option<Box<Diagnosis>>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,7 +25,7 @@ impl InputError {
     /// A fault of the file as a whole.
     pub fn new(file: impl Into<String>, cause: impl Into<String>) -> Self {
         Self {
-            file: file.into(),
+            file: file.into().into(),
             line: None,
             place: None,
             cause: cause.into(),
@@ -64,18 +64,18 @@ impl InputError {
 
     /// What would explain the file as a whole; its remedy comes before this fault's.
     #[must_use]
-    pub(crate) fn with_diagnosis(mut self, diagnosis: &Diagnosis) -> Self {
+    pub(crate) fn with_diagnosis(mut self, diagnosis: Diagnosis) -> Self {
         let first = diagnosis.remedy();
         self.remedy = Some(match self.remedy {
             Some(remedy) => format!("{first}; else {remedy}"),
             None => first,
         });
-        self.diagnosis = Some(diagnosis.to_string());
+        self.diagnosis = Some(Box::new(diagnosis));
         self
     }
 
-    /// What would explain the file as a whole, in words.
-    pub fn diagnosis(&self) -> Option<&str> {
+    /// What would explain the file as a whole, if anything does.
+    pub fn diagnosis(&self) -> Option<&Diagnosis> {
         self.diagnosis.as_deref()
     }
 

@@ -23,7 +23,7 @@ const SPREAD: &str = "spread the poses over the whole workspace, each joint over
 pub struct Refused {
     cause: String,
     remedy: String,
-    diagnosis: Option<Diagnosis>,
+    diagnosis: Option<Box<Diagnosis>>,
 }
 
 impl fmt::Display for Refused {
@@ -58,7 +58,7 @@ impl Refused {
 
     /// What would explain the samples as a whole, if anything does.
     pub fn diagnosis(&self) -> Option<&Diagnosis> {
-        self.diagnosis.as_ref()
+        self.diagnosis.as_deref()
     }
 
     pub(crate) fn with_diagnosis(self, diagnosis: Option<Diagnosis>) -> Self {
@@ -68,7 +68,7 @@ impl Refused {
         };
         Self {
             remedy,
-            diagnosis,
+            diagnosis: diagnosis.map(Box::new),
             ..self
         }
     }

@@ -161,12 +161,12 @@ impl Case {
         let input = InputText::new("samples.csv", &text);
         let samples = match SamplesFile::read_for(&input, &robot, self.options) {
             Ok(samples) => samples,
-            Err(error) => return error.diagnosis().map(str::to_owned),
+            Err(error) => return error.diagnosis().map(ToString::to_string),
         };
         let diagnosis = match calibrate(&robot, &samples, self.options) {
             Ok(report) => report.diagnosis,
             Err(CalibrateError::Refused(refused)) => refused.diagnosis().cloned(),
-            Err(CalibrateError::Input(error)) => return error.diagnosis().map(str::to_owned),
+            Err(CalibrateError::Input(error)) => error.diagnosis().cloned(),
         };
         diagnosis.map(|diagnosis| diagnosis.to_string())
     }

@@ -79,10 +79,11 @@ impl Failure {
     /// One message on standard error, and the exit code.
     pub(crate) fn report(self) -> ExitCode {
         let diagnosis = match &self {
-            Self::Refused(refused) => refused.diagnosis().map(ToString::to_string),
-            Self::Input(error) => error.diagnosis().map(str::to_owned),
+            Self::Refused(refused) => refused.diagnosis(),
+            Self::Input(error) => error.diagnosis(),
             _ => None,
-        };
+        }
+        .map(ToString::to_string);
         let (code, kind, cause, remedy) = match self {
             Self::Refused(refused) => {
                 let remedy = refused.remedy().to_owned();

@@ -1,6 +1,7 @@
 //! From two files to a report: everything that is computed is computed here, by the core.
 
 use crate::position_error::distances;
+use crate::position_uncertainty::UncertaintyMap;
 use crate::refusal::{Circumstances, Refused, lies_elsewhere};
 use crate::warnings::warnings;
 use crate::{
@@ -88,6 +89,8 @@ pub struct CalibrationReport {
     pub sample_errors: Vec<SampleErrors>,
     /// Over the workspace; `None` if the uncertainty is not known.
     pub workspace: Option<WorkspaceComparison>,
+    /// How uncertain the calibrated robot's positions are, place by place; `None` as above.
+    pub uncertainty: Option<UncertaintyMap>,
     /// What would explain the samples clearly better than the robot of the file as they are.
     pub diagnosis: Option<Diagnosis>,
     /// Anything doubtful, in plain words.
@@ -289,14 +292,19 @@ fn judged(
             },
         )
         .collect();
+    let after = RobotFile {
+        robot: calibrated,
+        sensor_frame,
+        ..robot.clone()
+    };
+    let uncertainty = outcome
+        .covariance
+        .as_ref()
+        .and_then(|covariance| UncertaintyMap::new(&after, covariance));
     let mut report = CalibrationReport {
         options,
         before: before.clone(),
-        after: RobotFile {
-            robot: calibrated,
-            sensor_frame,
-            ..robot.clone()
-        },
+        after,
         samples_file: samples.name.clone(),
         samples: measured.len(),
         distinct_poses: distinct_poses(measured),
@@ -307,6 +315,7 @@ fn judged(
         noise_test: None,
         sample_errors,
         workspace,
+        uncertainty,
         diagnosis: None,
         warnings: Vec::new(),
     };

@@ -15,6 +15,7 @@ mod file;
 mod folder;
 mod merge;
 mod plan;
+mod planned;
 mod quantiles;
 mod row;
 mod run;

@@ -2,10 +2,12 @@
 
 mod args;
 mod calibrate;
+mod check;
 mod device;
 mod failure;
 mod kinematics;
 mod paths;
+mod plan;
 mod progress;
 mod reproduce;
 mod simulate;
@@ -21,6 +23,8 @@ pub(crate) fn run() -> ExitCode {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Forward(arguments) => kinematics::forward(&arguments),
         Command::Inverse(arguments) => kinematics::inverse(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Reproduce(arguments) => reproduce::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),

@@ -130,11 +130,11 @@ impl Diagnosis {
         if found.is_empty() {
             return None;
         }
-        let explain = |scored: Scored| explanation(robot, samples, options, scored);
+        let explain = |scored: &Scored| explanation(robot, samples, options, scored);
         Some(Self {
             as_they_are,
             evidence: kind,
-            explanations: found.into_iter().map(explain).collect(),
+            explanations: found.iter().map(explain).collect(),
         })
     }
 
@@ -160,7 +160,7 @@ fn explanation(
     robot: &RobotFile,
     samples: &SamplesFile,
     options: Options,
-    scored: Scored,
+    scored: &Scored,
 ) -> Explanation {
     let words = Words {
         robot: &robot.name,

@@ -3,12 +3,10 @@
 //! Parameters of different kinds are compared in one unit, the length's: angles are multiplied by
 //! the true upper arm's length.
 
+use crate::information::{ARM, PARAMETERS, closure_rows, tolerance_weights, units};
 use crate::{CalibrationMethod, fkm};
-use delta_cal::{ArmIndex, Noise, Parameter, ParameterKind, Real, Robot, Sample, Tolerance};
+use delta_cal::{Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, SMatrix, SVector};
-
-/// Number of parameters of Model 24.
-const PARAMETERS: usize = 24;
 
 /// A true robot, the robot of the file and the calibrated one.
 #[derive(Debug, Clone, Copy)]
@@ -97,19 +95,6 @@ pub fn differences(a: &Robot<f64>, truth: &Robot<f64>) -> SVector<f64, PARAMETER
     differences
 }
 
-/// What a parameter is multiplied by: 1, or the upper arm's length.
-fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
-    let mut units = SVector::repeat(1.0);
-    for (arm, geometry) in robot.arms().iter().enumerate() {
-        for parameter in Parameter::ALL {
-            if parameter.kind() == ParameterKind::Angle {
-                units[8 * arm + parameter.index()] = geometry.upper_arm_length();
-            }
-        }
-    }
-    units
-}
-
 fn position_error(truth: &Robot<f64>, robot: &Robot<f64>, joints: &[[f64; 3]]) -> HeldOutError {
     let (mut squares, mut count, mut max) = (0.0, 0.0, f64::NAN);
     let mut unreachable = 0;
@@ -172,6 +157,13 @@ impl CramerRaoBound {
         Some(Self { covariance })
     }
 
+    /// The covariance of the parameters as they are: mm, radians and their products. `truth` is the
+    /// robot that the bound is of.
+    pub fn of_parameters(&self, truth: &Robot<f64>) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+        let units = units(truth);
+        self.covariance.component_div(&(units * units.transpose()))
+    }
+
     /// √ of the trace, mm: the least rms of ‖Pr − Pc‖.
     pub fn error(&self) -> f64 {
         self.covariance.trace().sqrt()
@@ -185,26 +177,20 @@ fn of_separate_arms(
     noise: &Noise<f64>,
     tolerance: Option<&Tolerance<f64>>,
 ) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
-    let units = units(truth);
+    let measured: Vec<_> = poses
+        .iter()
+        .map(|pose| closure_rows(truth, pose, noise))
+        .collect();
+    let prior = tolerance_weights(truth, tolerance);
     let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
-    for index in ArmIndex::ALL {
-        let (arm, first) = (truth.arm(index), 8 * index.index());
-        let own_units = units.fixed_rows::<8>(first);
-        let mut rows = DMatrix::<f64>::zeros(poses.len() + 8, 8);
-        for (mut row, pose) in rows.row_iter_mut().zip(poses) {
-            let (x, q) = (&pose.position, pose.joints[index.index()]);
-            let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
-            let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
-            let sigma = (by_position.squared() + by_joint.squared()).square_root();
-            let gradient = arm.constraint_by_parameters(x, q).component_div(&own_units);
-            row.copy_from(&(gradient.transpose() / sigma));
+    for arm in 0..3 {
+        let first = ARM * arm;
+        let mut rows = DMatrix::<f64>::zeros(poses.len() + ARM, ARM);
+        for (mut row, gradients) in rows.row_iter_mut().zip(&measured) {
+            row.copy_from(&gradients[arm].transpose());
         }
-        if let Some(tolerance) = tolerance {
-            for parameter in Parameter::ALL {
-                let column = parameter.index();
-                rows[(poses.len() + column, column)] =
-                    1.0 / (tolerance.of(parameter) * own_units[column]);
-            }
+        for parameter in 0..ARM {
+            rows[(poses.len() + parameter, parameter)] = prior[first + parameter];
         }
         let triangle: SMatrix<f64, 8, 8> = rows.qr().r().fixed_view::<8, 8>(0, 0).into_owned();
         let inverse = triangle.solve_upper_triangular(&SMatrix::<f64, 8, 8>::identity())?;

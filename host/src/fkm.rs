@@ -122,6 +122,17 @@ pub(crate) fn covariance_at(
         .covariance()
 }
 
+/// L⁻¹ ∂X/∂P of one pose of a robot: rows in σ of the position's noise, columns per mm and radian.
+/// `None` where the pose is singular or out of reach.
+pub(crate) fn weighted_jacobian(
+    robot: &Robot<f64>,
+    pose: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> Option<SMatrix<f64, 3, 24>> {
+    let at = Linearization::new(robot, &pose.joints).ok()?;
+    Some(problem::whitening(robot, pose, noise) * at.jacobian())
+}
+
 fn ikm_solution(
     robot: &Robot<f64>,
     samples: &[Sample<f64>],

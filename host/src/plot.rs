@@ -67,6 +67,8 @@ pub enum Shape {
     Band(Vec<(f64, f64, f64)>),
     /// The inside of a polygon.
     Region(Vec<(f64, f64)>),
+    /// Rectangles between two corners, all of this opacity, 0 to 1: one shade of a map.
+    Tiles(Vec<[(f64, f64); 2]>, f64),
     /// Lines between (x, y) and (x, y), each by itself.
     Segments(Vec<[(f64, f64); 2]>),
     /// The same, thin and pale: what leads the eye.

@@ -1,9 +1,11 @@
 //! A [`CalibrationReport`](crate::CalibrationReport) for people and for programs.
 
+pub mod check;
 pub mod html;
 pub mod json;
 mod next;
 pub(crate) mod page;
+pub mod plan;
 pub mod table;
 mod uncertain;
 

@@ -1,8 +1,8 @@
 //! What a calibration means for positions all over the workspace, not only where it was measured.
 
 use crate::Outcome;
+use crate::position_uncertainty::{PositionUncertainty, joint_grid};
 use delta_cal::{JointLimits, Robot};
-use nalgebra::{SMatrix, Vector3};
 
 /// Joint angles of the grid: in the middle of this many equal parts of the joints' range.
 const PARTS: u32 = 4;
@@ -12,22 +12,12 @@ const UNCHANGED: f64 = 0.1;
 /// An uncertainty below this, in mm, is that of the arithmetic.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// All combinations of joint angles of a grid within the limits.
-fn grid(limits: &JointLimits<f64>) -> impl Iterator<Item = [f64; 3]> + '_ {
-    let angle = |part: u32| limits.at((f64::from(part) + 0.5) / f64::from(PARTS));
-    (0..PARTS.pow(3)).map(move |cell| {
-        [
-            angle(cell / PARTS / PARTS),
-            angle(cell / PARTS % PARTS),
-            angle(cell % PARTS),
-        ]
-    })
-}
-
 /// Whether any pose of the grid, or any with its three joint angles equal, is reachable.
 pub(crate) fn reaches_anywhere(robot: &Robot<f64>, limits: &JointLimits<f64>) -> bool {
     let equal = (0..=64).map(|part| [limits.at(f64::from(part) / 64.0); 3]);
-    grid(limits).chain(equal).any(|q| robot.forward(&q).is_ok())
+    joint_grid(limits, PARTS)
+        .chain(equal)
+        .any(|q| robot.forward(&q).is_ok())
 }
 
 /// How far the calibration moves the platform over a grid of poses within the joint limits, and
@@ -47,16 +37,20 @@ impl WorkspaceComparison {
     pub fn of(before: &Robot<f64>, outcome: &Outcome, limits: &JointLimits<f64>) -> Option<Self> {
         let covariance = outcome.covariance.as_ref()?;
         let after = &outcome.robot.robot;
+        let uncertainty = PositionUncertainty {
+            robot: after,
+            covariance,
+        };
         let mut poses = 0;
         let (mut change_squared, mut variance) = (0.0, 0.0);
-        for q in grid(limits) {
+        for q in joint_grid(limits, PARTS) {
             if let Ok(from) = before.forward(&q)
                 && let Ok(to) = after.forward(&q)
-                && let Some(at_pose) = position_variance(after, &to, &q, covariance)
+                && let Some(at_pose) = uncertainty.covariance(&to, &q)
             {
                 poses += 1;
                 change_squared += (to - from).norm_squared();
-                variance += at_pose;
+                variance += at_pose.trace();
             }
         }
         (poses > 0).then(|| Self {
@@ -92,19 +86,4 @@ impl WorkspaceComparison {
     pub fn unchanged(&self) -> bool {
         self.change <= UNCHANGED * self.sigma
     }
-}
-
-/// tr(J C Jᵀ).
-fn position_variance(
-    robot: &Robot<f64>,
-    x: &Vector3<f64>,
-    q: &[f64; 3],
-    covariance: &SMatrix<f64, 24, 24>,
-) -> Option<f64> {
-    let blocks = robot.platform_jacobian(x, q).ok()?.by_parameters;
-    let mut jacobian = SMatrix::<f64, 3, 24>::zeros();
-    for (arm, block) in blocks.iter().enumerate() {
-        jacobian.fixed_columns_mut::<8>(8 * arm).copy_from(block);
-    }
-    Some((jacobian * covariance * jacobian.transpose()).trace())
 }

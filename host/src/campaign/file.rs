@@ -1,6 +1,7 @@
 //! The campaign file.
 
 use super::plan::{CampaignMethod, LengthAngle, NoiseLevel, Plan, Scenario, Solver, Spread};
+use crate::poses::{LEAST_POSES, MOST_POSES};
 use crate::words::decimal_comma;
 use crate::{InputError, InputText, RobotFile, example};
 use delta_cal::{Noise, Tolerance};
@@ -92,12 +93,15 @@ impl Plan {
         let weights = reader.axis("weights", toml.weights.as_ref(), true)?;
         let prior = reader.axis("prior", toml.prior.as_ref(), true)?;
         let planned = reader.axis("planned", toml.planned.as_ref(), false)?;
-        if let Some(list) = &toml.planned
-            && let Some(asked) = list.as_ref().iter().find(|planned| *planned.as_ref())
-        {
-            let cause = "planned poses are not available yet";
-            let error = reader.fault(asked, "planned", cause);
-            return Err(error.with_remedy("leave the key out: the poses are then drawn at random"));
+        if planned.contains(&true) {
+            let possible = LEAST_POSES..=MOST_POSES;
+            let counts = toml.poses.as_ref().iter().zip(&poses);
+            if let Some((at, count)) = counts.into_iter().find(|(_, n)| !possible.contains(n)) {
+                let cause =
+                    format!("{count} poses cannot be planned: {LEAST_POSES} to {MOST_POSES} can");
+                let error = reader.fault(at, "poses", cause);
+                return Err(error.with_remedy("change the list, or leave out planned = [true]"));
+            }
         }
         let tolerance = match &toml.tolerance {
             Some(section) => Some(reader.length_angle(section.as_ref())?),

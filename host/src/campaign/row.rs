@@ -1,6 +1,7 @@
 //! One row of `robots.csv`: one robot, calibrated one way.
 
 use super::plan::{Plan, Scenario, Variant};
+use super::planned::PlannedPoses;
 use super::simulation::{SimulatedRobot, seed, simulate};
 use super::trial::{bound, calibrate, error_before, worth};
 use crate::CalibrationMethod;
@@ -184,12 +185,13 @@ pub(super) struct RobotRows {
 /// Simulates a robot and calibrates it in every way. `first` is the case of the first variant.
 pub(super) fn robot_rows(
     plan: &Plan,
+    planned: &PlannedPoses,
     (first, scenario): (usize, &Scenario),
     variants: &[Variant],
     robot: u64,
 ) -> Result<RobotRows, csv::Error> {
     let seed = seed(plan, scenario, robot);
-    let simulated = simulate(plan, scenario, seed);
+    let simulated = simulate(plan, scenario, planned.joints(scenario), seed);
     let error_before = simulated.as_ref().map(|robot| error_before(plan, robot));
     let mut bounds = Bounds::default();
     let mut times = Vec::with_capacity(variants.len());

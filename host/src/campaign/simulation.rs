@@ -1,6 +1,7 @@
 //! One simulated robot: its true geometry, what is measured of it, and where it is tested.
 
 use super::plan::{Plan, Scenario, Spread};
+use super::planned::Joints;
 use delta_cal::{
     Arm, Parameter, ParameterKind, Robot, Sample, random_pose, simulate_sample, standard_normal,
 };
@@ -47,15 +48,24 @@ fn mixed(value: u64) -> u64 {
     value ^ (value >> 31)
 }
 
-/// The robot that a seed stands for. `None` if the start error makes no robot of it, or one
-/// without usable poses within the joint limits.
-pub(super) fn simulate(plan: &Plan, scenario: &Scenario, seed: u64) -> Option<SimulatedRobot> {
+/// The robot that a seed stands for, measured at the planned joint angles or at random ones. `None`
+/// if the start error makes no robot of it, one without usable poses within the joint limits, or one
+/// that does not reach the planned ones.
+pub(super) fn simulate(
+    plan: &Plan,
+    scenario: &Scenario,
+    planned: Option<&Joints>,
+    seed: u64,
+) -> Option<SimulatedRobot> {
     let mut rng = Pcg32::seed_from_u64(seed);
     let truth = true_robot(plan, scenario, &mut rng)?;
     let mut samples = Vec::with_capacity(scenario.poses);
     let mut measured = Vec::with_capacity(scenario.poses);
-    for _ in 0..scenario.poses {
-        let pose = random_pose(&truth, &plan.robot.limits, &mut rng).ok()?;
+    for index in 0..scenario.poses {
+        let pose = match planned {
+            Some(joints) => simulate_sample(&truth, joints.get(index)?, None, &mut rng).ok()?,
+            None => random_pose(&truth, &plan.robot.limits, &mut rng).ok()?,
+        };
         measured.push(pose.joints);
         samples.push(match &scenario.noise {
             None => pose,

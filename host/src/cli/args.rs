@@ -1,5 +1,7 @@
+use super::check::{self, CheckArguments};
 use super::device::DeviceArguments;
 use super::paths::robot_path;
+use super::plan::{self, PlanArguments};
 use super::reproduce::{self, ReproduceArguments};
 use super::simulate::{self, SimulateArguments};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -32,6 +34,8 @@ Examples:
   delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
   delta-cal forward calibrated.toml angles.csv
   delta-cal inverse calibrated.toml < positions.csv > angles.csv
+  delta-cal plan robot.toml --count 12 --output poses.csv
+  delta-cal check robot.toml samples.csv
   delta-cal simulate
   delta-cal reproduce
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
@@ -111,6 +115,12 @@ pub(crate) enum Command {
     /// Compute the joint angles at which the platform is at given positions
     #[command(after_help = format!("{INVERSE_HELP}\n\n{KINEMATICS_EXIT_CODES}"))]
     Inverse(KinematicsArguments),
+    /// Choose the poses that are best to measure, and say what to expect of them
+    #[command(after_help = plan::HELP)]
+    Plan(PlanArguments),
+    /// Check whether samples determine the robot, and which poses to add
+    #[command(after_help = check::HELP)]
+    Check(CheckArguments),
     /// Calibrate many simulated robots, to learn what a calibration will be worth
     #[command(after_help = simulate::help())]
     Simulate(SimulateArguments),
@@ -193,13 +203,19 @@ pub(crate) enum FrameArgument {
     Sensor,
 }
 
+impl MethodArgument {
+    pub(crate) const fn method(self) -> CalibrationMethod {
+        match self {
+            Self::Ikm => CalibrationMethod::Ikm,
+            Self::Fkm => CalibrationMethod::Fkm,
+        }
+    }
+}
+
 impl CalibrateArguments {
     pub(crate) fn options(&self) -> Options {
         Options {
-            method: match self.method {
-                MethodArgument::Ikm => CalibrationMethod::Ikm,
-                MethodArgument::Fkm => CalibrationMethod::Fkm,
-            },
+            method: self.method.method(),
             solver: match self.solver {
                 SolverArgument::Lm => delta_cal::Method::LevenbergMarquardt,
                 SolverArgument::Gn => delta_cal::Method::GaussNewton,

@@ -13,6 +13,11 @@ const HELP: Style = AnsiColor::Cyan.on_default().bold();
 #[derive(Debug)]
 pub(crate) enum Failure {
     Refused(Refused),
+    /// Poses that do not determine the robot.
+    NotDetermined {
+        cause: String,
+        remedy: String,
+    },
     Usage {
         cause: String,
         remedy: String,
@@ -89,6 +94,7 @@ impl Failure {
                 let remedy = refused.remedy().to_owned();
                 (1, "refused", refused.to_string(), remedy)
             }
+            Self::NotDetermined { cause, remedy } => (1, "refused", cause, remedy),
             Self::Usage { cause, remedy } => (2, "error", cause, remedy),
             Self::Input(error) => {
                 let remedy = error.remedy().unwrap_or_default().to_owned();

@@ -115,9 +115,10 @@ const HEADING: Style = Style::new().bold();
 /// The paper's rows beside this program's.
 fn table(comparisons: &[Comparison<'_>]) -> String {
     let mut text = format!(
-        "{HEADING}                        start error  noise        gain, %: paper   least     noise and     \
-         seconds{HEADING:#}\n{HEADING}case              poses  mm/°         mm/°                       squares   \
-         tolerance     paper   here{HEADING:#}\n"
+        "{HEADING}                        start error  noise             gain, %    least  noise and  and planned  \
+         seconds{HEADING:#}\n\
+         {HEADING}case              poses  mm/°         mm/°         in the paper  squares  tolerance        poses  \
+           paper   here{HEADING:#}\n"
     );
     for comparison in comparisons {
         let case = comparison.case();
@@ -128,13 +129,14 @@ fn table(comparisons: &[Comparison<'_>]) -> String {
         };
         let _ = writeln!(
             text,
-            "{:16}  {:>5}  {:11}  {:11}  {paper_gain:>14}  {:>8}  {:>10}  {:>10}  {:>5}",
+            "{:16}  {:>5}  {:11}  {:11}  {paper_gain:>12}  {:>7}  {:>9}  {:>11}  {:>7}  {:>5}",
             comparison.experiment.name,
             case.poses,
             format!("{}/{}", case.start_error_mm, case.start_error_deg),
             format!("{}/{}", case.noise_position_mm, case.noise_joint_deg),
             gain(Some(comparison.as_in_the_paper)),
             gain(comparison.with_prior),
+            gain(comparison.planned),
             paper
                 .seconds
                 .map_or_else(|| "–".into(), |seconds| format!("{seconds:.3}")),

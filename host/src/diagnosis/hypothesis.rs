@@ -225,11 +225,8 @@ impl Fault {
 fn with_arms_exchanged(robot: &Robot<f64>, first: usize, second: usize) -> Option<Robot<f64>> {
     let arms = robot.arms();
     let mut parameters = arms.map(|arm| arm.parameters().data.0[0]);
-    for index in 5..8 {
-        let kept = parameters[first][index];
-        parameters[first][index] = parameters[second][index];
-        parameters[second][index] = kept;
-    }
+    let [one, other] = parameters.get_disjoint_mut([first, second]).ok()?;
+    one[5..].swap_with_slice(&mut other[5..]);
     let [one, two, three] = parameters.map(Arm::new);
     Robot::new([one.ok()?, two.ok()?, three.ok()?]).ok()
 }

@@ -229,7 +229,11 @@ fn size_squared(robot: &Robot<f64>, sample: &Sample<f64>) -> f64 {
 
 /// L⁻¹ with L Lᵀ = σx² I + σq² J_q J_qᵀ, J_q = ∂X/∂q at the measured pose. Rounding is a noise too,
 /// and is added: no stated noise claims more than the arithmetic can hold.
-fn whitening(robot: &Robot<f64>, sample: &Sample<f64>, noise: &Noise<f64>) -> Matrix3<f64> {
+pub(super) fn whitening(
+    robot: &Robot<f64>,
+    sample: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> Matrix3<f64> {
     let rounding = (ROUNDING * f64::EPSILON).powi(2) * size_squared(robot, sample);
     let mut covariance = Matrix3::identity() * (noise.position().powi(2) + rounding);
     if noise.joint() > 0.0 {

@@ -6,7 +6,7 @@ use super::legend::{self, text_width};
 use super::{Axis, Colour, Figure, PlotError, Series, Shape};
 use plotters::prelude::{
     Cartesian2d, ChartBuilder, ChartContext, Circle, EmptyElement, IntoDrawingArea, PathElement,
-    Polygon, SVGBackend, Text, TextStyle,
+    Polygon, Rectangle, SVGBackend, Text, TextStyle,
 };
 use plotters::series::DashedLineSeries;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -202,6 +202,13 @@ impl Figure {
                 let outline: Vec<_> = upper.chain(lower).collect();
                 let fill = colour.mix(style::BAND).filled();
                 chart.draw_series([Polygon::new(outline, fill)])
+            }
+            Shape::Tiles(tiles, opacity) => {
+                let fill = colour.mix(*opacity).filled();
+                let corners = tiles
+                    .iter()
+                    .filter_map(|[from, to]| Some([place(from)?, place(to)?]));
+                chart.draw_series(corners.map(|corners| Rectangle::new(corners, fill)))
             }
             Shape::Segments(segments) => chart.draw_series(lines(segments, line)),
             Shape::Hairlines(segments) => {

@@ -91,6 +91,10 @@ fn key(
             [at(0, -6), at(KEY, 6)],
             colour.mix(style::BAND).filled(),
         )),
+        Shape::Tiles(_, opacity) => area.draw(&Rectangle::new(
+            [at(0, -6), at(KEY, 6)],
+            colour.mix(*opacity).filled(),
+        )),
         Shape::Points(points) => area.draw(&Circle::new(
             middle,
             style::point(points.len()),

@@ -3,12 +3,14 @@
 mod figures;
 mod poses;
 mod tables;
+mod uncertainty;
 
 use super::next::advice;
 use super::page::{self, figure};
 use super::table::small;
 use super::{solver_name, start_name, termination_name};
 use crate::plot::PlotError;
+use crate::position_uncertainty::UncertaintyMap;
 use crate::refusal::OUTLIER;
 use crate::words::count;
 use crate::{CalibrationMethod, CalibrationReport, Frame, PositionError};
@@ -46,6 +48,12 @@ pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String
             (figure(&figures::conditions(report), "Below 100 is good. Beyond 1000 \
                 the poses hardly tell some parameters apart.")?)
             (solution(report))
+        }
+        @if let Some(map) = &report.uncertainty {
+            section {
+                h2 { "How uncertain the calibrated positions are" }
+                (uncertain(map)?)
+            }
         }
         section {
             h2 { "What to measure next" }
@@ -196,6 +204,22 @@ fn views(report: &CalibrationReport) -> Result<Markup, PlotError> {
             "Measured positions in the robot's frame. Reachable: the convex hull of what the \
             calibrated robot reaches within the joint limits."
         }
+    })
+}
+
+fn uncertain(map: &UncertaintyMap) -> Result<Markup, PlotError> {
+    let at = map.sigma.max_at;
+    Ok(html! {
+        p {
+            "One sigma of the position, from the covariance of the parameters, over all poses clear \
+            of singularities: " b { (millimetres(map.sigma.rms)) } " rms, "
+            b { (millimetres(map.sigma.max)) }
+            (format!(" at worst, at x {:.0}, y {:.0}, z {:.0} mm.", at.x, at.y, at.z))
+        }
+        div.views {
+            @for (slice, caption) in uncertainty::slices(map) { (figure(&slice, &caption)?) }
+        }
+        p.note { "Shades: one sigma of the position in mm, the same in all figures." }
     })
 }
 

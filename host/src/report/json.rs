@@ -1,12 +1,15 @@
 //! The report for programs.
 
+mod diagnosis;
+mod noise;
+
 use super::{comparisons, solver_name, start_name, termination_name};
-use crate::units::degrees;
-use crate::{
-    CalibrationReport, Diagnosis, DiagnosisEvidence, Frame, NoiseTest, PositionError, Refused,
-};
-use delta_cal::Noise;
+use crate::position_uncertainty::{Plane, UncertaintyMap};
+use crate::{CalibrationReport, Frame, PositionError};
 use serde::Serialize;
+
+pub use diagnosis::{JsonDiagnosis, JsonExplanation, JsonRefusal};
+pub use noise::{JsonNoise, JsonStatedNoise};
 
 /// Changes whenever a field changes its name or meaning or is removed.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -41,6 +44,9 @@ pub struct JsonReport {
     /// What the calibration means over a grid of poses within the joint limits; `null` if the
     /// uncertainty is unknown.
     pub workspace: Option<JsonWorkspace>,
+    /// How uncertain the calibrated positions are, place by place, where the robot is clear of
+    /// singularities; `null` as above.
+    pub position_uncertainty: Option<JsonUncertainty>,
     /// From the robot's frame to the sensor's; `null` with `--frame base`.
     pub sensor_frame: Option<JsonFrame>,
     /// What the residuals say of the noise; `null` if no sample is left over.
@@ -49,142 +55,6 @@ pub struct JsonReport {
     pub diagnosis: Option<JsonDiagnosis>,
     /// Anything doubtful, in plain words.
     pub warnings: Vec<String>,
-}
-
-/// The noise as the residuals have it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct JsonNoise {
-    /// One σ of each coordinate; with a stated noise the joints' is taken to be in proportion.
-    pub position_mm: f64,
-    /// Its 95 % confidence limits.
-    pub position_limits_mm: [f64; 2],
-    /// Residuals less parameters, fewer where they share the position's noise.
-    pub degrees_of_freedom: f64,
-    /// Against the stated noise; `null` if there is none.
-    pub stated: Option<JsonStatedNoise>,
-}
-
-/// The χ² test of the stated noise.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct JsonStatedNoise {
-    /// As stated.
-    pub position_mm: f64,
-    /// As stated.
-    pub joint_deg: f64,
-    /// How many times the stated noise the residuals say; 1 is expected.
-    pub ratio: f64,
-    /// Its 95 % confidence limits.
-    pub ratio_limits: [f64; 2],
-    /// Of residuals as improbable if the noise is as stated, two-sided.
-    pub probability: f64,
-    /// `agrees`, `understated` or `overstated`.
-    pub verdict: &'static str,
-}
-
-/// What would explain samples that cannot be right as a whole.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct JsonDiagnosis {
-    /// All of it in one sentence.
-    pub text: String,
-    /// `robot file` or `fit without a guess`: from where the distances are.
-    pub evidence: &'static str,
-    /// Half of the measured points are nearer than this; `null` if the robot does not reach them.
-    pub median_error_mm: Option<f64>,
-    /// The best first, all about equally good.
-    pub explanations: Vec<JsonExplanation>,
-}
-
-/// One fault, or two together.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct JsonExplanation {
-    /// What is wrong.
-    pub cause: String,
-    /// What to do about it.
-    pub remedy: String,
-    /// The median error without the fault.
-    pub median_error_mm: f64,
-    /// The same after a calibration; `null` if that is refused.
-    pub calibrated_median_error_mm: Option<f64>,
-}
-
-impl JsonDiagnosis {
-    pub(crate) fn new(diagnosis: &Diagnosis) -> Self {
-        Self {
-            text: diagnosis.to_string(),
-            evidence: match diagnosis.evidence {
-                DiagnosisEvidence::RobotFile => "robot file",
-                DiagnosisEvidence::Fit => "fit without a guess",
-            },
-            median_error_mm: Some(diagnosis.as_they_are).filter(|error| error.is_finite()),
-            explanations: diagnosis
-                .explanations
-                .iter()
-                .map(|explanation| JsonExplanation {
-                    cause: explanation.cause.clone(),
-                    remedy: explanation.remedy.clone(),
-                    median_error_mm: explanation.without,
-                    calibrated_median_error_mm: explanation.calibrated,
-                })
-                .collect(),
-        }
-    }
-}
-
-/// A calibration that is refused, for programs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct JsonRefusal {
-    /// [`SCHEMA_VERSION`].
-    pub schema_version: u32,
-    /// The program's version.
-    pub program_version: &'static str,
-    /// Why there is no calibration.
-    pub refused: String,
-    /// What to do next.
-    pub remedy: String,
-    /// What would explain the samples; `null` if nothing is wrong with them as a whole, or nothing
-    /// explains it.
-    pub diagnosis: Option<JsonDiagnosis>,
-}
-
-impl JsonRefusal {
-    /// Of a refusal.
-    pub fn new(refused: &Refused) -> Self {
-        Self {
-            schema_version: SCHEMA_VERSION,
-            program_version: env!("CARGO_PKG_VERSION"),
-            refused: refused.to_string(),
-            remedy: refused.remedy().to_owned(),
-            diagnosis: refused.diagnosis().map(JsonDiagnosis::new),
-        }
-    }
-
-    /// As [`JsonReport::to_text`].
-    ///
-    /// # Errors
-    /// None is known; the serialiser's, if it had one.
-    pub fn to_text(&self) -> Result<String, serde_json::Error> {
-        serde_json::to_string_pretty(self).map(|text| text + "\n")
-    }
-}
-
-impl JsonNoise {
-    fn new(test: &NoiseTest, stated: Option<&Noise<f64>>) -> Self {
-        Self {
-            position_mm: test.position.value,
-            position_limits_mm: test.position.interval,
-            degrees_of_freedom: test.degrees_of_freedom,
-            stated: stated
-                .zip(test.stated)
-                .map(|(noise, stated)| JsonStatedNoise {
-                    position_mm: noise.position(),
-                    joint_deg: degrees(noise.joint()),
-                    ratio: stated.ratio.value,
-                    ratio_limits: stated.ratio.interval,
-                    probability: stated.probability,
-                    verdict: stated.verdict.name(),
-                }),
-        }
-    }
 }
 
 /// One arm.
@@ -279,6 +149,30 @@ pub struct JsonWorkspace {
     pub change_mm: f64,
 }
 
+/// One σ of the calibrated positions: √tr of their covariance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JsonUncertainty {
+    /// Over a grid of joint angles.
+    pub rms_mm: f64,
+    /// The largest of them.
+    pub max_mm: f64,
+    /// Where that is.
+    pub max_at_mm: [f64; 3],
+    /// Planes through the workspace.
+    pub slices: Vec<JsonSlice>,
+}
+
+/// One σ of the calibrated positions in a plane.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JsonSlice {
+    /// Of a horizontal plane; `null` for the vertical one at y = 0.
+    pub z_mm: Option<f64>,
+    /// Over a grid of positions in it.
+    pub rms_mm: f64,
+    /// The largest of them.
+    pub max_mm: f64,
+}
+
 /// `X_sensor = rotation · X_robot + translation_mm`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JsonFrame {
@@ -354,6 +248,7 @@ impl JsonReport {
                 position_sigma_mm: comparison.sigma,
                 change_mm: comparison.change,
             }),
+            position_uncertainty: report.uncertainty.as_ref().map(uncertainty),
             sensor_frame: report.after.sensor_frame.map(|frame| JsonFrame {
                 rotation: frame.rotation.transpose().data.0,
                 translation_mm: frame.translation.data.0[0],
@@ -383,5 +278,26 @@ fn position_error(error: &PositionError) -> JsonPositionError {
         max: known(error.max),
         max_at_line: error.max_at_line,
         unreachable: error.unreachable,
+    }
+}
+
+fn uncertainty(map: &UncertaintyMap) -> JsonUncertainty {
+    let slices = map.slices.iter().filter_map(|slice| {
+        let (rms_mm, max_mm) = slice.rms_and_max()?;
+        let z_mm = match slice.plane {
+            Plane::Horizontal(z) => Some(z),
+            Plane::Vertical => None,
+        };
+        Some(JsonSlice {
+            z_mm,
+            rms_mm,
+            max_mm,
+        })
+    });
+    JsonUncertainty {
+        rms_mm: map.sigma.rms,
+        max_mm: map.sigma.max,
+        max_at_mm: map.sigma.max_at.data.0[0],
+        slices: slices.collect(),
     }
 }

@@ -1,28 +1,23 @@
 //! What to measure next, in words: which arm and which combination of its parameters the samples
-//! determine worst, and which joint angles no sample has.
+//! determine worst, and which poses would tell most.
 
-use crate::CalibrationReport;
+use crate::information::{self, ARM};
+use crate::observability::Combination;
+use crate::poses::{PlanRequest, next_poses};
 use crate::report::uncertain::uncertain;
 use crate::units::degrees;
 use crate::warnings::{GOOD_CONDITION, MOSTLY, stands_out};
 use crate::words::{count, list};
-use delta_cal::{Arm, ArmIndex, ArmOutcome, Parameter, ParameterKind, Tolerance};
-use nalgebra::{SMatrix, SVector, SymmetricEigen};
+use crate::{CalibrationReport, RobotFile};
+use delta_cal::{ArmIndex, ArmOutcome, Noise, Parameter, Robot, Tolerance};
+use nalgebra::{DVector, SMatrix, SVector, SymmetricEigen};
 
-/// A parameter belongs to a combination if its part is at least this part of the largest.
-const BELONGS: f64 = 0.4;
 /// A joint that the samples move through less than this part of its range is moved too little.
 const WIDE: f64 = 0.6;
-/// Regions without a sample that are named.
+/// Lines of samples that are named.
 const NAMED: usize = 4;
-
-/// The combination of an arm's parameters that is known worst.
-struct Weakest {
-    /// Parameters and their parts, the largest first and positive.
-    parts: Vec<(Parameter, f64)>,
-    /// One σ of it: in tolerances if they are stated, otherwise mm with angles times the upper arm.
-    sigma: f64,
-}
+/// Poses that are proposed.
+const ADDED: usize = 4;
 
 /// Sentences on what to measure next; the first says whether anything needs to be.
 pub(super) fn advice(report: &CalibrationReport) -> Vec<String> {
@@ -46,7 +41,7 @@ pub(super) fn advice(report: &CalibrationReport) -> Vec<String> {
     }
     found.extend(uncertain);
     found.extend(narrow_joints(report));
-    found.extend(empty_regions(report));
+    found.extend(best_added(report));
     if report.samples < 20 {
         found.push(format!(
             "{} are few: measure 20 or more, spread over the whole workspace.",
@@ -93,9 +88,9 @@ fn weakness(report: &CalibrationReport, arm: ArmIndex, outcome: &ArmOutcome<f64>
         ),
     };
     let tolerance = report.before.tolerance.as_ref();
-    let known = weakest(outcome, tolerance).map_or_else(
+    let known = weakest(&report.after.robot, arm, outcome, tolerance).map_or_else(
         || "Its uncertainty is not known: too few samples are left over".to_owned(),
-        |weakest| weakest.in_words(tolerance.is_some()),
+        |weakest| in_words(&weakest, tolerance.is_some()),
     );
     let condition = outcome.condition;
     capitalised(&format!(
@@ -103,61 +98,46 @@ fn weakness(report: &CalibrationReport, arm: ArmIndex, outcome: &ArmOutcome<f64>
     ))
 }
 
-impl Weakest {
-    fn in_words(&self, in_tolerances: bool) -> String {
-        let size = if in_tolerances {
-            format!("{:.2} tolerances", self.sigma)
-        } else {
-            format!("{} mm", super::table::small(self.sigma))
-        };
-        let signed = |(parameter, part): &(Parameter, f64)| {
-            let sign = if *part < 0.0 { "\u{2212}" } else { "+" };
-            format!("{sign}{parameter}")
-        };
-        match self.parts.as_slice() {
-            [(alone, _)] => format!("Known worst is {alone} (one sigma {size})"),
-            parts => format!(
-                "Known worst is a change of {} together (one sigma {size}): these samples hardly \
-                 tell one from the other",
-                list(&parts.iter().map(signed).collect::<Vec<_>>())
-            ),
-        }
+/// What is known worst of an arm, in words.
+fn in_words(weakest: &Combination, in_tolerances: bool) -> String {
+    let size = if in_tolerances {
+        format!("{:.2} tolerances", weakest.sigma)
+    } else {
+        format!("{} mm", super::table::small(weakest.sigma))
+    };
+    let words = weakest.in_words();
+    if weakest.is_several() {
+        format!(
+            "Known worst is a change of {words} together (one sigma {size}): these samples hardly \
+             tell one from the other"
+        )
+    } else {
+        format!("Known worst is {words} (one sigma {size})")
     }
 }
 
 /// The eigenvector of the largest eigenvalue of the covariance, in units in which the parameters
 /// compare.
-fn weakest(outcome: &ArmOutcome<f64>, tolerance: Option<&Tolerance<f64>>) -> Option<Weakest> {
+fn weakest(
+    robot: &Robot<f64>,
+    arm: ArmIndex,
+    outcome: &ArmOutcome<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> Option<Combination> {
     let covariance = outcome.covariance.as_ref()?;
-    let units = SVector::from(Parameter::ALL.map(|parameter| {
+    let units = information::units(robot);
+    let scales = SVector::from(Parameter::ALL.map(|parameter| {
         tolerance.map_or_else(
-            || unit(&outcome.arm, parameter),
+            || units[ARM * arm.index() + parameter.index()].recip(),
             |tolerance| tolerance.of(parameter),
         )
     }));
-    let scaled = SMatrix::<f64, 8, 8>::from_fn(|i, j| covariance[(i, j)] / (units[i] * units[j]));
+    let scaled = SMatrix::<f64, 8, 8>::from_fn(|i, j| covariance[(i, j)] / (scales[i] * scales[j]));
     let eigen = SymmetricEigen::try_new(scaled, f64::EPSILON, 1000)?;
     let (index, variance) = eigen.eigenvalues.argmax();
-    let direction = eigen.eigenvectors.column(index);
-    let largest = direction[direction.iamax()];
-    let mut parts: Vec<_> = Parameter::ALL
-        .into_iter()
-        .map(|parameter| (parameter, direction[parameter.index()] / largest))
-        .filter(|(_, part)| part.abs() >= BELONGS)
-        .collect();
-    parts.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
-    Some(Weakest {
-        parts,
-        sigma: variance.max(0.0).sqrt(),
-    })
-}
-
-/// What changes the arm by a millimetre.
-pub(super) fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
-    match parameter.kind() {
-        ParameterKind::Length => 1.0,
-        ParameterKind::Angle => arm.upper_arm_length().recip(),
-    }
+    let direction = DVector::from_column_slice(eigen.eigenvectors.column(index).as_slice());
+    let sigma = variance.max(0.0).sqrt();
+    Some(Combination::new(ARM * arm.index(), &direction, sigma))
 }
 
 fn narrow_joints(report: &CalibrationReport) -> Option<String> {
@@ -186,62 +166,47 @@ fn narrow_joints(report: &CalibrationReport) -> Option<String> {
     })
 }
 
-/// Of the eight combinations of each joint being low or high, those that the robot reaches and no
-/// sample has.
-fn empty_regions(report: &CalibrationReport) -> Option<String> {
-    let limits = &report.before.limits;
-    let middle = limits.at(0.5);
-    let region = |joints: [f64; 3]| joints.map(|angle| angle > middle);
-    let empty: Vec<_> = [
-        [false, false, false],
-        [true, false, false],
-        [false, true, false],
-        [false, false, true],
-        [true, true, false],
-        [true, false, true],
-        [false, true, true],
-        [true, true, true],
-    ]
-    .into_iter()
-    .filter(|highs| {
-        let centre = highs.map(|high| limits.at(if high { 0.75 } else { 0.25 }));
-        let taken = |sample: &crate::SampleErrors| region(sample.measured.joints) == *highs;
-        report.after.robot.forward(&centre).is_ok() && !report.sample_errors.iter().any(taken)
-    })
-    .collect();
-    if empty.is_empty() {
-        return None;
-    }
-    let named: Vec<_> = empty
+/// The poses that tell most beyond the samples, and what they would be worth.
+fn best_added(report: &CalibrationReport) -> Option<String> {
+    let estimated = report.outcome.robot.arms[0].estimated_noise;
+    let estimated = estimated.and_then(|position| Noise::new(position, 0.0).ok());
+    let robot = RobotFile {
+        noise: report.after.noise.or(estimated),
+        ..report.after.clone()
+    };
+    let request = PlanRequest {
+        count: ADDED,
+        method: report.options.method,
+        ..PlanRequest::new(&robot)
+    };
+    let measured: Vec<_> = report
+        .sample_errors
         .iter()
-        .take(NAMED)
-        .map(|highs| joints(*highs))
+        .map(|sample| sample.measured)
         .collect();
-    let others = match empty.len() - named.len() {
-        0 => String::new(),
-        others => format!("; and {others} more"),
+    let next = next_poses(&request, &measured).ok()?;
+    let named: Vec<_> = next
+        .poses
+        .iter()
+        .map(|pose| {
+            let [q1, q2, q3] = pose.joints.map(degrees);
+            format!("{q1:.0}°, {q2:.0}°, {q3:.0}°")
+        })
+        .collect();
+    let worth = match (&next.before, &next.after) {
+        (Some(before), Some(after)) => format!(
+            " With them the position would be known to {} mm (one sigma, rms over the workspace), \
+             where it is known to {} mm now.",
+            super::table::small(after.workspace.rms),
+            super::table::small(before.workspace.rms)
+        ),
+        _ => String::new(),
     };
     Some(format!(
-        "No sample lies in {} of the 8 regions of joint angles (each joint below or above {:.0}°): \
-         measure with {}{others}.",
-        empty.len(),
-        degrees(middle),
+        "The joint angles that tell most, the best first: {}.{worth} delta-cal check proposes more, \
+         and delta-cal plan a whole set.",
         named.join("; ")
     ))
-}
-
-fn joints(highs: [bool; 3]) -> String {
-    let which = |wanted: bool| {
-        let joints = (1..).zip(highs).filter(|(_, high)| *high == wanted);
-        joints
-            .map(|(joint, _)| format!("q{joint}"))
-            .collect::<Vec<_>>()
-    };
-    match (which(true), which(false)) {
-        (high, low) if low.is_empty() => format!("{} high", list(&high)),
-        (high, low) if high.is_empty() => format!("{} low", list(&low)),
-        (high, low) => format!("{} high, {} low", list(&high), list(&low)),
-    }
 }
 
 fn capitalised(text: &str) -> String {

@@ -38,7 +38,7 @@ pub fn render(report: &CalibrationReport) -> String {
     text
 }
 
-fn heading(text: &mut String, title: &str) {
+pub(super) fn heading(text: &mut String, title: &str) {
     let _ = writeln!(text, "{HEADING}{title}{HEADING:#}");
 }
 
@@ -151,12 +151,24 @@ fn positions(text: &mut String, report: &CalibrationReport) {
     );
     line("after", &report.error_after);
     let _ = match &report.workspace {
-        Some(comparison) => writeln!(
-            text,
-            "Expected position error of the calibrated robot: {} mm (one sigma, rms over the \
-             workspace)\n",
-            small(comparison.sigma),
-        ),
+        Some(comparison) => {
+            let worst = report.uncertainty.as_ref().map_or_else(String::new, |map| {
+                let at = map.sigma.max_at;
+                format!(
+                    "  at worst {} mm, at x {:.0}, y {:.0}, z {:.0} mm\n",
+                    small(map.sigma.max),
+                    at.x,
+                    at.y,
+                    at.z
+                )
+            });
+            writeln!(
+                text,
+                "Expected position error of the calibrated robot: {} mm (one sigma, rms over the \
+                 workspace)\n{worst}",
+                small(comparison.sigma),
+            )
+        }
         None => writeln!(
             text,
             "Expected position error of the calibrated robot: unknown\n"

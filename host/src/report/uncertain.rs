@@ -2,7 +2,7 @@
 //! the samples are few.
 
 use crate::CalibrationReport;
-use crate::report::next::unit;
+use crate::information;
 use crate::words::{in_file_units, list};
 use delta_cal::{Arm, ArmIndex, ArmOutcome, Parameter};
 
@@ -34,7 +34,7 @@ pub(super) fn uncertain<'a>(
     let median = median_change(report);
     let limit = |arm: &Arm<f64>, parameter| match tolerance {
         Some(tolerance) => LARGE * tolerance.of(parameter),
-        None => median * unit(arm, parameter),
+        None => median / information::unit(arm, parameter),
     };
     let mut found: Vec<_> = arms
         .flat_map(|(arm, outcome)| {
@@ -85,7 +85,8 @@ fn median_change(report: &CalibrationReport) -> f64 {
         .zip(report.after.robot.arms())
         .flat_map(|(before, after)| {
             Parameter::ALL.map(|parameter| {
-                (after.get(parameter) - before.get(parameter)).abs() / unit(after, parameter)
+                (after.get(parameter) - before.get(parameter)).abs()
+                    * information::unit(after, parameter)
             })
         })
         .collect();

@@ -4,7 +4,7 @@ use super::experiment::{Experiment, PaperValue};
 use super::{Reproduction, Results};
 use crate::campaign::{CaseColumns, CaseSummary};
 
-/// A row of the paper, and the same robots calibrated in two ways.
+/// A row of the paper, and robots calibrated in three ways.
 #[derive(Debug, Clone, Copy)]
 pub struct Comparison<'a> {
     /// Where it belongs.
@@ -15,6 +15,8 @@ pub struct Comparison<'a> {
     pub as_in_the_paper: &'a CaseSummary,
     /// With the noise and the tolerance stated; `None` for exact measurements.
     pub with_prior: Option<&'a CaseSummary>,
+    /// The same from planned poses.
+    pub planned: Option<&'a CaseSummary>,
 }
 
 impl Comparison<'_> {
@@ -52,16 +54,22 @@ pub fn comparisons(reproduction: &Reproduction) -> Vec<Comparison<'_>> {
                 experiment: results.experiment,
                 paper: results.experiment.paper_value(&as_in_the_paper.case)?,
                 as_in_the_paper,
-                with_prior: with_prior(results, &as_in_the_paper.case),
+                with_prior: with_prior(results, &as_in_the_paper.case, false),
+                planned: with_prior(results, &as_in_the_paper.case, true),
             })
         })
         .collect()
 }
 
-fn with_prior<'a>(results: &'a Results, case: &CaseColumns) -> Option<&'a CaseSummary> {
+fn with_prior<'a>(
+    results: &'a Results,
+    case: &CaseColumns,
+    planned: bool,
+) -> Option<&'a CaseSummary> {
     let wanted = CaseColumns {
         weights: true,
         prior: true,
+        planned,
         case: 0,
         ..*case
     };

@@ -1,8 +1,11 @@
 //! The paper's figures, and those that it lacks.
 
+mod basins;
+
 use super::Reproduction;
 use crate::campaign::{CaseColumns, CaseSummary, Quantiles};
 use crate::plot::{Axis, Colour, Figure, Series, Shape};
+use basins::{basin, one_start};
 
 /// A figure, the name of its files, and what is to be seen in it.
 #[derive(Debug, Clone)]
@@ -20,29 +23,50 @@ struct Way {
     name: &'static str,
     weights: bool,
     prior: bool,
+    planned: bool,
     colour: Colour,
 }
 
-const WAYS: [Way; 3] = [
+const WAYS: [Way; 4] = [
     Way {
         name: "least squares",
         weights: false,
         prior: false,
+        planned: false,
         colour: Colour::Vermilion,
     },
     Way {
         name: "noise stated",
         weights: true,
         prior: false,
+        planned: false,
         colour: Colour::Green,
     },
     Way {
         name: "noise and tolerance stated",
         weights: true,
         prior: true,
+        planned: false,
         colour: Colour::Blue,
     },
+    Way {
+        name: "and planned poses",
+        weights: true,
+        prior: true,
+        planned: true,
+        colour: Colour::Purple,
+    },
 ];
+
+impl NamedFigure {
+    fn new(name: &'static str, figure: Figure, caption: impl Into<String>) -> Self {
+        Self {
+            name,
+            figure,
+            caption: caption.into(),
+        }
+    }
+}
 
 /// All of them, in the order of the report.
 pub fn figures(reproduction: &Reproduction) -> Vec<NamedFigure> {
@@ -56,82 +80,71 @@ pub fn figures(reproduction: &Reproduction) -> Vec<NamedFigure> {
     let errors = "Position error over 100 poses that were not measured, rms of each robot. Lines: the \
                   median robot; bands: 5 % to 95 % of the robots.";
     vec![
-        NamedFigure {
-            name: "fig2a",
-            figure: parameter_gains(fkm, "fkm"),
-            caption: format!(
+        NamedFigure::new(
+            "fig2a",
+            parameter_gains(fkm, "fkm"),
+            format!(
                 "FKM method, 60 poses, start error 0.1 mm/0.1°, noise 1 µm and 0.01°: the gain of each \
                  parameter by itself. {of_case}"
             ),
-        },
-        NamedFigure {
-            name: "fig2b",
-            figure: position_errors(fkm, "fkm"),
-            caption: format!("FKM method, start error 0.1 mm/0.1°, noise 1 µm and 0.01°. {errors}"),
-        },
-        NamedFigure {
-            name: "fig3a",
-            figure: parameter_gains(ikm, "ikm"),
-            caption: format!(
+        ),
+        NamedFigure::new(
+            "fig2b",
+            position_errors(fkm, "fkm"),
+            format!("FKM method, start error 0.1 mm/0.1°, noise 1 µm and 0.01°. {errors}"),
+        ),
+        NamedFigure::new(
+            "fig3a",
+            parameter_gains(ikm, "ikm"),
+            format!(
                 "IKM method, 60 poses, start error 1 mm/1°, noise 1 µm and 0.01°: the gain of each \
                  parameter by itself. {of_case}"
             ),
-        },
-        NamedFigure {
-            name: "fig3b",
-            figure: position_errors(ikm, "ikm"),
-            caption: format!("IKM method, start error 1 mm/1°, noise 1 µm and 0.01°. {errors}"),
-        },
-        NamedFigure {
-            name: "fig4",
-            figure: number_of_poses(fig4, 0.01),
-            caption: "IKM method, start error 0.1 mm/0.1°, noise 1 µm and 0.01°: the gain goes on \
-                      growing past 50 poses (dashed). Lines: the median robot; bands: 5 % to 95 %."
-                .into(),
-        },
-        NamedFigure {
-            name: "fig4-exact-joints",
-            figure: number_of_poses(fig4, 0.0),
-            caption: "The same with exact joint angles.".into(),
-        },
-        NamedFigure {
-            name: "gain-fkm",
-            figure: gains(reproduction, "fkm-noise", "fkm"),
-            caption: "FKM method, start error 0.1 mm/0.1°, noise 1 µm and 0.01°, beside the paper."
-                .into(),
-        },
-        NamedFigure {
-            name: "gain-ikm",
-            figure: gains(reproduction, "ikm-start-error", "ikm"),
-            caption:
-                "IKM method, start error 1 mm/1°, noise 1 µm and 0.01°, beside the paper's row \
-                      \"1 mm and 0.01°\"."
-                    .into(),
-        },
-        NamedFigure {
-            name: "basins-8",
-            figure: basin(basins, 8),
-            caption:
-                "8 random poses: eight equations in eight unknowns have several solutions, and \
-                      from far away another one than the true robot may be nearer. Bands: 95 % \
-                      confidence of the share."
-                    .into(),
-        },
-        NamedFigure {
-            name: "basins-20",
-            figure: basin(basins, 20),
-            caption: "20 random poses, all starts that the program tries. Lines that coincide cover each \
-                      other."
-                .into(),
-        },
-        NamedFigure {
-            name: "basins-20-one-start",
-            figure: one_start(basins, 20),
-            caption:
-                "20 random poses, the iteration from the nominal robot alone: what one start is \
-                      worth, with Levenberg–Marquardt and with full Gauss–Newton steps."
-                    .into(),
-        },
+        ),
+        NamedFigure::new(
+            "fig3b",
+            position_errors(ikm, "ikm"),
+            format!("IKM method, start error 1 mm/1°, noise 1 µm and 0.01°. {errors}"),
+        ),
+        NamedFigure::new(
+            "fig4",
+            number_of_poses(fig4, 0.01),
+            "IKM method, start error 0.1 mm/0.1°, noise 1 µm and 0.01°: the gain goes on growing past 50 \
+             poses (dashed). Lines: the median robot; bands: 5 % to 95 %.",
+        ),
+        NamedFigure::new(
+            "fig4-exact-joints",
+            number_of_poses(fig4, 0.0),
+            "The same with exact joint angles.",
+        ),
+        NamedFigure::new(
+            "gain-fkm",
+            gains(reproduction, "fkm-noise", "fkm"),
+            "FKM method, start error 0.1 mm/0.1°, noise 1 µm and 0.01°, beside the paper.",
+        ),
+        NamedFigure::new(
+            "gain-ikm",
+            gains(reproduction, "ikm-start-error", "ikm"),
+            "IKM method, start error 1 mm/1°, noise 1 µm and 0.01°, beside the paper's row \"1 mm and \
+             0.01°\".",
+        ),
+        NamedFigure::new(
+            "basins-8",
+            basin(basins, 8),
+            "8 random poses: eight equations in eight unknowns have several solutions, and from far away \
+             another one than the true robot may be nearer. Bands: 95 % confidence of the share.",
+        ),
+        NamedFigure::new(
+            "basins-20",
+            basin(basins, 20),
+            "20 random poses, all starts that the program tries. Lines that coincide cover each other.",
+        ),
+        NamedFigure::new(
+            "basins-20-one-start",
+            one_start(basins, 20),
+            "20 random poses, the iteration from the nominal robot alone: what one start is worth, with \
+             Levenberg–Marquardt and with full Gauss–Newton steps.",
+        ),
     ]
 }
 
@@ -145,7 +158,7 @@ fn is_way(case: &CaseColumns, method: &str, way: &Way) -> bool {
         && case.solver == "lm"
         && case.weights == way.weights
         && case.prior == way.prior
-        && !case.planned
+        && case.planned == way.planned
 }
 
 /// Every parameter's gain with the most poses.
@@ -172,13 +185,16 @@ fn parameter_gains(cases: &[CaseSummary], method: &str) -> Figure {
         Axis::linear("gain of the parameter, %", low, 100.0),
         Axis::named("", names),
     )
-    .sized(800, 620)
+    .sized(800, 760)
     .with(Series::new(
         "",
         Colour::Ink,
         Shape::Dashed(vec![(0.0, -0.5), (0.0, 23.5)]),
     ));
-    for (way, offset) in [&WAYS[0], &WAYS[2]].into_iter().zip([-0.18, 0.18]) {
+    for (way, offset) in [&WAYS[0], &WAYS[2], &WAYS[3]]
+        .into_iter()
+        .zip([-0.22, 0.0, 0.22])
+    {
         let rows = || {
             of(way)
                 .iter()
@@ -324,83 +340,4 @@ fn gains(reproduction: &Reproduction, experiment: &str, method: &str) -> Figure 
         Colour::Ink,
         Shape::Diamonds(paper.collect()),
     ))
-}
-
-fn basin_axes() -> Figure {
-    Figure::new(
-        Axis::logarithmic(
-            "start error, mm (and the angle that moves the elbow as far)",
-            0.09,
-            110.0,
-        ),
-        Axis::linear("robots returned to 1e-6 mm, %", 0.0, 102.0),
-    )
-}
-
-/// The share of returned robots, with its confidence.
-fn returned<'a>(
-    cases: &'a [CaseSummary],
-    poses: usize,
-    (method, solver): (&'a str, &'a str),
-    count_of: impl Fn(&CaseSummary) -> u64 + 'a,
-) -> (Points, Band) {
-    let of = cases.iter().filter(move |summary| {
-        let case = &summary.case;
-        case.poses == poses && case.method == method && case.solver == solver
-    });
-    of.map(|summary| {
-        let (share, low, high) = wilson(count_of(summary), summary.robots);
-        let start = summary.case.start_error_mm;
-        ((start, share), (start, low, high))
-    })
-    .unzip()
-}
-
-/// A share in percent and its 95 % confidence interval (Wilson 1927).
-#[allow(clippy::cast_precision_loss)] // counts of robots
-fn wilson(successes: u64, trials: u64) -> (f64, f64, f64) {
-    let (n, z) = (trials as f64, 1.96);
-    let share = successes as f64 / n;
-    let centre = share + z * z / (2.0 * n);
-    let half = z * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
-    let whole = 1.0 + z * z / n;
-    (
-        100.0 * share,
-        100.0 * ((centre - half) / whole).max(0.0),
-        100.0 * ((centre + half) / whole).min(1.0),
-    )
-}
-
-fn basin(cases: &[CaseSummary], poses: usize) -> Figure {
-    let lines = [
-        ("FKM", "fkm", Colour::Vermilion),
-        ("IKM from the nominal robot", "ikm", Colour::Blue),
-        (
-            "IKM without a guess (12 poses or more)",
-            "ikm-no-guess",
-            Colour::Green,
-        ),
-    ];
-    lines
-        .into_iter()
-        .filter(|(_, method, _)| poses >= 12 || *method != "ikm-no-guess")
-        .fold(basin_axes(), |figure, (name, method, colour)| {
-            let lines = returned(cases, poses, (method, "lm"), |summary| summary.returned);
-            with_band(figure, name, colour, lines)
-        })
-}
-
-fn one_start(cases: &[CaseSummary], poses: usize) -> Figure {
-    let lines = [
-        ("FKM, Levenberg–Marquardt", ("fkm", "lm"), Colour::Vermilion),
-        ("FKM, Gauss–Newton", ("fkm", "gn"), Colour::Orange),
-        ("IKM, Levenberg–Marquardt", ("ikm", "lm"), Colour::Blue),
-        ("IKM, Gauss–Newton", ("ikm", "gn"), Colour::SkyBlue),
-    ];
-    lines
-        .into_iter()
-        .fold(basin_axes(), |figure, (name, way, colour)| {
-            let lines = returned(cases, poses, way, |summary| summary.returned_from_nominal);
-            with_band(figure, name, colour, lines)
-        })
 }

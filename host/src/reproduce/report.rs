@@ -55,6 +55,7 @@ pub fn render(reproduction: &Reproduction, figures: &[NamedFigure]) -> Result<St
         section {
             h2 { "Which method is more accurate, and which is faster" }
             (tables::accuracy(reproduction.cases("comparison")))
+            (tables::times(&comparisons))
         }
         section {
             h2 { "How the paper was read" }

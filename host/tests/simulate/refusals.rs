@@ -82,9 +82,9 @@ fn keys_and_lists_that_are_wrong_are_refused_with_place_and_cause() {
         (but(", angle_deg = 1", ""), "4:", "missing key `angle_deg`"),
         (but("\"fkm\"", "\"fmk\""), "6:", "unknown variant `fmk`"),
         (
-            but(last, "planned = [true]"),
-            "8: planned:",
-            "not available yet",
+            but("[8, 20]", "[8, 7]\nplanned = [true]"),
+            "3: poses:",
+            "7 poses cannot be planned",
         ),
         (
             but(last, "robot = \"no.toml\""),

@@ -200,9 +200,15 @@ impl Folder {
     }
 
     pub fn run_with(&self, arguments: &str, stdin: &str) -> Run {
+        self.run_where(arguments, stdin, &[])
+    }
+
+    /// With these environment variables.
+    pub fn run_where(&self, arguments: &str, stdin: &str, variables: &[(&str, &str)]) -> Run {
         let mut child = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
             .args(arguments.split_whitespace())
             .current_dir(self.0.path())
+            .envs(variables.iter().copied())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

@@ -9,6 +9,7 @@ pub(super) fn all(reproduction: &Reproduction, comparisons: &[Comparison<'_>]) -
     [
         convergence(reproduction),
         prior(comparisons),
+        planned(reproduction, comparisons),
         other_reading(comparisons),
         small_start_errors(comparisons),
         accuracy(reproduction.cases("comparison")),
@@ -34,6 +35,7 @@ fn find<'a>(
             && case.solver == solver
             && case.poses == poses
             && case.start_error_mm.total_cmp(&start_error_mm).is_eq()
+            && !case.planned
     })
 }
 
@@ -92,6 +94,40 @@ fn prior(comparisons: &[Comparison<'_>]) -> Option<String> {
     ))
 }
 
+fn planned(reproduction: &Reproduction, comparisons: &[Comparison<'_>]) -> Option<String> {
+    let gain = |experiment: &str, poses: usize| {
+        let row = comparisons
+            .iter()
+            .find(|row| row.experiment.name == experiment && row.case().poses == poses)?;
+        Some((
+            percent(row.best().gain_percent?.median),
+            percent(row.planned?.gain_percent?.median),
+        ))
+    };
+    let exact = reproduction.cases("exact");
+    let returned = |method: &str| {
+        let summary = exact.iter().find(|summary| {
+            let case = &summary.case;
+            case.method == method
+                && case.solver == "lm"
+                && case.poses == 8
+                && case.planned
+                && case.start_error_mm > 1.0
+        })?;
+        Some(share(summary.returned_percent()))
+    };
+    let ((few, few_planned), (many, many_planned)) =
+        (gain("fkm-noise", 8)?, gain("fkm-noise", 60)?);
+    Some(format!(
+        "Which poses are measured matters as much: with planned ones the median gain of the FKM case is \
+         {few_planned} % with 8 poses, where random ones give {few} %, and {many_planned} % with 60, where they \
+         give {many} %. With 8 planned poses and exact measurements the FKM method returns {} % of the robots from \
+         1 cm, the IKM method {} %.",
+        returned("fkm")?,
+        returned("ikm")?,
+    ))
+}
+
 /// "1 mm and 0.01°" as noise.
 fn other_reading(comparisons: &[Comparison<'_>]) -> Option<String> {
     let rows: Vec<_> = comparisons
@@ -111,7 +147,8 @@ fn other_reading(comparisons: &[Comparison<'_>]) -> Option<String> {
         format!(
             "Read as noise, \"1 mm and 0.01°\" would make the paper's gain with {} poses higher than this \
              program's. It cannot be meant: with {} poses plain least squares are at {ratio:.2} times the \
-             Cramér–Rao bound, so no unbiased method is noticeably better.",
+             Cramér–Rao bound, so from random poses no unbiased method is noticeably \
+             better.",
             listed(&below),
             most.case().poses,
         )
@@ -230,7 +267,9 @@ fn solvers(cases: &[CaseSummary]) -> Option<String> {
     let plain = |solver: &'static str| {
         cases.iter().filter(move |summary| {
             let case = &summary.case;
-            case.method == "ikm" && case.solver == solver && !case.weights && !case.prior
+            case.method == "ikm"
+                && case.solver == solver
+                && !(case.weights || case.prior || case.planned)
         })
     };
     let differences = plain("lm")
@@ -256,7 +295,10 @@ fn more_poses(cases: &[CaseSummary]) -> Option<String> {
     let error = |poses: usize| {
         let summary = cases.iter().find(|summary| {
             let case = &summary.case;
-            case.poses == poses && case.weights && !case.prior && case.noise_joint_deg > 0.0
+            case.poses == poses
+                && case.weights
+                && !(case.prior || case.planned)
+                && case.noise_joint_deg > 0.0
         })?;
         Some(summary.parameter_error_mm?.median)
     };

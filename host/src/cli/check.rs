@@ -1,0 +1,99 @@
+//! `delta-cal check`.
+
+use super::args::MethodArgument;
+use super::failure::Failure;
+use super::paths::{is_stream, read, refuse_same, robot_path};
+use super::print;
+use clap::Args;
+use delta_cal_host::observability::Observability;
+use delta_cal_host::poses::{PlanRequest, Region, next_poses};
+use delta_cal_host::report::check::{json::JsonCheck, table};
+use delta_cal_host::{InputText, RobotFile, SamplesFile, output};
+use std::path::PathBuf;
+
+pub(crate) const HELP: &str = "\
+Only the joint angles count: SAMPLES.csv may hold measured positions in any frame, or the nominal ones
+of delta-cal plan. The samples are judged for the [noise] of ROBOT.toml, or for 0.02 mm and 0.002
+degrees without one; the [tolerance] is left out of account, except for the poses to add.
+
+Examples:
+  delta-cal check robot.toml samples.csv
+  delta-cal check robot.toml samples.csv --add 8 --within r=200,z=-600..-300
+  delta-cal check robot.toml samples.csv --json - | jq .determined
+
+Exit codes:
+  0  the samples determine every parameter
+  1  they do not: a calibration would be refused without a [tolerance], and decided by it with one
+  2  the command line is wrong
+  3  an input file is wrong, or the robot does not reach a sample's joint angles
+  4  a file could not be written";
+
+#[derive(Debug, Args)]
+pub(crate) struct CheckArguments {
+    /// The robot before calibration
+    #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
+    robot: PathBuf,
+    /// Joint angles and positions; - is standard input
+    #[arg(value_name = "SAMPLES.csv")]
+    samples: PathBuf,
+    /// How the robot will be calibrated
+    #[arg(long, value_enum, default_value_t = MethodArgument::Ikm)]
+    method: MethodArgument,
+    /// How many poses to propose in addition
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(0..=100))]
+    add: u16,
+    /// Propose only poses within this box or cylinder, as delta-cal plan does
+    #[arg(long, value_name = "BOX|CYLINDER")]
+    within: Option<Region>,
+    /// Write the check as JSON to this file; with - to standard output in place of the report
+    #[arg(long, value_name = "CHECK.json")]
+    json: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
+    let json_file = arguments.json.as_deref();
+    for other in [
+        ("the robot file", &arguments.robot),
+        ("the samples file", &arguments.samples),
+    ] {
+        let other = (other.0, Some(other.1.as_path()));
+        refuse_same("--json", json_file, other, "give the output another name")?;
+    }
+    let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
+    let samples = SamplesFile::read(&read(&arguments.samples)?, &robot.limits)?;
+    let method = arguments.method.method();
+    let observability = Observability::new(&robot, &samples, method)?;
+    let request = PlanRequest {
+        count: usize::from(arguments.add),
+        method,
+        region: arguments.within,
+        ..PlanRequest::new(&robot)
+    };
+    let next = next_poses(&request, &observability.poses)
+        .map_err(|error| super::plan::failure(&robot, error))?;
+    let json = JsonCheck::new(&robot, &samples, method, &observability, &next)
+        .to_text()
+        .map_err(|error| Failure::Output(format!("the JSON check: {error}")))?;
+    match json_file {
+        Some(path) if is_stream(path) => print(&json)?,
+        Some(path) => output::write_all(&[(path, &json)])?,
+        None => {}
+    }
+    if !json_file.is_some_and(is_stream) {
+        let report = table::render(&robot, &samples, method, &observability, &next);
+        print(&report)?;
+    }
+    if observability.determined() {
+        return Ok(());
+    }
+    let remedy = if robot.tolerance.is_some() {
+        "measure the poses that are best added; until then the [tolerance] decides what the samples \
+         leave open"
+    } else {
+        "measure the poses that are best added, or state a [tolerance]"
+    };
+    Err(Failure::NotDetermined {
+        cause: table::verdict(&observability),
+        remedy: remedy.to_owned(),
+    })
+}

@@ -1,0 +1,201 @@
+//! `delta-cal plan`.
+
+use super::args::MethodArgument;
+use super::failure::Failure;
+use super::paths::{is_stream, refuse_same, robot_path};
+use super::print;
+use clap::{Args, ValueEnum};
+use delta_cal_host::poses::{
+    Criterion, PlanError, PlanRequest, PosesNeeded, Region, plan, poses_needed,
+};
+use delta_cal_host::report::plan::{json::JsonPlan, table};
+use delta_cal_host::{InputError, InputText, RobotFile, kinematics, output};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+pub(crate) const HELP: &str = "\
+POSES.csv has the columns of a samples file, with the nominal robot's positions: drive to the joint
+angles of each row, measure, and put the measured position in place of x_mm,y_mm,z_mm.
+
+The poses are planned for the [noise] and [tolerance] of ROBOT.toml. Without a [noise], 0.02 mm and
+0.002 degrees are assumed; without a [tolerance], nothing is known of the parameters beforehand.
+
+--within is a box x=-100..100,y=-100..100,z=-500..-400 or a cylinder about the z axis
+r=200,z=-500..-400: mm in the robot's frame, z negative below the base.
+
+Examples:
+  delta-cal plan robot.toml --count 12 --output poses.csv
+  delta-cal plan robot.toml --accuracy 0.05mm --output poses.csv
+  delta-cal plan robot.toml --count 20 --within r=150,z=-500..-350
+  delta-cal plan robot.toml --count 12 --output - | delta-cal check robot.toml -
+
+Exit codes:
+  0  done
+  1  no poses within these limits determine the robot
+  2  the command line is wrong: fewer than 8 poses, a region outside the workspace
+  3  the robot file is wrong, or its limits exclude everything
+  4  a file could not be written
+With 1, 2 and 3 no output file is written or changed.";
+
+#[derive(Debug, Args)]
+pub(crate) struct PlanArguments {
+    /// The robot as it is known before the measurement
+    #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
+    robot: PathBuf,
+    /// How many poses to measure, 8 or more; without it as many as --accuracy takes
+    #[arg(long, value_name = "N", required_unless_present = "accuracy")]
+    count: Option<usize>,
+    /// Only poses within this box or cylinder
+    #[arg(long, value_name = "BOX|CYLINDER", allow_hyphen_values = true)]
+    within: Option<Region>,
+    /// Also say how many poses bring one sigma of the position down to this
+    #[arg(long, value_name = "LENGTH")]
+    accuracy: Option<Accuracy>,
+    /// What the poses are judged by
+    #[arg(long, value_enum, default_value_t = CriterionArgument::A)]
+    criterion: CriterionArgument,
+    /// How the robot will be calibrated
+    #[arg(long, value_enum, default_value_t = MethodArgument::Ikm)]
+    method: MethodArgument,
+    /// The same seed gives the same poses
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write the poses to this file; with - to standard output in place of the report
+    #[arg(long, value_name = "POSES.csv")]
+    output: Option<PathBuf>,
+    /// Write the plan as JSON to this file; with - to standard output in place of the report
+    #[arg(long, value_name = "PLAN.json")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum CriterionArgument {
+    /// The mean square of the parameter error, angles times the upper arm's length
+    A,
+    /// The volume of the parameters' confidence region
+    D,
+}
+
+/// A length on the command line, mm.
+#[derive(Debug, Clone, Copy)]
+struct Accuracy(f64);
+
+impl FromStr for Accuracy {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let units = [("mm", 1.0), ("um", 1e-3), ("µm", 1e-3), ("m", 1e3)];
+        let (number, factor) = units
+            .into_iter()
+            .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)))
+            .unwrap_or((text, 1.0));
+        match number.trim().parse::<f64>() {
+            Ok(value) if value > 0.0 && (value * factor).is_finite() => Ok(Self(value * factor)),
+            _ => Err("a length greater than 0 is needed, as 0.05mm or 50um".to_owned()),
+        }
+    }
+}
+
+pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
+    check_paths(arguments)?;
+    let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
+    let mut request = PlanRequest {
+        count: arguments
+            .count
+            .unwrap_or(delta_cal_host::poses::LEAST_POSES),
+        method: arguments.method.method(),
+        criterion: match arguments.criterion {
+            CriterionArgument::A => Criterion::A,
+            CriterionArgument::D => Criterion::D,
+        },
+        region: arguments.within,
+        seed: arguments.seed,
+        ..PlanRequest::new(&robot)
+    };
+    let failed = |error: PlanError| failure(&robot, error);
+    let needed = match arguments.accuracy {
+        Some(Accuracy(accuracy)) => Some(poses_needed(&request, accuracy).map_err(failed)?),
+        None => None,
+    };
+    if let (None, Some(needed)) = (arguments.count, &needed) {
+        request.count = needed.rms;
+    }
+    let planned = plan(&request).map_err(failed)?;
+    write(arguments, &request, &planned, needed.as_ref())
+}
+
+fn write(
+    arguments: &PlanArguments,
+    request: &PlanRequest<'_>,
+    planned: &delta_cal_host::poses::PosePlan,
+    needed: Option<&PosesNeeded>,
+) -> Result<(), Failure> {
+    let csv = kinematics::to_csv(&planned.poses);
+    let json = match &arguments.json {
+        None => String::new(),
+        Some(_) => JsonPlan::new(request, planned, needed)
+            .to_text()
+            .map_err(|error| Failure::Output(format!("the JSON plan: {error}")))?,
+    };
+    let mut files: Vec<(&Path, &str)> = Vec::new();
+    for (path, text) in [(&arguments.output, &csv), (&arguments.json, &json)] {
+        let file = path.as_deref().filter(|path| !is_stream(path));
+        files.extend(file.map(|path| (path, text.as_str())));
+    }
+    output::write_all(&files)?;
+    let streamed = |path: &Option<PathBuf>| path.as_deref().is_some_and(is_stream);
+    if streamed(&arguments.output) {
+        return print(&csv);
+    }
+    if streamed(&arguments.json) {
+        return print(&json);
+    }
+    let mut text = table::render(request, planned, needed);
+    if arguments.output.is_none() {
+        let _ = write!(text, "\n{csv}");
+    }
+    for (path, _) in &files {
+        let _ = writeln!(text, "Written: {}", path.display());
+    }
+    print(&text)
+}
+
+fn check_paths(arguments: &PlanArguments) -> Result<(), Failure> {
+    let robot = ("the robot file", Some(arguments.robot.as_path()));
+    let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
+    let remedy = "give the output another name";
+    refuse_same("--output", output, robot, remedy)?;
+    refuse_same("--json", json, robot, remedy)?;
+    refuse_same("--json", json, ("--output", output), remedy)?;
+    if [output, json]
+        .into_iter()
+        .all(|path| path.is_some_and(is_stream))
+    {
+        return Err(Failure::Usage {
+            cause: "--output and --json cannot both be standard output".to_owned(),
+            remedy: "give one of them the name of a file".to_owned(),
+        });
+    }
+    Ok(())
+}
+
+/// Each cause has its exit code.
+pub(super) fn failure(robot: &RobotFile, error: PlanError) -> Failure {
+    let remedy = error.remedy();
+    match error {
+        PlanError::NoPose => Failure::Input(
+            InputError::new(&robot.name, error.to_string())
+                .at_key("[joints]")
+                .with_remedy(remedy),
+        ),
+        PlanError::Singular | PlanError::NotDetermined { .. } => Failure::NotDetermined {
+            cause: error.to_string(),
+            remedy: remedy.to_owned(),
+        },
+        _ => Failure::Usage {
+            cause: error.to_string(),
+            remedy: remedy.to_owned(),
+        },
+    }
+}

@@ -1,0 +1,5 @@
+//! Whether poses determine the robot ([`Observability`](crate::observability::Observability)), for
+//! people and for programs.
+
+pub mod json;
+pub mod table;

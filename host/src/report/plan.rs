@@ -1,0 +1,4 @@
+//! A [`PosePlan`](crate::poses::PosePlan) for people and for programs.
+
+pub mod json;
+pub mod table;

@@ -1,0 +1,355 @@
+//! Planned poses against random ones, on the paper's robot.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use delta_cal::{
+    Calibrator, JointLimits, Noise, Parameter, Robot, Sample, Settings, Tolerance, random_pose,
+    simulate_sample,
+};
+use delta_cal_host::evaluation::CramerRaoBound;
+use delta_cal_host::poses::{Criterion, PlanRequest, length, plan};
+use delta_cal_host::{CalibrationMethod, RobotFile, fkm};
+use delta_cal_tests::{
+    Spread, generator, largest_difference, paper_limits, paper_robot, parameter_differences,
+    perturbed,
+};
+use nalgebra::{DMatrix, DVector, Vector3};
+
+const METHODS: [CalibrationMethod; 2] = [CalibrationMethod::Ikm, CalibrationMethod::Fkm];
+/// Position and joint noise, mm and degrees: the paper's, a tracker's, of the position alone, coarse.
+const NOISES: [(f64, f64); 4] = [(0.001, 0.01), (0.02, 0.002), (0.05, 0.0), (0.1, 0.02)];
+
+fn paper_file(noise: Noise<f64>, tolerance: Option<Tolerance<f64>>) -> RobotFile {
+    RobotFile {
+        name: "paper".to_owned(),
+        robot: paper_robot(),
+        limits: paper_limits(),
+        forearm_limit: None,
+        tolerance,
+        noise: Some(noise),
+        sensor_frame: None,
+    }
+}
+
+fn noise((position, joint_degrees): (f64, f64)) -> Noise<f64> {
+    Noise::new(position, joint_degrees.to_radians()).unwrap()
+}
+
+fn planned(request: &PlanRequest<'_>) -> Vec<[f64; 3]> {
+    let plan = plan(request).unwrap();
+    plan.poses.iter().map(|pose| pose.joints).collect()
+}
+
+/// ∂f/∂P and ∂f/∂X, ∂f/∂q of one arm by central differences of the constraint, |X − B|² − Lb².
+fn constraint(parameters: &[f64; 8], x: &Vector3<f64>, q: f64) -> f64 {
+    let arm = delta_cal::Arm::new(*parameters).unwrap();
+    (x - arm.elbow(q)).norm_squared() - arm.lb().powi(2)
+}
+
+/// √tr of the inverse information by brute force: finite differences, JᵀJ, a general inverse.
+fn brute_force_bound(
+    joints: &[[f64; 3]],
+    noise: &Noise<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> f64 {
+    let robot: Robot<f64> = paper_robot();
+    let step = 1e-4;
+    let mut trace = 0.0;
+    for (index, arm) in robot.arms().iter().enumerate() {
+        let parameters = arm.parameters().data.0[0];
+        let mut information = DMatrix::<f64>::zeros(8, 8);
+        for q in joints {
+            let x = robot.forward(q).unwrap();
+            let q = q[index];
+            let mut gradient = DVector::zeros(8);
+            for parameter in 0..8 {
+                let angle = parameter == 3 || parameter == 4;
+                let (unit, step) = if angle { (260.0, 1e-6) } else { (1.0, step) };
+                let (mut up, mut down) = (parameters, parameters);
+                up[parameter] += step;
+                down[parameter] -= step;
+                gradient[parameter] =
+                    (constraint(&up, &x, q) - constraint(&down, &x, q)) / (2.0 * step * unit);
+            }
+            let by_joint = (constraint(&parameters, &x, q + 1e-6)
+                - constraint(&parameters, &x, q - 1e-6))
+                / 2e-6;
+            let variance =
+                (2.0 * arm.lb() * noise.position()).powi(2) + (by_joint * noise.joint()).powi(2);
+            information += &gradient * gradient.transpose() / variance;
+        }
+        if let Some(tolerance) = tolerance {
+            for parameter in Parameter::ALL {
+                let index = parameter.index();
+                let unit = if index == 3 || index == 4 { 260.0 } else { 1.0 };
+                information[(index, index)] += (tolerance.of(parameter) * unit).powi(-2);
+            }
+        }
+        trace += information.try_inverse().unwrap().trace();
+    }
+    trace.sqrt()
+}
+
+fn bound(
+    method: CalibrationMethod,
+    joints: &[[f64; 3]],
+    noise: &Noise<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> f64 {
+    CramerRaoBound::new(method, &paper_robot(), joints, noise, tolerance)
+        .map_or(f64::INFINITY, |bound| bound.error())
+}
+
+/// The median over 201 sets of random poses.
+fn median_of_random(
+    method: CalibrationMethod,
+    count: usize,
+    noise: &Noise<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> f64 {
+    let mut rng = generator(71, count as u64);
+    let mut bounds: Vec<_> = (0..201)
+        .map(|_| {
+            let pose = |_| {
+                let pose = random_pose(&paper_robot(), &paper_limits(), &mut rng);
+                pose.unwrap().joints
+            };
+            let joints: Vec<_> = (0..count).map(pose).collect();
+            bound(method, &joints, noise, tolerance)
+        })
+        .collect();
+    bounds.sort_by(f64::total_cmp);
+    bounds[100]
+}
+
+/// Whatever the noise is made of, for both methods.
+#[test]
+fn twelve_planned_poses_are_as_good_as_sixty_random_and_twenty_three_times_better_than_twenty() {
+    for method in METHODS {
+        for level in NOISES {
+            let noise = noise(level);
+            let file = paper_file(noise, None);
+            let figures = [8, 12, 20, 60].map(|count| {
+                let joints = planned(&PlanRequest {
+                    count,
+                    method,
+                    ..PlanRequest::new(&file)
+                });
+                (
+                    median_of_random(method, count, &noise, None),
+                    bound(method, &joints, &noise, None),
+                )
+            });
+            println!(
+                "{:?}, {} mm, {}°: bound on the parameter error, mm, random/planned: {}",
+                method,
+                level.0,
+                level.1,
+                [8, 12, 20, 60]
+                    .iter()
+                    .zip(figures)
+                    .map(|(count, (random, planned))| format!(
+                        "{count} poses {random:.3}/{planned:.3}"
+                    ))
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            );
+            let [_, (_, planned_12), (random_20, planned_20), (random_60, _)] = figures;
+            assert!(planned_12 <= random_60, "{method:?}, {level:?}");
+            assert!(3.0 * planned_20 <= random_20, "{method:?}, {level:?}");
+        }
+    }
+}
+
+/// What is planned with a tolerance is judged with it. The tolerance is worth many random poses
+/// itself, so that it is the first of the two that holds.
+#[test]
+fn with_a_tolerance_twelve_planned_poses_are_as_good_as_sixty_random() {
+    let tolerance = Tolerance::new(0.5, 0.2f64.to_radians()).unwrap();
+    for level in &NOISES[..3] {
+        let noise = noise(*level);
+        let file = paper_file(noise, Some(tolerance));
+        let joints = planned(&PlanRequest {
+            count: 12,
+            ..PlanRequest::new(&file)
+        });
+        let method = CalibrationMethod::Ikm;
+        let random = median_of_random(method, 60, &noise, Some(&tolerance));
+        assert!(bound(method, &joints, &noise, Some(&tolerance)) <= random);
+    }
+}
+
+/// The figure that is minimised is the bound that finite differences and a general inverse give.
+#[test]
+fn the_expected_parameter_error_is_that_of_brute_force() {
+    let noise = noise((0.02, 0.002));
+    let tolerance = Tolerance::new(0.5, 0.2f64.to_radians()).unwrap();
+    for (count, tolerance) in [(8, None), (12, Some(tolerance)), (20, None)] {
+        let file = paper_file(noise, tolerance);
+        let plan = plan(&PlanRequest {
+            count,
+            ..PlanRequest::new(&file)
+        })
+        .unwrap();
+        let joints: Vec<_> = plan.poses.iter().map(|pose| pose.joints).collect();
+        let expected = brute_force_bound(&joints, &noise, tolerance.as_ref());
+        // The steps of the differences leave a relative error of some 1e-8.
+        let off = (plan.planned.bound / expected - 1.0).abs();
+        assert!(off < 1e-6, "{count} poses: {off:e}");
+    }
+}
+
+/// D-optimal poses have the smaller determinant, A-optimal ones the smaller trace.
+#[test]
+fn each_criterion_is_best_by_its_own_measure() {
+    let noise = noise((0.02, 0.002));
+    let file = paper_file(noise, None);
+    for method in METHODS {
+        let [a, d] = [Criterion::A, Criterion::D].map(|criterion| {
+            let joints = planned(&PlanRequest {
+                count: 15,
+                method,
+                criterion,
+                ..PlanRequest::new(&file)
+            });
+            let bound = CramerRaoBound::new(method, &paper_robot(), &joints, &noise, None).unwrap();
+            (bound.error(), bound.covariance.determinant())
+        });
+        assert!(a.0 < d.0, "{method:?}: {} {}", a.0, d.0);
+        assert!(d.1 < a.1, "{method:?}: {:e} {:e}", a.1, d.1);
+    }
+}
+
+#[test]
+fn eight_planned_poses_return_500_of_500_exact_robots_from_1_cm_by_both_methods() {
+    for (level, criterion, seed) in [
+        (NOISES[0], Criterion::A, 1),
+        (NOISES[1], Criterion::A, 2),
+        (NOISES[1], Criterion::D, 3),
+    ] {
+        let file = paper_file(noise(level), None);
+        let joints = planned(&PlanRequest {
+            count: 8,
+            criterion,
+            seed,
+            ..PlanRequest::new(&file)
+        });
+        let nominal = paper_robot();
+        for robot in 0..500 {
+            let mut rng = generator(72, robot);
+            let angle = 1f64.to_radians();
+            let truth: Robot<f64> = perturbed(&nominal, 10.0, angle, Spread::Uniform, &mut rng);
+            let samples: Vec<Sample<f64>> = joints
+                .iter()
+                .map(|q| simulate_sample(&truth, q, None, &mut rng).unwrap())
+                .collect();
+            let settings = Settings::default();
+            let mut calibrator = Calibrator::new(&nominal, &settings);
+            calibrator.add_many(&samples).unwrap();
+            let ikm = calibrator.solve().unwrap().robot;
+            let fkm = fkm::calibrate(&nominal, &samples, &settings).unwrap();
+            for (method, found) in [("ikm", ikm), ("fkm", fkm.robot.robot)] {
+                let error = largest_difference(&found, &truth);
+                assert!(error < 1e-6, "{method}, robot {robot}: {error:e} mm");
+            }
+        }
+    }
+}
+
+/// The σ that a plan states is the scatter of calibrations from its poses.
+#[test]
+fn the_stated_sigmas_are_the_scatter_of_simulated_calibrations() {
+    const ROBOTS: u32 = 600;
+    let noise = noise((0.02, 0.002));
+    let tolerance = Tolerance::new(0.1, 0.05f64.to_radians()).unwrap();
+    let file = paper_file(noise, Some(tolerance));
+    let plan = plan(&PlanRequest {
+        count: 12,
+        ..PlanRequest::new(&file)
+    })
+    .unwrap();
+    let nominal = paper_robot();
+    let settings = Settings {
+        noise: Some(noise),
+        tolerance: Some(tolerance),
+        ..Settings::default()
+    };
+    let mut squares = [0.0; 24];
+    let mut position = 0.0;
+    let mut places = 0.0;
+    for robot in 0..u64::from(ROBOTS) {
+        let mut rng = generator(73, robot);
+        // As the tolerance says: every parameter normally, one σ.
+        let truth = perturbed(
+            &nominal,
+            0.1,
+            0.05f64.to_radians(),
+            Spread::Normal,
+            &mut rng,
+        );
+        let mut calibrator = Calibrator::new(&nominal, &settings);
+        for pose in &plan.poses {
+            let sample = simulate_sample(&truth, &pose.joints, Some(&noise), &mut rng).unwrap();
+            calibrator.add(&sample).unwrap();
+        }
+        let found = calibrator.solve().unwrap().robot;
+        for (sum, difference) in squares
+            .iter_mut()
+            .zip(parameter_differences(&found, &truth))
+        {
+            *sum += difference * difference;
+        }
+        for _ in 0..20 {
+            let pose = random_pose(&truth, &paper_limits(), &mut rng).unwrap();
+            let error = found.forward(&pose.joints).unwrap() - pose.position;
+            position += error.norm_squared();
+            places += 1.0;
+        }
+    }
+    let mut ratios = Vec::new();
+    for (index, sum) in squares.iter().enumerate() {
+        let unit = if index % 8 == 3 || index % 8 == 4 {
+            260.0
+        } else {
+            1.0
+        };
+        let stated = unit * plan.planned.parameters[index / 8][index % 8];
+        ratios.push((sum / f64::from(ROBOTS)).sqrt() / stated);
+    }
+    // A standard deviation from 600 robots is known to 1/√1200 = 3 %; 24 of them within five times
+    // that.
+    for (index, ratio) in ratios.iter().enumerate() {
+        assert!((ratio - 1.0).abs() < 0.15, "parameter {index}: {ratio}");
+    }
+    let mean = ratios.iter().sum::<f64>() / 24.0;
+    assert!((mean - 1.0).abs() < 0.04, "{mean}");
+    // Random poses and the plan's grid weigh the workspace alike.
+    let ratio = f64::sqrt(position / places) / plan.planned.workspace.rms;
+    println!("parameters: scatter / stated σ, mean {mean:.3}; positions {ratio:.3}");
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+}
+
+/// Poses within the robot's limits, whatever they are, and a way no longer than it was found.
+#[test]
+fn poses_keep_to_the_limits_and_the_way_is_short() {
+    for (low, high) in [(-60.0, 90.0), (-20.0, 45.0), (-40.0, 10.0)] {
+        let limits = JointLimits::new(f64::to_radians(low), f64::to_radians(high)).unwrap();
+        let file = RobotFile {
+            limits,
+            ..paper_file(noise(NOISES[1]), None)
+        };
+        let plan = plan(&PlanRequest {
+            count: 30,
+            ..PlanRequest::new(&file)
+        })
+        .unwrap();
+        for pose in &plan.poses {
+            let within = |q: &f64| (low + 1.0..=high - 1.0).contains(&q.to_degrees());
+            assert!(pose.joints.iter().all(within));
+            let x = paper_robot().forward(&pose.joints).unwrap();
+            assert!(paper_robot().conditioning(&x, &pose.joints).is_clear());
+        }
+        assert!(plan.travel <= plan.travel_unordered);
+        assert!((length(&plan.poses) - plan.travel).abs() < 1e-12);
+    }
+}

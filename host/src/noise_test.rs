@@ -1,7 +1,7 @@
 //! What the residuals say of the measurement noise: χ² against a stated one, and an estimate.
 
 use crate::{CalibrationMethod, CalibrationReport};
-use delta_cal::{ArmIndex, Noise, Robot, Sample};
+use delta_cal::{ArmIndex, ArmOutcome, Noise, Robot, Sample};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A stated noise is contradicted below this probability: 3 σ of a normal distribution, two-sided.
@@ -98,7 +98,6 @@ impl NoiseTest {
         if !(freedom >= 1.0) {
             return None;
         }
-        let samples = u32::try_from(report.samples).map_or(f64::INFINITY, f64::from);
         let stated = report.before.noise;
         let shared = match report.options.method {
             CalibrationMethod::Fkm => 1.0,
@@ -116,10 +115,10 @@ impl NoiseTest {
                 stated: None,
             });
         };
-        // Σ(r/σ)²: the arms' sums with the IKM method, three times the one of all with the FKM.
+        // Σ(r/σ)²: the arms' sums; with the FKM method each is a third of the robot's.
         let squares: f64 = arms
             .iter()
-            .map(|arm| samples * arm.residual_rms.powi(2))
+            .map(|arm| worth(arm) * arm.residual_rms.powi(2))
             .sum();
         let ratio = (squares / freedom).sqrt();
         let worst = (report.options.method == CalibrationMethod::Ikm).then(|| {
@@ -128,7 +127,10 @@ impl NoiseTest {
                 .zip(arms)
                 .map(|(arm, outcome)| {
                     let freedom = outcome.degrees_of_freedom.max(1.0);
-                    (arm, outcome.residual_rms * (samples / freedom).sqrt())
+                    (
+                        arm,
+                        outcome.residual_rms * (worth(outcome) / freedom).sqrt(),
+                    )
                 })
                 .fold((ArmIndex::First, 0.0), |worst, next| {
                     if next.1 > worst.1 { next } else { worst }
@@ -269,6 +271,11 @@ fn significant(value: f64) -> String {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 8
     let digits = digits as usize;
     format!("{value:.digits$}")
+}
+
+/// How many residuals there are: with a robust fit's weights fewer than samples.
+fn worth(arm: &ArmOutcome<f64>) -> f64 {
+    arm.degrees_of_freedom + 8.0 - arm.prior_share.sum()
 }
 
 /// The closure errors of the three arms share the position's noise, so their squares tell less of it

@@ -2,7 +2,7 @@
 
 use crate::plausibility::doubtful;
 use crate::refusal::{is_outlier, lies_elsewhere, outlier};
-use crate::words::count;
+use crate::words::{count, list};
 use crate::{CalibrationReport, Frame, SampleErrors};
 use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
 
@@ -13,10 +13,13 @@ const FEW_SAMPLES: usize = 12;
 /// Below it a condition is good. Above, the parameters are known a hundred times worse than each
 /// alone would be.
 pub(crate) const GOOD_CONDITION: f64 = 100.0;
+/// Suspected lines that a warning names.
+const SUSPECTED_NAMED: usize = 8;
 
 /// Every doubt, the gravest first.
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
     let mut found = Vec::new();
+    suspected_samples(report, &mut found);
     position_error(report, &mut found);
     large_changes(report, &mut found);
     few_samples(report, &mut found);
@@ -59,7 +62,31 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
 /// Whether a sample stands out after the calibration.
 pub(crate) fn stands_out(report: &CalibrationReport, sample: &SampleErrors) -> bool {
     let outlying = |distance| is_outlier(&report.error_after, distance);
-    report.samples >= FEW_SAMPLES && sample.after.is_some_and(outlying)
+    let stands_out = report.samples >= FEW_SAMPLES && sample.after.is_some_and(outlying);
+    sample.weight.suspected || stands_out
+}
+
+fn suspected_samples(report: &CalibrationReport, found: &mut Vec<String>) {
+    let lines: Vec<_> = report.suspected().map(|s| s.line.to_string()).collect();
+    if let Some(named) = lines.get(..lines.len().min(SUSPECTED_NAMED))
+        && !named.is_empty()
+    {
+        let others = match lines.len() - named.len() {
+            0 => String::new(),
+            others => format!(" (and {others} more)"),
+        };
+        found.push(format!(
+            "{} did not count, for {} with the others: of {} {}{others}",
+            count(lines.len(), "sample"),
+            if lines.len() == 1 {
+                "it disagrees"
+            } else {
+                "they disagree"
+            },
+            if lines.len() == 1 { "line" } else { "lines" },
+            list(named)
+        ));
+    }
 }
 
 fn position_error(report: &CalibrationReport, found: &mut Vec<String>) {

@@ -32,6 +32,7 @@
 #![forbid(unsafe_code)]
 
 mod calibrate;
+mod calibration_report;
 pub mod campaign;
 pub mod device;
 mod diagnosis;
@@ -66,9 +67,8 @@ mod words;
 pub mod workspace;
 mod workspace_comparison;
 
-pub use calibrate::{
-    CalibrateError, CalibrationMethod, CalibrationReport, Frame, Options, calibrate,
-};
+pub use calibrate::{CalibrateError, CalibrationMethod, Frame, Options, calibrate};
+pub use calibration_report::CalibrationReport;
 pub use diagnosis::{Diagnosis, DiagnosisEvidence, Explanation};
 pub use input_error::InputError;
 pub use input_text::InputText;

@@ -1,7 +1,9 @@
 //! What the residuals say of the measurement noise: χ² against a stated one, and an estimate.
 
+use crate::position_uncertainty::PositionUncertainty;
 use crate::{CalibrationMethod, CalibrationReport};
-use delta_cal::{ArmIndex, ArmOutcome, Noise, Robot, Sample};
+use delta_cal::{ArmIndex, ArmOutcome, Noise, Parameter, Robot, Sample};
+use nalgebra::{SMatrix, SVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A stated noise is contradicted below this probability: 3 σ of a normal distribution, two-sided.
@@ -10,6 +12,8 @@ const IMPROBABLE: f64 = 0.0027;
 const EXCEEDED: f64 = 1.1;
 /// Noise stated larger than it is is cautious; below this part of it, it misleads.
 const SMALL: f64 = 0.5;
+/// Noise above this part of what the tolerance lets the robot be off leaves little to the samples.
+const LITTLE: f64 = 0.5;
 /// Probability on either side of the interval.
 const TAIL: f64 = 0.025;
 
@@ -24,6 +28,10 @@ pub struct NoiseTest {
     pub degrees_of_freedom: f64,
     /// Against the stated noise, if there is one.
     pub stated: Option<StatedNoise>,
+    /// By how much the stated tolerance lets the robot be off in each coordinate, mm: in half of the
+    /// measured poses √(tr(J Σ Jᵀ)/3) is less, with J = ∂X/∂P (3.18) and Σ the tolerance's
+    /// variances. `None` if no tolerance is stated.
+    pub tolerated: Option<f64>,
 }
 
 /// A number with its 95 % confidence limits.
@@ -107,12 +115,14 @@ impl NoiseTest {
             }
         };
         let independent = (shared * freedom).max(1.0);
+        let tolerated = tolerated(report);
         let Some(noise) = stated else {
             let sigma = report.outcome.estimated_noise()?;
             return Some(Self {
                 position: Estimate::of_sigma(sigma, independent)?,
                 degrees_of_freedom: independent,
                 stated: None,
+                tolerated,
             });
         };
         // Σ(r/σ)²: the arms' sums; with the FKM method each is a third of the robot's.
@@ -136,7 +146,8 @@ impl NoiseTest {
                     if next.1 > worst.1 { next } else { worst }
                 })
         });
-        Self::against(&noise, ratio, independent, worst)
+        let test = Self::against(&noise, ratio, independent, worst)?;
+        Some(Self { tolerated, ..test })
     }
 
     /// A ratio √(Σ(r/σ)²/ν) against a stated noise.
@@ -169,6 +180,26 @@ impl NoiseTest {
                 verdict,
                 worst,
             }),
+            tolerated: None,
+        })
+    }
+
+    /// Whether residuals that are taken for noise, as none is stated, are larger than the tolerance
+    /// lets the robot be off. They would keep any robot near where it was, whatever the samples are.
+    pub(crate) fn beyond_tolerance(&self) -> bool {
+        let [low, _] = self.position.interval;
+        self.stated.is_none() && self.tolerated.is_some_and(|tolerated| low > tolerated)
+    }
+
+    /// That the samples say little against the tolerance, if they do.
+    pub(crate) fn says_little(&self) -> Option<String> {
+        let tolerated = self.tolerated.filter(|_| self.stated.is_none())?;
+        (self.position.value > LITTLE * tolerated).then(|| {
+            format!(
+                "no [noise] is stated, so the residuals are taken for noise: {} in each coordinate,                  where the tolerance lets the robot be off by {} mm. So the samples count for                  little, and the result stays near the robot file: look for wrong samples, or state                  the [noise]",
+                self.estimate(),
+                significant(tolerated)
+            )
         })
     }
 
@@ -263,7 +294,7 @@ pub(crate) fn statement(noise: &Noise<f64>, ratio: f64) -> String {
 }
 
 /// Three significant digits, without an exponent where that is readable.
-fn significant(value: f64) -> String {
+pub(crate) fn significant(value: f64) -> String {
     if !(value.abs() >= 1e-6 && value.is_finite()) {
         return format!("{value:.1e}");
     }
@@ -271,6 +302,29 @@ fn significant(value: f64) -> String {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 8
     let digits = digits as usize;
     format!("{value:.digits$}")
+}
+
+/// See [`NoiseTest::tolerated`].
+fn tolerated(report: &CalibrationReport) -> Option<f64> {
+    let tolerance = report.before.tolerance.as_ref()?;
+    let variances = Parameter::ALL.map(|parameter| tolerance.of(parameter).powi(2));
+    let diagonal = SVector::<f64, 24>::from_fn(|index, _| variances[index % 8]);
+    let uncertainty = PositionUncertainty {
+        robot: &report.before.robot,
+        covariance: &SMatrix::from_diagonal(&diagonal),
+    };
+    let mut coordinates: Vec<_> = report
+        .sample_errors
+        .iter()
+        .filter_map(|sample| {
+            let joints = &sample.measured.joints;
+            let position = report.before.robot.forward(joints).ok()?;
+            let covariance = uncertainty.covariance(&position, joints)?;
+            Some((covariance.trace() / 3.0).sqrt())
+        })
+        .collect();
+    coordinates.sort_by(f64::total_cmp);
+    coordinates.get(coordinates.len() / 2).copied()
 }
 
 /// How many residuals there are: with a robust fit's weights fewer than samples.

@@ -1,12 +1,12 @@
 //! Why the measurements cannot calibrate this robot, in plain words, and what to do next.
 
+mod noise;
 mod robust;
 
 use crate::outliers::Fit;
 use crate::words::{count, in_file_units};
 use crate::{
-    CalibrationMethod, Diagnosis, Frame, NoiseTest, Options, PositionError, RobotFile, SamplesFile,
-    WorkspaceComparison,
+    Diagnosis, Frame, Options, PositionError, RobotFile, SamplesFile, WorkspaceComparison,
 };
 use delta_cal::{Method, Parameter, Refusal, Robot, Sample};
 use std::error::Error;
@@ -221,32 +221,6 @@ impl Circumstances<'_> {
             ref other => (other.to_string(), CHECK.to_owned()),
         };
         self.refused(&cause, remedy)
-    }
-
-    /// What noise the residuals would be, if they were all noise.
-    fn residuals_say(&self, ratio: f64) -> String {
-        let samples = u32::try_from(self.samples.rows.len()).map_or(f64::INFINITY, f64::from);
-        let per_sample = match self.options.method {
-            CalibrationMethod::Ikm => 1.0,
-            CalibrationMethod::Fkm => 3.0,
-        };
-        let parameters = if self.robot.tolerance.is_some() {
-            0.0
-        } else {
-            8.0
-        };
-        // As the refusal counted them.
-        let freedom = (per_sample * (samples - parameters)).max(1.0);
-        self.robot.noise.as_ref().map_or(String::new(), |noise| {
-            let test = NoiseTest::against(noise, ratio, freedom, None);
-            test.map_or(String::new(), |test| {
-                format!(
-                    ": {}. With the noise as stated every sigma would come out {ratio:.1} times too \
-                     small",
-                    test.found(noise)
-                )
-            })
-        })
     }
 
     fn too_few(&self, samples: u64, needed: u64) -> Refused {

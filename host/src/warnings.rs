@@ -191,6 +191,9 @@ fn residual_warnings(report: &CalibrationReport, found: &mut Vec<String>) {
     if let (Some(noise), Some(test)) = (&report.before.noise, &report.noise_test) {
         found.extend(test.doubt(noise, report.before.tolerance.is_some()));
     }
+    if let Some(test) = &report.noise_test {
+        found.extend(test.says_little());
+    }
 }
 
 fn arm_warnings(

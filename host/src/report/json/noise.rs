@@ -14,6 +14,9 @@ pub struct JsonNoise {
     pub position_limits_mm: [f64; 2],
     /// Residuals less parameters, fewer where they share the position's noise.
     pub degrees_of_freedom: f64,
+    /// By how much the stated tolerance lets the robot be off in each coordinate, in half of the
+    /// measured poses; `null` if no tolerance is stated.
+    pub tolerated_mm: Option<f64>,
     /// Against the stated noise; `null` if there is none.
     pub stated: Option<JsonStatedNoise>,
 }
@@ -41,6 +44,7 @@ impl JsonNoise {
             position_mm: test.position.value,
             position_limits_mm: test.position.interval,
             degrees_of_freedom: test.degrees_of_freedom,
+            tolerated_mm: test.tolerated,
             stated: stated
                 .zip(test.stated)
                 .map(|(noise, stated)| JsonStatedNoise {

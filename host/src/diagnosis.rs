@@ -65,30 +65,31 @@ impl fmt::Display for Diagnosis {
         };
         write!(
             formatter,
-            "it looks as if {}: then half of the measured points are within {} mm of where {whose} \
-             would be, ",
+            "it looks as if {}. Without that, half of the measured points are within {} mm of where \
+             {whose} would be",
             best.cause,
             figures(best.without),
         )?;
-        if self.as_they_are.is_finite() {
-            write!(formatter, "and not {} mm", figures(self.as_they_are))?;
-        } else {
-            write!(formatter, "which as they are cannot be compared with it")?;
-        }
         if let Some(calibrated) = best.calibrated {
+            let calibrated = figures(calibrated);
+            write!(formatter, ", after a calibration within {calibrated} mm")?;
+        }
+        if self.as_they_are.is_finite() {
             write!(
                 formatter,
-                " ({} mm after a calibration)",
-                figures(calibrated)
+                "; as they are, within {} mm. ",
+                figures(self.as_they_are)
             )?;
+        } else {
+            formatter.write_str("; as they are, they cannot be compared with it. ")?;
         }
         for other in others.iter().take(NAMED - 1) {
-            write!(formatter, "; or, as good, as if {}", other.cause)?;
+            write!(formatter, "As good an explanation: {}. ", other.cause)?;
         }
         if let Some(more) = others.len().checked_sub(NAMED - 1).filter(|more| *more > 0) {
-            write!(formatter, "; {more} more explain it as well")?;
+            write!(formatter, "As good are {more} more. ")?;
         }
-        formatter.write_str("; nothing was corrected")
+        formatter.write_str("Nothing was corrected")
     }
 }
 

@@ -62,14 +62,10 @@ impl InputError {
         self
     }
 
-    /// What would explain the file as a whole; its remedy comes before this fault's.
+    /// What would explain the file as a whole; its remedy is in place of this fault's.
     #[must_use]
     pub(crate) fn with_diagnosis(mut self, diagnosis: Diagnosis) -> Self {
-        let first = diagnosis.remedy();
-        self.remedy = Some(match self.remedy {
-            Some(remedy) => format!("{first}; else {remedy}"),
-            None => first,
-        });
+        self.remedy = Some(diagnosis.remedy());
         self.diagnosis = Some(Box::new(diagnosis));
         self
     }

@@ -67,7 +67,8 @@ impl Refused {
 
     pub(crate) fn with_diagnosis(self, diagnosis: Option<Diagnosis>) -> Self {
         let remedy = match &diagnosis {
-            Some(diagnosis) => format!("{}; else {}", diagnosis.remedy(), self.remedy),
+            // It says better what the general advice guesses at.
+            Some(diagnosis) => diagnosis.remedy(),
             None => self.remedy,
         };
         Self {

@@ -196,13 +196,13 @@ const FAULTS: &[Fault] = &[
         "q1 and q2 exchanged",
         None,
         |case, _| joints(case, |q| q.swap(0, 1)),
-        &["q1_deg and q2_deg are exchanged, or arm 1 and arm 2"],
+        &["q1_deg and q2_deg, or arm 1 and arm 2, are exchanged"],
     ),
     (
         "q2 and q3 exchanged",
         None,
         |case, _| joints(case, |q| q.swap(1, 2)),
-        &["q2_deg and q3_deg are exchanged, or arm 2 and arm 3"],
+        &["q2_deg and q3_deg, or arm 2 and arm 3, are exchanged"],
     ),
     (
         "q1, q2, q3 in turn",
@@ -256,13 +256,13 @@ const FAULTS: &[Fault] = &[
         "mirrored, x",
         Some(Frame::Base),
         |case, _| positions(case, |x| x.x = -x.x),
-        &["x has the wrong sign: the frame is mirrored (left-handed)"],
+        &["x has the wrong sign, so the frame is mirrored (left-handed)"],
     ),
     (
         "mirrored, z",
         Some(Frame::Base),
         |case, _| positions(case, |x| x.z = -x.z),
-        &["z has the wrong sign: the frame is mirrored (left-handed)"],
+        &["z has the wrong sign, so the frame is mirrored (left-handed)"],
     ),
     (
         "mirrored tracker",
@@ -280,19 +280,19 @@ const FAULTS: &[Fault] = &[
         "x and y exchanged",
         Some(Frame::Base),
         |case, _| positions(case, |x| (x.x, x.y) = (x.y, x.x)),
-        &["the robot's x, y, z are y, x, z of the positions: the frame is mirrored"],
+        &["the robot's x, y, z are y, x, z of the positions, so the frame is mirrored"],
     ),
     (
         "y and z exchanged",
         Some(Frame::Base),
         |case, _| positions(case, |x| (x.y, x.z) = (x.z, x.y)),
-        &["the robot's x, y, z are x, z, y of the positions: the frame is mirrored"],
+        &["the robot's x, y, z are x, z, y of the positions, so the frame is mirrored"],
     ),
     (
         "x, y, z in turn",
         Some(Frame::Base),
         |case, _| positions(case, |x| *x = Vector3::new(x.z, x.x, x.y)),
-        &["the robot's x, y, z are y, z, x of the positions: the frame is turned"],
+        &["the robot's x, y, z are y, z, x of the positions, so the frame is turned"],
     ),
     (
         "tracker's own frame",
@@ -349,7 +349,7 @@ const FAULTS: &[Fault] = &[
             positions(case, |x| *x /= 1000.0);
         },
         &[
-            "q2_deg and q3_deg are exchanged",
+            "q2_deg and q3_deg, or arm 2 and arm 3, are exchanged",
             "the positions are metres",
         ],
     ),

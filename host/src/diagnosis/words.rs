@@ -61,14 +61,20 @@ impl Words<'_> {
         match fault {
             Fault::Order(order) => {
                 let unit = self.angle_unit();
-                let mut names = [""; 3].map(str::to_owned);
+                let mut joints = [0; 3];
                 for (joint, column) in order.iter().enumerate() {
-                    names[*column] = format!("q{}{unit}", joint + 1);
+                    joints[*column] = joint;
                 }
+                let header = |joints: [usize; 3]| {
+                    joints
+                        .map(|joint| format!("q{}{unit}", joint + 1))
+                        .join(",")
+                };
                 format!(
-                    "name the columns {} of {samples} {}, or number the arms of {} as the columns",
-                    self.joints([true; 3]),
-                    list(&names),
+                    "change {} in the header of {samples} to {}, or number the arms of {} as the \
+                     columns are",
+                    header([0, 1, 2]),
+                    header(joints),
                     self.robot
                 )
             }
@@ -77,10 +83,10 @@ impl Words<'_> {
                 self.joints(*reversed)
             ),
             Fault::Angles([true, true, true], AngleUnit::Radians) => {
-                "then name their columns q1_rad,q2_rad,q3_rad".to_owned()
+                format!("name the columns of {samples} q1_rad,q2_rad,q3_rad")
             }
             Fault::Angles([true, true, true], AngleUnit::Degrees) => {
-                "then name their columns q1_deg,q2_deg,q3_deg".to_owned()
+                format!("name the columns of {samples} q1_deg,q2_deg,q3_deg")
             }
             Fault::Angles(..) => format!("correct the unit in the header of {samples}"),
             Fault::Axes { .. } if self.frame == Frame::Sensor => {
@@ -104,14 +110,14 @@ impl Words<'_> {
         if let [first, second] = moved[..] {
             let arms = format!("arm {} and arm {}", first + 1, second + 1);
             return format!(
-                "{} are exchanged, or {arms}",
+                "{}, or {arms}, are exchanged",
                 self.joints([0, 1, 2].map(|column| moved.contains(&column)))
             );
         }
         let columns = order.map(|column| format!("q{}{}", column + 1, self.angle_unit()));
         format!(
-            "the joint columns are exchanged in turn: joints 1, 2, 3 are in {}, which is also a frame \
-             turned by 120° about z",
+            "the joint columns are exchanged in turn (joints 1, 2, 3 are in {}), or the frame is turned \
+             by 120° about z",
             list(&columns)
         )
     }
@@ -119,8 +125,8 @@ impl Words<'_> {
     fn axes(&self, order: [usize; 3], signs: [f64; 3]) -> String {
         let mirrored = handedness(order, signs) < 0.0;
         if self.frame == Frame::Sensor {
-            return "the sensor's frame is mirrored (left-handed): a coordinate has the wrong sign, \
-                    or two are exchanged"
+            return "the sensor's frame is mirrored (left-handed), as if a coordinate had the wrong \
+                    sign or two were exchanged"
                 .to_owned();
         }
         let hand = if mirrored {
@@ -152,14 +158,14 @@ impl Words<'_> {
                     format!(", {upside_down}")
                 };
                 return format!(
-                    "{} have the wrong sign: the frame is turned by half a turn about {about}{how}",
+                    "{} have the wrong sign, so the frame is turned by half a turn about {about}{how}",
                     list(&wrong)
                 );
             }
-            return format!("{} {has} the wrong sign: {hand}", list(&wrong));
+            return format!("{} {has} the wrong sign, so {hand}", list(&wrong));
         }
         format!(
-            "the robot's x, y, z are {} of the positions: {hand}",
+            "the robot's x, y, z are {} of the positions, so {hand}",
             signed(order, signs)
         )
     }
@@ -185,8 +191,8 @@ impl Words<'_> {
 
     fn remedy_of_length(&self, unit: &LengthUnit) -> String {
         let positions = unit.positions.map(|name| match name {
-            "metres" => "name the columns x_m,y_m,z_m".to_owned(),
-            "millimetres" => "name the columns x_mm,y_mm,z_mm".to_owned(),
+            "metres" => format!("name the columns of {} x_m,y_m,z_m", self.samples.name),
+            "millimetres" => format!("name the columns of {} x_mm,y_mm,z_mm", self.samples.name),
             _ => format!(
                 "convert the positions of {} to millimetres",
                 self.samples.name

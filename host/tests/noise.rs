@@ -128,6 +128,7 @@ fn what_the_tolerance_allows_is_what_robots_within_it_do() {
     // Evenly within ±√3 tolerances, so that these are one σ.
     let (length, angle) = (0.5 * 3_f64.sqrt(), 0.2 * 3_f64.sqrt());
     let said = tested(1, TOLERANCE, CalibrationMethod::Ikm)
+        .unwrap()
         .tolerated
         .unwrap();
     let mut rng = Pcg32::seed_from_u64(7);

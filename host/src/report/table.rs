@@ -27,7 +27,7 @@ pub fn render(report: &CalibrationReport) -> String {
         if let Some(test) = &report.noise_test {
             let _ = writeln!(
                 text,
-                "The residuals say that the noise is {}; the sigmas are from it.",
+                "The residuals say that the noise is {};\nthe sigmas are from it.",
                 test.estimate()
             );
         }

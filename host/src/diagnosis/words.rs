@@ -88,7 +88,9 @@ impl Words<'_> {
             Fault::Angles([true, true, true], AngleUnit::Degrees) => {
                 format!("name the columns of {samples} q1_deg,q2_deg,q3_deg")
             }
-            Fault::Angles(..) => format!("correct the unit (_deg or _rad) in the header of {samples}"),
+            Fault::Angles(..) => {
+                format!("correct the unit (_deg or _rad) in the header of {samples}")
+            }
             Fault::Axes { .. } if self.frame == Frame::Sensor => {
                 format!("export {samples} in a right-handed frame")
             }

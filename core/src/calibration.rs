@@ -8,20 +8,24 @@ mod arm;
 mod condition;
 mod judgement;
 pub mod limits;
+mod loss;
 mod outcome;
 mod problem;
 mod refusal;
 mod robot;
+mod robust;
 mod solver;
 mod start;
 pub mod step_control;
 mod tolerance;
 
 pub use arm::{ArmSolver, Progress};
+pub use loss::{Loss, Worth};
 pub use outcome::{ArmOutcome, RobotOutcome, StartUsed, Termination};
 pub use problem::ArmProblem;
 pub use refusal::Refusal;
 pub use robot::{Calibrator, RobotCalibrator, RobotSolver, StoredCalibrator};
+pub use robust::{RobustOutcome, RobustRefusal, WeighedSample, robust_fit};
 pub use tolerance::{Tolerance, ToleranceError};
 
 use crate::{Noise, Real};

@@ -23,9 +23,10 @@ mod robot;
 mod samples;
 
 pub use calibration::{
-    ArmOutcome, ArmProblem, ArmSolver, Calibrator, Method, Progress, Refusal, RobotCalibrator,
-    RobotOutcome, RobotSolver, Settings, Start, StartUsed, StoredCalibrator, Termination,
-    Tolerance, ToleranceError,
+    ArmOutcome, ArmProblem, ArmSolver, Calibrator, Loss, Method, Progress, Refusal,
+    RobotCalibrator, RobotOutcome, RobotSolver, RobustOutcome, RobustRefusal, Settings, Start,
+    StartUsed, StoredCalibrator, Termination, Tolerance, ToleranceError, WeighedSample, Worth,
+    robust_fit,
 };
 pub use calibration::{limits, step_control};
 pub use kinematics::{Conditioning, KinematicsError, PlatformJacobian, Singularity};

@@ -13,6 +13,7 @@ mod waiting;
 pub(crate) use displacement::{Displacement, corrected_arm};
 pub use factor::{ArmFactor, MergeError};
 pub use noise::{Noise, NoiseError};
+pub(crate) use reference::ArmSample;
 pub use reference::Reference;
 pub use simulate::{
     JointLimits, JointLimitsError, PoseError, random_pose, simulate_sample, standard_normal,

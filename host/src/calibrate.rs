@@ -5,11 +5,11 @@ use crate::position_uncertainty::UncertaintyMap;
 use crate::refusal::{Circumstances, Refused, lies_elsewhere};
 use crate::warnings::warnings;
 use crate::{
-    InputError, Outcome, PositionError, RobotFile, Row, SampleErrors, SamplesFile,
-    WorkspaceComparison, fkm, plausibility, sensor_frame,
+    InputError, Outcome, PositionError, RobotFile, RobustFit, Row, SampleErrors, SampleWeight,
+    SamplesFile, WorkspaceComparison, calibrate_robust, fkm, plausibility, sensor_frame,
 };
 use delta_cal::{
-    Calibrator, Method, Noise, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
+    Calibrator, Loss, Method, Noise, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
 };
 use std::error::Error;
 use std::fmt;
@@ -51,6 +51,8 @@ pub struct Options {
     pub method: CalibrationMethod,
     /// Levenberg–Marquardt or Gauss–Newton.
     pub solver: Method,
+    /// How residuals count; `None` is the squared loss, the plain least squares.
+    pub loss: Option<Loss>,
     /// The frame of the measured positions.
     pub frame: Frame,
     /// The robot file is no guess: the fit starts without one, and any geometry is accepted.
@@ -76,7 +78,7 @@ pub struct CalibrationReport {
     pub distinct_poses: usize,
     /// The method's result.
     pub outcome: Outcome,
-    /// Over the samples, with the parameters before.
+    /// Over the samples that are not suspected, with the parameters before.
     pub error_before: PositionError,
     /// Over the same samples, with the calibrated parameters.
     pub error_after: PositionError,
@@ -91,6 +93,14 @@ pub struct CalibrationReport {
     pub uncertainty: Option<UncertaintyMap>,
     /// Anything doubtful, in plain words.
     pub warnings: Vec<String>,
+}
+
+impl CalibrationReport {
+    /// The samples that a robust fit does not count.
+    pub fn suspected(&self) -> impl Iterator<Item = &SampleErrors> {
+        let samples = self.sample_errors.iter();
+        samples.filter(|sample| sample.weight.suspected)
+    }
 }
 
 /// Why there is no calibration.
@@ -147,19 +157,39 @@ pub fn calibrate(
         options,
         error_before: PositionError::of(&distances(nominal, &measured), &samples.rows),
         find_frame: "--frame sensor",
+        robust_fit: "--loss tukey",
     };
 
     let mut calibrator = Calibrator::new(nominal, &settings);
     calibrator
         .add_many(&measured)
         .map_err(|(index, error)| CalibrateError::Input(samples.fault(index, error.to_string())))?;
-    let outcome = match options.method {
-        CalibrationMethod::Ikm => calibrator.solve().map(Outcome::from),
-        CalibrationMethod::Fkm => fkm::calibrate(nominal, &measured, &settings),
-    }
-    .map_err(|refusal| circumstances.explain(&refusal))?;
+    let fit = match (options.loss, options.method) {
+        (Some(loss), method) => calibrate_robust(nominal, &measured, &settings, method, loss)
+            .map_err(|refusal| circumstances.explain_robust(&refusal))?,
+        (None, CalibrationMethod::Ikm) => plain(
+            calibrator
+                .solve()
+                .map(Outcome::from)
+                .map_err(|refusal| circumstances.explain(&refusal))?,
+            &measured,
+        ),
+        (None, CalibrationMethod::Fkm) => plain(
+            fkm::calibrate(nominal, &measured, &settings)
+                .map_err(|refusal| circumstances.explain(&refusal))?,
+            &measured,
+        ),
+    };
+    Ok(judged(&circumstances, robot, fit, sensor_frame)?)
+}
 
-    Ok(judged(&circumstances, robot, outcome, sensor_frame)?)
+/// Every sample counts alike.
+fn plain(outcome: Outcome, measured: &[Sample<f64>]) -> RobustFit {
+    RobustFit {
+        outcome,
+        samples: vec![SampleWeight::FULL; measured.len()],
+        settled: true,
+    }
 }
 
 /// The report of what a controller found from the same samples: `before` is its current geometry,
@@ -182,9 +212,13 @@ pub(crate) fn calibrated_elsewhere(
         options,
         error_before: PositionError::of(&distances(&robot.robot, &measured), &samples.rows),
         find_frame: "delta-cal calibrate --frame sensor",
+        robust_fit: "delta-cal calibrate --loss tukey",
     };
     match result {
-        Ok(outcome) => judged(&circumstances, before, Outcome::from(*outcome), None),
+        Ok(outcome) => {
+            let fit = plain(Outcome::from(*outcome), &measured);
+            judged(&circumstances, before, fit, None)
+        }
         Err(refusal) => Err(circumstances.explain(refusal)),
     }
 }
@@ -193,9 +227,14 @@ pub(crate) fn calibrated_elsewhere(
 fn judged(
     circumstances: &Circumstances<'_>,
     before: &RobotFile,
-    outcome: Outcome,
+    fit: RobustFit,
     sensor_frame: Option<RigidTransform<f64>>,
 ) -> Result<CalibrationReport, Refused> {
+    let RobustFit {
+        outcome,
+        samples: weights,
+        settled,
+    } = fit;
     let &Circumstances {
         robot,
         samples,
@@ -206,7 +245,8 @@ fn judged(
     let calibrated = outcome.robot.robot;
     let distances_before = distances(&before.robot, measured);
     let distances_after = distances(&calibrated, measured);
-    let error_after = PositionError::of(&distances_after, &samples.rows);
+    let error_of = |distances| PositionError::of_counted(distances, &samples.rows, &weights);
+    let error_after = error_of(&distances_after);
     // A stated tolerance already keeps what is not known near where it was.
     let credible_by_itself = robot.tolerance.is_some() || options.no_guess;
     if !credible_by_itself && let Some(cause) = plausibility::implausible(&robot.robot, &calibrated)
@@ -235,14 +275,15 @@ fn judged(
         .iter()
         .zip(measured)
         .zip(distances_before.iter().zip(&distances_after))
-        .zip(&after_in_sigmas)
+        .zip(after_in_sigmas.iter().zip(&weights))
         .map(
-            |(((row, measured), (before, after)), in_sigmas)| SampleErrors {
+            |(((row, measured), (before, after)), (in_sigmas, weight))| SampleErrors {
                 line: row.line,
                 measured: *measured,
                 before: *before,
                 after: *after,
                 after_in_sigmas: *in_sigmas,
+                weight: *weight,
             },
         )
         .collect();
@@ -263,7 +304,7 @@ fn judged(
         samples: measured.len(),
         distinct_poses: distinct_poses(measured),
         outcome,
-        error_before: PositionError::of(&distances_before, &samples.rows),
+        error_before: error_of(&distances_before),
         error_after,
         noise,
         sample_errors,
@@ -272,6 +313,13 @@ fn judged(
         warnings: Vec::new(),
     };
     report.warnings = warnings(&report);
+    if !settled {
+        report.warnings.push(
+            "the weights of the robust fit did not settle entirely: at least one sample is at the \
+             edge between right and wrong"
+                .to_owned(),
+        );
+    }
     Ok(report)
 }
 

@@ -12,6 +12,7 @@ mod judgement;
 mod linearization;
 mod normal;
 mod problem;
+pub(crate) mod robust;
 mod search;
 mod solver;
 

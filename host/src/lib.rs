@@ -12,6 +12,7 @@
 //! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
 //! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary ─→ reproduce: the paper beside it
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
+//! RobotFile ─→ workspace::report::Analysis ─→ table, JSON, CSV, STL, HTML
 //! plot::Figure ─→ SVG, PNG; report::html
 //! texts ─→ output::write_all
 //! ```
@@ -54,11 +55,13 @@ mod refusal;
 pub mod report;
 pub mod reproduce;
 mod robot_file;
+mod robust;
 mod samples_file;
 mod sensor_frame;
 mod units;
 mod warnings;
 mod words;
+pub mod workspace;
 mod workspace_comparison;
 
 pub use calibrate::{
@@ -70,5 +73,6 @@ pub use outcome::Outcome;
 pub use position_error::{PositionError, SampleErrors};
 pub use refusal::Refused;
 pub use robot_file::RobotFile;
+pub use robust::{RobustFit, SampleWeight, calibrate_robust};
 pub use samples_file::{Row, SamplesFile, read_joints, read_positions};
 pub use workspace_comparison::WorkspaceComparison;

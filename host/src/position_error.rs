@@ -1,6 +1,6 @@
 //! How far the measured positions are from where a geometry says they are.
 
-use crate::Row;
+use crate::{Row, SampleWeight};
 use delta_cal::{Robot, Sample};
 
 /// How far the measured positions are from where a robot's geometry says they are, mm.
@@ -33,6 +33,8 @@ pub struct SampleErrors {
     /// The latter in σ of the [noise](crate::CalibrationReport::noise) at this pose, a joint's noise
     /// carried over to the position: 1 is expected. `None` also where no noise is known.
     pub after_in_sigmas: Option<f64>,
+    /// What it counted in the fit: 1 with the squared loss.
+    pub weight: SampleWeight,
 }
 
 /// |X − FK(q)| of every sample; `None` where the geometry cannot reach the joint angles.
@@ -64,6 +66,25 @@ pub(crate) fn median(sorted: &[(f64, u64)]) -> f64 {
 }
 
 impl PositionError {
+    /// Over the samples that are not suspected.
+    pub(crate) fn of_counted<T>(
+        distances: &[Option<f64>],
+        rows: &[Row<T>],
+        weights: &[SampleWeight],
+    ) -> Self {
+        let (distances, rows): (Vec<_>, Vec<_>) = distances
+            .iter()
+            .zip(rows)
+            .zip(weights)
+            .filter(|(_, weight)| !weight.suspected)
+            .map(|((distance, row), _)| {
+                let (line, value) = (row.line, ());
+                (*distance, Row { line, value })
+            })
+            .unzip();
+        Self::of(&distances, &rows)
+    }
+
     pub(crate) fn of<T>(distances: &[Option<f64>], rows: &[Row<T>]) -> Self {
         let known = sorted(distances, rows);
         let reached = known.iter().fold(0.0, |count, _| count + 1.0);

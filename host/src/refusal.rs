@@ -1,5 +1,7 @@
 //! Why the measurements cannot calibrate this robot, in plain words, and what to do next.
 
+mod robust;
+
 use crate::outliers::Fit;
 use crate::words::{count, in_file_units};
 use crate::{Frame, Options, PositionError, RobotFile, SamplesFile, WorkspaceComparison};
@@ -44,6 +46,8 @@ pub(crate) struct Circumstances<'a> {
     pub(crate) error_before: PositionError,
     /// What finds the sensor's frame.
     pub(crate) find_frame: &'static str,
+    /// What does without wrong samples.
+    pub(crate) robust_fit: &'static str,
 }
 
 impl Refused {
@@ -233,6 +237,7 @@ impl Circumstances<'_> {
             remedy: joined(&[
                 self.samples.unit_hint(),
                 self.worst_samples(),
+                self.without_wrong_samples(),
                 Some(format!(
                     "{CHECK}{frame}; if the robot file is only a rough guess, say --no-guess"
                 )),
@@ -316,9 +321,10 @@ impl Circumstances<'_> {
             [None, worst.or_else(far_before), Some(remedy)]
         };
         let [first, second, third] = hints;
+        let robust = self.without_wrong_samples();
         Refused {
             cause: format!("{}: {cause}", self.samples.name),
-            remedy: joined(&[self.samples.unit_hint(), first, second, third]),
+            remedy: joined(&[self.samples.unit_hint(), first, second, robust, third]),
         }
     }
 

@@ -6,6 +6,7 @@ pub mod json;
 mod next;
 pub(crate) mod page;
 pub mod plan;
+mod suspected;
 pub mod table;
 mod uncertain;
 

@@ -2,7 +2,7 @@
 
 use crate::plausibility::doubtful;
 use crate::refusal::{is_outlier, lies_elsewhere, outlier};
-use crate::words::count;
+use crate::words::{count, list};
 use crate::{CalibrationMethod, CalibrationReport, Frame, SampleErrors};
 use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
 
@@ -15,12 +15,15 @@ const FEW_SAMPLES: usize = 12;
 pub(crate) const GOOD_CONDITION: f64 = 100.0;
 /// Standard deviations of the residual's rms that make it doubtful.
 const DEVIATIONS: f64 = 3.0;
+/// Suspected lines that a warning names.
+const SUSPECTED_NAMED: usize = 8;
 /// Residuals below this part of the stated noise are doubtful too.
 const SMALL_RESIDUAL: f64 = 0.5;
 
 /// Every doubt, the gravest first.
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
     let mut found = Vec::new();
+    suspected_samples(report, &mut found);
     position_error(report, &mut found);
     large_changes(report, &mut found);
     few_samples(report, &mut found);
@@ -63,7 +66,31 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
 /// Whether a sample stands out after the calibration.
 pub(crate) fn stands_out(report: &CalibrationReport, sample: &SampleErrors) -> bool {
     let outlying = |distance| is_outlier(&report.error_after, distance);
-    report.samples >= FEW_SAMPLES && sample.after.is_some_and(outlying)
+    let stands_out = report.samples >= FEW_SAMPLES && sample.after.is_some_and(outlying);
+    sample.weight.suspected || stands_out
+}
+
+fn suspected_samples(report: &CalibrationReport, found: &mut Vec<String>) {
+    let lines: Vec<_> = report.suspected().map(|s| s.line.to_string()).collect();
+    if let Some(named) = lines.get(..lines.len().min(SUSPECTED_NAMED))
+        && !named.is_empty()
+    {
+        let others = match lines.len() - named.len() {
+            0 => String::new(),
+            others => format!(" (and {others} more)"),
+        };
+        found.push(format!(
+            "{} did not count, for {} with the others: of {} {}{others}",
+            count(lines.len(), "sample"),
+            if lines.len() == 1 {
+                "it disagrees"
+            } else {
+                "they disagree"
+            },
+            if lines.len() == 1 { "line" } else { "lines" },
+            list(named)
+        ));
+    }
 }
 
 fn position_error(report: &CalibrationReport, found: &mut Vec<String>) {
@@ -169,13 +196,16 @@ fn residual_warnings(report: &CalibrationReport, found: &mut Vec<String>) {
         return;
     }
     let arms = &report.outcome.robot.arms;
-    let samples = u32::try_from(report.samples).map_or(f64::INFINITY, f64::from);
+    // What the samples are worth: with a robust fit's weights fewer than there are.
+    let worth =
+        |outcome: &ArmOutcome<f64>| outcome.degrees_of_freedom + 8.0 - outcome.prior_share.sum();
     match report.options.method {
         CalibrationMethod::Ikm => {
             for (arm, outcome) in ArmIndex::ALL.into_iter().zip(arms) {
                 let freedom = outcome.degrees_of_freedom;
                 let rms = outcome.residual_rms;
-                found.extend(doubtful_residual(&arm.to_string(), rms, samples, freedom));
+                let worth = worth(outcome);
+                found.extend(doubtful_residual(&arm.to_string(), rms, worth, freedom));
             }
         }
         CalibrationMethod::Fkm => {
@@ -184,7 +214,7 @@ fn residual_warnings(report: &CalibrationReport, found: &mut Vec<String>) {
             found.extend(doubtful_residual(
                 "the robot",
                 *residual_rms,
-                3.0 * samples,
+                arms.iter().map(worth).sum(),
                 freedom,
             ));
         }

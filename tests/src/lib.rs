@@ -6,6 +6,7 @@
 pub mod firmware;
 pub mod goldens;
 pub mod noisy_campaign;
+pub mod outliers;
 pub mod peer;
 
 use delta_cal::{

@@ -360,6 +360,11 @@ impl<T: Real> ArmSolver<T> {
         self.starting_cost = self.iteration.cost;
     }
 
+    /// The correction of the best end point, whatever is to be said of it.
+    pub(super) fn end(&self) -> Option<[T; 8]> {
+        self.best.as_ref().map(|best| best.iteration.correction)
+    }
+
     /// The calibrated arm, or why there is none.
     ///
     /// # Errors

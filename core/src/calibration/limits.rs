@@ -1,5 +1,8 @@
 //! Where a calibration is refused: the limits that every method shares.
 
+pub use super::loss::SUSPECTED;
+pub use super::robust::{LARGEST_SUSPECTED, SAMPLES_FOR_ROBUST_FIT};
+
 use crate::Real;
 
 /// Parameters further from nominal than this many tolerances are refused.

@@ -80,6 +80,12 @@ impl<'a, T: Real> References<'a, T> {
     }
 }
 
+/// What a robot's samples are expressed against.
+pub(super) fn references<T: Real>(robot: &Robot<T>, settings: &Settings<T>) -> [Reference<T>; 3] {
+    let references = References::new(robot, settings);
+    ArmIndex::ALL.map(|arm| references.of(arm))
+}
+
 impl<T: Real> Calibrator<T> {
     /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and
     /// the start of the iteration.
@@ -193,6 +199,15 @@ impl<T: Real, const N: usize> StoredCalibrator<T, N> {
 }
 
 impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
+    /// Of three arms' samples that are there already.
+    pub(super) fn of_arms(settings: &Settings<T>, arms: [P; 3]) -> Self {
+        Self {
+            settings: *settings,
+            arms,
+            waiting: Waiting::none(),
+        }
+    }
+
     /// The robot before calibration.
     pub fn robot(&self) -> Robot<T> {
         let [first, second, third] = &self.arms;

@@ -4,6 +4,7 @@ use super::paths::robot_path;
 use super::plan::{self, PlanArguments};
 use super::reproduce::{self, ReproduceArguments};
 use super::simulate::{self, SimulateArguments};
+use super::workspace::WorkspaceArguments;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use delta_cal_host::{CalibrationMethod, Frame, Options};
 use std::path::PathBuf;
@@ -38,6 +39,7 @@ Examples:
   delta-cal check robot.toml samples.csv
   delta-cal simulate
   delta-cal reproduce
+  delta-cal workspace robot.toml --output workspace
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
 
 const CALIBRATE_HELP: &str = "\
@@ -69,11 +71,17 @@ threefold symmetry.
 Without a [tolerance], a result further from ROBOT.toml than 10 % of the forearm or 10 degrees is
 refused, unless --no-guess says that ROBOT.toml is no guess.
 
+With --loss huber or tukey up to 40 % of the rows may be wrong: a reflector that slipped, a joint
+that was still moving, a digit. The fit starts from the rows that agree best (16 are needed), takes
+the scale of the residuals from their median, and does not count what is 4.7 scales off; the report
+names those rows with their residual in sigma. A file that is wrong as a whole is refused as ever.
+
 Examples:
   delta-cal calibrate
       the built-in, simulated example
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
+  delta-cal calibrate robot.toml samples.csv --loss tukey
   delta-cal calibrate robot.toml samples.csv --report report.html
   delta-cal calibrate robot.toml samples.csv --json - | jq .position_error_mm";
 
@@ -127,6 +135,8 @@ pub(crate) enum Command {
     /// Run every simulation of the paper, and set its numbers beside this program's
     #[command(after_help = reproduce::HELP)]
     Reproduce(ReproduceArguments),
+    /// Compute where the robot gets: boundary, volume, cylinders, singularities, influence of errors
+    Workspace(WorkspaceArguments),
     /// Calibrate a controller that calibrates itself, over its serial link
     Device(DeviceArguments),
 }
@@ -145,6 +155,9 @@ pub(crate) struct CalibrateArguments {
     /// How the equations are solved
     #[arg(long, value_enum, default_value_t = SolverArgument::Lm)]
     pub(crate) solver: SolverArgument,
+    /// How a sample that disagrees with the others counts
+    #[arg(long, value_enum, default_value_t = LossArgument::Squared)]
+    pub(crate) loss: LossArgument,
     /// The frame of the measured positions
     #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
     pub(crate) frame: FrameArgument,
@@ -195,6 +208,16 @@ pub(crate) enum SolverArgument {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum LossArgument {
+    /// As all others: least squares, spoilt by a single wrong row
+    Squared,
+    /// Less, the more it disagrees, and not at all if it is wrong; wrong rows are named
+    Huber,
+    /// As huber, falling off smoothly
+    Tukey,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum FrameArgument {
     /// The robot's own
     Base,
@@ -222,6 +245,11 @@ impl CalibrateArguments {
             frame: match self.frame {
                 FrameArgument::Base => Frame::Base,
                 FrameArgument::Sensor => Frame::Sensor,
+            },
+            loss: match self.loss {
+                LossArgument::Squared => None,
+                LossArgument::Huber => Some(delta_cal::Loss::Huber),
+                LossArgument::Tukey => Some(delta_cal::Loss::Tukey),
             },
             no_guess: self.no_guess,
         }

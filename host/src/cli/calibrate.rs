@@ -2,7 +2,7 @@ use super::args::CalibrateArguments;
 use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, report_path};
 use super::print;
-use delta_cal::Method;
+use delta_cal::{Loss, Method};
 use delta_cal_host::report::json::JsonReport;
 use delta_cal_host::report::{html, table};
 use delta_cal_host::{
@@ -132,10 +132,15 @@ fn options(report: &CalibrationReport) -> String {
         Frame::Base => "base",
         Frame::Sensor => "sensor",
     };
+    let loss = match options.loss {
+        None => "",
+        Some(Loss::Huber) => " --loss huber",
+        Some(Loss::Tukey) => " --loss tukey",
+    };
     let no_guess = if options.no_guess { " --no-guess" } else { "" };
     let stated = |known: bool| if known { "stated" } else { "not stated" };
     format!(
-        "--method {method} --solver {solver} --frame {frame}{no_guess}; tolerance {}, noise {}.",
+        "--method {method} --solver {solver} --frame {frame}{loss}{no_guess}; tolerance {}, noise {}.",
         stated(report.before.tolerance.is_some()),
         stated(report.before.noise.is_some()),
     )

@@ -3,7 +3,7 @@
 
 use super::Outcome;
 use super::normal::{ALL, ARM, Matrix24, Normal, Vector24};
-use super::problem::{ImpossibleRobot, Problem};
+use super::problem::{ImpossibleRobot, Problem, as_number};
 use super::solver::Point;
 use delta_cal::limits::{
     CONDITION_OF_A_VALLEY, LARGEST_SIGMA, LARGEST_TOLERANCES, LEAST_FREEDOM, NOISE_MARGIN,
@@ -129,7 +129,7 @@ impl Judgement<'_> {
         }
         self.check_tolerances()?;
 
-        let residuals = 3.0 * as_number(self.problem.samples.len());
+        let residuals = 3.0 * self.problem.effective_samples;
         let sum = self.point.sum_of_squares;
         let freedom = (residuals - conditioning.determined(&self.prior)).max(0.0);
         let variance = if stated {
@@ -148,7 +148,7 @@ impl Judgement<'_> {
             .map_err(refusal)?;
         let arm = |index: ArmIndex| {
             let first = ARM * index.index();
-            let samples = as_number(self.problem.samples.len());
+            let samples = self.problem.effective_samples;
             ArmOutcome {
                 arm: *robot.arm(index),
                 covariance: covariance.map(|all: Matrix24| -> SMatrix<f64, 8, 8> {
@@ -198,11 +198,11 @@ impl Judgement<'_> {
     /// χ² test of the whole cost: with a prior it has as many degrees of freedom as there are
     /// residuals, without one 24 fewer.
     fn check_residual(&self) -> Result<(), Refusal> {
-        let residuals = 3 * self.problem.samples.len();
+        let residuals = 3.0 * self.problem.effective_samples;
         let freedom = if self.settings.tolerance.is_some() {
-            as_number(residuals)
+            residuals
         } else {
-            as_number(residuals.saturating_sub(ALL))
+            residuals - as_number(ALL)
         }
         .max(1.0);
         let Point {
@@ -292,11 +292,6 @@ fn refusal(error: ImpossibleRobot) -> Refusal {
         ImpossibleRobot::Arm(arm, error) => Refusal::ImpossibleGeometry { arm, error },
         ImpossibleRobot::Robot(error) => Refusal::ImpossibleRobot(error),
     }
-}
-
-#[allow(clippy::cast_precision_loss)] // a count
-fn as_number(count: usize) -> f64 {
-    count as f64
 }
 
 /// A figure for a message.

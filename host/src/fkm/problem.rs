@@ -26,6 +26,8 @@ pub(super) struct Problem<'a> {
     /// The squared size of the terms that a residual is summed up from: its rounding is ε times
     /// that.
     pub(super) terms_squared: f64,
+    /// What the samples are worth: as many as there are, or what a robust fit's weights leave.
+    pub(super) effective_samples: f64,
 }
 
 impl<'a> Problem<'a> {
@@ -68,7 +70,17 @@ impl<'a> Problem<'a> {
             units,
             tolerance_weights,
             terms_squared,
+            effective_samples: as_number(samples.len()),
         }
+    }
+
+    /// Lets every sample count with its factor in the sum of squares.
+    pub(super) fn weighted(mut self, factors: &[f64], effective_samples: f64) -> Self {
+        for (whitening, factor) in self.whitening.iter_mut().zip(factors) {
+            *whitening *= factor.sqrt();
+        }
+        self.effective_samples = effective_samples;
+        self
     }
 
     /// The reference moved by a correction.
@@ -211,6 +223,16 @@ fn residual(
     Some(whitening * (sample.position - position))
 }
 
+/// |L⁻¹ (X − FK)|, in mm without a noise; `None` if the robot does not reach the sample.
+pub(super) fn residual_length(
+    robot: &Robot<f64>,
+    sample: &Sample<f64>,
+    noise: Option<&Noise<f64>>,
+) -> Option<f64> {
+    let whitening = noise.map_or_else(Matrix3::identity, |noise| whitening(robot, sample, noise));
+    Some(residual(robot, sample, &whitening)?.norm())
+}
+
 /// √(|L⁻¹ (X − FK)|²/3); `None` if the robot does not reach the sample, or nothing holds it there.
 pub(super) fn residual_in_sigmas(
     robot: &Robot<f64>,
@@ -254,4 +276,9 @@ pub(super) fn whitening(
         .cholesky()
         .and_then(|factor| factor.l().try_inverse())
         .unwrap_or_else(Matrix3::zeros)
+}
+
+#[allow(clippy::cast_precision_loss)] // a count
+pub(super) fn as_number(count: usize) -> f64 {
+    count as f64
 }

@@ -111,6 +111,11 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The correction of the best end point, whatever is to be said of it.
+    pub(super) fn end(&self) -> Option<Vector24> {
+        self.best.as_ref().map(|best| best.point.correction)
+    }
+
     /// Whether an end point is to be preferred: a clearly smaller cost, or, where the samples cannot
     /// tell the two apart, the solution nearer to the reference.
     fn improves(&self, end: &End, best: &End) -> bool {
@@ -153,7 +158,7 @@ impl<'a> Search<'a> {
                 continue;
             };
             let determined = Conditioning::of(&best.point.normal).determined(&self.prior());
-            let spare = 3.0 * count(self.problem.samples.len()) - determined;
+            let spare = 3.0 * self.problem.effective_samples - determined;
             if !(spare > 1e-3) {
                 return;
             }
@@ -190,9 +195,4 @@ impl<'a> Search<'a> {
             }),
         }
     }
-}
-
-#[allow(clippy::cast_precision_loss)]
-fn count(number: usize) -> f64 {
-    number as f64
 }

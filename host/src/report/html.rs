@@ -7,6 +7,7 @@ mod uncertainty;
 
 use super::next::advice;
 use super::page::{self, figure};
+use super::suspected::{self, loss_name};
 use super::table::small;
 use super::{solver_name, start_name, termination_name};
 use crate::plot::PlotError;
@@ -28,6 +29,7 @@ pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String
         h1 { (title) }
         (how(report, origin))
         (verdict(report))
+        (suspected::markup(report))
         section {
             h2 { "Parameters" }
             @if let Some((changes, caption)) = figures::parameters(report) {
@@ -81,6 +83,7 @@ fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
             (match options.method { CalibrationMethod::Ikm => "IKM method", CalibrationMethod::Fkm => "FKM method" })
             ", " (solver_name(options.solver))
             @if options.no_guess { ", without a guess" }
+            @if options.loss.is_some() { ", loss " (loss_name(options.loss)) }
             ". "
             @match &report.before.tolerance {
                 Some(tolerance) => {

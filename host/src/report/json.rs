@@ -1,5 +1,6 @@
 //! The report for programs.
 
+use super::suspected::{self, loss_name};
 use super::{comparisons, solver_name, start_name, termination_name};
 use crate::position_uncertainty::{Plane, UncertaintyMap};
 use crate::{CalibrationReport, Frame, PositionError};
@@ -27,8 +28,13 @@ pub struct JsonReport {
     pub frame: &'static str,
     /// Whether the robot file was no guess.
     pub no_guess: bool,
+    /// `squared`, `huber` or `tukey`.
+    pub loss: &'static str,
     /// Number of samples.
     pub sample_count: usize,
+    /// The samples that a robust fit did not count, the farthest off first; they are no part of
+    /// `position_error_mm`.
+    pub suspected_samples: Vec<JsonSuspected>,
     /// The three arms.
     pub arms: Vec<JsonArm>,
     /// Distance between measured and computed positions over the samples.
@@ -114,6 +120,17 @@ pub struct JsonPositionError {
     pub unreachable: usize,
 }
 
+/// A sample that disagrees with all others.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct JsonSuspected {
+    /// Its line in the samples file.
+    pub line: u64,
+    /// As `error_after_sigma` of the sample.
+    pub residual_sigma: Option<f64>,
+    /// As `error_after_mm` of the sample.
+    pub residual_mm: Option<f64>,
+}
+
 /// Distance between the measured and the computed position of one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct JsonSample {
@@ -126,6 +143,8 @@ pub struct JsonSample {
     /// The latter in σ of the stated noise, or else of the estimated, at this pose: the rms over three
     /// coordinates, 1 is expected; `null` if no noise is known.
     pub error_after_sigma: Option<f64>,
+    /// What the sample counted in the fit: 1 with the squared loss, 0 if it is suspected.
+    pub weight: f64,
 }
 
 /// The calibration over the workspace.
@@ -217,7 +236,16 @@ impl JsonReport {
                 Frame::Sensor => "sensor",
             },
             no_guess: report.options.no_guess,
+            loss: loss_name(report.options.loss),
             sample_count: report.samples,
+            suspected_samples: suspected::rows(report)
+                .into_iter()
+                .map(|sample| JsonSuspected {
+                    line: sample.line,
+                    residual_sigma: sample.after_in_sigmas,
+                    residual_mm: sample.after,
+                })
+                .collect(),
             arms,
             position_error_mm: JsonBeforeAfter {
                 before: position_error(&report.error_before),
@@ -231,6 +259,7 @@ impl JsonReport {
                     error_before_mm: sample.before,
                     error_after_mm: sample.after,
                     error_after_sigma: sample.after_in_sigmas,
+                    weight: sample.weight.weight,
                 })
                 .collect(),
             workspace: report.workspace.map(|comparison| JsonWorkspace {

@@ -68,8 +68,12 @@ fn outlying(report: &CalibrationReport) -> Option<String> {
         0 => String::new(),
         others => format!(" (and {others} more)"),
     };
+    let do_without = match report.suspected().count() {
+        0 => ", or do without: far off all others",
+        _ => ": far off all others, and of no use to this calibration",
+    };
     Some(format!(
-        "First measure {them} of {line} {named}{others} again, or do without: far off all others."
+        "First measure {them} of {line} {named}{others} again{do_without}."
     ))
 }
 

@@ -18,6 +18,7 @@ pub fn render(report: &CalibrationReport) -> String {
     let mut text = String::new();
     summary(&mut text, report);
     parameters(&mut text, report);
+    suspected(&mut text, report);
     positions(&mut text, report);
     solution(&mut text, report);
     frame(&mut text, report);
@@ -116,12 +117,24 @@ pub(super) fn small(value: f64) -> String {
     }
 }
 
+fn suspected(text: &mut String, report: &CalibrationReport) {
+    if let Some((title, lines)) = super::suspected::text(report) {
+        heading(text, &title);
+        text.push_str(&lines);
+    }
+}
+
 fn positions(text: &mut String, report: &CalibrationReport) {
     heading(
         text,
         &format!(
             "{:<36}{:>12}{:>12}",
-            "Position error over the samples, mm", "rms", "max"
+            match report.suspected().count() {
+                0 => "Position error over the samples, mm",
+                _ => "Position error over the others, mm",
+            },
+            "rms",
+            "max"
         ),
     );
     let mut line = |label: &str, error: &PositionError| {

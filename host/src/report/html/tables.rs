@@ -85,7 +85,7 @@ pub(super) fn samples(report: &CalibrationReport) -> Markup {
                                     (format!("{sigmas:.2}"))
                                 } }
                             }
-                            td { @if outlying { "stands out" } }
+                            td { @if sample.weight.suspected { "suspected" } @else if outlying { "stands out" } }
                         }
                     }
                 }

@@ -51,7 +51,7 @@ pub(crate) struct CheckArguments {
     #[arg(long, value_enum, default_value_t = MethodArgument::Ikm)]
     method: MethodArgument,
     /// How many poses to propose in addition
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(0..=100))]
+    #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(0..=100))]
     add: u16,
     /// Propose only poses within this box or cylinder, as delta-cal plan does
     #[arg(long, value_name = "BOX|CYLINDER")]

@@ -158,7 +158,7 @@ impl<'a> Source<'a> {
             iteration_limit: if kind & 0x20 == 0 {
                 50
             } else {
-                u16::from(self.byte())
+                u16::from(self.byte() & 0x3f)
             },
         }
     }

@@ -108,8 +108,7 @@ fn another_version_or_impossible_parameters_are_not_taken() {
     assert_eq!(parameters.arms[0][7].to_bits(), 481.5_f32.to_bits());
 }
 
-/// What the fuzz target `store` asserts: a record of the highest generation won over the one stored after
-/// it, whose generation is 0.
+/// The fuzz target `store` asserts it too. The generation behind the highest is 0.
 #[test]
 fn what_is_stored_after_the_highest_generation_is_the_newest() {
     let record = record();

@@ -26,7 +26,7 @@ fn report(arm: ArmIndex) -> ArmReport<f32> {
     }
 }
 
-/// What the fuzz target `driver` asserts: once only the parameters were looked at, and a report could say NaN.
+/// The fuzz target `driver` asserts it too.
 #[test]
 fn figures_that_no_result_has_are_no_result() {
     let honest = ArmIndex::ALL.map(report);

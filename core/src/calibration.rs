@@ -6,6 +6,7 @@
 
 mod arm;
 mod condition;
+mod gate;
 mod judgement;
 pub mod limits;
 mod loss;
@@ -20,6 +21,7 @@ pub mod step_control;
 mod tolerance;
 
 pub use arm::{ArmSolver, Progress};
+pub use gate::{Alarm, Gate, GateCounts, GateError, Innovation, Untested, Verdict};
 pub use loss::{Loss, Worth};
 pub use outcome::{ArmOutcome, RobotOutcome, StartUsed, Termination};
 pub use problem::ArmProblem;

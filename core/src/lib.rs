@@ -23,10 +23,10 @@ mod robot;
 mod samples;
 
 pub use calibration::{
-    ArmOutcome, ArmProblem, ArmSolver, Calibrator, Loss, Method, Progress, Refusal,
-    RobotCalibrator, RobotOutcome, RobotSolver, RobustOutcome, RobustRefusal, Settings, Start,
-    StartUsed, StoredCalibrator, Termination, Tolerance, ToleranceError, WeighedSample, Worth,
-    robust_fit,
+    Alarm, ArmOutcome, ArmProblem, ArmSolver, Calibrator, Gate, GateCounts, GateError, Innovation,
+    Loss, Method, Progress, Refusal, RobotCalibrator, RobotOutcome, RobotSolver, RobustOutcome,
+    RobustRefusal, Settings, Start, StartUsed, StoredCalibrator, Termination, Tolerance,
+    ToleranceError, Untested, Verdict, WeighedSample, Worth, robust_fit,
 };
 pub use calibration::{limits, step_control};
 pub use kinematics::{Conditioning, KinematicsError, PlatformJacobian, Singularity};
@@ -36,9 +36,9 @@ pub use robot::{
     RigidTransform, Robot, SymmetricRobot,
 };
 pub use samples::{
-    ArmFactor, JointLimits, JointLimitsError, MergeError, Noise, NoiseError, PoseError, Reference,
-    Sample, SampleError, StoredArmSamples, StoredError, random_pose, simulate_sample,
-    standard_normal,
+    ArmFactor, JointLimits, JointLimitsError, Memory, MemoryError, MergeError, Noise, NoiseError,
+    PoseError, Reference, Sample, SampleError, StoredArmSamples, StoredError, random_pose,
+    simulate_sample, standard_normal,
 };
 
 /// The README's example, compiled and run with the documentation's.

@@ -27,6 +27,12 @@ pub const INDISTINGUISHABLE: f64 = 4.0;
 /// fewer there may be several solutions.
 pub const SAMPLES_FOR_FREE_START: u64 = 12;
 
+/// So many samples in a row that the gate rejects are no accident. Where wrong samples come at random, a
+/// share p of all, a run of m begins with probability (1 − p)pᵐ at any sample: with a fifth of them wrong
+/// once in half a million samples, with two fifths once in 2,500; by the noise alone never. And so
+/// many samples determine an arm: the next calibration can begin.
+pub const REJECTIONS_OF_A_CHANGE: u64 = 8;
+
 /// The quantile of χ² with ν degrees of freedom at [`LARGEST_DEVIATION`], by Wilson and Hilferty:
 /// ν (1 − 2/(9ν) + z √(2/(9ν)))³.
 pub fn chi_square_quantile<T: Real>(freedom: T) -> T {

@@ -4,7 +4,8 @@ use super::problem::ArmProblem;
 use super::refusal::Refusal;
 use super::{ArmOutcome, Settings};
 use crate::samples::{
-    ArmFactor, MergeError, Reference, Sample, SampleError, StoredArmSamples, StoredError, Waiting,
+    ArmFactor, BLOCK, Memory, MergeError, Reference, Sample, SampleError, StoredArmSamples,
+    StoredError, Waiting,
 };
 use crate::{ArmIndex, Real, Robot};
 use nalgebra::Vector3;
@@ -109,12 +110,71 @@ impl<T: Real> Calibrator<T> {
     /// # Errors
     /// A faulty number; nothing is taken in.
     pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
+        self.check(sample)?;
+        self.waiting.push(sample);
+        if let Some(arm) = self.waiting.due() {
+            self.take_in_block(arm);
+        }
+        Ok(())
+    }
+
+    /// Whether [`add`](Self::add) would take the sample.
+    ///
+    /// # Errors
+    /// As [`add`](Self::add).
+    pub fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
         sample.check()?;
         for (factor, arm) in self.arms.iter().zip(ArmIndex::ALL) {
             factor.reference().check(&sample.position, arm)?;
         }
+        Ok(())
+    }
+
+    /// Takes in one sample and lets those before it fade, for a robot that changes slowly, as one
+    /// that warms up. An arm forgets when it takes in a block of four, all that it then holds by λ to
+    /// the power of the samples that came in since it last did. The prior of a stated tolerance is not
+    /// forgotten.
+    ///
+    /// A covariance of such an estimate is that of N + 1 samples, though its noise is that of
+    /// 2N + 1: the rest, a factor of √2 in σ, is left for the change of the robot.
+    ///
+    /// ```
+    /// use delta_cal::{Calibrator, Memory, Sample, Settings, SymmetricRobot};
+    /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+    /// let robot = |forearm| SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm };
+    /// let memory = Memory::new(20.0)?;
+    /// let mut calibrator = Calibrator::new(&robot(480.0).robot()?, &Settings::default());
+    /// for k in 0..400 {
+    ///     let t = f64::from(k);
+    ///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
+    ///     // The forearms grow by a micrometre a sample.
+    ///     let truth = robot(480.0 + 0.001 * t).robot()?;
+    ///     calibrator.add_forgetting(&Sample { joints, position: truth.forward(&joints)? }, &memory)?;
+    /// }
+    /// // Twenty samples behind.
+    /// let found = calibrator.solve()?.robot.arms()[0].lb();
+    /// assert!((found - (480.399 - 0.020)).abs() < 0.003);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`add`](Self::add).
+    pub fn add_forgetting(
+        &mut self,
+        sample: &Sample<T>,
+        memory: &Memory<T>,
+    ) -> Result<(), SampleError> {
+        self.check(sample)?;
         self.waiting.push(sample);
-        if let Some(arm) = self.waiting.due() {
+        let due = self.waiting.due();
+        for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
+            // Samples that a solve did not leave waiting are to be forgotten too.
+            if due == Some(arm) || factor.recent() >= 2 * BLOCK as u64 {
+                factor.forget(memory.after(factor.recent()));
+            }
+        }
+        if let Some(arm) = due {
             self.take_in_block(arm);
         }
         Ok(())
@@ -235,9 +295,13 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
     #[inline(never)]
     fn take_in_waiting(&mut self) {
         for arm in ArmIndex::ALL {
-            while self.waiting.waiting_for(arm) > 0 {
-                self.take_in_block(arm);
-            }
+            self.take_in_waiting_of(arm);
+        }
+    }
+
+    pub(super) fn take_in_waiting_of(&mut self, arm: ArmIndex) {
+        while self.waiting.waiting_for(arm) > 0 {
+            self.take_in_block(arm);
         }
     }
 

@@ -7,6 +7,7 @@
 mod arm;
 mod condition;
 mod gate;
+mod held_out;
 mod judgement;
 pub mod limits;
 mod loss;
@@ -22,6 +23,7 @@ mod tolerance;
 
 pub use arm::{ArmSolver, Progress};
 pub use gate::{Alarm, Gate, GateCounts, GateError, Innovation, Untested, Verdict};
+pub use held_out::{HeldOut, HeldOutRefusal, Validation};
 pub use loss::{Loss, Worth};
 pub use outcome::{ArmOutcome, RobotOutcome, StartUsed, Termination};
 pub use problem::ArmProblem;

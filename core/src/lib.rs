@@ -23,10 +23,11 @@ mod robot;
 mod samples;
 
 pub use calibration::{
-    Alarm, ArmOutcome, ArmProblem, ArmSolver, Calibrator, Gate, GateCounts, GateError, Innovation,
-    Loss, Method, Progress, Refusal, RobotCalibrator, RobotOutcome, RobotSolver, RobustOutcome,
-    RobustRefusal, Settings, Start, StartUsed, StoredCalibrator, Termination, Tolerance,
-    ToleranceError, Untested, Verdict, WeighedSample, Worth, robust_fit,
+    Alarm, ArmOutcome, ArmProblem, ArmSolver, Calibrator, Gate, GateCounts, GateError, HeldOut,
+    HeldOutRefusal, Innovation, Loss, Method, Progress, Refusal, RobotCalibrator, RobotOutcome,
+    RobotSolver, RobustOutcome, RobustRefusal, Settings, Start, StartUsed, StoredCalibrator,
+    Termination, Tolerance, ToleranceError, Untested, Validation, Verdict, WeighedSample, Worth,
+    robust_fit,
 };
 pub use calibration::{limits, step_control};
 pub use kinematics::{Conditioning, KinematicsError, PlatformJacobian, Singularity};

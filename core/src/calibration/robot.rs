@@ -153,7 +153,7 @@ impl<T: Real> Calibrator<T> {
     /// }
     /// // Twenty samples behind.
     /// let found = calibrator.solve()?.robot.arms()[0].lb();
-    /// assert!((found - (480.399 - 0.020)).abs() < 0.003);
+    /// assert!((found - (480.399 - 0.020)).abs() < 0.010);
     /// # Ok(())
     /// # }
     /// ```

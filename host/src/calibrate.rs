@@ -6,7 +6,8 @@ use crate::refusal::{Circumstances, Refused, lies_elsewhere};
 use crate::warnings::warnings;
 use crate::{
     InputError, Outcome, PositionError, RobotFile, RobustFit, Row, SampleErrors, SampleWeight,
-    SamplesFile, WorkspaceComparison, calibrate_robust, fkm, plausibility, sensor_frame,
+    SamplesFile, StreamReport, Streaming, WorkspaceComparison, calibrate_robust, fkm, plausibility,
+    sensor_frame, stream,
 };
 use delta_cal::{
     Calibrator, Loss, Method, Noise, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
@@ -53,6 +54,9 @@ pub struct Options {
     pub solver: Method,
     /// How residuals count; `None` is the squared loss, the plain least squares.
     pub loss: Option<Loss>,
+    /// What is done because the samples came one after the other; of the IKM method alone, and with
+    /// the squared loss.
+    pub streaming: Streaming,
     /// The frame of the measured positions.
     pub frame: Frame,
     /// The robot file is no guess: the fit starts without one, and any geometry is accepted.
@@ -91,6 +95,8 @@ pub struct CalibrationReport {
     pub workspace: Option<WorkspaceComparison>,
     /// How uncertain the calibrated robot's positions are, place by place; `None` as above.
     pub uncertainty: Option<UncertaintyMap>,
+    /// What came of the samples' order, if it was looked at.
+    pub stream: Option<StreamReport>,
     /// Anything doubtful, in plain words.
     pub warnings: Vec<String>,
 }
@@ -160,6 +166,15 @@ pub fn calibrate(
         robust_fit: "--loss tukey",
     };
 
+    if options.streaming.asked() {
+        let rows = &samples.rows;
+        let (fit, stream) =
+            stream::calibrate(nominal, &settings, &measured, rows, options.streaming)
+                .map_err(|refusal| circumstances.explain_stream(&refusal))?;
+        let mut report = judged(&circumstances, robot, fit, sensor_frame)?;
+        report.stream = Some(stream);
+        return Ok(report);
+    }
     let mut calibrator = Calibrator::new(nominal, &settings);
     calibrator
         .add_many(&measured)
@@ -310,6 +325,7 @@ fn judged(
         sample_errors,
         workspace,
         uncertainty,
+        stream: None,
         warnings: Vec::new(),
     };
     report.warnings = warnings(&report);

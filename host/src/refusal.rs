@@ -1,6 +1,7 @@
 //! Why the measurements cannot calibrate this robot, in plain words, and what to do next.
 
 mod robust;
+mod stream;
 
 use crate::outliers::Fit;
 use crate::words::{count, in_file_units};

@@ -145,3 +145,287 @@ fn good_samples_are_rejected_as_often_as_chi_square_has_it() {
         );
     }
 }
+
+/// A position 5 to 50 mm off in any direction.
+fn slipped(sample: &Sample<f64>, rng: &mut Pcg32) -> Sample<f64> {
+    let direction = loop {
+        let vector = Vector3::new(uniform(rng), uniform(rng), uniform(rng));
+        if (0.1..=1.0).contains(&vector.norm()) {
+            break vector.normalize();
+        }
+    };
+    Sample {
+        position: sample.position + direction * (27.5 + 22.5 * uniform(rng)),
+        ..*sample
+    }
+}
+
+/// One in five is wrong, from the n-th sample on: how many of those are rejected, how many good ones.
+#[test]
+fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
+    let settings = stated(0.5, 0.2 * DEGREE);
+    for after in [0, 8, 12, 20] {
+        let (mut wrong, mut found, mut good, mut falsely) = (0, 0, 0, 0);
+        let (mut alarms, mut error, mut clean_error) = (0, 0.0, 0.0);
+        for number in 0..400 {
+            let mut rng = generator(910, number);
+            let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+            let mut stream = Stream::new(&settings);
+            let mut clean = Calibrator::new(&paper_robot(), &settings);
+            for (index, sample) in measurements(&truth, 60, Some(&noise()), &mut rng)
+                .iter()
+                .enumerate()
+            {
+                let spoilt = index >= after && index % 5 == 4;
+                if spoilt {
+                    let verdict = stream.add(&slipped(sample, &mut rng));
+                    wrong += 1;
+                    found += u32::from(matches!(verdict, Verdict::Rejected(_)));
+                } else {
+                    good += 1;
+                    clean.add(sample).unwrap();
+                    falsely += u32::from(matches!(stream.add(sample), Verdict::Rejected(_)));
+                }
+            }
+            alarms += u32::from(stream.gate.alarm().is_some());
+            if let Ok(outcome) = stream.calibrator.solve() {
+                let sum = |robot: &Robot<f64>| -> f64 {
+                    let differences = delta_cal_tests::parameter_differences(robot, &truth);
+                    differences.iter().map(|error| error * error).sum()
+                };
+                error += sum(&outcome.robot);
+                clean_error += sum(&clean.solve().unwrap().robot);
+            }
+        }
+        println!(
+            "wrong from sample {after} on: {found} of {wrong} wrong ones rejected ({:.4}), {falsely} of \
+             {good} good ones; {alarms} of 400 streams alarmed; rms parameter error {:.3} of the \
+             clean stream's",
+            f64::from(found) / f64::from(wrong),
+            (error / clean_error).sqrt(),
+        );
+    }
+}
+
+/// What a changed robot does, and after how many samples the gate says so.
+#[test]
+fn a_robot_that_changes_is_detected() {
+    let settings = stated(0.5, 0.2 * DEGREE);
+    for change in [0.05, 0.1, 0.2, 0.5, 2.0] {
+        let (mut detected, mut delay, mut at_once, mut early) = (0, 0, 0, 0);
+        for number in 0..300 {
+            let mut rng = generator(911, number);
+            let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+            // As after a crash: every parameter is off.
+            let changed = perturbed(&truth, change, change / 260.0, Spread::Normal, &mut rng);
+            let mut stream = Stream::new(&settings);
+            for sample in measurements(&truth, 40, Some(&noise()), &mut rng) {
+                stream.add(&sample);
+            }
+            early += u32::from(stream.gate.alarm().is_some());
+            for (index, sample) in measurements(&changed, 100, Some(&noise()), &mut rng)
+                .iter()
+                .enumerate()
+            {
+                stream.add(sample);
+                if let Some(alarm) = stream.gate.alarm() {
+                    detected += 1;
+                    delay += index + 1;
+                    at_once += u32::from(alarm == Alarm::RobotChanged { first: 40 });
+                    break;
+                }
+            }
+        }
+        println!(
+            "changed by {change} mm: detected in {detected} of 300 robots, after {:.1} samples on \
+             average, {at_once} of them at the first sample; {early} alarms before",
+            delay as f64 / f64::from(detected).max(1.0),
+        );
+        assert_eq!(early, 0);
+        if change >= 2.0 {
+            assert!(detected == 300 && delay < 300 * 10, "{detected}, {delay}");
+        }
+    }
+}
+
+/// The first few samples are wrong and the prior is wide enough to let them in: those that follow
+/// disagree, and it is not said that the robot has changed.
+#[test]
+fn early_samples_that_are_wrong_are_not_taken_for_a_changed_robot() {
+    let settings = stated(2.0, DEGREE);
+    let (mut alarmed, mut as_early) = (0, 0);
+    for number in 0..300 {
+        let mut rng = generator(912, number);
+        let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+        // Another robot altogether for the first ten samples.
+        let other = robot(2.0, DEGREE, &mut rng);
+        let mut stream = Stream::new(&settings);
+        let first = measurements(&other, 10, Some(&noise()), &mut rng);
+        for sample in first
+            .iter()
+            .chain(&measurements(&truth, 60, Some(&noise()), &mut rng))
+        {
+            stream.add(sample);
+        }
+        if let Some(alarm) = stream.gate.alarm() {
+            alarmed += 1;
+            as_early += u32::from(matches!(alarm, Alarm::EarlySamplesWrong { .. }));
+        }
+    }
+    println!(
+        "ten early samples of another robot: {alarmed} of 300 alarmed, {as_early} as early ones"
+    );
+    assert!(alarmed >= 295 && as_early >= 290, "{alarmed}, {as_early}");
+}
+
+/// Two joint columns exchanged: not one sample agrees with the stated robot.
+#[test]
+fn exchanged_joints_are_rejected_from_the_first_sample_on() {
+    let settings = stated(0.5, 0.2 * DEGREE);
+    for number in 0..100 {
+        let mut rng = generator(913, number);
+        let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+        let mut stream = Stream::new(&settings);
+        for sample in measurements(&truth, 40, Some(&noise()), &mut rng) {
+            let [q1, q2, q3] = sample.joints;
+            stream.add(&Sample {
+                joints: [q2, q1, q3],
+                ..sample
+            });
+        }
+        let alarm = stream.gate.alarm().expect("an alarm");
+        assert!(matches!(alarm, Alarm::EarlySamplesWrong { .. }), "{alarm}");
+    }
+}
+
+#[test]
+fn without_prior_and_estimate_the_gate_takes_everything_and_says_so() {
+    let settings = Settings {
+        noise: Some(noise()),
+        ..Settings::default()
+    };
+    let mut rng = generator(914, 0);
+    let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+    let mut calibrator = Calibrator::new(&paper_robot(), &settings);
+    let mut gate = Gate::new(&mut calibrator);
+    for (index, sample) in measurements(&truth, 30, Some(&noise()), &mut rng)
+        .iter()
+        .enumerate()
+    {
+        let verdict = gate.add(&mut calibrator, sample).unwrap();
+        assert_eq!(gate.wants_estimate(), index == 11 || index == 23, "{index}");
+        assert_eq!(verdict, Verdict::Untested(Untested::NoEstimate));
+    }
+    let outcome = calibrator.solve().unwrap();
+    gate.adopt(&mut calibrator, &outcome);
+    assert!(!gate.wants_estimate());
+    let [sample, wrong] = &measurements(&truth, 2, Some(&noise()), &mut rng)[..] else {
+        panic!("two samples")
+    };
+    assert!(matches!(
+        gate.add(&mut calibrator, sample),
+        Ok(Verdict::Taken(_))
+    ));
+    let mut wrong = *wrong;
+    wrong.joints[1] += 2.0 * DEGREE;
+    let Ok(Verdict::Rejected(innovation)) = gate.add(&mut calibrator, &wrong) else {
+        panic!("it is not rejected")
+    };
+    // A joint angle spoils one arm.
+    assert_eq!(innovation.arm.index(), 1);
+    assert_eq!(gate.counts().rejected_by_arm, [0, 1, 0]);
+    assert_eq!((gate.counts().taken, gate.counts().untested), (31, 30));
+    assert_eq!(calibrator.samples(), 31);
+    // A faulty number changes nothing.
+    wrong.position.x = f64::NAN;
+    let before = gate;
+    assert!(gate.add(&mut calibrator, &wrong).is_err());
+    assert_eq!(gate, before);
+}
+
+/// The linearised prediction beside the solver's: after many samples they agree.
+#[test]
+fn the_prediction_is_the_solvers() {
+    let settings = stated(0.5, 0.2 * DEGREE);
+    let mut worst = 0.0_f64;
+    for number in 0..100 {
+        let mut rng = generator(915, number);
+        let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+        let mut stream = Stream::new(&settings);
+        for sample in measurements(&truth, 33, Some(&noise()), &mut rng) {
+            stream.add(&sample);
+        }
+        let outcome = stream.calibrator.solve().unwrap();
+        let [next] = measurements(&truth, 1, Some(&noise()), &mut rng)[..] else {
+            panic!("one sample")
+        };
+        let found = stream.gate.innovations(&stream.calibrator, &next).unwrap();
+        for ((found, solved), q) in found.iter().zip(&outcome.arms).zip(next.joints) {
+            let arm = &solved.arm;
+            let forearm = next.position - arm.elbow(q);
+            let residual = forearm.norm_squared() - arm.lb().powi(2);
+            let row = arm.constraint_by_parameters(&next.position, q);
+            let nominal = &paper_robot::<f64>().arms()[found.arm.index()].clone();
+            let noise_variance = (2.0 * nominal.lb() * noise().position()).powi(2)
+                + (nominal.constraint_by_joint(&next.position, q) * noise().joint()).powi(2);
+            let variance =
+                noise_variance + (row.transpose() * solved.covariance.unwrap() * row)[(0, 0)];
+            worst = worst.max((found.normalized - residual / variance.sqrt()).abs());
+        }
+    }
+    println!("normalised innovation, gate and solver: at most {worst:.1e} apart");
+    // What is left of a σ is the curvature between the gate's point of linearisation and the solver's.
+    assert!(worst < 0.02, "{worst}");
+}
+
+/// A long stream in single precision is judged as in double.
+#[test]
+fn single_precision_decides_as_double() {
+    let settings = stated(0.5, 0.2 * DEGREE);
+    let single = Settings {
+        noise: Some(Noise::<f32>::new(0.02, 3.490_658_5e-5).unwrap()),
+        tolerance: Some(Tolerance::<f32>::new(0.5, 3.490_658_5e-3).unwrap()),
+        ..Settings::default()
+    };
+    let (mut samples, mut otherwise, mut apart) = (0, 0, 0.0_f64);
+    for number in 0..20 {
+        let mut rng = generator(916, number);
+        let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+        let mut wide = Stream::new(&settings);
+        let mut narrow = Calibrator::<f32>::new(&paper_robot(), &single);
+        let mut gate = Gate::new(&mut narrow);
+        let mut measured = measurements(&truth, 5000, Some(&noise()), &mut rng);
+        for sample in measured.iter_mut().skip(30).step_by(50) {
+            *sample = slipped(sample, &mut rng);
+        }
+        for (sample, rounded) in measured.iter().zip(to_single(&measured)) {
+            let a = wide.add(sample);
+            let b = gate.add(&mut narrow, &rounded).unwrap();
+            samples += 1;
+            match (a, b) {
+                (Verdict::Taken(a), Verdict::Taken(b)) if a.arm == b.arm => {
+                    apart = apart.max((a.normalized - f64::from(b.normalized)).abs());
+                }
+                (Verdict::Taken(_), Verdict::Taken(_))
+                | (Verdict::Rejected(_), Verdict::Rejected(_)) => {}
+                _ => otherwise += 1,
+            }
+        }
+    }
+    println!(
+        "f32 and f64: {otherwise} of {samples} samples decided otherwise; taken ones at most \
+         {apart:.3} sigma apart"
+    );
+    assert_eq!(otherwise, 0);
+    // Half an ε of a position of 600 mm is 0.04 µm, some ten of them in f: 2 % of σ.
+    assert!(apart < 0.05, "{apart}");
+}
+
+/// The run that is an alarm is longer than chance makes it.
+#[test]
+fn the_limits_are_as_documented() {
+    assert_eq!(REJECTIONS_OF_A_CHANGE, 8);
+    let run = |wrong: f64| 1.0 / ((1.0 - wrong) * wrong.powi(8));
+    assert!((4.8e5..4.9e5).contains(&run(0.2)) && (2500.0..2600.0).contains(&run(0.4)));
+    assert!((SUSPECTED - 4.685).abs() < 1e-12);
+}

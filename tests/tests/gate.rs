@@ -143,6 +143,17 @@ fn good_samples_are_rejected_as_often_as_chi_square_has_it() {
             found.rejected,
             found.samples,
         );
+        // The mean square of 100,000 numbers is known to √(2/1e5), three arms of one position to no
+        // more than √3 times that; curvature adds a hundredth with the wide tolerance.
+        assert!((mean - 1.0).abs() < 0.03, "{mean}");
+        for (found, expected) in found.beyond.iter().zip(EXPECTED) {
+            let expected = number * expected;
+            // √3 of the arms again, and 3.5 σ of a count.
+            let off = (f64::from(*found) - expected).abs();
+            assert!(off < 6.0 * expected.sqrt() + 0.03 * expected, "{found}");
+        }
+        // 2Φ(−4.685) = 2.8e-6 an arm: 0.3 in all.
+        assert!(found.rejected <= 4, "{}", found.rejected);
     }
 }
 
@@ -187,8 +198,9 @@ fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
                     falsely += u32::from(matches!(stream.add(sample), Verdict::Rejected(_)));
                 }
             }
-            alarms += u32::from(stream.gate.alarm().is_some());
-            if let Ok(outcome) = stream.calibrator.solve() {
+            let alarmed = stream.gate.alarm().is_some();
+            alarms += u32::from(alarmed);
+            if !alarmed && let Ok(outcome) = stream.calibrator.solve() {
                 let sum = |robot: &Robot<f64>| -> f64 {
                     let differences = delta_cal_tests::parameter_differences(robot, &truth);
                     differences.iter().map(|error| error * error).sum()
@@ -199,11 +211,19 @@ fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
         }
         println!(
             "wrong from sample {after} on: {found} of {wrong} wrong ones rejected ({:.4}), {falsely} of \
-             {good} good ones; {alarms} of 400 streams alarmed; rms parameter error {:.3} of the \
-             clean stream's",
+             {good} good ones; {alarms} of 400 streams alarmed; rms parameter error of \
+             the others {:.3} of the clean stream's",
             f64::from(found) / f64::from(wrong),
             (error / clean_error).sqrt(),
         );
+        // Before as many samples as there are parameters the prior alone may let one in.
+        if after >= 8 {
+            assert_eq!((found, alarms), (wrong, 0));
+            assert!(falsely <= 2, "{falsely}");
+        } else {
+            assert!(f64::from(found) > 0.999 * f64::from(wrong));
+        }
+        assert!(error < 1.01 * 1.01 * clean_error);
     }
 }
 

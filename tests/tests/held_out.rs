@@ -63,6 +63,7 @@ fn a_calibration_that_is_right_is_refused_as_rarely_as_stated() {
         (925, false, false, 30),
     ] {
         let settings = settings(noise_stated, tolerance_stated);
+        let count_f64 = count as f64;
         let (mut refused, mut arms, mut beyond) = (0, 0.0, [0.0_f64; 2]);
         let (mut squared, mut expected) = (0.0, 0.0);
         for number in 0..ROBOTS {
@@ -77,9 +78,13 @@ fn a_calibration_that_is_right_is_refused_as_rarely_as_stated() {
                         expected += arm.expected_rms.powi(2);
                         // One in 20 and one in 100, whatever the test's own limit.
                         for (count, z) in beyond.iter_mut().zip([1.6449, 2.3263]) {
-                            *count += f64::from(u8::from(
-                                arm.statistic > chi_square_bound(arm.samples, z),
-                            ));
+                            let spare = count_f64 - arm.samples - 8.0;
+                            let bound = if noise_stated {
+                                chi_square_bound(arm.samples, z)
+                            } else {
+                                arm.samples * variance_ratio_bound(arm.samples, spare, z).unwrap()
+                            };
+                            *count += f64::from(u8::from(arm.statistic > bound));
                         }
                     }
                 }
@@ -93,6 +98,16 @@ fn a_calibration_that_is_right_is_refused_as_rarely_as_stated() {
             beyond[1] / arms,
             squared / expected,
         );
+        // At most 0.6 are expected.
+        assert!(refused <= 4, "{refused}");
+        // 1800 arms, three of a robot with one position: known to 0.9 % and 0.4 %.
+        let [twentieth, hundredth] = beyond.map(|count| count / arms);
+        assert!((0.023..0.077).contains(&twentieth), "{twentieth}");
+        assert!((0.001..0.023).contains(&hundredth), "{hundredth}");
+        // Few samples leave some arms so uncertain that those alone make the mean.
+        if count >= 30 {
+            assert!((squared / expected - 1.0).abs() < 0.06);
+        }
     }
 }
 

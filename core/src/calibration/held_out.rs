@@ -259,7 +259,7 @@ impl<T: Real> HeldOut<T> {
         let Some(limit) = limit else {
             return Err(HeldOutRefusal::NoNoise { arm });
         };
-        let expected = samples * variance + spread;
+        let expected = (samples + spread) * variance;
         if !(statistic <= limit) {
             let ratio = to_single((sum / expected).square_root());
             return Err(HeldOutRefusal::Contradicted { arm, ratio });
@@ -339,7 +339,7 @@ impl<T: Real> Noise<T> {
     }
 }
 
-/// tr(H C Hᵀ), H a triangular factor of the held-out Jacobian.
+/// tr(H C Hᵀ) in units of the residuals' variance, H a triangular factor of the held-out Jacobian.
 #[inline(never)]
 fn spread<T: Real>(fit: &Normal<T>, held_out: &Normal<T>) -> T {
     let covariance = Conditioning::of(fit).covariance;

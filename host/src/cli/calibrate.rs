@@ -3,11 +3,11 @@ use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, report_path};
 use super::print;
 use delta_cal::{Loss, Method};
-use delta_cal_host::report::json::JsonReport;
+use delta_cal_host::report::json::{JsonRefusal, JsonReport};
 use delta_cal_host::report::{html, stream, table};
 use delta_cal_host::{
-    CalibrationMethod, CalibrationReport, Frame, InputError, InputText, Options, RobotFile,
-    SamplesFile, calibrate, example, output,
+    CalibrateError, CalibrationMethod, CalibrationReport, Frame, InputError, InputText, Options,
+    Refused, RobotFile, SamplesFile, calibrate, example, output,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -19,7 +19,10 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_streaming(arguments.options())?;
     let simulated = arguments.robot.is_none();
     let (robot, samples) = inputs(arguments)?;
-    let report = calibrate(&robot, &samples, arguments.options())?;
+    let report = match calibrate(&robot, &samples, arguments.options()) {
+        Err(CalibrateError::Refused(refused)) => return Err(refusal(arguments, refused)),
+        result => result?,
+    };
 
     let json_wanted = arguments.json.is_some();
     let json = match json_wanted.then(|| JsonReport::new(&report).to_text()) {
@@ -68,6 +71,17 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     print(&text)
 }
 
+/// A refusal writes no file; a program that reads standard output is told there as well.
+fn refusal(arguments: &CalibrateArguments, refused: Refused) -> Failure {
+    if arguments.json.as_deref().is_some_and(is_stream)
+        && let Ok(text) = JsonRefusal::new(&refused).to_text()
+        && let Err(failure) = print(&text)
+    {
+        return failure;
+    }
+    Failure::Refused(refused)
+}
+
 fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let robot = ("the robot file", arguments.robot.as_deref());
     let samples = ("the samples file", arguments.samples.as_deref());
@@ -111,7 +125,7 @@ fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), In
         return example::load();
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = SamplesFile::read(&read(samples)?, &robot.limits)?;
+    let samples = SamplesFile::read_for(&read(samples)?, &robot, arguments.options())?;
     Ok((robot, samples))
 }
 

@@ -15,7 +15,7 @@ impl Circumstances<'_> {
                 CalibrateError::Input(self.samples.fault(index, error.to_string()))
             }
             StreamRefusal::Alarm { alarm, before, run } => self.alarm(alarm, before, run).into(),
-            StreamRefusal::HeldOut(ref refusal) => self.held_out(refusal).into(),
+            StreamRefusal::HeldOut(refusal) => self.held_out(refusal).into(),
         }
     }
 
@@ -50,10 +50,11 @@ impl Circumstances<'_> {
         Refused {
             cause: format!("{}: {cause}", self.samples.name),
             remedy,
+            diagnosis: None,
         }
     }
 
-    fn held_out(&self, refusal: &HeldOutRefusal) -> Refused {
+    fn held_out(&self, refusal: HeldOutRefusal) -> Refused {
         let remedy = match refusal {
             HeldOutRefusal::Contradicted { .. } => {
                 "find out what differs between the samples: --gate names the rows that disagree \
@@ -68,6 +69,7 @@ impl Circumstances<'_> {
         Refused {
             cause: format!("{}: {refusal}", self.samples.name),
             remedy,
+            diagnosis: None,
         }
     }
 }

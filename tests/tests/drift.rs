@@ -154,6 +154,16 @@ fn the_estimate_follows_a_ramp_with_the_lag_and_the_variance_that_theory_has() {
             worth / number,
             2.0 * memory + 1.0,
         );
+        // Forgetting by blocks of four shifts the weights by less than half a sample.
+        assert!(apart.abs() < 4.0 * known + 0.5, "{apart} ± {known}");
+        // The root mean square of so many numbers is known to 1/√(2 number).
+        assert!((z - 1.0).abs() < 4.0 / (2.0 * number).sqrt(), "{z}");
+        // Of few samples the newest have more leverage than their weight, and the lag is longer.
+        if memory >= 200.0 {
+            assert!((lag - memory).abs() < 4.0 * spread, "{lag} ± {spread}");
+        } else {
+            assert!(lag > memory - 4.0 * spread);
+        }
     }
 }
 

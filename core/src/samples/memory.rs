@@ -9,7 +9,9 @@ use core::fmt;
 ///
 /// The mean sample is N samples old, and by so much the estimate of a parameter that changes at a constant
 /// rate lags behind. Of a robot that does not change its variance is that of 2N + 1 samples
-/// (exponentially weighted least squares; Ljung, System Identification, 1999, section 11.2).
+/// (exponentially weighted least squares; Ljung, System Identification, 1999, section 11.2). With a memory
+/// of less than a hundred samples the eight parameters of an arm share few: the newest fix the combinations
+/// that are seldom seen, and less is left of them for the rest. The lag of Lb is twice N at N = 20.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Memory<T> {

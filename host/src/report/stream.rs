@@ -134,9 +134,8 @@ fn gate_title(gate: &GateReport) -> String {
 fn memory(stream: &StreamReport) -> Option<String> {
     let samples = stream.asked.forget?.get();
     Some(format!(
-        "Forgetting: this is the robot as it was some {samples} samples before the last; worth {} \
-         samples",
-        2 * u64::from(samples) + 1
+        "Forgetting: a memory of {} that follows a slow change so many rows behind",
+        count(usize::try_from(samples).unwrap_or(usize::MAX), "sample")
     ))
 }
 

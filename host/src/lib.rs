@@ -11,6 +11,7 @@
 //! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
 //! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
 //! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary ─→ reproduce: the paper beside it
+//! RobotFile ─→ poses::plan ─→ PosePlan;  with SamplesFile ─→ Observability ─→ report::check
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
 //! RobotFile ─→ workspace::report::Analysis ─→ table, JSON, CSV, STL, HTML
 //! plot::Figure ─→ SVG, PNG; report::html

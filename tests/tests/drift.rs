@@ -109,14 +109,15 @@ fn mean(values: &[f64]) -> (f64, f64) {
 #[test]
 fn the_estimate_follows_a_ramp_with_the_lag_and_the_variance_that_theory_has() {
     for (campaign, memory, parameter, robots) in [
-        (960, 20.0, Parameter::Lb, 400),
-        (961, 50.0, Parameter::Lb, 400),
-        (962, 50.0, Parameter::Dx, 400),
-        (963, 50.0, Parameter::Theta, 400),
-        (964, 200.0, Parameter::Lb, 200),
-        (964, 1000.0, Parameter::Lb, 100),
+        (960, 20_usize, Parameter::Lb, 400),
+        (961, 50_usize, Parameter::Lb, 400),
+        (962, 50_usize, Parameter::Dx, 400),
+        (963, 50_usize, Parameter::Theta, 400),
+        (964, 200_usize, Parameter::Lb, 200),
+        (964, 1000_usize, Parameter::Lb, 100),
     ] {
-        let samples = 8 * memory as usize;
+        let samples = 8 * memory;
+        let memory = f64::from(u32::try_from(memory).unwrap());
         let (mut lags, mut expected_lags, mut apart) = (Vec::new(), Vec::new(), Vec::new());
         let (mut squared_z, mut sigma, mut worth) = (0.0, 0.0, 0.0);
         for number in 0..robots {

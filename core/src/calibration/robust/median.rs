@@ -58,7 +58,7 @@ mod tests {
             for value in &mut values[..count] {
                 state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 // Coarse, so that some are equal.
-                *value = (state >> 27) as f32 - 9.0;
+                *value = f32::from((state >> 27) as u16) - 9.0;
             }
             let mut sorted = values;
             sorted[..count].sort_by(f32::total_cmp);

@@ -11,6 +11,7 @@ mod plan;
 mod progress;
 mod reproduce;
 mod simulate;
+mod workspace;
 
 use args::{Arguments, Command};
 use clap::Parser;
@@ -27,6 +28,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Reproduce(arguments) => reproduce::run(&arguments),
+        Command::Workspace(arguments) => workspace::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
     };
     match result {

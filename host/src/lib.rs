@@ -12,6 +12,7 @@
 //! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
 //! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary ─→ reproduce: the paper beside it
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
+//! RobotFile ─→ workspace::report::Analysis ─→ table, JSON, CSV, STL, HTML
 //! plot::Figure ─→ SVG, PNG; report::html
 //! texts ─→ output::write_all
 //! ```
@@ -60,6 +61,7 @@ mod sensor_frame;
 mod units;
 mod warnings;
 mod words;
+pub mod workspace;
 mod workspace_comparison;
 
 pub use calibrate::{

@@ -37,12 +37,32 @@ impl Error for OutputError {
 /// # Errors
 /// The first file that could not be written; while the texts are being written nothing is changed.
 pub fn write_all(files: &[(&Path, &str)]) -> Result<(), OutputError> {
+    let bytes: Vec<_> = files
+        .iter()
+        .map(|(path, text)| (*path, text.as_bytes()))
+        .collect();
+    write_all_bytes(&bytes)
+}
+
+/// As [`write_all`], for files of which some are no texts.
+///
+/// # Errors
+/// As [`write_all`].
+pub fn write_all_bytes(files: &[(&Path, &[u8])]) -> Result<(), OutputError> {
     let mut prepared = Vec::with_capacity(files.len());
-    for (path, text) in files {
-        let file = prepare(path, text.as_bytes()).map_err(|error| failure(path, error))?;
+    for (path, bytes) in files {
+        let file = prepare(path, bytes).map_err(|error| failure(path, error))?;
         prepared.push((*path, file));
     }
     persist(prepared)
+}
+
+/// A folder for files, made if it is not there.
+///
+/// # Errors
+/// It cannot be made, or something else has its name.
+pub fn make_folder(path: &Path) -> Result<(), OutputError> {
+    std::fs::create_dir_all(path).map_err(|error| failure(path, error))
 }
 
 /// Whether a file could be written, for those who want to know before they do what cannot be undone.

@@ -25,7 +25,7 @@ mod legend;
 mod png;
 
 pub use axis::Axis;
-pub use colour::Colour;
+pub use colour::{Colour, STEPS};
 use std::error::Error;
 use std::fmt;
 
@@ -79,9 +79,14 @@ pub enum Shape {
     Rings(Vec<(f64, f64)>),
     /// Diamonds: what others published.
     Diamonds(Vec<(f64, f64)>),
+    /// Polygons, each filled with a colour of its own (red, green, blue), the first undermost.
+    Patches(Vec<Patch>),
     /// Text to the right of points.
     Labels(Vec<((f64, f64), String)>),
 }
+
+/// The corners of a polygon, and its colour: red, green, blue.
+pub type Patch = (Vec<(f64, f64)>, [u8; 3]);
 
 /// One entry of the legend and what it stands for.
 #[derive(Debug, Clone, PartialEq)]

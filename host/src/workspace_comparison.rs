@@ -12,14 +12,6 @@ const UNCHANGED: f64 = 0.1;
 /// An uncertainty below this, in mm, is that of the arithmetic.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Whether any pose of the grid, or any with its three joint angles equal, is reachable.
-pub(crate) fn reaches_anywhere(robot: &Robot<f64>, limits: &JointLimits<f64>) -> bool {
-    let equal = (0..=64).map(|part| [limits.at(f64::from(part) / 64.0); 3]);
-    joint_grid(limits, PARTS)
-        .chain(equal)
-        .any(|q| robot.forward(&q).is_ok())
-}
-
 /// How far the calibration moves the platform over a grid of poses within the joint limits, and
 /// how uncertain the calibrated positions are there.
 #[derive(Debug, Clone, Copy, PartialEq)]

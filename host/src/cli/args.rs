@@ -4,6 +4,7 @@ use super::paths::robot_path;
 use super::plan::{self, PlanArguments};
 use super::reproduce::{self, ReproduceArguments};
 use super::simulate::{self, SimulateArguments};
+use super::workspace::WorkspaceArguments;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use delta_cal_host::{CalibrationMethod, Frame, Options};
 use std::path::PathBuf;
@@ -38,6 +39,7 @@ Examples:
   delta-cal check robot.toml samples.csv
   delta-cal simulate
   delta-cal reproduce
+  delta-cal workspace robot.toml --output workspace
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
 
 const CALIBRATE_HELP: &str = "\
@@ -133,6 +135,8 @@ pub(crate) enum Command {
     /// Run every simulation of the paper, and set its numbers beside this program's
     #[command(after_help = reproduce::HELP)]
     Reproduce(ReproduceArguments),
+    /// Compute where the robot gets: boundary, volume, cylinders, singularities, influence of errors
+    Workspace(WorkspaceArguments),
     /// Calibrate a controller that calibrates itself, over its serial link
     Device(DeviceArguments),
 }

@@ -23,6 +23,12 @@ pub enum Colour {
 }
 
 impl Colour {
+    /// Red, green and blue.
+    pub const fn channels(self) -> [u8; 3] {
+        let RGBColor(red, green, blue) = self.rgb();
+        [red, green, blue]
+    }
+
     pub(super) const fn rgb(self) -> RGBColor {
         match self {
             Self::Blue => RGBColor(0x00, 0x72, 0xb2),
@@ -36,6 +42,17 @@ impl Colour {
         }
     }
 }
+
+/// Six steps from dark to light of the map viridis, whose steps differ for the colour-blind: for
+/// what is graded.
+pub const STEPS: [[u8; 3]; 6] = [
+    [0x44, 0x01, 0x54],
+    [0x41, 0x44, 0x87],
+    [0x2a, 0x78, 0x8e],
+    [0x22, 0xa8, 0x84],
+    [0x7a, 0xd1, 0x51],
+    [0xfd, 0xe7, 0x25],
+];
 
 /// Lines behind the data.
 pub(super) const GRID: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);

@@ -210,6 +210,10 @@ impl Figure {
                     .filter_map(|[from, to]| Some([place(from)?, place(to)?]));
                 chart.draw_series(corners.map(|corners| Rectangle::new(corners, fill)))
             }
+            Shape::Patches(patches) => chart.draw_series(patches.iter().map(|(outline, fill)| {
+                let [red, green, blue] = *fill;
+                Polygon::new(placed(outline), RGBColor(red, green, blue).filled())
+            })),
             Shape::Segments(segments) => chart.draw_series(lines(segments, line)),
             Shape::Hairlines(segments) => {
                 chart.draw_series(lines(segments, style::hairline(series.colour)))

@@ -7,7 +7,7 @@ use plotters::prelude::{
     Circle, DrawingArea, PathElement, Polygon, Rectangle, SVGBackend, Text, TextStyle,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color, IntoFont};
+use plotters::style::{Color, IntoFont, RGBColor};
 
 /// Height of a row, pixels.
 const ROW: i32 = 20;
@@ -95,6 +95,11 @@ fn key(
             [at(0, -6), at(KEY, 6)],
             colour.mix(*opacity).filled(),
         )),
+        Shape::Patches(patches) => {
+            let [red, green, blue] = patches.first().map_or([0; 3], |(_, fill)| *fill);
+            let ends = [at(0, -6), at(KEY, 6)];
+            area.draw(&Rectangle::new(ends, RGBColor(red, green, blue).filled()))
+        }
         Shape::Points(points) => area.draw(&Circle::new(
             middle,
             style::point(points.len()),

@@ -5,7 +5,7 @@ use super::schema::{
     ToleranceToml,
 };
 use crate::words::count;
-use crate::workspace_comparison::reaches_anywhere;
+use crate::workspace::reaches_anywhere;
 use crate::{InputError, InputText};
 use delta_cal::{
     Arm, GeometryError, JointLimits, JointLimitsError, Noise, NoiseError, Parameter, ParameterKind,

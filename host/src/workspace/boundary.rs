@@ -1,0 +1,148 @@
+//! The points of the boundary: where the grid's lines enter and leave the workspace.
+
+use super::face::{self, ByParameters, Face};
+use super::grid::Grid;
+use crate::reach::{Limit, Reach};
+use delta_cal::{ArmIndex, KinematicsError, Robot};
+use nalgebra::Vector3;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+/// Points are bisected to this part of the tolerance; the rest is left for rounding.
+const PART: f64 = 1.0 / 16.0;
+
+/// One point of the boundary.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundaryPoint {
+    /// Where it is, mm; reachable.
+    pub position: Vector3<f64>,
+    /// What keeps the platform from going further outwards.
+    pub limit: Limit,
+    /// The boundary's normal, outwards.
+    pub outward: Vector3<f64>,
+    /// The area for which the point stands, mm²: spacing² · |normal along its line|. Summed over all
+    /// points it is the area of the boundary.
+    pub area: f64,
+    /// The joint angles there, radians.
+    pub q: [f64; 3],
+    /// The axis of its line: 0, 1, 2 for x, y, z.
+    pub(super) axis: usize,
+    /// The node before it on the line.
+    pub(super) node: usize,
+    /// Whether the line leaves the workspace there, and does not enter it.
+    pub(super) leaves: bool,
+}
+
+impl BoundaryPoint {
+    /// The surface on which the point lies.
+    pub fn face<'a>(&self, robot: &'a Robot<f64>, reach: &'a Reach) -> Face<'a> {
+        Face {
+            robot,
+            reach,
+            limit: self.limit,
+            q: self.q,
+        }
+    }
+
+    /// How far the boundary moves outwards at this point for each parameter; [`Face::displacement`].
+    pub fn displacement(&self, robot: &Robot<f64>, reach: &Reach) -> Option<ByParameters> {
+        self.face(robot, reach).displacement(&self.position)
+    }
+}
+
+/// All of them, in the order of the grid.
+pub(super) fn points(
+    robot: &Robot<f64>,
+    reach: &Reach,
+    grid: &Grid,
+    tolerance: f64,
+) -> Vec<BoundaryPoint> {
+    (0..grid.len())
+        .into_par_iter()
+        .flat_map_iter(|node| {
+            (0..3).filter_map(move |axis| point(robot, reach, grid, tolerance, (node, axis)))
+        })
+        .collect()
+}
+
+fn point(
+    robot: &Robot<f64>,
+    reach: &Reach,
+    grid: &Grid,
+    tolerance: f64,
+    (node, axis): (usize, usize),
+) -> Option<BoundaryPoint> {
+    let place = grid.place(node);
+    let mut next = place;
+    next[axis] += 1;
+    let leaves = grid.is_reachable(place);
+    if leaves == grid.is_reachable(next) {
+        return None;
+    }
+    let (from, to) = if leaves { (place, next) } else { (next, place) };
+    let (inside, outside) = bisect(
+        |x| reach.any_joints(robot, x).is_ok(),
+        (grid.node(from), grid.node(to)),
+        tolerance * PART,
+    );
+    let q = reach.any_joints(robot, &inside).ok()?;
+    let limit = what_stops(robot, reach, &q, &outside);
+    let face = Face {
+        robot,
+        reach,
+        limit,
+        q,
+    };
+    let (_, outward) = face.distance(&inside)?;
+    Some(BoundaryPoint {
+        position: inside,
+        limit,
+        outward,
+        area: grid.spacing.powi(2) * outward[axis].abs(),
+        q,
+        axis,
+        node,
+        leaves,
+    })
+}
+
+/// The last point from `inside` that is, and the first towards `outside` that is not, at most
+/// `tolerance` apart.
+pub(super) fn bisect(
+    is_inside: impl Fn(&Vector3<f64>) -> bool,
+    (mut inside, mut outside): (Vector3<f64>, Vector3<f64>),
+    tolerance: f64,
+) -> (Vector3<f64>, Vector3<f64>) {
+    while (outside - inside).norm() > tolerance {
+        let middle = (inside + outside) * 0.5;
+        if middle == inside || middle == outside {
+            break;
+        }
+        if is_inside(&middle) {
+            inside = middle;
+        } else {
+            outside = middle;
+        }
+    }
+    (inside, outside)
+}
+
+/// What keeps the platform from `outside`, coming from a pose nearby with joint angles `q`.
+fn what_stops(robot: &Robot<f64>, reach: &Reach, q: &[f64; 3], outside: &Vector3<f64>) -> Limit {
+    if let Err(error) = robot.inverse(outside) {
+        return match error {
+            KinematicsError::Unreachable(arm) => Limit::Serial(arm),
+            error => error.into(),
+        };
+    }
+    let Some(there) = face::branch(robot, outside, q) else {
+        return Limit::NonFinite(ArmIndex::First);
+    };
+    let there = there.map(|q| reach.in_turn(q));
+    match reach.allows(robot, outside, &there) {
+        Err(Limit::Parallel(arm)) if face::elbows_turned_over(robot, q, &there) => {
+            Limit::Assembly(arm)
+        }
+        Err(Limit::Parallel(_)) | Ok(()) => Limit::Parallel(face::flattest(robot, outside, &there)),
+        Err(limit) => limit,
+    }
+}

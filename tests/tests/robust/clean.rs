@@ -1,0 +1,113 @@
+//! Samples of which none is wrong: what a robust fit costs, and whom it accuses.
+
+use crate::{noise, plain, settings, stated_or_not};
+use delta_cal::{Loss, RobustRefusal};
+use delta_cal_host::{CalibrationMethod, calibrate_robust};
+use delta_cal_tests::outliers::Spoilt;
+
+#[derive(Debug, Default)]
+struct Clean {
+    /// Σ squared position errors, plain and robust.
+    squares: [f64; 2],
+    /// Of the robots for which both fits exist.
+    robots: u32,
+    only_plain: u32,
+    only_robust: u32,
+    falsely: u32,
+    most_falsely: u32,
+    worse_than_before: u32,
+}
+
+fn campaign(
+    robots: u64,
+    count: usize,
+    loss: Loss,
+    stated: bool,
+    method: CalibrationMethod,
+) -> Clean {
+    let settings = settings(stated);
+    let mut clean = Clean::default();
+    for robot in 0..robots {
+        let case = Spoilt::unspoilt(610, robot, count, &noise());
+        let plain = plain(&case.nominal, &case.samples, &settings, method);
+        let robust = calibrate_robust(&case.nominal, &case.samples, &settings, method, loss);
+        let (plain, robust) = match (plain, robust) {
+            (Some(plain), Ok(robust)) => (plain, robust),
+            (plain, robust) => {
+                clean.only_plain += u32::from(plain.is_some());
+                clean.only_robust += u32::from(robust.is_ok());
+                continue;
+            }
+        };
+        clean.robots += 1;
+        let fitted = case.position_error(&robust.outcome.robot.robot, robot);
+        clean.squares[0] += case.position_error(&plain, robot);
+        clean.squares[1] += fitted;
+        clean.worse_than_before += u32::from(fitted > case.position_error(&case.nominal, robot));
+        let named = robust.samples.iter().map(|sample| sample.suspected);
+        let named = u32::try_from(named.filter(|suspected| *suspected).count()).unwrap();
+        clean.falsely += named;
+        clean.most_falsely = clean.most_falsely.max(named);
+    }
+    let efficiency = clean.squares[0] / clean.squares[1];
+    println!(
+        "{method:?}, {loss:?}, noise {}, {count} samples, {} robots: efficiency {efficiency:.3}, \
+         {} of {} samples named (at most {} of one robot), {} robots worse than before; only the \
+         plain fit calibrates {}, only the robust one {}",
+        stated_or_not(stated),
+        clean.robots,
+        clean.falsely,
+        clean.robots as usize * count,
+        clean.most_falsely,
+        clean.worse_than_before,
+        clean.only_plain,
+        clean.only_robust,
+    );
+    clean
+}
+
+/// Either loss is worth 95 % of the squared one for normal residuals and many samples (Holland and
+/// Welsch 1977).
+#[test]
+fn without_wrong_samples_it_is_worth_nearly_as_much_as_the_plain_fit() {
+    for (method, robots) in [(CalibrationMethod::Ikm, 300), (CalibrationMethod::Fkm, 100)] {
+        for loss in [Loss::Tukey, Loss::Huber] {
+            for stated in [true, false] {
+                let clean = campaign(robots, 60, loss, stated, method);
+                assert_eq!(clean.only_plain, 0);
+                assert!(clean.squares[0] / clean.squares[1] > 0.9);
+                // One sample in a thousand.
+                assert!(f64::from(clean.falsely) < 1e-3 * 60.0 * f64::from(clean.robots));
+            }
+        }
+    }
+}
+
+#[test]
+fn few_samples_are_refused_or_calibrate_without_a_storm_of_suspicion() {
+    for method in [CalibrationMethod::Ikm, CalibrationMethod::Fkm] {
+        let robots = if method == CalibrationMethod::Ikm {
+            300
+        } else {
+            60
+        };
+        for loss in [Loss::Tukey, Loss::Huber] {
+            for stated in [true, false] {
+                for count in [16, 20, 30] {
+                    let clean = campaign(robots, count, loss, stated, method);
+                    assert_eq!(clean.worse_than_before, 0);
+                }
+            }
+        }
+        for count in [8, 12, 15] {
+            let case = Spoilt::unspoilt(611, 0, count, &noise());
+            let (nominal, samples) = (&case.nominal, &case.samples);
+            let refusal = calibrate_robust(nominal, samples, &settings(true), method, Loss::Tukey);
+            let expected = RobustRefusal::TooFewSamples {
+                samples: count,
+                needed: 16,
+            };
+            assert_eq!(refusal.unwrap_err(), expected);
+        }
+    }
+}

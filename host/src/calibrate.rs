@@ -145,7 +145,7 @@ pub fn calibrate(
     let sensor_frame = match options.frame {
         Frame::Base => None,
         Frame::Sensor => Some(
-            sensor_frame::find(robot, samples)
+            sensor_frame::find(robot, samples, options)
                 .map_err(|cause| Refused::sensor_frame(samples, &cause))?,
         ),
     };

@@ -4,7 +4,8 @@ Nothing here is shared with the Rust code but the definitions: weights of Huber'
 from 4.685 on) and of Tukey's (c = 4.685); each arm's scale median|r|/0.6745 * sqrt(n/(n - 8)), 1 or more
 with a stated noise; a sample that one arm rejects counts in none. The fits start from the truth, so
 that no search for a start is needed, and are repeated until weights and scales stand still. Jacobians
-are central differences.
+are central differences. The covariance is Huber's (1981, section 7.6), mean psi^2 / (mean psi')^2 (J^T J)^-1,
+with J^T J from the weighted rows, and sigma as stated or estimated.
 
     pip install numpy==2.4.6 scipy==1.17.1
     python3 tests/goldens/generate_robust.py > tests/goldens/numpy_robust.json
@@ -80,7 +81,8 @@ def robust(truth, xs, joints, by_sigma, stated, loss, good):
     for k in range(3):
         kept = ws[k] > 0
         r, w = (rs[k] / scales[k])[kept], ws[k][kept]
-        kappa = np.mean((w * r) ** 2) * np.mean(w) / np.mean(slope(loss, r)) ** 2
+        variance = np.mean(w * r**2) / np.mean(slope(loss, r))
+        kappa = np.mean((w * r) ** 2) * np.mean(w) / np.mean(slope(loss, r)) ** 2 / variance
         j = jacobian(arms[k], xs, joints[:, k], by_sigma[k])
         covariance = np.linalg.inv((j * ws[k][:, None]).T @ j) * kappa
         if not stated:

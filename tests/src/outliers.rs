@@ -79,7 +79,7 @@ impl Wrong {
             Self::Digit => {
                 let digit = (4.5 + 4.5 * uniform(rng)).ceil().copysign(uniform(rng));
                 let tens = if uniform(rng) < 0.0 { 1.0 } else { 10.0 };
-                if number % 2 == 0 {
+                if number.is_multiple_of(2) {
                     sample.position[column] += 10.0 * tens * digit;
                 } else {
                     sample.joints[column] += (tens * digit).to_radians();

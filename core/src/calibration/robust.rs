@@ -49,8 +49,8 @@ const ROUNDING: f64 = 32.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobustOutcome<T: Real> {
     /// As of the plain fit, with the samples' weights: their number is that of the samples with a
-    /// weight above 0, and the covariance is the M-estimate's,
-    /// s² · mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹ (Huber 1981, section 7.6).
+    /// weight above 0, and the covariance is the M-estimate's, mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹, with the
+    /// noise as stated or as estimated from the weighted residuals (see [`Worth`](crate::Worth)).
     pub robot: RobotOutcome<T>,
     /// How many samples are [suspected](WeighedSample::suspected).
     pub suspected: usize,

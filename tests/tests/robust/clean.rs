@@ -1,7 +1,7 @@
 //! Samples of which none is wrong: what a robust fit costs, and whom it accuses.
 
 use crate::{noise, plain, settings, stated_or_not};
-use delta_cal::{Loss, RobustRefusal};
+use delta_cal::{Loss, Parameter, Robot, RobotOutcome, RobustRefusal};
 use delta_cal_host::{CalibrationMethod, calibrate_robust};
 use delta_cal_tests::outliers::Spoilt;
 
@@ -13,9 +13,30 @@ struct Clean {
     robots: u32,
     only_plain: u32,
     only_robust: u32,
+    /// Σ ((found − true)/σ)² over all parameters.
+    scores: f64,
     falsely: u32,
     most_falsely: u32,
     worse_than_before: u32,
+}
+
+impl Clean {
+    fn rms_score(&self) -> f64 {
+        (self.scores / (24.0 * f64::from(self.robots))).sqrt()
+    }
+}
+
+/// Of one robot.
+fn scores(outcome: &RobotOutcome<f64>, truth: &Robot<f64>) -> f64 {
+    let arms = outcome.arms.iter().zip(truth.arms());
+    arms.flat_map(|(arm, truth)| {
+        Parameter::ALL.map(|parameter| {
+            let sigma = arm.standard_deviation(parameter).unwrap_or(f64::NAN);
+            let error = arm.arm.get(parameter) - truth.get(parameter);
+            (error / sigma).powi(2)
+        })
+    })
+    .sum()
 }
 
 fn campaign(
@@ -44,6 +65,7 @@ fn campaign(
         clean.squares[0] += case.position_error(&plain, robot);
         clean.squares[1] += fitted;
         clean.worse_than_before += u32::from(fitted > case.position_error(&case.nominal, robot));
+        clean.scores += scores(&robust.outcome.robot, &case.truth);
         let named = robust.samples.iter().map(|sample| sample.suspected);
         let named = u32::try_from(named.filter(|suspected| *suspected).count()).unwrap();
         clean.falsely += named;
@@ -52,10 +74,11 @@ fn campaign(
     let efficiency = clean.squares[0] / clean.squares[1];
     println!(
         "{method:?}, {loss:?}, noise {}, {count} samples, {} robots: efficiency {efficiency:.3}, \
-         {} of {} samples named (at most {} of one robot), {} robots worse than before; only the \
+         error/σ of the parameters {:.3}, {} of {} samples named (at most {} of one robot), {} robots worse than before; only the \
          plain fit calibrates {}, only the robust one {}",
         stated_or_not(stated),
         clean.robots,
+        clean.rms_score(),
         clean.falsely,
         clean.robots as usize * count,
         clean.most_falsely,
@@ -76,6 +99,8 @@ fn without_wrong_samples_it_is_worth_nearly_as_much_as_the_plain_fit() {
                 let clean = campaign(robots, 60, loss, stated, method);
                 assert_eq!(clean.only_plain, 0);
                 assert!(clean.squares[0] / clean.squares[1] > 0.9);
+                // As of the plain fit with weights from the stated noise: 0.89 to 1.09.
+                assert!((0.85..1.15).contains(&clean.rms_score()));
                 // One sample in a thousand.
                 assert!(f64::from(clean.falsely) < 1e-3 * 60.0 * f64::from(clean.robots));
             }

@@ -40,6 +40,12 @@ pub const LARGEST_SUSPECTED: f64 = 0.4;
 const MEDIAN: f64 = 0.6745;
 /// Rounds of reweighting at most; after half of them the scales stay, and what is rejected.
 const ROUNDS: u16 = 50;
+/// The first round's scales are so many times as large, and each round's so much smaller than the one
+/// before, down to what they are: the least trimmed squares' fit knows its own samples too well, and
+/// with few of them good ones lie many scales off it. They come back as long as the scales are wide
+/// (graduated non-convexity, Blake and Zisserman 1987).
+const WIDENED: f64 = 20.0;
+const NARROWED: f64 = 0.7;
 /// Linearisations of a fit at the start.
 const START_ITERATIONS: u16 = 15;
 /// The scale of exact samples, in ε: what rounding leaves.
@@ -237,14 +243,16 @@ fn fit<T: Real>(
     if let Some(corrections) = least_trimmed(&arms, samples) {
         arms.residuals(&corrections, samples);
         let mut scales = [T::ZERO; 3];
+        let mut width = T::from_f64(WIDENED);
         while rounds < ROUNDS && !settled {
             let late = rounds >= ROUNDS / 2;
             if !late {
-                scales = arms.scales(samples);
+                scales = arms.scales(samples).map(|scale| scale * width);
             }
             let change = weigh(loss, &scales, late, samples);
-            settled = rounds > 0 && change <= T::EPSILON.square_root();
+            settled = width <= T::ONE && change <= T::EPSILON.square_root();
             rounds += 1;
+            width = T::ONE.larger(width * T::from_f64(NARROWED));
             for (effective, arm) in effective.iter_mut().zip(ArmIndex::ALL) {
                 *effective = normalise(loss, &scales, arm, samples);
             }

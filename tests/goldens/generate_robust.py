@@ -1,8 +1,8 @@
 """Independent robust fits of the IKM problem, computed with NumPy.
 
 Nothing here is shared with the Rust code but the definitions: weights of Huber's loss (k = 1.345, nothing
-from 4.685 on) and of Tukey's (c = 4.685); each arm's scale median|r|/0.6745 * sqrt(n/(n - 8)), 1 or more
-with a stated noise; a sample that one arm rejects counts in none. The fits start from the truth, so
+from 4.685 on) and of Tukey's (c = 4.685); the scale is the largest of the arms' median|r|/0.6745 *
+sqrt(n/(n - 8)), 1 or more with a stated noise; a sample that one arm rejects counts in none. The fits start from the truth, so
 that no search for a start is needed, and are repeated until weights and scales stand still. Jacobians
 are central differences. The covariance is Huber's (1981, section 7.6), mean psi^2 / (mean psi')^2 (J^T J)^-1,
 with J^T J from the weighted rows, and sigma as stated or estimated.
@@ -66,11 +66,11 @@ def robust(truth, xs, joints, by_sigma, stated, loss, good):
     previous = None
     for _ in range(100):
         rs = [residuals(arms[k], xs, joints[:, k], by_sigma[k]) for k in range(3)]
-        scales = [np.median(np.abs(r)) / 0.6745 * np.sqrt(n / (n - 8)) for r in rs]
+        scale = max(np.median(np.abs(r)) for r in rs) / 0.6745 * np.sqrt(n / (n - 8))
         if stated:
-            scales = [max(s, 1.0) for s in scales]
-        rejected = np.any([np.abs(r) >= C * s for r, s in zip(rs, scales)], axis=0)
-        ws = [np.where(rejected, 0.0, weight(loss, r / s)) for r, s in zip(rs, scales)]
+            scale = max(scale, 1.0)
+        rejected = np.any([np.abs(r) >= C * scale for r in rs], axis=0)
+        ws = [np.where(rejected, 0.0, weight(loss, r / scale)) for r in rs]
         if previous is not None and max(np.max(np.abs(a - b)) for a, b in zip(ws, previous)) < 1e-9:
             break
         previous = ws
@@ -80,7 +80,7 @@ def robust(truth, xs, joints, by_sigma, stated, loss, good):
     covariances = []
     for k in range(3):
         kept = ws[k] > 0
-        r, w = (rs[k] / scales[k])[kept], ws[k][kept]
+        r, w = (rs[k] / scale)[kept], ws[k][kept]
         variance = np.mean(w * r**2) / np.mean(slope(loss, r))
         kappa = np.mean((w * r) ** 2) * np.mean(w) / np.mean(slope(loss, r)) ** 2 / variance
         j = jacobian(arms[k], xs, joints[:, k], by_sigma[k])

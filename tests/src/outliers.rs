@@ -130,10 +130,22 @@ impl Spoilt {
         }
     }
 
-    /// Sixty samples, `count` of them wrong.
-    pub fn new(campaign: u64, robot: u64, count: usize, kind: Wrong, noise: &Noise<f64>) -> Self {
+    /// Sixty samples, `wrong` of them wrong.
+    pub fn new(campaign: u64, robot: u64, wrong: usize, kind: Wrong, noise: &Noise<f64>) -> Self {
+        Self::of_samples(60, campaign, robot, wrong, kind, noise)
+    }
+
+    /// So many samples, `wrong` of them wrong.
+    pub fn of_samples(
+        samples: usize,
+        campaign: u64,
+        robot: u64,
+        wrong: usize,
+        kind: Wrong,
+        noise: &Noise<f64>,
+    ) -> Self {
         let mut rng = generator(campaign, robot);
-        let mut spoilt = Self::drawn(60, noise, &mut rng);
+        let mut spoilt = Self::drawn(samples, noise, &mut rng);
         let mut order: Vec<usize> = (0..spoilt.samples.len()).collect();
         if kind == Wrong::Cluster {
             let centre = spoilt.samples[0].position;
@@ -145,7 +157,7 @@ impl Spoilt {
         let common = direction(&mut rng);
         let mut number = 0;
         for index in order {
-            if number == count {
+            if number == wrong {
                 break;
             }
             let mut sample = spoilt.samples[index];

@@ -1,11 +1,13 @@
-//! Twelve wrong samples of sixty.
+//! Wrong samples among the others: twelve of sixty, and four of twenty-four.
 
 use crate::{plain, quantile, settings, stated_or_not};
 use delta_cal::Loss;
 use delta_cal_host::{CalibrationMethod, calibrate_robust};
 use delta_cal_tests::outliers::{Found, Spoilt, Wrong};
 
-const WRONG: usize = 12;
+/// Samples and how many of them are wrong: the fifth that a robust fit must bear, and a sixth of few.
+const MANY: (usize, usize) = (60, 12);
+const FEW: (usize, usize) = (24, 4);
 
 #[derive(Debug, Default)]
 struct Compared {
@@ -25,7 +27,7 @@ impl Compared {
         let [median, high, worst] = [0.5, 0.95, 1.0].map(|part| quantile(&mut self.ratios, part));
         println!(
             "{what}: position error {to_good:.3} of the good samples' (median {median:.3}, 95 % \
-             below {high:.3}, worst {worst:.2}), {to_all:.3} of the sixty's before; refused {}, \
+             below {high:.3}, worst {worst:.2}), {to_all:.3} of all before they were spoilt; refused {}, \
              unsettled {}, found {:.4}, of the named wrong {:.4}",
             self.refused,
             self.unsettled,
@@ -33,16 +35,19 @@ impl Compared {
             self.found.precision(),
         );
         assert_eq!(self.refused, 0, "{what}");
+        // A fifth of wrong samples is to leave the error within 1.5 of the clean fit's.
         assert!(to_good < 1.5 && to_all < 1.5 && high < 1.5, "{what}");
-        // Six robots of a hundred are one in twenty at 95 %: all wrong rows are found but those
-        // whose error the noise and the pose hide.
+        // 5 mm are 250 σ of a position, but an arm sees only what points along its forearm: one
+        // direction in a thousand hides it from an arm, and a wrong joint angle is seen by one arm alone.
         assert!(self.found.recall() > 0.999, "{what}");
+        // The rows that are not wrong are at least four times as many: of them one in 400 may be named.
         assert!(self.found.precision() > 0.99, "{what}");
     }
 }
 
 fn campaign(
     robots: u64,
+    (samples, wrong): (usize, usize),
     kind: Wrong,
     loss: Loss,
     stated: bool,
@@ -51,7 +56,7 @@ fn campaign(
     let settings = settings(stated);
     let mut compared = Compared::default();
     for robot in 0..robots {
-        let spoilt = Spoilt::new(600, robot, WRONG, kind, &crate::noise());
+        let spoilt = Spoilt::of_samples(samples, 600, robot, wrong, kind, &crate::noise());
         let nominal = &spoilt.nominal;
         let fit = |samples: &[_]| {
             let robot = plain(nominal, samples, &settings, method);
@@ -75,13 +80,16 @@ fn campaign(
     compared
 }
 
-fn every_kind(robots: u64, method: CalibrationMethod) {
+fn every_kind(robots: u64, part: (usize, usize), method: CalibrationMethod) {
     for loss in [Loss::Tukey, Loss::Huber] {
         for stated in [true, false] {
             for kind in Wrong::ALL {
                 let known = stated_or_not(stated);
-                let mut compared = campaign(robots, kind, loss, stated, method);
-                compared.print_and_check(&format!("{method:?}, {loss:?}, noise {known}, {kind:?}"));
+                let mut compared = campaign(robots, part, kind, loss, stated, method);
+                compared.print_and_check(&format!(
+                    "{method:?}, {loss:?}, noise {known}, {} of {}, {kind:?}",
+                    part.1, part.0
+                ));
             }
         }
     }
@@ -89,10 +97,15 @@ fn every_kind(robots: u64, method: CalibrationMethod) {
 
 #[test]
 fn ikm_error_stays_within_one_and_a_half_of_the_good_samples() {
-    every_kind(200, CalibrationMethod::Ikm);
+    every_kind(200, MANY, CalibrationMethod::Ikm);
 }
 
 #[test]
 fn fkm_error_stays_within_one_and_a_half_of_the_good_samples() {
-    every_kind(100, CalibrationMethod::Fkm);
+    every_kind(100, MANY, CalibrationMethod::Fkm);
+}
+
+#[test]
+fn wrong_samples_are_found_among_few() {
+    every_kind(100, FEW, CalibrationMethod::Ikm);
 }

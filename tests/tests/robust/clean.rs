@@ -137,11 +137,12 @@ fn few_samples_are_refused_or_calibrate_without_a_storm_of_suspicion() {
                 for count in [16, 20, 30] {
                     let clean = campaign(robots, count, loss, stated, method);
                     assert_eq!(clean.worse_than_before, 0);
-                    // BOUNDS
-                    let most = if stated { 2e-3 } else { 5e-3 };
-                    if !(clean.named(count) < most && clean.efficiency() > 0.85) {
-                        println!("BOUND");
-                    }
+                    // Twice the most that was found: 1.1 in a thousand, and 2.3 where the scale is
+                    // not known.
+                    let most = if stated { 2.2e-3 } else { 4.6e-3 };
+                    assert!(clean.named(count) < most, "{}", clean.falsely);
+                    // 0.95 of many samples; sixty robots tell it to 0.05, and few samples cost as much.
+                    assert!(clean.efficiency() > 0.85);
                 }
             }
         }

@@ -37,8 +37,8 @@ impl Compared {
         assert_eq!(self.refused, 0, "{what}");
         // A fifth of wrong samples is to leave the error within 1.5 of the clean fit's.
         assert!(to_good < 1.5 && to_all < 1.5 && high < 1.5, "{what}");
-        // 5 mm are 250 σ of a position, but an arm sees only what points along its forearm: one
-        // direction in a thousand hides it from an arm, and a wrong joint angle is seen by one arm alone.
+        // 5 mm are 250 σ of a position. One direction in fifty hides them from an arm, being nearly at
+        // right angles to its forearm, but hardly any from all three. A wrong joint angle is seen by one arm.
         assert!(self.found.recall() > 0.999, "{what}");
         // The rows that are not wrong are at least four times as many: of them one in 400 may be named.
         assert!(self.found.precision() > 0.99, "{what}");

@@ -1,14 +1,16 @@
 //! The robust fit: an M-estimate by iteratively reweighted least squares.
 //!
 //! ```text
-//! minimise  Σ ρ(rₖ/s),   rₖ = f(P; Xₖ, qₖ)/σf,ₖ,   s = max over the arms of median |r| / 0.6745 · √(n/(n − 8))
+//! minimise  Σ ρ(rₖ/s),   rₖ = f(P; Xₖ, qₖ)/σf,ₖ
+//! s = max over the arms of  median |r| / 0.6745 · √(n/(n − 8))
 //! ```
 //!
 //! The scale s is the largest of the three arms', and the stated noise keeps it at 1 or above: with few
 //! samples an arm's median may be far too small by chance, and would then shrink with every good sample
-//! that it makes the fit leave out. One tracker measured for all three. A round weighs every sample with ψ(r/s)/(r/s), fits, and takes the new residuals (Holland and Welsch
-//! 1977). The first residuals are those of the least trimmed squares' fit: Tukey's loss has many minima,
-//! and the wrong samples must not choose among them (Yohai's MM-estimate, 1987).
+//! that it makes the fit leave out. One tracker measured for all three. A round weighs every sample with
+//! ψ(r/s)/(r/s), fits, and takes the new residuals (Holland and Welsch 1977). The first residuals are
+//! those of the least trimmed squares' fit: Tukey's loss has many minima, and the wrong samples must not
+//! choose among them (Yohai's MM-estimate, 1987).
 //!
 //! Which arms a wrong sample spoils is not known: a wrong position spoils all three, a wrong joint
 //! angle one. An arm weighs a sample by its own residual, and a sample that one arm rejects altogether
@@ -39,8 +41,8 @@ pub const SAMPLES_FOR_ROBUST_FIT: usize = 16;
 pub const LARGEST_SUSPECTED: f64 = 0.4;
 /// The median of |r| of a normal r with σ = 1.
 const MEDIAN: f64 = 0.6745;
-/// Rounds of reweighting at most; after half of them the scales stay, and what is rejected. Where nothing is on
-/// the edge, 25 to 30 are enough.
+/// Rounds of reweighting at most; after half of them the scales stay, and what is rejected. Most fits
+/// take 25 to 30.
 const ROUNDS: u16 = 80;
 /// The first round's scales are so many times as large, and each round's so much smaller than the one
 /// before, down to what they are: the least trimmed squares' fit knows its own samples too well, and

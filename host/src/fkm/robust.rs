@@ -6,9 +6,9 @@
 //!
 //! One weight a sample: it is right or wrong as a whole. d is the length of three residuals, of normal
 //! ones 1.538 in the median, and the losses are so much wider that they are worth 95 % of the squared
-//! one here as well. The IKM method's robust fit is the start. Without a stated noise s is no less than that fit's
-//! estimate of the noise: of few samples the 24 parameters may come so near to half that the median says
-//! nothing.
+//! one here as well. The IKM method's robust fit is the start. Without a stated noise s is no less than
+//! that fit's estimate of the noise: of few samples the 24 parameters may come so near to half that the
+//! median says nothing.
 
 use super::problem::{Problem, as_number, residual_length};
 use super::search::Search;

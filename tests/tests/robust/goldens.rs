@@ -21,9 +21,10 @@ struct Golden {
     covariance: [Vec<String>; 3],
 }
 
-/// Rounds end when no weight changes by more than √ε = 1.5e-8, NumPy's at 1e-9. Weights that settle in 80 rounds or
-/// fewer, from changes of about 1, contract by 0.8 a round or better, so that four times the last
-/// change is left. The parameters, in σ, are off by that times the sum of a sample's pull over the sixty, ten at most.
+/// Rounds end when no weight changes by more than √ε = 1.5e-8, NumPy's at 1e-9. Weights that settle in
+/// 80 rounds or fewer, from changes of about 1, contract by 0.8 a round or better, so that four times
+/// the last change is left. The parameters, in σ, are off by that times the sum of a sample's pull over
+/// the sixty, ten at most.
 const STANDS_STILL: f64 = 1e-6;
 /// Central differences know the Jacobian to 1e-8 or so, and the covariance multiplies that by the
 /// condition.

@@ -11,6 +11,7 @@
 //! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
 //! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
 //! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary ─→ reproduce: the paper beside it
+//! RobotFile ─→ poses::plan ─→ PosePlan;  with SamplesFile ─→ Observability ─→ report::check
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
 //! RobotFile ─→ workspace::report::Analysis ─→ table, JSON, CSV, STL, HTML
 //! plot::Figure ─→ SVG, PNG; report::html
@@ -61,6 +62,7 @@ mod robot_file;
 mod robust;
 mod samples_file;
 mod sensor_frame;
+mod stream;
 mod units;
 mod warnings;
 mod words;
@@ -79,4 +81,5 @@ pub use refusal::Refused;
 pub use robot_file::RobotFile;
 pub use robust::{RobustFit, SampleWeight, calibrate_robust};
 pub use samples_file::{Row, SamplesFile, read_joints, read_positions};
+pub use stream::{GateReport, RejectedSample, StreamReport, Streaming};
 pub use workspace_comparison::WorkspaceComparison;

@@ -30,7 +30,8 @@ pub fn run<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
     stored::<T>(out)?;
     robust::run::<T>(out)?;
     refusals::<T>(out)?;
-    simulation::<T>(out)
+    simulation::<T>(out)?;
+    crate::stream::run::<T>(out)
 }
 
 /// The elementary functions over their ranges.

@@ -114,3 +114,20 @@ fn a_parameter_without_any_influence_makes_the_condition_infinite() {
     assert!(singular.condition.is_infinite());
     assert_eq!(singular.weakest_direction(), [0.0; 8]);
 }
+
+/// The second column is the first: exactly singular, with no column that is zero.
+#[test]
+fn equal_columns_make_the_condition_infinite() {
+    let mut normal = Normal::<f64>::zero();
+    for row in 0..8 {
+        let mut block = [[0.0]; 9];
+        block[row] = [1.0];
+        if row == 0 {
+            block[1] = [1.0];
+        }
+        if row != 1 {
+            normal.absorb(&mut block);
+        }
+    }
+    assert!(Conditioning::of(&normal).condition.is_infinite());
+}

@@ -48,7 +48,7 @@ struct Record<T> {
     number: u8,
     /// Fingerprint of the nominal robot: another robot's parameters are useless.
     nominal: u32,
-    /// Counts up; the highest is in use.
+    /// Counts up, and around; the newest is in use.
     generation: u32,
     sets: Sets<T>,
 }
@@ -124,7 +124,7 @@ impl<F: NorFlash> Store<F> {
             match self.load_half::<T>(half) {
                 Ok(record) => {
                     let (older, newer) = match &newest {
-                        Some(found) if found.generation > record.generation => {
+                        Some(found) if follows(found.generation, record.generation) => {
                             (Some(record.generation), found.generation)
                         }
                         other => {
@@ -259,6 +259,11 @@ impl<F: NorFlash> Store<F> {
             .all(|arms| robot(arms).is_ok());
         (ours && valid).then_some(record)
     }
+}
+
+/// Whether one generation is newer than another: it is ahead of it by less than half of all there are.
+const fn follows(generation: u32, other: u32) -> bool {
+    generation.wrapping_sub(other).cast_signed() > 0
 }
 
 /// A map over part of the flash.

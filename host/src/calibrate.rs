@@ -5,8 +5,9 @@ use crate::position_uncertainty::UncertaintyMap;
 use crate::refusal::{Circumstances, Refused, lies_elsewhere};
 use crate::warnings::warnings;
 use crate::{
-    InputError, Outcome, PositionError, RobotFile, RobustFit, Row, SampleErrors, SampleWeight,
-    SamplesFile, WorkspaceComparison, calibrate_robust, fkm, plausibility, sensor_frame,
+    CalibrationReport, Diagnosis, InputError, NoiseTest, Outcome, PositionError, RobotFile,
+    RobustFit, Row, SampleErrors, SampleWeight, SamplesFile, WorkspaceComparison, calibrate_robust,
+    fkm, plausibility, sensor_frame,
 };
 use delta_cal::{
     Calibrator, Loss, Method, Noise, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
@@ -60,49 +61,6 @@ pub struct Options {
     pub no_guess: bool,
 }
 
-/// A calibration, and what there is to know to trust it or not.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CalibrationReport {
-    /// How it was calibrated.
-    pub options: Options,
-    /// The robot file.
-    pub before: RobotFile,
-    /// The calibrated robot with the limits, tolerance and noise of the file, and the sensor's
-    /// frame if that was asked for.
-    pub after: RobotFile,
-    /// The samples file's name.
-    pub samples_file: String,
-    /// How many samples there were.
-    pub samples: usize,
-    /// How many of them have joint angles that no other sample before them has.
-    pub distinct_poses: usize,
-    /// The method's result.
-    pub outcome: Outcome,
-    /// Over the samples that are not suspected, with the parameters before.
-    pub error_before: PositionError,
-    /// Over the same samples, with the calibrated parameters.
-    pub error_after: PositionError,
-    /// What the samples are judged by: the noise that the robot file states, otherwise the position's
-    /// as estimated from the residuals; `None` if no sample is left over to estimate it from.
-    pub noise: Option<Noise<f64>>,
-    /// Every sample by itself, in the file's order.
-    pub sample_errors: Vec<SampleErrors>,
-    /// Over the workspace; `None` if the uncertainty is not known.
-    pub workspace: Option<WorkspaceComparison>,
-    /// How uncertain the calibrated robot's positions are, place by place; `None` as above.
-    pub uncertainty: Option<UncertaintyMap>,
-    /// Anything doubtful, in plain words.
-    pub warnings: Vec<String>,
-}
-
-impl CalibrationReport {
-    /// The samples that a robust fit does not count.
-    pub fn suspected(&self) -> impl Iterator<Item = &SampleErrors> {
-        let samples = self.sample_errors.iter();
-        samples.filter(|sample| sample.weight.suspected)
-    }
-}
-
 /// Why there is no calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CalibrateError {
@@ -136,6 +94,31 @@ impl From<Refused> for CalibrateError {
 /// measurements that cannot calibrate this robot: the core refuses them, the result is not credible
 /// without a stated tolerance, or it is expected to be worse than what there was before.
 pub fn calibrate(
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+) -> Result<CalibrationReport, CalibrateError> {
+    match attempt(robot, samples, options) {
+        Ok(report) => Ok(report.diagnosed(Diagnosis::of(robot, samples, options))),
+        Err(CalibrateError::Refused(refused)) => {
+            let diagnosis = Diagnosis::of(robot, samples, options);
+            Err(refused.with_diagnosis(diagnosis).into())
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// After a calibration: half of the samples are off by less than this, mm. `None` if it is refused.
+pub(crate) fn position_error_after(
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+) -> Option<f64> {
+    let report = attempt(robot, samples, options).ok()?;
+    Some(report.error_after.median)
+}
+
+fn attempt(
     robot: &RobotFile,
     samples: &SamplesFile,
     options: Options,
@@ -214,12 +197,17 @@ pub(crate) fn calibrated_elsewhere(
         find_frame: "delta-cal calibrate --frame sensor",
         robust_fit: "delta-cal calibrate --loss tukey",
     };
-    match result {
+    let judged = match result {
         Ok(outcome) => {
             let fit = plain(Outcome::from(*outcome), &measured);
             judged(&circumstances, before, fit, None)
         }
         Err(refusal) => Err(circumstances.explain(refusal)),
+    };
+    let diagnosis = Diagnosis::of(robot, samples, options);
+    match judged {
+        Ok(report) => Ok(report.diagnosed(diagnosis)),
+        Err(refused) => Err(refused.with_diagnosis(diagnosis)),
     }
 }
 
@@ -307,11 +295,19 @@ fn judged(
         error_before: error_of(&distances_before),
         error_after,
         noise,
+        noise_test: None,
         sample_errors,
         workspace,
         uncertainty,
+        diagnosis: None,
         warnings: Vec::new(),
     };
+    report.noise_test = NoiseTest::of(&report);
+    if let Some(test) = &report.noise_test
+        && test.beyond_tolerance()
+    {
+        return Err(circumstances.explain_noise_beyond_tolerance(test));
+    }
     report.warnings = warnings(&report);
     if !settled {
         report.warnings.push(

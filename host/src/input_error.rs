@@ -1,16 +1,18 @@
 //! What is wrong with an input file, where, and what to do about it.
 
+use crate::Diagnosis;
 use std::error::Error;
 use std::fmt;
 
 /// One fault in an input file. Displayed as `file:line: column x_mm: cause`, in one line.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct InputError {
-    file: String,
+    file: Box<str>,
     line: Option<u64>,
     place: Option<Place>,
     cause: String,
     remedy: Option<String>,
+    diagnosis: Option<Box<Diagnosis>>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,11 +25,12 @@ impl InputError {
     /// A fault of the file as a whole.
     pub fn new(file: impl Into<String>, cause: impl Into<String>) -> Self {
         Self {
-            file: file.into(),
+            file: file.into().into(),
             line: None,
             place: None,
             cause: cause.into(),
             remedy: None,
+            diagnosis: None,
         }
     }
 
@@ -57,6 +60,19 @@ impl InputError {
     pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into());
         self
+    }
+
+    /// What would explain the file as a whole; its remedy is in place of this fault's.
+    #[must_use]
+    pub(crate) fn with_diagnosis(mut self, diagnosis: Diagnosis) -> Self {
+        self.remedy = Some(diagnosis.remedy());
+        self.diagnosis = Some(Box::new(diagnosis));
+        self
+    }
+
+    /// What would explain the file as a whole, if anything does.
+    pub fn diagnosis(&self) -> Option<&Diagnosis> {
+        self.diagnosis.as_deref()
     }
 
     /// The line at fault, if it is one.

@@ -11,6 +11,7 @@
 //! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
 //! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
 //! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary ─→ reproduce: the paper beside it
+//! RobotFile ─→ poses::plan ─→ PosePlan;  with SamplesFile ─→ Observability ─→ report::check
 //! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
 //! RobotFile ─→ workspace::report::Analysis ─→ table, JSON, CSV, STL, HTML
 //! plot::Figure ─→ SVG, PNG; report::html
@@ -32,8 +33,10 @@
 #![forbid(unsafe_code)]
 
 mod calibrate;
+mod calibration_report;
 pub mod campaign;
 pub mod device;
+mod diagnosis;
 pub mod evaluation;
 pub mod example;
 pub mod fkm;
@@ -41,6 +44,7 @@ mod information;
 mod input_error;
 mod input_text;
 pub mod kinematics;
+mod noise_test;
 pub mod observability;
 mod outcome;
 mod outliers;
@@ -64,11 +68,12 @@ mod words;
 pub mod workspace;
 mod workspace_comparison;
 
-pub use calibrate::{
-    CalibrateError, CalibrationMethod, CalibrationReport, Frame, Options, calibrate,
-};
+pub use calibrate::{CalibrateError, CalibrationMethod, Frame, Options, calibrate};
+pub use calibration_report::CalibrationReport;
+pub use diagnosis::{Diagnosis, DiagnosisEvidence, Explanation};
 pub use input_error::InputError;
 pub use input_text::InputText;
+pub use noise_test::{Estimate, NoiseTest, NoiseVerdict, StatedNoise};
 pub use outcome::Outcome;
 pub use position_error::{PositionError, SampleErrors};
 pub use refusal::Refused;

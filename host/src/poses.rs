@@ -123,6 +123,8 @@ pub struct PosePlan {
     pub margin: Margin,
     /// What to expect.
     pub planned: Expectation,
+    /// Whether a calibration from these poses would find every parameter without the tolerance, too.
+    pub determined_alone: bool,
     /// The median of what [`RANDOM_SETS`] sets of as many random poses would give: `None` if most of
     /// them would not determine the robot.
     pub random: Expectation,
@@ -156,6 +158,12 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<PosePlan, PlanError> {
     let mut rng = Pcg32::seed_from_u64(request.seed);
     let (found, planned, yardstick) = chosen(request, &assumptions, &selection, &mut rng)?;
     let random = yardstick.random_median(&selection, &assumptions, &mut rng)?;
+    let alone = Assumptions {
+        tolerance: None,
+        ..assumptions
+    };
+    let by_themselves = yardstick.expectation(&found, &alone);
+    let robot = &request.robot.robot;
     let poses = ordered(&found);
     Ok(PosePlan {
         travel: length(&poses),
@@ -164,6 +172,7 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<PosePlan, PlanError> {
         assumptions,
         margin,
         planned,
+        determined_alone: by_themselves.is_some_and(|alone| alone.unknown(robot).is_none()),
         random,
     })
 }

@@ -1,10 +1,13 @@
 //! Why the measurements cannot calibrate this robot, in plain words, and what to do next.
 
+mod noise;
 mod robust;
 
 use crate::outliers::Fit;
 use crate::words::{count, in_file_units};
-use crate::{Frame, Options, PositionError, RobotFile, SamplesFile, WorkspaceComparison};
+use crate::{
+    Diagnosis, Frame, Options, PositionError, RobotFile, SamplesFile, WorkspaceComparison,
+};
 use delta_cal::{Method, Parameter, Refusal, Robot, Sample};
 use std::error::Error;
 use std::fmt;
@@ -18,10 +21,11 @@ const CHECK: &str = "check the units, the order of the joints and their sign (po
 const SPREAD: &str = "spread the poses over the whole workspace, each joint over its whole range";
 
 /// A calibration that is refused: the robot keeps its parameters. Displayed as one line.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Refused {
     cause: String,
     remedy: String,
+    diagnosis: Option<Box<Diagnosis>>,
 }
 
 impl fmt::Display for Refused {
@@ -56,6 +60,24 @@ impl Refused {
         &self.remedy
     }
 
+    /// What would explain the samples as a whole, if anything does.
+    pub fn diagnosis(&self) -> Option<&Diagnosis> {
+        self.diagnosis.as_deref()
+    }
+
+    pub(crate) fn with_diagnosis(self, diagnosis: Option<Diagnosis>) -> Self {
+        let remedy = match &diagnosis {
+            // It says better what the general advice guesses at.
+            Some(diagnosis) => diagnosis.remedy(),
+            None => self.remedy,
+        };
+        Self {
+            remedy,
+            diagnosis: diagnosis.map(Box::new),
+            ..self
+        }
+    }
+
     /// The points do not fix the sensor's frame.
     pub(crate) fn sensor_frame(samples: &SamplesFile, cause: &str) -> Self {
         Self {
@@ -64,6 +86,7 @@ impl Refused {
                 samples.unit_hint(),
                 Some(format!("measure more poses and {SPREAD}")),
             ]),
+            diagnosis: None,
         }
     }
 }
@@ -156,7 +179,8 @@ impl Circumstances<'_> {
             ),
             Refusal::ResidualContradictsNoise { arm, ratio } => (
                 format!(
-                    "the residuals of {arm} are {ratio:.1} times what the stated [noise] allows"
+                    "the residuals of {arm} are {ratio:.1} times what the stated [noise] allows{}",
+                    self.residuals_say(f64::from(ratio))
                 ),
                 "look for an outlier, or a sensor that moved; the [noise] is to be stated as it is, \
                  as repeated measurements of one pose give it"
@@ -220,6 +244,7 @@ impl Circumstances<'_> {
                 self.samples.name
             ),
             remedy: format!("measure more poses (20 or more are advisable), {remedy}"),
+            diagnosis: None,
         }
     }
 
@@ -242,6 +267,7 @@ impl Circumstances<'_> {
                     "{CHECK}{frame}; if the robot file is only a rough guess, say --no-guess"
                 )),
             ]),
+            diagnosis: None,
         }
     }
 
@@ -325,6 +351,7 @@ impl Circumstances<'_> {
         Refused {
             cause: format!("{}: {cause}", self.samples.name),
             remedy: joined(&[self.samples.unit_hint(), first, second, robust, third]),
+            diagnosis: None,
         }
     }
 

@@ -2,14 +2,15 @@
 //! beside those found here.
 //!
 //! ```text
-//! EXPERIMENTS ─→ campaign::run ─→ Reproduction ─→ results.csv
-//!                                      ├→ figures ─→ SVG, PNG
-//!                                      └→ report.html
+//! EXPERIMENTS ─→ campaign::run ─┬→ Reproduction ─→ results.csv
+//! robot ─→ workspace::Analysis ─┘       ├→ figures ─→ SVG, PNG
+//!                                       └→ report.html
 //! ```
 //!
 //! The paper: T. Bentaleb, J. Iqbal, "On the improvement of calibration accuracy of parallel robots –
 //! modeling and optimization", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
 
+mod boundary;
 mod comparison;
 mod experiment;
 mod figures;
@@ -23,6 +24,7 @@ pub use report::render;
 pub use results::results_csv;
 
 use crate::campaign::{self, CampaignError, CaseSummary, RunOptions, Shard};
+use crate::workspace::report::Analysis;
 use std::path::Path;
 
 /// The folder of the campaigns within that of the reproduction.
@@ -33,6 +35,8 @@ pub const CAMPAIGNS: &str = "campaigns";
 pub struct Reproduction {
     /// In the order of [`EXPERIMENTS`].
     pub experiments: Vec<Results>,
+    /// The boundary of the workspace, and the influence of the parameters on it.
+    pub boundary: Analysis,
 }
 
 /// One experiment and what came of it.
@@ -91,5 +95,8 @@ pub fn run(
         progress(before, total);
         experiments.push(Results { experiment, cases });
     }
-    Ok(Reproduction { experiments })
+    Ok(Reproduction {
+        experiments,
+        boundary: boundary::compute()?,
+    })
 }

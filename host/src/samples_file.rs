@@ -3,8 +3,9 @@
 mod columns;
 mod records;
 
+use crate::diagnosis::Diagnosis;
 use crate::units::degrees;
-use crate::{InputError, InputText};
+use crate::{InputError, InputText, Options, RobotFile};
 use columns::{Quantity, Table};
 use delta_cal::{JointLimits, Sample};
 use nalgebra::Vector3;
@@ -61,12 +62,41 @@ impl SamplesFile {
     /// The first fault: a missing, unknown or doubled column, a short or long row, a number that
     /// does not parse or is not finite, a joint angle more than 1° outside the limits, no rows.
     pub fn read(input: &InputText, limits: &JointLimits<f64>) -> Result<Self, InputError> {
+        Self::read_within(input, Some(limits))
+    }
+
+    /// Reads the samples of a robot that is to be calibrated. What would explain joint angles outside
+    /// its limits by a fault of the whole file is said.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_for(
+        input: &InputText,
+        robot: &RobotFile,
+        options: Options,
+    ) -> Result<Self, InputError> {
+        Self::read(input, &robot.limits)
+            .map_err(|error| Diagnosis::of_unread(robot, input, options, error))
+    }
+
+    /// As [`read`](Self::read), whatever the joint angles.
+    pub(crate) fn read_any(input: &InputText) -> Result<Self, InputError> {
+        Self::read_within(input, None)
+    }
+
+    fn read_within(
+        input: &InputText,
+        limits: Option<&JointLimits<f64>>,
+    ) -> Result<Self, InputError> {
         let table = Table::parse(input)?;
         table.require(&Quantity::JOINTS)?;
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
             Ok(Sample {
-                joints: row.joints(limits)?,
+                joints: match limits {
+                    Some(limits) => row.joints(limits)?,
+                    None => row.numbers(Quantity::JOINTS)?,
+                },
                 position: Vector3::from(row.numbers(Quantity::COORDINATES)?),
             })
         })?;

@@ -45,7 +45,7 @@ pub(crate) fn find(
 }
 
 /// Three points or more that leave a rotation of the frame free, or nearly so.
-fn degenerate(
+pub(crate) fn degenerate(
     points: impl ExactSizeIterator<Item = Vector3<f64>> + Clone,
     forearm: f64,
 ) -> Option<&'static str> {

@@ -3,7 +3,7 @@
 use crate::plausibility::doubtful;
 use crate::refusal::{is_outlier, lies_elsewhere, outlier};
 use crate::words::{count, list};
-use crate::{CalibrationMethod, CalibrationReport, Frame, SampleErrors};
+use crate::{CalibrationReport, Frame, SampleErrors};
 use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
 
 /// A parameter is the tolerance's rather than the samples' beyond this share.
@@ -13,12 +13,8 @@ const FEW_SAMPLES: usize = 12;
 /// Below it a condition is good. Above, the parameters are known a hundred times worse than each
 /// alone would be.
 pub(crate) const GOOD_CONDITION: f64 = 100.0;
-/// Standard deviations of the residual's rms that make it doubtful.
-const DEVIATIONS: f64 = 3.0;
 /// Suspected lines that a warning names.
 const SUSPECTED_NAMED: usize = 8;
-/// Residuals below this part of the stated noise are doubtful too.
-const SMALL_RESIDUAL: f64 = 0.5;
 
 /// Every doubt, the gravest first.
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
@@ -190,56 +186,13 @@ fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
     }
 }
 
-/// The residuals against the stated noise: the arms' of the IKM method, the robot's of the FKM.
+/// The residuals against the stated noise.
 fn residual_warnings(report: &CalibrationReport, found: &mut Vec<String>) {
-    if report.before.noise.is_none() {
-        return;
+    if let (Some(noise), Some(test)) = (&report.before.noise, &report.noise_test) {
+        found.extend(test.doubt(noise, report.before.tolerance.is_some()));
     }
-    let arms = &report.outcome.robot.arms;
-    // What the samples are worth: with a robust fit's weights fewer than there are.
-    let worth =
-        |outcome: &ArmOutcome<f64>| outcome.degrees_of_freedom + 8.0 - outcome.prior_share.sum();
-    match report.options.method {
-        CalibrationMethod::Ikm => {
-            for (arm, outcome) in ArmIndex::ALL.into_iter().zip(arms) {
-                let freedom = outcome.degrees_of_freedom;
-                let rms = outcome.residual_rms;
-                let worth = worth(outcome);
-                found.extend(doubtful_residual(&arm.to_string(), rms, worth, freedom));
-            }
-        }
-        CalibrationMethod::Fkm => {
-            let freedom = arms.iter().map(|arm| arm.degrees_of_freedom).sum();
-            let [ArmOutcome { residual_rms, .. }, ..] = arms;
-            found.extend(doubtful_residual(
-                "the robot",
-                *residual_rms,
-                arms.iter().map(worth).sum(),
-                freedom,
-            ));
-        }
-    }
-}
-
-fn doubtful_residual(of: &str, rms: f64, residuals: f64, freedom: f64) -> Option<String> {
-    if !(freedom >= 1.0) {
-        return None;
-    }
-    // Σ(r/σ)² over its degrees of freedom is 1 ± √(2/ν); its root 1 ± 1/√(2ν).
-    let ratio = rms * (residuals / freedom).sqrt();
-    let scatter = DEVIATIONS / (2.0 * freedom).sqrt();
-    if ratio > 1.0 + scatter {
-        Some(format!(
-            "{of}: the residuals are {ratio:.1} times the stated [noise]: it is understated, or a \
-             sample is an outlier"
-        ))
-    } else if ratio < SMALL_RESIDUAL && ratio < 1.0 - scatter {
-        Some(format!(
-            "{of}: the residuals are only {ratio:.2} times the stated [noise], which seems \
-             overstated, and the sigmas with it"
-        ))
-    } else {
-        None
+    if let Some(test) = &report.noise_test {
+        found.extend(test.says_little());
     }
 }
 

@@ -53,6 +53,14 @@ fn twenty_poses_determine_the_robot_by_either_method() {
 }
 
 #[test]
+fn without_poses_to_add_there_is_no_list_of_them() {
+    let folder = folder();
+    let run = folder.run("check robot.toml samples.csv --add 0").ok();
+    assert!(!run.stdout.contains("Best added"), "{}", run.stdout);
+    assert!(run.stdout.ends_with("rms now.\n"), "{}", run.stdout);
+}
+
+#[test]
 fn only_the_joint_angles_count() {
     let folder = folder();
     let moved: Vec<_> = exact(&nominal_arms(), 20)
@@ -180,6 +188,7 @@ fn wrong_input_is_refused_with_its_place() {
             "the robot reaches",
         ),
         ("robot.toml samples.csv --add 500", 2, "--add"),
+        ("robot.toml samples.csv --add -1", 2, "--add"),
         (
             "robot.toml samples.csv --json samples.csv",
             2,

@@ -109,6 +109,67 @@ fn poses_stay_within_a_box_and_within_a_cylinder() {
     }
 }
 
+/// However large it is: only what the arms can reach is searched.
+#[test]
+fn a_region_may_be_far_larger_than_the_workspace() {
+    let folder = folder();
+    for region in ["r=1e5,z=-1e9..1e9", "x=-1e6..1e6,y=-1e6..1e6,z=-1e6..1e6"] {
+        let run = folder.run(&format!("plan robot.toml --count 12 --within {region}"));
+        run.ok();
+    }
+}
+
+/// What was planned may be planned again; what was measured is not written over.
+#[test]
+fn measured_positions_are_replaced_only_by_force() {
+    let folder = folder();
+    let plan = "plan robot.toml --count 12 --output poses.csv";
+    folder.write("poses.csv", "");
+    folder.run(plan).ok();
+    folder.run(&format!("{plan} --seed 2")).ok();
+    let planned = folder.read("poses.csv");
+    // A tenth of a millimetre in one of the coordinates, and a row that is not finished.
+    let (header, rows) = planned.split_once('\n').unwrap();
+    let last = rows.trim_end().rsplit(',').next().unwrap();
+    let off = last.parse::<f64>().unwrap() + 0.1;
+    let measured = planned.replace(last, &off.to_string());
+    for text in [
+        measured,
+        format!("{header}\n10,20,30,,,\n"),
+        "notes".to_owned(),
+    ] {
+        folder.write("poses.csv", &text);
+        let run = folder.run(plan);
+        assert_eq!(run.code, 2, "{}", run.stderr);
+        assert!(run.stderr.contains("--force"), "{}", run.stderr);
+        assert_eq!(folder.read("poses.csv"), text);
+        folder.run(&format!("{plan} --seed 2 --force")).ok();
+        assert_eq!(folder.read("poses.csv"), planned);
+    }
+}
+
+#[test]
+fn it_is_said_where_the_tolerance_decides() {
+    let folder = folder();
+    let words = "do not determine every parameter by themselves";
+    // Within a tenth of a millimetre all poses are one.
+    for (within, decides) in [
+        ("", false),
+        ("--within x=0..0.1,y=0..0.1,z=-400..-399.9", true),
+    ] {
+        let plan = format!("plan robot.toml --count 12 {within}");
+        let run = folder.run(&plan).ok();
+        assert_eq!(run.stdout.contains(words), decides, "{}", run.stdout);
+        let run = folder
+            .run(&format!("{plan} --output poses.csv --json -"))
+            .ok();
+        let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        assert_eq!(json["determined_without_tolerance"], !decides);
+        let check = folder.run("check robot.toml poses.csv");
+        assert_eq!(check.code, i32::from(decides), "{}", check.stderr);
+    }
+}
+
 #[test]
 fn a_forearm_limit_is_kept_with_a_margin() {
     let folder = folder();
@@ -202,6 +263,16 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
         ("robot.toml --count 0", 2, "0 poses cannot determine"),
         ("robot.toml --count 5000", 2, "more than 500"),
         ("robot.toml", 2, "--count"),
+        ("robot.toml --count -3", 2, "a whole number is needed"),
+        ("robot.toml --count 12.5", 2, "a whole number is needed"),
+        ("robot.toml --accuracy 1e-9mm", 2, "more than 500"),
+        ("robot.toml --accuracy -1mm", 2, "a length greater than 0"),
+        // The platform's lowest point and next to nothing else.
+        (
+            "robot.toml --count 12 --within r=500,z=-710..-705",
+            2,
+            "or next to none",
+        ),
         (
             "robot.toml --count 12 --within x=900..950,y=0..10,z=-400..-300",
             2,
@@ -275,5 +346,26 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
             !folder.names().contains(&"poses.csv".to_owned()),
             "{arguments}"
         );
+    }
+}
+
+/// The robot file that the README describes, and what it shows of the plan.
+#[test]
+fn the_readme_shows_what_the_command_prints() {
+    let readme = include_str!("../../README.md");
+    let block = |heading: &str, kind: &str| {
+        let section = readme.split_once(heading).unwrap().1;
+        let block = section.split_once(kind).unwrap().1;
+        block.split_once("```").unwrap().0
+    };
+    let folder = Folder::new();
+    folder.write("robot.toml", block("## Calibrate your robot", "```toml\n"));
+    let run = folder
+        .run("plan robot.toml --count 12 --accuracy 0.02mm")
+        .ok();
+    let shown = block("## Which poses to measure", "```text\n");
+    for line in shown.lines().filter(|line| *line != "…") {
+        let printed = run.stdout.lines().any(|printed| printed == line);
+        assert!(printed, "{line}\n{}", run.stdout);
     }
 }

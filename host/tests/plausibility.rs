@@ -32,33 +32,65 @@ fn turned(x: &mut Point, degrees: f64) {
 
 #[test]
 fn gross_mistakes_are_refused_without_a_tolerance() {
+    let every_hint = &[
+        "units",
+        "order of the joints",
+        "sign",
+        "--frame sensor",
+        "--no-guess",
+    ][..];
     let cases = [
-        ("metres", changed(|_, x| *x = x.map(|c| c / 1000.0))),
-        ("swapped", changed(|q, _| q.swap(0, 1))),
-        ("cyclic", changed(|q, _| q.rotate_left(1))),
-        ("reversed", changed(|q, _| *q = q.map(|q| -q))),
-        ("one reversed", changed(|q, _| q[2] = -q[2])),
-        ("turned", changed(|_, x| turned(x, 30.0))),
-        ("other robot", {
-            let mut arms = true_arms();
-            arms[1][7] += 60.0;
-            exact(&arms, 30)
-        }),
+        (
+            "metres",
+            changed(|_, x| *x = x.map(|c| c / 1000.0)),
+            &["the positions are metres", "x_m,y_m,z_m"][..],
+        ),
+        (
+            "swapped",
+            changed(|q, _| q.swap(0, 1)),
+            &["q1_deg and q2_deg, or arm 1 and arm 2, are exchanged"],
+        ),
+        (
+            "cyclic",
+            changed(|q, _| q.rotate_left(1)),
+            &[
+                "the joint columns are exchanged in turn",
+                "q2_deg,q3_deg,q1_deg",
+            ],
+        ),
+        (
+            "reversed",
+            changed(|q, _| *q = q.map(|q| -q)),
+            &["all joint angles have the wrong sign"],
+        ),
+        (
+            "one reversed",
+            changed(|q, _| q[2] = -q[2]),
+            &["the sign of the joint angles in q3_deg is wrong"],
+        ),
+        (
+            "turned",
+            changed(|_, x| turned(x, 30.0)),
+            &["another frame than the robot's", "--frame sensor"],
+        ),
+        (
+            "other robot",
+            {
+                let mut arms = true_arms();
+                arms[1][7] += 60.0;
+                exact(&arms, 30)
+            },
+            every_hint,
+        ),
     ];
-    for (mistake, samples) in cases {
+    for (mistake, samples, hints) in cases {
         let folder = folder(&NOMINAL.replace("-60", "-90"), &samples);
         let run = folder.run(CALIBRATE);
         assert_eq!(run.code, 1, "{mistake}: {}", run.stdout);
         for part in [" of arm ", "is not credible without a stated [tolerance]"] {
             assert!(run.stderr.contains(part), "{mistake}: {}", run.stderr);
         }
-        for part in [
-            "units",
-            "order of the joints",
-            "sign",
-            "--frame sensor",
-            "--no-guess",
-        ] {
+        for part in hints {
             assert!(run.stderr.contains(part), "{mistake}: {}", run.stderr);
         }
         assert_eq!(folder.names(), ["robot.toml", "samples.csv"], "{mistake}");
@@ -88,15 +120,12 @@ fn the_refusal_names_arm_parameter_before_and_after() {
 fn samples_in_metres_or_radians_are_told_as_such() {
     let metres = changed(|_, x| *x = x.map(|c| c / 1000.0));
     let radians = changed(|q, _| *q = q.map(f64::to_radians));
+    let (are_metres, are_radians) = ("the positions are metres", "are radians");
     for (robot, samples, hint) in [
-        (NOMINAL.to_owned(), &metres, "look like metres"),
-        (format!("{NOMINAL}{TOLERANCE}"), &metres, "look like metres"),
-        (NOMINAL.to_owned(), &radians, "look like radians"),
-        (
-            format!("{NOMINAL}{TOLERANCE}"),
-            &radians,
-            "look like radians",
-        ),
+        (NOMINAL.to_owned(), &metres, are_metres),
+        (format!("{NOMINAL}{TOLERANCE}"), &metres, are_metres),
+        (NOMINAL.to_owned(), &radians, are_radians),
+        (format!("{NOMINAL}{TOLERANCE}"), &radians, are_radians),
     ] {
         for frame in ["base", "sensor"] {
             let folder = folder(&robot, samples);

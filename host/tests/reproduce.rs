@@ -139,6 +139,7 @@ fn the_report_stands_alone_and_the_figures_are_pictures() {
         "Figs. 2a and 2b",
         "Figs. 3a and 3b",
         "Fig. 4",
+        "The boundary of the workspace",
         "Misprints",
         "diverges",
         "−38.54",
@@ -146,7 +147,16 @@ fn the_report_stands_alone_and_the_figures_are_pictures() {
         let words = words.replace("−38.54", "−39");
         assert!(report.contains(&words), "{words}");
     }
-    for name in ["fig2a", "fig2b", "fig3a", "fig3b", "fig4", "basins-20"] {
+    for name in [
+        "fig2a",
+        "fig2b",
+        "fig3a",
+        "fig3b",
+        "fig4",
+        "basins-20",
+        "boundary",
+        "boundary-influence",
+    ] {
         let svg = folder.read(&format!("out/figures/{name}.svg"));
         let document = roxmltree::Document::parse(&svg).unwrap();
         assert_eq!(document.root_element().tag_name().name(), "svg");

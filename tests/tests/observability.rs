@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use delta_cal::{Noise, Parameter, Robot, Sample, random_pose, standard_normal};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, random_pose, standard_normal};
 use delta_cal_host::evaluation::CramerRaoBound;
-use delta_cal_host::observability::{Indices, Observability};
+use delta_cal_host::observability::{Combination, Indices, Observability};
 use delta_cal_host::position_uncertainty::PositionUncertainty;
 use delta_cal_host::{CalibrationMethod, RobotFile, Row, SamplesFile};
 use delta_cal_tests::{generator, measurements, paper_limits, paper_robot};
@@ -51,6 +51,36 @@ fn the_indices_of_a_simple_case_are_those_of_their_definitions() {
     for found in [none.o1, none.o2, none.o3, none.o4, none.o5] {
         assert!(found.abs() < f64::MIN_POSITIVE);
     }
+}
+
+#[test]
+fn a_combination_names_each_change_once() {
+    let words = |parts: &[(usize, Parameter, f64)]| {
+        let parts = parts
+            .iter()
+            .map(|(arm, parameter, part)| (ArmIndex::ALL[*arm], *parameter, *part));
+        let combination = Combination {
+            parts: parts.collect(),
+            sigma: 1.0,
+        };
+        combination.in_words()
+    };
+    let (dx, dz, lb) = (Parameter::Dx, Parameter::Dz, Parameter::Lb);
+    assert_eq!(words(&[(1, lb, 1.0)]), "Lb");
+    assert_eq!(words(&[(1, lb, 1.0), (1, dz, -0.5)]), "+Lb and \u{2212}Dz");
+    let several = [
+        (1, lb, 1.0),
+        (0, lb, 0.9),
+        (2, dz, -0.8),
+        (2, lb, 0.7),
+        (0, dz, -0.6),
+        (1, dz, 0.5),
+        (0, dx, 0.4),
+    ];
+    assert_eq!(
+        words(&several),
+        "+Lb of all arms, \u{2212}Dz of arms 1 and 3, +Dz of arm 2 and +Dx of arm 1"
+    );
 }
 
 /// The sum of 1/σₖ² is the trace of the covariance: the bound of a calibration.

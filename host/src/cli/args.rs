@@ -167,7 +167,8 @@ pub(crate) struct CalibrateArguments {
     /// Write the calibrated robot to this file; a file that exists is replaced
     #[arg(long, value_name = "CALIBRATED.toml")]
     pub(crate) output: Option<PathBuf>,
-    /// Write the report as JSON to this file; with - to standard output in place of the table
+    /// Write the report as JSON to this file; with - to standard output in place of the table, where a
+    /// refusal is told as well
     #[arg(long, value_name = "REPORT.json")]
     pub(crate) json: Option<PathBuf>,
     /// Write the report with figures to this file: HTML that opens in any browser

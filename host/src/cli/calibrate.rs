@@ -3,11 +3,11 @@ use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, report_path};
 use super::print;
 use delta_cal::{Loss, Method};
-use delta_cal_host::report::json::JsonReport;
+use delta_cal_host::report::json::{JsonRefusal, JsonReport};
 use delta_cal_host::report::{html, table};
 use delta_cal_host::{
-    CalibrationReport, Frame, InputError, InputText, RobotFile, SamplesFile, calibrate, example,
-    output,
+    CalibrateError, CalibrationReport, Frame, InputError, InputText, Refused, RobotFile,
+    SamplesFile, calibrate, example, output,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -18,7 +18,10 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
     let simulated = arguments.robot.is_none();
     let (robot, samples) = inputs(arguments)?;
-    let report = calibrate(&robot, &samples, arguments.options())?;
+    let report = match calibrate(&robot, &samples, arguments.options()) {
+        Err(CalibrateError::Refused(refused)) => return Err(refusal(arguments, refused)),
+        result => result?,
+    };
 
     let json_wanted = arguments.json.is_some();
     let json = match json_wanted.then(|| JsonReport::new(&report).to_text()) {
@@ -67,6 +70,17 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     print(&text)
 }
 
+/// A refusal writes no file; a program that reads standard output is told there as well.
+fn refusal(arguments: &CalibrateArguments, refused: Refused) -> Failure {
+    if arguments.json.as_deref().is_some_and(is_stream)
+        && let Ok(text) = JsonRefusal::new(&refused).to_text()
+        && let Err(failure) = print(&text)
+    {
+        return failure;
+    }
+    Failure::Refused(refused)
+}
+
 fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let robot = ("the robot file", arguments.robot.as_deref());
     let samples = ("the samples file", arguments.samples.as_deref());
@@ -96,7 +110,7 @@ fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), In
         return example::load();
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = SamplesFile::read(&read(samples)?, &robot.limits)?;
+    let samples = SamplesFile::read_for(&read(samples)?, &robot, arguments.options())?;
     Ok((robot, samples))
 }
 

@@ -12,9 +12,20 @@ use delta_cal_host::{InputText, RobotFile, SamplesFile, output};
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
-Only the joint angles count: SAMPLES.csv may hold measured positions in any frame, or the nominal ones
-of delta-cal plan. The samples are judged for the [noise] of ROBOT.toml, or for 0.02 mm and 0.002
-degrees without one; the [tolerance] is left out of account, except for the poses to add.
+Only the joint angles count: SAMPLES.csv may hold measured positions in any frame, or the nominal
+ones of delta-cal plan. The samples are judged for the [noise] of ROBOT.toml, or for 0.02 mm and
+0.002 degrees without one; the [tolerance] is left out of account, except for the poses to add.
+
+Observability indices, of the singular values s1 >= ... >= sL of the weighted Jacobian of n poses:
+  O1  (s1 ... sL)^(1/L) / sqrt(n)  Borm and Menq 1989, 1991: volume of the confidence region
+  O2  sL / s1                      Driels and Pathre 1990: inverse of the condition
+  O3  sL                           Nahvi, Hollerbach and Hayward 1994: the combination known worst
+  O4  sL^2 / s1                    Nahvi and Hollerbach 1996: noise amplification index
+  O5  1 / (1/s1 + ... + 1/sL)      Sun and Hollerbach 2008
+Larger is better; they compare poses for the same robot only.
+
+Leverage of a sample: how many parameters it decides (total), and how far the one of its residuals
+that is checked least follows the sample itself (largest, 0 to 1: at 1 an error in it goes unseen).
 
 Examples:
   delta-cal check robot.toml samples.csv
@@ -40,7 +51,7 @@ pub(crate) struct CheckArguments {
     #[arg(long, value_enum, default_value_t = MethodArgument::Ikm)]
     method: MethodArgument,
     /// How many poses to propose in addition
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(0..=100))]
+    #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(0..=100))]
     add: u16,
     /// Propose only poses within this box or cylinder, as delta-cal plan does
     #[arg(long, value_name = "BOX|CYLINDER")]

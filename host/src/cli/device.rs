@@ -36,7 +36,7 @@ fn inputs(files: &Files) -> Result<(RobotFile, SamplesFile), InputError> {
         return example::load();
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = SamplesFile::read(&read(samples)?, &robot.limits)?;
+    let samples = SamplesFile::read_for(&read(samples)?, &robot, files.options())?;
     Ok((robot, samples))
 }
 

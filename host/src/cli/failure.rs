@@ -83,6 +83,12 @@ impl From<PlotError> for Failure {
 impl Failure {
     /// One message on standard error, and the exit code.
     pub(crate) fn report(self) -> ExitCode {
+        let diagnosis = match &self {
+            Self::Refused(refused) => refused.diagnosis(),
+            Self::Input(error) => error.diagnosis(),
+            _ => None,
+        }
+        .map(ToString::to_string);
         let (code, kind, cause, remedy) = match self {
             Self::Refused(refused) => {
                 let remedy = refused.remedy().to_owned();
@@ -110,6 +116,9 @@ impl Failure {
         };
         let mut stderr = anstream::stderr().lock();
         let _ = writeln!(stderr, "{ERROR}{kind}:{ERROR:#} {cause}");
+        if let Some(diagnosis) = diagnosis {
+            let _ = writeln!(stderr, "{HELP}diagnosis:{HELP:#} {diagnosis}");
+        }
         if !remedy.is_empty() {
             let _ = writeln!(stderr, "{HELP}help:{HELP:#} {remedy}");
         }

@@ -23,7 +23,7 @@ DIR receives
   conditioning.csv  distance from singularities over the workspace, 0 singular, 1 best
   cylinders.csv     the highest upright cylinder of each diameter inside the workspace
   path.csv          with --path: each row's distance from the nearest singularity
-  *.svg, view.png   slices and a view in space
+  *.svg, *.png      slices, maps and a view in space
   report.html       all of it, with a view that can be turned; opens from disk
 
 A position is reachable if the forward model leads to it from joint angles within [joints]. The ball
@@ -157,7 +157,7 @@ fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {
     for input in inputs {
         refuse_same("--json", json, input, "give the output another name")?;
         if let Some(folder) = output {
-            for name in Contents::NAMES {
+            for name in Contents::names() {
                 let remedy = "it would be replaced: give another folder";
                 refuse_same("--output", Some(&folder.join(name)), input, remedy)?;
             }

@@ -52,8 +52,11 @@ pub fn robot<T: Real, U: Real>(arms: &[[T; 8]; 3]) -> Result<Robot<U>, DeviceErr
 /// A controller's result in `f64`, which changes no number.
 ///
 /// # Errors
-/// The parameters are not the geometry of a robot.
+/// The parameters are not the geometry of a robot, or another figure is impossible.
 pub fn outcome<T: Real>(arms: &[ArmReport<T>; 3]) -> Result<RobotOutcome<f64>, DeviceError> {
+    if !arms.iter().all(possible) {
+        return Err(DeviceError::ImpossibleOutcome);
+    }
     let robot: Robot<f64> = robot(&arms.map(|arm| arm.parameters))?;
     let [first, second, third] = arms;
     let [arm_1, arm_2, arm_3] = *robot.arms();
@@ -65,6 +68,27 @@ pub fn outcome<T: Real>(arms: &[ArmReport<T>; 3]) -> Result<RobotOutcome<f64>, D
             arm_outcome(third, arm_3),
         ],
     })
+}
+
+/// Whether every figure beside the parameters is finite, and none negative that cannot be. A frame can
+/// be whole and hold anything.
+fn possible<T: Real>(report: &ArmReport<T>) -> bool {
+    let sizes = [
+        report.residual_rms,
+        report.degrees_of_freedom,
+        report.condition,
+    ];
+    let variances = report
+        .covariance
+        .iter()
+        .flat_map(|columns| (0..8).map(|index| columns[index][index]));
+    let mut sizes = sizes
+        .into_iter()
+        .chain(report.estimated_noise)
+        .chain(report.prior_share)
+        .chain(variances);
+    let mut entries = report.covariance.iter().flatten().flatten();
+    sizes.all(|size| size.finite() && size >= T::ZERO) && entries.all(|entry| entry.finite())
 }
 
 fn arm_outcome<T: Real>(report: &ArmReport<T>, arm: Arm<f64>) -> ArmOutcome<f64> {

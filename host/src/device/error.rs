@@ -56,6 +56,8 @@ pub enum DeviceError {
     },
     /// The controller has no robot: its parameters are not a geometry.
     ImpossibleGeometry,
+    /// A figure of the controller's result is not a number, or negative where none can be.
+    ImpossibleOutcome,
 }
 
 impl From<io::Error> for DeviceError {
@@ -130,6 +132,9 @@ impl fmt::Display for DeviceError {
             }
             Self::ImpossibleGeometry => {
                 formatter.write_str("the controller's parameters are not the geometry of a robot")
+            }
+            Self::ImpossibleOutcome => {
+                formatter.write_str("the controller's result holds figures that no result has")
             }
         }
     }

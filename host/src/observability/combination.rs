@@ -7,8 +7,29 @@ use nalgebra::DVector;
 
 /// A parameter belongs to a combination if its part is at least this part of the largest.
 const BELONGS: f64 = 0.4;
-/// Parameters that are named.
-const NAMED: usize = 8;
+/// Changes that are named.
+const NAMED: usize = 5;
+
+/// What a parameter does, of which arms.
+struct Change {
+    sign: &'static str,
+    parameter: Parameter,
+    arms: Vec<ArmIndex>,
+}
+
+/// "arm 1", "arms 1 and 3", "all arms".
+fn arms_in_words(arms: &[ArmIndex]) -> String {
+    match arms {
+        [one] => one.to_string(),
+        arms if arms.len() == ArmIndex::ALL.len() => "all arms".to_owned(),
+        arms => {
+            let mut numbers: Vec<_> = arms.iter().map(|arm| arm.index() + 1).collect();
+            numbers.sort_unstable();
+            let numbers: Vec<_> = numbers.iter().map(ToString::to_string).collect();
+            format!("arms {}", list(&numbers))
+        }
+    }
+}
 
 /// Parameters that change together.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,30 +61,50 @@ impl Combination {
         Self { parts, sigma }
     }
 
-    /// "+Dz, −La_y and −Lb"; of several arms "+Dz of arm 1 and −Dz of arm 2". A single parameter has
-    /// no sign.
+    /// "+Dz, −La_y and −Lb"; of several arms "+Dz of arm 1 and −Dz of arms 2 and 3". A single parameter
+    /// has no sign.
     pub fn in_words(&self) -> String {
-        let one_arm = self.parts.windows(2).all(|pair| pair[0].0 == pair[1].0);
         if let [(_, alone, _)] = self.parts.as_slice() {
             return alone.to_string();
         }
-        let mut words: Vec<_> = self
-            .parts
+        let one_arm = self.parts.windows(2).all(|pair| pair[0].0 == pair[1].0);
+        let changes = self.changes();
+        let mut words: Vec<_> = changes
             .iter()
             .take(NAMED)
-            .map(|(arm, parameter, part)| {
-                let sign = if *part < 0.0 { "\u{2212}" } else { "+" };
+            .map(|change| {
+                let (sign, parameter) = (change.sign, change.parameter);
                 if one_arm {
                     format!("{sign}{parameter}")
                 } else {
-                    format!("{sign}{parameter} of {arm}")
+                    format!("{sign}{parameter} of {}", arms_in_words(&change.arms))
                 }
             })
             .collect();
-        if self.parts.len() > NAMED {
-            words.push(format!("{} others", self.parts.len() - NAMED));
+        match changes.len().saturating_sub(NAMED) {
+            0 => {}
+            1 => words.push("another".to_owned()),
+            others => words.push(format!("{others} others")),
         }
         list(&words)
+    }
+
+    /// The same parameter of several arms, in the same direction, is one change.
+    fn changes(&self) -> Vec<Change> {
+        let mut changes: Vec<Change> = Vec::new();
+        for (arm, parameter, part) in &self.parts {
+            let sign = if *part < 0.0 { "\u{2212}" } else { "+" };
+            let same = |change: &&mut Change| (change.sign, change.parameter) == (sign, *parameter);
+            match changes.iter_mut().find(same) {
+                Some(change) => change.arms.push(*arm),
+                None => changes.push(Change {
+                    sign,
+                    parameter: *parameter,
+                    arms: vec![*arm],
+                }),
+            }
+        }
+        changes
     }
 
     /// Whether it is more than one parameter.

@@ -5,7 +5,7 @@ use super::random::uniform;
 use super::{PlanError, Region};
 use crate::RobotFile;
 use crate::reach::Reach;
-use delta_cal::{Conditioning, JointLimits, Parameter, Robot, Sample, standard_normal};
+use delta_cal::{Conditioning, JointLimits, Parameter, Real, Robot, Sample, standard_normal};
 use nalgebra::Vector3;
 use rand_core::Rng;
 
@@ -13,6 +13,8 @@ use rand_core::Rng;
 const HOPELESS: usize = 20_000;
 /// Draws a candidate at most, on average.
 const DRAWS: usize = 200;
+/// Poses by which it is told where the robot gets.
+const ANYWHERE: usize = 5000;
 /// A pose is at least so far inside every limit, degrees.
 const LEAST_DEGREES: f64 = 1.0;
 /// Three tolerances count up to this, degrees.
@@ -54,7 +56,7 @@ impl Margin {
         Self {
             joints: least.min(0.1 * range),
             forearms: least.max(tolerances),
-            serial: (Conditioning::<f64>::LEAST_SERIAL.asin() + least).max(tolerances),
+            serial: (arcsine(Conditioning::<f64>::LEAST_SERIAL) + least).max(tolerances),
             parallel: (Conditioning::<f64>::LEAST_PARALLEL + least).max(tolerances),
         }
     }
@@ -68,6 +70,8 @@ pub(super) struct Selection<'a> {
     least_serial: f64,
     least_parallel: f64,
     region: Option<&'a Region>,
+    /// As much of the region as lies where the arms end: nothing if it is out of their reach.
+    drawn: Option<Region>,
 }
 
 impl<'a> Selection<'a> {
@@ -85,9 +89,10 @@ impl<'a> Selection<'a> {
                     .forearm_limit
                     .map(|limit| (limit - margin.forearms).max(0.5 * limit)),
             },
-            least_serial: margin.serial.sin(),
+            least_serial: margin.serial.sine_cosine().0,
             least_parallel: margin.parallel,
             region,
+            drawn: region.and_then(|region| region.clipped(&box_of_the_arms(&file.robot))),
         }
     }
 
@@ -123,8 +128,8 @@ impl<'a> Selection<'a> {
     /// Any pose: evenly in the region, or else evenly in joint space.
     fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Option<Sample<f64>> {
         let joints = match self.region {
-            Some(region) => {
-                let x: Vector3<f64> = region.random(rng);
+            Some(_) => {
+                let x: Vector3<f64> = self.drawn?.random(rng);
                 self.reach.joints(self.robot, &x).ok()?
             }
             None => [(); 3].map(|()| self.reach.limits.at(uniform(rng))),
@@ -144,18 +149,18 @@ impl<'a> Selection<'a> {
             found.extend(self.draw(rng));
             draws += 1;
             if draws >= HOPELESS + DRAWS * found.len() {
-                return Err(match (self.region, found.is_empty()) {
-                    (Some(region), true) => self.outside(region, rng),
-                    _ => PlanError::NoPose,
+                return Err(match self.region {
+                    Some(region) => self.outside(region, rng),
+                    None => PlanError::NoPose,
                 });
             }
         }
         Ok(found)
     }
 
-    /// A region without a pose, or a robot without one.
+    /// A region without poses, or a robot without any.
     fn outside<R: Rng + ?Sized>(&self, region: &Region, rng: &mut R) -> PlanError {
-        let anywhere = match self.anywhere().draw_many(1000, rng) {
+        let anywhere = match self.anywhere().draw_many(ANYWHERE, rng) {
             Ok(poses) => poses,
             Err(error) => return error,
         };
@@ -183,4 +188,22 @@ impl<'a> Selection<'a> {
             (q + spread * standard_normal::<f64, R>(rng)).clamp(limits.minimum(), limits.maximum())
         }))
     }
+}
+
+/// Where all arms reach: each ends within an upper arm and a forearm of its motor axis. Smallest and
+/// largest x, y and z, mm.
+fn box_of_the_arms(robot: &Robot<f64>) -> [(f64, f64); 3] {
+    [0, 1, 2].map(|axis| {
+        let whole = (f64::NEG_INFINITY, f64::INFINITY);
+        robot.arms().iter().fold(whole, |(low, high), arm| {
+            let length = arm.upper_arm_length() + arm.lb();
+            let centre = arm.d()[axis];
+            (low.max(centre - length), high.min(centre + length))
+        })
+    })
+}
+
+/// With the core's arctangent: the platform's arcsine has other bits on another system.
+fn arcsine(sine: f64) -> f64 {
+    sine.angle_over((1.0 - sine.squared()).square_root())
 }

@@ -18,7 +18,7 @@ pub enum PlanError {
     Noise(NoiseError),
     /// The limits leave no pose that is clear of singularities.
     NoPose,
-    /// The region holds no pose that the robot can take.
+    /// The region holds no pose that the robot can take, or next to none.
     OutsideWorkspace {
         /// The region.
         region: Region,
@@ -82,8 +82,8 @@ impl fmt::Display for PlanError {
                 let [x, y, z] = reached;
                 write!(
                     formatter,
-                    "no usable pose within {region}: the robot reaches x {:.0} to {:.0}, y {:.0} to \
-                     {:.0}, z {:.0} to {:.0} mm, and not all of that",
+                    "no usable pose within {region}, or next to none: the robot reaches x {:.0} to \
+                     {:.0}, y {:.0} to {:.0}, z {:.0} to {:.0} mm, and not all of that",
                     x.0, x.1, y.0, y.1, z.0, z.1
                 )
             }

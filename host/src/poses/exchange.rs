@@ -7,6 +7,7 @@
 
 use super::Criterion;
 use super::rows::Rows;
+use delta_cal::Real;
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 /// Passes over the set at most; it settles after some ten.
@@ -228,10 +229,11 @@ impl<const D: usize, const R: usize> Addition<D, R> {
     }
 }
 
-/// ln det of the factored matrix.
+/// ln det of the factored matrix, with the core's logarithm: the platform's has other bits on another
+/// system, and the same seed gives the same poses on all.
 fn logarithm<const N: usize>(factor: &Cholesky<f64, Const<N>>) -> f64 {
     let triangle = factor.l_dirty();
     2.0 * (0..N)
-        .map(|index| triangle[(index, index)].ln())
+        .map(|index| triangle[(index, index)].natural_logarithm())
         .sum::<f64>()
 }

@@ -1,5 +1,6 @@
 //! Where the platform may be while it is measured.
 
+use delta_cal::Real;
 use nalgebra::Vector3;
 use rand_core::Rng;
 use std::error::Error;
@@ -57,6 +58,30 @@ impl Region {
         }
     }
 
+    /// As much of it as positions within a box need; `None` if it has none of them.
+    pub(super) fn clipped(&self, to: &[(f64, f64); 3]) -> Option<Self> {
+        let common = |(low, high): (f64, f64), (least, most): (f64, f64)| {
+            let range = (low.max(least), high.min(most));
+            (range.0 <= range.1).then_some(range)
+        };
+        let [x, y, z] = *to;
+        match self {
+            Self::Box([own_x, own_y, own_z]) => Some(Self::Box([
+                common(*own_x, x)?,
+                common(*own_y, y)?,
+                common(*own_z, z)?,
+            ])),
+            Self::Cylinder { radius, z: own_z } => {
+                let furthest = |(low, high): (f64, f64)| low.abs().max(high.abs());
+                let corner = (furthest(x).squared() + furthest(y).squared()).square_root();
+                Some(Self::Cylinder {
+                    radius: radius.min(corner),
+                    z: common(*own_z, z)?,
+                })
+            }
+        }
+    }
+
     /// A position in it, any as likely as any other.
     pub(super) fn random<R: Rng + ?Sized>(&self, rng: &mut R) -> Vector3<f64> {
         let mut between = |(low, high): (f64, f64)| low + (high - low) * uniform(rng);
@@ -64,12 +89,8 @@ impl Region {
             Self::Box(ranges) => Vector3::from(ranges.map(between)),
             Self::Cylinder { radius, z } => {
                 let distance = radius * between((0.0, 1.0)).sqrt();
-                let azimuth = between((0.0, std::f64::consts::TAU));
-                Vector3::new(
-                    distance * azimuth.cos(),
-                    distance * azimuth.sin(),
-                    between(*z),
-                )
+                let (sine, cosine) = between((0.0, std::f64::consts::TAU)).sine_cosine();
+                Vector3::new(distance * cosine, distance * sine, between(*z))
             }
         }
     }

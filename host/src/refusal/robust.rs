@@ -25,6 +25,7 @@ impl Circumstances<'_> {
                     count(samples, "sample")
                 ),
                 remedy: format!("measure more poses and {SPREAD}, or use --loss squared"),
+                diagnosis: None,
             }
             .into(),
             RobustRefusal::TooManySuspected { suspected, samples } => self

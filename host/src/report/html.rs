@@ -99,6 +99,9 @@ fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
                 }
                 None => {
                     "No noise stated; with it the residuals could be judged."
+                    @if let Some(test) = &report.noise_test {
+                        " They say that it is " (test.estimate()) ", and the σ are from it."
+                    }
                 }
             }
         }
@@ -229,6 +232,9 @@ fn solution(report: &CalibrationReport) -> Markup {
         html! { tr { th scope="row" { (name) } @for arm in arms { td { (of(arm)) } } } }
     };
     html! {
+        @if let (Some(noise), Some(test)) = (&report.before.noise, &report.noise_test) {
+            p.note { "Noise: " (test.found(noise)) "." }
+        }
         table {
             thead { tr { th {} @for arm in 1..=3 { th { "arm " (arm) } } } }
             tbody {

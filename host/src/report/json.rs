@@ -1,10 +1,16 @@
 //! The report for programs.
 
+mod diagnosis;
+mod noise;
+
 use super::suspected::{self, loss_name};
 use super::{comparisons, solver_name, start_name, termination_name};
 use crate::position_uncertainty::{Plane, UncertaintyMap};
 use crate::{CalibrationReport, Frame, PositionError};
 use serde::Serialize;
+
+pub use diagnosis::{JsonDiagnosis, JsonExplanation, JsonRefusal};
+pub use noise::{JsonNoise, JsonStatedNoise};
 
 /// Changes whenever a field changes its name or meaning or is removed.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -49,6 +55,10 @@ pub struct JsonReport {
     pub position_uncertainty: Option<JsonUncertainty>,
     /// From the robot's frame to the sensor's; `null` with `--frame base`.
     pub sensor_frame: Option<JsonFrame>,
+    /// What the residuals say of the noise; `null` if no sample is left over.
+    pub noise: Option<JsonNoise>,
+    /// What would explain the samples better; `null` if nothing is wrong with them as a whole.
+    pub diagnosis: Option<JsonDiagnosis>,
     /// Anything doubtful, in plain words.
     pub warnings: Vec<String>,
 }
@@ -272,6 +282,11 @@ impl JsonReport {
                 rotation: frame.rotation.transpose().data.0,
                 translation_mm: frame.translation.data.0[0],
             }),
+            noise: report
+                .noise_test
+                .as_ref()
+                .map(|test| JsonNoise::new(test, report.before.noise.as_ref())),
+            diagnosis: report.diagnosis.as_ref().map(JsonDiagnosis::new),
             warnings: report.warnings.clone(),
         }
     }

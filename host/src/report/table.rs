@@ -24,6 +24,13 @@ pub fn render(report: &CalibrationReport) -> String {
     frame(&mut text, report);
     doubts(&mut text, report);
     if report.before.noise.is_none() {
+        if let Some(test) = &report.noise_test {
+            let _ = writeln!(
+                text,
+                "The residuals say that the noise is {};\nthe sigmas are from it.",
+                test.estimate()
+            );
+        }
         text.push_str(
             "Tip: state the [noise] of the measurements in the robot file; then the residuals can \
              be judged.\n",

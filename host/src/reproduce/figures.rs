@@ -2,7 +2,7 @@
 
 mod basins;
 
-use super::Reproduction;
+use super::{Reproduction, boundary};
 use crate::campaign::{CaseColumns, CaseSummary, Quantiles};
 use crate::plot::{Axis, Colour, Figure, Series, Shape};
 use basins::{basin, one_start};
@@ -59,7 +59,7 @@ const WAYS: [Way; 4] = [
 ];
 
 impl NamedFigure {
-    fn new(name: &'static str, figure: Figure, caption: impl Into<String>) -> Self {
+    pub(super) fn new(name: &'static str, figure: Figure, caption: impl Into<String>) -> Self {
         Self {
             name,
             figure,
@@ -79,7 +79,7 @@ pub fn figures(reproduction: &Reproduction) -> Vec<NamedFigure> {
                    further left are cut off.";
     let errors = "Position error over 100 poses that were not measured, rms of each robot. Lines: the \
                   median robot; bands: 5 % to 95 % of the robots.";
-    vec![
+    let mut figures = vec![
         NamedFigure::new(
             "fig2a",
             parameter_gains(fkm, "fkm"),
@@ -145,7 +145,9 @@ pub fn figures(reproduction: &Reproduction) -> Vec<NamedFigure> {
             "20 random poses, the iteration from the nominal robot alone: what one start is worth, with \
              Levenberg–Marquardt and with full Gauss–Newton steps.",
         ),
-    ]
+    ];
+    figures.extend(boundary::figures(&reproduction.boundary));
+    figures
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of poses

@@ -58,6 +58,13 @@ pub fn render(reproduction: &Reproduction, figures: &[NamedFigure]) -> Result<St
             (tables::times(&comparisons))
         }
         section {
+            h2 { "The boundary of the workspace" }
+            (boundary(reproduction))
+            (shown(&["boundary"])?)
+            div.views { (shown(&["boundary-vertical", "boundary-horizontal"])?) }
+            (shown(&["boundary-influence"])?)
+        }
+        section {
             h2 { "How the paper was read" }
             @for results in &reproduction.experiments {
                 h3 { (results.experiment.title) }
@@ -101,6 +108,25 @@ fn introduction(reproduction: &Reproduction) -> Markup {
     }
 }
 
+fn boundary(reproduction: &Reproduction) -> Markup {
+    let analysis = &reproduction.boundary;
+    html! {
+        p {
+            "The abstract announces the boundary from the forward model and the influence of parameter \
+            errors on it; the paper shows neither. " (analysis.workspace.points.len()) " points, each within "
+            (analysis.workspace.tolerance) " mm of the boundary: "
+            (format!("{:.2} ± {:.2}", analysis.volume.volume * 1e-6, analysis.volume.uncertainty * 1e-6))
+            " litres. "
+            @if let Some(band) = &analysis.band {
+                "With the paper's start error of 1 mm and 1° on every parameter the boundary is off by "
+                (format!("{:.2}", band.sigma)) " mm (one sigma along its normal, rms over the boundary; "
+                (format!("{:.2}", band.largest_sigma)) " mm at the worst point) and the volume by "
+                (format!("{:.2}", band.volume_sigma * 1e-6)) " litres."
+            }
+        }
+    }
+}
+
 fn of_figures() -> Markup {
     html! {
         p.note {
@@ -137,7 +163,8 @@ fn repeat() -> Markup {
         section {
             h2 { "To repeat it" }
             pre { "delta-cal reproduce\n\
-                delta-cal simulate campaigns/fkm-noise/plan.toml    # one of the campaigns by itself" }
+                delta-cal simulate campaigns/fkm-noise/plan.toml    # one of the campaigns by itself\n\
+                delta-cal workspace robot.toml --output workspace   # the boundary, of any robot" }
             p {
                 "results.csv has one row a case, campaigns/*/robots.csv one row a robot with the seed that \
                 makes it. All but the times is the same to the bit on every machine."

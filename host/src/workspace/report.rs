@@ -16,6 +16,7 @@ use crate::RobotFile;
 use crate::plot::PlotError;
 use crate::reach::Limit;
 use delta_cal::Tolerance;
+use figures::Figures;
 use std::collections::BTreeMap;
 
 /// Positions of the conditioning map, at most about this many.
@@ -23,6 +24,21 @@ const MAP: usize = 20_000;
 
 /// What is looked at in space has lines so many times further apart.
 const COARSER: f64 = 2.0;
+
+/// Dots a pixel of the figures as PNG.
+const PNG_SCALE: f32 = 1.5;
+
+/// The files that are no figures.
+const TABLES: [&str; 8] = [
+    "boundary.csv",
+    "boundary.stl",
+    "influence.csv",
+    "band.csv",
+    "conditioning.csv",
+    "cylinders.csv",
+    "path.csv",
+    "report.html",
+];
 
 /// Everything that is known of a robot's workspace.
 #[derive(Debug, Clone)]
@@ -151,23 +167,31 @@ impl Analysis {
         if let Some(path) = &self.path {
             contents.text("path.csv", csv::path(path));
         }
-        let coarse = self.coarse();
-        let coarse = coarse.as_ref().unwrap_or(&self.workspace);
-        let coarse_mesh = Mesh::of(coarse);
-        let figures = figures::figures(self, &mesh, &coarse_mesh);
-        contents.text("horizontal.svg", figures.horizontal.to_svg()?);
-        contents.text("vertical_xz.svg", figures.vertical_xz.to_svg()?);
-        contents.text("vertical_yz.svg", figures.vertical_yz.to_svg()?);
-        contents.text("serial.svg", figures.serial.to_svg()?);
-        contents.text("parallel.svg", figures.parallel.to_svg()?);
-        contents.text("cylinders.svg", figures.cylinders.to_svg()?);
-        contents.text("influence.svg", figures.influence.to_svg()?);
-        contents.text("view.svg", figures.view.to_svg()?);
-        contents.bytes("view.png", figures.view.to_png(1.5)?);
-        let scene = viewer::scene(self, coarse, &coarse_mesh)
+        let drawn = self.drawn(&mesh);
+        let figures = &drawn.figures;
+        for (name, figure) in figures.named() {
+            contents.text(&format!("{name}.svg"), figure.to_svg()?);
+            contents.bytes(&format!("{name}.png"), figure.to_png(PNG_SCALE)?);
+        }
+        let scene = viewer::scene(self, &drawn.coarse, &drawn.coarse_mesh)
             .map_err(|error| PlotError::Drawing(error.to_string()))?;
-        contents.text("report.html", html::render(self, &figures, &scene)?);
+        contents.text("report.html", html::render(self, figures, &scene)?);
         Ok(contents)
+    }
+
+    /// The figures alone.
+    pub fn figures(&self) -> Figures {
+        self.drawn(&Mesh::of(&self.workspace)).figures
+    }
+
+    fn drawn(&self, mesh: &Mesh) -> Drawn {
+        let coarse = self.coarse().unwrap_or_else(|| self.workspace.clone());
+        let coarse_mesh = Mesh::of(&coarse);
+        Drawn {
+            figures: figures::figures(self, mesh, &coarse_mesh),
+            coarse,
+            coarse_mesh,
+        }
     }
 
     /// The same workspace on fewer lines, for what is looked at.
@@ -180,42 +204,39 @@ impl Analysis {
     }
 }
 
+/// The figures, and the coarser workspace that is shown in space.
+struct Drawn {
+    figures: Figures,
+    coarse: Workspace,
+    coarse_mesh: Mesh,
+}
+
 /// The files of an output folder.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Contents(Vec<(&'static str, Vec<u8>)>);
+pub struct Contents(Vec<(String, Vec<u8>)>);
 
 impl Contents {
     /// Every name that can be there.
-    pub const NAMES: [&'static str; 17] = [
-        "boundary.csv",
-        "boundary.stl",
-        "influence.csv",
-        "band.csv",
-        "conditioning.csv",
-        "cylinders.csv",
-        "path.csv",
-        "horizontal.svg",
-        "vertical_xz.svg",
-        "vertical_yz.svg",
-        "serial.svg",
-        "parallel.svg",
-        "cylinders.svg",
-        "influence.svg",
-        "view.svg",
-        "view.png",
-        "report.html",
-    ];
+    pub fn names() -> impl Iterator<Item = String> {
+        let of_figures = Figures::NAMES.into_iter();
+        TABLES
+            .into_iter()
+            .map(str::to_owned)
+            .chain(of_figures.flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]))
+    }
 
-    fn text(&mut self, name: &'static str, text: String) {
+    fn text(&mut self, name: &str, text: String) {
         self.bytes(name, text.into_bytes());
     }
 
-    fn bytes(&mut self, name: &'static str, bytes: Vec<u8>) {
-        self.0.push((name, bytes));
+    fn bytes(&mut self, name: &str, bytes: Vec<u8>) {
+        self.0.push((name.to_owned(), bytes));
     }
 
     /// Names and contents.
-    pub fn files(&self) -> impl Iterator<Item = (&'static str, &[u8])> {
-        self.0.iter().map(|(name, bytes)| (*name, bytes.as_slice()))
+    pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.0
+            .iter()
+            .map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
     }
 }

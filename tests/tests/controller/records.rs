@@ -31,12 +31,16 @@ fn record() -> Vec<u8> {
 
 /// What a controller makes of it.
 fn started_with(record: &[u8]) -> Parameters<f32> {
+    Driver::<f32, _>::start(flash_with(record)).parameters()
+}
+
+/// It alone, in the lower half.
+fn flash_with(record: &[u8]) -> Flash {
     let mut buffer = [0; 512];
     let config = MapConfig::new(LOWER_HALF);
     let mut map = MapStorage::<u8, _, _>::new(Flash::new(), config, Cache::new_uncached());
     block_on(map.store_item(&mut buffer, &KEY, &record)).expect("stored");
-    let (flash, _) = map.destroy();
-    Driver::<f32, _>::start(flash).parameters()
+    map.destroy().0
 }
 
 /// The record changed, with the checksum that goes with it.
@@ -102,4 +106,28 @@ fn another_version_or_impossible_parameters_are_not_taken() {
     let parameters = started_with(&longer);
     assert_eq!(parameters.origin, Origin::Calibration);
     assert_eq!(parameters.arms[0][7].to_bits(), 481.5_f32.to_bits());
+}
+
+/// The fuzz target `store` asserts it too. The generation behind the highest is 0.
+#[test]
+fn what_is_stored_after_the_highest_generation_is_the_newest() {
+    let record = record();
+    // Behind version and size of a number the nominal fingerprint, a varint as the generation is.
+    let end = |from: usize| from + 1 + record[from..].iter().take_while(|b| **b >= 0x80).count();
+    let (from, to) = (end(2), end(end(2)));
+    let highest = signed(&record, |content| {
+        content.splice(from..to, [0xff, 0xff, 0xff, 0xff, 0x0f]);
+    });
+    let mut flash = flash_with(&highest);
+    let mut stored = Vec::new();
+    for robot in [2, 3] {
+        let mut driver = Driver::<f32, _>::start(&mut flash);
+        assert_eq!(driver.parameters().origin, Origin::Calibration);
+        let fingerprint = driver.solved(1, &samples(robot, 12));
+        driver.apply(1, fingerprint);
+        stored.push(fingerprint);
+        let driver = Driver::<f32, _>::start(&mut flash);
+        assert_eq!(driver.controller.current().fingerprint, fingerprint);
+    }
+    assert_ne!(stored[0], stored[1]);
 }

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod device;
+mod lies;
 mod link;
 
 use delta_cal_firmware_example::Number;

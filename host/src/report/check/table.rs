@@ -181,23 +181,26 @@ fn leverages(text: &mut String, observability: &Observability) {
 }
 
 fn additions(text: &mut String, next: &NextPoses) {
-    heading(text, "Best added, one after the other");
-    text.push_str("  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n");
-    for line in crate::kinematics::to_csv(&next.poses).lines().skip(1) {
-        let _ = writeln!(text, "  {line}");
-    }
     let known = |expectation: &Option<Expectation>| {
         expectation.as_ref().map_or_else(
             || "unknown".to_owned(),
             |expectation| format!("{} mm", small(expectation.workspace.rms)),
         )
     };
-    let _ = writeln!(
-        text,
-        "Position over the workspace, one sigma: {} rms now, {} with them.",
-        known(&next.before),
-        known(&next.after)
+    let now = format!(
+        "Position over the workspace, one sigma: {} rms now",
+        known(&next.before)
     );
+    if next.poses.is_empty() {
+        let _ = writeln!(text, "{now}.");
+        return;
+    }
+    heading(text, "Best added, one after the other");
+    text.push_str("  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n");
+    for line in crate::kinematics::to_csv(&next.poses).lines().skip(1) {
+        let _ = writeln!(text, "  {line}");
+    }
+    let _ = writeln!(text, "{now}, {} with them.", known(&next.after));
 }
 
 /// Four significant digits.

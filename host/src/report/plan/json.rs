@@ -36,6 +36,8 @@ pub struct JsonPlan {
     pub travel_deg: f64,
     /// What to expect.
     pub planned: JsonExpectation,
+    /// Whether the poses determine every parameter without the tolerance, too.
+    pub determined_without_tolerance: bool,
     /// The median over sets of random poses.
     pub random: JsonExpectation,
     /// How many poses reach the wanted accuracy; `null` if none was wanted.
@@ -146,6 +148,7 @@ impl JsonPlan {
             poses: plan.poses.iter().map(JsonPose::of).collect(),
             travel_deg: degrees(plan.travel),
             planned: JsonExpectation::of(&plan.planned),
+            determined_without_tolerance: plan.determined_alone,
             random: JsonExpectation::of(&plan.random),
             accuracy: needed.map(|needed| JsonPosesNeeded {
                 position_sigma_mm: needed.accuracy,

@@ -65,14 +65,14 @@ fn summary(text: &mut String, request: &PlanRequest<'_>, plan: &PosePlan) {
     let margin = &plan.margin;
     let forearms = match request.robot.forearm_limit {
         Some(_) => format!(
-            "{:.1}° from the forearms' limit, ",
+            " {:.1}° from the forearms' limit,",
             degrees(margin.forearms)
         ),
         None => String::new(),
     };
     let _ = writeln!(
         text,
-        "Margin, as the real robot is not the nominal one: {:.1}° from the joints' limits, {forearms}\n\
+        "Margin, as the real robot is not the nominal one: {:.1}° from the joints' limits,{forearms}\n\
          forearms {:.1}° from their upper arms' lines",
         degrees(margin.joints),
         degrees(margin.serial)
@@ -108,9 +108,10 @@ fn positions(text: &mut String, plan: &PosePlan) {
             planned.rms,
             random.rms,
         );
-        let at = planned.max_at;
+        // Not −0.
+        let at = planned.max_at.map(|coordinate| coordinate.round() + 0.0);
         line(
-            &format!("  worst (at {:.0}, {:.0}, {:.0})", at.x, at.y, at.z),
+            &format!("  worst (at {}, {}, {})", at.x, at.y, at.z),
             planned.max,
             random.max,
         );
@@ -126,9 +127,16 @@ fn positions(text: &mut String, plan: &PosePlan) {
     );
     let _ = writeln!(
         text,
-        "random: the median of {RANDOM_SETS} sets of {} random poses\n",
+        "random: the median of {RANDOM_SETS} sets of {} random poses",
         plan.poses.len()
     );
+    if !plan.determined_alone {
+        text.push_str(
+            "These poses do not determine every parameter by themselves: the [tolerance] decides what \
+             they\nleave open. Allow a larger region, wider limits or more poses.\n",
+        );
+    }
+    text.push('\n');
 }
 
 fn parameters(text: &mut String, planned: &Expectation, random: &Expectation) {

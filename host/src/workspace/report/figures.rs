@@ -34,6 +34,42 @@ pub struct Figures {
     pub view: Figure,
 }
 
+impl Figures {
+    /// Names of the files, without ending.
+    pub const NAMES: [&'static str; 10] = [
+        "horizontal",
+        "vertical_xz",
+        "vertical_yz",
+        "serial",
+        "parallel",
+        "serial_horizontal",
+        "parallel_horizontal",
+        "cylinders",
+        "influence",
+        "view",
+    ];
+
+    /// All, by the names of their files.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &Figure)> {
+        Self::NAMES.into_iter().zip([
+            &self.horizontal,
+            &self.vertical_xz,
+            &self.vertical_yz,
+            &self.serial,
+            &self.parallel,
+            &self.serial_horizontal,
+            &self.parallel_horizontal,
+            &self.cylinders,
+            &self.influence,
+            &self.view,
+        ])
+    }
+}
+
+/// What is to be seen in the figure of the influence.
+pub const INFLUENCE: &str = "Displacement of the boundary along its outward normal for 1 mm or 1° of \
+    each parameter: the line is the range over the boundary, the dot its rms.";
+
 /// Two coordinates of a plane, and the third that is held.
 #[derive(Debug, Clone, Copy)]
 struct Plane {

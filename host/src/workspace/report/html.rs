@@ -1,7 +1,7 @@
 //! The report as one HTML file that opens from disk: everything it needs is in it.
 
 use super::Analysis;
-use super::figures::{Figures, caption};
+use super::figures::{Figures, INFLUENCE, caption};
 use super::table::{CYLINDERS, chosen};
 use crate::plot::PlotError;
 use crate::report::page::{View, figure, render_with_view};
@@ -55,9 +55,7 @@ pub(super) fn render(
             }
             section {
                 h2 { "Influence of the parameters on the boundary" }
-                (figure(&figures.influence, "Displacement of the boundary along its outward \
-                    normal for 1 mm or 1° of each parameter: the line is the range over the \
-                    boundary, the dot its rms.")?)
+                (figure(&figures.influence, INFLUENCE)?)
                 (influence(analysis))
             }
             @if let Some(band) = &analysis.band {

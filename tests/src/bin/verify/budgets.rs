@@ -67,7 +67,7 @@ pub(crate) fn check(check: &mut Check) {
 }
 
 /// Beside the directory that this program was built in.
-fn directory(name: &str) -> PathBuf {
+pub(crate) fn directory(name: &str) -> PathBuf {
     std::env::current_exe()
         .ok()
         .as_deref()

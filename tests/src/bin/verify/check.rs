@@ -1,5 +1,6 @@
 //! Running commands and remembering which failed.
 
+use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -84,11 +85,17 @@ fn tests_announced(line: &str) -> Option<u64> {
 }
 
 /// A command at the repository's root, its words separated by spaces.
-fn command(line: &str) -> Command {
+pub(crate) fn command(line: &str) -> Command {
     let mut words = line.split_whitespace();
-    let mut command = Command::new(words.next().unwrap_or_default());
+    let mut command = at_root(words.next().unwrap_or_default());
+    command.args(words);
     command
-        .args(words)
+}
+
+/// A program at the repository's root.
+pub(crate) fn at_root(program: impl AsRef<OsStr>) -> Command {
+    let mut command = Command::new(program);
+    command
         .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
         .stdin(Stdio::null());
     command

@@ -7,16 +7,24 @@ const RULES: &str = include_str!("../../../../deny.toml");
 
 pub(crate) fn check(check: &mut Check) {
     if output("cargo deny --version").is_some() {
-        check.command("cargo deny check licenses bans sources");
+        for package in ["", "--manifest-path fuzz/Cargo.toml "] {
+            check.command(&format!(
+                "cargo deny {package}check --config deny.toml licenses bans sources"
+            ));
+        }
         return;
     }
     println!("cargo-deny is not installed; reading the licences from cargo tree");
-    let Some(tree) = output(
-        "cargo tree --workspace --all-features --target all --edges normal,build,dev --prefix none --format {p}|{l}",
-    ) else {
-        check.fail("cargo tree failed".to_owned());
-        return;
-    };
+    let mut tree = String::new();
+    for package in ["", "--manifest-path fuzz/Cargo.toml "] {
+        let Some(part) = output(&format!(
+            "cargo tree {package}--workspace --all-features --target all --edges normal,build,dev --prefix none --format {{p}}|{{l}}"
+        )) else {
+            check.fail(format!("cargo tree {package}failed"));
+            return;
+        };
+        tree.push_str(&part);
+    }
     let allowed = allowed_licences(RULES);
     // A package that was shown before is marked with an asterisk.
     let packages: BTreeSet<&str> = tree

@@ -2,6 +2,7 @@
 
 mod budgets;
 mod check;
+mod fuzz;
 mod licences;
 mod stages;
 

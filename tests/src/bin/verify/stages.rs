@@ -2,6 +2,7 @@
 
 use crate::budgets;
 use crate::check::{Check, attempt, output};
+use crate::fuzz;
 use crate::licences;
 use std::path::Path;
 
@@ -18,7 +19,7 @@ pub(crate) struct Stage {
 pub(crate) const STAGES: &[Stage] = &[
     Stage {
         name: "setup",
-        about: "the bare Rust target and QEMU; installs what is missing where it can",
+        about: "the bare Rust target, QEMU and a C++ compiler; installs what is missing where it can",
         run: setup,
     },
     Stage {
@@ -57,6 +58,11 @@ pub(crate) const STAGES: &[Stage] = &[
         run: budgets::check,
     },
     Stage {
+        name: "fuzz",
+        about: "arbitrary files, frames, flash contents and numbers, for some seconds each",
+        run: fuzz::check,
+    },
+    Stage {
         name: "licences",
         about: "every dependency's licence is on the list of deny.toml",
         run: licences::check,
@@ -75,10 +81,8 @@ fn setup(check: &mut Check) {
             ));
         }
     }
-    if let Some(version) = qemu_version() {
-        println!("{version}");
-    } else {
-        install_qemu(check);
+    for tool in [&QEMU, &COMPILER] {
+        install(check, tool);
     }
 }
 
@@ -87,34 +91,56 @@ fn target_installed() -> bool {
         .is_some_and(|directory| Path::new(directory.trim()).is_dir())
 }
 
-fn qemu_version() -> Option<String> {
-    let text = output("qemu-system-arm --version")?;
-    text.lines().next().map(str::to_owned)
+/// A program of the system's own packages.
+struct Tool {
+    /// Prints its version.
+    version: &'static str,
+    package: &'static str,
+    elsewhere: &'static str,
 }
 
-fn install_qemu(check: &mut Check) {
-    if output("apt-get --version").is_some() {
+const QEMU: Tool = Tool {
+    version: "qemu-system-arm --version",
+    package: "qemu-system-arm",
+    elsewhere: "macOS: brew install qemu",
+};
+
+/// libFuzzer is C++.
+const COMPILER: Tool = Tool {
+    version: "c++ --version",
+    package: "g++",
+    elsewhere: "macOS: xcode-select --install",
+};
+
+impl Tool {
+    fn found(&self) -> Option<String> {
+        let text = output(self.version)?;
+        text.lines().next().map(str::to_owned)
+    }
+}
+
+fn install(check: &mut Check, tool: &Tool) {
+    let package = tool.package;
+    if tool.found().is_none() && output("apt-get --version").is_some() {
         let root = output("id -u").is_some_and(|id| id.trim() == "0");
         let sudo = if root { "" } else { "sudo -n " };
         let apt = format!("{sudo}env DEBIAN_FRONTEND=noninteractive apt-get --yes --quiet");
-        // Neither's failure counts: what counts is whether QEMU is there afterwards.
+        // Neither's failure counts: what counts is whether the tool is there afterwards.
         let _ = attempt(&format!("{apt} update"));
-        let _ = attempt(&format!(
-            "{apt} install --no-install-recommends qemu-system-arm"
-        ));
+        let _ = attempt(&format!("{apt} install --no-install-recommends {package}"));
     }
-    match qemu_version() {
+    match tool.found() {
         Some(version) => println!("{version}"),
-        None => check.fail(
-            "qemu-system-arm is missing. Install it: apt-get install qemu-system-arm \
-             (macOS: brew install qemu)"
-                .to_owned(),
-        ),
+        None => check.fail(format!(
+            "{package} is missing. Install it: apt-get install {package} ({})",
+            tool.elsewhere
+        )),
     }
 }
 
 fn format(check: &mut Check) {
     check.command("cargo fmt --all --check");
+    check.command("cargo fmt --manifest-path fuzz/Cargo.toml --check");
 }
 
 fn lint(check: &mut Check) {
@@ -131,6 +157,9 @@ fn lint(check: &mut Check) {
     ] {
         check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));
     }
+    check.command(
+        "cargo clippy --quiet --locked --manifest-path fuzz/Cargo.toml --all-targets -- --deny warnings",
+    );
 }
 
 fn docs(check: &mut Check) {

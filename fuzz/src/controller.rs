@@ -1,0 +1,253 @@
+//! The controller: whatever comes over the link, it answers with whole frames and keeps a robot.
+
+use crate::frames::{Raw, frame, messages, request};
+use crate::numbers::{Bits, Source};
+use crate::promises::finite_robot;
+use delta_cal_firmware_example::{Controller, ParameterFlash, nominal};
+use delta_cal_protocol::{
+    ControlLoop, Direction, Origin, Phase, Request, Response, RevertTo, SampleMessage,
+};
+
+/// Background steps after which a calibration must have ended: 3 arms, 40 starts of 50 steps each.
+const STEPS: u32 = 3 * 40 * 51;
+
+/// As in `f32`, so in `f64`, whichever the first byte says.
+pub fn controller(data: &[u8]) {
+    let mut source = Source::new(data);
+    if source.byte() & 1 == 0 {
+        session::<f32>(&mut source);
+    } else {
+        session::<f64>(&mut source);
+    }
+}
+
+/// A controller and what its driver knows.
+pub(crate) struct Bench<T: Bits> {
+    pub(crate) controller: Controller<T, ParameterFlash>,
+    sequence: u16,
+    /// The session's next sample.
+    next: u32,
+    solved: Option<u32>,
+}
+
+impl<T: Bits> Bench<T> {
+    pub(crate) fn start(flash: ParameterFlash) -> Self {
+        let robot = nominal().expect("the robot as drawn is a robot");
+        Self {
+            controller: Controller::new(robot, flash, 0),
+            sequence: 0,
+            next: 0,
+            solved: None,
+        }
+    }
+
+    /// Sends bytes; the answers are whole, and every parameter in them is a number.
+    fn send(&mut self, bytes: &[u8]) -> Vec<Response<T>> {
+        let mut answers = Vec::new();
+        for byte in bytes {
+            let Some(answer) = self.controller.receive(*byte) else {
+                continue;
+            };
+            for (_, response) in messages::<Response<T>>(Direction::Response, &answer) {
+                self.look(&response);
+                answers.push(response);
+            }
+        }
+        answers
+    }
+
+    fn look(&mut self, response: &Response<T>) {
+        match response {
+            Response::Parameters(parameters) => {
+                assert!(
+                    parameters
+                        .arms
+                        .as_flattened()
+                        .iter()
+                        .all(|value| value.finite())
+                );
+            }
+            Response::Taken { next, .. } => self.next = *next,
+            Response::Status(status) => {
+                if let Phase::Solved { fingerprint, .. } = status.phase {
+                    self.solved = Some(fingerprint);
+                }
+            }
+            Response::Outcome(report) => {
+                let figures = [
+                    report.residual_rms,
+                    report.condition,
+                    report.degrees_of_freedom,
+                ];
+                let all = figures
+                    .iter()
+                    .chain(&report.parameters)
+                    .chain(&report.prior_share);
+                assert!(
+                    all.chain(&report.estimated_noise)
+                        .all(|value| value.finite())
+                );
+                if let Some(covariance) = &report.covariance {
+                    assert!(covariance.as_flattened().iter().all(|value| value.finite()));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// One request, one answer, once what came before is ended.
+    pub(crate) fn ask(&mut self, request: &Request<T>) -> Response<T> {
+        self.send(&[0]);
+        self.sequence = self.sequence.wrapping_add(1).max(1);
+        let answers = self.send(&frame(Direction::Request, self.sequence, request));
+        let [answer] = answers.as_slice() else {
+            panic!("{} answers to {request:?}", answers.len())
+        };
+        *answer
+    }
+
+    /// Background work to its end.
+    fn rest(&mut self) {
+        let mut left = STEPS;
+        while self.controller.idle() {
+            left -= 1;
+            assert!(left > 0, "no end");
+        }
+    }
+
+    /// Calibrates and applies; whether there was a result to apply and it was stored.
+    pub(crate) fn calibrated(&mut self, samples: &[SampleMessage<T>]) -> bool {
+        let session = 9;
+        let begin = delta_cal_protocol::Begin {
+            session,
+            tolerance: Some((T::from_f64(0.5), T::from_f64(3e-3))),
+            noise: None,
+            without_guess: false,
+        };
+        self.ask(&Request::Begin(begin));
+        for (index, sample) in (0..).zip(samples) {
+            self.ask(&Request::Sample(SampleMessage {
+                session,
+                index,
+                ..*sample
+            }));
+        }
+        let count = u32::try_from(samples.len()).unwrap_or_default();
+        self.ask(&Request::Solve {
+            session,
+            samples: count,
+        });
+        self.rest();
+        self.solved = None;
+        self.ask(&Request::Status);
+        let Some(fingerprint) = self.solved else {
+            return false;
+        };
+        let answer = self.ask(&Request::Apply {
+            session,
+            fingerprint,
+        });
+        matches!(answer, Response::Parameters(parameters) if parameters.origin == Origin::Calibration)
+    }
+
+    /// What the control loop would say after it has switched.
+    pub(crate) fn switch(&mut self, control: &mut ControlLoop<T>) {
+        if let Some(parameters) = self.controller.take_switch() {
+            control.fingerprint = parameters.fingerprint;
+            control.switches = control.switches.wrapping_add(1);
+            self.controller.set_control(*control);
+        }
+    }
+}
+
+fn session<T: Bits>(source: &mut Source<'_>) {
+    let mut bench = Bench::<T>::start(ParameterFlash::new());
+    while !source.is_empty() {
+        match source.byte() % 16 {
+            0 => {
+                // Whatever: noise, half a frame, two of them.
+                bench.send(source.bytes());
+            }
+            1 => {
+                let sequence = source.word();
+                let content = source.bytes();
+                bench.send(&frame(Direction::Request, sequence, &Raw(content)));
+            }
+            2 => {
+                let mut damaged = frame(
+                    Direction::Request,
+                    source.word(),
+                    &request::<T>(source, bench.next),
+                );
+                let place = source.below(damaged.len());
+                if let Some(byte) = damaged.get_mut(place) {
+                    *byte ^= source.byte();
+                }
+                bench.send(&damaged);
+                // Whatever it took that for, the next frame is a frame again.
+                bench.send(&[0]);
+            }
+            3 => bench.rest(),
+            4 => {
+                for _ in 0..source.byte() {
+                    bench.controller.idle();
+                }
+            }
+            5 => {
+                let before = bench.controller.current();
+                let flash = bench.controller.into_flash();
+                bench = Bench::start(flash);
+                assert_eq!(
+                    bench.controller.current(),
+                    before,
+                    "another robot after a restart"
+                );
+            }
+            6 => {
+                let from = bench.controller.current().fingerprint;
+                let to = [RevertTo::Previous, RevertTo::Nominal][source.below(2)];
+                bench.send(&frame(
+                    Direction::Request,
+                    77,
+                    &Request::<T>::Revert { from, to },
+                ));
+            }
+            7 => {
+                if let Some(fingerprint) = bench.solved {
+                    let session = u32::from(source.byte() & 1) + 1;
+                    bench.send(&frame(
+                        Direction::Request,
+                        78,
+                        &Request::<T>::Apply {
+                            session,
+                            fingerprint,
+                        },
+                    ));
+                }
+            }
+            8 => {
+                let session = u32::from(source.byte() & 1) + 1;
+                for sample in source.samples::<T>(20) {
+                    bench.sequence = bench.sequence.wrapping_add(1).max(1);
+                    let message = SampleMessage {
+                        session,
+                        index: bench.next,
+                        joints: sample.joints,
+                        position: sample.position.into(),
+                    };
+                    bench.send(&frame(
+                        Direction::Request,
+                        bench.sequence,
+                        &Request::Sample(message),
+                    ));
+                }
+            }
+            _ => {
+                let next = bench.next;
+                let request = request(source, next);
+                bench.ask(&request);
+            }
+        }
+        finite_robot(&bench.controller.current().robot);
+    }
+}

@@ -1,0 +1,220 @@
+//! The driver's side of the link: whatever a controller answers, an error or a result without NaN.
+
+use crate::controller::Bench;
+use crate::frames::{Raw, frame, messages};
+use crate::numbers::{Bits, Source};
+use crate::promises::{finite_outcome, finite_robot};
+use delta_cal_firmware_example::ParameterFlash;
+use delta_cal_host::device::{
+    Client, DeviceError, Patience, Transport, apply, assumptions, calibrate, calibrate_robot,
+    measurements, outcome, robot,
+};
+use delta_cal_host::{CalibrationReport, InputText, Options, RobotFile, SamplesFile, example};
+use delta_cal_protocol::{ControlLoop, Direction, Request, Response, RevertTo};
+use std::collections::VecDeque;
+use std::io;
+use std::sync::LazyLock;
+use std::time::Duration;
+
+/// Background steps of the controller between two looks at the link.
+const STEPS: u32 = 500;
+/// Of the example's rows: enough for a result, few enough for thousands of sessions a minute.
+const ROWS: usize = 14;
+
+static FILES: LazyLock<(RobotFile, SamplesFile)> = LazyLock::new(|| {
+    let robot = RobotFile::read(&InputText::new("robot.toml", example::ROBOT_TOML))
+        .expect("the example's robot is one");
+    let mut samples = SamplesFile::read(
+        &InputText::new("samples.csv", example::SAMPLES_CSV),
+        &robot.limits,
+    )
+    .expect("the example's samples are some");
+    samples.rows.truncate(ROWS);
+    (robot, samples)
+});
+
+/// A controller whose answers are changed on the way as the bytes of the input say.
+struct Link<'a, T: Bits> {
+    bench: Bench<T>,
+    control: ControlLoop<T>,
+    source: Source<'a>,
+    on_the_way: VecDeque<u8>,
+}
+
+impl<T: Bits> Link<'_, T> {
+    fn changed(&mut self, answer: &[u8]) -> Vec<u8> {
+        let Some((sequence, response)) = messages::<Response<T>>(Direction::Response, answer).pop()
+        else {
+            return answer.to_vec();
+        };
+        match self.source.byte() {
+            0..0xa0 => answer.to_vec(),
+            0xa0..0xb0 => Vec::new(),
+            0xb0..0xc0 => self.source.bytes().to_vec(),
+            0xc0..0xd0 => {
+                let content = self.source.bytes();
+                frame(Direction::Response, sequence, &Raw(content))
+            }
+            0xd0..0xf0 => {
+                // A whole frame with one field changed.
+                let mut content = postcard::to_allocvec(&response).unwrap_or_default();
+                for _ in 0..=self.source.below(9) {
+                    let place = usize::from(self.source.word()) % content.len().max(1);
+                    if let Some(byte) = content.get_mut(place) {
+                        *byte = self.source.byte();
+                    }
+                }
+                frame(Direction::Response, sequence, &Raw(&content))
+            }
+            0xf0.. => {
+                let mut damaged = answer.to_vec();
+                let place = usize::from(self.source.word()) % damaged.len().max(1);
+                if let Some(byte) = damaged.get_mut(place) {
+                    *byte ^= self.source.byte();
+                }
+                damaged
+            }
+        }
+    }
+}
+
+impl<T: Bits> Transport for Link<'_, T> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        for byte in bytes {
+            if let Some(answer) = self.bench.controller.receive(*byte) {
+                let arrived = self.changed(&answer);
+                self.on_the_way.extend(arrived);
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, buffer: &mut [u8], _timeout: Duration) -> io::Result<usize> {
+        for _ in 0..STEPS {
+            if !self.bench.controller.idle() {
+                break;
+            }
+        }
+        self.bench.switch(&mut self.control);
+        let count = buffer.len().min(self.on_the_way.len());
+        for (place, byte) in buffer.iter_mut().zip(self.on_the_way.drain(..count)) {
+            *place = byte;
+        }
+        Ok(count)
+    }
+}
+
+/// As in `f32`, so in `f64`, whichever the first byte says.
+pub fn driver(data: &[u8]) {
+    let mut source = Source::new(data);
+    // A report takes a hundred times as long as everything else.
+    let kind = source.byte();
+    if kind & 1 == 0 {
+        session::<f32>(source, kind & 0xf0 == 0xf0);
+    } else {
+        session::<f64>(source, kind & 0xf0 == 0xf0);
+    }
+}
+
+fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
+    let (robot_file, samples) = &*FILES;
+    let bench = Bench::<T>::start(ParameterFlash::new());
+    let control = ControlLoop {
+        turns: 0,
+        longest_ticks: 0,
+        longest_ticks_calibrating: 0,
+        ticks_a_second: 1,
+        late: 0,
+        unreachable: 0,
+        switches: 0,
+        fingerprint: bench.controller.current().fingerprint,
+        point: [T::ZERO; 3],
+        joints: [T::ZERO; 3],
+    };
+    let link = Link {
+        bench,
+        control,
+        source,
+        on_the_way: VecDeque::new(),
+    };
+    let patience = Patience {
+        timeout: Duration::ZERO,
+        silent_attempts: 3,
+        attempts: 6,
+        pause: Duration::ZERO,
+        looks: 100,
+    };
+    let mut client = Client::new(link, patience, 1);
+    let _ = explained(client.identity());
+    let _ = explained(client.counters::<T>());
+    let options = Options::default();
+    let (assumptions, measurements) = (assumptions(robot_file, options), measurements(samples));
+    let finished = if whole_report {
+        let made = calibrate_robot::<T, _>(
+            &mut client,
+            "link",
+            robot_file,
+            samples,
+            options,
+            &mut |_| {},
+        );
+        match made {
+            Err(failure) => {
+                assert!(!failure.to_string().is_empty());
+                None
+            }
+            Ok((finished, report)) => {
+                finite_report(&report);
+                Some(finished)
+            }
+        }
+    } else {
+        explained(calibrate(
+            &mut client,
+            &assumptions,
+            &measurements,
+            &mut |_| {},
+        ))
+    };
+    if let Some(finished) = finished {
+        if let Ok(arms) = &finished.result
+            && let Some(outcome) = explained(outcome(arms))
+        {
+            finite_outcome(&outcome);
+        }
+        let applied = apply(&mut client, &assumptions, &measurements, &finished);
+        if let Some(parameters) = explained(applied) {
+            let robot = robot::<T, f64>(&parameters.arms);
+            assert!(robot.is_ok(), "{parameters:?}");
+        }
+    }
+    let from = client
+        .transport_mut()
+        .bench
+        .controller
+        .current()
+        .fingerprint;
+    if let Some(parameters) = explained(client.revert::<T>(from, RevertTo::Previous))
+        && let Ok(robot) = robot::<T, f64>(&parameters.arms)
+    {
+        finite_robot(&robot);
+    }
+    let _ = explained(client.ask::<T>(&Request::Status));
+}
+
+fn explained<R>(answer: Result<R, DeviceError>) -> Option<R> {
+    match answer {
+        Ok(answer) => Some(answer),
+        Err(error) => {
+            assert!(!error.to_string().is_empty() && !error.remedy().is_empty());
+            None
+        }
+    }
+}
+
+fn finite_report(report: &CalibrationReport) {
+    finite_outcome(&report.outcome.robot);
+    for error in [&report.error_before, &report.error_after] {
+        assert!(error.rms.is_finite() && error.max.is_finite(), "{error:?}");
+    }
+}

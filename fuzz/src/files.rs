@@ -1,0 +1,160 @@
+//! Files that users write.
+
+use crate::numbers::Source;
+use crate::promises::finite_robot;
+use delta_cal::{JointLimits, Parameter};
+use delta_cal_host::campaign::Plan;
+use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, read_joints, read_positions};
+use std::fmt::Write;
+use std::path::Path;
+
+fn text(name: &str, data: &[u8]) -> Option<InputText> {
+    match InputText::from_reader(name, data) {
+        Ok(text) => Some(text),
+        Err(error) => {
+            refused(name, data, &error);
+            None
+        }
+    }
+}
+
+/// A refusal names the file, a line that it has, and a cause, all in one line.
+fn refused(name: &str, data: &[u8], error: &InputError) {
+    let message = error.to_string();
+    let cause = message
+        .strip_prefix(name)
+        .and_then(|rest| rest.strip_prefix(':'));
+    assert!(
+        cause.is_some_and(|cause| !cause.trim().is_empty()),
+        "{message:?}"
+    );
+    assert!(!message.contains(['\n', '\r']), "{message:?}");
+    if let Some(line) = error.line() {
+        let ends = data
+            .iter()
+            .filter(|byte| matches!(byte, b'\n' | b'\r'))
+            .count();
+        assert!(line >= 1 && line <= ends as u64 + 1, "{message:?}");
+    }
+}
+
+/// A robot file: refused with its place, or a robot that is written and read back the same.
+pub fn robot_file(data: &[u8]) {
+    const NAME: &str = "robot.toml";
+    let Some(input) = text(NAME, data) else {
+        return;
+    };
+    let file = match RobotFile::read(&input) {
+        Err(error) => return refused(NAME, data, &error),
+        Ok(file) => file,
+    };
+    finite_robot(&file.robot);
+    let mut numbers = vec![file.limits.minimum(), file.limits.maximum()];
+    numbers.extend(file.forearm_limit);
+    if let Some(tolerance) = &file.tolerance {
+        numbers.extend(Parameter::ALL.map(|parameter| tolerance.of(parameter)));
+    }
+    if let Some(noise) = &file.noise {
+        numbers.extend([noise.position(), noise.joint()]);
+    }
+    if let Some(frame) = &file.sensor_frame {
+        numbers.extend(frame.rotation.iter().chain(&frame.translation));
+    }
+    assert!(numbers.iter().all(|number| number.is_finite()), "{file:?}");
+
+    let written = file.to_toml("written");
+    match RobotFile::read(&InputText::new(NAME, &written)) {
+        Ok(again) => assert!(alike(&again, &file), "{written}"),
+        Err(error) => panic!("{error}:\n{written}"),
+    }
+}
+
+/// The same numbers, but for what angles lose in degrees.
+fn alike(a: &RobotFile, b: &RobotFile) -> bool {
+    let numbers = |file: &RobotFile| {
+        let arms = file.robot.arms().map(|arm| arm.parameters().data.0[0]);
+        let mut numbers = arms.as_flattened().to_vec();
+        numbers.extend([file.limits.minimum(), file.limits.maximum()]);
+        numbers.extend(file.forearm_limit);
+        numbers.extend(file.tolerance.map(|tolerance| tolerance.of(Parameter::Lb)));
+        numbers.extend(
+            file.tolerance
+                .map(|tolerance| tolerance.of(Parameter::Theta)),
+        );
+        numbers.extend(file.noise.map(|noise| noise.position()));
+        numbers.extend(file.noise.map(|noise| noise.joint()));
+        numbers
+    };
+    let (first, second) = (numbers(a), numbers(b));
+    let close = |(a, b): (&f64, &f64)| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs().max(1e-300);
+    first.len() == second.len()
+        && first.iter().zip(&second).all(close)
+        && a.sensor_frame == b.sensor_frame
+}
+
+/// A samples file of a robot with these or those joint limits, and the same file as one of joint
+/// angles or positions alone.
+pub fn samples_file(data: &[u8]) {
+    const NAME: &str = "samples.csv";
+    let (head, rest) = data.split_at(data.len().min(4));
+    let mut source = Source::new(head);
+    let (least, most) = (source.number(-1.0, 3.0), source.number(1.6, 3.0));
+    let Ok(limits) = JointLimits::new(least, most) else {
+        return;
+    };
+    let Some(input) = text(NAME, rest) else {
+        return;
+    };
+    if let Err(error) = read_joints(&input, &limits) {
+        refused(NAME, rest, &error);
+    }
+    match read_positions(&input) {
+        Ok(rows) => assert!(
+            rows.iter()
+                .all(|row| row.value.iter().all(|x| x.is_finite()))
+        ),
+        Err(error) => refused(NAME, rest, &error),
+    }
+    let file = match SamplesFile::read(&input, &limits) {
+        Err(error) => return refused(NAME, rest, &error),
+        Ok(file) => file,
+    };
+    assert!(!file.rows.is_empty());
+    let mut written = "q1_rad,q2_rad,q3_rad,x_mm,y_mm,z_mm\n".to_owned();
+    let mut last = 0;
+    for row in &file.rows {
+        assert!(row.line > last, "line {} after line {last}", row.line);
+        last = row.line;
+        assert_eq!(row.value.check(), Ok(()));
+        let [q1, q2, q3] = row.value.joints;
+        let [x, y, z] = row.value.position.into();
+        let _ = writeln!(written, "{q1:?},{q2:?},{q3:?},{x:?},{y:?},{z:?}");
+    }
+    match SamplesFile::read(&InputText::new(NAME, &written), &limits) {
+        Ok(again) => assert!(
+            again
+                .rows
+                .iter()
+                .map(|row| row.value)
+                .eq(file.rows.iter().map(|row| row.value)),
+            "{written}"
+        ),
+        Err(error) => panic!("{error}:\n{written}"),
+    }
+}
+
+/// A campaign file: refused with its place, or a plan. One that names a robot file of its own is not
+/// followed to wherever the name leads.
+pub fn campaign_file(data: &[u8]) {
+    const NAME: &str = "campaign.toml";
+    if data.iter().any(|byte| matches!(byte, b'/' | b'\\')) {
+        return;
+    }
+    let Some(input) = text(NAME, data) else {
+        return;
+    };
+    match Plan::read(&input, Path::new("no folder")) {
+        Ok(plan) => assert!(plan.robots > 0 && !plan.poses.is_empty(), "{plan:?}"),
+        Err(error) => refused(NAME, data, &error),
+    }
+}

@@ -1,0 +1,93 @@
+//! Frames whose content can be anything.
+
+use crate::numbers::{Bits, Source};
+use delta_cal::ArmIndex;
+use delta_cal_protocol::{
+    Begin, Direction, LARGEST_FRAME, ParameterSet, Receiver, Request, RevertTo, SampleMessage,
+    encode,
+};
+use serde::de::DeserializeOwned;
+use serde::ser::{Serialize, SerializeTuple, Serializer};
+
+/// Bytes that are the content of a message as they are.
+pub(crate) struct Raw<'a>(pub(crate) &'a [u8]);
+
+impl Serialize for Raw<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        for byte in self.0 {
+            tuple.serialize_element(byte)?;
+        }
+        tuple.end()
+    }
+}
+
+/// A whole frame with this content.
+pub(crate) fn frame(direction: Direction, sequence: u16, message: &impl Serialize) -> Vec<u8> {
+    encode(direction, sequence, message).map_or_else(|_| Vec::new(), |frame| frame.to_vec())
+}
+
+/// The sequence numbers and messages of whole frames; everything must be one.
+pub(crate) fn messages<M: DeserializeOwned>(direction: Direction, bytes: &[u8]) -> Vec<(u16, M)> {
+    let mut receiver = Receiver::<LARGEST_FRAME>::new(direction);
+    let mut messages = Vec::new();
+    for byte in bytes {
+        if let Some(received) = receiver.push(*byte) {
+            let frame = received.expect("what was sent is a frame");
+            let message = frame.message().expect("what was sent is a message");
+            messages.push((frame.sequence, message));
+        }
+    }
+    messages
+}
+
+/// A request such as a driver sends, with any numbers.
+pub(crate) fn request<T: Bits>(source: &mut Source<'_>, next: u32) -> Request<T> {
+    let session = u32::from(source.byte() & 1) + 1;
+    match source.byte() % 12 {
+        0 => Request::Identify,
+        1 => Request::Parameters(ParameterSet::Current),
+        2 => Request::Parameters(ParameterSet::Nominal),
+        3 => {
+            let kind = source.byte();
+            let mut pair = |bit: u8, usual: f64, small: f64| {
+                (kind & bit != 0)
+                    .then(|| (source.number(usual, usual), source.number(small, small)))
+            };
+            Request::Begin(Begin {
+                session,
+                tolerance: pair(1, 0.5, 3e-3),
+                noise: pair(2, 0.02, 3e-5),
+                without_guess: kind & 0b1100 == 0b1100,
+            })
+        }
+        4 => Request::Sample(SampleMessage {
+            session,
+            index: next.wrapping_add(u32::from(source.byte() / 0xf0)),
+            joints: [(); 3].map(|()| source.number(0.3, 1.0)),
+            position: [0.0, 0.0, -450.0].map(|x| source.number(x, 200.0)),
+        }),
+        5 => Request::Solve {
+            session,
+            samples: next,
+        },
+        6 => Request::Status,
+        7 => Request::Outcome {
+            session,
+            arm: ArmIndex::ALL[source.below(3)],
+        },
+        8 => Request::Apply {
+            session,
+            fingerprint: source.wide(),
+        },
+        9 => Request::Revert {
+            from: source.wide(),
+            to: RevertTo::Previous,
+        },
+        10 => Request::Revert {
+            from: source.wide(),
+            to: RevertTo::Nominal,
+        },
+        _ => Request::Counters,
+    }
+}

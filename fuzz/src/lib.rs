@@ -1,0 +1,27 @@
+//! What every fuzz target does with its input: see `README.md` beside this package's `Cargo.toml`.
+//!
+//! A target reads robots, samples and settings from the bytes, or files, or frames; does with them
+//! what the program would; and asserts what is promised of the result. A panic is a finding.
+
+#![forbid(unsafe_code)]
+// In a fuzz target a panic is the failure.
+#![allow(clippy::expect_used, clippy::panic, clippy::missing_panics_doc)]
+
+mod controller;
+mod driver;
+mod files;
+mod frames;
+mod kinematics;
+mod numbers;
+mod promises;
+mod robust;
+mod solver;
+mod store;
+
+pub use controller::controller;
+pub use driver::driver;
+pub use files::{campaign_file, robot_file, samples_file};
+pub use kinematics::kinematics;
+pub use robust::robust;
+pub use solver::solver;
+pub use store::store;

@@ -1,0 +1,141 @@
+//! The calibration step by step, in constant memory and with stored samples.
+
+use crate::numbers::{Bits, Source};
+use crate::promises::finite_outcome;
+use delta_cal::{
+    ArmProblem, Calibrator, Progress, RobotCalibrator, RobotOutcome, RobotSolver, Sample, Settings,
+    Start, StoredCalibrator,
+};
+
+const MOST_SAMPLES: usize = 40;
+/// Starts of one arm and rounds of balancing the tolerance, at most; the core's tests have the same.
+const STARTS: u32 = 40;
+
+/// As in `f32`, so in `f64`, whichever the first byte says.
+pub fn solver(data: &[u8]) {
+    let mut source = Source::new(data);
+    if source.byte() & 1 == 0 {
+        calibration::<f32>(&mut source);
+    } else {
+        calibration::<f64>(&mut source);
+    }
+}
+
+fn calibration<T: Bits>(source: &mut Source<'_>) {
+    let Ok(robot) = source.robot::<T>() else {
+        return;
+    };
+    let settings = source.settings();
+    let order = source.byte();
+    let forget = source.number(0.9, 0.1);
+    let samples = source.samples::<T>(MOST_SAMPLES);
+
+    let mut stored = StoredCalibrator::<T, MOST_SAMPLES>::new(&robot, &settings);
+    let mut taken: Vec<Sample<T>> = Vec::new();
+    for sample in &samples {
+        let before = stored.samples();
+        match stored.add(sample) {
+            Ok(()) => taken.push(*sample),
+            Err(_) => assert_eq!(stored.samples(), before),
+        }
+    }
+    let mut calibrator = Calibrator::new(&robot, &settings);
+    take_in(&mut calibrator, &taken, order);
+    assert_eq!(calibrator.samples(), stored.samples());
+    if order & 0x40 != 0 {
+        calibrator.forget(forget);
+    }
+    if let Some(outcome) = solved(&mut calibrator) {
+        not_worse(&mut calibrator, &outcome);
+    }
+    let _ = solved(&mut stored);
+}
+
+/// One by one, many at once, or by way of another calibrator.
+fn take_in<T: Bits>(calibrator: &mut Calibrator<T>, samples: &[Sample<T>], order: u8) {
+    let (first, rest) = samples.split_at(samples.len() * usize::from(order & 0xf) / 15);
+    for sample in first {
+        assert_eq!(calibrator.add(sample), Ok(()));
+    }
+    let many = |calibrator: &mut Calibrator<T>| {
+        // In two parts, one behind a sample that is refused and changes nothing.
+        let (two, three) = rest.split_at(rest.len() / 2);
+        assert_eq!(calibrator.add_many(two), Ok(()));
+        let mut wrong = three.to_vec();
+        if let Some(last) = wrong.last_mut() {
+            last.joints = [T::INFINITY; 3];
+            let before = calibrator.samples();
+            assert!(calibrator.add_many(&wrong).is_err());
+            assert_eq!(calibrator.samples(), before);
+        }
+        assert_eq!(calibrator.add_many(three), Ok(()));
+    };
+    if order & 0x10 == 0 {
+        many(calibrator);
+    } else {
+        let mut other = Calibrator::new(&calibrator.robot(), calibrator.settings());
+        many(&mut other);
+        assert_eq!(calibrator.merge(&other), Ok(()));
+    }
+}
+
+/// The result, if it is accepted, after a bounded number of steps.
+fn solved<T: Bits, P: ArmProblem<T>>(
+    calibrator: &mut RobotCalibrator<T, P>,
+) -> Option<RobotOutcome<T>> {
+    let settings = *calibrator.settings();
+    let mut solver = RobotSolver::new(calibrator).ok()?;
+    let mut left = steps(&settings);
+    loop {
+        match solver.step(calibrator) {
+            Ok(Progress::Working) => {}
+            Ok(Progress::Finished) => break,
+            Err(refusal) => {
+                assert!(!refusal.to_string().is_empty());
+                assert_eq!(
+                    solver.step(calibrator).map_err(|again| again.to_string()),
+                    Err(refusal.to_string())
+                );
+                return None;
+            }
+        }
+        left -= 1;
+        assert!(left > 0, "no end: {settings:?}");
+    }
+    let outcome = solver.outcome().ok()?;
+    finite_outcome(&outcome);
+    Some(outcome)
+}
+
+/// More than any calibration of these settings takes.
+fn steps<T: Bits>(settings: &Settings<T>) -> u32 {
+    3 * STARTS * (u32::from(settings.iteration_limit) + 1)
+}
+
+/// An iteration from the reference ends no higher than it began, but for rounding: the samples'
+/// residuals are no larger than the reference's.
+fn not_worse<T: Bits>(calibrator: &mut Calibrator<T>, outcome: &RobotOutcome<T>) {
+    if calibrator.settings().start != Start::Reference {
+        return;
+    }
+    calibrator.flush();
+    let before = calibrator.robot();
+    let arms = before.arms().iter().zip(outcome.robot.arms());
+    for (factor, (before, after)) in calibrator.arms().iter().zip(arms) {
+        let (least, most) = (factor.sum_of_squares(after), factor.sum_of_squares(before));
+        // Σ (f/σf)² as the factor's rows round it: each is a sum of terms as large as the unit of
+        // length, times a weight.
+        let reference = factor.reference();
+        let weight = match reference.noise() {
+            None => T::ONE,
+            Some(noise) => reference.scale() / noise.position(),
+        };
+        let rounding = T::from_f64(1e3) * T::EPSILON * weight;
+        let samples = T::from_count(factor.samples());
+        let margin = rounding * (most * samples).square_root() + rounding.squared() * samples;
+        assert!(
+            least <= most * T::from_f64(1.001) + margin,
+            "{least:?} after {most:?}, margin {margin:?}"
+        );
+    }
+}

@@ -1,0 +1,171 @@
+//! The controller's store: whatever its flash holds, a start finds a robot and the next calibration is
+//! kept.
+
+use crate::controller::Bench;
+use crate::numbers::{Bits, Source};
+use crate::promises::finite_robot;
+use crc::{CRC_32_ISO_HDLC, Crc};
+use delta_cal_firmware_example::{PAGE, ParameterFlash, nominal};
+use delta_cal_protocol::{
+    Origin, ParameterSet, Request, Response, RevertTo, SampleMessage, fingerprint,
+};
+use embassy_futures::block_on;
+use sequential_storage::cache::Cache;
+use sequential_storage::map::{MapConfig, MapStorage};
+use serde::Serialize;
+
+/// As in `f32`, so in `f64`, whichever the first byte says.
+pub fn store(data: &[u8]) {
+    let mut source = Source::new(data);
+    if source.byte() & 1 == 0 {
+        starts::<f32>(&mut source);
+    } else {
+        starts::<f64>(&mut source);
+    }
+}
+
+fn starts<T: Bits>(source: &mut Source<'_>) {
+    let mut flash = ParameterFlash::new();
+    while !source.is_empty() && source.byte() < 0xf0 {
+        change::<T>(&mut flash, source);
+    }
+    let mut bench = Bench::<T>::start(flash.clone());
+    let found = bench.controller.current();
+    finite_robot(&found.robot);
+    assert_eq!(Bench::<T>::start(flash).controller.current(), found);
+    let nominal = fingerprint(&drawn::<T>());
+    if let Response::Parameters(parameters) = bench.ask(&Request::Parameters(ParameterSet::Current))
+    {
+        let as_drawn = matches!(
+            parameters.origin,
+            Origin::Nominal | Origin::NominalStoreDamaged
+        );
+        assert!(!as_drawn || found.fingerprint == nominal);
+        assert_eq!(parameters.arms, arms(&found.robot));
+    }
+
+    let samples: Vec<_> = source.samples::<T>(14).iter().map(message).collect();
+    if bench.calibrated(&samples) {
+        let applied = bench.controller.current();
+        bench = restarted(bench);
+        let after = bench.controller.current();
+        assert_eq!(
+            after, applied,
+            "what was stored is not what a restart finds"
+        );
+    }
+    let before = bench.controller.current();
+    let to = [RevertTo::Previous, RevertTo::Nominal][source.below(2)];
+    let answer = bench.ask(&Request::Revert {
+        from: before.fingerprint,
+        to,
+    });
+    let wanted = bench.controller.current();
+    if matches!(answer, Response::Fault(_)) {
+        assert_eq!(wanted, before);
+    }
+    bench = restarted(bench);
+    assert_eq!(bench.controller.current(), wanted, "{to:?}: {answer:?}");
+}
+
+fn restarted<T: Bits>(bench: Bench<T>) -> Bench<T> {
+    Bench::start(bench.controller.into_flash())
+}
+
+fn arms<T: Bits>(robot: &delta_cal::Robot<T>) -> [[T; 8]; 3] {
+    robot.arms().map(|arm| arm.parameters().data.0[0])
+}
+
+fn drawn<T: Bits>() -> [[T; 8]; 3] {
+    arms(&nominal().expect("the robot as drawn is a robot"))
+}
+
+fn message<T: Bits>(sample: &delta_cal::Sample<T>) -> SampleMessage<T> {
+    SampleMessage {
+        session: 0,
+        index: 0,
+        joints: sample.joints,
+        position: sample.position.into(),
+    }
+}
+
+/// Something of the flash becomes something else.
+fn change<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
+    let place = usize::from(source.word()) % (4 * PAGE);
+    match source.byte() % 8 {
+        0 | 1 => {
+            let content = source.bytes();
+            for (byte, new) in flash.bytes_mut()[place..].iter_mut().zip(content) {
+                *byte = *new;
+            }
+        }
+        2 => {
+            let (count, value) = (usize::from(source.word()), source.byte());
+            for byte in flash.bytes_mut()[place..].iter_mut().take(count) {
+                *byte = value;
+            }
+        }
+        3 => flash.bytes_mut()[place] ^= source.byte(),
+        4 => {
+            // What the controller itself makes of it.
+            let mut bench = Bench::<T>::start(flash.clone());
+            let samples: Vec<_> = source.samples::<T>(14).iter().map(message).collect();
+            bench.calibrated(&samples);
+            *flash = bench.controller.into_flash();
+        }
+        _ => write(flash, source, &record::<T>),
+    }
+}
+
+/// What `store.rs` of the firmware stores.
+#[derive(Serialize)]
+struct Record<T> {
+    version: u8,
+    number: u8,
+    nominal: u32,
+    generation: u32,
+    current: Option<[[T; 8]; 3]>,
+    previous: Option<[[T; 8]; 3]>,
+}
+
+/// A record with any generation and any numbers, whole by its checksum.
+fn record<T: Bits>(source: &mut Source<'_>) -> Vec<u8> {
+    let drawn = drawn::<T>();
+    let kind = source.byte();
+    let mut set = |bit: u8| (kind & bit != 0).then(|| source.geometry::<T>().unwrap_or(drawn));
+    let (current, previous) = (set(1), set(2));
+    let record = Record {
+        version: 1 + u8::from(kind & 0xf0 == 0xf0),
+        number: if size_of::<T>() == 4 { 4 } else { 8 },
+        nominal: fingerprint(&drawn).wrapping_add(u32::from(kind & 0xf0 == 0xe0)),
+        generation: if kind & 4 == 0 {
+            u32::from(source.byte())
+        } else {
+            source.wide()
+        },
+        current,
+        previous,
+    };
+    let mut bytes = postcard::to_allocvec(&record).unwrap_or_default();
+    let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes);
+    bytes.extend(checksum.to_le_bytes());
+    bytes
+}
+
+/// Stores what `content` makes as the firmware would, in one half or the other.
+fn write(
+    flash: &mut ParameterFlash,
+    source: &mut Source<'_>,
+    content: &dyn Fn(&mut Source<'_>) -> Vec<u8>,
+) {
+    let half = u32::try_from(2 * PAGE).unwrap_or_default();
+    let start = if source.byte() & 1 == 0 { 0 } else { half };
+    let content = content(source);
+    let Ok(config) = MapConfig::try_new(start..start + half) else {
+        return;
+    };
+    let mut map = MapStorage::<u8, _, _>::new(flash, config, Cache::new_uncached());
+    let mut buffer = [0; 512];
+    // A flash that was damaged before may not take it.
+    let _ = block_on(map.store_item(&mut buffer, &1_u8, &content.as_slice()));
+}

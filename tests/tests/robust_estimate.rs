@@ -119,6 +119,7 @@ fn exact_samples_return_the_robot_and_name_the_wrong_ones() {
                 // Weights of residuals that are rounding alone, in units of rounding, need not settle.
                 assert!(outcome.settled || settings.noise.is_none());
                 assert!(!outcome.settled || (2..25).contains(&outcome.rounds));
+                assert!(outcome.rounds <= 50);
                 for arm in &outcome.robot.arms {
                     assert_eq!(arm.samples, (count - wrong) as u64);
                 }

@@ -144,6 +144,22 @@ fn of_forearms_that_do_not_meet_the_shortest_is_named() {
     }
 }
 
+/// Of forearms that hardly differ as well, wherever the robot stands.
+#[test]
+fn the_shortest_forearm_is_named_by_a_small_difference() {
+    for shift in [[0.0; 3], [900.0, -700.0, 400.0], [-800.0, 900.0, 0.0]] {
+        let robot = moved(&symmetric(400.0, 260.0, 480.0), shift);
+        for (short, index) in ArmIndex::ALL.into_iter().enumerate() {
+            let mut forearms = [480.0; 3];
+            forearms[short] = 475.0;
+            assert_eq!(
+                with_forearms(&robot, forearms).forward(&[-0.2, 0.1, 0.3]),
+                Err(KinematicsError::Unreachable(index))
+            );
+        }
+    }
+}
+
 #[test]
 fn points_whose_squares_overflow_are_not_finite() {
     let robot = paper_robot::<f64>();
@@ -304,6 +320,16 @@ fn small_functions_of_both_scalars() {
     }
     check::<f64>();
     check::<f32>();
+    // Both are powers of two: the quotient is exact.
+    let exact = |smallest: f64, epsilon: f64, normal: f64| {
+        assert!((smallest * epsilon / normal - 1.0).abs() < 1e-15);
+    };
+    exact(f64::SMALLEST_SQUARE, f64::EPSILON, f64::MIN_POSITIVE);
+    exact(
+        f32::SMALLEST_SQUARE.into(),
+        f32::EPSILON.into(),
+        f32::MIN_POSITIVE.into(),
+    );
 }
 
 /// Points far from the origin, and in any unit, are aligned as well as others.

@@ -87,3 +87,18 @@ fn the_length_of_a_displacement_is_what_it_adds_to_the_residuals() {
         assert!((iteration.length_squared(&displacement) / expected - 1.0).abs() < 1e-12);
     }
 }
+
+/// A rejected step counts as a linearisation does: the limit holds for both.
+#[test]
+fn rejected_steps_are_counted() {
+    let (mut iteration, _, _) = iteration(0);
+    let prospect = iteration.control.judge(0.5, 1.0, 1.0);
+    for count in 1..4 {
+        assert_eq!(iteration.reject(&prospect), StepResult::Continue);
+        assert_eq!(iteration.iterations, count);
+    }
+    iteration.control = StepControl::new(Method::GaussNewton);
+    let prospect = iteration.control.judge(0.5, 1.0, 1.0);
+    assert_eq!(iteration.reject(&prospect), StepResult::Failed);
+    assert_eq!(iteration.iterations, 3);
+}

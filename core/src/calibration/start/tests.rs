@@ -2,7 +2,7 @@
 
 use super::free_start;
 use crate::samples::{ArmFactor, Reference};
-use crate::{Arm, ArmIndex};
+use crate::{Arm, ArmIndex, Noise};
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -107,4 +107,47 @@ fn samples_that_leave_a_coefficient_free_give_no_start() {
         still.add(&x, 0.3, ArmIndex::First).unwrap();
     }
     assert!(free_start(&still).is_none());
+}
+
+/// What the samples determine does not depend on how large their weights are.
+#[test]
+fn weights_of_any_size_leave_the_start_as_it_is() {
+    let truth = Arm::new(TRUTH).unwrap();
+    let centre = Vector3::new(10.0, -20.0, -430.0);
+    for sigma in [1e-7, 1e-3, 1e3, 1e9] {
+        let reference = Reference::new(&truth, &centre, Some(Noise::new(sigma, 0.0).unwrap()));
+        let (mut free, mut still) = (ArmFactor::new(reference), ArmFactor::new(reference));
+        for (x, q) in exact_samples(&truth, 40) {
+            free.add(&x, q, ArmIndex::First).unwrap();
+            still.add(&x, 0.3, ArmIndex::First).unwrap();
+        }
+        let correction = free_start(&free).unwrap();
+        assert!(correction.iter().all(|delta| delta.abs() < 1e-9));
+        assert!(free_start(&still).is_none(), "{sigma:e}");
+    }
+}
+
+/// Positions that belong to no arm give a finite start or none.
+#[test]
+fn samples_of_no_arm_never_give_a_start_that_is_no_number() {
+    let truth = Arm::new(TRUTH).unwrap();
+    let centre = Vector3::new(10.0, -20.0, -430.0);
+    let (mut none, mut some) = (0, 0);
+    for seed in 0..500 {
+        let mut rng = Pcg32::seed_from_u64(seed);
+        let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+        let mut factor = ArmFactor::new(Reference::new(&truth, &centre, None));
+        for _ in 0..14 {
+            let x = Vector3::new(uniform(), uniform(), uniform()) * 400.0;
+            factor.add(&x, uniform(), ArmIndex::First).unwrap();
+        }
+        match free_start(&factor) {
+            Some(correction) => {
+                some += 1;
+                assert!(correction.iter().all(|delta| delta.is_finite()), "{seed}");
+            }
+            None => none += 1,
+        }
+    }
+    assert!(none > 0 && some > 100, "{none} {some}");
 }

@@ -6,6 +6,8 @@
 
 mod arm;
 mod condition;
+mod gate;
+mod held_out;
 mod judgement;
 pub mod limits;
 mod loss;
@@ -20,6 +22,8 @@ pub mod step_control;
 mod tolerance;
 
 pub use arm::{ArmSolver, Progress};
+pub use gate::{Alarm, Gate, GateCounts, GateError, Innovation, Untested, Verdict};
+pub use held_out::{HeldOut, HeldOutRefusal, Validation};
 pub use loss::{Loss, Worth};
 pub use outcome::{ArmOutcome, RobotOutcome, StartUsed, Termination};
 pub use problem::ArmProblem;

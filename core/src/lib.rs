@@ -23,9 +23,10 @@ mod robot;
 mod samples;
 
 pub use calibration::{
-    ArmOutcome, ArmProblem, ArmSolver, Calibrator, Loss, Method, Progress, Refusal,
-    RobotCalibrator, RobotOutcome, RobotSolver, RobustOutcome, RobustRefusal, Settings, Start,
-    StartUsed, StoredCalibrator, Termination, Tolerance, ToleranceError, WeighedSample, Worth,
+    Alarm, ArmOutcome, ArmProblem, ArmSolver, Calibrator, Gate, GateCounts, GateError, HeldOut,
+    HeldOutRefusal, Innovation, Loss, Method, Progress, Refusal, RobotCalibrator, RobotOutcome,
+    RobotSolver, RobustOutcome, RobustRefusal, Settings, Start, StartUsed, StoredCalibrator,
+    Termination, Tolerance, ToleranceError, Untested, Validation, Verdict, WeighedSample, Worth,
     robust_fit,
 };
 pub use calibration::{limits, step_control};
@@ -36,9 +37,9 @@ pub use robot::{
     RigidTransform, Robot, SymmetricRobot,
 };
 pub use samples::{
-    ArmFactor, JointLimits, JointLimitsError, MergeError, Noise, NoiseError, PoseError, Reference,
-    Sample, SampleError, StoredArmSamples, StoredError, random_pose, simulate_sample,
-    standard_normal,
+    ArmFactor, JointLimits, JointLimitsError, Memory, MemoryError, MergeError, Noise, NoiseError,
+    PoseError, Reference, Sample, SampleError, StoredArmSamples, StoredError, random_pose,
+    simulate_sample, standard_normal,
 };
 
 /// The README's example, compiled and run with the documentation's.

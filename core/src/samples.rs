@@ -3,6 +3,7 @@
 
 mod displacement;
 mod factor;
+mod memory;
 mod noise;
 mod reference;
 mod simulate;
@@ -11,7 +12,9 @@ mod triangle;
 mod waiting;
 
 pub(crate) use displacement::{Displacement, corrected_arm};
+pub(crate) use factor::BLOCK;
 pub use factor::{ArmFactor, MergeError};
+pub use memory::{Memory, MemoryError};
 pub use noise::{Noise, NoiseError};
 pub(crate) use reference::ArmSample;
 pub use reference::Reference;

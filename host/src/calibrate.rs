@@ -6,8 +6,8 @@ use crate::refusal::{Circumstances, Refused, lies_elsewhere};
 use crate::warnings::warnings;
 use crate::{
     CalibrationReport, Diagnosis, InputError, NoiseTest, Outcome, PositionError, RobotFile,
-    RobustFit, Row, SampleErrors, SampleWeight, SamplesFile, WorkspaceComparison, calibrate_robust,
-    fkm, plausibility, sensor_frame,
+    RobustFit, Row, SampleErrors, SampleWeight, SamplesFile, Streaming, WorkspaceComparison,
+    calibrate_robust, fkm, plausibility, sensor_frame, stream,
 };
 use delta_cal::{
     Calibrator, Loss, Method, Noise, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
@@ -54,6 +54,9 @@ pub struct Options {
     pub solver: Method,
     /// How residuals count; `None` is the squared loss, the plain least squares.
     pub loss: Option<Loss>,
+    /// What is done because the samples came one after the other; of the IKM method alone, and with
+    /// the squared loss.
+    pub streaming: Streaming,
     /// The frame of the measured positions.
     pub frame: Frame,
     /// The robot file is no guess: the fit starts without one, and any geometry is accepted.
@@ -143,6 +146,15 @@ fn attempt(
         robust_fit: "--loss tukey",
     };
 
+    if options.streaming.asked() {
+        let rows = &samples.rows;
+        let (fit, stream) =
+            stream::calibrate(nominal, &settings, &measured, rows, options.streaming)
+                .map_err(|refusal| circumstances.explain_stream(&refusal))?;
+        let mut report = judged(&circumstances, robot, fit, sensor_frame)?;
+        report.stream = Some(stream);
+        return Ok(report);
+    }
     let mut calibrator = Calibrator::new(nominal, &settings);
     calibrator
         .add_many(&measured)
@@ -299,6 +311,7 @@ fn judged(
         sample_errors,
         workspace,
         uncertainty,
+        stream: None,
         diagnosis: None,
         warnings: Vec::new(),
     };

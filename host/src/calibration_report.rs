@@ -2,7 +2,7 @@
 
 use crate::position_uncertainty::UncertaintyMap;
 use crate::{
-    Diagnosis, NoiseTest, Options, Outcome, PositionError, RobotFile, SampleErrors,
+    Diagnosis, NoiseTest, Options, Outcome, PositionError, RobotFile, SampleErrors, StreamReport,
     WorkspaceComparison,
 };
 use delta_cal::Noise;
@@ -40,6 +40,8 @@ pub struct CalibrationReport {
     pub workspace: Option<WorkspaceComparison>,
     /// How uncertain the calibrated robot's positions are, place by place; `None` as above.
     pub uncertainty: Option<UncertaintyMap>,
+    /// What came of the samples' order, if it was looked at.
+    pub stream: Option<StreamReport>,
     /// What would explain the samples clearly better than the robot of the file as they are.
     pub diagnosis: Option<Diagnosis>,
     /// Anything doubtful, in plain words.

@@ -2,6 +2,7 @@
 
 mod noise;
 mod robust;
+mod stream;
 
 use crate::outliers::Fit;
 use crate::words::{count, in_file_units};

@@ -6,6 +6,7 @@ pub mod json;
 mod next;
 pub(crate) mod page;
 pub mod plan;
+pub mod stream;
 mod suspected;
 pub mod table;
 mod uncertain;

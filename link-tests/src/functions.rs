@@ -31,6 +31,8 @@ macro_rules! symbols {
     )*};
 }
 
+mod stream;
+
 macro_rules! of_scalar {
     ($module:ident, $prefix:literal, $t:ident, $other:ident) => {
         mod $module {

@@ -27,7 +27,8 @@ pub fn run<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
     assumptions::<T>(out)?;
     stored::<T>(out)?;
     refusals::<T>(out)?;
-    simulation::<T>(out)
+    simulation::<T>(out)?;
+    crate::stream::run::<T>(out)
 }
 
 /// The elementary functions over their ranges.

@@ -13,6 +13,7 @@ pub mod fixture;
 mod measurements;
 mod record;
 mod simulation;
+mod stream;
 
 pub use measurements::{SAMPLES, noise, nominal, samples};
 pub use record::Scalar;

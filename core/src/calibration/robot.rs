@@ -1,3 +1,5 @@
+mod forgetting;
+
 use super::arm::{ArmSolver, Progress, enough_samples};
 use super::outcome::RobotOutcome;
 use super::problem::ArmProblem;
@@ -109,13 +111,22 @@ impl<T: Real> Calibrator<T> {
     /// # Errors
     /// A faulty number; nothing is taken in.
     pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
-        sample.check()?;
-        for (factor, arm) in self.arms.iter().zip(ArmIndex::ALL) {
-            factor.reference().check(&sample.position, arm)?;
-        }
+        self.check(sample)?;
         self.waiting.push(sample);
         if let Some(arm) = self.waiting.due() {
             self.take_in_block(arm);
+        }
+        Ok(())
+    }
+
+    /// Whether [`add`](Self::add) would take the sample.
+    ///
+    /// # Errors
+    /// As [`add`](Self::add).
+    pub fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
+        sample.check()?;
+        for (factor, arm) in self.arms.iter().zip(ArmIndex::ALL) {
+            factor.reference().check(&sample.position, arm)?;
         }
         Ok(())
     }
@@ -235,9 +246,13 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
     #[inline(never)]
     fn take_in_waiting(&mut self) {
         for arm in ArmIndex::ALL {
-            while self.waiting.waiting_for(arm) > 0 {
-                self.take_in_block(arm);
-            }
+            self.take_in_waiting_of(arm);
+        }
+    }
+
+    pub(super) fn take_in_waiting_of(&mut self, arm: ArmIndex) {
+        while self.waiting.waiting_for(arm) > 0 {
+            self.take_in_block(arm);
         }
     }
 

@@ -196,6 +196,11 @@ impl<T: Real> ArmFactor<T> {
         self.recent = 0;
     }
 
+    /// Samples since it last forgot.
+    pub(crate) const fn recent(&self) -> u64 {
+        self.recent
+    }
+
     /// Σ (f(P)/σf)² over everything seen, for any parameters; without a stated noise σf = 2 Lb and
     /// the sum is in units of [`Reference::scale`] squared.
     pub fn sum_of_squares(&self, arm: &Arm<T>) -> T {

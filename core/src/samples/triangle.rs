@@ -77,6 +77,20 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         triangle
     }
 
+    /// Leaves nothing in the last column.
+    pub(crate) fn clear_last_column(&mut self) {
+        let mut rest = self.entries.as_mut_slice();
+        for row in 0..N {
+            let Some((head, tail)) = rest.split_at_mut_checked(N - row) else {
+                return;
+            };
+            if let Some(entry) = head.last_mut() {
+                *entry = T::ZERO;
+            }
+            rest = tail;
+        }
+    }
+
     /// Multiplies every entry.
     pub(crate) fn scale(&mut self, factor: T) {
         for entry in &mut self.entries {

@@ -5,8 +5,10 @@ use super::plan::{self, PlanArguments};
 use super::reproduce::{self, ReproduceArguments};
 use super::simulate::{self, SimulateArguments};
 use super::workspace::WorkspaceArguments;
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use delta_cal_host::{CalibrationMethod, Frame, Options};
+use clap::builder::TypedValueParser;
+use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
+use delta_cal_host::{CalibrationMethod, Frame, Options, Streaming};
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 const EXIT_CODES: &str = "\
@@ -28,6 +30,13 @@ Exit codes:
 With 2 and 3 no output file is written or changed.";
 
 const EXAMPLES: &str = "\
+The rows are in the order in which they were measured where that matters. With --gate each is tested
+against what the rows before and the stated [tolerance] predict, and left out if it is 4.7 sigma off or
+more; eight such rows in a row mean that the robot has changed, and are refused. With --held-out K
+every K-th row is kept from the fit and must agree with it, or there is no result; then all rows
+count. With --forget N a row counts N/(N+1) times as much as the next, for a robot that warms up: the
+result lags N rows behind. --gate and --held-out do the same as the functions of the same name in firmware.
+
 Examples:
   delta-cal calibrate
       the built-in, simulated example
@@ -82,6 +91,7 @@ Examples:
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
   delta-cal calibrate robot.toml samples.csv --loss tukey
+  delta-cal calibrate robot.toml samples.csv --gate --forget 50
   delta-cal calibrate robot.toml samples.csv --report report.html
   delta-cal calibrate robot.toml samples.csv --json - | jq .position_error_mm";
 
@@ -158,6 +168,15 @@ pub(crate) struct CalibrateArguments {
     /// How a sample that disagrees with the others counts
     #[arg(long, value_enum, default_value_t = LossArgument::Squared)]
     pub(crate) loss: LossArgument,
+    /// Test each sample, in the file's order, against those before it, and leave out what disagrees
+    #[arg(long)]
+    pub(crate) gate: bool,
+    /// Hold every K-th sample out of the fit, and refuse a calibration that disagrees with them
+    #[arg(long, value_name = "K", value_parser = held_out(), conflicts_with_all = ["gate", "forget"])]
+    pub(crate) held_out: Option<NonZeroU32>,
+    /// Let samples fade, with a memory of N samples: the robot as it is at the file's end
+    #[arg(long, value_name = "N")]
+    pub(crate) forget: Option<NonZeroU32>,
     /// The frame of the measured positions
     #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
     pub(crate) frame: FrameArgument,
@@ -226,6 +245,10 @@ pub(crate) enum FrameArgument {
     Sensor,
 }
 
+fn held_out() -> impl TypedValueParser<Value = NonZeroU32> {
+    value_parser!(u32).range(2..).try_map(NonZeroU32::try_from)
+}
+
 impl MethodArgument {
     pub(crate) const fn method(self) -> CalibrationMethod {
         match self {
@@ -251,6 +274,11 @@ impl CalibrateArguments {
                 LossArgument::Squared => None,
                 LossArgument::Huber => Some(delta_cal::Loss::Huber),
                 LossArgument::Tukey => Some(delta_cal::Loss::Tukey),
+            },
+            streaming: Streaming {
+                gate: self.gate,
+                held_out: self.held_out,
+                forget: self.forget,
             },
             no_guess: self.no_guess,
         }

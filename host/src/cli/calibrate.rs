@@ -4,10 +4,10 @@ use super::paths::{is_stream, read, refuse_same, report_path};
 use super::print;
 use delta_cal::{Loss, Method};
 use delta_cal_host::report::json::{JsonRefusal, JsonReport};
-use delta_cal_host::report::{html, table};
+use delta_cal_host::report::{html, stream, table};
 use delta_cal_host::{
-    CalibrateError, CalibrationReport, Frame, InputError, InputText, Refused, RobotFile,
-    SamplesFile, calibrate, example, output,
+    CalibrateError, CalibrationMethod, CalibrationReport, Frame, InputError, InputText, Options,
+    Refused, RobotFile, SamplesFile, calibrate, example, output,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -16,6 +16,7 @@ const OTHER_NAME: &str = "give the output another name";
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
+    check_streaming(arguments.options())?;
     let simulated = arguments.robot.is_none();
     let (robot, samples) = inputs(arguments)?;
     let report = match calibrate(&robot, &samples, arguments.options()) {
@@ -105,6 +106,20 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     )
 }
 
+fn check_streaming(options: Options) -> Result<(), Failure> {
+    let plain = options.method == CalibrationMethod::Ikm && options.loss.is_none();
+    if options.streaming.asked() && !plain {
+        return Err(Failure::Usage {
+            cause:
+                "--gate, --held-out and --forget take the samples one after the other, which only \
+                    --method ikm with --loss squared can"
+                    .to_owned(),
+            remedy: "leave out --method and --loss, or those".to_owned(),
+        });
+    }
+    Ok(())
+}
+
 fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), InputError> {
     let (Some(robot), Some(samples)) = (&arguments.robot, &arguments.samples) else {
         return example::load();
@@ -151,10 +166,11 @@ fn options(report: &CalibrationReport) -> String {
         Some(Loss::Huber) => " --loss huber",
         Some(Loss::Tukey) => " --loss tukey",
     };
+    let streaming = stream::options(options.streaming);
     let no_guess = if options.no_guess { " --no-guess" } else { "" };
     let stated = |known: bool| if known { "stated" } else { "not stated" };
     format!(
-        "--method {method} --solver {solver} --frame {frame}{loss}{no_guess}; tolerance {}, noise {}.",
+        "--method {method} --solver {solver} --frame {frame}{loss}{streaming}{no_guess}; tolerance {}, noise {}.",
         stated(report.before.tolerance.is_some()),
         stated(report.before.noise.is_some()),
     )

@@ -43,7 +43,10 @@ impl Circumstances<'_> {
 
     /// That a robust fit does calibrate the robot, if it does and was not asked for.
     pub(super) fn without_wrong_samples(&self) -> Option<String> {
-        if self.options.loss.is_some() || self.measured.len() > MANY {
+        if self.options.loss.is_some()
+            || self.options.streaming.asked()
+            || self.measured.len() > MANY
+        {
             return None;
         }
         let nominal = &self.robot.robot;

@@ -30,6 +30,7 @@ pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String
         (how(report, origin))
         (verdict(report))
         (suspected::markup(report))
+        (super::stream::markup(report))
         section {
             h2 { "Parameters" }
             @if let Some((changes, caption)) = figures::parameters(report) {

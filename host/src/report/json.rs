@@ -41,6 +41,9 @@ pub struct JsonReport {
     /// The samples that a robust fit did not count, the farthest off first; they are no part of
     /// `position_error_mm`.
     pub suspected_samples: Vec<JsonSuspected>,
+    /// What came of the samples because they came in an order: with `--gate`, `--held-out` or
+    /// `--forget`, otherwise `null`.
+    pub stream: Option<super::stream::JsonStream>,
     /// The three arms.
     pub arms: Vec<JsonArm>,
     /// Distance between measured and computed positions over the samples.
@@ -256,6 +259,7 @@ impl JsonReport {
                     residual_mm: sample.after,
                 })
                 .collect(),
+            stream: super::stream::json(report),
             arms,
             position_error_mm: JsonBeforeAfter {
                 before: position_error(&report.error_before),

@@ -129,6 +129,10 @@ fn suspected(text: &mut String, report: &CalibrationReport) {
         heading(text, &title);
         text.push_str(&lines);
     }
+    for (title, lines) in super::stream::text(report) {
+        heading(text, &title);
+        text.push_str(&lines);
+    }
 }
 
 fn positions(text: &mut String, report: &CalibrationReport) {

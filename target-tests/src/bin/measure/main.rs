@@ -21,6 +21,8 @@ mod peer_problem;
 mod peers;
 #[cfg(target_os = "none")]
 mod solve;
+#[cfg(target_os = "none")]
+mod stream;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
@@ -46,6 +48,8 @@ fn main() -> ! {
         instructions::report::<f64>(&mut report, &mut counter)?;
         solve::report_single(&mut report, &mut counter)?;
         solve::report_double(&mut report, &mut counter)?;
+        stream::report::<f32>(&mut report, &mut counter)?;
+        stream::report::<f64>(&mut report, &mut counter)?;
         memory::report(&mut report)?;
         peers::report(&mut report, &mut counter)
     })

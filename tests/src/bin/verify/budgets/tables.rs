@@ -50,7 +50,7 @@ pub(super) fn rest(budgets: &[Budget], figures: &Figures) {
 
 /// Rows of the README's table: item without its scalar, and words. The item of double precision
 /// may be another.
-const ROWS: [(&str, &str, &str); 7] = [
+const ROWS: [(&str, &str, &str); 9] = [
     ("take in one sample, mean", "add-mean", "add-mean"),
     (
         "take in one sample, the longest",
@@ -58,6 +58,16 @@ const ROWS: [(&str, &str, &str); 7] = [
         "add-longest",
     ),
     ("take in one of many at once", "add-many", "add-many"),
+    (
+        "test one sample against those before it and take it in, mean",
+        "gate-mean",
+        "gate-mean",
+    ),
+    (
+        "test one sample and take it in, the longest",
+        "gate-longest",
+        "gate-longest",
+    ),
     (
         "from the last sample to parameters and covariance, mean",
         "outcome-20-mean",

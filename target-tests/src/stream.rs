@@ -1,0 +1,187 @@
+//! Samples one after the other: the gate, held-out validation and forgetting, to the bit.
+
+use crate::measurements::{noise, nominal};
+use crate::record::{Scalar, record};
+use crate::simulation::{measured, robot_near, tolerance};
+use core::fmt::{self, Write};
+use delta_cal::{
+    ArmIndex, Calibrator, Gate, HeldOut, Innovation, Memory, Robot, Sample, Settings, Verdict,
+};
+use rand_core::SeedableRng;
+use rand_pcg::Pcg32;
+
+const ROBOTS: u64 = 4;
+/// Before and after the robot has changed.
+const SAMPLES: (usize, usize) = (50, 20);
+
+/// Several robots that change, every eleventh sample wrong.
+#[inline(never)]
+pub(crate) fn run<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
+    for seed in 0..ROBOTS {
+        let mut rng = Pcg32::seed_from_u64(seed);
+        let truth = robot_near::<T>(&nominal(), 1.0, &mut rng);
+        let changed = robot_near::<T>(&truth, 1.0, &mut rng);
+        let settings = Settings {
+            noise: (seed % 3 != 1).then(noise),
+            tolerance: (seed % 2 == 0).then(tolerance),
+            ..Settings::default()
+        };
+        let memory = (seed == 3).then(|| Memory::new(T::from_f64(20.0)).expect("a memory"));
+        gated(
+            out,
+            seed,
+            &settings,
+            memory,
+            &truth,
+            &changed,
+            &mut rng.clone(),
+        )?;
+        held_out(out, seed, &settings, &truth, &mut rng.clone())?;
+        forgetting(out, seed, &settings, &truth, &mut rng)?;
+    }
+    Ok(())
+}
+
+#[inline(never)]
+fn gated<T: Scalar>(
+    out: &mut dyn Write,
+    seed: u64,
+    settings: &Settings<T>,
+    memory: Option<Memory<T>>,
+    truth: &Robot<T>,
+    changed: &Robot<T>,
+    rng: &mut Pcg32,
+) -> fmt::Result {
+    let mut calibrator = Calibrator::new(&nominal::<T>(), settings);
+    let mut gate = Gate::new(&mut calibrator);
+    if let Some(memory) = memory {
+        gate = gate.with_memory(memory);
+    }
+    for index in 0..SAMPLES.0 + SAMPLES.1 {
+        let robot = if index < SAMPLES.0 { truth } else { changed };
+        let Some(mut sample) = measured(robot, Some(&noise()), rng) else {
+            continue;
+        };
+        // Not among the first twelve, from which the gate begins where nothing is stated.
+        if index % 11 == 10 && index > 12 {
+            sample.position.x += T::from_f64(5.0);
+        }
+        let verdict = gate.add(&mut calibrator, &sample).expect("finite numbers");
+        match verdict {
+            Verdict::Untested(why) => {
+                record::<T>(out, format_args!("gate {seed} {index} {why:?}"), &[])?;
+            }
+            Verdict::Taken(innovation) => {
+                recorded(out, format_args!("gate {seed} {index} taken"), &innovation)?;
+            }
+            Verdict::Rejected(innovation) => {
+                recorded(
+                    out,
+                    format_args!("gate {seed} {index} rejected"),
+                    &innovation,
+                )?;
+            }
+        }
+        if gate.wants_estimate()
+            && let Ok(outcome) = calibrator.solve()
+        {
+            gate.adopt(&mut calibrator, &outcome);
+        }
+    }
+    record::<T>(
+        out,
+        format_args!("gate {seed} {:?} {:?}", gate.counts(), gate.alarm()),
+        &[],
+    )
+}
+
+fn recorded<T: Scalar>(
+    out: &mut dyn Write,
+    what: fmt::Arguments<'_>,
+    innovation: &Innovation<T>,
+) -> fmt::Result {
+    record(
+        out,
+        format_args!("{what} {}", innovation.arm),
+        &[innovation.distance, innovation.normalized],
+    )
+}
+
+#[inline(never)]
+fn held_out<T: Scalar>(
+    out: &mut dyn Write,
+    seed: u64,
+    settings: &Settings<T>,
+    truth: &Robot<T>,
+    rng: &mut Pcg32,
+) -> fmt::Result {
+    let mut calibrator = Calibrator::new(&nominal::<T>(), settings);
+    let mut held_out = HeldOut::new(&calibrator, 4).expect("one in four");
+    for index in 0..SAMPLES.0 {
+        let Some(mut sample) = measured(truth, Some(&noise()), rng) else {
+            continue;
+        };
+        // Of the last robot the held-out samples are wrong.
+        if seed == ROBOTS - 1 && index % 4 == 3 {
+            sample.position.z += T::from_f64(1.0);
+        }
+        held_out
+            .add(&mut calibrator, &sample)
+            .expect("finite numbers");
+    }
+    let Ok(fitted) = calibrator.solve() else {
+        return record::<T>(out, format_args!("held out {seed} not fitted"), &[]);
+    };
+    match held_out.validate(&mut calibrator, &fitted) {
+        Err(refusal) => record::<T>(out, format_args!("held out {seed} {refusal:?}"), &[]),
+        Ok(arms) => {
+            for (arm, index) in arms.iter().zip(ArmIndex::ALL) {
+                record(
+                    out,
+                    format_args!("held out {seed} {index}"),
+                    &[
+                        arm.samples,
+                        arm.residual_rms,
+                        arm.expected_rms,
+                        arm.statistic,
+                        arm.limit,
+                    ],
+                )?;
+            }
+            Ok(())
+        }
+    }
+}
+
+#[inline(never)]
+fn forgetting<T: Scalar>(
+    out: &mut dyn Write,
+    seed: u64,
+    settings: &Settings<T>,
+    truth: &Robot<T>,
+    rng: &mut Pcg32,
+) -> fmt::Result {
+    let memory = Memory::new(T::from_f64(30.0)).expect("a memory");
+    let mut calibrator = Calibrator::new(&nominal::<T>(), settings);
+    for _ in 0..200 {
+        let Some(sample): Option<Sample<T>> = measured(truth, Some(&noise()), rng) else {
+            continue;
+        };
+        calibrator
+            .add_forgetting(&sample, &memory)
+            .expect("finite numbers");
+    }
+    match calibrator.solve() {
+        Err(refusal) => record::<T>(out, format_args!("forgetting {seed} {refusal:?}"), &[]),
+        Ok(outcome) => {
+            for (arm, index) in outcome.robot.arms().iter().zip(ArmIndex::ALL) {
+                record(
+                    out,
+                    format_args!("forgetting {seed} {index}"),
+                    arm.parameters().as_slice(),
+                )?;
+            }
+            Ok(())
+        }
+    }
+}

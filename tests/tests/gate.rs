@@ -1,0 +1,451 @@
+//! The gate in the stream: how often it rejects a good sample, how surely a wrong one, and how soon it
+//! says that the robot has changed.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_precision_loss
+)]
+
+use delta_cal::limits::{REJECTIONS_OF_A_CHANGE, SUSPECTED};
+use delta_cal::{
+    Alarm, Calibrator, Gate, Noise, Robot, Sample, Settings, Tolerance, Untested, Verdict,
+};
+use delta_cal_tests::{
+    Spread, generator, measurements, paper_robot, perturbed, to_single, uniform,
+};
+use nalgebra::Vector3;
+use rand_pcg::Pcg32;
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+fn noise() -> Noise<f64> {
+    Noise::new(0.02, 0.002 * DEGREE).unwrap()
+}
+
+/// Noise and tolerance stated, the robot drawn by them.
+fn stated(length: f64, angle: f64) -> Settings<f64> {
+    Settings {
+        noise: Some(noise()),
+        tolerance: Some(Tolerance::new(length, angle).unwrap()),
+        ..Settings::default()
+    }
+}
+
+fn robot(length: f64, angle: f64, rng: &mut Pcg32) -> Robot<f64> {
+    perturbed(&paper_robot(), length, angle, Spread::Normal, rng)
+}
+
+/// A calibrator and its gate, which solves when it is asked to.
+struct Stream {
+    calibrator: Calibrator<f64>,
+    gate: Gate<f64>,
+}
+
+impl Stream {
+    fn new(settings: &Settings<f64>) -> Self {
+        let mut calibrator = Calibrator::new(&paper_robot(), settings);
+        let gate = Gate::new(&mut calibrator);
+        Self { calibrator, gate }
+    }
+
+    fn add(&mut self, sample: &Sample<f64>) -> Verdict<f64> {
+        let verdict = self.gate.add(&mut self.calibrator, sample).unwrap();
+        if self.gate.wants_estimate()
+            && let Ok(outcome) = self.calibrator.solve()
+        {
+            self.gate.adopt(&mut self.calibrator, &outcome);
+        }
+        verdict
+    }
+}
+
+/// Normalised innovations of good samples: mean square, and how many are beyond a number of σ.
+#[derive(Debug, Default)]
+struct Innovations {
+    number: u32,
+    sum: f64,
+    beyond: [u32; 3],
+    rejected: u64,
+    samples: u64,
+}
+
+const SIGMAS: [f64; 3] = [2.0, 3.0, 4.0];
+/// 2Φ(−z) of those.
+const EXPECTED: [f64; 3] = [0.045_500, 0.002_699_8, 0.000_063_342];
+
+fn innovations(campaign: u64, settings: &Settings<f64>, length: f64, angle: f64) -> Innovations {
+    let mut found = Innovations::default();
+    for number in 0..300 {
+        let mut rng = generator(campaign, number);
+        let truth = robot(length, angle, &mut rng);
+        let mut stream = Stream::new(settings);
+        for sample in measurements(&truth, 120, Some(&noise()), &mut rng) {
+            if let Ok(arms) = stream.gate.innovations(&stream.calibrator, &sample) {
+                for arm in arms {
+                    found.number += 1;
+                    found.sum += arm.normalized.powi(2);
+                    for (count, sigmas) in found.beyond.iter_mut().zip(SIGMAS) {
+                        *count += u32::from(arm.normalized.abs() > sigmas);
+                    }
+                }
+            }
+            stream.add(&sample);
+        }
+        found.rejected += stream.gate.counts().rejected;
+        found.samples += 120;
+    }
+    found
+}
+
+/// The distribution of good samples' normalised innovations squared is χ² with one degree of freedom: so is
+/// how often they are rejected.
+#[test]
+fn good_samples_are_rejected_as_often_as_chi_square_has_it() {
+    let no_tolerance = Settings {
+        noise: Some(noise()),
+        ..Settings::default()
+    };
+    for (what, campaign, settings, length, angle) in [
+        (
+            "noise, tolerance 0.5 mm/0.2°",
+            900,
+            stated(0.5, 0.2 * DEGREE),
+            0.5,
+            0.2 * DEGREE,
+        ),
+        (
+            "noise, tolerance 2 mm/1°",
+            901,
+            stated(2.0, DEGREE),
+            2.0,
+            DEGREE,
+        ),
+        ("noise alone", 902, no_tolerance, 0.5, 0.2 * DEGREE),
+        (
+            "nothing stated",
+            903,
+            Settings::default(),
+            0.5,
+            0.2 * DEGREE,
+        ),
+    ] {
+        let found = innovations(campaign, &settings, length, angle);
+        let number = f64::from(found.number);
+        let mean = found.sum / number;
+        println!(
+            "{what}: {} innovations, mean square {mean:.4}, beyond 2, 3, 4 sigma {:?}, expected \
+             {:.1?}; rejected {} of {} samples",
+            found.number,
+            found.beyond,
+            EXPECTED.map(|probability| number * probability),
+            found.rejected,
+            found.samples,
+        );
+        // The mean square of 100,000 numbers is known to √(2/1e5), three arms of one position to no
+        // more than √3 times that; curvature adds a hundredth with the wide tolerance.
+        assert!((mean - 1.0).abs() < 0.03, "{mean}");
+        for (found, expected) in found.beyond.iter().zip(EXPECTED) {
+            let expected = number * expected;
+            // √3 of the arms again, and 3.5 σ of a count.
+            let off = (f64::from(*found) - expected).abs();
+            assert!(off < 6.0 * expected.sqrt() + 0.03 * expected, "{found}");
+        }
+        // 2Φ(−4.685) = 2.8e-6 an arm: 0.3 in all.
+        assert!(found.rejected <= 4, "{}", found.rejected);
+    }
+}
+
+/// A position 5 to 50 mm off in any direction.
+fn slipped(sample: &Sample<f64>, rng: &mut Pcg32) -> Sample<f64> {
+    let direction = loop {
+        let vector = Vector3::new(uniform(rng), uniform(rng), uniform(rng));
+        if (0.1..=1.0).contains(&vector.norm()) {
+            break vector.normalize();
+        }
+    };
+    Sample {
+        position: sample.position + direction * (27.5 + 22.5 * uniform(rng)),
+        ..*sample
+    }
+}
+
+/// One in five is wrong, from the n-th sample on: how many of those are rejected, how many good ones.
+#[test]
+fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
+    let settings = stated(0.5, 0.2 * DEGREE);
+    for after in [0, 8, 12, 20] {
+        let (mut wrong, mut found, mut good, mut falsely) = (0, 0, 0, 0);
+        let (mut alarms, mut error, mut clean_error) = (0, 0.0, 0.0);
+        for number in 0..400 {
+            let mut rng = generator(910, number);
+            let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+            let mut stream = Stream::new(&settings);
+            let mut clean = Calibrator::new(&paper_robot(), &settings);
+            for (index, sample) in measurements(&truth, 60, Some(&noise()), &mut rng)
+                .iter()
+                .enumerate()
+            {
+                let spoilt = index >= after && index % 5 == 4;
+                if spoilt {
+                    let verdict = stream.add(&slipped(sample, &mut rng));
+                    wrong += 1;
+                    found += u32::from(matches!(verdict, Verdict::Rejected(_)));
+                } else {
+                    good += 1;
+                    clean.add(sample).unwrap();
+                    falsely += u32::from(matches!(stream.add(sample), Verdict::Rejected(_)));
+                }
+            }
+            let alarmed = stream.gate.alarm().is_some();
+            alarms += u32::from(alarmed);
+            if !alarmed && let Ok(outcome) = stream.calibrator.solve() {
+                let sum = |robot: &Robot<f64>| -> f64 {
+                    let differences = delta_cal_tests::parameter_differences(robot, &truth);
+                    differences.iter().map(|error| error * error).sum()
+                };
+                error += sum(&outcome.robot);
+                clean_error += sum(&clean.solve().unwrap().robot);
+            }
+        }
+        println!(
+            "wrong from sample {after} on: {found} of {wrong} wrong ones rejected ({:.4}), {falsely} of \
+             {good} good ones; {alarms} of 400 streams alarmed; rms parameter error of \
+             the others {:.3} of the clean stream's",
+            f64::from(found) / f64::from(wrong),
+            (error / clean_error).sqrt(),
+        );
+        // Before as many samples as there are parameters the prior alone may let one in.
+        if after >= 8 {
+            assert_eq!((found, alarms), (wrong, 0));
+            assert!(falsely <= 2, "{falsely}");
+        } else {
+            assert!(f64::from(found) > 0.999 * f64::from(wrong));
+        }
+        assert!(error < 1.01 * 1.01 * clean_error);
+    }
+}
+
+/// What a changed robot does, and after how many samples the gate says so.
+#[test]
+fn a_robot_that_changes_is_detected() {
+    let settings = stated(0.5, 0.2 * DEGREE);
+    for change in [0.05, 0.1, 0.2, 0.5, 2.0] {
+        let (mut detected, mut delay, mut at_once, mut early) = (0, 0, 0, 0);
+        for number in 0..300 {
+            let mut rng = generator(911, number);
+            let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+            // As after a crash: every parameter is off.
+            let changed = perturbed(&truth, change, change / 260.0, Spread::Normal, &mut rng);
+            let mut stream = Stream::new(&settings);
+            for sample in measurements(&truth, 40, Some(&noise()), &mut rng) {
+                stream.add(&sample);
+            }
+            early += u32::from(stream.gate.alarm().is_some());
+            for (index, sample) in measurements(&changed, 100, Some(&noise()), &mut rng)
+                .iter()
+                .enumerate()
+            {
+                stream.add(sample);
+                if let Some(alarm) = stream.gate.alarm() {
+                    detected += 1;
+                    delay += index + 1;
+                    at_once += u32::from(alarm == Alarm::RobotChanged { first: 40 });
+                    break;
+                }
+            }
+        }
+        println!(
+            "changed by {change} mm: detected in {detected} of 300 robots, after {:.1} samples on \
+             average, {at_once} of them at the first sample; {early} alarms before",
+            delay as f64 / f64::from(detected).max(1.0),
+        );
+        assert_eq!(early, 0);
+        if change >= 2.0 {
+            assert!(detected == 300 && delay < 300 * 10, "{detected}, {delay}");
+        }
+    }
+}
+
+/// The first few samples are wrong and the prior is wide enough to let them in: those that follow
+/// disagree, and it is not said that the robot has changed.
+#[test]
+fn early_samples_that_are_wrong_are_not_taken_for_a_changed_robot() {
+    let settings = stated(2.0, DEGREE);
+    let (mut alarmed, mut as_early) = (0, 0);
+    for number in 0..300 {
+        let mut rng = generator(912, number);
+        let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+        // Another robot altogether for the first ten samples.
+        let other = robot(2.0, DEGREE, &mut rng);
+        let mut stream = Stream::new(&settings);
+        let first = measurements(&other, 10, Some(&noise()), &mut rng);
+        for sample in first
+            .iter()
+            .chain(&measurements(&truth, 60, Some(&noise()), &mut rng))
+        {
+            stream.add(sample);
+        }
+        if let Some(alarm) = stream.gate.alarm() {
+            alarmed += 1;
+            as_early += u32::from(matches!(alarm, Alarm::EarlySamplesWrong { .. }));
+        }
+    }
+    println!(
+        "ten early samples of another robot: {alarmed} of 300 alarmed, {as_early} as early ones"
+    );
+    assert!(alarmed >= 295 && as_early >= 290, "{alarmed}, {as_early}");
+}
+
+/// Two joint columns exchanged: not one sample agrees with the stated robot.
+#[test]
+fn exchanged_joints_are_rejected_from_the_first_sample_on() {
+    let settings = stated(0.5, 0.2 * DEGREE);
+    for number in 0..100 {
+        let mut rng = generator(913, number);
+        let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+        let mut stream = Stream::new(&settings);
+        for sample in measurements(&truth, 40, Some(&noise()), &mut rng) {
+            let [q1, q2, q3] = sample.joints;
+            stream.add(&Sample {
+                joints: [q2, q1, q3],
+                ..sample
+            });
+        }
+        let alarm = stream.gate.alarm().expect("an alarm");
+        assert!(matches!(alarm, Alarm::EarlySamplesWrong { .. }), "{alarm}");
+    }
+}
+
+#[test]
+fn without_prior_and_estimate_the_gate_takes_everything_and_says_so() {
+    let settings = Settings {
+        noise: Some(noise()),
+        ..Settings::default()
+    };
+    let mut rng = generator(914, 0);
+    let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+    let mut calibrator = Calibrator::new(&paper_robot(), &settings);
+    let mut gate = Gate::new(&mut calibrator);
+    for (index, sample) in measurements(&truth, 30, Some(&noise()), &mut rng)
+        .iter()
+        .enumerate()
+    {
+        let verdict = gate.add(&mut calibrator, sample).unwrap();
+        assert_eq!(gate.wants_estimate(), index == 11 || index == 23, "{index}");
+        assert_eq!(verdict, Verdict::Untested(Untested::NoEstimate));
+    }
+    let outcome = calibrator.solve().unwrap();
+    gate.adopt(&mut calibrator, &outcome);
+    assert!(!gate.wants_estimate());
+    let [sample, wrong] = &measurements(&truth, 2, Some(&noise()), &mut rng)[..] else {
+        panic!("two samples")
+    };
+    assert!(matches!(
+        gate.add(&mut calibrator, sample),
+        Ok(Verdict::Taken(_))
+    ));
+    let mut wrong = *wrong;
+    wrong.joints[1] += 2.0 * DEGREE;
+    let Ok(Verdict::Rejected(innovation)) = gate.add(&mut calibrator, &wrong) else {
+        panic!("it is not rejected")
+    };
+    // A joint angle spoils one arm.
+    assert_eq!(innovation.arm.index(), 1);
+    assert_eq!(gate.counts().rejected_by_arm, [0, 1, 0]);
+    assert_eq!((gate.counts().taken, gate.counts().untested), (31, 30));
+    assert_eq!(calibrator.samples(), 31);
+    // A faulty number changes nothing.
+    wrong.position.x = f64::NAN;
+    let before = gate;
+    assert!(gate.add(&mut calibrator, &wrong).is_err());
+    assert_eq!(gate, before);
+}
+
+/// The linearised prediction beside the solver's: after many samples they agree.
+#[test]
+fn the_prediction_is_the_solvers() {
+    let settings = stated(0.5, 0.2 * DEGREE);
+    let mut worst = 0.0_f64;
+    for number in 0..100 {
+        let mut rng = generator(915, number);
+        let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+        let mut stream = Stream::new(&settings);
+        for sample in measurements(&truth, 33, Some(&noise()), &mut rng) {
+            stream.add(&sample);
+        }
+        let outcome = stream.calibrator.solve().unwrap();
+        let [next] = measurements(&truth, 1, Some(&noise()), &mut rng)[..] else {
+            panic!("one sample")
+        };
+        let found = stream.gate.innovations(&stream.calibrator, &next).unwrap();
+        for ((found, solved), q) in found.iter().zip(&outcome.arms).zip(next.joints) {
+            let arm = &solved.arm;
+            let forearm = next.position - arm.elbow(q);
+            let residual = forearm.norm_squared() - arm.lb().powi(2);
+            let row = arm.constraint_by_parameters(&next.position, q);
+            let nominal = &paper_robot::<f64>().arms()[found.arm.index()].clone();
+            let noise_variance = (2.0 * nominal.lb() * noise().position()).powi(2)
+                + (nominal.constraint_by_joint(&next.position, q) * noise().joint()).powi(2);
+            let variance =
+                noise_variance + (row.transpose() * solved.covariance.unwrap() * row)[(0, 0)];
+            worst = worst.max((found.normalized - residual / variance.sqrt()).abs());
+        }
+    }
+    println!("normalised innovation, gate and solver: at most {worst:.1e} apart");
+    // What is left of a σ is the curvature between the gate's point of linearisation and the solver's.
+    assert!(worst < 0.02, "{worst}");
+}
+
+/// A long stream in single precision is judged as in double.
+#[test]
+fn single_precision_decides_as_double() {
+    let settings = stated(0.5, 0.2 * DEGREE);
+    let single = Settings {
+        noise: Some(Noise::<f32>::new(0.02, 3.490_658_5e-5).unwrap()),
+        tolerance: Some(Tolerance::<f32>::new(0.5, 3.490_658_5e-3).unwrap()),
+        ..Settings::default()
+    };
+    let (mut samples, mut otherwise, mut apart) = (0, 0, 0.0_f64);
+    for number in 0..20 {
+        let mut rng = generator(916, number);
+        let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+        let mut wide = Stream::new(&settings);
+        let mut narrow = Calibrator::<f32>::new(&paper_robot(), &single);
+        let mut gate = Gate::new(&mut narrow);
+        let mut measured = measurements(&truth, 5000, Some(&noise()), &mut rng);
+        for sample in measured.iter_mut().skip(30).step_by(50) {
+            *sample = slipped(sample, &mut rng);
+        }
+        for (sample, rounded) in measured.iter().zip(to_single(&measured)) {
+            let a = wide.add(sample);
+            let b = gate.add(&mut narrow, &rounded).unwrap();
+            samples += 1;
+            match (a, b) {
+                (Verdict::Taken(a), Verdict::Taken(b)) if a.arm == b.arm => {
+                    apart = apart.max((a.normalized - f64::from(b.normalized)).abs());
+                }
+                (Verdict::Taken(_), Verdict::Taken(_))
+                | (Verdict::Rejected(_), Verdict::Rejected(_)) => {}
+                _ => otherwise += 1,
+            }
+        }
+    }
+    println!(
+        "f32 and f64: {otherwise} of {samples} samples decided otherwise; taken ones at most \
+         {apart:.3} sigma apart"
+    );
+    assert_eq!(otherwise, 0);
+    // Half an ε of a position of 600 mm is 0.04 µm, some ten of them in f: 2 % of σ.
+    assert!(apart < 0.05, "{apart}");
+}
+
+/// The run that is an alarm is longer than chance makes it.
+#[test]
+fn the_limits_are_as_documented() {
+    assert_eq!(REJECTIONS_OF_A_CHANGE, 8);
+    let run = |wrong: f64| 1.0 / ((1.0 - wrong) * wrong.powi(8));
+    assert!((4.8e5..4.9e5).contains(&run(0.2)) && (2500.0..2600.0).contains(&run(0.4)));
+    assert!((SUSPECTED - 4.685).abs() < 1e-12);
+}

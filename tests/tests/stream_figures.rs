@@ -184,6 +184,46 @@ fn a_contradiction_is_told_by_how_much() {
     );
 }
 
+/// Eight samples and a stated noise: what is off by more than ten σ of the noise is refused even where the
+/// uncertainty explains it. With no residual to spare the noise has a margin of two.
+#[test]
+fn eight_fitted_samples_are_judged_by_the_stated_noise_alone() {
+    let settings = Settings {
+        noise: Some(noise()),
+        ..Settings::default()
+    };
+    let (mut accepted, mut overfitted) = (0, 0);
+    for seed in 100..160 {
+        let all = samples(seed, 16);
+        let mut calibrator = Calibrator::new(&paper_robot(), &settings);
+        let mut held_out = HeldOut::new(&calibrator, 2).unwrap();
+        for sample in &all {
+            held_out.add(&mut calibrator, sample).unwrap();
+        }
+        let unseen: Vec<_> = all.iter().copied().skip(1).step_by(2).collect();
+        let Ok(outcome) = calibrator.solve() else {
+            continue;
+        };
+        match held_out.validate(&mut calibrator, &outcome) {
+            Ok(arms) => {
+                accepted += 1;
+                for arm in arms {
+                    assert!(same(arm.limit, 2.0 * chi_square_bound(8.0, 3.4)));
+                }
+            }
+            Err(HeldOutRefusal::Overfitted { arm, ratio }) => {
+                overfitted += 1;
+                let (residuals, _) = rows(&outcome, arm, &unseen);
+                let expected = (residuals.norm_squared() / 8.0).sqrt() / SIGMA;
+                assert!(expected > 10.0);
+                assert!((f64::from(ratio) / expected - 1.0).abs() < 1e-4);
+            }
+            Err(_) => {}
+        }
+    }
+    assert!(accepted > 0 && overfitted > 0, "{accepted} {overfitted}");
+}
+
 /// ∫ of a density from 0 to t, over its whole half.
 fn half_below(density: &dyn Fn(f64) -> f64, t: f64) -> f64 {
     // x = u/(1 − u) takes the half line to the unit interval; midpoints.
@@ -257,6 +297,41 @@ fn without_a_stated_noise_an_innovation_is_students() {
                     );
                 }
             }
+        }
+    }
+}
+
+/// Samples taken in after the estimate count as well: in the noise and in the prediction.
+#[test]
+fn samples_after_the_estimate_count_as_well() {
+    let settings = Settings::default();
+    let all = samples(18, 41);
+    let mut calibrator = Calibrator::new(&paper_robot(), &settings);
+    let mut gate = Gate::new(&mut calibrator);
+    calibrator.add_many(&all[..35]).unwrap();
+    let outcome = calibrator.solve().unwrap();
+    gate.adopt(&mut calibrator, &outcome);
+    for sample in &all[35..39] {
+        gate.add(&mut calibrator, sample).unwrap();
+    }
+    assert_eq!(gate.counts().taken, 4);
+    let outcome = calibrator.solve().unwrap();
+    for shift in [0.06, -0.06] {
+        let mut next = all[40];
+        next.position.z += shift;
+        let found = gate.innovations(&calibrator, &next).unwrap();
+        for (found, arm) in found.iter().zip(&outcome.arms) {
+            let (_, fitted) = rows(&outcome, found.arm, &all[..39]);
+            let (residual, row) = rows(&outcome, found.arm, &[next]);
+            let covariance = covariance(&fitted, 1.0, false);
+            let spread = (&row * covariance * row.transpose())[0];
+            let sigma = arm.estimated_noise.unwrap();
+            let expected = as_normal(residual[0] / (sigma * (1.0 + spread).sqrt()), 31.0);
+            assert!(
+                (found.normalized - expected).abs() < 0.02,
+                "{} {expected}",
+                found.normalized
+            );
         }
     }
 }

@@ -5,7 +5,8 @@
     clippy::unwrap_used,
     clippy::expect_used,
     clippy::panic,
-    clippy::cast_precision_loss
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation
 )]
 
 use delta_cal::limits::chi_square_quantile;
@@ -415,7 +416,7 @@ fn positions_are_counted_from_within_the_workspace() {
         let robot = turned(degrees);
         for joint in [20.0, 0.0, 45.0, -20.0, 70.0] {
             let there = robot.forward(&[f64::to_radians(joint); 3]);
-            if joint == first {
+            if f64::abs(joint - first) < 1.0 {
                 assert!(near(&robot, &there.unwrap()), "{degrees}");
                 break;
             }
@@ -473,7 +474,7 @@ fn a_store_says_what_it_would_take() {
         None,
     );
     let mut stored = StoredArmSamples::<f64, 1>::new(reference);
-    assert!(stored.is_empty() && stored.len() == 0);
+    assert!(stored.is_empty());
     let x = &samples[0].position;
     assert_eq!(stored.check(x, 0.1, arm), Ok(()));
     assert_eq!(

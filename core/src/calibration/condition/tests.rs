@@ -112,7 +112,8 @@ fn a_parameter_without_any_influence_makes_the_condition_infinite() {
     assert!((orthogonal.condition - 1.0).abs() < 1e-15);
     let singular = diagonal(0.0);
     assert!(singular.condition.is_infinite());
-    assert_eq!(singular.weakest_direction(), [0.0; 8]);
+    let direction = singular.weakest_direction();
+    assert!(direction.iter().all(|part| part.abs() < 1e-30));
 }
 
 /// The second column is the first: exactly singular, with no column that is zero.

@@ -41,8 +41,8 @@ fn a_calibration_needs_eight_twelve_or_one_sample() -> Result<(), crate::Toleran
         (Start::Free, tolerance, 12),
     ] {
         let settings = Settings::<f64> {
-            start,
             tolerance,
+            start,
             ..Settings::default()
         };
         assert_eq!(samples_needed(&settings), needed);

@@ -224,6 +224,47 @@ fn eight_fitted_samples_are_judged_by_the_stated_noise_alone() {
     assert!(accepted > 0 && overfitted > 0, "{accepted} {overfitted}");
 }
 
+/// Fitted poses that are too much alike, and others that are not: the uncertainty explains what is off, and
+/// it is refused, whether the noise was stated or estimated.
+#[test]
+fn poses_too_much_alike_say_nothing_of_others() {
+    for stated in [Some(noise()), None] {
+        let settings = Settings {
+            noise: stated,
+            ..Settings::default()
+        };
+        let mut refused = 0;
+        for seed in 200..230 {
+            let mut rng = generator(661, seed);
+            let truth = perturbed(&paper_robot(), 0.3, 0.002, Spread::Normal, &mut rng);
+            let mut calibrator = Calibrator::new(&paper_robot(), &settings);
+            let mut held_out = HeldOut::new(&calibrator, 2).unwrap();
+            let mut unseen = Vec::new();
+            for sample in measurements(&truth, 20, Some(&noise()), &mut rng) {
+                let joints = [(); 3].map(|()| 0.3 + 0.25 * delta_cal_tests::uniform(&mut rng));
+                let alike = delta_cal::simulate_sample(&truth, &joints, Some(&noise()), &mut rng);
+                assert!(!held_out.add(&mut calibrator, &alike.unwrap()).unwrap());
+                assert!(held_out.add(&mut calibrator, &sample).unwrap());
+                unseen.push(sample);
+            }
+            let Ok(outcome) = calibrator.solve() else {
+                continue;
+            };
+            if let Err(HeldOutRefusal::Overfitted { arm, ratio }) =
+                held_out.validate(&mut calibrator, &outcome)
+            {
+                refused += 1;
+                let (residuals, _) = rows(&outcome, arm, &unseen);
+                let estimated = outcome.arms[arm.index()].estimated_noise;
+                let expected =
+                    (residuals.norm_squared() / 20.0).sqrt() / estimated.unwrap_or(SIGMA);
+                assert!((f64::from(ratio) / expected - 1.0).abs() < 1e-4);
+            }
+        }
+        assert!(refused > 0, "{stated:?}");
+    }
+}
+
 /// ∫ of a density from 0 to t, over its whole half.
 fn half_below(density: &dyn Fn(f64) -> f64, t: f64) -> f64 {
     // x = u/(1 − u) takes the half line to the unit interval; midpoints.

@@ -102,3 +102,6 @@ fn add_multiple<T: Real>(vector: &[T], factor: T, to: &mut [T]) {
         *sum += *entry * factor;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -238,7 +238,7 @@ impl<T: Real> HeldOut<T> {
             None => [T::ZERO; 8],
             Some(tolerance) => tolerance.weights(reference).map(|weight| weight * unit),
         };
-        let mut fit = Normal::from_diagonal(&prior, &[]);
+        let mut fit = Normal::from_diagonal(&prior, &[T::ZERO; 8]);
         seen.linearize(&at, &mut fit);
         fit.clear_last_column();
         let mut apart = Normal::zero();

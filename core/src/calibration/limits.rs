@@ -100,3 +100,6 @@ pub fn samples_needed<T: Real>(settings: &super::Settings<T>) -> u64 {
         (super::Start::Reference, Some(_)) => 1,
     }
 }
+
+#[cfg(test)]
+mod tests;

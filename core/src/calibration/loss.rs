@@ -116,3 +116,6 @@ pub struct Worth<T> {
     /// n mean ψ′/κ: so many samples is the weighted sum of squares worth.
     pub samples: T,
 }
+
+#[cfg(test)]
+mod tests;

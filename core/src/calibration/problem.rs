@@ -244,3 +244,6 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -164,3 +164,6 @@ impl<T: Real> Iteration<T> {
         usable.then_some(step)
     }
 }
+
+#[cfg(test)]
+mod tests;

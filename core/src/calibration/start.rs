@@ -62,3 +62,6 @@ fn nearest_turn<T: Real>(angle: T) -> T {
     let turn = T::TWO * T::PI;
     angle - (angle / turn).nearest_integer() * turn
 }
+
+#[cfg(test)]
+mod tests;

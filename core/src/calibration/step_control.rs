@@ -196,3 +196,6 @@ impl<T: Real> StepControl<T> {
         StepResult::Continue
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -89,3 +89,6 @@ impl<T: Real> Memory<T> {
         power
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -258,3 +258,6 @@ fn dot<T: Real, const K: usize>(a: &[T; K], b: &[T; K]) -> T {
     }
     sum
 }
+
+#[cfg(test)]
+mod tests;

@@ -91,3 +91,6 @@ fn nothing<T: Real>() -> Sample<T> {
         position: Vector3::zeros(),
     }
 }
+
+#[cfg(test)]
+mod tests;

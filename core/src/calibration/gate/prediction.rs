@@ -212,3 +212,6 @@ fn normal_equivalent<T: Real>(t_squared: T, freedom: T) -> T {
     let ratio = (eight + T::ONE) / (eight + T::from_f64(3.0));
     freedom * (T::ONE + t_squared / freedom).natural_logarithm() * ratio.squared()
 }
+
+#[cfg(test)]
+mod tests;

@@ -152,3 +152,6 @@ impl Random {
         usize::try_from(scaled).unwrap_or(0)
     }
 }
+
+#[cfg(test)]
+mod tests;

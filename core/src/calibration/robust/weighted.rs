@@ -219,3 +219,6 @@ impl<T: Real> Linearize<T> for WeightedArm<'_, T> {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,10 +4,11 @@ mod budgets;
 mod check;
 mod fuzz;
 mod licences;
+mod mutants;
 mod stages;
 
 use check::Check;
-use stages::{STAGES, Stage};
+use stages::{BY_HAND, STAGES, Stage};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -46,6 +47,10 @@ fn print_stages() {
     for stage in STAGES {
         println!("  {:<10}  {}", stage.name, stage.about);
     }
+    println!("\nOnly if asked for:\n");
+    for stage in BY_HAND {
+        println!("  {:<10}  {}", stage.name, stage.about);
+    }
 }
 
 /// The stages of these names, all of them without names; or the name that is none.
@@ -56,7 +61,8 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Stage>, &str> {
     names
         .iter()
         .map(|name| {
-            let stage = STAGES.iter().find(|stage| stage.name == name);
+            let mut all = STAGES.iter().chain(BY_HAND);
+            let stage = all.find(|stage| stage.name == name);
             stage.ok_or(name.as_str())
         })
         .collect()

@@ -4,6 +4,7 @@ use crate::budgets;
 use crate::check::{Check, attempt, output};
 use crate::fuzz;
 use crate::licences;
+use crate::mutants;
 use std::path::Path;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -68,6 +69,13 @@ pub(crate) const STAGES: &[Stage] = &[
         run: licences::check,
     },
 ];
+
+/// What takes too long to be among them.
+pub(crate) const BY_HAND: &[Stage] = &[Stage {
+    name: "mutants",
+    about: "cargo-mutants: the tests notice every change of the core's arithmetic, or it is explained (hours)",
+    run: mutants::check,
+}];
 
 fn setup(check: &mut Check) {
     if target_installed() {

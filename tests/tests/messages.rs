@@ -1,0 +1,190 @@
+//! What an error says: every message names what is at fault, with its figures.
+
+use delta_cal::{
+    AlignmentError, ArmIndex, GeometryError, JointLimitsError, KinematicsError, MergeError,
+    NoiseError, Parameter, PoseError, Refusal, RobustRefusal, SampleError, Singularity,
+    StoredError, ToleranceError,
+};
+
+/// An error's message, and words that its reader cannot do without.
+fn says(error: &dyn core::error::Error, words: &[&str]) {
+    let message = error.to_string();
+    for word in words {
+        assert!(message.contains(word), "{message:?} without {word:?}");
+    }
+}
+
+#[test]
+fn kinematics_errors_name_arm_and_kind() {
+    let (first, second, third) = (ArmIndex::First, ArmIndex::Second, ArmIndex::Third);
+    let unreachable = KinematicsError::Unreachable(third);
+    says(&unreachable, &["unreachable", "arm 3"]);
+    assert_eq!(unreachable.arm(), third);
+    let serial = KinematicsError::Singular(second, Singularity::Serial);
+    says(&serial, &["type 1", "arm 2"]);
+    assert_eq!(serial.arm(), second);
+    let parallel = KinematicsError::Singular(third, Singularity::Parallel);
+    says(&parallel, &["type 2", "arm 3"]);
+    assert_eq!(parallel.arm(), third);
+    let not_finite = KinematicsError::NonFinite(first);
+    says(&not_finite, &["not finite", "arm 1"]);
+    assert_eq!(not_finite.arm(), first);
+}
+
+#[test]
+fn geometry_errors_name_the_parameter() {
+    for (parameter, symbol) in Parameter::ALL
+        .into_iter()
+        .zip(["Dx", "Dy", "Dz", "theta", "alpha", "La_x", "La_y", "Lb"])
+    {
+        assert_eq!(parameter.to_string(), symbol);
+        says(&GeometryError::NonFinite(parameter), &[symbol, "finite"]);
+        says(
+            &GeometryError::NotPositive(parameter),
+            &[symbol, "greater than 0"],
+        );
+    }
+    says(&GeometryError::TiltTooLarge, &["alpha", "90°"]);
+    says(&GeometryError::AzimuthTooLarge, &["theta", "360°"]);
+    says(&GeometryError::RadiusInvalid, &["radii", "negative"]);
+    says(&GeometryError::NoCommonUp, &["up", "cancel"]);
+}
+
+#[test]
+fn sample_errors_name_the_arm() {
+    let arm = ArmIndex::Second;
+    says(&SampleError::PositionNonFinite, &["position", "finite"]);
+    says(&SampleError::PositionTooFar(arm), &["position", "arm 2"]);
+    says(
+        &SampleError::JointNonFinite(arm),
+        &["joint", "arm 2", "finite"],
+    );
+    says(
+        &SampleError::JointTooLarge(arm),
+        &["joint", "arm 2", "two turns"],
+    );
+    says(&StoredError::Full, &["full"]);
+    let stored = StoredError::Sample(SampleError::JointTooLarge(arm));
+    assert_eq!(
+        stored.to_string(),
+        SampleError::JointTooLarge(arm).to_string()
+    );
+}
+
+#[test]
+fn errors_of_numbers_name_the_number() {
+    says(&NoiseError::Position, &["position noise", "greater than 0"]);
+    says(&NoiseError::Joint, &["joint noise", "0 or greater"]);
+    says(&ToleranceError::Length, &["tolerance", "lengths"]);
+    says(&ToleranceError::Angle, &["tolerance", "angles"]);
+    says(&JointLimitsError::NonFinite, &["limit", "finite"]);
+    says(&JointLimitsError::Empty, &["smallest", "largest"]);
+    says(&JointLimitsError::TooWide, &["more than one turn"]);
+    says(&PoseError, &["pose", "10,000"]);
+    says(&AlignmentError::TooFewPoints, &["three points"]);
+    says(&AlignmentError::Collinear, &["line"]);
+    says(&AlignmentError::NonFinite, &["finite"]);
+    says(&MergeError::DifferentReference, &["reference", "noise"]);
+}
+
+#[test]
+fn refusals_name_the_arm_and_their_figures() {
+    let arm = ArmIndex::Third;
+    let parameter = Parameter::LaX;
+    let of_an_arm: [(Refusal, &[&str]); 8] = [
+        (
+            Refusal::TooFewSamples {
+                arm,
+                samples: 7,
+                needed: 8,
+            },
+            &["7", "8"],
+        ),
+        (
+            Refusal::Undetermined {
+                arm,
+                parameter,
+                condition: 3e9,
+            },
+            &["La_x", "3.0e9"],
+        ),
+        (
+            Refusal::Uncertain {
+                arm,
+                parameter,
+                sigma: 0.25,
+            },
+            &["La_x", "2.500e-1"],
+        ),
+        (
+            Refusal::NotConverged {
+                arm,
+                iterations: 50,
+            },
+            &["50"],
+        ),
+        (
+            Refusal::ResidualContradictsNoise { arm, ratio: 12.34 },
+            &["12.3"],
+        ),
+        (
+            Refusal::FarFromNominal {
+                arm,
+                parameter,
+                tolerances: 9.87,
+            },
+            &["La_x", "9.9"],
+        ),
+        (
+            Refusal::ImpossibleGeometry {
+                arm,
+                error: GeometryError::TiltTooLarge,
+            },
+            &["alpha"],
+        ),
+        (Refusal::NonFinite { arm }, &["overflow"]),
+    ];
+    for (refusal, words) in of_an_arm {
+        says(&refusal, words);
+        says(&refusal, &["arm 3"]);
+        assert_eq!(refusal.arm(), Some(arm));
+    }
+    let of_none: [(Refusal, &str); 3] = [
+        (Refusal::ImpossibleRobot(GeometryError::NoCommonUp), "up"),
+        (Refusal::WrongSide, "upside down"),
+        (Refusal::Unfinished, "not finished"),
+    ];
+    for (refusal, word) in of_none {
+        says(&refusal, &[word]);
+        assert_eq!(refusal.arm(), None);
+    }
+}
+
+#[test]
+fn robust_refusals_name_their_figures() {
+    says(
+        &RobustRefusal::TooFewSamples {
+            samples: 15,
+            needed: 16,
+        },
+        &["15", "16"],
+    );
+    says(
+        &RobustRefusal::TooManySuspected {
+            suspected: 30,
+            samples: 60,
+        },
+        &["30", "60"],
+    );
+    says(&RobustRefusal::NoRoom { samples: 61 }, &["61"]);
+    says(
+        &RobustRefusal::Sample(7, SampleError::PositionNonFinite),
+        &["7", "position"],
+    );
+    says(
+        &RobustRefusal::from(Refusal::NonFinite {
+            arm: ArmIndex::Second,
+        }),
+        &["arm 2"],
+    );
+}

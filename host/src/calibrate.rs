@@ -131,7 +131,7 @@ fn attempt(
     let sensor_frame = match options.frame {
         Frame::Base => None,
         Frame::Sensor => Some(
-            sensor_frame::find(robot, samples)
+            sensor_frame::find(robot, samples, options)
                 .map_err(|cause| Refused::sensor_frame(samples, &cause))?,
         ),
     };

@@ -2,7 +2,7 @@
 
 use crate::plausibility::doubtful;
 use crate::refusal::{is_outlier, lies_elsewhere, outlier};
-use crate::words::{count, list};
+use crate::words::{count, in_lines};
 use crate::{CalibrationReport, Frame, SampleErrors};
 use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
 
@@ -13,8 +13,6 @@ const FEW_SAMPLES: usize = 12;
 /// Below it a condition is good. Above, the parameters are known a hundred times worse than each
 /// alone would be.
 pub(crate) const GOOD_CONDITION: f64 = 100.0;
-/// Suspected lines that a warning names.
-const SUSPECTED_NAMED: usize = 8;
 
 /// Every doubt, the gravest first.
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
@@ -67,24 +65,17 @@ pub(crate) fn stands_out(report: &CalibrationReport, sample: &SampleErrors) -> b
 }
 
 fn suspected_samples(report: &CalibrationReport, found: &mut Vec<String>) {
-    let lines: Vec<_> = report.suspected().map(|s| s.line.to_string()).collect();
-    if let Some(named) = lines.get(..lines.len().min(SUSPECTED_NAMED))
-        && !named.is_empty()
-    {
-        let others = match lines.len() - named.len() {
-            0 => String::new(),
-            others => format!(" (and {others} more)"),
+    let lines: Vec<_> = report.suspected().map(|sample| sample.line).collect();
+    if !lines.is_empty() {
+        let they = if lines.len() == 1 {
+            "it disagrees"
+        } else {
+            "they disagree"
         };
         found.push(format!(
-            "{} did not count, for {} with the others: of {} {}{others}",
+            "{} did not count, for {they} with the others: of {}",
             count(lines.len(), "sample"),
-            if lines.len() == 1 {
-                "it disagrees"
-            } else {
-                "they disagree"
-            },
-            if lines.len() == 1 { "line" } else { "lines" },
-            list(named)
+            in_lines(&lines)
         ));
     }
 }

@@ -17,6 +17,20 @@ pub(crate) fn list(items: &[String]) -> String {
     }
 }
 
+/// Lines that a sentence names.
+const LINES_NAMED: usize = 8;
+
+/// "line 7", "lines 7 and 9", "lines 7, 9, ... and 24 (and 3 more)".
+pub(crate) fn in_lines(lines: &[u64]) -> String {
+    let named = lines.iter().take(LINES_NAMED).map(u64::to_string);
+    let others = match lines.len().saturating_sub(LINES_NAMED) {
+        0 => String::new(),
+        others => format!(" (and {others} more)"),
+    };
+    let noun = if lines.len() == 1 { "line" } else { "lines" };
+    format!("{noun} {}{others}", list(&named.collect::<Vec<_>>()))
+}
+
 /// Millimetres or degrees, of a parameter in millimetres or radians.
 pub(crate) fn in_file_units(parameter: Parameter, value: f64) -> String {
     match parameter.kind() {

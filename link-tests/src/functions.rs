@@ -8,11 +8,12 @@ use delta_cal::limits::{chi_square_quantile, samples_needed};
 use delta_cal::step_control::{Prospect, StepControl, StepResult, blur};
 use delta_cal::{
     AlignmentError, Arm, ArmBasis, ArmFactor, ArmIndex, ArmOutcome, ArmSolver, Calibrator,
-    Conditioning, GeometryError, JointLimits, JointLimitsError, KinematicsError, MergeError,
+    Conditioning, GeometryError, JointLimits, JointLimitsError, KinematicsError, Loss, MergeError,
     Method, Noise, NoiseError, Parameter, ParameterKind, PlatformJacobian, PoseError, Progress,
-    Real, Reference, Refusal, RigidTransform, Robot, RobotOutcome, RobotSolver, Sample,
-    SampleError, Settings, StoredArmSamples, StoredCalibrator, StoredError, SymmetricRobot,
-    Tolerance, ToleranceError, random_pose, simulate_sample, standard_normal,
+    Real, Reference, Refusal, RigidTransform, Robot, RobotOutcome, RobotSolver, RobustOutcome,
+    RobustRefusal, Sample, SampleError, Settings, StoredArmSamples, StoredCalibrator, StoredError,
+    SymmetricRobot, Tolerance, ToleranceError, WeighedSample, Worth, random_pose, robust_fit,
+    simulate_sample, standard_normal,
 };
 use nalgebra::{SVector, Vector3};
 use rand_pcg::Pcg32;
@@ -393,6 +394,35 @@ macro_rules! of_scalar {
                     calibrator: &mut StoredCalibrator<$t, STORED>,
                 ) -> Result<RobotOutcome<$t>, Refusal> {
                     calibrator.solve()
+                }
+
+                // Robust fit
+                fn robust(
+                    robot: &Robot<$t>,
+                    settings: &Settings<$t>,
+                    samples: &[Sample<$t>],
+                    loss: Loss,
+                    work: &mut [WeighedSample<$t>],
+                ) -> Result<RobustOutcome<$t>, RobustRefusal> {
+                    robust_fit(robot, settings, samples, loss, work)
+                }
+                fn stored_calibrator_solve_robust(
+                    calibrator: &StoredCalibrator<$t, STORED>,
+                    loss: Loss,
+                    work: &mut [WeighedSample<$t>],
+                ) -> Result<RobustOutcome<$t>, RobustRefusal> {
+                    calibrator.solve_robust(loss, work)
+                }
+                fn weighed_vacant() -> WeighedSample<$t> { WeighedSample::vacant() }
+                fn weighed_weight(sample: &WeighedSample<$t>) -> $t { sample.weight() }
+                fn weighed_residual(sample: &WeighedSample<$t>) -> (ArmIndex, $t) {
+                    sample.residual()
+                }
+                fn weighed_suspected(sample: &WeighedSample<$t>) -> bool { sample.suspected() }
+                fn loss_weight(loss: Loss, r: $t) -> $t { loss.weight(r) }
+                fn loss_slope(loss: Loss, r: $t) -> $t { loss.slope(r) }
+                fn loss_worth(loss: Loss, sizes: &[$t], dimensions: $t, stretch: $t) -> Worth<$t> {
+                    loss.worth(sizes.iter().copied(), dimensions, stretch)
                 }
 
                 // Limits

@@ -1,12 +1,14 @@
 //! One run through the core. Host and target write the same lines, to the bit.
 
+mod robust;
+
 use crate::measurements::{noise, nominal, samples};
 use crate::record::{Scalar, record};
 use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt::{self, Write};
 use delta_cal::{
     ArmIndex, ArmProblem, Calibrator, KinematicsError, Method, Noise, Refusal, RigidTransform,
-    RobotCalibrator, Sample, Settings, Start, StoredCalibrator,
+    RobotCalibrator, RobotOutcome, Sample, Settings, Start, StoredCalibrator,
 };
 use nalgebra::{RealField, Vector3};
 use rand_core::SeedableRng;
@@ -26,6 +28,7 @@ pub fn run<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
     built_in_data::<T>(out)?;
     assumptions::<T>(out)?;
     stored::<T>(out)?;
+    robust::run::<T>(out)?;
     refusals::<T>(out)?;
     simulation::<T>(out)?;
     crate::stream::run::<T>(out)
@@ -375,10 +378,18 @@ fn solve<T: Scalar, P: ArmProblem<T>>(
     label: fmt::Arguments<'_>,
     calibrator: &mut RobotCalibrator<T, P>,
 ) -> fmt::Result {
-    let outcome = match calibrator.solve() {
-        Ok(outcome) => outcome,
-        Err(refusal) => return refused::<T>(out, label, &refusal),
-    };
+    match calibrator.solve() {
+        Ok(outcome) => accepted(out, label, &outcome),
+        Err(refusal) => refused::<T>(out, label, &refusal),
+    }
+}
+
+#[inline(never)]
+fn accepted<T: Scalar>(
+    out: &mut dyn Write,
+    label: fmt::Arguments<'_>,
+    outcome: &RobotOutcome<T>,
+) -> fmt::Result {
     for (arm, index) in outcome.arms.iter().zip(ArmIndex::ALL) {
         let mut line =
             |what: &str, values: &[T]| record(out, format_args!("{label}, {index} {what}"), values);

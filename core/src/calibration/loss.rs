@@ -69,19 +69,20 @@ impl Loss {
         dimensions: T,
         stretch: T,
     ) -> Worth<T> {
-        let (mut count, mut weights, mut squares, mut slopes) =
-            (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
+        let (mut count, mut weights, mut slopes) = (T::ZERO, T::ZERO, T::ZERO);
+        let (mut influences, mut residuals) = (T::ZERO, T::ZERO);
         for size in sizes {
             let weight = self.weight(size / stretch);
             if weight > T::ZERO {
                 count += T::ONE;
                 weights += weight;
-                squares += (weight * size).squared() / dimensions;
+                influences += (weight * size).squared() / dimensions;
+                residuals += weight * size.squared() / dimensions;
                 slopes +=
                     ((dimensions - T::ONE) * weight + self.slope(size / stretch)) / dimensions;
             }
         }
-        let divisor = squares * weights / slopes.squared();
+        let divisor = influences * weights / (residuals * slopes);
         // Samples that fit exactly say nothing of it.
         let divisor = if divisor > T::HALF && divisor.finite() {
             divisor
@@ -99,13 +100,14 @@ impl Loss {
 /// How a robust fit's weights are to enter a sum of squares.
 ///
 /// ```text
-/// κ = mean ψ² · mean w / (mean ψ′)²,   n mean ψ′ / κ
+/// κ = mean ψ² · mean w / (mean ψ r · mean ψ′),   n mean ψ′ / κ
 /// ```
 ///
-/// With the weights w/κ the inverse of the weighted JᵀJ, times σ², is the covariance of the
-/// M-estimate, σ² · mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹ (Huber 1981, section 7.6), and the weighted sum of
-/// squares over n mean ψ′/κ estimates σ². Of normal residuals κ is 0.96 for Tukey's loss and 1.01
-/// for Huber's.
+/// The covariance of an M-estimate is mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹ (Huber 1981, section 7.6). Of
+/// normal residuals mean ψ r = σ² mean ψ′ (Stein 1981), so that with the weights w/κ the inverse of the
+/// weighted JᵀJ, times σ², is that covariance, and the weighted sum of squares over n mean ψ′/κ
+/// estimates σ². κ itself does not depend on σ: it is 1 if all samples count alike, and of normal
+/// residuals 0.96 for Tukey's loss and 1.01 for Huber's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Worth<T> {

@@ -6,7 +6,9 @@
 //!
 //! One weight a sample: it is right or wrong as a whole. d is the length of three residuals, of normal
 //! ones 1.538 in the median, and the losses are so much wider that they are worth 95 % of the squared
-//! one here as well. The IKM method's robust fit is the start.
+//! one here as well. The IKM method's robust fit is the start. Without a stated noise s is no less than
+//! that fit's estimate of the noise: of few samples the 24 parameters may come so near to half that the
+//! median says nothing.
 
 use super::problem::{Problem, as_number, residual_length};
 use super::search::Search;
@@ -37,6 +39,7 @@ struct Weighing<'a> {
     weights: Vec<f64>,
     suspected: Vec<bool>,
     scale: f64,
+    least_scale: f64,
 }
 
 /// What counts: samples, their factors in the sum of squares, and how many samples they are worth.
@@ -62,6 +65,7 @@ pub(crate) fn calibrate_robust(
         weights: vec![1.0; samples.len()],
         suspected: vec![false; samples.len()],
         scale: 0.0,
+        least_scale: least_scale(robot, settings, ikm),
     };
     let (mut current, mut sizes) = (ikm.robot, weighing.sizes(&ikm.robot));
     let (mut rounds, mut settled) = (0, false);
@@ -100,6 +104,15 @@ pub(crate) fn calibrate_robust(
     })
 }
 
+fn least_scale(robot: &Robot<f64>, settings: &Settings<f64>, ikm: &RobotOutcome<f64>) -> f64 {
+    if settings.noise.is_some() {
+        return 1.0;
+    }
+    let [arm, ..] = robot.arms();
+    let estimated = Outcome::from(*ikm).estimated_noise().unwrap_or(0.0);
+    estimated.max(ROUNDING * arm.lb())
+}
+
 impl Weighing<'_> {
     fn noise(&self) -> Option<&Noise<f64>> {
         self.settings.noise.as_ref()
@@ -117,9 +130,7 @@ impl Weighing<'_> {
         let at = |index: usize| sorted.get(index).copied().unwrap_or(f64::INFINITY);
         let median = f64::midpoint(at((sorted.len() - 1) / 2), at(sorted.len() / 2));
         let count = as_number(sizes.len());
-        let [arm, ..] = self.robot.arms();
-        let least = self.noise().map_or(ROUNDING * arm.lb(), |_| 1.0);
-        (median / MEDIAN * (count / (count - 8.0)).sqrt()).max(least)
+        (median / MEDIAN * (count / (count - 8.0)).sqrt()).max(self.least_scale)
     }
 
     fn stretch(&self) -> f64 {

@@ -2,7 +2,7 @@
 
 use super::{CHECK, Circumstances, Refused, SPREAD, lies_elsewhere};
 use crate::position_error::distances;
-use crate::words::count;
+use crate::words::{count, in_lines};
 use crate::{CalibrateError, PositionError, calibrate_robust, plausibility};
 use delta_cal::{Loss, RobustRefusal};
 
@@ -54,25 +54,28 @@ impl Circumstances<'_> {
         let method = self.options.method;
         let fit = calibrate_robust(nominal, self.measured, &settings, method, Loss::Tukey).ok()?;
         let calibrated = &fit.outcome.robot.robot;
-        let suspected = fit.samples.iter().filter(|sample| sample.suspected).count();
+        let fitted = self.samples.rows.iter().zip(&fit.samples);
+        let suspected: Vec<_> = fitted
+            .filter(|(_, sample)| sample.suspected)
+            .map(|(row, _)| row.line)
+            .collect();
         let apart = distances(calibrated, self.measured);
         let error = PositionError::of_counted(&apart, &self.samples.rows, &fit.samples);
         let credible = self.robot.tolerance.is_some()
             || self.options.no_guess
             || plausibility::implausible(nominal, calibrated).is_none();
-        (suspected > 0 && credible && !lies_elsewhere(calibrated, &error)).then(|| {
+        (!suspected.is_empty() && credible && !lies_elsewhere(calibrated, &error)).then(|| {
+            let (does, them) = if suspected.len() == 1 {
+                ("does", "it")
+            } else {
+                ("do", "them")
+            };
             format!(
-                "{} of {} agree with each other: {} calibrates from those and names the {} that \
-                 {} wrong",
-                self.measured.len() - suspected,
+                "{} of {} agree with each other, and {} {does} not: {} calibrates without {them}",
+                self.measured.len() - suspected.len(),
                 count(self.measured.len(), "sample"),
+                in_lines(&suspected),
                 self.robust_fit,
-                if suspected == 1 {
-                    "one".to_owned()
-                } else {
-                    suspected.to_string()
-                },
-                if suspected == 1 { "is" } else { "are" },
             )
         })
     }

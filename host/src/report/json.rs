@@ -142,6 +142,8 @@ pub struct JsonSuspected {
     pub residual_sigma: Option<f64>,
     /// As `error_after_mm` of the sample.
     pub residual_mm: Option<f64>,
+    /// As `weight` of the sample: 0.
+    pub weight: f64,
 }
 
 /// Distance between the measured and the computed position of one sample.
@@ -253,10 +255,12 @@ impl JsonReport {
             sample_count: report.samples,
             suspected_samples: suspected::rows(report)
                 .into_iter()
+                .filter(|sample| sample.weight.suspected)
                 .map(|sample| JsonSuspected {
                     line: sample.line,
                     residual_sigma: sample.after_in_sigmas,
                     residual_mm: sample.after,
+                    weight: sample.weight.weight,
                 })
                 .collect(),
             stream: super::stream::json(report),

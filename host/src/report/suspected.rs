@@ -21,22 +21,30 @@ pub(super) const fn loss_name(loss: Option<Loss>) -> &'static str {
     }
 }
 
-/// The suspected rows, the farthest off first.
+/// Whether it counts less than half of what the others do, but counts.
+fn counts_little(sample: &SampleErrors) -> bool {
+    !sample.weight.suspected && sample.weight.weight < LITTLE
+}
+
+/// The suspected rows and those that count little: the suspected first, the farthest off first.
 pub(super) fn rows(report: &CalibrationReport) -> Vec<&SampleErrors> {
-    let mut rows: Vec<_> = report.suspected().collect();
+    let samples = report.sample_errors.iter();
+    let mut rows: Vec<_> = samples
+        .filter(|sample| sample.weight.suspected || counts_little(sample))
+        .collect();
     let size = |sample: &SampleErrors| sample.after_in_sigmas.unwrap_or(f64::INFINITY);
-    rows.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    rows.sort_by(|a, b| {
+        let suspected = b.weight.suspected.cmp(&a.weight.suspected);
+        suspected.then(size(b).total_cmp(&size(a)))
+    });
     rows
 }
 
 /// How many samples count, count little and do not count.
 fn counts(report: &CalibrationReport) -> String {
     let suspected = report.suspected().count();
-    let little = report.sample_errors.iter().filter(|sample| {
-        let weight = sample.weight;
-        !weight.suspected && weight.weight < LITTLE
-    });
-    let (no_row, little) = (suspected == 0, little.count());
+    let samples = report.sample_errors.iter();
+    let (no_row, little) = (suspected == 0, samples.filter(|s| counts_little(s)).count());
     let of = if no_row {
         "no row is suspected".to_owned()
     } else {
@@ -75,17 +83,18 @@ pub(super) fn text(report: &CalibrationReport) -> Option<(String, String)> {
     if !rows.is_empty() {
         let _ = writeln!(
             lines,
-            "  {:>8}{:>18}{:>14}",
-            "line", "residual, sigma", "mm"
+            "  {:>8}{:>18}{:>14}{:>10}",
+            "line", "residual, sigma", "mm", "weight"
         );
     }
     for sample in rows.iter().take(NAMED) {
         let _ = writeln!(
             lines,
-            "  {:>8}{:>18}{:>14}",
+            "  {:>8}{:>18}{:>14}{:>10.2}",
             sample.line,
             residual(sample),
-            distance(sample)
+            distance(sample),
+            sample.weight.weight
         );
     }
     if rows.len() > NAMED {
@@ -119,7 +128,7 @@ pub(super) fn markup(report: &CalibrationReport) -> Markup {
                         }
                     }
                     p.note {
-                        "They fit no robot that the other samples fit. Every error and figure of the \
+                        "Samples of weight 0 fit no robot that the other samples fit. Every error and figure of the \
                         calibrated robot is without them; measure them again, or find out what \
                         happened."
                     }

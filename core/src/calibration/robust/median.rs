@@ -2,6 +2,18 @@
 
 use crate::Real;
 
+/// The middle value, or the mean of the two; infinity of none.
+pub(super) fn median<T: Real>(values: impl ExactSizeIterator<Item = T> + Clone) -> T {
+    let count = values.len();
+    let upper = of_rank(values.clone(), count / 2).unwrap_or(T::INFINITY);
+    if count % 2 == 1 {
+        upper
+    } else {
+        let lower = of_rank(values, (count / 2).saturating_sub(1)).unwrap_or(T::INFINITY);
+        (lower + upper) * T::HALF
+    }
+}
+
 /// The value with `rank` values below it, or as many equal ones; `None` if there are not so many.
 /// NaN counts as the largest.
 ///
@@ -47,7 +59,7 @@ pub(super) fn of_rank<T: Real>(values: impl Iterator<Item = T> + Clone, rank: us
 
 #[cfg(test)]
 mod tests {
-    use super::of_rank;
+    use super::{median, of_rank};
 
     #[test]
     fn every_rank_is_what_sorting_finds() {
@@ -68,6 +80,14 @@ mod tests {
             }
             assert_eq!(of_rank(values[..count].iter().copied(), count), None);
         }
+    }
+
+    #[test]
+    fn the_median_of_an_even_number_is_between_the_two_in_the_middle() {
+        let of = |values: &[f64]| median(values.iter().copied()).to_bits();
+        assert_eq!(of(&[3.0, 1.0, 2.0]), 2.0_f64.to_bits());
+        assert_eq!(of(&[4.0, 1.0, 3.0, 2.0]), 2.5_f64.to_bits());
+        assert_eq!(of(&[]), f64::INFINITY.to_bits());
     }
 
     #[test]

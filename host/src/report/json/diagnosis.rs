@@ -81,7 +81,7 @@ impl JsonRefusal {
         }
     }
 
-    /// As [`JsonReport::to_text`].
+    /// As [`JsonReport::to_text`](super::JsonReport::to_text).
     ///
     /// # Errors
     /// None is known; the serialiser's, if it had one.

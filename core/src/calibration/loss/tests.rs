@@ -104,6 +104,10 @@ fn worth_by_hand() {
     assert!((worth.divisor - divisor).abs() < 1e-14);
     assert!((worth.samples - 1.0 / divisor).abs() < 1e-14, "{worth:?}");
 
+    // Worth less than one sample: their number is stated in its place.
+    let worth = Loss::Huber.worth([1.4_f64, 0.5, 7.0].into_iter(), 1.0, 1.0);
+    assert!((worth.samples - 2.0).abs() < 1e-14, "{worth:?}");
+
     // Vectors of three, twice as far for the same weight: of each size r the mean of ψ′ over the
     // directions is (2 w + ψ′)/3, of ψ² and ψ r a third of the whole.
     let worth = Loss::Huber.worth([2.0_f64, 5.38, 0.5, 0.5].into_iter(), 3.0, 2.0);

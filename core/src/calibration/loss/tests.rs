@@ -96,21 +96,25 @@ fn of_normal_residuals_either_loss_is_worth_what_it_is_known_for() {
 
 /// Three residuals of which one has no weight, by hand.
 ///
-/// Huber: w = 1, ½, ψ = 1, 1.345, ψ′ = 1, 0 and κ = n mean ψ² · mean w/(n mean ψ′)².
+/// Huber: w = 1, ½, ψ = 1, 1.345, ψ′ = 1, 0 and κ = Σψ² Σw / (Σψr Σψ′).
 #[test]
 fn worth_by_hand() {
     let worth = Loss::Huber.worth([1.0_f64, 2.69, 7.0].into_iter(), 1.0, 1.0);
-    let squares = 1.0 + 1.345 * 1.345;
-    assert!((worth.divisor - squares * 1.5).abs() < 1e-14);
-    assert!((worth.samples - 2.0).abs() < 1e-14, "{worth:?}"); // 1/κ is less than one sample
+    let divisor = (1.0 + 1.345 * 1.345) * 1.5 / (1.0 + 1.345 * 2.69);
+    assert!((worth.divisor - divisor).abs() < 1e-14);
+    assert!((worth.samples - 1.0 / divisor).abs() < 1e-14, "{worth:?}");
+
+    // Worth less than one sample: their number is stated in its place.
+    let worth = Loss::Huber.worth([1.4_f64, 0.5, 7.0].into_iter(), 1.0, 1.0);
+    assert!((worth.samples - 2.0).abs() < 1e-14, "{worth:?}");
 
     // Vectors of three, twice as far for the same weight: of each size r the mean of ψ′ over the
-    // directions is (2 w + ψ′)/3, of ψ² a third of |ψ|².
+    // directions is (2 w + ψ′)/3, of ψ² and ψ r a third of the whole.
     let worth = Loss::Huber.worth([2.0_f64, 5.38, 0.5, 0.5].into_iter(), 3.0, 2.0);
-    let squares = (4.0 + 2.69 * 2.69 + 0.5) / 3.0;
+    let influences = (4.0 + 2.69 * 2.69 + 0.5) / 3.0;
+    let residuals = (4.0 + 2.69 * 5.38 + 0.5) / 3.0;
     let slopes = (3.0 + 1.0 + 3.0 + 3.0) / 3.0;
-    let weights = 3.5;
-    let divisor = squares * weights / (slopes * slopes);
+    let divisor = influences * 3.5 / (residuals * slopes);
     assert!((worth.divisor - divisor).abs() < 1e-14, "{worth:?}");
     assert!((worth.samples - slopes / divisor).abs() < 1e-14);
 }

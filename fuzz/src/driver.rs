@@ -5,11 +5,9 @@ use crate::frames::{Raw, frame, messages};
 use crate::numbers::{Bits, Source};
 use crate::promises::{finite_outcome, finite_robot};
 use delta_cal_firmware_example::ParameterFlash;
-use delta_cal_host::device::{
-    Client, DeviceError, Patience, Transport, apply, assumptions, calibrate, calibrate_robot,
-    measurements, outcome, robot,
-};
-use delta_cal_host::{CalibrationReport, InputText, Options, RobotFile, SamplesFile, example};
+use delta_cal_host::device::{Client, DeviceError, Patience, Transport, apply, assumptions, calibrate, calibrate_robot, measurements, outcome, robot};
+use delta_cal_host::{CalibrationReport, InputText, Options, RobotFile, SamplesFile};
+use delta_cal_host::files::example;
 use delta_cal_protocol::{ControlLoop, Direction, Request, Response, RevertTo};
 use std::collections::VecDeque;
 use std::io;

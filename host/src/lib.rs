@@ -21,7 +21,8 @@
 //! Lengths are millimetres and angles radians; only the files and reports are in degrees.
 //!
 //! ```
-//! use delta_cal_host::{Options, calibrate, example};
+//! use delta_cal_host::{Options, calibrate};
+//! use delta_cal_host::files::example;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let (robot, samples) = example::load()?;
 //! let report = calibrate(&robot, &samples, Options::default())?;
@@ -32,54 +33,31 @@
 
 #![forbid(unsafe_code)]
 
-mod calibrate;
-mod calibration_report;
+pub mod accuracy;
+pub mod calibration;
 pub mod campaign;
 pub mod device;
-mod diagnosis;
-pub mod evaluation;
-pub mod example;
-pub mod fkm;
-mod information;
-mod input_error;
-mod input_text;
-pub mod kinematics;
-mod noise_test;
-pub mod observability;
-mod outcome;
-mod outliers;
-pub mod output;
-mod plausibility;
-pub mod plot;
-pub mod poses;
-mod position_error;
-pub mod position_uncertainty;
-pub mod reach;
-mod refusal;
+pub mod files;
+pub mod fit;
+pub mod geometry;
+pub mod planning;
+pub mod render;
 pub mod report;
 pub mod reproduce;
-mod robot_file;
-mod robust;
-mod samples_file;
-mod sensor_frame;
-mod stream;
-mod units;
-mod warnings;
-mod words;
+mod text;
 pub mod workspace;
-mod workspace_comparison;
 
-pub use calibrate::{CalibrateError, CalibrationMethod, Frame, Options, calibrate};
-pub use calibration_report::CalibrationReport;
-pub use diagnosis::{Diagnosis, DiagnosisEvidence, Explanation};
-pub use input_error::InputError;
-pub use input_text::InputText;
-pub use noise_test::{Estimate, NoiseTest, NoiseVerdict, StatedNoise};
-pub use outcome::Outcome;
-pub use position_error::{PositionError, SampleErrors};
-pub use refusal::Refused;
-pub use robot_file::RobotFile;
-pub use robust::{RobustFit, SampleWeight, calibrate_robust};
-pub use samples_file::{Row, SamplesFile, read_joints, read_positions};
-pub use stream::{GateReport, RejectedSample, StreamReport, Streaming};
-pub use workspace_comparison::WorkspaceComparison;
+pub use accuracy::position_error::{PositionError, SampleErrors};
+pub use accuracy::workspace_comparison::WorkspaceComparison;
+pub use calibration::calibrate::{CalibrateError, CalibrationMethod, Frame, Options, calibrate};
+pub use calibration::diagnosis::{Diagnosis, DiagnosisEvidence, Explanation};
+pub use calibration::noise_test::{Estimate, NoiseTest, NoiseVerdict, StatedNoise};
+pub use calibration::refusal::Refused;
+pub use calibration::report::CalibrationReport;
+pub use files::input_error::InputError;
+pub use files::input_text::InputText;
+pub use files::robot_file::RobotFile;
+pub use files::samples_file::{Row, SamplesFile, read_joints, read_positions};
+pub use fit::outcome::Outcome;
+pub use fit::robust::{RobustFit, SampleWeight, calibrate_robust};
+pub use fit::stream::{GateReport, RejectedSample, StreamReport, Streaming};

@@ -23,8 +23,9 @@ pub use figures::{NamedFigure, figures};
 pub use report::render;
 pub use results::results_csv;
 
-use crate::campaign::{self, CampaignError, CaseSummary, RunOptions, Shard};
-use crate::workspace::report::Analysis;
+use crate::campaign;
+use crate::campaign::{CampaignError, CaseSummary, RunOptions, Shard};
+use crate::workspace::Analysis;
 use std::path::Path;
 
 /// The folder of the campaigns within that of the reproduction.

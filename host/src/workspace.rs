@@ -14,6 +14,7 @@
 //! the workspace; lines through it, parallel to the axes, are then bisected where they enter and
 //! leave. Nothing is assumed of the workspace's shape: it may be hollow, or in several parts.
 
+mod analysis;
 mod band;
 mod boundary;
 mod comparison;
@@ -25,10 +26,10 @@ mod influence;
 mod line;
 mod mesh;
 mod path;
-pub mod report;
 mod singularities;
 mod volume;
 
+pub use analysis::Analysis;
 pub use band::{Band, BandOptions, PointBand, TAIL, band};
 pub use boundary::BoundaryPoint;
 pub use comparison::{Comparison, compare};
@@ -38,12 +39,13 @@ pub use face::{ByParameters, Face};
 pub use grid::Grid;
 pub(crate) use grid::reaches_anywhere;
 pub use influence::{ParameterInfluence, influence};
+pub(crate) use influence::{displacements, unit};
 pub use mesh::Mesh;
 pub use path::{PathPoint, PathRow, PathSummary, distances_of_path};
 pub use singularities::{NearestSingularity, nearest_singularity};
 pub use volume::Volume;
 
-use crate::reach::Reach;
+use crate::geometry::reach::Reach;
 use delta_cal::Robot;
 use std::fmt;
 
@@ -158,7 +160,7 @@ impl Workspace {
     ///
     /// ```
     /// use delta_cal::{JointLimits, SymmetricRobot};
-    /// use delta_cal_host::reach::Reach;
+    /// use delta_cal_host::geometry::reach::Reach;
     /// use delta_cal_host::workspace::{Options, Workspace};
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }

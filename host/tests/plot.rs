@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use delta_cal_host::plot::{Axis, Colour, Figure, PlotError, Series, Shape};
+use delta_cal_host::render::plot::{Axis, Colour, Figure, PlotError, Series, Shape};
 use resvg::tiny_skia::Pixmap;
 use roxmltree::Document;
 

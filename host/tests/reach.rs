@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use delta_cal::{JointLimits, Robot, SymmetricRobot};
-use delta_cal_host::reach::Reach;
+use delta_cal_host::geometry::reach::Reach;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 

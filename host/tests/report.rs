@@ -4,7 +4,8 @@
 
 mod support;
 
-use delta_cal_host::{CalibrationMethod, Options, calibrate, example};
+use delta_cal_host::files::example;
+use delta_cal_host::{CalibrationMethod, Options, calibrate};
 use nalgebra::Matrix3;
 use roxmltree::Document;
 use serde_json::Value;

@@ -10,7 +10,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use delta_cal::{
     ArmFactor, ArmIndex, ArmSolver, Calibrator, Noise, Progress, Reference, Sample, Settings,
 };
-use delta_cal_host::fkm;
+use delta_cal_host::fit::fkm;
 use delta_cal_tests::peer::{Parameters, PeerProblem, Row};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,

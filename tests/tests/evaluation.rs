@@ -11,8 +11,9 @@
 )]
 
 use delta_cal::{Noise, Robot, Sample, Settings, Tolerance};
-use delta_cal_host::evaluation::{CramerRaoBound, Evaluation, differences};
-use delta_cal_host::{CalibrationMethod, fkm};
+use delta_cal_host::CalibrationMethod;
+use delta_cal_host::accuracy::evaluation::{CramerRaoBound, Evaluation, differences};
+use delta_cal_host::fit::fkm;
 use delta_cal_tests::noisy_campaign::{Calibrated, NoisyCampaign, Trial};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::SMatrix;

@@ -12,8 +12,9 @@ use delta_cal::{
     ArmIndex, Calibrator, Method, Noise, Parameter, Refusal, Robot, Sample, Settings, Start,
     StartUsed, SymmetricRobot, Tolerance,
 };
-use delta_cal_host::evaluation::differences;
-use delta_cal_host::fkm::{self, Linearization};
+use delta_cal_host::accuracy::evaluation::differences;
+use delta_cal_host::fit::fkm;
+use delta_cal_host::fit::fkm::Linearization;
 use delta_cal_tests::goldens::{GoldenInput, number, numbers};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,

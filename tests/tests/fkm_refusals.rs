@@ -8,7 +8,7 @@
 )]
 
 use delta_cal::{Method, Noise, Refusal, Robot, Sample, Settings, Tolerance};
-use delta_cal_host::fkm;
+use delta_cal_host::fit::fkm;
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, uniform};
 use nalgebra::Vector3;
 

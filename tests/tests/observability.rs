@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, random_pose, standard_normal};
-use delta_cal_host::evaluation::CramerRaoBound;
-use delta_cal_host::observability::{Combination, Indices, Observability};
-use delta_cal_host::position_uncertainty::PositionUncertainty;
+use delta_cal_host::accuracy::evaluation::CramerRaoBound;
+use delta_cal_host::accuracy::position_uncertainty::PositionUncertainty;
+use delta_cal_host::planning::observability::{Combination, Indices, Observability};
 use delta_cal_host::{CalibrationMethod, RobotFile, Row, SamplesFile};
 use delta_cal_tests::{generator, measurements, paper_limits, paper_robot};
 use nalgebra::{DMatrix, SMatrix};

@@ -6,9 +6,10 @@ use delta_cal::{
     Calibrator, JointLimits, Noise, Parameter, Robot, Sample, Settings, Tolerance, random_pose,
     simulate_sample,
 };
-use delta_cal_host::evaluation::CramerRaoBound;
-use delta_cal_host::poses::{Criterion, PlanRequest, length, plan};
-use delta_cal_host::{CalibrationMethod, RobotFile, fkm};
+use delta_cal_host::accuracy::evaluation::CramerRaoBound;
+use delta_cal_host::fit::fkm;
+use delta_cal_host::planning::poses::{Criterion, PlanRequest, length, plan};
+use delta_cal_host::{CalibrationMethod, RobotFile};
 use delta_cal_tests::{
     Spread, generator, largest_difference, paper_limits, paper_robot, parameter_differences,
     perturbed,

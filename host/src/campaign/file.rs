@@ -1,9 +1,12 @@
 //! The campaign file.
 
 use super::plan::{CampaignMethod, LengthAngle, NoiseLevel, Plan, Scenario, Solver, Spread};
-use crate::poses::{LEAST_POSES, MOST_POSES};
-use crate::words::decimal_comma;
-use crate::{InputError, InputText, RobotFile, example};
+use crate::files::example;
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::files::robot_file::RobotFile;
+use crate::planning::poses::{LEAST_POSES, MOST_POSES};
+use crate::text::words::decimal_comma;
 use delta_cal::{Noise, Tolerance};
 use serde::Deserialize;
 use std::path::Path;

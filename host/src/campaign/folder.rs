@@ -8,7 +8,7 @@
 use super::CampaignError;
 use super::plan::{Plan, Shard};
 use super::row::{cases, columns};
-use crate::output;
+use crate::files::output;
 use crc::{CRC_64_XZ, Crc, Digest};
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions, TryLockError};

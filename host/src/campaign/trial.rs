@@ -3,8 +3,8 @@
 use super::plan::{CampaignMethod, Plan, Scenario, Variant};
 use super::row::Status;
 use super::simulation::SimulatedRobot;
-use crate::evaluation::{CramerRaoBound, Evaluation};
-use crate::fkm;
+use crate::accuracy::evaluation::{CramerRaoBound, Evaluation};
+use crate::fit::fkm;
 use delta_cal::{
     ArmOutcome, Calibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings,
     StartUsed, Tolerance,

@@ -3,11 +3,12 @@ use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, report_path};
 use super::print;
 use delta_cal::{Loss, Method};
-use delta_cal_host::report::json::{JsonRefusal, JsonReport};
-use delta_cal_host::report::{html, stream, table};
+use delta_cal_host::files::{example, output};
+use delta_cal_host::report::calibration::json::{JsonRefusal, JsonReport};
+use delta_cal_host::report::calibration::{html, stream, table};
 use delta_cal_host::{
     CalibrateError, CalibrationMethod, CalibrationReport, Frame, InputError, InputText, Options,
-    Refused, RobotFile, SamplesFile, calibrate, example, output,
+    Refused, RobotFile, SamplesFile, calibrate,
 };
 use std::fmt::Write;
 use std::path::Path;

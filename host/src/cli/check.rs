@@ -5,10 +5,12 @@ use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, robot_path};
 use super::print;
 use clap::Args;
-use delta_cal_host::observability::Observability;
-use delta_cal_host::poses::{PlanRequest, Region, next_poses};
-use delta_cal_host::report::check::{json::JsonCheck, table};
-use delta_cal_host::{InputText, RobotFile, SamplesFile, output};
+use delta_cal_host::files::output;
+use delta_cal_host::planning::observability::Observability;
+use delta_cal_host::planning::poses::{PlanRequest, Region, next_poses};
+use delta_cal_host::report::check::json::JsonCheck;
+use delta_cal_host::report::check::table;
+use delta_cal_host::{InputText, RobotFile, SamplesFile};
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\

@@ -1,7 +1,7 @@
 use anstyle::{AnsiColor, Style};
 use delta_cal_host::device::{DeviceError, DeviceFailure};
-use delta_cal_host::output::OutputError;
-use delta_cal_host::plot::PlotError;
+use delta_cal_host::files::output::OutputError;
+use delta_cal_host::render::plot::PlotError;
 use delta_cal_host::{CalibrateError, InputError, Refused};
 use std::io::Write;
 use std::process::ExitCode;

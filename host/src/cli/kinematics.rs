@@ -3,7 +3,8 @@ use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same};
 use super::print;
 use delta_cal::Sample;
-use delta_cal_host::{InputError, InputText, RobotFile, kinematics, output};
+use delta_cal_host::files::{kinematics, output};
+use delta_cal_host::{InputError, InputText, RobotFile};
 use std::path::Path;
 
 type Solve = fn(&RobotFile, &InputText) -> Result<Vec<Sample<f64>>, InputError>;

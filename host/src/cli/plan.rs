@@ -6,12 +6,14 @@ use super::paths::{is_stream, refuse_same, robot_path};
 use super::print;
 use super::progress::Waiting;
 use clap::{ArgGroup, Args, ValueEnum};
-use delta_cal_host::poses::{
+use delta_cal_host::files::{kinematics, output};
+use delta_cal_host::planning::poses::{
     Criterion, LEAST_POSES, MOST_POSES, PlanError, PlanRequest, PosePlan, PosesNeeded, Region,
     plan, poses_needed,
 };
-use delta_cal_host::report::plan::{json::JsonPlan, table};
-use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, kinematics, output};
+use delta_cal_host::report::plan::json::JsonPlan;
+use delta_cal_host::report::plan::table;
+use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;

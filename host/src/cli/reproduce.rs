@@ -7,9 +7,10 @@ use super::simulate;
 use anstyle::Style;
 use clap::Args;
 use delta_cal_host::campaign::{CaseSummary, RunOptions};
-use delta_cal_host::output;
+use delta_cal_host::files::output;
+use delta_cal_host::reproduce;
 use delta_cal_host::reproduce::{
-    self, Comparison, NamedFigure, Reproduction, comparisons, figures, results_csv,
+    Comparison, NamedFigure, Reproduction, comparisons, figures, results_csv,
 };
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -7,10 +7,12 @@ use super::paths::{is_stream, refuse_same};
 use super::print;
 use super::progress::{Bar, interruption};
 use clap::{Args, Subcommand};
+use delta_cal_host::InputText;
+use delta_cal_host::campaign;
 use delta_cal_host::campaign::{
-    self, CampaignError, CaseSummary, EXAMPLE, PLAN, Plan, RunOptions, Shard,
+    CampaignError, CaseSummary, EXAMPLE, PLAN, Plan, RunOptions, Shard,
 };
-use delta_cal_host::{InputText, output};
+use delta_cal_host::files::output;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

@@ -4,9 +4,13 @@ use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, robot_path};
 use super::print;
 use clap::Args;
-use delta_cal_host::workspace::report::{Analysis, Contents, json, table};
-use delta_cal_host::workspace::{BandOptions, Options, WorkspaceError, distances_of_path};
-use delta_cal_host::{InputError, InputText, RobotFile, output};
+use delta_cal_host::files::output;
+use delta_cal_host::report::workspace::contents::Contents;
+use delta_cal_host::report::workspace::{json, table};
+use delta_cal_host::workspace::{
+    Analysis, BandOptions, Options, WorkspaceError, distances_of_path,
+};
+use delta_cal_host::{InputError, InputText, RobotFile};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -126,7 +130,7 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
     let mut contents = Contents::default();
     if arguments.output.is_some() {
         bar.show("figures and report");
-        contents = analysis.contents()?;
+        contents = Contents::of(&analysis)?;
     }
     bar.finish();
     let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));

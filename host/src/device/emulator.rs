@@ -8,7 +8,7 @@ pub use build::{FirmwareError, build, check as check_firmware};
 pub use flash::FlashError;
 
 use super::transport::{Board, Tcp, Transport};
-use crate::output::OutputError;
+use crate::files::output::OutputError;
 use flash::{FlashFile, SaveError};
 use monitor::Monitor;
 use std::error::Error;

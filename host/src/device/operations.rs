@@ -8,11 +8,14 @@ use super::number::Number;
 use super::session::{self, Finished, Step};
 use super::transport::Transport;
 use super::verify::{Comparison, compare, solve_here};
-use crate::calibrate::{calibrated_elsewhere, settings};
-use crate::words::in_file_units;
-use crate::{
-    CalibrateError, CalibrationReport, InputError, Options, Refused, RobotFile, SamplesFile,
-};
+use crate::calibration::calibrate::{CalibrateError, Options};
+use crate::calibration::calibrate::{calibrated_elsewhere, settings};
+use crate::calibration::refusal::Refused;
+use crate::calibration::report::CalibrationReport;
+use crate::files::input_error::InputError;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::SamplesFile;
+use crate::text::words::in_file_units;
 use delta_cal::{ArmIndex, Parameter, ParameterKind};
 use delta_cal_protocol::{ParameterSet, fingerprint};
 use std::error::Error;

@@ -2,12 +2,13 @@
 //! paper's abstract announces both and shows neither.
 
 use super::NamedFigure;
-use crate::workspace::report::{
-    Analysis,
-    figures::{Figures, INFLUENCE},
-};
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::files::robot_file::RobotFile;
+use crate::report::workspace::contents;
+use crate::report::workspace::figures::{Figures, INFLUENCE};
+use crate::workspace::Analysis;
 use crate::workspace::{BandOptions, Options};
-use crate::{InputError, InputText, RobotFile};
 
 const ROBOT: &str = include_str!("../../examples/paper/workspace.toml");
 
@@ -29,7 +30,7 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<NamedFigure> {
         influence,
         view,
         ..
-    } = analysis.figures();
+    } = contents::figures(analysis);
     vec![
         NamedFigure::new(
             "boundary",

@@ -4,7 +4,7 @@ mod basins;
 
 use super::{Reproduction, boundary};
 use crate::campaign::{CaseColumns, CaseSummary, Quantiles};
-use crate::plot::{Axis, Colour, Figure, Series, Shape};
+use crate::render::plot::{Axis, Colour, Figure, Series, Shape};
 use basins::{basin, one_start};
 
 /// A figure, the name of its files, and what is to be seen in it.

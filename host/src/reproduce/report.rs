@@ -4,8 +4,8 @@ mod findings;
 mod tables;
 
 use super::{NamedFigure, Reproduction, comparisons};
-use crate::plot::PlotError;
-use crate::report::page;
+use crate::render::page;
+use crate::render::plot::PlotError;
 use maud::{Markup, html};
 
 /// The whole report, one file that opens from disk.

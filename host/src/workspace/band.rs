@@ -2,7 +2,7 @@
 
 use super::influence::displacements;
 use super::{BoundaryPoint, Workspace};
-use crate::reach::Reach;
+use crate::geometry::reach::Reach;
 use delta_cal::{Arm, ArmIndex, Parameter, ParameterKind, Robot, Tolerance, standard_normal};
 use nalgebra::Vector3;
 use rand_core::SeedableRng;

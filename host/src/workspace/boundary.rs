@@ -2,7 +2,7 @@
 
 use super::face::{self, ByParameters, Face};
 use super::grid::Grid;
-use crate::reach::{Limit, Reach};
+use crate::geometry::reach::{Limit, Reach};
 use delta_cal::{ArmIndex, KinematicsError, Robot};
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};

@@ -16,7 +16,7 @@ pub struct ConditionedPosition {
 
 impl ConditionedPosition {
     /// At a position, if it is reachable.
-    pub(super) fn at(workspace: &Workspace, position: Vector3<f64>) -> Option<Self> {
+    pub(crate) fn at(workspace: &Workspace, position: Vector3<f64>) -> Option<Self> {
         let q = workspace
             .reach
             .any_joints(&workspace.robot, &position)

@@ -1,7 +1,7 @@
 //! The nodes of a grid of lines, and which of them are reachable.
 
 use super::WorkspaceError;
-use crate::reach::{Limit, Reach};
+use crate::geometry::reach::{Limit, Reach};
 use delta_cal::{JointLimits, Robot};
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};

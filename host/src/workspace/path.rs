@@ -1,9 +1,11 @@
 //! How near a path comes to singularities.
 
 use super::{NearestSingularity, nearest_singularity};
-use crate::reach::Limit;
-use crate::samples_file::{Pose, read_poses};
-use crate::{InputError, InputText, RobotFile};
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{Pose, read_poses};
+use crate::geometry::reach::Limit;
 use delta_cal::Conditioning;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};

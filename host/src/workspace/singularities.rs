@@ -9,7 +9,7 @@
 
 use super::boundary::bisect;
 use super::face::{determinant, flattest};
-use crate::reach::Limit;
+use crate::geometry::reach::Limit;
 use delta_cal::{Arm, ArmIndex, Robot};
 use nalgebra::Vector3;
 use std::f64::consts::PI;

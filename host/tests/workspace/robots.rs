@@ -1,7 +1,7 @@
 //! The robots of these tests.
 
 use delta_cal::{Arm, JointLimits, Parameter, ParameterKind, Robot, SymmetricRobot};
-use delta_cal_host::reach::Reach;
+use delta_cal_host::geometry::reach::Reach;
 use delta_cal_host::workspace::{Options, Workspace};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;

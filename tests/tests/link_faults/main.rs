@@ -11,7 +11,8 @@ use delta_cal_firmware_example::Number;
 use delta_cal_host::device::{
     Client, DeviceError, DeviceFailure, Patience, apply, assumptions, calibrate_robot, measurements,
 };
-use delta_cal_host::{Options, RobotFile, SamplesFile, example};
+use delta_cal_host::files::example;
+use delta_cal_host::{Options, RobotFile, SamplesFile};
 use delta_cal_protocol::{Origin, ParameterSet, Phase, RevertTo, fingerprint};
 use device::Cut;
 use link::{Bench, Harm, Harms, Link, WAYS, Way};

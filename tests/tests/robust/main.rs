@@ -13,7 +13,8 @@ mod goldens;
 mod wrong_rows;
 
 use delta_cal::{Calibrator, Noise, Robot, Sample, Settings};
-use delta_cal_host::{CalibrationMethod, fkm};
+use delta_cal_host::CalibrationMethod;
+use delta_cal_host::fit::fkm;
 
 fn noise() -> Noise<f64> {
     Noise::new(0.02, 0.002f64.to_radians()).unwrap()

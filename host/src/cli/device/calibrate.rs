@@ -11,9 +11,10 @@ use delta_cal_host::device::report::text;
 use delta_cal_host::device::{
     Finished, Number, apply, assumptions, calibrate_robot, measurements, parameters_of,
 };
-use delta_cal_host::report::json::JsonReport;
-use delta_cal_host::report::{html, table};
-use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile, output};
+use delta_cal_host::files::output;
+use delta_cal_host::report::calibration::json::JsonReport;
+use delta_cal_host::report::calibration::{html, table};
+use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile};
 use delta_cal_protocol::fingerprint;
 use std::fmt::Write;
 use std::path::Path;

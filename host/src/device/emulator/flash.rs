@@ -2,7 +2,7 @@
 
 use super::monitor::Monitor;
 use super::shown;
-use crate::output::{OutputError, write_bytes};
+use crate::files::output::{OutputError, write_bytes};
 use object::elf::{FileHeader32, PT_LOAD, ProgramHeader32};
 use object::read::elf::FileHeader;
 use object::{LittleEndian, Object, ObjectSection};

@@ -3,8 +3,8 @@
 
 use super::{firmware, microseconds, origin, phase, processor, scalar};
 use crate::device::{Comparison, Number, Pace};
-use crate::report::json::{JsonReport, SCHEMA_VERSION};
-use crate::units::degrees;
+use crate::report::calibration::json::{JsonReport, SCHEMA_VERSION};
+use crate::text::units::degrees;
 use delta_cal::{Parameter, ParameterKind, Real};
 use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Status};
 use serde::Serialize;

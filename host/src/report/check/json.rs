@@ -1,10 +1,12 @@
 //! The check for programs.
 
-use crate::observability::{Block, Observability};
-use crate::poses::{Expectation, NextPoses};
+use crate::calibration::calibrate::CalibrationMethod;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::SamplesFile;
+use crate::planning::observability::{Block, Observability};
+use crate::planning::poses::{Expectation, NextPoses};
 use crate::report::plan::json::{JsonAssumptions, JsonPose};
-use crate::units::degrees;
-use crate::{CalibrationMethod, RobotFile, SamplesFile};
+use crate::text::units::degrees;
 use serde::Serialize;
 
 /// Changes whenever a field changes its name or meaning or is removed.

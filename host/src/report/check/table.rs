@@ -1,12 +1,15 @@
 //! The check for people: plain lines of at most 100 columns.
 
-use crate::observability::{Block, Observability};
-use crate::poses::{Expectation, NextPoses};
+use crate::calibration::calibrate::CalibrationMethod;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::SamplesFile;
+use crate::planning::observability::{Block, Observability};
+use crate::planning::poses::{Expectation, NextPoses};
+use crate::render::terminal::heading;
 use crate::report::plan::table::assumptions;
-use crate::report::table::{heading, small};
-use crate::units::degrees;
-use crate::words::{count, in_file_units};
-use crate::{CalibrationMethod, RobotFile, SamplesFile};
+use crate::text::numbers::small;
+use crate::text::units::degrees;
+use crate::text::words::{count, in_file_units};
 use std::fmt::Write;
 
 /// Samples listed; of more, those with the most leverage.
@@ -197,7 +200,10 @@ fn additions(text: &mut String, next: &NextPoses) {
     }
     heading(text, "Best added, one after the other");
     text.push_str("  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n");
-    for line in crate::kinematics::to_csv(&next.poses).lines().skip(1) {
+    for line in crate::files::kinematics::to_csv(&next.poses)
+        .lines()
+        .skip(1)
+    {
         let _ = writeln!(text, "  {line}");
     }
     let _ = writeln!(text, "{now}, {} with them.", known(&next.after));

@@ -1,8 +1,8 @@
 //! The plan for programs.
 
-use crate::poses::{Assumptions, Expectation, PlanRequest, PosePlan, PosesNeeded};
-use crate::position_uncertainty::PositionSigma;
-use crate::units::degrees;
+use crate::accuracy::position_uncertainty::PositionSigma;
+use crate::planning::poses::{Assumptions, Expectation, PlanRequest, PosePlan, PosesNeeded};
+use crate::text::units::degrees;
 use delta_cal::{Parameter, ParameterKind, Sample};
 use serde::Serialize;
 

@@ -1,11 +1,12 @@
 //! The plan for people: plain lines of at most 100 columns.
 
-use crate::poses::{
+use crate::accuracy::position_uncertainty::PositionSigma;
+use crate::planning::poses::{
     Assumptions, Criterion, Expectation, MANY, PlanRequest, PosePlan, PosesNeeded, RANDOM_SETS,
 };
-use crate::position_uncertainty::PositionSigma;
-use crate::report::table::{heading, small};
-use crate::units::degrees;
+use crate::render::terminal::heading;
+use crate::text::numbers::small;
+use crate::text::units::degrees;
 use delta_cal::{Parameter, ParameterKind};
 use std::fmt::Write;
 

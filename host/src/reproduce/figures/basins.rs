@@ -2,7 +2,7 @@
 
 use super::{Band, Points, with_band};
 use crate::campaign::CaseSummary;
-use crate::plot::{Axis, Colour, Figure};
+use crate::render::plot::{Axis, Colour, Figure};
 
 fn basin_axes() -> Figure {
     Figure::new(

@@ -1,0 +1,233 @@
+//! What is doubtful about a calibration that was not refused.
+
+use crate::accuracy::position_error::SampleErrors;
+use crate::calibration::calibrate::Frame;
+use crate::calibration::plausibility::doubtful;
+use crate::calibration::refusal::{is_outlier, lies_elsewhere, outlier};
+use crate::calibration::report::CalibrationReport;
+use crate::text::words::{count, in_lines};
+use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
+
+/// A parameter is the tolerance's rather than the samples' beyond this share.
+pub(crate) const MOSTLY: f64 = 0.5;
+/// Without a tolerance, fewer samples than this may have several solutions.
+const FEW_SAMPLES: usize = 12;
+/// Below it a condition is good. Above, the parameters are known a hundred times worse than each
+/// alone would be.
+pub(crate) const GOOD_CONDITION: f64 = 100.0;
+
+/// Every doubt, the gravest first.
+pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
+    let mut found = Vec::new();
+    suspected_samples(report, &mut found);
+    position_error(report, &mut found);
+    large_changes(report, &mut found);
+    few_samples(report, &mut found);
+    residual_warnings(report, &mut found);
+    for (arm, outcome) in ArmIndex::ALL.into_iter().zip(&report.outcome.robot.arms) {
+        arm_warnings(report, arm, outcome, &mut found);
+    }
+    if let Some(comparison) = &report.workspace
+        && comparison.expected_worse()
+        && report.before.tolerance.is_some()
+    {
+        found.push(format!(
+            "the samples say little beyond the robot file: the calibration moves the positions by \
+             {:.3} mm (rms over the workspace) and is itself uncertain by {:.3} mm",
+            comparison.change, comparison.sigma
+        ));
+    }
+    if let Some(comparison) = &report.workspace
+        && comparison.unchanged()
+    {
+        found.push(
+            "the samples leave the robot where it was: it was calibrated with them already, or is \
+             as good as they can tell"
+                .to_owned(),
+        );
+    }
+    if report.before.sensor_frame.is_some() {
+        found.push(match report.options.frame {
+            Frame::Base => "the robot file's [sensor_frame] was not used: without --frame sensor \
+                            the positions are taken to be in the robot's frame"
+                .to_owned(),
+            Frame::Sensor => {
+                "the robot file's [sensor_frame] was not used: the frame was found anew".to_owned()
+            }
+        });
+    }
+    found
+}
+
+/// Whether a sample stands out after the calibration.
+pub(crate) fn stands_out(report: &CalibrationReport, sample: &SampleErrors) -> bool {
+    let outlying = |distance| is_outlier(&report.error_after, distance);
+    let stands_out = report.samples >= FEW_SAMPLES && sample.after.is_some_and(outlying);
+    sample.weight.suspected || stands_out
+}
+
+fn suspected_samples(report: &CalibrationReport, found: &mut Vec<String>) {
+    let lines: Vec<_> = report.suspected().map(|sample| sample.line).collect();
+    if !lines.is_empty() {
+        let they = if lines.len() == 1 {
+            "it disagrees"
+        } else {
+            "they disagree"
+        };
+        found.push(format!(
+            "{} did not count, for {they} with the others: of {}",
+            count(lines.len(), "sample"),
+            in_lines(&lines)
+        ));
+    }
+}
+
+fn position_error(report: &CalibrationReport, found: &mut Vec<String>) {
+    let (before, after) = (&report.error_before, &report.error_after);
+    if !(after.rms < before.rms) {
+        found.push(format!(
+            "the position error over the samples did not improve: {:.4} mm before, {:.4} mm after",
+            before.rms, after.rms
+        ));
+    }
+    for (error, which) in [(before, "original"), (after, "calibrated")] {
+        if error.unreachable > 0 {
+            found.push(format!(
+                "the {which} geometry cannot reach the joint angles of {} of {}; its \
+                 position error leaves them out",
+                error.unreachable,
+                count(report.samples, "sample")
+            ));
+        }
+    }
+    // Below twelve samples the fit gets arbitrarily near to some of them.
+    if report.samples >= FEW_SAMPLES
+        && let Some(outlier) = outlier(after)
+    {
+        found.push(format!(
+            "after the calibration, {outlier}: it may be an outlier"
+        ));
+    }
+    if !report.options.no_guess && lies_elsewhere(&report.before.robot, before) {
+        let hint = match report.options.frame {
+            Frame::Base => "they may be in the sensor's frame (--frame sensor) or in another unit",
+            Frame::Sensor => "check the units and the order of the joints",
+        };
+        found.push(format!(
+            "half of the measured points were more than {:.0} mm from where the robot of the file \
+             would be: {hint}",
+            before.median
+        ));
+    }
+}
+
+fn large_changes(report: &CalibrationReport, found: &mut Vec<String>) {
+    if report.before.tolerance.is_none()
+        && !report.options.no_guess
+        && let Some(changes) = doubtful(&report.before.robot, &report.after.robot)
+    {
+        found.push(format!(
+            "the calibrated robot is far from the robot file, which is an error of assembly, or of \
+             the units, signs or frame of the samples: {changes}"
+        ));
+    }
+}
+
+fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
+    let samples = report.samples;
+    if report.before.tolerance.is_some() {
+        if samples < 8 {
+            found.push(format!(
+                "{} cannot determine the 8 parameters of an arm: the tolerance decided the rest",
+                count(samples, "sample")
+            ));
+        }
+    } else if samples < FEW_SAMPLES {
+        found.push(format!(
+            "{} are few: {FEW_SAMPLES} or more exclude a wrong solution that fits \
+             as well, 20 or more average the noise out",
+            count(samples, "sample")
+        ));
+    }
+    if report.options.frame == Frame::Sensor && samples < FEW_SAMPLES {
+        found.push(format!(
+            "the stated sigmas leave out the uncertainty of the sensor's frame, which adds six \
+             unknowns; with {} that counts",
+            count(samples, "sample")
+        ));
+    }
+    if report.distinct_poses < samples {
+        found.push(format!(
+            "{}, {}: measuring a pose again averages the noise, and says nothing new of the \
+             geometry",
+            count(samples, "sample"),
+            count(report.distinct_poses, "distinct pose")
+        ));
+    }
+    if report
+        .outcome
+        .robot
+        .arms
+        .iter()
+        .any(|arm| arm.covariance.is_none())
+    {
+        found.push(
+            "the sigma of the parameters is not known: no sample is left over to estimate the \
+             noise from. Measure more poses or state the [noise]"
+                .to_owned(),
+        );
+    }
+}
+
+/// The residuals against the stated noise.
+fn residual_warnings(report: &CalibrationReport, found: &mut Vec<String>) {
+    if let (Some(noise), Some(test)) = (&report.before.noise, &report.noise_test) {
+        found.extend(test.doubt(noise, report.before.tolerance.is_some()));
+    }
+    if let Some(test) = &report.noise_test {
+        found.extend(test.says_little());
+    }
+}
+
+fn arm_warnings(
+    report: &CalibrationReport,
+    arm: ArmIndex,
+    outcome: &ArmOutcome<f64>,
+    found: &mut Vec<String>,
+) {
+    let decided: Vec<_> = Parameter::ALL
+        .into_iter()
+        .map(|parameter| (parameter, outcome.prior_share[parameter.index()]))
+        .filter(|(_, share)| *share > MOSTLY)
+        .map(|(parameter, share)| format!("{parameter} ({:.0} %)", 100.0 * share))
+        .collect();
+    if !decided.is_empty() {
+        found.push(format!(
+            "{arm}: decided by the tolerance more than by the samples: {}",
+            decided.join(", ")
+        ));
+    }
+    if outcome.condition > GOOD_CONDITION {
+        found.push(format!(
+            "{arm}: the poses determine the parameters badly (condition {:.0}): spread them over \
+             the whole workspace",
+            outcome.condition
+        ));
+    }
+    match outcome.start {
+        StartUsed::Reference => {}
+        StartUsed::Free if report.options.no_guess => {}
+        StartUsed::Free => found.push(format!(
+            "{arm}: the fit that starts from the robot file did not lead to the solution, the one \
+             without a guess did: the file's geometry is far off"
+        )),
+        StartUsed::Ikm => found.push(format!(
+            "{arm}: the fit that starts from the robot file did not lead to the best solution, the \
+             one that starts from the IKM method's did"
+        )),
+        StartUsed::Search => found.push(format!(
+            "{arm}: several solutions fit the samples; this is the best or the one nearest to the \
+             robot file"
+        )),
+    }
+}

@@ -1,0 +1,3 @@
+//! Where a robot may be: limits of the joints and of the ball joints.
+
+pub mod reach;

@@ -4,8 +4,8 @@
 //! the true upper arm's length.
 
 use crate::accuracy::information::{ARM, PARAMETERS, closure_rows, tolerance_weights, units};
-use crate::calibration::calibrate::CalibrationMethod;
 use crate::fit::fkm;
+use crate::fit::options::CalibrationMethod;
 use delta_cal::{Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, SMatrix, SVector};
 

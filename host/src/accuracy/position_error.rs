@@ -1,7 +1,8 @@
 //! How far the measured positions are from where a geometry says they are.
 
 use crate::files::samples_file::Row;
-use crate::fit::robust::SampleWeight;
+use crate::fit::outlier::OUTLIER;
+use crate::fit::weights::SampleWeight;
 use delta_cal::{Robot, Sample};
 
 /// How far the measured positions are from where a robot's geometry says they are, mm.
@@ -66,7 +67,34 @@ pub(crate) fn median(sorted: &[(f64, u64)]) -> f64 {
     middle.map_or(f64::NAN, |(distance, _)| *distance)
 }
 
+/// Measured positions further than this part of the forearm from where the robot should be are in
+/// another frame, another unit or of other joints.
+const ELSEWHERE: f64 = 0.05;
+
 impl PositionError {
+    /// Whether the measured points lie where another frame, unit or order of joints would put them.
+    pub(crate) fn lies_elsewhere(&self, robot: &Robot<f64>) -> bool {
+        let [arm, ..] = robot.arms();
+        !(self.median <= ELSEWHERE * arm.lb())
+    }
+
+    /// Whether a sample this far off is an outlier among the others.
+    pub(crate) fn is_outlier(&self, distance: f64) -> bool {
+        distance > OUTLIER * self.median
+    }
+
+    /// The sample that is much further off than the others, if there is one.
+    pub(crate) fn outlier(&self) -> Option<String> {
+        let line = self.max_at_line?;
+        self.is_outlier(self.max).then(|| {
+            format!(
+                "the sample in line {line} is {:.3} mm from where the robot would be, half of the \
+                 samples less than {:.3} mm",
+                self.max, self.median
+            )
+        })
+    }
+
     /// Over the samples that are not suspected.
     pub(crate) fn of_counted<T>(
         distances: &[Option<f64>],

@@ -1,8 +1,9 @@
 //! What the residuals say of the measurement noise: χ² against a stated one, and an estimate.
 
 use crate::accuracy::position_uncertainty::PositionUncertainty;
-use crate::calibration::calibrate::CalibrationMethod;
-use crate::calibration::report::CalibrationReport;
+use crate::files::robot_file::RobotFile;
+use crate::fit::options::CalibrationMethod;
+use crate::fit::outcome::Outcome;
 use crate::text::numbers::significant;
 use delta_cal::{ArmIndex, ArmOutcome, Noise, Parameter, Robot, Sample};
 use nalgebra::{SMatrix, SVector};
@@ -102,24 +103,28 @@ impl Estimate {
 
 impl NoiseTest {
     /// Of a calibration; `None` if no sample is left over to tell it from.
-    pub(crate) fn of(report: &CalibrationReport) -> Option<Self> {
-        let arms = &report.outcome.robot.arms;
+    pub(crate) fn of(
+        before: &RobotFile,
+        method: CalibrationMethod,
+        outcome: &Outcome,
+        measured: &[Sample<f64>],
+    ) -> Option<Self> {
+        let arms = &outcome.robot.arms;
         let freedom: f64 = arms.iter().map(|arm| arm.degrees_of_freedom).sum();
         if !(freedom >= 1.0) {
             return None;
         }
-        let stated = report.before.noise;
-        let shared = match report.options.method {
+        let stated = before.noise;
+        let shared = match method {
             CalibrationMethod::Fkm => 1.0,
             CalibrationMethod::Ikm => {
-                let measured: Vec<_> = report.sample_errors.iter().map(|s| s.measured).collect();
-                independent_share(&report.outcome.robot.robot, &measured, stated.as_ref())
+                independent_share(&outcome.robot.robot, measured, stated.as_ref())
             }
         };
         let independent = (shared * freedom).max(1.0);
-        let tolerated = tolerated(report);
+        let tolerated = tolerated(before, measured);
         let Some(noise) = stated else {
-            let sigma = report.outcome.estimated_noise()?;
+            let sigma = outcome.estimated_noise()?;
             return Some(Self {
                 position: Estimate::of_sigma(sigma, independent)?,
                 degrees_of_freedom: independent,
@@ -133,7 +138,7 @@ impl NoiseTest {
             .map(|arm| worth(arm) * arm.residual_rms.powi(2))
             .sum();
         let ratio = (squares / freedom).sqrt();
-        let worst = (report.options.method == CalibrationMethod::Ikm).then(|| {
+        let worst = (method == CalibrationMethod::Ikm).then(|| {
             ArmIndex::ALL
                 .into_iter()
                 .zip(arms)
@@ -296,20 +301,19 @@ pub(crate) fn statement(noise: &Noise<f64>, ratio: f64) -> String {
 }
 
 /// See [`NoiseTest::tolerated`].
-fn tolerated(report: &CalibrationReport) -> Option<f64> {
-    let tolerance = report.before.tolerance.as_ref()?;
+fn tolerated(before: &RobotFile, measured: &[Sample<f64>]) -> Option<f64> {
+    let tolerance = before.tolerance.as_ref()?;
     let variances = Parameter::ALL.map(|parameter| tolerance.of(parameter).powi(2));
     let diagonal = SVector::<f64, 24>::from_fn(|index, _| variances[index % 8]);
     let uncertainty = PositionUncertainty {
-        robot: &report.before.robot,
+        robot: &before.robot,
         covariance: &SMatrix::from_diagonal(&diagonal),
     };
-    let mut coordinates: Vec<_> = report
-        .sample_errors
+    let mut coordinates: Vec<_> = measured
         .iter()
         .filter_map(|sample| {
-            let joints = &sample.measured.joints;
-            let position = report.before.robot.forward(joints).ok()?;
+            let joints = &sample.joints;
+            let position = before.robot.forward(joints).ok()?;
             let covariance = uncertainty.covariance(&position, joints)?;
             Some((covariance.trace() / 3.0).sqrt())
         })

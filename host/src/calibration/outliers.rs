@@ -1,31 +1,20 @@
 //! Which samples fit worst, found by fits that assume nothing of noise and tolerance.
 
-use crate::accuracy::position_error::PositionError;
-use crate::accuracy::position_error::{distances, median, sorted};
-use crate::calibration::calibrate::Options;
-use crate::files::samples_file::Row;
+use super::case::Case;
+use crate::accuracy::position_error::{PositionError, distances, median, sorted};
+use crate::fit::outlier::SUSPECT;
 use crate::text::words::list;
-use delta_cal::{Calibrator, Robot, Sample, Settings};
+use delta_cal::{Calibrator, Settings};
 
-/// A sample this many times as far off as the median sample fits badly.
-const OUTLIER: f64 = 4.0;
 /// How many of them are named.
 const NAMED: usize = 3;
 /// Distances below this part of the forearm are rounding errors.
 const ROUNDING: f64 = 1e-6;
-/// One sample among more than this many cannot draw the fit to itself.
+/// One sample among more than this many cannot draw the fit to itself. So there are no more than
+/// `MANY + NAMED + 2` fits: one without each sample, and those that leave out one after the other.
 const MANY: usize = 200;
 /// So many samples or more determine an arm without a guess, and average the noise a little.
 const ENOUGH: usize = 12;
-
-/// The samples of a robot and how to fit them.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Fit<'a> {
-    pub(crate) nominal: &'a Robot<f64>,
-    pub(crate) measured: &'a [Sample<f64>],
-    pub(crate) rows: &'a [Row<Sample<f64>>],
-    pub(crate) options: Options,
-}
 
 /// Samples left out of a fit, and how far every sample is off after it.
 struct Without {
@@ -33,9 +22,17 @@ struct Without {
     distances: Vec<Option<f64>>,
 }
 
-impl Fit<'_> {
-    /// The samples that fit worst, in words; `None` if none stands out or the samples give no fit.
-    pub(crate) fn worst_samples(&self) -> Option<String> {
+/// The samples that fit worst, in words; `None` if none stands out or the samples give no fit.
+pub(super) fn worst_samples(case: &Case<'_>) -> Option<String> {
+    Search { case }.worst_samples()
+}
+
+struct Search<'a> {
+    case: &'a Case<'a>,
+}
+
+impl Search<'_> {
+    fn worst_samples(&self) -> Option<String> {
         let without = self
             .one_after_the_other()
             .or_else(|| self.one_that_spoils_the_fit())?;
@@ -44,7 +41,7 @@ impl Fit<'_> {
             .iter()
             .filter_map(|index| {
                 let distance = (*without.distances.get(*index)?)?;
-                Some((distance, self.rows.get(*index)?.line))
+                Some((distance, self.case.samples.rows.get(*index)?.line))
             })
             .collect();
         worst.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -61,30 +58,31 @@ impl Fit<'_> {
             "{subject} {} {fit} worst, half of the samples are off by less than {:.3} mm: \
              measure {them} again or leave {them} out",
             list(&named),
-            median(&sorted(&without.distances, self.rows))
+            median(&sorted(&without.distances, &self.case.samples.rows))
         ))
     }
 
     /// Fits without these samples.
     fn without(&self, left_out: &[usize]) -> Option<Without> {
         let settings = Settings {
-            method: self.options.solver,
-            start: self.options.start(),
+            method: self.case.options.solver,
+            start: self.case.options.start(),
             ..Settings::default()
         };
         let kept: Vec<_> = self
+            .case
             .measured
             .iter()
             .enumerate()
             .filter(|(index, _)| !left_out.contains(index))
             .map(|(_, sample)| *sample)
             .collect();
-        let mut calibrator = Calibrator::new(self.nominal, &settings);
+        let mut calibrator = Calibrator::new(&self.case.robot.robot, &settings);
         calibrator.add_many(&kept).ok()?;
         let outcome = calibrator.solve().ok()?;
         Some(Without {
             left_out: left_out.to_vec(),
-            distances: distances(&outcome.robot, self.measured),
+            distances: distances(&outcome.robot, &self.case.measured),
         })
     }
 
@@ -121,22 +119,23 @@ impl Fit<'_> {
     }
 
     fn least_outlier(&self, distances: &[Option<f64>]) -> f64 {
-        let [arm, ..] = self.nominal.arms();
-        let median = median(&sorted(distances, self.rows));
-        (OUTLIER * median).max(ROUNDING * arm.lb())
+        let [arm, ..] = self.case.robot.robot.arms();
+        let median = median(&sorted(distances, &self.case.samples.rows));
+        (SUSPECT * median).max(ROUNDING * arm.lb())
     }
 
     /// At the edge of the poses one sample can draw the fit to itself, so that none stands out. It
     /// does when the fit leaves it out; without it, the others fit far better.
     fn one_that_spoils_the_fit(&self) -> Option<Without> {
-        if !(ENOUGH + 1..=MANY).contains(&self.measured.len()) {
+        if !(ENOUGH + 1..=MANY).contains(&self.case.measured.len()) {
             return None;
         }
-        let rms = |distances: &[Option<f64>]| PositionError::of(distances, self.rows).rms;
+        let rms =
+            |distances: &[Option<f64>]| PositionError::of(distances, &self.case.samples.rows).rms;
         let together = self.without(&[]);
-        let mut least = together.map_or(f64::INFINITY, |fit| rms(&fit.distances) / OUTLIER);
+        let mut least = together.map_or(f64::INFINITY, |fit| rms(&fit.distances) / SUSPECT);
         let mut found = None;
-        for index in 0..self.measured.len() {
+        for index in 0..self.case.measured.len() {
             let Some(fit) = self.without(&[index]) else {
                 continue;
             };

@@ -3,10 +3,11 @@
 use crate::accuracy::position_error::{PositionError, SampleErrors};
 use crate::accuracy::position_uncertainty::UncertaintyMap;
 use crate::accuracy::workspace_comparison::WorkspaceComparison;
-use crate::calibration::calibrate::Options;
 use crate::calibration::diagnosis::Diagnosis;
 use crate::calibration::noise_test::NoiseTest;
+use crate::calibration::thresholds::FEW_SAMPLES;
 use crate::files::robot_file::RobotFile;
+use crate::fit::options::Options;
 use crate::fit::outcome::Outcome;
 use crate::fit::stream::StreamReport;
 use delta_cal::Noise;
@@ -58,6 +59,13 @@ impl CalibrationReport {
         let samples = self.sample_errors.iter();
         samples.filter(|sample| sample.weight.suspected)
     }
+    /// Whether a sample stands out after the calibration.
+    pub(crate) fn stands_out(&self, sample: &SampleErrors) -> bool {
+        let outlying = |distance| self.error_after.is_outlier(distance);
+        let stands_out = self.samples >= FEW_SAMPLES && sample.after.is_some_and(outlying);
+        sample.weight.suspected || stands_out
+    }
+
     /// What explains the samples better is the gravest doubt.
     pub(crate) fn diagnosed(mut self, diagnosis: Option<Diagnosis>) -> Self {
         if let Some(diagnosis) = &diagnosis {

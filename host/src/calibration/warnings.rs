@@ -1,20 +1,11 @@
 //! What is doubtful about a calibration that was not refused.
 
-use crate::accuracy::position_error::SampleErrors;
-use crate::calibration::calibrate::Frame;
 use crate::calibration::plausibility::doubtful;
-use crate::calibration::refusal::{is_outlier, lies_elsewhere, outlier};
 use crate::calibration::report::CalibrationReport;
+use crate::calibration::thresholds::{FEW_SAMPLES, GOOD_CONDITION, MOSTLY};
+use crate::fit::options::Frame;
 use crate::text::words::{count, in_lines};
 use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
-
-/// A parameter is the tolerance's rather than the samples' beyond this share.
-pub(crate) const MOSTLY: f64 = 0.5;
-/// Without a tolerance, fewer samples than this may have several solutions.
-const FEW_SAMPLES: usize = 12;
-/// Below it a condition is good. Above, the parameters are known a hundred times worse than each
-/// alone would be.
-pub(crate) const GOOD_CONDITION: f64 = 100.0;
 
 /// Every doubt, the gravest first.
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
@@ -59,13 +50,6 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
     found
 }
 
-/// Whether a sample stands out after the calibration.
-pub(crate) fn stands_out(report: &CalibrationReport, sample: &SampleErrors) -> bool {
-    let outlying = |distance| is_outlier(&report.error_after, distance);
-    let stands_out = report.samples >= FEW_SAMPLES && sample.after.is_some_and(outlying);
-    sample.weight.suspected || stands_out
-}
-
 fn suspected_samples(report: &CalibrationReport, found: &mut Vec<String>) {
     let lines: Vec<_> = report.suspected().map(|sample| sample.line).collect();
     if !lines.is_empty() {
@@ -102,13 +86,13 @@ fn position_error(report: &CalibrationReport, found: &mut Vec<String>) {
     }
     // Below twelve samples the fit gets arbitrarily near to some of them.
     if report.samples >= FEW_SAMPLES
-        && let Some(outlier) = outlier(after)
+        && let Some(outlier) = after.outlier()
     {
         found.push(format!(
             "after the calibration, {outlier}: it may be an outlier"
         ));
     }
-    if !report.options.no_guess && lies_elsewhere(&report.before.robot, before) {
+    if !report.options.no_guess && before.lies_elsewhere(&report.before.robot) {
         let hint = match report.options.frame {
             Frame::Base => "they may be in the sensor's frame (--frame sensor) or in another unit",
             Frame::Sensor => "check the units and the order of the joints",

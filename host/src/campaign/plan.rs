@@ -1,7 +1,7 @@
 //! What a campaign computes: its scenarios, its variants, and which robots.
 
-use crate::calibration::calibrate::CalibrationMethod;
 use crate::files::robot_file::RobotFile;
+use crate::fit::options::CalibrationMethod;
 use delta_cal::{Method, Noise, Start, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;

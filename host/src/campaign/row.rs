@@ -4,7 +4,7 @@ use super::plan::{Plan, Scenario, Variant};
 use super::planned::PlannedPoses;
 use super::simulation::{SimulatedRobot, seed, simulate};
 use super::trial::{bound, calibrate, error_before, worth};
-use crate::calibration::calibrate::CalibrationMethod;
+use crate::fit::options::CalibrationMethod;
 use delta_cal::{Parameter, Refusal};
 use serde::Serialize;
 use std::time::Duration;

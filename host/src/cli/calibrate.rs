@@ -7,8 +7,8 @@ use delta_cal_host::files::{example, output};
 use delta_cal_host::report::calibration::json::{JsonRefusal, JsonReport};
 use delta_cal_host::report::calibration::{html, stream, table};
 use delta_cal_host::{
-    CalibrateError, CalibrationMethod, CalibrationReport, Frame, InputError, InputText, Options,
-    Refused, RobotFile, SamplesFile, calibrate,
+    CalibrateError, CalibrationReport, Frame, InputText, RobotFile, SamplesFile, calibrate,
+    read_samples,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -17,11 +17,11 @@ const OTHER_NAME: &str = "give the output another name";
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
-    check_streaming(arguments.options())?;
+    arguments.options().check().map_err(CalibrateError::from)?;
     let simulated = arguments.robot.is_none();
     let (robot, samples) = inputs(arguments)?;
     let report = match calibrate(&robot, &samples, arguments.options()) {
-        Err(CalibrateError::Refused(refused)) => return Err(refusal(arguments, refused)),
+        Err(error) if error.refused() => return Err(refusal(arguments, error)),
         result => result?,
     };
 
@@ -73,14 +73,14 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
 }
 
 /// A refusal writes no file; a program that reads standard output is told there as well.
-fn refusal(arguments: &CalibrateArguments, refused: Refused) -> Failure {
+fn refusal(arguments: &CalibrateArguments, refused: CalibrateError) -> Failure {
     if arguments.json.as_deref().is_some_and(is_stream)
         && let Ok(text) = JsonRefusal::new(&refused).to_text()
         && let Err(failure) = print(&text)
     {
         return failure;
     }
-    Failure::Refused(refused)
+    Failure::Calibrate(refused)
 }
 
 fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
@@ -107,26 +107,12 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     )
 }
 
-fn check_streaming(options: Options) -> Result<(), Failure> {
-    let plain = options.method == CalibrationMethod::Ikm && options.loss.is_none();
-    if options.streaming.asked() && !plain {
-        return Err(Failure::Usage {
-            cause:
-                "--gate, --held-out and --forget take the samples one after the other, which only \
-                    --method ikm with --loss squared can"
-                    .to_owned(),
-            remedy: "leave out --method and --loss, or those".to_owned(),
-        });
-    }
-    Ok(())
-}
-
-fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), InputError> {
+fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), CalibrateError> {
     let (Some(robot), Some(samples)) = (&arguments.robot, &arguments.samples) else {
-        return example::load();
+        return Ok(example::load()?);
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = SamplesFile::read_for(&read(samples)?, &robot, arguments.options())?;
+    let samples = read_samples(&read(samples)?, &robot, arguments.options())?;
     Ok((robot, samples))
 }
 

@@ -15,7 +15,7 @@ use super::print;
 use args::{DeviceCommand, Files};
 use delta_cal_host::device::report::json::JsonDeviceReport;
 use delta_cal_host::files::{example, output};
-use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile};
+use delta_cal_host::{CalibrateError, InputText, RobotFile, SamplesFile, read_samples};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -32,12 +32,12 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
 }
 
 /// The two files, or the built-in example.
-fn inputs(files: &Files) -> Result<(RobotFile, SamplesFile), InputError> {
+fn inputs(files: &Files) -> Result<(RobotFile, SamplesFile), CalibrateError> {
     let (Some(robot), Some(samples)) = (&files.robot, &files.samples) else {
-        return example::load();
+        return Ok(example::load()?);
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = SamplesFile::read_for(&read(samples)?, &robot, files.options())?;
+    let samples = read_samples(&read(samples)?, &robot, files.options())?;
     Ok((robot, samples))
 }
 

@@ -268,7 +268,7 @@ fn check_paths(arguments: &PlanArguments) -> Result<(), Failure> {
 pub(super) fn failure(robot: &RobotFile, error: PlanError) -> Failure {
     let remedy = error.remedy();
     match error {
-        PlanError::NoPose => Failure::Input(
+        PlanError::NoPose => Failure::from(
             InputError::new(&robot.name, error.to_string())
                 .at_key("[joints]")
                 .with_remedy(remedy),

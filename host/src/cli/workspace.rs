@@ -173,7 +173,7 @@ fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {
 /// Which robot has no workspace, and why.
 fn failure(error: &WorkspaceError, of: &str) -> Failure {
     let error = InputError::new(of, error.to_string()).with_remedy(error.remedy());
-    Failure::Input(error)
+    error.into()
 }
 
 /// Writes everything and says so.

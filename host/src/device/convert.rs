@@ -3,9 +3,9 @@
 use super::error::DeviceError;
 use super::number::Number;
 use super::session::{Assumptions, Measurement};
-use crate::calibration::calibrate::Options;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
+use crate::fit::options::Options;
 use delta_cal::{Arm, ArmOutcome, GeometryError, Parameter, Real, Robot, RobotOutcome};
 use delta_cal_protocol::ArmReport;
 use nalgebra::{SMatrix, SVector};

@@ -8,13 +8,14 @@ use super::number::Number;
 use super::session::{self, Finished, Step};
 use super::transport::Transport;
 use super::verify::{Comparison, compare, solve_here};
-use crate::calibration::calibrate::{CalibrateError, Options};
-use crate::calibration::calibrate::{calibrated_elsewhere, settings};
-use crate::calibration::refusal::Refused;
+use crate::calibration::calibrated_elsewhere;
+use crate::calibration::case::settings;
+use crate::calibration::error::CalibrateError;
 use crate::calibration::report::CalibrationReport;
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
+use crate::fit::options::Options;
 use crate::text::words::in_file_units;
 use delta_cal::{ArmIndex, Parameter, ParameterKind};
 use delta_cal_protocol::{ParameterSet, fingerprint};
@@ -31,18 +32,15 @@ const NAMED: usize = 3;
 pub enum DeviceFailure {
     /// The controller, or the link to it.
     Device(DeviceError),
-    /// A file.
-    Input(InputError),
-    /// The measurements cannot calibrate this robot.
-    Refused(Refused),
+    /// A file, or measurements that cannot calibrate this robot.
+    Calibrate(CalibrateError),
 }
 
 impl fmt::Display for DeviceFailure {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Device(error) => error.fmt(formatter),
-            Self::Input(error) => error.fmt(formatter),
-            Self::Refused(refused) => refused.fmt(formatter),
+            Self::Calibrate(error) => error.fmt(formatter),
         }
     }
 }
@@ -55,24 +53,9 @@ impl From<DeviceError> for DeviceFailure {
     }
 }
 
-impl From<InputError> for DeviceFailure {
-    fn from(error: InputError) -> Self {
-        Self::Input(error)
-    }
-}
-
-impl From<CalibrateError> for DeviceFailure {
-    fn from(error: CalibrateError) -> Self {
-        match error {
-            CalibrateError::Input(error) => Self::Input(error),
-            CalibrateError::Refused(refused) => Self::Refused(refused),
-        }
-    }
-}
-
-impl From<Refused> for DeviceFailure {
-    fn from(refused: Refused) -> Self {
-        Self::Refused(refused)
+impl<E: Into<CalibrateError>> From<E> for DeviceFailure {
+    fn from(error: E) -> Self {
+        Self::Calibrate(error.into())
     }
 }
 
@@ -124,9 +107,7 @@ fn calibrated<T: Number, L: Transport>(
 /// A sample that is not taken is a fault of the file.
 fn in_file(samples: &SamplesFile, error: DeviceError) -> DeviceFailure {
     match error {
-        DeviceError::Sample { index, error } => {
-            DeviceFailure::Input(samples.fault(index, error.to_string()))
-        }
+        DeviceError::Sample { index, error } => samples.fault(index, error.to_string()).into(),
         other => DeviceFailure::Device(other),
     }
 }

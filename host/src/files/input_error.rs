@@ -1,6 +1,5 @@
 //! What is wrong with an input file, where, and what to do about it.
 
-use crate::calibration::diagnosis::Diagnosis;
 use std::error::Error;
 use std::fmt;
 
@@ -12,7 +11,6 @@ pub struct InputError {
     place: Option<Place>,
     cause: String,
     remedy: Option<String>,
-    diagnosis: Option<Box<Diagnosis>>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,7 +28,6 @@ impl InputError {
             place: None,
             cause: cause.into(),
             remedy: None,
-            diagnosis: None,
         }
     }
 
@@ -60,19 +57,6 @@ impl InputError {
     pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into());
         self
-    }
-
-    /// What would explain the file as a whole; its remedy is in place of this fault's.
-    #[must_use]
-    pub(crate) fn with_diagnosis(mut self, diagnosis: Diagnosis) -> Self {
-        self.remedy = Some(diagnosis.remedy());
-        self.diagnosis = Some(Box::new(diagnosis));
-        self
-    }
-
-    /// What would explain the file as a whole, if anything does.
-    pub fn diagnosis(&self) -> Option<&Diagnosis> {
-        self.diagnosis.as_deref()
     }
 
     /// The line at fault, if it is one.

@@ -3,11 +3,8 @@
 mod columns;
 mod records;
 
-use crate::calibration::calibrate::Options;
-use crate::calibration::diagnosis::Diagnosis;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
-use crate::files::robot_file::RobotFile;
 use crate::text::units::degrees;
 use columns::{Quantity, Table};
 use delta_cal::{JointLimits, Sample};
@@ -66,20 +63,6 @@ impl SamplesFile {
     /// does not parse or is not finite, a joint angle more than 1° outside the limits, no rows.
     pub fn read(input: &InputText, limits: &JointLimits<f64>) -> Result<Self, InputError> {
         Self::read_within(input, Some(limits))
-    }
-
-    /// Reads the samples of a robot that is to be calibrated. What would explain joint angles outside
-    /// its limits by a fault of the whole file is said.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn read_for(
-        input: &InputText,
-        robot: &RobotFile,
-        options: Options,
-    ) -> Result<Self, InputError> {
-        Self::read(input, &robot.limits)
-            .map_err(|error| Diagnosis::of_unread(robot, input, options, error))
     }
 
     /// As [`read`](Self::read), whatever the joint angles.

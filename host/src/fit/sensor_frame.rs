@@ -1,10 +1,10 @@
 //! Where the sensor stands: the frame in which the measured points are where the robot of the file
 //! would be.
 
-use crate::calibration::calibrate::Options;
-use crate::calibration::refusal::OUTLIER;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
+use crate::fit::options::Options;
+use crate::fit::outlier::OUTLIER;
 use crate::text::words::count;
 use delta_cal::{AlignmentError, RigidTransform};
 use nalgebra::{Matrix3, Vector3};

@@ -2,31 +2,14 @@
 //! decision is the core's, as firmware would make it.
 
 use crate::files::samples_file::Row;
+use crate::fit::options::Streaming;
 use crate::fit::outcome::Outcome;
-use crate::fit::robust::{RobustFit, SampleWeight};
+use crate::fit::weights::{Fit, SampleWeight};
 use delta_cal::{
     Alarm, Calibrator, Gate, GateCounts, HeldOut, HeldOutRefusal, Innovation, Memory, Refusal,
     Robot, RobotOutcome, Sample, SampleError, Settings, Validation, Verdict,
 };
 use std::num::NonZeroU32;
-
-/// What is done with samples because they come one after the other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Streaming {
-    /// Each sample is tested before it is taken in.
-    pub gate: bool,
-    /// Every so manieth sample is held out of the fit and judges it; not together with the others.
-    pub held_out: Option<NonZeroU32>,
-    /// Samples fade, with a memory of so many.
-    pub forget: Option<NonZeroU32>,
-}
-
-impl Streaming {
-    /// Whether anything is.
-    pub fn asked(self) -> bool {
-        self != Self::default()
-    }
-}
 
 /// A sample that the gate did not take in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,7 +75,7 @@ pub(crate) fn calibrate(
     measured: &[Sample<f64>],
     rows: &[Row<Sample<f64>>],
     asked: Streaming,
-) -> Result<(RobustFit, StreamReport), StreamRefusal> {
+) -> Result<(Fit, StreamReport), StreamRefusal> {
     let mut calibrator = Calibrator::new(robot, settings);
     let memory = asked
         .forget
@@ -126,7 +109,7 @@ pub(crate) fn calibrate(
         }
         calibrator.solve()?
     };
-    let fit = RobustFit {
+    let fit = Fit {
         outcome: Outcome::from(outcome),
         samples: weights,
         settled: true,

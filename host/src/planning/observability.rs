@@ -13,10 +13,10 @@ pub use combination::Combination;
 pub use indices::Indices;
 
 use crate::accuracy::information::{ARM, PARAMETERS, closure_rows, position_rows, units};
-use crate::calibration::calibrate::CalibrationMethod;
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
+use crate::fit::options::CalibrationMethod;
 use crate::planning::poses::Assumptions;
 use delta_cal::limits::LARGEST_SIGMA;
 use delta_cal::{ArmIndex, Parameter, Sample};

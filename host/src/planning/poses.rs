@@ -27,8 +27,8 @@ pub use next::{NextPoses, next_poses};
 pub use region::{Region, RegionError};
 pub use travel::{distance, length, ordered};
 
-use crate::calibration::calibrate::CalibrationMethod;
 use crate::files::robot_file::RobotFile;
+use crate::fit::options::CalibrationMethod;
 use candidates::Selection;
 use delta_cal::{Noise, NoiseError, Sample, Tolerance};
 use rand_core::SeedableRng;

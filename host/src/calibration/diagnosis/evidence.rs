@@ -1,11 +1,11 @@
 //! How well the samples agree with the robot file if a fault is undone.
 
 use super::hypothesis::{Fault, are_two, faults, undone};
-use crate::calibration::calibrate;
-use crate::calibration::calibrate::{Frame, Options};
+use crate::calibration::attempt::position_error_after;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
 use crate::files::samples_file::outside_limits;
+use crate::fit::options::{Frame, Options};
 use crate::fit::sensor_frame::degenerate;
 use delta_cal::{RigidTransform, Sample};
 use nalgebra::Vector3;
@@ -233,5 +233,5 @@ pub(super) fn calibrated(
         },
         ..options
     };
-    calibrate::position_error_after(&robot, &samples, options)
+    position_error_after(&robot, &samples, options)
 }

@@ -1,6 +1,6 @@
 //! What can be wrong with a file of samples as a whole, and how the samples would read without it.
 
-use crate::calibration::calibrate::Frame;
+use crate::fit::options::Frame;
 use delta_cal::{Arm, Robot, Sample};
 use std::f64::consts::PI;
 

@@ -1,8 +1,8 @@
 //! Faults in sentences.
 
 use super::hypothesis::{AngleUnit, Fault, LengthUnit, handedness};
-use crate::calibration::calibrate::Frame;
 use crate::files::samples_file::SamplesFile;
+use crate::fit::options::Frame;
 use crate::text::words::list;
 
 const COORDINATES: [&str; 3] = ["x", "y", "z"];

@@ -1,13 +1,15 @@
 //! Residuals that are too large to be noise, stated or not.
 
-use super::{CHECK, Circumstances, Refused};
-use crate::calibration::calibrate::CalibrationMethod;
+use super::Refused;
+use super::advice::CHECK;
+use super::explain::Explainer;
 use crate::calibration::noise_test::NoiseTest;
+use crate::fit::options::CalibrationMethod;
 use crate::text::numbers::significant;
 
-impl Circumstances<'_> {
+impl Explainer<'_> {
     /// Without a stated noise, residuals that the tolerance does not explain.
-    pub(crate) fn explain_noise_beyond_tolerance(&self, test: &NoiseTest) -> Refused {
+    pub(super) fn noise_beyond_tolerance(&self, test: &NoiseTest) -> Refused {
         let tolerated = test.tolerated.map_or_else(String::new, significant);
         let cause = format!(
             "no [noise] is stated, and if the residuals were noise it would be {} in each \
@@ -24,19 +26,19 @@ impl Circumstances<'_> {
 
     /// What noise the residuals would be, if they were all noise.
     pub(super) fn residuals_say(&self, ratio: f64) -> String {
-        let samples = u32::try_from(self.samples.rows.len()).map_or(f64::INFINITY, f64::from);
-        let per_sample = match self.options.method {
+        let samples = u32::try_from(self.case.samples.rows.len()).map_or(f64::INFINITY, f64::from);
+        let per_sample = match self.case.options.method {
             CalibrationMethod::Ikm => 1.0,
             CalibrationMethod::Fkm => 3.0,
         };
-        let parameters = if self.robot.tolerance.is_some() {
+        let parameters = if self.case.robot.tolerance.is_some() {
             0.0
         } else {
             8.0
         };
         // As the refusal counted them.
         let freedom = (per_sample * (samples - parameters)).max(1.0);
-        self.robot.noise.as_ref().map_or(String::new(), |noise| {
+        self.case.robot.noise.as_ref().map_or(String::new(), |noise| {
             let test = NoiseTest::against(noise, ratio, freedom, None);
             test.map_or(String::new(), |test| {
                 format!(

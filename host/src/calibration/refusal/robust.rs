@@ -1,85 +1,32 @@
-//! What a robust fit has to say of measurements: why it is refused, and whether it would help.
+//! Why a robust fit is refused.
 
-use super::{CHECK, Circumstances, Refused, SPREAD, lies_elsewhere};
-use crate::accuracy::position_error::PositionError;
-use crate::accuracy::position_error::distances;
-use crate::calibration::calibrate::CalibrateError;
-use crate::calibration::plausibility;
-use crate::fit::robust::calibrate_robust;
-use crate::text::words::{count, in_lines};
-use delta_cal::{Loss, RobustRefusal};
+use super::Refused;
+use super::advice::{CHECK, SPREAD};
+use super::explain::Explainer;
+use crate::text::words::count;
+use delta_cal::RobustRefusal;
 
-/// More samples are not fitted again for the sake of a hint.
-const MANY: usize = 2000;
-
-impl Circumstances<'_> {
+impl Explainer<'_> {
     /// The core's refusal of a robust fit.
-    pub(crate) fn explain_robust(&self, refusal: &RobustRefusal) -> CalibrateError {
+    pub(super) fn robust(&self, refusal: &RobustRefusal) -> Refused {
         match *refusal {
-            RobustRefusal::Fit(ref refusal) => self.explain(refusal).into(),
-            RobustRefusal::Sample(index, error) => {
-                CalibrateError::Input(self.samples.fault(index, error.to_string()))
-            }
             RobustRefusal::TooFewSamples { samples, needed } => Refused {
                 cause: format!(
                     "{}: {} are too few for a robust fit: half of them must determine an arm's 8 \
                      parameters, so it needs {needed}",
-                    self.samples.name,
+                    self.case.samples.name,
                     count(samples, "sample")
                 ),
                 remedy: format!("measure more poses and {SPREAD}, or use --loss squared"),
-                diagnosis: None,
-            }
-            .into(),
-            RobustRefusal::TooManySuspected { suspected, samples } => self
-                .refused(
-                    &format!(
-                        "{suspected} of {samples} samples disagree with the others: with so many it \
+            },
+            RobustRefusal::TooManySuspected { suspected, samples } => self.refused(
+                &format!(
+                    "{suspected} of {samples} samples disagree with the others: with so many it \
                          is not known which are the wrong ones"
-                    ),
-                    format!("{CHECK}; did the sensor or the robot's base move meanwhile?"),
-                )
-                .into(),
-            ref other => self.refused(&other.to_string(), CHECK.to_owned()).into(),
+                ),
+                format!("{CHECK}; did the sensor or the robot's base move meanwhile?"),
+            ),
+            ref other => self.refused(&other.to_string(), CHECK.to_owned()),
         }
-    }
-
-    /// That a robust fit does calibrate the robot, if it does and was not asked for.
-    pub(super) fn without_wrong_samples(&self) -> Option<String> {
-        if self.options.loss.is_some()
-            || self.options.streaming.asked()
-            || self.measured.len() > MANY
-        {
-            return None;
-        }
-        let nominal = &self.robot.robot;
-        let settings = crate::calibration::calibrate::settings(self.robot, self.options).ok()?;
-        let method = self.options.method;
-        let fit = calibrate_robust(nominal, self.measured, &settings, method, Loss::Tukey).ok()?;
-        let calibrated = &fit.outcome.robot.robot;
-        let fitted = self.samples.rows.iter().zip(&fit.samples);
-        let suspected: Vec<_> = fitted
-            .filter(|(_, sample)| sample.suspected)
-            .map(|(row, _)| row.line)
-            .collect();
-        let apart = distances(calibrated, self.measured);
-        let error = PositionError::of_counted(&apart, &self.samples.rows, &fit.samples);
-        let credible = self.robot.tolerance.is_some()
-            || self.options.no_guess
-            || plausibility::implausible(nominal, calibrated).is_none();
-        (!suspected.is_empty() && credible && !lies_elsewhere(calibrated, &error)).then(|| {
-            let (does, them) = if suspected.len() == 1 {
-                ("does", "it")
-            } else {
-                ("do", "them")
-            };
-            format!(
-                "{} of {} agree with each other, and {} {does} not: {} calibrates without {them}",
-                self.measured.len() - suspected.len(),
-                count(self.measured.len(), "sample"),
-                in_lines(&suspected),
-                self.robust_fit,
-            )
-        })
     }
 }

@@ -1,27 +1,15 @@
 //! What samples in their order have to say against a calibration.
 
-use super::{CHECK, Circumstances, Refused, SPREAD};
-use crate::calibration::calibrate::CalibrateError;
-use crate::fit::stream::StreamRefusal;
+use super::Refused;
+use super::advice::{CHECK, SPREAD};
+use super::explain::Explainer;
 use crate::text::words::count;
 use delta_cal::{Alarm, HeldOutRefusal};
 
-impl Circumstances<'_> {
-    /// The refusal of a calibration that depends on the samples' order.
-    pub(crate) fn explain_stream(&self, refusal: &StreamRefusal) -> CalibrateError {
-        match *refusal {
-            StreamRefusal::Fit(ref refusal) => self.explain(refusal).into(),
-            StreamRefusal::Sample(index, error) => {
-                CalibrateError::Input(self.samples.fault(index, error.to_string()))
-            }
-            StreamRefusal::Alarm { alarm, before, run } => self.alarm(alarm, before, run).into(),
-            StreamRefusal::HeldOut(refusal) => self.held_out(refusal).into(),
-        }
-    }
-
-    fn alarm(&self, alarm: Alarm, before: u64, run: u64) -> Refused {
+impl Explainer<'_> {
+    pub(super) fn alarm(&self, alarm: Alarm, before: u64, run: u64) -> Refused {
         let first = usize::try_from(alarm.first()).unwrap_or(usize::MAX);
-        let line = self.samples.rows.get(first).map_or(0, |row| row.line);
+        let line = self.case.samples.rows.get(first).map_or(0, |row| row.line);
         let before = usize::try_from(before).unwrap_or(usize::MAX);
         let disagree = format!("from line {line} on {run} samples in a row disagree with");
         let (cause, remedy) = match alarm {
@@ -48,13 +36,12 @@ impl Circumstances<'_> {
             ),
         };
         Refused {
-            cause: format!("{}: {cause}", self.samples.name),
+            cause: format!("{}: {cause}", self.case.samples.name),
             remedy,
-            diagnosis: None,
         }
     }
 
-    fn held_out(&self, refusal: HeldOutRefusal) -> Refused {
+    pub(super) fn held_out(&self, refusal: HeldOutRefusal) -> Refused {
         let remedy = match refusal {
             HeldOutRefusal::Contradicted { .. } => {
                 "find out what differs between the samples: --gate names the rows that disagree \
@@ -67,9 +54,8 @@ impl Circumstances<'_> {
             _ => "measure more poses, or hold more of them out".to_owned(),
         };
         Refused {
-            cause: format!("{}: {refusal}", self.samples.name),
+            cause: format!("{}: {refusal}", self.case.samples.name),
             remedy,
-            diagnosis: None,
         }
     }
 }

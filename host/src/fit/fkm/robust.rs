@@ -13,7 +13,7 @@
 use super::problem::{Problem, as_number, residual_length};
 use super::search::Search;
 use crate::fit::outcome::Outcome;
-use crate::fit::robust::{RobustFit, SampleWeight};
+use crate::fit::weights::{Fit, SampleWeight};
 use delta_cal::limits::{LARGEST_SUSPECTED, SUSPECTED};
 use delta_cal::{
     Loss, Noise, Refusal, Robot, RobotOutcome, RobustRefusal, Sample, Settings, Start, StartUsed,
@@ -56,7 +56,7 @@ pub(crate) fn calibrate_robust(
     settings: &Settings<f64>,
     loss: Loss,
     ikm: &RobotOutcome<f64>,
-) -> Result<RobustFit, RobustRefusal> {
+) -> Result<Fit, RobustRefusal> {
     let mut weighing = Weighing {
         robot,
         settings,
@@ -92,7 +92,7 @@ pub(crate) fn calibrate_robust(
     }
     let outcome = weighing.outcome(&sizes, &current, ikm)?;
     let weights = weighing.weights.iter().zip(&weighing.suspected);
-    Ok(RobustFit {
+    Ok(Fit {
         outcome,
         samples: weights
             .map(|(weight, suspected)| SampleWeight {

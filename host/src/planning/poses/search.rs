@@ -6,7 +6,7 @@ use super::exchange::{Candidates, Set};
 use super::rows::{Fkm, Ikm, Model, Rows};
 use super::{Assumptions, PlanError, PlanRequest};
 use crate::accuracy::information::tolerance_weights;
-use crate::calibration::calibrate::CalibrationMethod;
+use crate::fit::options::CalibrationMethod;
 use delta_cal::Sample;
 use nalgebra::SVector;
 use rand_core::{Rng, SeedableRng};

@@ -8,8 +8,8 @@ use super::names::{solver_name, start_name, termination_name};
 use super::suspected::{self, loss_name};
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::position_uncertainty::{Plane, UncertaintyMap};
-use crate::calibration::calibrate::Frame;
 use crate::calibration::report::CalibrationReport;
+use crate::fit::options::Frame;
 use serde::Serialize;
 
 pub use diagnosis::{JsonDiagnosis, JsonExplanation, JsonRefusal};

@@ -4,7 +4,7 @@
 use crate::accuracy::information;
 use crate::accuracy::information::ARM;
 use crate::calibration::report::CalibrationReport;
-use crate::calibration::warnings::{GOOD_CONDITION, MOSTLY, stands_out};
+use crate::calibration::thresholds::{GOOD_CONDITION, MOSTLY};
 use crate::files::robot_file::RobotFile;
 use crate::planning::observability::Combination;
 use crate::planning::poses::{PlanRequest, next_poses};
@@ -58,7 +58,7 @@ pub(super) fn advice(report: &CalibrationReport) -> Vec<String> {
 fn outlying(report: &CalibrationReport) -> Option<String> {
     let samples = report.sample_errors.iter();
     let lines: Vec<_> = samples
-        .filter(|sample| stands_out(report, sample))
+        .filter(|sample| report.stands_out(sample))
         .map(|sample| sample.line.to_string())
         .collect();
     let (them, line) = match lines.len() {

@@ -1,7 +1,7 @@
 //! What came of the samples because they came one after the other.
 
 use crate::calibration::report::CalibrationReport;
-use crate::fit::stream::Streaming;
+use crate::fit::options::Streaming;
 use crate::fit::stream::{GateReport, StreamReport};
 use crate::text::words::count;
 use delta_cal::Validation;

@@ -4,8 +4,8 @@
 use super::comparison::comparisons;
 use super::names::{solver_name, start_name, termination_name};
 use crate::accuracy::position_error::PositionError;
-use crate::calibration::calibrate::Frame;
 use crate::calibration::report::CalibrationReport;
+use crate::fit::options::Frame;
 use crate::render::terminal::heading;
 use crate::text::numbers::small;
 use crate::text::words::count;

@@ -1,8 +1,8 @@
 //! The check for programs.
 
-use crate::calibration::calibrate::CalibrationMethod;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
+use crate::fit::options::CalibrationMethod;
 use crate::planning::observability::{Block, Observability};
 use crate::planning::poses::{Expectation, NextPoses};
 use crate::report::plan::json::{JsonAssumptions, JsonPose};

@@ -2,7 +2,7 @@
 
 use crate::accuracy::position_error::SampleErrors;
 use crate::calibration::report::CalibrationReport;
-use crate::calibration::warnings::{GOOD_CONDITION, stands_out};
+use crate::calibration::thresholds::GOOD_CONDITION;
 use crate::render::plot::{Axis, Colour, Figure, Series, Shape};
 use crate::report::calibration::comparison::{Comparison, comparisons};
 use crate::text::units::degrees;
@@ -186,7 +186,7 @@ fn over_lines<'a>(
 /// The samples that stand out ringed, and some of them with their line.
 fn with_outlying(figure: Figure, report: &CalibrationReport, value: Value) -> Figure {
     let samples = report.sample_errors.iter();
-    let rings = over_lines(samples.filter(|s| stands_out(report, s)), value);
+    let rings = over_lines(samples.filter(|s| report.stands_out(s)), value);
     let labels = rings.iter().take(LABELLED);
     let labels = labels.map(|at| (*at, format!("line {:.0}", at.0)));
     let labels = Shape::Labels(labels.collect());

@@ -1,7 +1,6 @@
 //! The measured poses from above, from two sides, and as seen in space.
 
 use crate::calibration::report::CalibrationReport;
-use crate::calibration::warnings::stands_out;
 use crate::render::plot::{Axis, Colour, Figure, Series, Shape};
 use nalgebra::Vector3;
 
@@ -78,7 +77,7 @@ fn with_samples(figure: Figure, report: &CalibrationReport, project: Projection)
     let outlying = report
         .sample_errors
         .iter()
-        .filter(|sample| stands_out(report, sample));
+        .filter(|sample| report.stands_out(sample));
     let outlying: Vec<_> = outlying
         .map(|sample| {
             (

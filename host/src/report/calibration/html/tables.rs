@@ -1,7 +1,7 @@
 //! The long tables.
 
 use crate::calibration::report::CalibrationReport;
-use crate::calibration::warnings::{MOSTLY, stands_out};
+use crate::calibration::thresholds::MOSTLY;
 use crate::report::calibration::comparison::comparisons;
 use crate::text::numbers::small;
 use crate::text::units::degrees;
@@ -69,7 +69,7 @@ pub(super) fn samples(report: &CalibrationReport) -> Markup {
                 } }
                 tbody {
                     @for sample in &report.sample_errors {
-                        @let outlying = stands_out(report, sample);
+                        @let outlying = report.stands_out(sample);
                         tr.outlying[outlying] {
                             th scope="row" { (sample.line) }
                             @for angle in sample.measured.joints {

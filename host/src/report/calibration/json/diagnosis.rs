@@ -2,7 +2,7 @@
 
 use super::SCHEMA_VERSION;
 use crate::calibration::diagnosis::{Diagnosis, DiagnosisEvidence};
-use crate::calibration::refusal::Refused;
+use crate::calibration::error::CalibrateError;
 use serde::Serialize;
 
 /// What would explain samples that cannot be right as a whole.
@@ -72,13 +72,13 @@ pub struct JsonRefusal {
 
 impl JsonRefusal {
     /// Of a refusal.
-    pub fn new(refused: &Refused) -> Self {
+    pub fn new(error: &CalibrateError) -> Self {
         Self {
             schema_version: SCHEMA_VERSION,
             program_version: env!("CARGO_PKG_VERSION"),
-            refused: refused.to_string(),
-            remedy: refused.remedy().to_owned(),
-            diagnosis: refused.diagnosis().map(JsonDiagnosis::new),
+            refused: error.to_string(),
+            remedy: error.remedy().unwrap_or_default(),
+            diagnosis: error.diagnosis.as_deref().map(JsonDiagnosis::new),
         }
     }
 

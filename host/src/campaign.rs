@@ -20,6 +20,7 @@ mod quantiles;
 mod row;
 mod run;
 mod simulation;
+mod status;
 mod summary;
 mod trial;
 

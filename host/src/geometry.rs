@@ -1,3 +1,5 @@
 //! Where a robot may be: limits of the joints and of the ball joints.
 
+pub(crate) mod joint_limits;
 pub mod reach;
+pub(crate) mod sweep;

@@ -8,7 +8,7 @@ use delta_cal::{
     Arm, JointLimits, Noise, Robot, Sample, SymmetricRobot, random_pose, simulate_sample,
 };
 use delta_cal_host::{
-    CalibrateError, CalibrationMethod, Frame, InputText, Options, RobotFile, SamplesFile, calibrate,
+    CalibrationMethod, Frame, InputText, Options, RobotFile, calibrate, read_samples,
 };
 use nalgebra::{Rotation3, Vector3};
 use rand_core::{Rng, SeedableRng};
@@ -162,14 +162,13 @@ impl Case {
         }
         let robot = self.robot_file();
         let input = InputText::new("samples.csv", &text);
-        let samples = match SamplesFile::read_for(&input, &robot, self.options) {
+        let samples = match read_samples(&input, &robot, self.options) {
             Ok(samples) => samples,
-            Err(error) => return error.diagnosis().map(ToString::to_string),
+            Err(error) => return error.diagnosis.map(|diagnosis| diagnosis.to_string()),
         };
         let diagnosis = match calibrate(&robot, &samples, self.options) {
             Ok(report) => report.diagnosis,
-            Err(CalibrateError::Refused(refused)) => refused.diagnosis().cloned(),
-            Err(CalibrateError::Input(error)) => error.diagnosis().cloned(),
+            Err(error) => error.diagnosis.map(|diagnosis| *diagnosis),
         };
         diagnosis.map(|diagnosis| diagnosis.to_string())
     }

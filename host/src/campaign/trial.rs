@@ -1,8 +1,8 @@
 //! One simulated robot calibrated one way, and what came of it.
 
 use super::plan::{CampaignMethod, Plan, Scenario, Variant};
-use super::row::Status;
 use super::simulation::SimulatedRobot;
+use super::status::Status;
 use crate::accuracy::evaluation::{CramerRaoBound, Evaluation};
 use crate::fit::fkm;
 use delta_cal::{

@@ -1,7 +1,12 @@
-use super::args::CalibrateArguments;
+//! `delta-cal calibrate`.
+
+mod arguments;
+
+pub(crate) use arguments::{CalibrateArguments, HELP};
+
 use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, report_path};
-use super::print;
+use super::print::print;
 use delta_cal::{Loss, Method};
 use delta_cal_host::files::{example, output};
 use delta_cal_host::report::calibration::json::{JsonRefusal, JsonReport};

@@ -1,9 +1,9 @@
 //! `delta-cal check`.
 
-use super::args::MethodArgument;
+use super::choices::MethodArgument;
 use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, robot_path};
-use super::print;
+use super::print::print;
 use clap::Args;
 use delta_cal_host::files::output;
 use delta_cal_host::planning::observability::Observability;

@@ -1,9 +1,9 @@
 //! `delta-cal plan`.
 
-use super::args::MethodArgument;
+use super::choices::MethodArgument;
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same, robot_path};
-use super::print;
+use super::print::print;
 use super::progress::Waiting;
 use clap::{ArgGroup, Args, ValueEnum};
 use delta_cal_host::files::{kinematics, output};

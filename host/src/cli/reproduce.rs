@@ -1,7 +1,7 @@
 //! `delta-cal reproduce`.
 
 use super::failure::Failure;
-use super::print;
+use super::print::print;
 use super::progress::{Bar, interruption};
 use super::simulate;
 use anstyle::Style;

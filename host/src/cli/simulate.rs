@@ -4,7 +4,7 @@ mod table;
 
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
-use super::print;
+use super::print::print;
 use super::progress::{Bar, interruption};
 use clap::{Args, Subcommand};
 use delta_cal_host::InputText;

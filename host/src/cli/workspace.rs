@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, robot_path};
-use super::print;
+use super::print::print;
 use clap::Args;
 use delta_cal_host::files::output;
 use delta_cal_host::report::workspace::contents::Contents;

@@ -334,8 +334,3 @@ fn last_words(process: &mut Process) -> String {
     let last = said.lines().rfind(|line| !line.trim().is_empty());
     last.unwrap_or("without a word").trim().to_owned()
 }
-
-/// The firmware's file, for messages.
-pub(super) fn shown(path: &Path) -> String {
-    path.display().to_string()
-}

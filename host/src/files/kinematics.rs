@@ -3,8 +3,8 @@
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::outside_limits;
 use crate::files::samples_file::{Row, read_joints, read_positions};
+use crate::geometry::joint_limits::outside_limits;
 use crate::text::units::degrees;
 use delta_cal::{ArmIndex, JointLimits, KinematicsError, Sample, Singularity};
 use std::fmt::Write;

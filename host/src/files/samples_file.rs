@@ -2,6 +2,9 @@
 
 mod columns;
 mod records;
+mod row;
+
+pub use row::Row;
 
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
@@ -10,34 +13,10 @@ use columns::{Quantity, Table};
 use delta_cal::{JointLimits, Sample};
 use nalgebra::Vector3;
 
-/// A joint angle may be this many degrees outside the limits: encoder zeros differ.
-const LIMIT_MARGIN: f64 = 1.0;
 /// Degrees and millimetres that are all below this look like radians and metres…
 const OTHER_UNIT: f64 = 2.0;
 /// …if there are so many rows.
 const ROWS_TO_TELL_UNITS: usize = 8;
-
-/// Whether a joint angle is further outside the limits than that, and how to say so.
-pub(crate) fn outside_limits(angle: f64, limits: &JointLimits<f64>) -> Option<String> {
-    let margin = LIMIT_MARGIN.to_radians();
-    (angle < limits.minimum() - margin || angle > limits.maximum() + margin).then(|| {
-        format!(
-            "{:.3}° is more than {LIMIT_MARGIN}° outside the joint limits of {}° to {}°",
-            degrees(angle),
-            degrees(limits.minimum()),
-            degrees(limits.maximum()),
-        )
-    })
-}
-
-/// One row of a file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row<T> {
-    /// Its line in the file, counted from 1.
-    pub line: u64,
-    /// What it holds.
-    pub value: T,
-}
 
 /// What a samples file says: at least one sample.
 ///

@@ -23,6 +23,7 @@ mod colour;
 mod draw;
 mod legend;
 mod png;
+mod style;
 
 pub use axis::Axis;
 pub use colour::{Colour, STEPS};

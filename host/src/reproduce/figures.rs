@@ -1,22 +1,14 @@
 //! The paper's figures, and those that it lacks.
 
+mod band;
 mod basins;
 
+use super::named_figure::NamedFigure;
 use super::{Reproduction, boundary};
 use crate::campaign::{CaseColumns, CaseSummary, Quantiles};
 use crate::render::plot::{Axis, Colour, Figure, Series, Shape};
+use band::{Band, Points, with_band};
 use basins::{basin, one_start};
-
-/// A figure, the name of its files, and what is to be seen in it.
-#[derive(Debug, Clone)]
-pub struct NamedFigure {
-    /// Such as `fig2a`.
-    pub name: &'static str,
-    /// What is drawn.
-    pub figure: Figure,
-    /// One or two sentences.
-    pub caption: String,
-}
 
 /// How a case is calibrated, and how it is drawn.
 struct Way {
@@ -57,16 +49,6 @@ const WAYS: [Way; 4] = [
         colour: Colour::Purple,
     },
 ];
-
-impl NamedFigure {
-    pub(super) fn new(name: &'static str, figure: Figure, caption: impl Into<String>) -> Self {
-        Self {
-            name,
-            figure,
-            caption: caption.into(),
-        }
-    }
-}
 
 /// All of them, in the order of the report.
 pub fn figures(reproduction: &Reproduction) -> Vec<NamedFigure> {
@@ -220,9 +202,6 @@ fn parameter_gains(cases: &[CaseSummary], method: &str) -> Figure {
     figure
 }
 
-type Points = Vec<(f64, f64)>;
-type Band = Vec<(f64, f64, f64)>;
-
 /// Median and 5 % to 95 % of a quantity against the number of poses.
 fn against_poses<'a>(
     cases: impl Iterator<Item = &'a CaseSummary>,
@@ -235,13 +214,6 @@ fn against_poses<'a>(
             Some(((poses, of.median), (poses, of.p05, of.p95)))
         })
         .unzip()
-}
-
-fn with_band(figure: Figure, name: &str, colour: Colour, (line, band): (Points, Band)) -> Figure {
-    figure
-        .with(Series::new("", colour, Shape::Band(band)))
-        .with(Series::new("", colour, Shape::Points(line.clone())))
-        .with(Series::new(name, colour, Shape::Line(line)))
 }
 
 fn position_errors(cases: &[CaseSummary], method: &str) -> Figure {

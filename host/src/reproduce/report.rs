@@ -1,6 +1,7 @@
 //! `report.html` of a reproduction: the paper's numbers beside those found here, and what follows.
 
 mod findings;
+mod shares;
 mod tables;
 
 use super::{NamedFigure, Reproduction, comparisons};

@@ -4,9 +4,9 @@ use super::hypothesis::{Fault, are_two, faults, undone};
 use crate::calibration::attempt::position_error_after;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
-use crate::files::samples_file::outside_limits;
 use crate::fit::options::{Frame, Options};
 use crate::fit::sensor_frame::degenerate;
+use crate::geometry::joint_limits::outside_limits;
 use delta_cal::{RigidTransform, Sample};
 use nalgebra::Vector3;
 

@@ -1,7 +1,7 @@
 use super::args::{CalibrateArguments, LinkArguments};
 use super::connect::{Device, Task, with_device};
+use super::files::{inputs, publish};
 use super::progress::Bar;
-use super::{inputs, publish};
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, refuse_same, report_path};
 use delta_cal_host::device::report::json::{

@@ -1,9 +1,9 @@
 use super::args::{LinkArguments, ParametersArguments, RevertArguments, StatusArguments};
 use super::connect::{Device, Task, with_device};
-use super::publish;
+use super::files::publish;
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, refuse_same};
-use crate::cli::print;
+use crate::cli::print::print;
 use delta_cal::{JointLimits, JointLimitsError};
 use delta_cal_host::device::report::json::{
     JsonDeviceReport, JsonParameters, JsonStatus, hexadecimal,

@@ -1,7 +1,7 @@
 use super::args::{LinkArguments, VerifyArguments};
 use super::connect::{Device, Task, with_device};
+use super::files::{inputs, publish};
 use super::progress::Bar;
-use super::{inputs, publish};
 use crate::cli::failure::Failure;
 use crate::cli::paths::refuse_same;
 use delta_cal_host::device::report::json::{JsonComparison, JsonDeviceReport};

@@ -6,8 +6,8 @@ use super::schema::{
 };
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
+use crate::geometry::sweep::reaches_anywhere;
 use crate::text::words::count;
-use crate::workspace::reaches_anywhere;
 use delta_cal::{
     Arm, GeometryError, JointLimits, JointLimitsError, Noise, NoiseError, Parameter, ParameterKind,
     RigidTransform, Robot, SymmetricRobot, Tolerance, ToleranceError,

@@ -1,9 +1,10 @@
 //! A CSV file of named columns with units.
 
 use super::records::{IGNORED, check_length, check_separator, records};
-use super::{Row, outside_limits};
+use super::row::Row;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
+use crate::geometry::joint_limits::outside_limits;
 use csv::StringRecord;
 use delta_cal::JointLimits;
 

@@ -3,7 +3,8 @@
 use super::axis::{Coordinate, Tick};
 use super::colour::GRID;
 use super::legend::{self, text_width};
-use super::{Axis, Colour, Figure, PlotError, Series, Shape};
+use super::style::{self, INK, UNIT, failed};
+use super::{Axis, Figure, PlotError, Series, Shape};
 use plotters::prelude::{
     Cartesian2d, ChartBuilder, ChartContext, Circle, EmptyElement, IntoDrawingArea, PathElement,
     Polygon, Rectangle, SVGBackend, Text, TextStyle,
@@ -11,13 +12,7 @@ use plotters::prelude::{
 use plotters::series::DashedLineSeries;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, IntoFont, RGBColor};
-use std::fmt::Display;
 
-/// The drawing library knows whole units only; so many make a pixel.
-pub(super) const UNIT: i32 = 4;
-/// Size of the text, pixels.
-pub(super) const TEXT: f64 = 12.0;
-pub(super) const INK: RGBColor = Colour::Ink.rgb();
 /// Between the plot and the figure's edge, pixels.
 const MARGIN: i32 = 12;
 /// Between the label of the y axis and the figure's edge, pixels.
@@ -27,51 +22,6 @@ const BETWEEN_LABELS: (i32, i32) = (70, 40);
 
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Coordinate, Coordinate>>;
 type Range = (f64, f64);
-
-pub(super) fn failed(cause: impl Display) -> PlotError {
-    PlotError::Drawing(cause.to_string())
-}
-
-/// Sizes in units of the drawing library.
-pub(super) mod style {
-    use super::{Colour, TEXT, UNIT};
-    use plotters::style::{Color, ShapeStyle};
-
-    pub(in crate::render::plot) const BAND: f64 = 0.2;
-    /// More discs than this are drawn smaller.
-    const MANY: usize = 250;
-    pub(in crate::render::plot) const RING: i32 = 6 * UNIT;
-
-    /// Radius of one of so many discs.
-    pub(in crate::render::plot) fn point(count: usize) -> i32 {
-        if count > MANY {
-            2 * UNIT - 1
-        } else {
-            3 * UNIT - 1
-        }
-    }
-
-    /// The library takes the size of a line of text, and not of its letters.
-    pub(in crate::render::plot) fn text_size() -> f64 {
-        1.24 * TEXT * f64::from(UNIT)
-    }
-
-    pub(in crate::render::plot) fn line(colour: Colour) -> ShapeStyle {
-        colour.rgb().stroke_width(2 * UNIT.unsigned_abs() - 1)
-    }
-
-    pub(in crate::render::plot) fn hairline(colour: Colour) -> ShapeStyle {
-        colour
-            .rgb()
-            .mix(2.0 * BAND)
-            .stroke_width(UNIT.unsigned_abs())
-    }
-
-    pub(in crate::render::plot) fn diamond((x, y): (i32, i32)) -> Vec<(i32, i32)> {
-        let half = 5 * UNIT;
-        vec![(x - half, y), (x, y - half), (x + half, y), (x, y + half)]
-    }
-}
 
 /// Pixels around the plot.
 struct Margins {

@@ -1,6 +1,6 @@
 //! The legend: rows above the plot, so that it never hides what it explains.
 
-use super::draw::{INK, TEXT, UNIT, failed, style};
+use super::style::{self, INK, TEXT, UNIT, failed};
 use super::{PlotError, Series, Shape};
 use plotters::coord::Shift;
 use plotters::prelude::{

@@ -1,6 +1,6 @@
 //! From how far the methods converge.
 
-use super::{Band, Points, with_band};
+use super::band::{Band, Points, with_band};
 use crate::campaign::CaseSummary;
 use crate::render::plot::{Axis, Colour, Figure};
 

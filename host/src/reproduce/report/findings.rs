@@ -1,6 +1,6 @@
 //! What follows from the results, in sentences whose numbers are theirs.
 
-use super::tables::{percent, share};
+use super::shares::{pairs, percent, ratio, share};
 use crate::campaign::CaseSummary;
 use crate::reproduce::{Comparison, Reproduction};
 
@@ -180,28 +180,6 @@ fn small_start_errors(comparisons: &[Comparison<'_>]) -> Option<String> {
         percent(plain),
         percent(prior),
     ))
-}
-
-/// FKM and IKM of the same scenario.
-pub(super) fn pairs(cases: &[CaseSummary]) -> Vec<(&CaseSummary, &CaseSummary)> {
-    let same = |a: &CaseSummary, b: &CaseSummary| {
-        (a.case.poses, a.case.planned) == (b.case.poses, b.case.planned)
-            && (a.case.noise_position_mm, a.case.noise_joint_deg)
-                == (b.case.noise_position_mm, b.case.noise_joint_deg)
-    };
-    let of = |method: &'static str| {
-        cases
-            .iter()
-            .filter(move |summary| summary.case.method == method)
-    };
-    of("fkm")
-        .filter_map(|fkm| Some((fkm, of("ikm").find(|ikm| same(fkm, ikm))?)))
-        .collect()
-}
-
-/// Of the parameter errors of the median robots, IKM over FKM.
-pub(super) fn ratio(fkm: &CaseSummary, ikm: &CaseSummary) -> Option<f64> {
-    Some(ikm.parameter_error_mm?.median / fkm.parameter_error_mm?.median)
 }
 
 fn accuracy(cases: &[CaseSummary]) -> Option<String> {

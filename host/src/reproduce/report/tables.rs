@@ -1,5 +1,6 @@
 //! The tables.
 
+use super::shares::{pairs, percent, ratio, share};
 use crate::campaign::{CaseColumns, CaseSummary, Quantiles};
 use crate::reproduce::{Comparison, Results};
 use maud::{Markup, html};
@@ -177,7 +178,7 @@ pub(super) fn basins(cases: &[CaseSummary]) -> Markup {
 
 /// Both methods on the same measurements.
 pub(super) fn accuracy(cases: &[CaseSummary]) -> Markup {
-    let pairs = super::findings::pairs(cases);
+    let pairs = pairs(cases);
     html! {
         table.wide {
             thead { tr {
@@ -193,7 +194,7 @@ pub(super) fn accuracy(cases: &[CaseSummary]) -> Markup {
                         td { (fkm.case.noise_position_mm) " mm/" (fkm.case.noise_joint_deg) "°" }
                         td { (millimetres(fkm.parameter_error_mm)) }
                         td { (millimetres(ikm.parameter_error_mm)) }
-                        td { (super::findings::ratio(fkm, ikm).map_or_else(dash, |r| format!("{r:.3}"))) }
+                        td { (ratio(fkm, ikm).map_or_else(dash, |r| format!("{r:.3}"))) }
                         td { (fkm.bound_ratio_rms.map_or_else(dash, |ratio| format!("{ratio:.2}"))) }
                         td { (ikm.bound_ratio_rms.map_or_else(dash, |ratio| format!("{ratio:.2}"))) }
                         td { (seconds(fkm)) }
@@ -226,25 +227,6 @@ fn gain(quantiles: Option<Quantiles>) -> String {
             format!("{median} [{low}, {high}]")
         }
     })
-}
-
-/// Two decimals near 100, where they matter.
-pub(super) fn percent(value: f64) -> String {
-    let text = if (99.0..99.995).contains(&value) {
-        format!("{value:.2}")
-    } else {
-        format!("{:.0}", value + 0.0)
-    };
-    text.replace('-', "−")
-}
-
-/// Never rounded up to all of them.
-pub(super) fn share(value: f64) -> String {
-    if value > 99.0 && value < 100.0 {
-        format!("{:.1}", value.min(99.9))
-    } else {
-        format!("{value:.0}")
-    }
 }
 
 fn millimetres(quantiles: Option<Quantiles>) -> String {

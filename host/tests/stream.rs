@@ -4,7 +4,11 @@
 
 mod support;
 
+use delta_cal::Loss;
+use delta_cal_host::files::example;
+use delta_cal_host::{CalibrationMethod, Options, OptionsError, Reason, Streaming, calibrate};
 use serde_json::Value;
+use std::num::NonZeroU32;
 use support::{
     Folder, KEYS, NOMINAL, Point, TOLERANCE, arms_of, csv, exact, noisy, nominal_arms, true_arms,
 };
@@ -239,5 +243,57 @@ fn options_that_exclude_each_other_are_refused() {
     ] {
         let run = folder.run(&format!("calibrate robot.toml samples.csv {options}"));
         assert_eq!(run.code, 2, "{options}: {}", run.stdout);
+    }
+}
+
+#[test]
+fn options_that_exclude_each_other_are_refused_where_they_are_computed_with() {
+    let (robot, samples) = example::load().unwrap();
+    let gate = Streaming {
+        gate: true,
+        ..Streaming::default()
+    };
+    let held_out = Streaming {
+        held_out: NonZeroU32::new(4),
+        ..Streaming::default()
+    };
+    let forget = NonZeroU32::new(50);
+    let alone = |streaming| Options {
+        streaming,
+        ..Options::default()
+    };
+    let plain = OptionsError::StreamNeedsPlainIkm;
+    let all = OptionsError::HeldOutNeedsAllSamples;
+    for (options, expected) in [
+        (
+            Options {
+                method: CalibrationMethod::Fkm,
+                ..alone(gate)
+            },
+            plain,
+        ),
+        (
+            Options {
+                loss: Some(Loss::Tukey),
+                ..alone(held_out)
+            },
+            plain,
+        ),
+        (
+            alone(Streaming {
+                gate: true,
+                ..held_out
+            }),
+            all,
+        ),
+        (alone(Streaming { forget, ..held_out }), all),
+    ] {
+        let error = calibrate(&robot, &samples, options).unwrap_err();
+        assert_eq!(error.reason, Reason::Options(expected), "{options:?}");
+        assert_eq!(error.diagnosis, None);
+    }
+    for streaming in [gate, held_out, Streaming { forget, ..gate }] {
+        let report = calibrate(&robot, &samples, alone(streaming)).unwrap();
+        assert_eq!(report.stream.map(|stream| stream.asked), Some(streaming));
     }
 }

@@ -1,12 +1,11 @@
 //! Mutation testing of the core's numeric modules by `cargo-mutants`: every mutant that no test notices
 //! must be explained in `tests/mutants.toml`.
 
-use crate::check::{Check, attempt, output};
+use crate::check::{Check, attempt, output, root};
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::Path;
 
-const EXPLAINED: &str = include_str!("../../../mutants.toml");
+const EXPLAINED: &str = include_str!("../../mutants.toml");
 
 #[derive(Debug, Deserialize)]
 struct Explained {
@@ -32,7 +31,7 @@ pub(crate) fn check(check: &mut Check) {
     };
     // It fails if a mutant survives; which ones may is decided below.
     let _ = attempt("cargo mutants --package delta-cal --output target");
-    let missed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/mutants.out/missed.txt");
+    let missed = root().join("target/mutants.out/missed.txt");
     match std::fs::read_to_string(&missed) {
         Ok(missed) => judge(check, &missed, &explained),
         Err(error) => check.fail(format!("{}: {error}", missed.display())),
@@ -95,8 +94,7 @@ mod tests {
         assert!(!explained.is_empty());
         for name in explained.keys() {
             let file = name.split(':').next().unwrap_or_default();
-            let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-            assert!(root.join(file).is_file(), "{name}");
+            assert!(root().join(file).is_file(), "{name}");
         }
     }
 

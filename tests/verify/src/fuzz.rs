@@ -1,4 +1,4 @@
-//! The fuzz targets of `fuzz/`: built as `cargo fuzz` builds them, each run for a few seconds.
+//! The fuzz targets of `tests/fuzz`: built as `cargo fuzz` builds them, each run for a few seconds.
 
 use crate::budgets::directory;
 use crate::check::{Check, at_root, command, output};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Instant;
 
-const MANIFEST: &str = include_str!("../../../../fuzz/Cargo.toml");
+const MANIFEST: &str = include_str!("../../fuzz/Cargo.toml");
 
 /// What `cargo fuzz build -s none` passes to the compiler, of which the stable one takes everything:
 /// coverage for libFuzzer, and the checks of a debug build. The core and everything around it have no
@@ -47,7 +47,7 @@ struct Target {
 pub(crate) fn check(check: &mut Check) {
     let manifest: Manifest = match toml::from_str(MANIFEST) {
         Ok(manifest) => manifest,
-        Err(error) => return check.fail(format!("fuzz/Cargo.toml: {error}")),
+        Err(error) => return check.fail(format!("tests/fuzz/Cargo.toml: {error}")),
     };
     let directory = directory("fuzz");
     let programs = match build(&directory) {
@@ -72,7 +72,7 @@ fn build(directory: &Path) -> Result<PathBuf, String> {
     let host = host.ok_or("rustc does not name the host")?;
     // For a named target the flags are those of the programs alone, not of the build's own.
     let line = format!(
-        "cargo build --quiet --release --bins --locked --manifest-path fuzz/Cargo.toml --target {host}"
+        "cargo build --quiet --release --bins --locked --manifest-path tests/fuzz/Cargo.toml --target {host}"
     );
     println!("$ {line}");
     let status = command(&line)
@@ -106,7 +106,7 @@ fn run(target: &str, programs: &Path, directory: &Path) -> Result<u64, String> {
         .arg("-print_final_stats=1")
         .arg(format!("-artifact_prefix={}/", artifacts.display()))
         .arg(&corpus)
-        .arg(format!("fuzz/seeds/{target}"))
+        .arg(format!("tests/fuzz/seeds/{target}"))
         .stdout(Stdio::null())
         .output()
         .map_err(|error| format!("{target}: {error}"))?;
@@ -118,7 +118,7 @@ fn run(target: &str, programs: &Path, directory: &Path) -> Result<u64, String> {
         }
         return Err(format!(
             "fuzz target {target}: {}; the input is in {}, and \
-             `cargo fuzz run -s none {target} FILE` runs it again",
+             `cargo fuzz run --fuzz-dir tests/fuzz -s none {target} FILE` runs it again",
             finished.status,
             artifacts.display()
         ));
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn the_same_lints_as_everywhere_and_seeds_for_every_target() -> Result<(), toml::de::Error> {
-        let main: toml::Table = toml::from_str(include_str!("../../../../Cargo.toml"))?;
+        let main: toml::Table = toml::from_str(include_str!("../../../Cargo.toml"))?;
         let fuzz: toml::Table = toml::from_str(MANIFEST)?;
         assert_eq!(main["workspace"]["lints"], fuzz["lints"]);
         let manifest: Manifest = toml::from_str(MANIFEST)?;

@@ -1,16 +1,16 @@
-//! What the core costs on a Cortex-M4F, against `target-tests/budgets.toml`.
+//! What the core costs on a Cortex-M4F, against `tests/target/budgets.toml`.
 
 mod flash;
 mod panic_free;
 mod tables;
 
 use crate::check::Check;
-use delta_cal_tests::firmware::{Board, Clock, build_for_target, emulate};
+use delta_cal_verify::firmware::{Board, Clock, build_for_target, emulate};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-const BUDGETS: &str = include_str!("../../../../target-tests/budgets.toml");
+const BUDGETS: &str = include_str!("../../target/budgets.toml");
 
 /// The file.
 #[derive(Debug, Deserialize)]

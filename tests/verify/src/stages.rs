@@ -148,7 +148,7 @@ fn install(check: &mut Check, tool: &Tool) {
 
 fn format(check: &mut Check) {
     check.command("cargo fmt --all --check");
-    check.command("cargo fmt --manifest-path fuzz/Cargo.toml --check");
+    check.command("cargo fmt --manifest-path tests/fuzz/Cargo.toml --check");
 }
 
 fn lint(check: &mut Check) {
@@ -166,7 +166,7 @@ fn lint(check: &mut Check) {
         check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));
     }
     check.command(
-        "cargo clippy --quiet --locked --manifest-path fuzz/Cargo.toml --all-targets -- --deny warnings",
+        "cargo clippy --quiet --locked --manifest-path tests/fuzz/Cargo.toml --all-targets -- --deny warnings",
     );
 }
 

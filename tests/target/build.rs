@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The host tool's example. Columns: three joint angles in degrees, three coordinates in millimetres.
-const DATA: &str = "../host/examples/paper-robot/samples.csv";
+const DATA: &str = "../../host/examples/paper-robot/samples.csv";
 const COLUMNS: [&str; 6] = ["q1_deg", "q2_deg", "q3_deg", "x_mm", "y_mm", "z_mm"];
 
 /// A realistic part, not the board's 4 MiB, so that outgrowing it fails. The stack lies below the

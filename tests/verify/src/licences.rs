@@ -3,11 +3,11 @@
 use crate::check::{Check, output};
 use std::collections::BTreeSet;
 
-const RULES: &str = include_str!("../../../../deny.toml");
+const RULES: &str = include_str!("../../../deny.toml");
 
 pub(crate) fn check(check: &mut Check) {
     if output("cargo deny --version").is_some() {
-        for package in ["", "--manifest-path fuzz/Cargo.toml "] {
+        for package in ["", "--manifest-path tests/fuzz/Cargo.toml "] {
             check.command(&format!(
                 "cargo deny {package}check --config deny.toml licenses bans sources"
             ));
@@ -16,7 +16,7 @@ pub(crate) fn check(check: &mut Check) {
     }
     println!("cargo-deny is not installed; reading the licences from cargo tree");
     let mut tree = String::new();
-    for package in ["", "--manifest-path fuzz/Cargo.toml "] {
+    for package in ["", "--manifest-path tests/fuzz/Cargo.toml "] {
         let Some(part) = output(&format!(
             "cargo tree {package}--workspace --all-features --target all --edges normal,build,dev --prefix none --format {{p}}|{{l}}"
         )) else {

@@ -1,7 +1,7 @@
-//! No panic path survives in any public function of the core: `link-tests` links.
+//! No panic path survives in any public function of the core: `tests/link` links.
 
-use crate::check::Check;
-use delta_cal_tests::firmware::{TARGET, cargo, require_target, run};
+use crate::check::{Check, root};
+use delta_cal_verify::firmware::{TARGET, cargo, require_target, run};
 use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSymbol};
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ const PREFIX: &str = "core_";
 pub(super) fn check(check: &mut Check, directory: &Path) {
     for function in unnamed_functions() {
         check.fail(format!(
-            "link-tests/src/functions does not call the core's {function}"
+            "tests/link/src/functions does not call the core's {function}"
         ));
     }
     match prove(directory) {
@@ -128,12 +128,12 @@ fn functions(archive: &Path) -> Result<Vec<String>, String> {
     Ok(functions)
 }
 
-/// Public functions of the core that `link-tests` does not call.
+/// Public functions of the core that `tests/link` does not call.
 fn unnamed_functions() -> Vec<String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = root();
     let read = |path: PathBuf| std::fs::read_to_string(path).unwrap_or_default();
     let mut callers = Vec::new();
-    collect_sources(&root.join("link-tests/src"), &mut callers);
+    collect_sources(&root.join("tests/link/src"), &mut callers);
     let calls: String = callers.into_iter().map(read).collect();
     let mut sources = Vec::new();
     collect_sources(&root.join("core/src"), &mut sources);
@@ -251,10 +251,7 @@ pub fn free() {}
     #[test]
     fn the_core_is_found() {
         let mut sources = Vec::new();
-        collect_sources(
-            &Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/src"),
-            &mut sources,
-        );
+        collect_sources(&root().join("core/src"), &mut sources);
         assert!(sources.len() > 20);
     }
 }

@@ -6,6 +6,7 @@ mod fuzz;
 mod licences;
 mod mutants;
 mod stages;
+mod structure;
 
 use check::Check;
 use stages::{BY_HAND, STAGES, Stage};

@@ -5,6 +5,7 @@ use crate::check::{Check, attempt, output};
 use crate::fuzz;
 use crate::licences;
 use crate::mutants;
+use crate::structure;
 use std::path::Path;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -27,6 +28,11 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "format",
         about: "rustfmt",
         run: format,
+    },
+    Stage {
+        name: "structure",
+        about: "no cycle between the files or the folders of any crate",
+        run: structure::check,
     },
     Stage {
         name: "lint",

@@ -1,5 +1,6 @@
 //! One run through the core. Host and target write the same lines, to the bit.
 
+mod results;
 mod robust;
 
 use crate::measurements::{noise, nominal, samples};
@@ -7,12 +8,13 @@ use crate::record::{Scalar, record};
 use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt::{self, Write};
 use delta_cal::{
-    ArmIndex, ArmProblem, Calibrator, KinematicsError, Method, Noise, Refusal, RigidTransform,
-    RobotCalibrator, RobotOutcome, Sample, Settings, Start, StoredCalibrator,
+    ArmIndex, ArmProblem, Calibrator, KinematicsError, Method, Noise, RigidTransform,
+    RobotCalibrator, Sample, Settings, Start, StoredCalibrator,
 };
 use nalgebra::{RealField, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
+use results::{accepted, refused};
 
 /// Simulated robots, the first of them with too few samples.
 const ROBOTS: [usize; 16] = [5, 8, 9, 10, 11, 12, 13, 14, 16, 18, 20, 24, 28, 32, 40, 60];
@@ -382,46 +384,4 @@ fn solve<T: Scalar, P: ArmProblem<T>>(
         Ok(outcome) => accepted(out, label, &outcome),
         Err(refusal) => refused::<T>(out, label, &refusal),
     }
-}
-
-#[inline(never)]
-fn accepted<T: Scalar>(
-    out: &mut dyn Write,
-    label: fmt::Arguments<'_>,
-    outcome: &RobotOutcome<T>,
-) -> fmt::Result {
-    for (arm, index) in outcome.arms.iter().zip(ArmIndex::ALL) {
-        let mut line =
-            |what: &str, values: &[T]| record(out, format_args!("{label}, {index} {what}"), values);
-        line("parameters", arm.arm.parameters().as_slice())?;
-        line("prior share", arm.prior_share.as_slice())?;
-        if let Some(covariance) = &arm.covariance {
-            line("covariance", covariance.as_slice())?;
-        }
-        if let Some(noise) = arm.estimated_noise {
-            line("noise", &[noise])?;
-        }
-        line("residual", &[arm.residual_rms])?;
-        line("degrees of freedom", &[arm.degrees_of_freedom])?;
-        line("condition", &[arm.condition])?;
-        record::<T>(
-            out,
-            format_args!(
-                "{label}, {index} {} samples, {} iterations, {:?}, {:?}",
-                arm.samples, arm.iterations, arm.termination, arm.start
-            ),
-            &[],
-        )?;
-    }
-    Ok(())
-}
-
-/// The figures of a refusal are single-precision numbers; `{:?}` writes each so that it reads back
-/// to the same bits.
-fn refused<T: Scalar>(
-    out: &mut dyn Write,
-    label: fmt::Arguments<'_>,
-    refusal: &Refusal,
-) -> fmt::Result {
-    record::<T>(out, format_args!("{label}, {refusal:?}"), &[])
 }

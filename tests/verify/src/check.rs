@@ -104,6 +104,17 @@ pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
+/// Beside the directory that this program was built in.
+pub(crate) fn directory(name: &str) -> PathBuf {
+    std::env::current_exe()
+        .ok()
+        .as_deref()
+        .and_then(Path::parent)
+        .and_then(Path::parent)
+        .unwrap_or(Path::new("target"))
+        .join(name)
+}
+
 /// Standard output of a command, `None` if it fails.
 pub(crate) fn output(line: &str) -> Option<String> {
     let output = command(line).stderr(Stdio::null()).output().ok()?;

@@ -2,22 +2,26 @@
 
 mod budgets;
 mod check;
+mod docs;
+mod features;
 mod fuzz;
 mod licences;
 mod mutants;
+mod setup;
 mod stages;
 mod structure;
 
 use check::Check;
-use stages::{BY_HAND, STAGES, Stage};
+use stages::{BY_HAND, QUICK, STAGES, Stage};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 const USAGE: &str = "\
 Runs every check, in stages; all failures are collected and summed up at the end.
 
-Usage: cargo verify [STAGE...]
+Usage: cargo verify [quick | STAGE...]
 
+  quick       a minute: format, structure, clippy on the host, unit tests of core and host
   STAGE...    run only these, in the order given
   --list      list the stages
   --help      print this
@@ -45,12 +49,16 @@ fn main() -> ExitCode {
 }
 
 fn print_stages() {
-    for stage in STAGES {
-        println!("  {:<10}  {}", stage.name, stage.about);
-    }
-    println!("\nOnly if asked for:\n");
-    for stage in BY_HAND {
-        println!("  {:<10}  {}", stage.name, stage.about);
+    for (heading, stages) in [
+        ("All, in this order:", STAGES),
+        ("Quick:", QUICK),
+        ("Only if asked for:", BY_HAND),
+    ] {
+        println!("{heading}\n");
+        for stage in stages {
+            println!("  {:<10}  {}", stage.name, stage.about);
+        }
+        println!();
     }
 }
 
@@ -59,14 +67,16 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Stage>, &str> {
     if names.is_empty() {
         return Ok(STAGES.iter().collect());
     }
-    names
-        .iter()
-        .map(|name| {
-            let mut all = STAGES.iter().chain(BY_HAND);
-            let stage = all.find(|stage| stage.name == name);
-            stage.ok_or(name.as_str())
-        })
-        .collect()
+    let mut stages = Vec::new();
+    for name in names {
+        if name == "quick" {
+            stages.extend(QUICK);
+            continue;
+        }
+        let mut all = STAGES.iter().chain(QUICK).chain(BY_HAND);
+        stages.push(all.find(|stage| stage.name == name).ok_or(name.as_str())?);
+    }
+    Ok(stages)
 }
 
 struct Finished {
@@ -76,6 +86,7 @@ struct Finished {
 }
 
 fn run(stages: &[&Stage]) -> ExitCode {
+    let begin = Instant::now();
     let mut finished = Vec::new();
     for stage in stages {
         println!("\n=== {}: {}", stage.name, stage.about);
@@ -109,7 +120,11 @@ fn run(stages: &[&Stage]) -> ExitCode {
         .iter()
         .filter(|stage| !stage.failures.is_empty())
         .count();
-    println!("{} passed, {failed} failed", finished.len() - failed);
+    println!(
+        "{} passed, {failed} failed, {:.1} s",
+        finished.len() - failed,
+        begin.elapsed().as_secs_f64()
+    );
     if failed == 0 {
         ExitCode::SUCCESS
     } else {

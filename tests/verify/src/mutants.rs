@@ -2,23 +2,9 @@
 //! must be explained in `tests/mutants.toml`.
 
 use crate::check::{Check, attempt, output, root};
-use serde::Deserialize;
 use std::collections::BTreeMap;
 
 const EXPLAINED: &str = include_str!("../../mutants.toml");
-
-#[derive(Debug, Deserialize)]
-struct Explained {
-    group: Vec<Group>,
-}
-
-/// Mutants that make no difference, for one reason.
-#[derive(Debug, Deserialize)]
-struct Group {
-    reason: String,
-    /// Name without line and column, and how many mutants of that name there are.
-    mutants: BTreeMap<String, u32>,
-}
 
 pub(crate) fn check(check: &mut Check) {
     if output("cargo mutants --version").is_none() {
@@ -38,15 +24,24 @@ pub(crate) fn check(check: &mut Check) {
     }
 }
 
+/// Mutants that make no difference: the name without line and column, and how many of that name there
+/// are. They are grouped by reason.
 fn explained() -> Result<BTreeMap<String, u32>, String> {
-    let list: Explained = toml::from_str(EXPLAINED).map_err(|error| error.to_string())?;
-    let mut explained = BTreeMap::new();
-    for group in list.group {
-        if group.reason.trim().is_empty() {
+    let table: toml::Table = EXPLAINED
+        .parse()
+        .map_err(|error: toml::de::Error| error.to_string())?;
+    let groups = table.get("group").and_then(toml::Value::as_array);
+    let mut explained: BTreeMap<String, u32> = BTreeMap::new();
+    for group in groups.ok_or("there is no [[group]]")? {
+        let reason = group.get("reason").and_then(toml::Value::as_str);
+        if reason.is_none_or(|reason| reason.trim().is_empty()) {
             return Err("a group without a reason".to_owned());
         }
-        for (name, count) in group.mutants {
-            *explained.entry(name).or_insert(0) += count;
+        let mutants = group.get("mutants").and_then(toml::Value::as_table);
+        for (name, count) in mutants.ok_or("a group without mutants")? {
+            let count = count.as_integer().map(u32::try_from);
+            let count = count.ok_or_else(|| format!("{name}: how many?"))?;
+            *explained.entry(name.clone()).or_default() += count.map_err(|e| e.to_string())?;
         }
     }
     Ok(explained)

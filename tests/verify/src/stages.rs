@@ -1,14 +1,15 @@
 //! The stages.
 
 use crate::budgets;
-use crate::check::{Check, attempt, output};
+use crate::check::Check;
+use crate::docs;
+use crate::features;
 use crate::fuzz;
 use crate::licences;
 use crate::mutants;
+use crate::setup;
 use crate::structure;
-use std::path::Path;
-
-const TARGET: &str = "thumbv7em-none-eabihf";
+use delta_cal_verify::firmware::TARGET;
 
 /// One group of checks.
 #[derive(Debug)]
@@ -21,19 +22,11 @@ pub(crate) struct Stage {
 pub(crate) const STAGES: &[Stage] = &[
     Stage {
         name: "setup",
-        about: "the bare Rust target, QEMU and a C++ compiler; installs what is missing where it can",
-        run: setup,
+        about: "the bare Rust target, QEMU and a C++ compiler; says what is missing, asks, installs it",
+        run: setup::check,
     },
-    Stage {
-        name: "format",
-        about: "rustfmt",
-        run: format,
-    },
-    Stage {
-        name: "structure",
-        about: "no cycle between the files or the folders of any crate",
-        run: structure::check,
-    },
+    FORMAT,
+    STRUCTURE,
     Stage {
         name: "lint",
         about: "clippy on host and bare target",
@@ -41,8 +34,8 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "docs",
-        about: "rustdoc, without warnings",
-        run: docs,
+        about: "rustdoc without warnings; links and code blocks of every page",
+        run: docs::check,
     },
     Stage {
         name: "tests",
@@ -52,7 +45,7 @@ pub(crate) const STAGES: &[Stage] = &[
     Stage {
         name: "features",
         about: "the core with every combination of its features, on host and bare target",
-        run: features,
+        run: features::check,
     },
     Stage {
         name: "firmware",
@@ -76,90 +69,60 @@ pub(crate) const STAGES: &[Stage] = &[
     },
 ];
 
+const FORMAT: Stage = Stage {
+    name: "format",
+    about: "rustfmt",
+    run: format,
+};
+
+const STRUCTURE: Stage = Stage {
+    name: "structure",
+    about: "no cycle between the files or the folders of any crate",
+    run: structure::check,
+};
+
+/// `cargo verify quick`: what to run after every change.
+pub(crate) const QUICK: &[Stage] = &[
+    FORMAT,
+    STRUCTURE,
+    Stage {
+        name: "clippy",
+        about: "clippy on the host",
+        run: clippy,
+    },
+    Stage {
+        name: "units",
+        about: "the unit tests of core and host",
+        run: units,
+    },
+];
+
 /// What takes too long to be among them.
-pub(crate) const BY_HAND: &[Stage] = &[Stage {
-    name: "mutants",
-    about: "cargo-mutants: the tests notice every change of the core's arithmetic, or it is explained (hours)",
-    run: mutants::check,
-}];
-
-fn setup(check: &mut Check) {
-    if target_installed() {
-        println!("the Rust target {TARGET} is installed");
-    } else {
-        let line = format!("rustup target add {TARGET}");
-        let _ = attempt(&line);
-        if !target_installed() {
-            check.fail(format!(
-                "the Rust target {TARGET} is missing. Install it: {line}"
-            ));
-        }
-    }
-    for tool in [&QEMU, &COMPILER] {
-        install(check, tool);
-    }
-}
-
-fn target_installed() -> bool {
-    output(&format!("rustc --print target-libdir --target {TARGET}"))
-        .is_some_and(|directory| Path::new(directory.trim()).is_dir())
-}
-
-/// A program of the system's own packages.
-struct Tool {
-    /// Prints its version.
-    version: &'static str,
-    package: &'static str,
-    elsewhere: &'static str,
-}
-
-const QEMU: Tool = Tool {
-    version: "qemu-system-arm --version",
-    package: "qemu-system-arm",
-    elsewhere: "macOS: brew install qemu",
-};
-
-/// libFuzzer is C++.
-const COMPILER: Tool = Tool {
-    version: "c++ --version",
-    package: "g++",
-    elsewhere: "macOS: xcode-select --install",
-};
-
-impl Tool {
-    fn found(&self) -> Option<String> {
-        let text = output(self.version)?;
-        text.lines().next().map(str::to_owned)
-    }
-}
-
-fn install(check: &mut Check, tool: &Tool) {
-    let package = tool.package;
-    if tool.found().is_none() && output("apt-get --version").is_some() {
-        let root = output("id -u").is_some_and(|id| id.trim() == "0");
-        let sudo = if root { "" } else { "sudo -n " };
-        let apt = format!("{sudo}env DEBIAN_FRONTEND=noninteractive apt-get --yes --quiet");
-        // Neither's failure counts: what counts is whether the tool is there afterwards.
-        let _ = attempt(&format!("{apt} update"));
-        let _ = attempt(&format!("{apt} install --no-install-recommends {package}"));
-    }
-    match tool.found() {
-        Some(version) => println!("{version}"),
-        None => check.fail(format!(
-            "{package} is missing. Install it: apt-get install {package} ({})",
-            tool.elsewhere
-        )),
-    }
-}
+pub(crate) const BY_HAND: &[Stage] = &[
+    Stage {
+        name: "long",
+        about: "the tests with campaigns of full size (an hour)",
+        run: long,
+    },
+    Stage {
+        name: "mutants",
+        about: "cargo-mutants: the tests notice every change of the core's arithmetic, or it is explained (hours)",
+        run: mutants::check,
+    },
+];
 
 fn format(check: &mut Check) {
     check.command("cargo fmt --all --check");
     check.command("cargo fmt --manifest-path tests/fuzz/Cargo.toml --check");
 }
 
+fn clippy(check: &mut Check) {
+    check.command("cargo clippy --quiet --all-targets -- --deny warnings");
+}
+
 fn lint(check: &mut Check) {
+    clippy(check);
     for what in [
-        "--all-targets".to_owned(),
         "--package delta-cal-target-tests --all-targets".to_owned(),
         "--package delta-cal --all-features".to_owned(),
         format!("--package delta-cal --all-features --target {TARGET}"),
@@ -176,8 +139,8 @@ fn lint(check: &mut Check) {
     );
 }
 
-fn docs(check: &mut Check) {
-    check.command("env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --workspace --no-deps");
+fn units(check: &mut Check) {
+    check.chosen_tests("cargo test --lib --package delta-cal --package delta-cal-host");
 }
 
 fn tests(check: &mut Check) {
@@ -186,15 +149,8 @@ fn tests(check: &mut Check) {
     check.chosen_tests("cargo test --doc --package delta-cal-firmware-example");
 }
 
-fn features(check: &mut Check) {
-    for features in ["", "--features defmt", "--features serde", "--all-features"] {
-        check.command(&format!(
-            "cargo check --quiet --package delta-cal {features}"
-        ));
-    }
-    check.chosen_tests(
-        "cargo test --package delta-cal-tests --test target -- on_target::core_builds",
-    );
+fn long(check: &mut Check) {
+    check.command("env DELTA_CAL_CAMPAIGNS=long cargo test --no-fail-fast -- --skip on_target::");
 }
 
 fn firmware(check: &mut Check) {

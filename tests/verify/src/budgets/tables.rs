@@ -1,6 +1,6 @@
 //! The figures as tables: against their limits, beside other solvers, and as in the README.
 
-use super::{Budget, Figure, Figures, Peer};
+use super::figures::{Budget, Figure, Figures, Peer};
 use crate::check::Check;
 
 /// Every budget beside what it was measured at, then and now.

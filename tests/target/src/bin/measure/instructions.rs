@@ -1,6 +1,6 @@
 //! Instructions of one call: kinematics, and taking in samples.
 
-use crate::Report;
+use crate::report::Report;
 use core::fmt;
 use core::hint::black_box;
 use delta_cal::{Calibrator, Robot, Sample, Settings};

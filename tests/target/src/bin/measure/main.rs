@@ -20,6 +20,8 @@ mod peer_problem;
 #[cfg(target_os = "none")]
 mod peers;
 #[cfg(target_os = "none")]
+mod report;
+#[cfg(target_os = "none")]
 mod solve;
 #[cfg(target_os = "none")]
 mod stream;
@@ -34,6 +36,7 @@ fn main() {
 fn main() -> ! {
     use core::fmt::Write;
     use delta_cal_target_tests::board::{self, Counter};
+    use report::Report;
 
     board::run(|console| {
         let Some(mut counter) = Counter::start() else {
@@ -43,7 +46,7 @@ fn main() -> ! {
             )?;
             return Err(core::fmt::Error);
         };
-        let mut report = Report { console };
+        let mut report = Report::new(console);
         instructions::report::<f32>(&mut report, &mut counter)?;
         instructions::report::<f64>(&mut report, &mut counter)?;
         solve::report_single(&mut report, &mut counter)?;
@@ -53,32 +56,4 @@ fn main() -> ! {
         memory::report(&mut report)?;
         peers::report(&mut report, &mut counter)
     })
-}
-
-/// Writes the lines.
-#[cfg(target_os = "none")]
-struct Report<'a> {
-    console: &'a mut dyn core::fmt::Write,
-}
-
-#[cfg(target_os = "none")]
-impl Report<'_> {
-    fn line(
-        &mut self,
-        item: core::fmt::Arguments<'_>,
-        value: usize,
-        unit: &str,
-        words: &str,
-    ) -> core::fmt::Result {
-        writeln!(self.console, "MEASURED {item} {value} {unit}, {words}")
-    }
-
-    fn instructions(
-        &mut self,
-        item: core::fmt::Arguments<'_>,
-        value: u32,
-        words: &str,
-    ) -> core::fmt::Result {
-        self.line(item, value as usize, "instructions", words)
-    }
 }

@@ -1,6 +1,6 @@
 //! Bytes of state, and of stack over the random calibrations of every kind.
 
-use crate::Report;
+use crate::report::Report;
 use core::fmt;
 use core::hint::black_box;
 use core::mem::MaybeUninit;

@@ -1,8 +1,8 @@
 //! One arm beside the `levenberg-marquardt` crate: exact samples, start error 1 cm and 1°.
 
-use crate::Report;
 use crate::instructions::Counts;
 use crate::peer_problem::{Parameters, PeerProblem, Row, Solve};
+use crate::report::Report;
 use crate::solve::solve;
 use core::fmt;
 use core::hint::black_box;

@@ -1,7 +1,7 @@
 //! Instructions from the last sample to parameters and covariance.
 
-use crate::Report;
 use crate::instructions::Counts;
+use crate::report::Report;
 use core::fmt;
 use core::hint::black_box;
 use delta_cal::{

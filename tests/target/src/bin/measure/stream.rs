@@ -1,7 +1,7 @@
 //! What it costs to test each sample before it is taken in, to hold samples out, and to forget.
 
-use crate::Report;
 use crate::instructions::Counts;
+use crate::report::Report;
 use core::fmt;
 use core::hint::black_box;
 use delta_cal::{Calibrator, Gate, HeldOut, Memory, Sample, Settings};

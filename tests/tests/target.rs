@@ -1,11 +1,11 @@
-//! The programs of `target-tests` under QEMU and on this machine: the same bits. And the core
+//! The programs of `tests/target` under QEMU and on this machine: the same bits. And the core
 //! for the bare target with every combination of its features.
 
 // A test fails by panicking.
 #![allow(clippy::expect_used, clippy::panic)]
 
 mod on_target {
-    use delta_cal_tests::firmware::{
+    use delta_cal_verify::firmware::{
         Board, Clock, PACKAGE, TARGET, build_for_host, build_for_target, cargo, emulate,
         require_target,
     };
@@ -152,7 +152,7 @@ mod on_target {
 
     fn on_host(directory: &Path, program: &str) -> String {
         let command = std::process::Command::new(directory.join(program));
-        delta_cal_tests::firmware::run(command).expect("the run on this machine")
+        delta_cal_verify::firmware::run(command).expect("the run on this machine")
     }
 
     fn only<'a>(prefix: &str, output: &'a str) -> Vec<&'a str> {

@@ -1,0 +1,189 @@
+//! The figures as tables: against their limits, beside other solvers, and as in the README.
+
+use super::figures::{Budget, Figure, Figures, Peer};
+use crate::check::Check;
+
+/// Every budget beside what it was measured at, then and now.
+pub(super) fn budgets(check: &mut Check, budgets: &[Budget], figures: &Figures) {
+    println!("\non the Cortex-M4F under QEMU (instructions, not cycles):");
+    println!(
+        "{:<26} {:>9} {:>9} {:>9}  {:<6}",
+        "item", "measured", "recorded", "limit", ""
+    );
+    for budget in budgets {
+        let Budget {
+            item,
+            limit,
+            measured: recorded,
+        } = budget;
+        let Some(Figure { value, unit, words }) = figures.get(item) else {
+            check.fail(format!("{item} has a budget and was not measured"));
+            continue;
+        };
+        let within = value <= limit;
+        println!(
+            "{item:<26} {:>9} {:>9} {:>9}  {:<6} {unit}, {words}",
+            grouped(*value),
+            grouped(*recorded),
+            grouped(*limit),
+            if within { "ok" } else { "FAILED" },
+        );
+        if !within {
+            check.fail(format!(
+                "{item}: {} of at most {} {unit}",
+                grouped(*value),
+                grouped(*limit)
+            ));
+        }
+    }
+}
+
+/// What is measured without a limit.
+pub(super) fn rest(budgets: &[Budget], figures: &Figures) {
+    println!("\nmeasured, without a limit:");
+    for (item, Figure { value, unit, words }) in figures {
+        if !budgets.iter().any(|budget| budget.item == *item) {
+            println!("{item:<36} {:>10} {unit}, {words}", grouped(*value));
+        }
+    }
+}
+
+/// Rows of the README's table: item without its scalar, and words. The item of double precision
+/// may be another.
+const ROWS: [(&str, &str, &str); 9] = [
+    ("take in one sample, mean", "add-mean", "add-mean"),
+    (
+        "take in one sample, the longest",
+        "add-longest",
+        "add-longest",
+    ),
+    ("take in one of many at once", "add-many", "add-many"),
+    (
+        "test one sample against those before it and take it in, mean",
+        "gate-mean",
+        "gate-mean",
+    ),
+    (
+        "test one sample and take it in, the longest",
+        "gate-longest",
+        "gate-longest",
+    ),
+    (
+        "from the last sample to parameters and covariance, mean",
+        "outcome-20-mean",
+        "outcome-40-mean",
+    ),
+    (
+        "from the last sample to parameters and covariance, the longest (f32: of 40 robots)",
+        "outcome-20",
+        "outcome-40",
+    ),
+    ("forward kinematics, the longest", "forward", "forward"),
+    ("inverse kinematics, the longest", "inverse", "inverse"),
+];
+
+pub(super) fn readme(figures: &Figures) {
+    println!("\nfor the README:\n");
+    println!(
+        "| Cortex-M4F under QEMU, three arms, instructions (not cycles) | f32 | f64 in software |"
+    );
+    println!("| --- | --- | --- |");
+    for (words, single, double) in ROWS {
+        println!(
+            "| {words} | {} | {} |",
+            of(figures, &format!("f32/{single}")),
+            of(figures, &format!("f64/{double}")),
+        );
+    }
+}
+
+pub(super) fn peers(peers: &[Peer], figures: &Figures) {
+    println!();
+    println!("| Cortex-M4F, f32, one arm, exact data, instructions | 20 samples | 60 | 1000 |");
+    println!("| --- | --- | --- | --- |");
+    let measured = |words: &str, item: &str| {
+        let [at_20, at_60, at_1000] =
+            [20, 60, 1000].map(|samples| of(figures, &format!("peer/{item}-{samples}")));
+        println!("| {words} | {at_20} | {at_60} | {at_1000} |");
+    };
+    measured(
+        "this solver, from the last sample to the result",
+        "delta-cal-last",
+    );
+    measured(
+        "this solver, in total: sines, factor, solve, covariance",
+        "delta-cal-total",
+    );
+    measured(
+        "`levenberg-marquardt` 0.15 in the same run, the whole solve, no covariance",
+        "levenberg-marquardt",
+    );
+    for Peer {
+        name,
+        at_20,
+        at_60,
+        at_1000,
+    } in peers
+    {
+        println!("| {name}, measured elsewhere | {at_20} | {at_60} | {at_1000} |");
+    }
+}
+
+fn of(figures: &Figures, item: &str) -> String {
+    figures
+        .get(item)
+        .map_or_else(|| "–".to_owned(), |figure| grouped(figure.value))
+}
+
+/// Thousands separated by commas.
+fn grouped(value: u64) -> String {
+    let digits = value.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_are_separated() {
+        for (value, text) in [
+            (0, "0"),
+            (999, "999"),
+            (1000, "1,000"),
+            (123_456, "123,456"),
+            (1_234_567, "1,234,567"),
+        ] {
+            assert_eq!(grouped(value), text);
+        }
+    }
+
+    #[test]
+    fn more_than_the_limit_fails() {
+        let budget = Budget {
+            item: "f32/x".to_owned(),
+            limit: 10,
+            measured: 1,
+        };
+        let measured = |value| {
+            let figure = Figure {
+                value,
+                unit: "bytes".to_owned(),
+                words: String::new(),
+            };
+            Figures::from([("f32/x".to_owned(), figure)])
+        };
+        for (figures, failures) in [(measured(10), 0), (measured(11), 1), (Figures::new(), 1)] {
+            let mut check = Check::default();
+            budgets(&mut check, std::slice::from_ref(&budget), &figures);
+            assert_eq!(check.into_failures().len(), failures);
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! The core with every combination of its features.
+
+use crate::check::{Check, root};
+use delta_cal_verify::firmware::TARGET;
+
+pub(crate) fn check(check: &mut Check) {
+    let manifest = root().join("core/Cargo.toml");
+    let names = match std::fs::read_to_string(&manifest).map(|text| names(&text)) {
+        Ok(Some(names)) => names,
+        Ok(None) => return check.fail("core/Cargo.toml has no features".to_owned()),
+        Err(error) => return check.fail(format!("{}: {error}", manifest.display())),
+    };
+    for features in combinations(&names) {
+        for target in ["", &format!("--target {TARGET} ")] {
+            check.command(&format!(
+                "cargo check --quiet --package delta-cal --no-default-features {target}--features={}",
+                features.join(",")
+            ));
+        }
+    }
+}
+
+/// What stands under `[features]`, other than `default`.
+fn names(manifest: &str) -> Option<Vec<String>> {
+    let table: toml::Table = manifest.parse().ok()?;
+    let features = table.get("features")?.as_table()?;
+    let names = features.keys().filter(|name| *name != "default");
+    Some(names.cloned().collect())
+}
+
+/// Every subset, the empty one first.
+fn combinations(names: &[String]) -> Vec<Vec<&str>> {
+    names.iter().fold(vec![Vec::new()], |subsets, name| {
+        let with = subsets.iter().cloned().map(|mut subset| {
+            subset.push(name.as_str());
+            subset
+        });
+        let with: Vec<_> = with.collect();
+        subsets.into_iter().chain(with).collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn features_are_combined() {
+        let names = names("[features]\ndefault = [\"a\"]\na = []\nb = []\n").unwrap_or_default();
+        let empty: Vec<&str> = Vec::new();
+        assert_eq!(
+            combinations(&names),
+            [empty, vec!["a"], vec!["b"], vec!["a", "b"]]
+        );
+    }
+}

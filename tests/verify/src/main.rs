@@ -1,0 +1,133 @@
+//! Every check of the project, one command: `cargo verify`.
+
+mod budgets;
+mod check;
+mod docs;
+mod features;
+mod fuzz;
+mod licences;
+mod mutants;
+mod setup;
+mod stages;
+mod structure;
+
+use check::Check;
+use stages::{BY_HAND, QUICK, STAGES, Stage};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+const USAGE: &str = "\
+Runs every check, in stages; all failures are collected and summed up at the end.
+
+Usage: cargo verify [quick | STAGE...]
+
+  quick       a minute: format, structure, clippy on the host, unit tests of core and host
+  STAGE...    run only these, in the order given
+  --list      list the stages
+  --help      print this
+";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let asked = |flags: &[&str]| arguments.iter().any(|a| flags.contains(&a.as_str()));
+    if asked(&["-h", "--help"]) {
+        println!("{USAGE}");
+        print_stages();
+        return ExitCode::SUCCESS;
+    }
+    if asked(&["--list"]) {
+        print_stages();
+        return ExitCode::SUCCESS;
+    }
+    match chosen(&arguments) {
+        Ok(stages) => run(&stages),
+        Err(unknown) => {
+            eprintln!("There is no stage {unknown:?}; cargo verify --list lists them.");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn print_stages() {
+    for (heading, stages) in [
+        ("All, in this order:", STAGES),
+        ("Quick:", QUICK),
+        ("Only if asked for:", BY_HAND),
+    ] {
+        println!("{heading}\n");
+        for stage in stages {
+            println!("  {:<10}  {}", stage.name, stage.about);
+        }
+        println!();
+    }
+}
+
+/// The stages of these names, all of them without names; or the name that is none.
+fn chosen(names: &[String]) -> Result<Vec<&'static Stage>, &str> {
+    if names.is_empty() {
+        return Ok(STAGES.iter().collect());
+    }
+    let mut stages = Vec::new();
+    for name in names {
+        if name == "quick" {
+            stages.extend(QUICK);
+            continue;
+        }
+        let mut all = STAGES.iter().chain(QUICK).chain(BY_HAND);
+        stages.push(all.find(|stage| stage.name == name).ok_or(name.as_str())?);
+    }
+    Ok(stages)
+}
+
+struct Finished {
+    name: &'static str,
+    failures: Vec<String>,
+    time: Duration,
+}
+
+fn run(stages: &[&Stage]) -> ExitCode {
+    let begin = Instant::now();
+    let mut finished = Vec::new();
+    for stage in stages {
+        println!("\n=== {}: {}", stage.name, stage.about);
+        let start = Instant::now();
+        let mut check = Check::default();
+        (stage.run)(&mut check);
+        finished.push(Finished {
+            name: stage.name,
+            failures: check.into_failures(),
+            time: start.elapsed(),
+        });
+    }
+
+    println!("\n=== summary");
+    for stage in &finished {
+        let verdict = if stage.failures.is_empty() {
+            "ok"
+        } else {
+            "failed"
+        };
+        println!(
+            "{:<10}  {verdict:<6}  {:>6.1} s",
+            stage.name,
+            stage.time.as_secs_f64()
+        );
+        for failure in &stage.failures {
+            println!("    {}", failure.replace('\n', "\n    "));
+        }
+    }
+    let failed = finished
+        .iter()
+        .filter(|stage| !stage.failures.is_empty())
+        .count();
+    println!(
+        "{} passed, {failed} failed, {:.1} s",
+        finished.len() - failed,
+        begin.elapsed().as_secs_f64()
+    );
+    if failed == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}

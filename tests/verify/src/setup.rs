@@ -1,0 +1,150 @@
+//! What the checks need beside Rust: found, or installed.
+
+use crate::check::{Check, attempt, output};
+use delta_cal_verify::firmware::TARGET;
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+
+/// Something that a check needs.
+struct Need {
+    /// In words.
+    what: &'static str,
+    /// What of it there is; `None` if it is missing.
+    found: fn() -> Option<String>,
+    /// The commands that install it; `None` where it is not known how.
+    install: fn() -> Option<Vec<String>>,
+    /// How to install it by hand.
+    by_hand: &'static str,
+}
+
+const NEEDS: [Need; 3] = [
+    Need {
+        what: "the bare Rust target, for firmware",
+        found: target,
+        install: || Some(vec![format!("rustup target add {TARGET}")]),
+        by_hand: "rustup target add thumbv7em-none-eabihf",
+    },
+    Need {
+        what: "QEMU for Arm, which runs firmware",
+        found: || version("qemu-system-arm --version"),
+        install: || packages("qemu-system-arm"),
+        by_hand: "apt-get install qemu-system-arm (macOS: brew install qemu)",
+    },
+    Need {
+        what: "a C++ compiler, for libFuzzer",
+        found: || version("c++ --version"),
+        install: || packages("g++"),
+        by_hand: "apt-get install g++ (macOS: xcode-select --install)",
+    },
+];
+
+/// Says what is there, and what it would install; asks on a terminal, and installs.
+pub(crate) fn check(check: &mut Check) {
+    let mut missing = Vec::new();
+    for need in &NEEDS {
+        match (need.found)() {
+            Some(found) => println!("{found}"),
+            None => missing.push(need),
+        }
+    }
+    if missing.is_empty() {
+        return;
+    }
+    println!("\nMissing, with the commands that install it:");
+    let mut commands: Vec<String> = Vec::new();
+    for need in &missing {
+        println!("  {}", need.what);
+        match (need.install)() {
+            Some(lines) => {
+                for line in lines {
+                    println!("    {line}");
+                    if !commands.contains(&line) {
+                        commands.push(line);
+                    }
+                }
+            }
+            None => println!("    {}, by hand", need.by_hand),
+        }
+    }
+    if !commands.is_empty() && agreed() {
+        for line in &commands {
+            // A failure does not count: what counts is whether the tool is there afterwards.
+            let _ = attempt(line);
+        }
+    }
+    for need in missing {
+        match (need.found)() {
+            Some(found) => println!("{found}"),
+            None => check.fail(format!(
+                "missing: {}. Install it: {}",
+                need.what, need.by_hand
+            )),
+        }
+    }
+}
+
+/// Whether the user agrees; whoever cannot be asked does.
+fn agreed() -> bool {
+    let automatic = std::env::var("CI").is_ok_and(|value| !matches!(&*value, "" | "false" | "0"));
+    if !must_ask(std::io::stdin().is_terminal(), automatic) {
+        return true;
+    }
+    print!("Install this now? [y/N] ");
+    let mut answer = String::new();
+    let read = std::io::stdout()
+        .flush()
+        .and_then(|()| std::io::stdin().read_line(&mut answer));
+    read.is_ok() && is_yes(&answer)
+}
+
+/// Somebody sits at the terminal, and this is no automatic build (`CI` is set).
+fn must_ask(terminal: bool, automatic: bool) -> bool {
+    terminal && !automatic
+}
+
+fn is_yes(answer: &str) -> bool {
+    matches!(answer.trim().to_lowercase().as_str(), "y" | "yes")
+}
+
+fn target() -> Option<String> {
+    let libraries = output(&format!("rustc --print target-libdir --target {TARGET}"))?;
+    let installed = Path::new(libraries.trim()).is_dir();
+    installed.then(|| format!("Rust target {TARGET}"))
+}
+
+/// The first line of what a command prints.
+fn version(command: &str) -> Option<String> {
+    let text = output(command)?;
+    text.lines().next().map(str::to_owned)
+}
+
+/// The commands that install a package of a Debian-like system.
+fn packages(name: &str) -> Option<Vec<String>> {
+    output("apt-get --version")?;
+    let root = output("id -u").is_some_and(|id| id.trim() == "0");
+    let sudo = if root { "" } else { "sudo " };
+    let apt = format!("{sudo}env DEBIAN_FRONTEND=noninteractive apt-get --yes --quiet");
+    Some(vec![
+        format!("{apt} update"),
+        format!("{apt} install --no-install-recommends {name}"),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_who_sits_at_a_terminal_is_asked() {
+        assert!(must_ask(true, false));
+        assert!(!must_ask(true, true));
+        assert!(!must_ask(false, false));
+        assert!(!must_ask(false, true));
+    }
+
+    #[test]
+    fn only_a_yes_agrees() {
+        assert!(is_yes("y\n") && is_yes("Yes\n"));
+        assert!(!is_yes("\n") && !is_yes("no\n") && !is_yes(""));
+    }
+}

@@ -1,0 +1,163 @@
+//! The stages.
+
+use crate::budgets;
+use crate::check::Check;
+use crate::docs;
+use crate::features;
+use crate::fuzz;
+use crate::licences;
+use crate::mutants;
+use crate::setup;
+use crate::structure;
+use delta_cal_verify::firmware::TARGET;
+
+/// One group of checks.
+#[derive(Debug)]
+pub(crate) struct Stage {
+    pub(crate) name: &'static str,
+    pub(crate) about: &'static str,
+    pub(crate) run: fn(&mut Check),
+}
+
+pub(crate) const STAGES: &[Stage] = &[
+    Stage {
+        name: "setup",
+        about: "the bare Rust target, QEMU and a C++ compiler; says what is missing, asks, installs it",
+        run: setup::check,
+    },
+    FORMAT,
+    STRUCTURE,
+    Stage {
+        name: "lint",
+        about: "clippy on host and bare target",
+        run: lint,
+    },
+    Stage {
+        name: "docs",
+        about: "rustdoc without warnings; links and code blocks of every page",
+        run: docs::check,
+    },
+    Stage {
+        name: "tests",
+        about: "all tests but those under QEMU, and the examples in the documentation",
+        run: tests,
+    },
+    Stage {
+        name: "features",
+        about: "the core with every combination of its features, on host and bare target",
+        run: features::check,
+    },
+    Stage {
+        name: "firmware",
+        about: "under QEMU a Cortex-M4F and a Cortex-M7 give the host's bits, and calibrate when the host drives them",
+        run: firmware,
+    },
+    Stage {
+        name: "budgets",
+        about: "instructions, stack and flash on a Cortex-M4F against budgets.toml; no panic path",
+        run: budgets::check,
+    },
+    Stage {
+        name: "fuzz",
+        about: "arbitrary files, frames, flash contents and numbers, for some seconds each",
+        run: fuzz::check,
+    },
+    Stage {
+        name: "licences",
+        about: "every dependency's licence is on the list of deny.toml",
+        run: licences::check,
+    },
+];
+
+const FORMAT: Stage = Stage {
+    name: "format",
+    about: "rustfmt",
+    run: format,
+};
+
+const STRUCTURE: Stage = Stage {
+    name: "structure",
+    about: "no cycle between the files or the folders of any crate",
+    run: structure::check,
+};
+
+/// `cargo verify quick`: what to run after every change.
+pub(crate) const QUICK: &[Stage] = &[
+    FORMAT,
+    STRUCTURE,
+    Stage {
+        name: "clippy",
+        about: "clippy on the host",
+        run: clippy,
+    },
+    Stage {
+        name: "units",
+        about: "the unit tests of core and host",
+        run: units,
+    },
+];
+
+/// What takes too long to be among them.
+pub(crate) const BY_HAND: &[Stage] = &[
+    Stage {
+        name: "long",
+        about: "the tests with campaigns of full size (an hour)",
+        run: long,
+    },
+    Stage {
+        name: "mutants",
+        about: "cargo-mutants: the tests notice every change of the core's arithmetic, or it is explained (hours)",
+        run: mutants::check,
+    },
+];
+
+fn format(check: &mut Check) {
+    check.command("cargo fmt --all --check");
+    check.command("cargo fmt --manifest-path tests/fuzz/Cargo.toml --check");
+}
+
+fn clippy(check: &mut Check) {
+    check.command("cargo clippy --quiet --all-targets -- --deny warnings");
+}
+
+fn lint(check: &mut Check) {
+    clippy(check);
+    for what in [
+        "--package delta-cal-target-tests --all-targets".to_owned(),
+        "--package delta-cal --all-features".to_owned(),
+        format!("--package delta-cal --all-features --target {TARGET}"),
+        format!("--package delta-cal-protocol --target {TARGET}"),
+        format!("--package delta-cal-target-tests --target {TARGET}"),
+        format!("--package delta-cal-link-tests --target {TARGET}"),
+        format!("--package delta-cal-firmware-example --target {TARGET}"),
+        format!("--package delta-cal-firmware-example --features double --target {TARGET}"),
+    ] {
+        check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));
+    }
+    check.command(
+        "cargo clippy --quiet --locked --manifest-path tests/fuzz/Cargo.toml --all-targets -- --deny warnings",
+    );
+}
+
+fn units(check: &mut Check) {
+    check.chosen_tests("cargo test --lib --package delta-cal --package delta-cal-host");
+}
+
+fn tests(check: &mut Check) {
+    // Optimised, but with debug assertions and overflow checks: `profile.test`.
+    check.command("cargo test --no-fail-fast -- --skip on_target::");
+    check.chosen_tests("cargo test --doc --package delta-cal-firmware-example");
+}
+
+fn long(check: &mut Check) {
+    check.command("env DELTA_CAL_CAMPAIGNS=long cargo test --no-fail-fast -- --skip on_target::");
+}
+
+fn firmware(check: &mut Check) {
+    check.chosen_tests(
+        "cargo test --package delta-cal-tests --test target -- --nocapture on_target::same_bits",
+    );
+    check.chosen_tests(
+        "cargo test --package delta-cal-host --test device_on_target -- --nocapture on_target::",
+    );
+}

@@ -8,6 +8,7 @@
 #![allow(clippy::float_cmp)]
 
 mod control_loop;
+mod damage;
 mod driver;
 mod extremes;
 mod flash;

@@ -13,6 +13,7 @@ mod driver;
 mod extremes;
 mod flash;
 mod noise_on_the_link;
+mod pace;
 mod records;
 mod sessions;
 mod store;

@@ -19,7 +19,7 @@ const LARGEST_REQUEST: usize = 128;
 /// Everything behind the control loop: answers requests, takes in samples, solves in bounded steps,
 /// stores and hands over.
 ///
-/// `F` is NOR flash for the parameters alone: an even number of pages, four or more.
+/// `F` is NOR flash for the parameters alone: two halves of whole pages, 448 bytes or more each.
 ///
 /// ```
 /// use delta_cal_firmware_example::{Controller, ParameterFlash, nominal};

@@ -129,9 +129,15 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         if same && !self.damaged {
             return Ok(false);
         }
+        // What is stored again repairs the store; the set before is still the one before.
+        let previous = if same {
+            self.sets.previous
+        } else {
+            self.sets.current
+        };
         let sets = Sets {
             current: geometry,
-            previous: self.sets.current,
+            previous,
         };
         if let Err(error) = self.store.save(&sets) {
             warning!("not stored: {}", error);
@@ -144,6 +150,6 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         self.current = new;
         self.sets = sets;
         self.damaged = false;
-        Ok(true)
+        Ok(!same)
     }
 }

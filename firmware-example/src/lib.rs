@@ -25,7 +25,6 @@ mod number;
 mod pace;
 mod path;
 mod ram_flash;
-mod read_only;
 mod reception;
 mod session;
 mod store;

@@ -1,21 +1,31 @@
 //! Calibrates a Delta robot from files. The mathematics is the core's, `delta-cal`; this crate
 //! reads, judges, reports and writes.
 //!
-//! The modules follow the data:
+//! Each folder uses only those above it in this list:
+//!
+//! ```text
+//! text         numbers and lists in sentences
+//! geometry     where a robot may be: limits, the sweep of the forward model
+//! files        robot file, samples file, their faults, output files
+//! fit          samples to parameters, by either method; no judgement
+//! accuracy     how well positions and parameters are known
+//! calibration  a case ─→ an attempt ─→ a report, or an objection ─→ a reason in words; diagnosis
+//! planning     which poses to measure, and whether measured ones suffice
+//! campaign     many simulated robots, calibrated in every way that a file asks for
+//! workspace    where the robot gets, and what limits it
+//! render       figures, pages, the terminal
+//! report       results for people and for programs
+//! device       a controller that calibrates itself, over its link
+//! reproduce    the paper's simulations, run again
+//! ```
+//!
+//! A calibration of two files:
 //!
 //! ```text
 //! InputText ─→ RobotFile  ─┐
-//! InputText ─→ SamplesFile ┴→ calibrate() ─→ CalibrationReport ─→ report::table, json, html
+//! InputText ─→ SamplesFile ┴→ calibrate() ─→ CalibrationReport ─→ report::calibration::{table, json, html}
 //!                                  │                          └→ RobotFile::to_toml
-//!                                  └→ CalibrateError: InputError or Refused
-//! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
-//! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
-//! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary ─→ reproduce: the paper beside it
-//! RobotFile ─→ poses::plan ─→ PosePlan;  with SamplesFile ─→ Observability ─→ report::check
-//! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
-//! RobotFile ─→ workspace::report::Analysis ─→ table, JSON, CSV, STL, HTML
-//! plot::Figure ─→ SVG, PNG; report::html
-//! texts ─→ output::write_all
+//!                                  └→ CalibrateError: a Reason, and a Diagnosis
 //! ```
 //!
 //! Lengths are millimetres and angles radians; only the files and reports are in degrees.

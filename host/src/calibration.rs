@@ -6,6 +6,7 @@
 //! and, whatever comes of it, diagnose ─→ Diagnosis
 //! ```
 
+mod advice;
 mod attempt;
 mod calibrate;
 pub(crate) mod case;
@@ -17,7 +18,8 @@ pub mod noise_test;
 mod objection;
 mod outliers;
 mod plausibility;
-pub mod refusal;
+pub mod reason;
+mod refusal;
 pub mod report;
 pub(crate) mod thresholds;
 mod warnings;

@@ -12,6 +12,12 @@ pub(crate) const PARAMETERS: usize = 24;
 /// Of one arm.
 pub(crate) const ARM: usize = 8;
 
+/// Which of the 24 parameters that is.
+pub(crate) fn parameter_at(index: usize) -> (ArmIndex, Parameter) {
+    let arm = ArmIndex::ALL.get(index / ARM).copied();
+    (arm.unwrap_or(ArmIndex::Third), Parameter::ALL[index % ARM])
+}
+
 /// What a parameter is multiplied by: 1, or the upper arm's length.
 pub(crate) fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
     let mut units = SVector::repeat(1.0);

@@ -3,10 +3,11 @@
 use super::attempt::{Attempt, attempt};
 use super::case::Case;
 use super::diagnosis::diagnose;
-use super::error::{CalibrateError, Reason};
+use super::error::CalibrateError;
 use super::investigation::{Findings, investigate};
 use super::judgement::judge;
 use super::objection::Objection;
+use super::reason::Reason;
 use super::refusal::Explainer;
 use super::report::CalibrationReport;
 use super::warnings::warnings;

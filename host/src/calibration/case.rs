@@ -1,7 +1,7 @@
 //! What is to be calibrated, from what, and how.
 
-use super::error::Reason;
-use super::refusal;
+use super::advice::{SPREAD, joined};
+use super::reason::{Reason, Refused};
 use crate::accuracy::position_error::{PositionError, distances};
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
@@ -43,7 +43,7 @@ impl<'a> Case<'a> {
             Frame::Base => None,
             Frame::Sensor => Some(
                 sensor_frame::find(robot, samples, options)
-                    .map_err(|cause| refusal::sensor_frame(samples, &cause))?,
+                    .map_err(|cause| unknown_frame(samples, &cause))?,
             ),
         };
         let case = Self::in_frame(robot, robot, samples, options, sensor_frame);
@@ -134,4 +134,15 @@ fn in_robot_frame(
             None => row.value,
         })
         .collect()
+}
+
+/// The points do not fix the sensor's frame.
+fn unknown_frame(samples: &SamplesFile, cause: &str) -> Refused {
+    Refused {
+        cause: format!("{}: {cause}", samples.name),
+        remedy: joined(&[
+            samples.unit_hint(),
+            Some(format!("measure more poses and {SPREAD}")),
+        ]),
+    }
 }

@@ -1,9 +1,7 @@
 //! Why there is no calibration.
 
 use super::diagnosis::Diagnosis;
-use super::refusal::Refused;
-use crate::files::input_error::InputError;
-use crate::fit::options::OptionsError;
+use super::reason::Reason;
 use std::error::Error;
 use std::fmt;
 
@@ -15,17 +13,6 @@ pub struct CalibrateError {
     pub reason: Reason,
     /// What would explain the samples as a whole, if anything does.
     pub diagnosis: Option<Box<Diagnosis>>,
-}
-
-/// Why there is no calibration.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Reason {
-    /// The options exclude each other.
-    Options(OptionsError),
-    /// Something in an input file cannot be used.
-    Input(InputError),
-    /// The measurements cannot calibrate this robot.
-    Refused(Refused),
 }
 
 impl CalibrateError {
@@ -41,11 +28,7 @@ impl CalibrateError {
         if let Some(diagnosis) = &self.diagnosis {
             return Some(diagnosis.remedy());
         }
-        match &self.reason {
-            Reason::Options(error) => Some(error.remedy().to_owned()),
-            Reason::Input(error) => error.remedy().map(str::to_owned),
-            Reason::Refused(refused) => Some(refused.remedy().to_owned()),
-        }
+        self.reason.remedy()
     }
 
     /// The measurements cannot calibrate this robot.
@@ -56,33 +39,11 @@ impl CalibrateError {
 
 impl fmt::Display for CalibrateError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.reason {
-            Reason::Options(error) => error.fmt(formatter),
-            Reason::Input(error) => error.fmt(formatter),
-            Reason::Refused(refused) => refused.fmt(formatter),
-        }
+        self.reason.fmt(formatter)
     }
 }
 
 impl Error for CalibrateError {}
-
-impl From<OptionsError> for Reason {
-    fn from(error: OptionsError) -> Self {
-        Self::Options(error)
-    }
-}
-
-impl From<InputError> for Reason {
-    fn from(error: InputError) -> Self {
-        Self::Input(error)
-    }
-}
-
-impl From<Refused> for Reason {
-    fn from(refused: Refused) -> Self {
-        Self::Refused(refused)
-    }
-}
 
 impl<R: Into<Reason>> From<R> for CalibrateError {
     fn from(reason: R) -> Self {

@@ -12,7 +12,9 @@ mod indices;
 pub use combination::Combination;
 pub use indices::Indices;
 
-use crate::accuracy::information::{ARM, PARAMETERS, closure_rows, position_rows, units};
+use crate::accuracy::information::{
+    ARM, PARAMETERS, closure_rows, parameter_at, position_rows, units,
+};
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
@@ -241,10 +243,4 @@ fn worst_parameter(
         }
     }
     worst
-}
-
-/// Which of the 24 parameters that is.
-pub(crate) fn parameter_at(index: usize) -> (ArmIndex, Parameter) {
-    let arm = ArmIndex::ALL.get(index / ARM).copied();
-    (arm.unwrap_or(ArmIndex::Third), Parameter::ALL[index % ARM])
 }

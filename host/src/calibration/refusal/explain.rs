@@ -1,9 +1,9 @@
 //! From an objection to the words.
 
-use super::Refused;
-use super::advice::{CHECK, joined};
+use crate::calibration::advice::{CHECK, joined};
 use crate::calibration::case::Case;
-use crate::calibration::error::Reason;
+use crate::calibration::reason::{Reason, Refused};
+
 use crate::calibration::investigation::Findings;
 use crate::calibration::objection::Objection;
 use crate::fit::options::Frame;

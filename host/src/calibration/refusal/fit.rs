@@ -1,8 +1,8 @@
 //! What the core refuses, with its figures and a remedy.
 
-use super::Refused;
-use super::advice::{CHECK, SPREAD};
 use super::explain::Explainer;
+use crate::calibration::advice::{CHECK, SPREAD};
+use crate::calibration::reason::Refused;
 use crate::fit::options::Frame;
 use crate::text::words::{count, in_file_units};
 use delta_cal::{Method, Parameter, Refusal};

@@ -1,10 +1,10 @@
 //! A fit that is judged not to be good.
 
-use super::Refused;
-use super::advice::{CHECK, SPREAD, joined};
 use super::explain::Explainer;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::workspace_comparison::WorkspaceComparison;
+use crate::calibration::advice::{CHECK, SPREAD, joined};
+use crate::calibration::reason::Refused;
 use crate::fit::options::Frame;
 
 impl Explainer<'_> {

@@ -1,9 +1,9 @@
 //! Residuals that are too large to be noise, stated or not.
 
-use super::Refused;
-use super::advice::CHECK;
 use super::explain::Explainer;
+use crate::calibration::advice::CHECK;
 use crate::calibration::noise_test::NoiseTest;
+use crate::calibration::reason::Refused;
 use crate::fit::options::CalibrationMethod;
 use crate::text::numbers::significant;
 

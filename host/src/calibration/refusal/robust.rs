@@ -1,8 +1,8 @@
 //! Why a robust fit is refused.
 
-use super::Refused;
-use super::advice::{CHECK, SPREAD};
 use super::explain::Explainer;
+use crate::calibration::advice::{CHECK, SPREAD};
+use crate::calibration::reason::Refused;
 use crate::text::words::count;
 use delta_cal::RobustRefusal;
 

@@ -1,6 +1,6 @@
 //! A combination of parameters, in words.
 
-use super::parameter_at;
+use crate::accuracy::information::parameter_at;
 use crate::text::words::list;
 use delta_cal::{ArmIndex, Parameter};
 use nalgebra::DVector;

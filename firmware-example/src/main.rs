@@ -1,11 +1,11 @@
 //! The firmware: a controller whose control loop never stops while it recalibrates its robot.
 //!
 //! ```text
-//! cargo build --release -p delta-cal-firmware-example --target thumbv7em-none-eabihf
+//! cargo build --profile firmware -p delta-cal-firmware-example --target thumbv7em-none-eabihf
 //! qemu-system-arm -machine mps2-an386 -nographic -monitor none \
 //!     -serial tcp:127.0.0.1:PORT,server=on,wait=on,nodelay=on \
 //!     -semihosting-config enable=on,target=native -icount shift=6 \
-//!     -kernel target/thumbv7em-none-eabihf/release/delta-cal-firmware-example > LOG
+//!     -kernel target/thumbv7em-none-eabihf/firmware/delta-cal-firmware-example > LOG
 //! ```
 //!
 //! One program for a Cortex-M4F (`mps2-an386`) and a Cortex-M7 (`mps2-an500`). The log is `defmt`'s.

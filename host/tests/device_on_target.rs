@@ -206,13 +206,21 @@ mod on_target {
     fn firmware(directory: &str, features: &[&str]) -> PathBuf {
         const TARGET: &str = "thumbv7em-none-eabihf";
         const PACKAGE: &str = "delta-cal-firmware-example";
+        const PROFILE: &str = "firmware";
         let directory = Path::new(env!("CARGO_TARGET_TMPDIR"))
             .parent()
             .unwrap()
             .join(directory);
         let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
             .current_dir(WORKSPACE)
-            .args(["build", "--quiet", "--release", "--package", PACKAGE])
+            .args([
+                "build",
+                "--quiet",
+                "--profile",
+                PROFILE,
+                "--package",
+                PACKAGE,
+            ])
             .args(["--target", TARGET])
             .args(features)
             .arg("--target-dir")
@@ -220,6 +228,6 @@ mod on_target {
             .status()
             .unwrap();
         assert!(built.success());
-        directory.join(TARGET).join("release").join(PACKAGE)
+        directory.join(TARGET).join(PROFILE).join(PACKAGE)
     }
 }

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use delta_cal_host::render::plot::{Axis, Colour, Figure, PlotError, Series, Shape};
-use resvg::tiny_skia::Pixmap;
 use roxmltree::Document;
+use tiny_skia::Pixmap;
 
 /// Positions are rounded to the drawing's units, once for each of two ends.
 const ROUNDING: f64 = 1.01;
@@ -173,7 +173,7 @@ fn a_png_has_the_text_of_the_built_in_font_and_the_same_bytes_twice() {
     // Half of the axis is the band, blended with white: a fifth of blue.
     let [r, g, b] = [(255.0, 0.0), (255.0, 114.0), (255.0, 178.0)]
         .map(|(paper, blue)| 0.8 * paper + 0.2 * blue);
-    let blended = |pixel: &resvg::tiny_skia::PremultipliedColorU8| {
+    let blended = |pixel: &tiny_skia::PremultipliedColorU8| {
         [(pixel.red(), r), (pixel.green(), g), (pixel.blue(), b)]
             .into_iter()
             .all(|(found, expected)| (f64::from(found) - expected).abs() < 2.0)

@@ -131,6 +131,18 @@ def bits_of(array):
     return [bits(v) for v in np.asarray(array).ravel()]
 
 
+def write(generator, cases, *packages):
+    """Prints the document with what computed it, a line for each case."""
+    about = {"generator": f"tests/goldens/{generator}", "python": platform.python_version()}
+    about |= {package.__name__: package.__version__ for package in packages}
+    print("{")
+    for key, value in about.items():
+        print(f"{json.dumps(key)}: {json.dumps(value)},")
+    print('"cases": [')
+    print(",\n".join(json.dumps(case, separators=(",", ":")) for case in cases))
+    print("]\n}")
+
+
 def main():
     rng = np.random.default_rng(20200115)
     cases = []
@@ -177,18 +189,7 @@ def main():
                     "cost": [bits(a[2]) for a in arms],
                 }
             )
-    print(
-        json.dumps(
-            {
-                "generator": "tests/goldens/generate.py",
-                "python": platform.python_version(),
-                "numpy": np.__version__,
-                "scipy": scipy.__version__,
-                "cases": cases,
-            },
-            indent=0,
-        )
-    )
+    write("generate.py", cases, np, scipy)
 
 
 if __name__ == "__main__":

@@ -9,12 +9,9 @@ are stored as the bits of IEEE doubles.
     python3 tests/goldens/generate_fkm.py > tests/goldens/scipy_fkm.json
 """
 
-import json
-import platform
-
 import numpy as np
 import scipy
-from generate import DEGREE, bits, bits_of, constraint, forward, nominal_robot
+from generate import DEGREE, bits, bits_of, constraint, forward, nominal_robot, write
 from scipy.optimize import least_squares
 
 STEP = 1e-5
@@ -136,18 +133,7 @@ def main():
                 "cost": bits(cost),
             }
         )
-    print(
-        json.dumps(
-            {
-                "generator": "tests/goldens/generate_fkm.py",
-                "python": platform.python_version(),
-                "numpy": np.__version__,
-                "scipy": scipy.__version__,
-                "cases": cases,
-            },
-            indent=0,
-        )
-    )
+    write("generate_fkm.py", cases, np, scipy)
 
 
 if __name__ == "__main__":

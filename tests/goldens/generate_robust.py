@@ -11,11 +11,8 @@ with J^T J from the weighted rows, and sigma as stated or estimated.
     python3 tests/goldens/generate_robust.py > tests/goldens/numpy_robust.json
 """
 
-import json
-import platform
-
 import numpy as np
-from generate import DEGREE, basis, bits_of, elbow, elbow_derivative, forward, nominal_robot
+from generate import DEGREE, basis, bits_of, elbow, elbow_derivative, forward, nominal_robot, write
 
 K, C = 1.345, 4.685
 SCALE = np.array([100.0] * 3 + [1.0] * 2 + [100.0] * 3)
@@ -153,17 +150,7 @@ def main():
                 "covariance": [bits_of(c) for c in covariances],
             }
         )
-    print(
-        json.dumps(
-            {
-                "generator": "tests/goldens/generate_robust.py",
-                "python": platform.python_version(),
-                "numpy": np.__version__,
-                "cases": cases,
-            },
-            indent=0,
-        )
-    )
+    write("generate_robust.py", cases, np)
 
 
 if __name__ == "__main__":

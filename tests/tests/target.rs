@@ -1,13 +1,11 @@
-//! The programs of `tests/target` under QEMU and on this machine: the same bits. And the core
-//! for the bare target with every combination of its features.
+//! The programs of `tests/target` under QEMU and on this machine: the same bits.
 
 // A test fails by panicking.
 #![allow(clippy::expect_used, clippy::panic)]
 
 mod on_target {
     use delta_cal_verify::firmware::{
-        Board, Clock, PACKAGE, TARGET, build_for_host, build_for_target, cargo, emulate,
-        require_target,
+        Board, Clock, PACKAGE, build_for_host, build_for_target, emulate,
     };
     use std::collections::BTreeMap;
     use std::path::{Path, PathBuf};
@@ -83,28 +81,6 @@ mod on_target {
                     "{scalar}: {found} are {result}, not {least}"
                 );
             }
-        }
-    }
-
-    #[test]
-    fn core_builds_with_every_combination_of_features() {
-        let _exclusive = directory_lock();
-        require_target().expect("the bare target");
-        for features in ["", "defmt", "serde", "defmt,serde"] {
-            cargo(
-                &directory("firmware"),
-                &[
-                    "build",
-                    "--release",
-                    "--package",
-                    "delta-cal",
-                    "--target",
-                    TARGET,
-                    "--features",
-                    features,
-                ],
-            )
-            .expect("the build");
         }
     }
 

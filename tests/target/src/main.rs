@@ -2,10 +2,10 @@
 //! fixture.
 //!
 //! ```text
-//! cargo build --release -p delta-cal-target-tests --target thumbv7em-none-eabihf
+//! cargo build --profile firmware -p delta-cal-target-tests --target thumbv7em-none-eabihf
 //! qemu-system-arm -machine mps2-an386 -nographic -monitor none -serial none \
 //!     -semihosting-config enable=on,target=native \
-//!     -kernel target/thumbv7em-none-eabihf/release/delta-cal-target-tests
+//!     -kernel target/thumbv7em-none-eabihf/firmware/delta-cal-target-tests
 //! ```
 //!
 //! Built for a host it writes the fixture's bits alone, for comparison.

@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 /// The Rust target of a Cortex-M with a floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
+/// The workspace's profile of what is built for it.
+pub const PROFILE: &str = "firmware";
 /// The programs of this package run on host and target.
 pub const PACKAGE: &str = "delta-cal-target-tests";
 /// A run takes seconds; a firmware that hangs must not hang the tests.
@@ -61,16 +63,10 @@ pub fn cargo(directory: &Path, arguments: &[&str]) -> Result<String, String> {
 /// The target that is not installed, or what failed.
 pub fn build_for_target(directory: &Path, arguments: &[&str]) -> Result<PathBuf, String> {
     require_target()?;
-    let build = [
-        "build",
-        "--release",
-        "--package",
-        PACKAGE,
-        "--target",
-        TARGET,
-    ];
+    let build = ["build", "--profile", PROFILE, "--package", PACKAGE];
+    let build = [&build[..], &["--target", TARGET]].concat();
     cargo(directory, &[&build[..], arguments].concat())?;
-    Ok(directory.join(TARGET).join("release"))
+    Ok(directory.join(TARGET).join(PROFILE))
 }
 
 /// Builds the programs of [`PACKAGE`] for this machine, and returns where they are.
@@ -78,9 +74,9 @@ pub fn build_for_target(directory: &Path, arguments: &[&str]) -> Result<PathBuf,
 /// # Errors
 /// What failed.
 pub fn build_for_host(directory: &Path, arguments: &[&str]) -> Result<PathBuf, String> {
-    let build = ["build", "--release", "--package", PACKAGE];
+    let build = ["build", "--profile", PROFILE, "--package", PACKAGE];
     cargo(directory, &[&build[..], arguments].concat())?;
-    Ok(directory.join("release"))
+    Ok(directory.join(PROFILE))
 }
 
 /// Whether the bare target is installed.

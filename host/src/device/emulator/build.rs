@@ -10,6 +10,8 @@ use std::process::{Command, Stdio};
 const TARGET: &str = "thumbv7em-none-eabihf";
 const PACKAGE: &str = "delta-cal-firmware-example";
 const FOLDER: &str = "firmware-example";
+/// Of the workspace: optimised as a whole.
+const PROFILE: &str = "firmware";
 
 /// Why there is no firmware.
 #[derive(Debug)]
@@ -103,8 +105,8 @@ pub fn build(double: bool, announce: impl FnOnce()) -> Result<PathBuf, FirmwareE
     let mut command = Command::new(cargo);
     command
         .current_dir(&workspace)
-        .args(["build", "--release", "--package", PACKAGE, "--bin", PACKAGE])
-        .args(["--target", TARGET])
+        .args(["build", "--profile", PROFILE, "--target", TARGET])
+        .args(["--package", PACKAGE, "--bin", PACKAGE])
         .args(["--message-format", "json-render-diagnostics"])
         .stdin(Stdio::null())
         .stderr(Stdio::inherit());

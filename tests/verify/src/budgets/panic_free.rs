@@ -1,7 +1,7 @@
 //! No panic path survives in any public function of the core: `tests/link` links.
 
 use crate::check::{Check, root};
-use delta_cal_verify::firmware::{TARGET, cargo, require_target, run};
+use delta_cal_verify::firmware::{PROFILE, TARGET, cargo, require_target, run};
 use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSymbol};
 use std::path::{Path, PathBuf};
@@ -41,14 +41,15 @@ fn prove(directory: &Path) -> Result<(usize, Vec<String>), String> {
         directory,
         &[
             "build",
-            "--release",
+            "--profile",
+            PROFILE,
             "--package",
             PACKAGE,
             "--target",
             TARGET,
         ],
     )?;
-    let archive = directory.join(TARGET).join("release").join(ARCHIVE);
+    let archive = directory.join(TARGET).join(PROFILE).join(ARCHIVE);
     let linker = linker()?;
     // What does not link is named below; the linker's own words would only alarm.
     let links = |symbols: &[String]| {

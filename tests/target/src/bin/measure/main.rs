@@ -4,7 +4,7 @@
 //! ```text
 //! qemu-system-arm -machine mps2-an386 -nographic -monitor none -serial none \
 //!     -semihosting-config enable=on,target=native -icount shift=6,sleep=off \
-//!     -kernel target/thumbv7em-none-eabihf/release/measure
+//!     -kernel target/thumbv7em-none-eabihf/firmware/measure
 //! ```
 //!
 //! Instructions are not cycles: division, square root and flash wait states cost more on silicon.

@@ -44,5 +44,5 @@ pub use samples::{
 
 /// The README's example, compiled and run with the documentation's.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
+#[doc = include_str!("../README.md")]
 struct Readme;

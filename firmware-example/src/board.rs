@@ -6,17 +6,12 @@
 
 use crate::Number;
 use core::cell::Cell;
-use core::fmt::{self, Write as _};
 use core::mem::MaybeUninit;
-use core::panic::PanicInfo;
 use core::ptr;
 use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{CPUID, NVIC, SYST};
-use cortex_m_rt::{ExceptionFrame, exception};
-use cortex_m_semihosting::debug::{self, EXIT_FAILURE};
-use cortex_m_semihosting::hio;
 use critical_section::Mutex;
 use defmt_semihosting as _;
 use delta_cal::Real;
@@ -290,33 +285,4 @@ fn UART0_RX() {
         lost += 1;
     }
     OVERRUN.fetch_add(lost, Ordering::Relaxed);
-}
-
-#[panic_handler]
-fn panicked(info: &PanicInfo<'_>) -> ! {
-    fail(format_args!("{info}"))
-}
-
-// `cortex-m-rt` requires these two to be `unsafe fn`; neither does anything unsafe.
-#[allow(unsafe_code)]
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    fail(format_args!("hard fault: {frame:?}"))
-}
-
-#[allow(unsafe_code)]
-#[exception]
-unsafe fn DefaultHandler(number: i16) -> ! {
-    fail(format_args!("exception {number} has no handler"))
-}
-
-/// Says why, as far as that still works, and ends with a failure: a fault must not hang the run.
-/// Not through the log, which a fault may have interrupted.
-pub(crate) fn fail(why: fmt::Arguments<'_>) -> ! {
-    if let Ok(mut stream) = hio::hstderr() {
-        let _ = writeln!(stream, "\nFAILED {why}");
-    }
-    loop {
-        debug::exit(EXIT_FAILURE);
-    }
 }

@@ -2,6 +2,7 @@
 
 use crate::Number;
 use crate::board::{self, Board, Flash, Link};
+use crate::faults::fail;
 use delta_cal_firmware_example::{Background, Controller, Handover, nominal};
 use heapless::spsc::{Consumer, Queue};
 use static_cell::StaticCell;
@@ -39,7 +40,7 @@ fn start(
     received: &'static mut Queue<u8, 1024>,
 ) -> Idle {
     let (Some(board), Ok(nominal)) = (Board::take(), nominal()) else {
-        board::fail(format_args!("started twice, or without a robot"))
+        fail(format_args!("started twice, or without a robot"))
     };
     let (flash, mut link) = board.split();
     let controller = memory.init_with(|| Controller::new(nominal, flash, board::processor()));

@@ -16,6 +16,8 @@
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
+mod faults;
+#[cfg(target_os = "none")]
 mod firmware;
 
 /// What the firmware computes in.

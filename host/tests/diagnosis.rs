@@ -4,12 +4,11 @@
 
 mod support;
 
-use delta_cal::{
-    Arm, JointLimits, Noise, Robot, Sample, SymmetricRobot, random_pose, simulate_sample,
-};
+use delta_cal::{Arm, JointLimits, Noise, Robot, Sample, random_pose, simulate_sample};
 use delta_cal_host::{
     CalibrationMethod, Frame, InputText, Options, RobotFile, calibrate, read_samples,
 };
+use delta_cal_tests::{Spread, paper_robot, uniform};
 use nalgebra::{Rotation3, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -20,21 +19,6 @@ use std::fmt::Write;
 const ROBOTS: u64 = 240;
 /// The robots for each fault.
 const SOME: u64 = 48;
-
-fn uniform(rng: &mut Pcg32) -> f64 {
-    f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
-}
-
-fn nominal() -> Robot<f64> {
-    SymmetricRobot {
-        base_radius: 194.0,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm: 480.0,
-    }
-    .robot()
-    .unwrap()
-}
 
 fn changed(robot: &Robot<f64>, mut change: impl FnMut(usize, &mut [f64; 8])) -> Robot<f64> {
     let mut index = 0;
@@ -49,16 +33,7 @@ fn changed(robot: &Robot<f64>, mut change: impl FnMut(usize, &mut [f64; 8])) -> 
 
 /// Every length off by up to `length` mm and every angle by up to `degrees`.
 fn perturbed(robot: &Robot<f64>, length: f64, degrees: f64, rng: &mut Pcg32) -> Robot<f64> {
-    changed(robot, |_, parameters| {
-        for (index, value) in parameters.iter_mut().enumerate() {
-            let by = if index == 3 || index == 4 {
-                degrees.to_radians()
-            } else {
-                length
-            };
-            *value += by * uniform(rng);
-        }
-    })
+    delta_cal_tests::perturbed(robot, length, degrees.to_radians(), Spread::Uniform, rng)
 }
 
 /// One run: a robot file, measurements in mm and degrees as they are written, and the header.
@@ -76,7 +51,7 @@ struct Case {
 /// Every way to calibrate, one after the other.
 fn case(robot: u64, frame: Option<Frame>) -> (Case, Pcg32) {
     let mut rng = Pcg32::seed_from_u64(0xd1a6 ^ (robot << 20));
-    let file = nominal();
+    let file = paper_robot();
     let truth = perturbed(&file, 1.0, 0.3, &mut rng);
     let noise = Noise::new(0.02, 0.002_f64.to_radians()).unwrap();
     let limits = JointLimits::new((-60_f64).to_radians(), 90_f64.to_radians()).unwrap();
@@ -325,13 +300,13 @@ const FAULTS: &[Fault] = &[
                     parameters[7] += 15.0;
                 }
             });
-            let longer = changed(&nominal(), |index, parameters| {
+            let longer = changed(&paper_robot(), |index, parameters| {
                 if index == 1 {
                     parameters[5] += 6.0;
                     parameters[7] += 15.0;
                 }
             });
-            let original = nominal();
+            let original = paper_robot();
             for (q, x) in &mut case.rows {
                 let q = q.map(f64::to_radians);
                 let moved = longer.forward(&q).unwrap() - original.forward(&q).unwrap();

@@ -4,13 +4,14 @@
 
 mod support;
 
-use delta_cal::{Arm, JointLimits, Noise, Robot, SymmetricRobot, random_pose, simulate_sample};
+use delta_cal::{JointLimits, Noise, Robot, random_pose, simulate_sample};
 use delta_cal_host::{
     CalibrationMethod, InputText, NoiseTest, NoiseVerdict, Options, RobotFile, SamplesFile,
     calibrate,
 };
+use delta_cal_tests::{Spread, paper_robot};
 use nalgebra::Vector3;
-use rand_core::{Rng, SeedableRng};
+use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 use std::fmt::Write;
 use support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
@@ -21,32 +22,10 @@ const AT_LEAST: usize = 181;
 /// mm.
 const SIGMA: f64 = 0.05;
 
-fn uniform(rng: &mut Pcg32) -> f64 {
-    f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
-}
-
-fn nominal() -> Robot<f64> {
-    SymmetricRobot {
-        base_radius: 194.0,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm: 480.0,
-    }
-    .robot()
-    .unwrap()
-}
-
 /// Every length off by up to `length` mm and every angle by up to `degrees`.
 fn perturbed(length: f64, degrees: f64, rng: &mut Pcg32) -> Robot<f64> {
-    let arms = nominal().arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
-        for (index, value) in parameters.iter_mut().enumerate() {
-            let angle = index == 3 || index == 4;
-            *value += uniform(rng) * if angle { degrees.to_radians() } else { length };
-        }
-        Arm::new(parameters).unwrap()
-    });
-    Robot::new(arms).unwrap()
+    let nominal = paper_robot();
+    delta_cal_tests::perturbed(&nominal, length, degrees.to_radians(), Spread::Uniform, rng)
 }
 
 /// A robot measured at 30 poses with noise of `SIGMA`, and what is said of the noise.
@@ -139,7 +118,7 @@ fn what_the_tolerance_allows_is_what_robots_within_it_do() {
         .unwrap();
     let mut rng = Pcg32::seed_from_u64(7);
     let limits = JointLimits::new((-50_f64).to_radians(), 80_f64.to_radians()).unwrap();
-    let robot = nominal();
+    let robot = paper_robot();
     let mut coordinates: Vec<_> = (0..60)
         .map(|_| {
             let q = random_pose(&robot, &limits, &mut rng).unwrap().joints;

@@ -3,29 +3,23 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::expect_used, clippy::missing_panics_doc)] // in tests a panic is the failure
 
+/// The README's examples, compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
+
 pub mod goldens;
 pub mod noisy_campaign;
 pub mod outliers;
 pub mod peer;
 
+pub use delta_cal_target_tests::nominal as paper_robot;
+
 use delta_cal::{
-    Arm, JointLimits, Noise, Real, Robot, Sample, SymmetricRobot, random_pose, simulate_sample,
-    standard_normal,
+    Arm, JointLimits, Noise, Real, Robot, Sample, random_pose, simulate_sample, standard_normal,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
-
-/// The paper's robot: Ra 194, Rb 30, La 260, Lb 480 mm.
-pub fn paper_robot<T: Real>() -> Robot<T> {
-    SymmetricRobot {
-        base_radius: T::from_f64(194.0),
-        platform_radius: T::from_f64(30.0),
-        upper_arm: T::from_f64(260.0),
-        forearm: T::from_f64(480.0),
-    }
-    .robot()
-    .expect("the paper's robot is valid")
-}
 
 /// −60° to 90°.
 pub fn paper_limits<T: Real>() -> JointLimits<T> {

@@ -1,9 +1,11 @@
 //! The robots of these tests.
 
-use delta_cal::{Arm, JointLimits, Parameter, ParameterKind, Robot, SymmetricRobot};
+use delta_cal::{JointLimits, Robot, SymmetricRobot};
 use delta_cal_host::geometry::reach::Reach;
 use delta_cal_host::workspace::{Options, Workspace};
-use rand_core::{Rng, SeedableRng};
+use delta_cal_tests::Spread;
+pub(super) use delta_cal_tests::uniform;
+use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
 pub(super) struct Case {
@@ -33,11 +35,6 @@ pub(super) fn reach(low: f64, high: f64, forearm: Option<f64>) -> Reach {
     }
 }
 
-/// Evenly in (−1, 1).
-pub(super) fn uniform(rng: &mut Pcg32) -> f64 {
-    f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
-}
-
 /// Each parameter evenly off by up to this many mm or degrees.
 pub(super) fn perturbed(
     robot: &Robot<f64>,
@@ -45,18 +42,7 @@ pub(super) fn perturbed(
     length: f64,
     degrees: f64,
 ) -> Robot<f64> {
-    Robot::new(robot.arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
-        for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {
-            *value += uniform(rng)
-                * match parameter.kind() {
-                    ParameterKind::Length => length,
-                    ParameterKind::Angle => degrees.to_radians(),
-                };
-        }
-        Arm::new(parameters).unwrap()
-    }))
-    .unwrap()
+    delta_cal_tests::perturbed(robot, length, degrees.to_radians(), Spread::Uniform, rng)
 }
 
 /// Robots whose boundaries have faces of every kind.

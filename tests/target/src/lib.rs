@@ -1,20 +1,33 @@
 //! What host and target run alike: the example's measurements, a fixture that takes the core
 //! through all of its methods and writes down every bit that comes out, and random calibrations of
-//! every kind. On the target also the board.
+//! every kind. On the target also what counts
+//! instructions and stack.
 
 #![no_std]
 #![cfg_attr(not(target_os = "none"), forbid(unsafe_code))]
 #![allow(clippy::expect_used)] // of constants and simulated robots: a panic ends the run with a failure
 
-#[cfg(target_os = "none")]
-pub mod board;
 pub mod cases;
+#[cfg(target_os = "none")]
+pub mod console;
+#[cfg(target_os = "none")]
+mod counter;
+// Those of the example, so that a fault ends the run here as well.
+#[cfg(target_os = "none")]
+#[path = "../../../firmware-example/src/faults.rs"]
+mod faults;
 pub mod fixture;
 mod measurements;
 mod record;
 mod simulation;
+#[cfg(target_os = "none")]
+mod stack;
 mod stream;
 
+#[cfg(target_os = "none")]
+pub use counter::{Counter, Overflow};
 pub use measurements::{SAMPLES, noise, nominal, samples};
 pub use record::Scalar;
 pub use simulation::{measurements_of, robot_near, tolerance};
+#[cfg(target_os = "none")]
+pub use stack::stack_of;

@@ -3,12 +3,12 @@
 use core::fmt::{self, Write};
 use cortex_m_rt::entry;
 use delta_cal::{ArmIndex, Calibrator, Parameter, ParameterKind, Refusal, RobotOutcome, Settings};
-use delta_cal_target_tests::board::{self, Console};
+use delta_cal_target_tests::console::{self, Console};
 use delta_cal_target_tests::{Scalar, fixture, noise, nominal, samples};
 
 #[entry]
 fn main() -> ! {
-    board::run(report)
+    console::run(report)
 }
 
 fn report(console: &mut Console) -> fmt::Result {

@@ -25,7 +25,7 @@ const MASKS: [u8; 4] = [0x01, 0x80, 0x5a, 0xff];
 
 /// A damaged link needs many attempts, and nothing here takes time.
 const PATIENCE: Patience = Patience {
-    timeout: Duration::from_hours(1),
+    timeout: Duration::from_secs(3600),
     silent_attempts: 50,
     attempts: 2000,
     pause: Duration::ZERO,

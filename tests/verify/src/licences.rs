@@ -46,6 +46,15 @@ pub(crate) fn check(check: &mut Check) {
     }
 }
 
+/// What `deny.toml` says of known weaknesses.
+pub(crate) fn advisories(check: &mut Check) {
+    for package in ["", "--manifest-path tests/fuzz/Cargo.toml "] {
+        check.command(&format!(
+            "cargo deny {package}check --config deny.toml advisories"
+        ));
+    }
+}
+
 /// The strings of `allow = [ … ]`.
 fn allowed_licences(rules: &str) -> Vec<&str> {
     rules

@@ -7,9 +7,11 @@ mod features;
 mod fuzz;
 mod licences;
 mod mutants;
+mod package;
 mod setup;
 mod stages;
 mod structure;
+mod versions;
 
 use check::Check;
 use stages::{BY_HAND, QUICK, STAGES, Stage};

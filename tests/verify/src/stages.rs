@@ -7,8 +7,10 @@ use crate::features;
 use crate::fuzz;
 use crate::licences;
 use crate::mutants;
+use crate::package;
 use crate::setup;
 use crate::structure;
+use crate::versions;
 use delta_cal_verify::firmware::TARGET;
 
 /// One group of checks.
@@ -67,6 +69,16 @@ pub(crate) const STAGES: &[Stage] = &[
         about: "every dependency's licence is on the list of deny.toml",
         run: licences::check,
     },
+    Stage {
+        name: "versions",
+        about: "no dependency demands a newer Rust than Cargo.toml states",
+        run: versions::check,
+    },
+    Stage {
+        name: "package",
+        about: "core and protocol can be published; no public item changed that a release has promised",
+        run: package::check,
+    },
 ];
 
 const FORMAT: Stage = Stage {
@@ -103,6 +115,16 @@ pub(crate) const BY_HAND: &[Stage] = &[
         name: "long",
         about: "the tests with campaigns of full size (an hour)",
         run: long,
+    },
+    Stage {
+        name: "oldest",
+        about: "a build with the oldest Rust that Cargo.toml states, which rustup fetches",
+        run: versions::oldest,
+    },
+    Stage {
+        name: "advisories",
+        about: "no dependency has a known weakness (cargo-deny, network)",
+        run: licences::advisories,
     },
     Stage {
         name: "mutants",

@@ -17,7 +17,7 @@ fn write(out: &mut dyn fmt::Write) -> fmt::Result {
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    delta_cal_target_tests::board::run(|console| write(console))
+    delta_cal_target_tests::console::run(|console| write(console))
 }
 
 #[cfg(not(target_os = "none"))]

@@ -85,13 +85,13 @@ impl Crate {
         }
         for (offset, scope) in scopes.iter().enumerate() {
             let inner = scope.path.iter().fold(folder.to_owned(), |f, n| f.join(n));
-            for name in &scope.files {
+            for (name, place) in &scope.files {
                 let below = inner.join(name);
                 let [flat, nested] = [inner.join(format!("{name}.rs")), below.join("mod.rs")];
-                let child = if text_of(&flat).is_some() {
-                    flat
-                } else {
-                    nested
+                let child = match place {
+                    Some(place) => file.parent().unwrap_or(Path::new("")).join(place),
+                    None if text_of(&flat).is_some() => flat,
+                    None => nested,
                 };
                 let module = self.read_file(&child, &below, Some(first + offset), text_of)?;
                 self.modules[first + offset]
@@ -314,6 +314,16 @@ mod tests {
             ]);
             assert_eq!(found, ["a.rs:1 b.rs"], "{naming}");
         }
+    }
+
+    #[test]
+    fn a_file_elsewhere_is_found() {
+        let found = edges(&[
+            ("lib.rs", "mod a; #[path = \"../b.rs\"] mod b;"),
+            ("a.rs", "use crate::b::B;"),
+            ("../b.rs", "pub struct B;"),
+        ]);
+        assert_eq!(found, ["a.rs:1 ../b.rs"]);
     }
 
     #[test]

@@ -10,8 +10,8 @@ use std::vec::IntoIter;
 pub(super) struct Scope {
     /// Names of the modules around it in the same file and its own; empty for the file's own.
     pub(super) path: Vec<String>,
-    /// Its children in files of their own.
-    pub(super) files: Vec<String>,
+    /// Its children in files of their own, and where those are if that is stated (`#[path]`).
+    pub(super) files: Vec<(String, Option<String>)>,
     /// The items that it defines.
     pub(super) items: BTreeSet<String>,
     pub(super) uses: Vec<Use>,
@@ -55,12 +55,16 @@ fn read(tokens: TokenStream, scope: usize, outside: bool, scopes: &mut Vec<Scope
         .peekable();
     let mut public = false;
     let mut after_colons = false;
+    let mut place = None;
     while let Some(token) = tokens.next() {
         let continues = std::mem::take(&mut after_colons);
         match token {
             TokenTree::Punct(punct) if punct.as_char() == '#' => match tokens.next() {
                 Some(TokenTree::Group(group)) if for_tests_alone(&group) => skip_item(&mut tokens),
-                Some(TokenTree::Group(group)) => read(group.stream(), scope, false, scopes),
+                Some(TokenTree::Group(group)) => {
+                    place = path_of(&group).or(place);
+                    read(group.stream(), scope, false, scopes);
+                }
                 _ => {}
             },
             TokenTree::Punct(punct) => {
@@ -90,7 +94,7 @@ fn read(tokens: TokenStream, scope: usize, outside: bool, scopes: &mut Vec<Scope
                         let uses = use_tree(&mut tokens, &[], line, public);
                         scopes[scope].uses.extend(uses);
                     }
-                    "mod" => module(&mut tokens, scope, scopes),
+                    "mod" => module(&mut tokens, place.take(), scope, scopes),
                     keyword @ ("struct" | "enum" | "union" | "trait" | "type" | "fn" | "const"
                     | "static" | "macro_rules")
                         if outside =>
@@ -125,7 +129,7 @@ fn read(tokens: TokenStream, scope: usize, outside: bool, scopes: &mut Vec<Scope
 }
 
 /// `mod name;` or `mod name { … }`
-fn module(tokens: &mut Tokens, scope: usize, scopes: &mut Vec<Scope>) {
+fn module(tokens: &mut Tokens, place: Option<String>, scope: usize, scopes: &mut Vec<Scope>) {
     let Some(TokenTree::Ident(name)) = tokens.next() else {
         return;
     };
@@ -139,7 +143,7 @@ fn module(tokens: &mut Tokens, scope: usize, scopes: &mut Vec<Scope>) {
         });
         read(stream, scopes.len() - 1, true, scopes);
     } else {
-        scopes[scope].files.push(name.to_string());
+        scopes[scope].files.push((name.to_string(), place));
     }
 }
 
@@ -216,6 +220,13 @@ fn continued(tokens: &mut Tokens) -> Option<String> {
 
 fn next_is(tokens: &mut Tokens, sign: char) -> bool {
     matches!(tokens.peek(), Some(TokenTree::Punct(punct)) if punct.as_char() == sign)
+}
+
+/// `#[path = "…"]`
+fn path_of(attribute: &Group) -> Option<String> {
+    let text = attribute.stream().to_string();
+    let path = text.strip_prefix("path = \"")?.strip_suffix('"')?;
+    Some(path.to_owned())
 }
 
 /// `#[cfg(test)]` and `#[cfg(all(test, …))]`

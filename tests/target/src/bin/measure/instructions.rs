@@ -4,7 +4,7 @@ use crate::report::Report;
 use core::fmt;
 use core::hint::black_box;
 use delta_cal::{Calibrator, Robot, Sample, Settings};
-use delta_cal_target_tests::board::{Counter, Overflow};
+use delta_cal_target_tests::{Counter, Overflow};
 use delta_cal_target_tests::{Scalar, measurements_of, noise, nominal, robot_near};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;

@@ -35,10 +35,10 @@ fn main() {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use core::fmt::Write;
-    use delta_cal_target_tests::board::{self, Counter};
+    use delta_cal_target_tests::{Counter, console};
     use report::Report;
 
-    board::run(|console| {
+    console::run(|console| {
         let Some(mut counter) = Counter::start() else {
             writeln!(
                 console,

@@ -5,8 +5,8 @@ use core::fmt;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
 use delta_cal::{Calibrator, Progress, Refusal, RobotOutcome, RobotSolver};
-use delta_cal_target_tests::board::stack_of;
 use delta_cal_target_tests::cases::Case;
+use delta_cal_target_tests::stack_of;
 
 const CASES: u64 = 300;
 

@@ -7,7 +7,7 @@ use crate::solve::solve;
 use core::fmt;
 use core::hint::black_box;
 use delta_cal::{Arm, Calibrator, Parameter, ParameterKind, Robot, Sample, Settings};
-use delta_cal_target_tests::board::{Counter, Overflow};
+use delta_cal_target_tests::{Counter, Overflow};
 use delta_cal_target_tests::{measurements_of, nominal};
 use nalgebra_of_peer::Vector3;
 use rand_core::{Rng, SeedableRng};

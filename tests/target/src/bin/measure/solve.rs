@@ -8,7 +8,7 @@ use delta_cal::{
     Calibrator, Progress, Refusal, RobotOutcome, RobotSolver, Sample, Settings, Start,
     simulate_sample,
 };
-use delta_cal_target_tests::board::{Counter, Overflow};
+use delta_cal_target_tests::{Counter, Overflow};
 use delta_cal_target_tests::{Scalar, measurements_of, noise, nominal, robot_near, tolerance};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;

@@ -1,14 +1,6 @@
-//! The board under QEMU: console, end of the run, faults; counting instructions and stack.
-
-mod counter;
-mod stack;
-
-pub use counter::{Counter, Overflow};
-pub use stack::stack_of;
+//! Programs under QEMU: their console, and the end of the run.
 
 use core::fmt::{self, Write};
-use core::panic::PanicInfo;
-use cortex_m_rt::{ExceptionFrame, exception};
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
 
@@ -66,32 +58,6 @@ impl Write for Console {
         }
         Ok(())
     }
-}
-
-#[panic_handler]
-fn panicked(info: &PanicInfo<'_>) -> ! {
-    fail(format_args!("{info}"))
-}
-
-// `cortex-m-rt` requires these two to be `unsafe fn`; neither does anything unsafe.
-#[allow(unsafe_code)]
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    fail(format_args!("hard fault: {frame:?}"))
-}
-
-#[allow(unsafe_code)]
-#[exception]
-unsafe fn DefaultHandler(number: i16) -> ! {
-    fail(format_args!("exception {number} has no handler"))
-}
-
-/// Says why, as far as that still works, and ends with a failure: a fault must not hang the run.
-fn fail(why: fmt::Arguments<'_>) -> ! {
-    if let Ok(mut stream) = hio::hstdout() {
-        let _ = writeln!(stream, "\nFAILED {why}");
-    }
-    exit(EXIT_FAILURE)
 }
 
 fn exit(status: debug::ExitStatus) -> ! {

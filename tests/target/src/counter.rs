@@ -1,3 +1,5 @@
+//! Counting instructions.
+
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 

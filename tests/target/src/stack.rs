@@ -1,3 +1,5 @@
+//! Measuring the stack.
+
 use core::ptr::{read_volatile, write_volatile};
 
 /// What the free stack is painted with.

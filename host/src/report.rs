@@ -1,6 +1,7 @@
 //! Results for people and for programs.
 
 pub mod calibration;
+pub mod campaign;
 pub mod check;
 pub mod plan;
 pub mod workspace;

@@ -10,11 +10,12 @@
 //! The paper: T. Bentaleb, J. Iqbal, "On the improvement of calibration accuracy of parallel robots –
 //! modeling and optimization", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
 
+pub use crate::render::named_figure::NamedFigure;
+
 mod boundary;
 mod comparison;
 mod experiment;
 mod figures;
-mod named_figure;
 mod report;
 mod reproduction;
 mod results;
@@ -23,8 +24,7 @@ mod run;
 pub use comparison::{Comparison, comparisons};
 pub use experiment::{EXPERIMENTS, Experiment, PaperValue};
 pub use figures::figures;
-pub use named_figure::NamedFigure;
-pub use report::render;
+pub use report::{render, table};
 pub use reproduction::{Reproduction, Results};
 pub use results::results_csv;
 pub use run::{CAMPAIGNS, run};

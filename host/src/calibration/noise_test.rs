@@ -205,7 +205,7 @@ impl NoiseTest {
             format!(
                 "no [noise] is stated, so the residuals are taken for noise: {} in each coordinate,                  where the tolerance lets the robot be off by {} mm. So the samples count for                  little, and the result stays near the robot file: look for wrong samples, or state                  the [noise]",
                 self.estimate(),
-                significant(tolerated)
+                significant(tolerated, 3)
             )
         })
     }
@@ -271,9 +271,9 @@ impl NoiseTest {
             "{} mm is stated, and the residuals say {} mm ({} to {} with 95 % confidence{joints}\
              {chance})",
             noise.position(),
-            significant(self.position.value),
-            significant(low),
-            significant(high),
+            significant(self.position.value, 3),
+            significant(low, 3),
+            significant(high, 3),
         )
     }
 
@@ -282,18 +282,18 @@ impl NoiseTest {
         let [low, high] = self.position.interval;
         format!(
             "{} mm ({} to {} with 95 % confidence)",
-            significant(self.position.value),
-            significant(low),
-            significant(high)
+            significant(self.position.value, 3),
+            significant(low, 3),
+            significant(high, 3)
         )
     }
 }
 
 /// What to write into the robot file.
 pub(crate) fn statement(noise: &Noise<f64>, ratio: f64) -> String {
-    let position = format!("position_mm = {}", significant(ratio * noise.position()));
+    let position = format!("position_mm = {}", significant(ratio * noise.position(), 3));
     if noise.joint() > 0.0 {
-        let joint = significant(ratio * noise.joint().to_degrees());
+        let joint = significant(ratio * noise.joint().to_degrees(), 3);
         format!("{position} and joint_deg = {joint}, if measurements repeat so")
     } else {
         format!("{position}, if measurements repeat so")

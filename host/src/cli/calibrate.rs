@@ -9,8 +9,8 @@ use super::paths::{is_stream, read, refuse_same, report_path};
 use super::print::print;
 use delta_cal::{Loss, Method};
 use delta_cal_host::files::{example, output};
-use delta_cal_host::report::calibration::json::{JsonRefusal, JsonReport};
-use delta_cal_host::report::calibration::{html, stream, table};
+use delta_cal_host::render::json;
+use delta_cal_host::report::calibration::{self, html, stream, table};
 use delta_cal_host::{
     CalibrateError, CalibrationReport, Frame, InputText, RobotFile, SamplesFile, calibrate,
     read_samples,
@@ -30,12 +30,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         result => result?,
     };
 
-    let json_wanted = arguments.json.is_some();
-    let json = match json_wanted.then(|| JsonReport::new(&report).to_text()) {
-        None => String::new(),
-        Some(Ok(text)) => text,
-        Some(Err(error)) => return Err(Failure::Output(format!("the JSON report: {error}"))),
-    };
+    let json = json::text(&calibration::json::report(&report));
     let page = if arguments.report.is_some() {
         let origin = "The built-in example: its measurements are simulated.";
         html::render(&report, simulated.then_some(origin))?
@@ -60,7 +55,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     );
     output::write_all(&files)?;
 
-    if json_wanted && json_file.is_none() {
+    if arguments.json.is_some() && json_file.is_none() {
         return print(&json);
     }
     let mut text = String::new();
@@ -80,8 +75,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
 /// A refusal writes no file; a program that reads standard output is told there as well.
 fn refusal(arguments: &CalibrateArguments, refused: CalibrateError) -> Failure {
     if arguments.json.as_deref().is_some_and(is_stream)
-        && let Ok(text) = JsonRefusal::new(&refused).to_text()
-        && let Err(failure) = print(&text)
+        && let Err(failure) = print(&json::text(&calibration::json::refusal(&refused)))
     {
         return failure;
     }

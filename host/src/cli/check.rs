@@ -8,8 +8,8 @@ use clap::Args;
 use delta_cal_host::files::output;
 use delta_cal_host::planning::observability::Observability;
 use delta_cal_host::planning::poses::{PlanRequest, Region, next_poses};
-use delta_cal_host::report::check::json::JsonCheck;
-use delta_cal_host::report::check::table;
+use delta_cal_host::render::json;
+use delta_cal_host::report::check;
 use delta_cal_host::{InputText, RobotFile, SamplesFile};
 use std::path::PathBuf;
 
@@ -84,16 +84,15 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     };
     let next = next_poses(&request, &observability.poses)
         .map_err(|error| super::plan::failure(&robot, error))?;
-    let json = JsonCheck::new(&robot, &samples, method, &observability, &next)
-        .to_text()
-        .map_err(|error| Failure::Output(format!("the JSON check: {error}")))?;
+    let report = check::json::report(&robot, &samples, method, &observability, &next);
+    let json = json::text(&report);
     match json_file {
         Some(path) if is_stream(path) => print(&json)?,
         Some(path) => output::write_all(&[(path, &json)])?,
         None => {}
     }
     if !json_file.is_some_and(is_stream) {
-        let report = table::render(&robot, &samples, method, &observability, &next);
+        let report = check::table::render(&robot, &samples, method, &observability, &next);
         print(&report)?;
     }
     if observability.determined() {
@@ -106,7 +105,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
         "measure the poses that are best added, or state a [tolerance]"
     };
     Err(Failure::NotDetermined {
-        cause: table::verdict(&observability),
+        cause: check::table::verdict(&observability),
         remedy: remedy.to_owned(),
     })
 }

@@ -11,8 +11,8 @@ use delta_cal_host::planning::poses::{
     Criterion, LEAST_POSES, MOST_POSES, PlanError, PlanRequest, PosePlan, PosesNeeded, Region,
     plan, poses_needed,
 };
-use delta_cal_host::report::plan::json::JsonPlan;
-use delta_cal_host::report::plan::table;
+use delta_cal_host::render::json;
+use delta_cal_host::report::plan;
 use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -216,12 +216,7 @@ fn write(
     needed: Option<&PosesNeeded>,
 ) -> Result<(), Failure> {
     let csv = kinematics::to_csv(&planned.poses);
-    let json = match &arguments.json {
-        None => String::new(),
-        Some(_) => JsonPlan::new(request, planned, needed)
-            .to_text()
-            .map_err(|error| Failure::Output(format!("the JSON plan: {error}")))?,
-    };
+    let json = json::text(&plan::json::report(request, planned, needed));
     let mut files: Vec<(&Path, &str)> = Vec::new();
     for (path, text) in [(&arguments.output, &csv), (&arguments.json, &json)] {
         let file = path.as_deref().filter(|path| !is_stream(path));
@@ -235,7 +230,7 @@ fn write(
     if streamed(&arguments.json) {
         return print(&json);
     }
-    let mut text = table::render(request, planned, needed);
+    let mut text = plan::table::render(request, planned, needed);
     if arguments.output.is_none() {
         let _ = write!(text, "\n{csv}");
     }

@@ -4,14 +4,11 @@ use super::failure::Failure;
 use super::print::print;
 use super::progress::{Bar, interruption};
 use super::simulate;
-use anstyle::Style;
 use clap::Args;
-use delta_cal_host::campaign::{CaseSummary, RunOptions};
+use delta_cal_host::campaign::RunOptions;
 use delta_cal_host::files::output;
 use delta_cal_host::reproduce;
-use delta_cal_host::reproduce::{
-    Comparison, NamedFigure, Reproduction, comparisons, figures, results_csv,
-};
+use delta_cal_host::reproduce::{NamedFigure, Reproduction, comparisons, figures, results_csv};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -74,7 +71,7 @@ pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
     bar.finish();
     let reproduction = result.map_err(|error| simulate::failure(error, Some(folder)))?;
     write(folder, &reproduction)?;
-    let mut text = table(&comparisons(&reproduction));
+    let mut text = reproduce::table(&comparisons(&reproduction));
     let _ = writeln!(
         text,
         "\n{} calibrations in {} cases, {:.0} s. Written: {}",
@@ -109,58 +106,4 @@ fn write(folder: &Path, reproduction: &Reproduction) -> Result<(), Failure> {
         (&folder.join("report.html"), &report),
     ])?;
     Ok(())
-}
-
-const HEADING: Style = Style::new().bold();
-
-/// The paper's rows beside this program's.
-fn table(comparisons: &[Comparison<'_>]) -> String {
-    let mut text = format!(
-        "{HEADING}                        start error  noise             gain, %    least  noise and  and planned  \
-         seconds{HEADING:#}\n\
-         {HEADING}case              poses  mm/°         mm/°         in the paper  squares  tolerance        poses  \
-           paper   here{HEADING:#}\n"
-    );
-    for comparison in comparisons {
-        let case = comparison.case();
-        let paper = comparison.paper;
-        let paper_gain = match paper.gain_percent {
-            Some(gain) => number(gain),
-            None => paper.remark.to_owned(),
-        };
-        let _ = writeln!(
-            text,
-            "{:16}  {:>5}  {:11}  {:11}  {paper_gain:>12}  {:>7}  {:>9}  {:>11}  {:>7}  {:>5}",
-            comparison.experiment.name,
-            case.poses,
-            format!("{}/{}", case.start_error_mm, case.start_error_deg),
-            format!("{}/{}", case.noise_position_mm, case.noise_joint_deg),
-            gain(Some(comparison.as_in_the_paper)),
-            gain(comparison.with_prior),
-            gain(comparison.planned),
-            paper
-                .seconds
-                .map_or_else(|| "–".into(), |seconds| format!("{seconds:.3}")),
-            comparison
-                .best()
-                .seconds_per_calibration
-                .map_or_else(|| "–".into(), |seconds| format!("{seconds:.5}")),
-        );
-    }
-    text
-}
-
-fn gain(summary: Option<&CaseSummary>) -> String {
-    summary
-        .and_then(|summary| summary.gain_percent)
-        .map_or_else(|| "–".into(), |gain| number(gain.median))
-}
-
-/// Two decimals near 100, where they matter.
-fn number(gain: f64) -> String {
-    if (99.0..100.0).contains(&gain) {
-        format!("{gain:.2}")
-    } else {
-        format!("{:.0}", gain + 0.0)
-    }
 }

@@ -1,7 +1,5 @@
 //! `delta-cal simulate`.
 
-mod table;
-
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
 use super::print::print;
@@ -13,6 +11,7 @@ use delta_cal_host::campaign::{
     CampaignError, CaseSummary, EXAMPLE, PLAN, Plan, RunOptions, Shard,
 };
 use delta_cal_host::files::output;
+use delta_cal_host::report;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -160,7 +159,7 @@ fn simulate(arguments: &RunArguments) -> Result<(), Failure> {
     bar.finish();
     let summaries = result.map_err(|error| failure(error, arguments.output.as_deref()))?;
     let rate = computed.sentence(begin);
-    let text = format!("{note}{}{rate}", table::render(&summaries));
+    let text = format!("{note}{}{rate}", report::campaign::render(&summaries));
     publish(&summaries, json, arguments.output.as_deref(), &text)
 }
 
@@ -169,7 +168,7 @@ fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
     check_json(json)?;
     let (_, summaries) = campaign::merge(&arguments.folders, &arguments.output, arguments.force)
         .map_err(|error| failure(error, None))?;
-    let text = table::render(&summaries);
+    let text = report::campaign::render(&summaries);
     publish(&summaries, json, Some(&arguments.output), &text)
 }
 

@@ -5,8 +5,9 @@ use super::paths::{is_stream, read, refuse_same, robot_path};
 use super::print::print;
 use clap::Args;
 use delta_cal_host::files::output;
+use delta_cal_host::render::json;
+use delta_cal_host::report::workspace;
 use delta_cal_host::report::workspace::contents::Contents;
-use delta_cal_host::report::workspace::{json, table};
 use delta_cal_host::workspace::{
     Analysis, BandOptions, Options, WorkspaceError, distances_of_path,
 };
@@ -121,12 +122,7 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         bar.show(step);
     })
     .map_err(|(error, of)| failure(&error, &of))?;
-    let json_wanted = arguments.json.is_some();
-    let json_text = match json_wanted.then(|| json::to_text(&analysis)) {
-        None => String::new(),
-        Some(Ok(text)) => text,
-        Some(Err(error)) => return Err(Failure::Output(format!("the JSON: {error}"))),
-    };
+    let json_text = json::text(&workspace::json::report(&analysis));
     let mut contents = Contents::default();
     if arguments.output.is_some() {
         bar.show("figures and report");
@@ -139,10 +135,10 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         arguments.output.as_deref(),
         json_file.map(|p| (p, json_text.as_str())),
     )?;
-    if json_wanted && json_file.is_none() {
+    if arguments.json.is_some() && json_file.is_none() {
         return print(&json_text);
     }
-    print(&format!("{}{written}", table::render(&analysis)))
+    print(&format!("{}{written}", workspace::table::render(&analysis)))
 }
 
 fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {

@@ -1,7 +1,10 @@
 //! What every HTML report has: one file that opens from disk, with everything it needs in it.
 
+use super::section::{Part, Section};
+use super::table::{Column, Table};
 use crate::render::plot::{Figure, PlotError};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use crate::text::words::capitalised;
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 const STYLE: &str = include_str!("page/style.css");
 
@@ -65,4 +68,100 @@ pub(crate) fn figure(figure: &Figure, caption: &str) -> Result<Markup, PlotError
             figcaption { (caption) }
         }
     })
+}
+
+/// A number to be seen first, and what there is to say of it.
+pub(crate) fn tile(name: &str, value: &str, note: &str) -> Markup {
+    html! {
+        div.tile {
+            div.name { (name) }
+            div.value { (value) }
+            div.was { (note) }
+        }
+    }
+}
+
+impl Render for Section {
+    fn render(&self) -> Markup {
+        html! {
+            section {
+                h2 { (self.title) }
+                @if !self.lead.is_empty() { p { (capitalised(&self.lead)) "." } }
+                @for part in &self.parts { (part) }
+            }
+        }
+    }
+}
+
+impl Render for Part {
+    fn render(&self) -> Markup {
+        html! {
+            @match self {
+                Self::Text(text) => p { (text) },
+                Self::Note(text) => p.note { (text) },
+                Self::Good(text) => p.good { (text) },
+                Self::Doubts(text, doubts) => div.doubtful {
+                    p { (text) }
+                    @if !doubts.is_empty() { ul { @for doubt in doubts { li { (doubt) } } } }
+                },
+                Self::List(items) => ul { @for item in items { li { (item) } } },
+                Self::Table(table) => (table),
+                Self::Page(markup) => (markup),
+            }
+        }
+    }
+}
+
+/// Tables of more columns are set smaller.
+const WIDE: usize = 8;
+
+impl Render for Table {
+    fn render(&self) -> Markup {
+        let rows: Vec<_> = (0..self.rows()).collect();
+        let group = self.group.unwrap_or(usize::MAX);
+        let table = html! {
+            table.wide[self.columns.len() > WIDE].groups[self.group.is_some()] {
+                @if self.has_headings() {
+                    thead { tr { @for column in &self.columns { (heading(column)) } } }
+                }
+                @for rows in rows.chunks(group) {
+                    tbody {
+                        @for row in rows {
+                            tr.outlying[self.standing_out.contains(row)] {
+                                @for (place, column) in self.columns.iter().enumerate() {
+                                    (cell(column, *row, place == 0))
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        };
+        match &self.folded {
+            Some((line, open)) => html! { details open[*open] { summary { (line) } (table) } },
+            None => table,
+        }
+    }
+}
+
+fn heading(column: &Column) -> Markup {
+    html! {
+        th.words[column.is_words()] {
+            @for (index, line) in column.heading.lines().enumerate() {
+                @if index > 0 { br; }
+                (line)
+            }
+        }
+    }
+}
+
+fn cell(column: &Column, row: usize, first: bool) -> Markup {
+    let cell = &column.cells[row];
+    html! {
+        @if first {
+            th scope="row" { (cell) }
+        } @else {
+            td.words[column.is_words()].much[column.standing_out.contains(&row)] { (cell) }
+        }
+    }
 }

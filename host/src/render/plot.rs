@@ -4,15 +4,15 @@
 //! same figure gives the same bytes.
 //!
 //! ```
-//! use delta_cal_host::render::plot::{Axis, Colour, Figure, Series, Shape};
+//! use delta_cal_host::render::plot::{Axis, Colour, Figure, Shape};
 //! let median = vec![(8.0, 52.0), (20.0, 61.0), (40.0, 68.0), (60.0, 69.0)];
 //! let band = median.iter().map(|&(x, y)| (x, y - 9.0, y + 6.0)).collect();
 //! let figure = Figure::new(
 //!     Axis::linear("poses", 0.0, 64.0),
 //!     Axis::linear("gain, %", -50.0, 100.0),
 //! )
-//! .with(Series::new("5 % to 95 %", Colour::Blue, Shape::Band(band)))
-//! .with(Series::new("median", Colour::Blue, Shape::Line(median)));
+//! .with("5 % to 95 %", Colour::Blue, Shape::Band(band))
+//! .with("median", Colour::Blue, Shape::Line(median));
 //! let svg = figure.to_svg()?;
 //! assert!(svg.contains("gain, %") && svg.ends_with("</svg>\n"));
 //! # Ok::<(), delta_cal_host::render::plot::PlotError>(())
@@ -91,21 +91,10 @@ pub type Patch = (Vec<(f64, f64)>, [u8; 3]);
 
 /// One entry of the legend and what it stands for.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+struct Series {
     name: String,
     colour: Colour,
     shape: Shape,
-}
-
-impl Series {
-    /// A series; one without a name is not in the legend.
-    pub fn new(name: impl Into<String>, colour: Colour, shape: Shape) -> Self {
-        Self {
-            name: name.into(),
-            colour,
-            shape,
-        }
-    }
 }
 
 /// Two axes and what is drawn between them, the first series undermost.
@@ -134,9 +123,14 @@ impl Figure {
         }
     }
 
-    /// With one more series, on top of the others.
-    pub fn with(mut self, series: Series) -> Self {
-        self.series.push(series);
+    /// With one more series, on top of the others; one without a name is not in the legend.
+    pub fn with(mut self, name: impl Into<String>, colour: Colour, shape: Shape) -> Self {
+        let name = name.into();
+        self.series.push(Series {
+            name,
+            colour,
+            shape,
+        });
         self
     }
 

@@ -5,6 +5,7 @@ pub mod html;
 pub mod json;
 mod names;
 mod next;
+mod sections;
 pub mod stream;
 mod suspected;
 pub mod table;

@@ -5,5 +5,9 @@ pub mod csv;
 pub mod figures;
 mod html;
 pub mod json;
+mod sections;
 pub mod table;
 mod viewer;
+
+/// mm³ in a litre.
+const LITRE: f64 = 1e6;

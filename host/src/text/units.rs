@@ -1,5 +1,7 @@
 //! Degrees for files and people, radians for everything else.
 
+use delta_cal::{Parameter, ParameterKind};
+
 /// The angle in degrees that reads back as exactly these radians if there is one, and the shortest
 /// to write if there are several.
 pub(crate) fn degrees(radians: f64) -> f64 {
@@ -9,6 +11,22 @@ pub(crate) fn degrees(radians: f64) -> f64 {
         .into_iter()
         .find(|candidate| candidate.to_radians().to_bits() == radians.to_bits())
         .unwrap_or(plain)
+}
+
+/// The unit of a parameter in files and reports.
+pub(crate) const fn unit(parameter: Parameter) -> &'static str {
+    match parameter.kind() {
+        ParameterKind::Length => "mm",
+        ParameterKind::Angle => "deg",
+    }
+}
+
+/// A difference or σ of a parameter in that unit.
+pub(crate) fn in_unit(parameter: Parameter, value: f64) -> f64 {
+    match parameter.kind() {
+        ParameterKind::Length => value,
+        ParameterKind::Angle => value.to_degrees(),
+    }
 }
 
 #[cfg(test)]

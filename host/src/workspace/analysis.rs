@@ -6,6 +6,7 @@ use super::{
     influence,
 };
 use crate::files::robot_file::RobotFile;
+use crate::geometry::range::range;
 use crate::geometry::reach::Limit;
 use delta_cal::Tolerance;
 use std::collections::BTreeMap;
@@ -115,9 +116,7 @@ impl Analysis {
                 .points
                 .iter()
                 .map(|point| point.position[axis]);
-            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                (low.min(value), high.max(value))
-            })
+            range(along)
         })
     }
 }

@@ -23,6 +23,13 @@ pub struct PathPoint {
     pub nearest: NearestSingularity,
 }
 
+impl PathPoint {
+    /// The conditioning of the arm that is nearest to its singularity.
+    pub fn serial(&self) -> f64 {
+        self.conditioning.serial.into_iter().fold(1.0, f64::min)
+    }
+}
+
 /// One row of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathRow {

@@ -10,7 +10,9 @@ use crate::text::numbers::significant;
 impl Explainer<'_> {
     /// Without a stated noise, residuals that the tolerance does not explain.
     pub(super) fn noise_beyond_tolerance(&self, test: &NoiseTest) -> Refused {
-        let tolerated = test.tolerated.map_or_else(String::new, significant);
+        let tolerated = test
+            .tolerated
+            .map_or_else(String::new, |value| significant(value, 3));
         let cause = format!(
             "no [noise] is stated, and if the residuals were noise it would be {} in each \
              coordinate. The stated [tolerance] lets the robot be off by {tolerated} mm only: such \

@@ -4,10 +4,10 @@ use super::args::Files;
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, read};
 use crate::cli::print::print;
-use delta_cal_host::device::report::json::JsonDeviceReport;
 use delta_cal_host::files::{example, output};
+use delta_cal_host::render::json;
 use delta_cal_host::{CalibrateError, InputText, RobotFile, SamplesFile, read_samples};
-use serde::Serialize;
+use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -23,24 +23,21 @@ pub(super) fn inputs(files: &Files) -> Result<(RobotFile, SamplesFile), Calibrat
 
 /// Writes the files and the JSON report, and prints the report for people unless JSON takes its
 /// place.
-pub(super) fn publish<R: Serialize>(
+pub(super) fn publish(
     files: &[(&Path, &str)],
-    json: Option<&Path>,
-    report: &JsonDeviceReport<R>,
+    json_path: Option<&Path>,
+    report: &Value,
     mut text: String,
 ) -> Result<(), Failure> {
-    let json_text = match json.map(|_| report.to_text()) {
-        None => String::new(),
-        Some(Ok(text)) => text,
-        Some(Err(error)) => return Err(Failure::Output(format!("the JSON report: {error}"))),
-    };
+    let json_text = json::text(report);
     let mut files = files.to_vec();
     files.extend(
-        json.filter(|path| !is_stream(path))
+        json_path
+            .filter(|path| !is_stream(path))
             .map(|path| (path, json_text.as_str())),
     );
     output::write_all(&files)?;
-    if json.is_some_and(is_stream) {
+    if json_path.is_some_and(is_stream) {
         return print(&json_text);
     }
     for (path, _) in &files {

@@ -1,12 +1,14 @@
 //! Parameters before and after.
 
-use crate::text::units::degrees;
-use delta_cal::{Arm, ArmOutcome, Parameter, ParameterKind};
+use crate::calibration::report::CalibrationReport;
+use crate::text::units::{degrees, in_unit, unit};
+use delta_cal::{Parameter, ParameterKind};
 
 /// One parameter before and after, in the unit of the reports.
 pub(super) struct Comparison {
+    /// 0, 1 or 2.
+    pub(super) arm: usize,
     pub(super) parameter: Parameter,
-    pub(super) symbol: &'static str,
     pub(super) unit: &'static str,
     pub(super) before: f64,
     pub(super) after: f64,
@@ -15,34 +17,29 @@ pub(super) struct Comparison {
     pub(super) prior_share: f64,
 }
 
-/// The eight parameters of an arm.
-pub(super) fn comparisons(before: &Arm<f64>, outcome: &ArmOutcome<f64>) -> [Comparison; 8] {
-    Parameter::ALL.map(|parameter| {
-        let (from, to) = (before.get(parameter), outcome.arm.get(parameter));
-        let sigma = outcome.standard_deviation(parameter);
-        let prior_share = outcome.prior_share[parameter.index()];
-        let symbol = parameter.symbol();
-        match parameter.kind() {
-            ParameterKind::Length => Comparison {
+/// All 24 parameters, arm by arm.
+pub(super) fn comparisons(report: &CalibrationReport) -> Vec<Comparison> {
+    let before = report.before.robot.arms().iter();
+    let arms = before.zip(&report.outcome.robot.arms).enumerate();
+    arms.flat_map(|(arm, (before, outcome))| {
+        Parameter::ALL.map(|parameter| {
+            let (from, to) = (before.get(parameter), outcome.arm.get(parameter));
+            let in_file = |value| match parameter.kind() {
+                ParameterKind::Length => value,
+                ParameterKind::Angle => degrees(value),
+            };
+            let sigma = outcome.standard_deviation(parameter);
+            Comparison {
+                arm,
                 parameter,
-                symbol,
-                unit: "mm",
-                before: from,
-                after: to,
-                change: to - from,
-                sigma,
-                prior_share,
-            },
-            ParameterKind::Angle => Comparison {
-                parameter,
-                symbol,
-                unit: "deg",
-                before: degrees(from),
-                after: degrees(to),
-                change: (to - from).to_degrees(),
-                sigma: sigma.map(f64::to_degrees),
-                prior_share,
-            },
-        }
+                unit: unit(parameter),
+                before: in_file(from),
+                after: in_file(to),
+                change: in_unit(parameter, to - from),
+                sigma: sigma.map(|sigma| in_unit(parameter, sigma)),
+                prior_share: outcome.prior_share[parameter.index()],
+            }
+        })
     })
+    .collect()
 }

@@ -2,23 +2,28 @@
 
 mod figures;
 mod poses;
-mod tables;
 mod uncertainty;
 
-use super::names::{solver_name, start_name, termination_name};
+use super::names::solver_name;
 use super::next::advice;
 use super::suspected::{self, loss_name};
-use crate::accuracy::position_error::PositionError;
+use super::{sections, stream};
+use crate::accuracy::position_error::SampleErrors;
 use crate::accuracy::position_uncertainty::UncertaintyMap;
 use crate::calibration::report::CalibrationReport;
 use crate::fit::options::{CalibrationMethod, Frame};
 use crate::fit::outlier::OUTLIER;
-use crate::render::page::{self, figure};
+use crate::render::page::{self, figure, tile};
 use crate::render::plot::PlotError;
-use crate::text::numbers::small;
+use crate::render::section::{Part, Section};
+use crate::render::table::Table;
+use crate::text::numbers::{millimetres, small_or};
+use crate::text::units::degrees;
 use crate::text::words::count;
-use delta_cal::ArmOutcome;
 use maud::{Markup, html};
+
+/// So many samples or fewer are shown without being asked for.
+const SHOWN: usize = 40;
 
 /// The whole report. `origin` says what the report itself cannot know: that the samples are
 /// simulated, or where the calibration was computed.
@@ -27,46 +32,33 @@ use maud::{Markup, html};
 /// A figure that cannot be drawn; none is known.
 pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String, PlotError> {
     let title = format!("Calibration of {}", report.before.name);
+    let mut parts: Vec<_> = suspected::section(report).into_iter().collect();
+    parts.extend(stream::sections(report));
+    parts.extend([
+        parameters(report)?,
+        residuals(report)?,
+        views(report)?,
+        conditions(report)?,
+    ]);
+    if let Some(map) = &report.uncertainty {
+        parts.push(uncertain(map)?);
+    }
+    let joints = figure(
+        &figures::joints(report),
+        "Joint angles of the samples within the joint limits.",
+    )?;
+    parts.push(
+        Section::new("What to measure next")
+            .part(Part::List(advice(report)))
+            .in_page(joints),
+    );
+    parts.extend(sections::sensor_frame(report));
     let body = html! {
         h1 { (title) }
         (how(report, origin))
-        (verdict(report))
-        (suspected::markup(report))
-        (super::stream::markup(report))
-        section {
-            h2 { "Parameters" }
-            @if let Some((changes, caption)) = figures::parameters(report) {
-                (figure(&changes, caption)?)
-            }
-            (tables::parameters(report))
-        }
-        section {
-            h2 { "Position error of each sample" }
-            (residuals(report)?)
-        }
-        section {
-            h2 { "Poses" }
-            (views(report)?)
-        }
-        section {
-            h2 { "How well the samples determine each arm" }
-            (figure(&figures::conditions(report), "Below 100 is good. Beyond 1000 \
-                the poses hardly tell some parameters apart.")?)
-            (solution(report))
-        }
-        @if let Some(map) = &report.uncertainty {
-            section {
-                h2 { "How uncertain the calibrated positions are" }
-                (uncertain(map)?)
-            }
-        }
-        section {
-            h2 { "What to measure next" }
-            ul { @for sentence in advice(report) { li { (sentence) } } }
-            (figure(&figures::joints(report), "Joint angles of the samples within the \
-                joint limits.")?)
-        }
-        (sensor_frame(report))
+        (tiles(report))
+        (sections::doubts(report))
+        @for part in &parts { (part) }
     };
     Ok(page::render(&title, &body))
 }
@@ -91,14 +83,14 @@ fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
             @match &report.before.tolerance {
                 Some(tolerance) => {
                     "Tolerance: " (tolerance.of(delta_cal::Parameter::Lb)) " mm and "
-                    (crate::text::units::degrees(tolerance.of(delta_cal::Parameter::Theta))) "°. "
+                    (degrees(tolerance.of(delta_cal::Parameter::Theta))) "°. "
                 }
                 None => { "No tolerance stated. " }
             }
             @match &report.before.noise {
                 Some(noise) => {
                     "Noise: " (noise.position()) " mm and "
-                    (crate::text::units::degrees(noise.joint())) "°."
+                    (degrees(noise.joint())) "°."
                 }
                 None => {
                     "No noise stated; with it the residuals could be judged."
@@ -112,174 +104,140 @@ fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
     }
 }
 
-fn verdict(report: &CalibrationReport) -> Markup {
-    let tile = |name: &str, before: f64, after: f64| {
-        html! {
-            div.tile {
-                div.name { (name) }
-                div.value { (millimetres(after)) }
-                div.was { "before: " (millimetres(before)) }
-            }
-        }
+fn tiles(report: &CalibrationReport) -> Markup {
+    let over_samples = |name: &str, before: f64, after: f64| {
+        let before = format!("before: {}", millimetres(before));
+        tile(name, &millimetres(after), &before)
     };
     let (before, after) = (&report.error_before, &report.error_after);
+    let (expected, note) = report.workspace.map_or_else(
+        || {
+            let unknown = "no sample is left over to estimate it from";
+            ("unknown".to_owned(), unknown.to_owned())
+        },
+        |comparison| {
+            let change = millimetres(comparison.change);
+            let note = format!("the calibration moves positions by {change} rms");
+            (millimetres(comparison.sigma), note)
+        },
+    );
     html! {
         div.tiles {
-            (tile("Position error over the samples, rms", before.rms, after.rms))
-            (tile("Position error over the samples, max", before.max, after.max))
-            div.tile {
-                div.name { "Expected position error, one sigma over the workspace" }
-                @match &report.workspace {
-                    Some(comparison) => {
-                        div.value { (millimetres(comparison.sigma)) }
-                        div.was { "the calibration moves positions by "
-                            (millimetres(comparison.change)) " rms" }
-                    }
-                    None => {
-                        div.value { "unknown" }
-                        div.was { "no sample is left over to estimate it from" }
-                    }
-                }
-            }
-        }
-        @if report.warnings.is_empty() {
-            p.good { "Calibrated. Nothing doubtful was found." }
-        } @else {
-            div.doubtful {
-                p { "Calibrated, with " (count(report.warnings.len(), "doubt")) ":" }
-                ul { @for warning in &report.warnings { li { (warning) } } }
-            }
+            (over_samples("Position error over the samples, rms", before.rms, after.rms))
+            (over_samples("Position error over the samples, max", before.max, after.max))
+            (tile("Expected position error, one sigma over the workspace", &expected, &note))
         }
     }
 }
 
-/// A length, or that it is not known.
-fn millimetres(value: f64) -> String {
-    if value.is_finite() {
-        format!("{} mm", small(value))
-    } else {
-        "unknown".to_owned()
-    }
+fn parameters(report: &CalibrationReport) -> Result<Section, PlotError> {
+    let section = sections::parameters(report);
+    Ok(match figures::parameters(report) {
+        Some((changes, caption)) => section.after(figure(&changes, caption)?),
+        None => section,
+    })
 }
 
-fn residuals(report: &CalibrationReport) -> Result<Markup, PlotError> {
-    let line = |name: &str, error: &PositionError| {
-        html! {
-            tr {
-                th scope="row" { (name) }
-                td { (millimetres(error.rms)) }
-                td { (millimetres(error.max)) }
-                td { @if let Some(line) = error.max_at_line { "line " (line) } }
-                td { (error.unreachable) }
-            }
-        }
+fn residuals(report: &CalibrationReport) -> Result<Section, PlotError> {
+    let mut section = Section::new("Position error of each sample");
+    if let Some(residuals) = figures::residuals(report) {
+        let caption = format!(
+            "Distance between the measured position and the one computed from the joint angles; \
+             ringed: more than {OUTLIER:.0} times as far off as the median sample."
+        );
+        section = section.in_page(figure(&residuals, &caption)?);
+    }
+    if let Some(in_sigmas) = figures::residuals_in_sigmas(report) {
+        let noise = match report.before.noise {
+            Some(_) => "stated",
+            None => "estimated",
+        };
+        let caption = format!(
+            "The same after the calibration, in σ of the {noise} noise at each pose; 1 is expected. \
+             Beyond the upper line is one sample in three million, if the noise is right."
+        );
+        section = section.in_page(figure(&in_sigmas, &caption)?);
+    }
+    let section = section.table(sections::positions(report));
+    Ok(section.table(samples(report)))
+}
+
+fn samples(report: &CalibrationReport) -> Table {
+    let joint = |joint: usize| {
+        move |sample: &&SampleErrors| format!("{:.3}", degrees(sample.measured.joints[joint]))
     };
-    let residuals = figures::residuals(report);
-    Ok(html! {
-        @if let Some(residuals) = &residuals {
-            (figure(residuals, &format!("Distance between the measured position and the one \
-                computed from the joint angles; ringed: more than {OUTLIER:.0} times as far off as \
-                the median sample."))?)
-        }
-        @if let Some(in_sigmas) = figures::residuals_in_sigmas(report) {
-            (figure(&in_sigmas, &format!("The same after the calibration, in σ of the {} noise \
-                at each pose; 1 is expected. Beyond the upper line is one sample in three \
-                million, if the noise is right.",
-                if report.before.noise.is_some() { "stated" } else { "estimated" }))?)
-        }
-        table {
-            thead { tr {
-                th {} th { "rms" } th { "max" } th { "max is in" } th { "out of reach" }
-            } }
-            tbody {
-                (line("before", &report.error_before))
-                (line("after", &report.error_after))
+    let coordinate = |axis: usize| {
+        move |sample: &&SampleErrors| format!("{:.3}", sample.measured.position[axis])
+    };
+    Table::of(&report.sample_errors)
+        .column("line", |sample| sample.line)
+        .column("q1, °", joint(0))
+        .column("q2, °", joint(1))
+        .column("q3, °", joint(2))
+        .column("x, mm", coordinate(0))
+        .column("y, mm", coordinate(1))
+        .column("z, mm", coordinate(2))
+        .column("before, mm", |sample| {
+            small_or("out of reach", sample.before)
+        })
+        .column("after, mm", |sample| small_or("out of reach", sample.after))
+        .column_if(report.noise.is_some(), "after, σ", |sample| {
+            let sigmas = sample.after_in_sigmas;
+            sigmas.map_or_else(String::new, |sigmas| format!("{sigmas:.2}"))
+        })
+        .column("", |sample| {
+            if sample.weight.suspected {
+                "suspected"
+            } else if report.stands_out(sample) {
+                "stands out"
+            } else {
+                ""
             }
-        }
-        (tables::samples(report))
-    })
+        })
+        .rows_standing_out(|sample| report.stands_out(sample))
+        .table()
+        .folded(
+            format!("All {} samples", report.samples),
+            report.samples <= SHOWN,
+        )
 }
 
-fn views(report: &CalibrationReport) -> Result<Markup, PlotError> {
+fn views(report: &CalibrationReport) -> Result<Section, PlotError> {
     let views = poses::views(report);
-    Ok(html! {
-        div.views {
-            @for view in &views { (figure(&view.figure, view.caption)?) }
-        }
-        p.note {
-            "Measured positions in the robot's frame. Reachable: the convex hull of what the \
-            calibrated robot reaches within the joint limits."
-        }
+    let views = html! {
+        div.views { @for view in &views { (figure(&view.figure, view.caption)?) } }
+    };
+    Ok(Section::new("Poses").in_page(views).note(
+        "Measured positions in the robot's frame. Reachable: the convex hull of what the calibrated \
+         robot reaches within the joint limits.",
+    ))
+}
+
+fn conditions(report: &CalibrationReport) -> Result<Section, PlotError> {
+    let conditions = figure(
+        &figures::conditions(report),
+        "Below 100 is good. Beyond 1000 the poses hardly tell some parameters apart.",
+    )?;
+    let section = sections::solution(report).after(conditions);
+    Ok(match (&report.before.noise, &report.noise_test) {
+        (Some(noise), Some(test)) => section.note(format!("Noise: {}.", test.found(noise))),
+        _ => section,
     })
 }
 
-fn uncertain(map: &UncertaintyMap) -> Result<Markup, PlotError> {
-    let at = map.sigma.max_at;
-    Ok(html! {
+fn uncertain(map: &UncertaintyMap) -> Result<Section, PlotError> {
+    let (rms, max, at) = (map.sigma.rms, map.sigma.max, map.sigma.max_at);
+    let slices = html! {
         p {
             "One sigma of the position, from the covariance of the parameters, over all poses clear \
-            of singularities: " b { (millimetres(map.sigma.rms)) } " rms, "
-            b { (millimetres(map.sigma.max)) }
+            of singularities: " b { (millimetres(rms)) } " rms, " b { (millimetres(max)) }
             (format!(" at worst, at x {:.0}, y {:.0}, z {:.0} mm.", at.x, at.y, at.z))
         }
         div.views {
             @for (slice, caption) in uncertainty::slices(map) { (figure(&slice, &caption)?) }
         }
-        p.note { "Shades: one sigma of the position in mm, the same in all figures." }
-    })
-}
-
-fn solution(report: &CalibrationReport) -> Markup {
-    let arms = &report.outcome.robot.arms;
-    let row = |name: &str, of: &dyn Fn(&ArmOutcome<f64>) -> String| {
-        html! { tr { th scope="row" { (name) } @for arm in arms { td { (of(arm)) } } } }
     };
-    html! {
-        @if let (Some(noise), Some(test)) = (&report.before.noise, &report.noise_test) {
-            p.note { "Noise: " (test.found(noise)) "." }
-        }
-        table {
-            thead { tr { th {} @for arm in 1..=3 { th { "arm " (arm) } } } }
-            tbody {
-                (row("condition", &|arm| format!("{:.1}", arm.condition)))
-                @if report.before.noise.is_some() {
-                    (row("residual / stated noise", &|arm| format!("{:.3}", arm.residual_rms)))
-                } @else {
-                    (row("residual", &|arm| millimetres(arm.residual_rms)))
-                    (row("estimated noise", &|arm| {
-                        millimetres(arm.estimated_noise.unwrap_or(f64::NAN))
-                    }))
-                }
-                (row("degrees of freedom", &|arm| format!("{:.1}", arm.degrees_of_freedom)))
-                (row("iterations", &|arm| arm.iterations.to_string()))
-                (row("stopped because", &|arm| termination_name(arm.termination).to_owned()))
-                (row("started from", &|arm| start_name(arm.start).to_owned()))
-            }
-        }
-    }
-}
-
-fn sensor_frame(report: &CalibrationReport) -> Markup {
-    html! {
-        @if let Some(frame) = &report.after.sensor_frame {
-            section {
-                h2 { "Sensor frame" }
-                p { "X_sensor = rotation · X_robot + translation. The poses above are in the \
-                    robot's frame, which is the one that best fits the robot file to the measured \
-                    points. A cyclic exchange of the joint columns cannot be detected: a Delta \
-                    has threefold symmetry." }
-                table {
-                    thead { tr { th colspan="3" { "rotation" } th { "translation, mm" } } }
-                    tbody {
-                        @for (row, shift) in frame.rotation.row_iter().zip(frame.translation.iter()) {
-                            tr {
-                                @for value in row.iter() { td { (format!("{value:.8}")) } }
-                                td { (format!("{shift:.4}")) }
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
+    Ok(Section::new("How uncertain the calibrated positions are")
+        .in_page(slices)
+        .note("Shades: one sigma of the position in mm, the same in all figures."))
 }

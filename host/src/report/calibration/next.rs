@@ -6,19 +6,18 @@ use crate::accuracy::information::ARM;
 use crate::calibration::report::CalibrationReport;
 use crate::calibration::thresholds::{GOOD_CONDITION, MOSTLY};
 use crate::files::robot_file::RobotFile;
+use crate::geometry::range::range;
 use crate::planning::observability::Combination;
 use crate::planning::poses::{PlanRequest, next_poses};
 use crate::report::calibration::uncertain::uncertain;
 use crate::text::numbers::small;
 use crate::text::units::degrees;
-use crate::text::words::{count, list};
+use crate::text::words::{capitalised, count, in_lines, list};
 use delta_cal::{ArmIndex, ArmOutcome, Noise, Parameter, Robot, Tolerance};
 use nalgebra::{DVector, SMatrix, SVector, SymmetricEigen};
 
 /// A joint that the samples move through less than this part of its range is moved too little.
 const WIDE: f64 = 0.6;
-/// Lines of samples that are named.
-const NAMED: usize = 4;
 /// Poses that are proposed.
 const ADDED: usize = 4;
 
@@ -59,24 +58,20 @@ fn outlying(report: &CalibrationReport) -> Option<String> {
     let samples = report.sample_errors.iter();
     let lines: Vec<_> = samples
         .filter(|sample| report.stands_out(sample))
-        .map(|sample| sample.line.to_string())
+        .map(|sample| sample.line)
         .collect();
-    let (them, line) = match lines.len() {
+    let them = match lines.len() {
         0 => return None,
-        1 => ("the sample", "line"),
-        _ => ("the samples", "lines"),
+        1 => "the sample",
+        _ => "the samples",
     };
-    let named = list(lines.get(..NAMED).unwrap_or(&lines));
-    let others = match lines.len().saturating_sub(NAMED) {
-        0 => String::new(),
-        others => format!(" (and {others} more)"),
-    };
+    let named = in_lines(&lines);
     let do_without = match report.suspected().count() {
         0 => ", or do without: far off all others",
         _ => ": far off all others, and of no use to this calibration",
     };
     Some(format!(
-        "First measure {them} of {line} {named}{others} again{do_without}."
+        "First measure {them} of {named} again{do_without}."
     ))
 }
 
@@ -156,8 +151,7 @@ fn narrow_joints(report: &CalibrationReport) -> Option<String> {
         .filter_map(|(joint, arm)| {
             let angles = report.sample_errors.iter();
             let angles = angles.map(|sample| sample.measured.joints[joint]);
-            let low = angles.clone().fold(f64::INFINITY, f64::min);
-            let high = angles.fold(f64::NEG_INFINITY, f64::max);
+            let (low, high) = range(angles);
             (high - low < WIDE * full)
                 .then(|| format!("{arm} from {:.0}° to {:.0}°", degrees(low), degrees(high)))
         })
@@ -214,11 +208,4 @@ fn best_added(report: &CalibrationReport) -> Option<String> {
          and delta-cal plan a whole set.",
         named.join("; ")
     ))
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
 }

@@ -2,13 +2,14 @@
 
 use crate::accuracy::position_error::SampleErrors;
 use crate::calibration::report::CalibrationReport;
-use crate::text::numbers::small;
+use crate::render::section::Section;
+use crate::render::table::Table;
+use crate::text::numbers::small_or;
 use crate::text::words::count;
 use delta_cal::Loss;
-use maud::{Markup, html};
-use std::fmt::Write;
+use maud::html;
 
-/// Rows that the report for people names; the JSON report has all.
+/// Rows that a terminal names; the other reports have all.
 const NAMED: usize = 20;
 /// A weight below it is noteworthy.
 const LITTLE: f64 = 0.5;
@@ -60,81 +61,30 @@ fn counts(report: &CalibrationReport) -> String {
     }
 }
 
-fn residual(sample: &SampleErrors) -> String {
-    let in_sigmas = |sigmas: f64| format!("{sigmas:.1}");
-    sample
-        .after_in_sigmas
-        .map_or_else(|| "unknown".into(), in_sigmas)
-}
-
-fn distance(sample: &SampleErrors) -> String {
-    sample.after.map_or_else(|| "out of reach".into(), small)
-}
-
-/// Lines for a terminal; nothing of a plain fit.
-pub(super) fn text(report: &CalibrationReport) -> Option<(String, String)> {
+/// Nothing of a plain fit.
+pub(super) fn section(report: &CalibrationReport) -> Option<Section> {
     report.options.loss?;
-    let title = format!(
-        "Samples, loss {}: {}",
-        loss_name(report.options.loss),
-        counts(report)
-    );
+    let loss = loss_name(report.options.loss);
+    let section =
+        Section::new("Suspected samples").lead(format!("loss {loss}, {}", counts(report)));
     let rows = rows(report);
-    let mut lines = String::new();
-    if !rows.is_empty() {
-        let _ = writeln!(
-            lines,
-            "  {:>8}{:>18}{:>14}{:>10}",
-            "line", "residual, sigma", "mm", "weight"
-        );
+    if rows.is_empty() {
+        return Some(section);
     }
-    for sample in rows.iter().take(NAMED) {
-        let _ = writeln!(
-            lines,
-            "  {:>8}{:>18}{:>14}{:>10.2}",
-            sample.line,
-            residual(sample),
-            distance(sample),
-            sample.weight.weight
-        );
-    }
-    if rows.len() > NAMED {
-        let others = rows.len() - NAMED;
-        let _ = writeln!(lines, "  and {others} more; --json and --report name all");
-    }
-    lines.push('\n');
-    Some((title, lines))
-}
-
-/// The same for a page.
-pub(super) fn markup(report: &CalibrationReport) -> Markup {
-    let rows = rows(report);
-    html! {
-        @if report.options.loss.is_some() {
-            section {
-                h2 { "Suspected samples" }
-                p { "Loss " (loss_name(report.options.loss)) ": " (counts(report)) "." }
-                @if !rows.is_empty() {
-                    table {
-                        thead { tr { th { "line" } th { "residual, σ" } th { "mm" } th { "weight" } } }
-                        tbody {
-                            @for sample in rows {
-                                tr {
-                                    th scope="row" { (sample.line) }
-                                    td { (residual(sample)) }
-                                    td { (distance(sample)) }
-                                    td { (format!("{:.2}", sample.weight.weight)) }
-                                }
-                            }
-                        }
-                    }
-                    p.note {
-                        "Samples of weight 0 fit no robot that the other samples fit. Every error and figure of the \
-                        calibrated robot is without them; measure them again, or find out what \
-                        happened."
-                    }
-                }
-            }
+    let table = Table::of(rows)
+        .column("line", |sample| sample.line)
+        .column("residual, sigma", |sample| {
+            let sigmas = sample.after_in_sigmas;
+            sigmas.map_or_else(|| "unknown".to_owned(), |sigmas| format!("{sigmas:.1}"))
+        })
+        .column("mm", |sample| small_or("out of reach", sample.after))
+        .column("weight", |sample| format!("{:.2}", sample.weight.weight))
+        .table()
+        .at_most(NAMED, "--json and --report name all");
+    Some(section.table(table).in_page(html! {
+        p.note {
+            "Samples of weight 0 fit no robot that the other samples fit. Every error and figure of \
+            the calibrated robot is without them; measure them again, or find out what happened."
         }
-    }
+    }))
 }

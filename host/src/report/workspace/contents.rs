@@ -1,7 +1,8 @@
 //! The files of an output folder.
 
-use super::figures::{self, Figures};
+use super::figures;
 use super::{csv, html, viewer};
+use crate::render::named_figure::NamedFigure;
 use crate::render::plot::PlotError;
 use crate::workspace::{Analysis, Mesh, Options, Workspace};
 
@@ -58,7 +59,7 @@ impl Contents {
         }
         let drawn = Drawn::of(analysis, &mesh);
         let figures = &drawn.figures;
-        for (name, figure) in figures.named() {
+        for NamedFigure { name, figure, .. } in figures {
             contents.text(&format!("{name}.svg"), figure.to_svg()?);
             contents.bytes(&format!("{name}.png"), figure.to_png(PNG_SCALE)?);
         }
@@ -70,7 +71,7 @@ impl Contents {
 
     /// Every name that can be there.
     pub fn names() -> impl Iterator<Item = String> {
-        let of_figures = Figures::NAMES.into_iter();
+        let of_figures = figures::NAMES.into_iter();
         TABLES
             .into_iter()
             .map(str::to_owned)
@@ -94,13 +95,13 @@ impl Contents {
 }
 
 /// The figures alone.
-pub fn figures(analysis: &Analysis) -> Figures {
+pub fn figures(analysis: &Analysis) -> Vec<NamedFigure> {
     Drawn::of(analysis, &Mesh::of(&analysis.workspace)).figures
 }
 
 /// The figures, and the coarser workspace that is shown in space.
 struct Drawn {
-    figures: Figures,
+    figures: Vec<NamedFigure>,
     coarse: Workspace,
     coarse_mesh: Mesh,
 }

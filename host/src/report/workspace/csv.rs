@@ -123,7 +123,7 @@ pub fn path(path: &PathSummary) -> String {
                     place(&point.position),
                     point.nearest.distance,
                     point.nearest.kind.name(),
-                    point.conditioning.serial.into_iter().fold(1.0, f64::min),
+                    point.serial(),
                     point.conditioning.parallel,
                 )
             }

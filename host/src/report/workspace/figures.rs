@@ -1,7 +1,9 @@
 //! Slices, maps and a view in space.
 
+use crate::geometry::range::range;
 use crate::geometry::reach::Limit;
-use crate::render::plot::{Axis, Colour, Figure, Patch, STEPS, Series, Shape};
+use crate::render::named_figure::NamedFigure;
+use crate::render::plot::{Axis, Colour, Figure, Patch, STEPS, Shape};
 use crate::workspace::Analysis;
 use crate::workspace::{ConditionedPosition, Mesh, ParameterInfluence};
 use delta_cal::{ArmIndex, Conditioning};
@@ -9,66 +11,19 @@ use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::collections::BTreeMap;
 
-/// The figures by the names of their files, without ending.
-#[derive(Debug, Clone)]
-pub struct Figures {
-    /// Outlines at five heights, from above.
-    pub horizontal: Figure,
-    /// The section y = 0.
-    pub vertical_xz: Figure,
-    /// The section x = 0.
-    pub vertical_yz: Figure,
-    /// Distance from type 1 on the section y = 0.
-    pub serial: Figure,
-    /// Distance from type 2 on the section y = 0.
-    pub parallel: Figure,
-    /// Distance from type 1 on the horizontal section at the top of the largest cylinder.
-    pub serial_horizontal: Figure,
-    /// The same of type 2.
-    pub parallel_horizontal: Figure,
-    /// Height of the highest cylinder of each diameter.
-    pub cylinders: Figure,
-    /// rms displacement for each parameter.
-    pub influence: Figure,
-    /// In space.
-    pub view: Figure,
-}
-
-impl Figures {
-    /// Names of the files, without ending.
-    pub const NAMES: [&'static str; 10] = [
-        "horizontal",
-        "vertical_xz",
-        "vertical_yz",
-        "serial",
-        "parallel",
-        "serial_horizontal",
-        "parallel_horizontal",
-        "cylinders",
-        "influence",
-        "view",
-    ];
-
-    /// All, by the names of their files.
-    pub fn named(&self) -> impl Iterator<Item = (&'static str, &Figure)> {
-        Self::NAMES.into_iter().zip([
-            &self.horizontal,
-            &self.vertical_xz,
-            &self.vertical_yz,
-            &self.serial,
-            &self.parallel,
-            &self.serial_horizontal,
-            &self.parallel_horizontal,
-            &self.cylinders,
-            &self.influence,
-            &self.view,
-        ])
-    }
-}
-
-/// What is to be seen in the figure of the influence.
-pub const INFLUENCE: &str = "Displacement of the boundary along its outward normal for 1 mm or 1° of \
-    each parameter: the line is the range over the boundary, the dot its rms.";
+/// The names of the figures' files, without ending.
+pub const NAMES: [&str; 10] = [
+    "horizontal",
+    "vertical_xz",
+    "vertical_yz",
+    "serial",
+    "parallel",
+    "serial_horizontal",
+    "parallel_horizontal",
+    "cylinders",
+    "influence",
+    "view",
+];
 
 /// Two coordinates of a plane, and the third that is held.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +34,7 @@ struct Plane {
     at: f64,
 }
 
-const NAMES: [&str; 3] = ["x, mm", "y, mm", "z, mm"];
+const AXES: [&str; 3] = ["x, mm", "y, mm", "z, mm"];
 /// Cells of a map across its width.
 const CELLS: u32 = 180;
 /// The eye of the view in space: turned about z and raised, radians.
@@ -115,8 +70,9 @@ pub(super) const fn kind(limit: Limit) -> &'static str {
     }
 }
 
-/// All of them. `coarse` is a mesh with fewer triangles, for the view in space.
-pub fn figures(analysis: &Analysis, mesh: &Mesh, coarse: &Mesh) -> Figures {
+/// All of them, in the order of [`NAMES`]. `coarse` is a mesh with fewer triangles, for the view in
+/// space.
+pub fn figures(analysis: &Analysis, mesh: &Mesh, coarse: &Mesh) -> Vec<NamedFigure> {
     let vertical = |across, held| Plane {
         across,
         up: 2,
@@ -135,24 +91,55 @@ pub fn figures(analysis: &Analysis, mesh: &Mesh, coarse: &Mesh) -> Figures {
     };
     let serial = ConditionedPosition::serial;
     let parallel = |at: &ConditionedPosition| at.conditioning.parallel;
-    Figures {
-        horizontal: heights(analysis, mesh),
-        vertical_xz: section(analysis, mesh, vertical(0, 1)),
-        vertical_yz: section(analysis, mesh, vertical(1, 0)),
-        serial: map(analysis, vertical(0, 1), serial),
-        parallel: map(analysis, vertical(0, 1), parallel),
-        serial_horizontal: map(analysis, horizontal, serial),
-        parallel_horizontal: map(analysis, horizontal, parallel),
-        cylinders: cylinders(analysis),
-        influence: influence(&analysis.influence),
-        view: view(coarse, OVERLAP * analysis.workspace.grid.spacing),
-    }
+    let view = view(coarse, OVERLAP * analysis.workspace.grid.spacing);
+    let figures = [
+        (
+            heights(analysis, mesh),
+            "Outlines at five heights, from above.",
+        ),
+        (section(analysis, mesh, vertical(0, 1)), "Section y = 0."),
+        (section(analysis, mesh, vertical(1, 0)), "Section x = 0."),
+        (
+            map(analysis, vertical(0, 1), serial),
+            &caption("Type 1 (an arm stretched or folded), section y = 0"),
+        ),
+        (
+            map(analysis, vertical(0, 1), parallel),
+            &caption("Type 2 (forearms in one plane), section y = 0"),
+        ),
+        (
+            map(analysis, horizontal, serial),
+            "Type 1, horizontal section at the top of the largest cylinder.",
+        ),
+        (
+            map(analysis, horizontal, parallel),
+            "Type 2, the same section.",
+        ),
+        (
+            cylinders(analysis),
+            "The highest cylinder of each diameter that is all inside the workspace.",
+        ),
+        (
+            influence(&analysis.influence),
+            "Displacement of the boundary along its outward normal for 1 mm or 1° of each parameter: the \
+             line is the range over the boundary, the dot its rms.",
+        ),
+        (
+            view,
+            "The boundary in space, coloured by what limits it: blue a joint at its largest angle, light \
+             blue at its smallest, vermilion a singularity of type 1.",
+        ),
+    ];
+    let named = NAMES.into_iter().zip(figures);
+    named
+        .map(|(name, (figure, caption))| NamedFigure::new(name, figure, caption))
+        .collect()
 }
 
 fn axis(analysis: &Analysis, axis: usize) -> Axis {
     let (from, to) = analysis.extent()[axis];
     let margin = 0.04 * (to - from);
-    Axis::linear(NAMES[axis], from - margin, to + margin)
+    Axis::linear(AXES[axis], from - margin, to + margin)
 }
 
 fn plain(analysis: &Analysis, plane: Plane) -> Figure {
@@ -194,14 +181,10 @@ fn section(analysis: &Analysis, mesh: &Mesh, plane: Plane) -> Figure {
     if let Some(cylinder) = analysis.cylinders.first() {
         let (r, low, high) = (cylinder.diameter / 2.0, cylinder.bottom, cylinder.top);
         let corners = vec![(-r, low), (r, low), (r, high), (-r, high)];
-        figure = figure.with(Series::new(
-            "largest cylinder",
-            Colour::Grey,
-            Shape::Region(corners),
-        ));
+        figure = figure.with("largest cylinder", Colour::Grey, Shape::Region(corners));
     }
     for (name, (colour, segments)) in kinds {
-        figure = figure.with(Series::new(name, colour, Shape::Segments(segments)));
+        figure = figure.with(name, colour, Shape::Segments(segments));
     }
     figure
 }
@@ -225,11 +208,7 @@ fn heights(analysis: &Analysis, mesh: &Mesh) -> Figure {
     for (colour, part) in colours.into_iter().zip([0.1, 0.3, 0.5, 0.7, 0.9]) {
         let at = (low + part * (high - low)).round();
         let segments = outline(mesh, plane(at)).into_values().flatten().collect();
-        figure = figure.with(Series::new(
-            format!("z = {at}"),
-            colour,
-            Shape::Segments(segments),
-        ));
+        figure = figure.with(format!("z = {at}"), colour, Shape::Segments(segments));
     }
     figure
 }
@@ -294,7 +273,7 @@ fn map(analysis: &Analysis, plane: Plane, value: fn(&ConditionedPosition) -> f64
             (Some(from), None) => format!("above {from}"),
             (None, None) => String::new(),
         };
-        figure = figure.with(Series::new(name, Colour::Ink, Shape::Patches(patches)));
+        figure = figure.with(name, Colour::Ink, Shape::Patches(patches));
     }
     figure
 }
@@ -313,16 +292,12 @@ fn cylinders(analysis: &Analysis) -> Figure {
         Axis::linear("height, mm", 0.0, most(|p| p.1)),
     )
     .sized(560, 300)
-    .with(Series::new(
-        "highest cylinder",
-        Colour::Blue,
-        Shape::Line(points),
-    ))
-    .with(Series::new(
+    .with("highest cylinder", Colour::Blue, Shape::Line(points))
+    .with(
         "largest volume",
         Colour::Vermilion,
         Shape::Points(largest.into_iter().collect()),
-    ))
+    )
 }
 
 fn influence(influences: &[ParameterInfluence]) -> Figure {
@@ -351,12 +326,8 @@ fn influence(influences: &[ParameterInfluence]) -> Figure {
         let ranges = of_arm().map(|(row, of)| [(of.inwards, row), (of.outwards, row)]);
         let rms = of_arm().map(|(row, of)| (of.rms, row));
         figure = figure
-            .with(Series::new(
-                arm.to_string(),
-                colour,
-                Shape::Segments(ranges.collect()),
-            ))
-            .with(Series::new("", colour, Shape::Points(rms.collect())));
+            .with(arm.to_string(), colour, Shape::Segments(ranges.collect()))
+            .with("", colour, Shape::Points(rms.collect()));
     }
     figure
 }
@@ -389,14 +360,11 @@ fn view(mesh: &Mesh, overlap: f64) -> Figure {
         faces.push(((a + b + c).dot(&into), (outline.to_vec(), fill)));
     }
     faces.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let (mut x, mut y) = (
-        (f64::INFINITY, f64::NEG_INFINITY),
-        (f64::INFINITY, f64::NEG_INFINITY),
+    let corners = || faces.iter().flat_map(|(_, (outline, _))| outline);
+    let (x, y) = (
+        range(corners().map(|at| at.0)),
+        range(corners().map(|at| at.1)),
     );
-    for (px, py) in faces.iter().flat_map(|(_, (outline, _))| outline) {
-        x = (x.0.min(*px), x.1.max(*px));
-        y = (y.0.min(*py), y.1.max(*py));
-    }
     let mut kinds: BTreeMap<&str, Colour> = BTreeMap::new();
     for limit in &mesh.limits {
         kinds.insert(kind(*limit), colour(*limit));
@@ -407,18 +375,14 @@ fn view(mesh: &Mesh, overlap: f64) -> Figure {
         .without_axes();
     for (name, colour) in kinds {
         let key = Shape::Patches(vec![(Vec::new(), colour.channels())]);
-        figure = figure.with(Series::new(name, colour, key));
+        figure = figure.with(name, colour, key);
     }
     let patches = faces.into_iter().map(|(_, patch)| patch);
-    figure.with(Series::new(
-        "",
-        Colour::Ink,
-        Shape::Patches(patches.collect()),
-    ))
+    figure.with("", Colour::Ink, Shape::Patches(patches.collect()))
 }
 
 /// Where a map's classes end, for its caption.
-pub(super) fn caption(kind: &str) -> String {
+fn caption(kind: &str) -> String {
     format!(
         "{kind}: 0 at a singularity, 1 at best. A pose counts as clear above {} (type 1) and {} \
          (type 2).",

@@ -1,6 +1,7 @@
 //! The mesh for the view that can be turned: numbers for its script.
 
 use super::figures::{colour, kind};
+use crate::geometry::range::range;
 use crate::render::plot::STEPS;
 use crate::workspace::Analysis;
 use crate::workspace::displacements;
@@ -149,11 +150,7 @@ fn kinds(mesh: &Mesh) -> Mode {
 /// Six equal steps from the least to the greatest.
 fn graded(name: &'static str, mesh: &Mesh, values: &[f64], unit: &str) -> Mode {
     let means = mesh.means(values);
-    let known = || means.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = (
-        known().fold(f64::INFINITY, f64::min),
-        known().fold(f64::NEG_INFINITY, f64::max),
-    );
+    let (low, high) = range(means.iter().copied().filter(|value| value.is_finite()));
     let step = (high - low) / 6.0;
     let mut classes = Vec::new();
     let mut end = low;

@@ -1,6 +1,6 @@
 //! A line and the band about it.
 
-use crate::render::plot::{Colour, Figure, Series, Shape};
+use crate::render::plot::{Colour, Figure, Shape};
 
 pub(super) type Points = Vec<(f64, f64)>;
 pub(super) type Band = Vec<(f64, f64, f64)>;
@@ -12,7 +12,7 @@ pub(super) fn with_band(
     (line, band): (Points, Band),
 ) -> Figure {
     figure
-        .with(Series::new("", colour, Shape::Band(band)))
-        .with(Series::new("", colour, Shape::Points(line.clone())))
-        .with(Series::new(name, colour, Shape::Line(line)))
+        .with("", colour, Shape::Band(band))
+        .with("", colour, Shape::Points(line.clone()))
+        .with(name, colour, Shape::Line(line))
 }

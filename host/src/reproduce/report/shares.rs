@@ -2,25 +2,6 @@
 
 use crate::campaign::CaseSummary;
 
-/// Two decimals near 100, where they matter.
-pub(super) fn percent(value: f64) -> String {
-    let text = if (99.0..99.995).contains(&value) {
-        format!("{value:.2}")
-    } else {
-        format!("{:.0}", value + 0.0)
-    };
-    text.replace('-', "−")
-}
-
-/// Never rounded up to all of them.
-pub(super) fn share(value: f64) -> String {
-    if value > 99.0 && value < 100.0 {
-        format!("{:.1}", value.min(99.9))
-    } else {
-        format!("{value:.0}")
-    }
-}
-
 /// FKM and IKM of the same scenario.
 pub(super) fn pairs(cases: &[CaseSummary]) -> Vec<(&CaseSummary, &CaseSummary)> {
     let same = |a: &CaseSummary, b: &CaseSummary| {

@@ -3,11 +3,12 @@
 use crate::accuracy::position_error::SampleErrors;
 use crate::calibration::report::CalibrationReport;
 use crate::calibration::thresholds::GOOD_CONDITION;
-use crate::render::plot::{Axis, Colour, Figure, Series, Shape};
+use crate::geometry::range::range;
+use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::report::calibration::comparison::{Comparison, comparisons};
-use crate::text::units::degrees;
+use crate::text::units::{degrees, in_unit};
+use delta_cal::Tolerance;
 use delta_cal::limits::chi_square_quantile;
-use delta_cal::{Parameter, ParameterKind, Tolerance};
 
 const ARMS: [Colour; 3] = [Colour::Blue, Colour::Vermilion, Colour::Green];
 /// Outlying samples that get their line written beside them.
@@ -21,19 +22,11 @@ fn arm_name(arm: usize) -> String {
 
 /// Change ± σ of every parameter, in tolerances or, without, in σ; `None` if neither is known.
 pub(super) fn parameters(report: &CalibrationReport) -> Option<(Figure, &'static str)> {
-    let arms = report
-        .before
-        .robot
-        .arms()
-        .iter()
-        .zip(&report.outcome.robot.arms);
-    let arms: Vec<_> = arms
-        .map(|(before, after)| comparisons(before, after))
-        .collect();
+    let rows = comparisons(report);
     match &report.before.tolerance {
         Some(tolerance) => Some((
-            in_tolerances(&arms, tolerance),
-            if rows(&arms).all(|(.., c)| c.sigma.is_none()) {
+            in_tolerances(&rows, tolerance),
+            if rows.iter().all(|c| c.sigma.is_none()) {
                 "Change of each parameter in units of its stated tolerance; its σ is not known. \
                  Shaded: one tolerance."
             } else {
@@ -41,7 +34,7 @@ pub(super) fn parameters(report: &CalibrationReport) -> Option<(Figure, &'static
                  both sides. Shaded: one tolerance."
             },
         )),
-        None => in_sigmas(&arms).map(|figure| {
+        None => in_sigmas(&rows).map(|figure| {
             (
                 figure,
                 "Change of each parameter in units of its own σ, whatever its sign. Left of the \
@@ -51,41 +44,39 @@ pub(super) fn parameters(report: &CalibrationReport) -> Option<(Figure, &'static
     }
 }
 
-fn rows(arms: &[[Comparison; 8]]) -> impl Iterator<Item = (usize, f64, &Comparison)> {
-    let rows = arms.iter().enumerate();
-    rows.flat_map(|(arm, parameters)| parameters.iter().map(move |c| (arm, c)))
-        .zip(0..)
-        .map(|((arm, comparison), row)| (arm, f64::from(row), comparison))
+/// The parameters of an arm, each with its row.
+fn of_arm(rows: &[Comparison], arm: usize) -> impl Iterator<Item = (f64, &Comparison)> {
+    (0..)
+        .map(f64::from)
+        .zip(rows)
+        .filter(move |(_, c)| c.arm == arm)
 }
 
-fn names(arms: &[[Comparison; 8]]) -> Axis {
-    let names = rows(arms).map(|(arm, _, c)| format!("{} {}", arm + 1, c.symbol));
+fn names(rows: &[Comparison]) -> Axis {
+    let names = rows
+        .iter()
+        .map(|c| format!("{} {}", c.arm + 1, c.parameter.symbol()));
     Axis::named("", names.collect())
 }
 
-fn in_tolerances(arms: &[[Comparison; 8]], tolerance: &Tolerance<f64>) -> Figure {
-    let unit = |parameter: Parameter| match parameter.kind() {
-        ParameterKind::Length => tolerance.of(parameter),
-        ParameterKind::Angle => degrees(tolerance.of(parameter)),
-    };
+fn in_tolerances(rows: &[Comparison], tolerance: &Tolerance<f64>) -> Figure {
     let scaled = |c: &Comparison| {
-        (
-            c.change / unit(c.parameter),
-            c.sigma.map(|s| s / unit(c.parameter)),
-        )
+        let unit = in_unit(c.parameter, tolerance.of(c.parameter));
+        (c.change / unit, c.sigma.map(|s| s / unit))
     };
-    let extent = rows(arms)
-        .map(|(.., c)| scaled(c))
+    let extent = rows
+        .iter()
+        .map(scaled)
         .map(|(change, sigma)| change.abs() + sigma.unwrap_or(0.0))
         .fold(1.25, f64::max)
         * 1.05;
     let ends = (-0.5, 23.5);
     let mut figure = Figure::new(
         Axis::linear("change, tolerances", -extent, extent),
-        names(arms),
+        names(rows),
     )
     .sized(800, 560)
-    .with(Series::new(
+    .with(
         "",
         Colour::Grey,
         Shape::Region(vec![
@@ -94,65 +85,52 @@ fn in_tolerances(arms: &[[Comparison; 8]], tolerance: &Tolerance<f64>) -> Figure
             (1.0, ends.1),
             (-1.0, ends.1),
         ]),
-    ))
-    .with(Series::new(
+    )
+    .with(
         "",
         Colour::Ink,
         Shape::Dashed(vec![(0.0, ends.0), (0.0, ends.1)]),
-    ));
+    );
     for (arm, colour) in ARMS.into_iter().enumerate() {
-        let of_arm = || rows(arms).filter(move |row| row.0 == arm);
-        let bars = of_arm().filter_map(|(_, row, c)| {
+        let bars = of_arm(rows, arm).filter_map(|(row, c)| {
             let (change, sigma) = scaled(c);
             Some([(change - sigma?, row), (change + sigma?, row)])
         });
-        let dots = of_arm().map(|(_, row, c)| (scaled(c).0, row));
+        let dots = of_arm(rows, arm).map(|(row, c)| (scaled(c).0, row));
         figure = figure
-            .with(Series::new("", colour, Shape::Segments(bars.collect())))
-            .with(Series::new(
-                arm_name(arm),
-                colour,
-                Shape::Points(dots.collect()),
-            ));
+            .with("", colour, Shape::Segments(bars.collect()))
+            .with(arm_name(arm), colour, Shape::Points(dots.collect()));
     }
     figure
 }
 
-fn in_sigmas(arms: &[[Comparison; 8]]) -> Option<Figure> {
+fn in_sigmas(rows: &[Comparison]) -> Option<Figure> {
     let scaled = |c: &Comparison| {
         let ratio = (c.change / c.sigma?).abs();
         (ratio.is_finite() && ratio > LEAST).then_some(ratio)
     };
-    let (low, high) = decades(rows(arms).filter_map(|(.., c)| scaled(c)))?;
+    let (low, high) = decades(rows.iter().filter_map(scaled))?;
     let (low, high) = (low.min(0.1), high.max(10.0));
     let mut figure = Figure::new(
         Axis::logarithmic("size of the change, σ", low, high),
-        names(arms),
+        names(rows),
     )
     .sized(800, 560)
-    .with(Series::new(
+    .with(
         "",
         Colour::Ink,
         Shape::Dashed(vec![(1.0, -0.5), (1.0, 23.5)]),
-    ));
+    );
     for (arm, colour) in ARMS.into_iter().enumerate() {
-        let of_arm = rows(arms).filter(|row| row.0 == arm);
-        let dots = of_arm.filter_map(|(_, row, c)| Some((scaled(c)?, row)));
-        figure = figure.with(Series::new(
-            arm_name(arm),
-            colour,
-            Shape::Points(dots.collect()),
-        ));
+        let dots = of_arm(rows, arm).filter_map(|(row, c)| Some((scaled(c)?, row)));
+        figure = figure.with(arm_name(arm), colour, Shape::Points(dots.collect()));
     }
     Some(figure)
 }
 
 /// The powers of ten around positive values.
 fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    let logarithms = values.filter(|value| *value > LEAST).map(f64::log10);
-    let (low, high) = logarithms.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
+    let (low, high) = range(values.filter(|value| *value > LEAST).map(f64::log10));
     let (low, high) = ((low - 0.05).floor(), (high + 0.05).ceil());
     (low < high).then(|| (10f64.powf(low), 10f64.powf(high)))
 }
@@ -192,8 +170,8 @@ fn with_outlying(figure: Figure, report: &CalibrationReport, value: Value) -> Fi
     let labels = Shape::Labels(labels.collect());
     let named = if rings.is_empty() { "" } else { "stands out" };
     figure
-        .with(Series::new(named, Colour::Ink, Shape::Rings(rings)))
-        .with(Series::new("", Colour::Ink, labels))
+        .with(named, Colour::Ink, Shape::Rings(rings))
+        .with("", Colour::Ink, labels)
 }
 
 /// Every sample before and after; `None` if there is nothing to show.
@@ -209,18 +187,10 @@ pub(super) fn residuals(report: &CalibrationReport) -> Option<Figure> {
         Axis::logarithmic("position error, mm", low, high),
     )
     .sized(800, 380)
-    .with(Series::new(
-        "before",
-        Colour::Vermilion,
-        points(|s| s.before),
-    ))
-    .with(Series::new("after", Colour::Blue, points(|s| s.after)))
-    .with(Series::new(
-        "rms",
-        Colour::Ink,
-        rms(report.error_before.rms),
-    ))
-    .with(Series::new("", Colour::Ink, rms(report.error_after.rms)));
+    .with("before", Colour::Vermilion, points(|s| s.before))
+    .with("after", Colour::Blue, points(|s| s.after))
+    .with("rms", Colour::Ink, rms(report.error_before.rms))
+    .with("", Colour::Ink, rms(report.error_after.rms));
     Some(with_outlying(figure, report, |s| s.after))
 }
 
@@ -237,17 +207,17 @@ pub(super) fn residuals_in_sigmas(report: &CalibrationReport) -> Option<Figure> 
         Axis::logarithmic("position error after, σ", low, high),
     )
     .sized(800, 300)
-    .with(Series::new(
+    .with(
         "after",
         Colour::Blue,
         Shape::Points(over_lines(samples(), value)),
-    ))
-    .with(Series::new("expected", Colour::Ink, level(1.0)))
-    .with(Series::new(
+    )
+    .with("expected", Colour::Ink, level(1.0))
+    .with(
         "hardly by chance",
         Colour::Vermilion,
         level((chi_square_quantile(3.0_f64) / 3.0).sqrt()),
-    ));
+    );
     Some(with_outlying(figure, report, value))
 }
 
@@ -265,21 +235,17 @@ pub(super) fn conditions(report: &CalibrationReport) -> Figure {
         Axis::named("", (0..3).map(arm_name).collect()),
     )
     .sized(800, 170)
-    .with(Series::new(
+    .with(
         "limit of a good condition",
         Colour::Ink,
         Shape::Dashed(vec![(GOOD_CONDITION, -0.5), (GOOD_CONDITION, 2.5)]),
-    ))
-    .with(Series::new(
-        "",
-        Colour::Blue,
-        Shape::Segments(stems.collect()),
-    ))
-    .with(Series::new(
+    )
+    .with("", Colour::Blue, Shape::Segments(stems.collect()))
+    .with(
         "condition",
         Colour::Blue,
         Shape::Points(conditions().zip(rows).collect()),
-    ))
+    )
 }
 
 /// Where in their range the samples have each joint.
@@ -298,14 +264,10 @@ pub(super) fn joints(report: &CalibrationReport) -> Figure {
         Axis::named("", names.to_vec()),
     )
     .sized(800, 170)
-    .with(Series::new(
+    .with(
         "joint limits",
         Colour::Ink,
         Shape::Segments(vec![limit(low), limit(high)]),
-    ))
-    .with(Series::new(
-        "samples",
-        Colour::Blue,
-        Shape::Points(points.collect()),
-    ))
+    )
+    .with("samples", Colour::Blue, Shape::Points(points.collect()))
 }

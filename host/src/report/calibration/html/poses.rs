@@ -1,7 +1,8 @@
 //! The measured poses from above, from two sides, and as seen in space.
 
 use crate::calibration::report::CalibrationReport;
-use crate::render::plot::{Axis, Colour, Figure, Series, Shape};
+use crate::geometry::range::range;
+use crate::render::plot::{Axis, Colour, Figure, Shape};
 use nalgebra::Vector3;
 
 /// Joint angles of the grid on which the reachable region is found, an axis.
@@ -65,11 +66,11 @@ fn projected(report: &CalibrationReport, (x, y): (&str, &str), project: Projecti
         Axis::linear(x, horizontal.0, horizontal.1),
         Axis::linear(y, vertical.0, vertical.1),
     );
-    let figure = figure.sized(420, 400).with_equal_scales().with(Series::new(
+    let figure = figure.sized(420, 400).with_equal_scales().with(
         "reachable",
         Colour::Grey,
         Shape::Region(region),
-    ));
+    );
     with_samples(figure, report, project)
 }
 
@@ -90,9 +91,9 @@ fn with_samples(figure: Figure, report: &CalibrationReport, project: Projection)
     let named = if rings.is_empty() { "" } else { "stands out" };
     let points = positions(report).map(project).collect();
     figure
-        .with(Series::new("samples", Colour::Blue, Shape::Points(points)))
-        .with(Series::new(named, Colour::Ink, Shape::Rings(rings)))
-        .with(Series::new("", Colour::Ink, Shape::Labels(outlying)))
+        .with("samples", Colour::Blue, Shape::Points(points))
+        .with(named, Colour::Ink, Shape::Rings(rings))
+        .with("", Colour::Ink, Shape::Labels(outlying))
 }
 
 fn from_the_eye(point: &Vector3<f64>) -> (f64, f64) {
@@ -134,18 +135,14 @@ fn in_space(report: &CalibrationReport) -> Figure {
     .sized(420, 400)
     .with_equal_scales()
     .without_axes()
-    .with(Series::new(
-        "below the samples",
-        Colour::Grey,
-        Shape::Region(shadow),
-    ))
-    .with(Series::new("", Colour::Grey, Shape::Hairlines(lines)))
-    .with(Series::new("", Colour::Grey, Shape::Region(base)));
+    .with("below the samples", Colour::Grey, Shape::Region(shadow))
+    .with("", Colour::Grey, Shape::Hairlines(lines))
+    .with("", Colour::Grey, Shape::Region(base));
     let figure = robot
         .into_iter()
         .zip(["robot", "", "", ""])
         .fold(figure, |figure, (line, name)| {
-            figure.with(Series::new(name, Colour::Vermilion, Shape::Line(line)))
+            figure.with(name, Colour::Vermilion, Shape::Line(line))
         });
     with_samples(figure, report, from_the_eye)
 }
@@ -177,9 +174,7 @@ fn robot(report: &CalibrationReport) -> Vec<Points> {
 /// The ranges of both coordinates and a little more.
 fn extents(points: impl Iterator<Item = (f64, f64)> + Clone) -> ((f64, f64), (f64, f64)) {
     let extent = |values: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
+        let (low, high) = range(values);
         let margin = 0.04 * (high - low) + 1.0;
         (low - margin, high + margin)
     };

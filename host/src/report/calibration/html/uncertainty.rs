@@ -1,8 +1,9 @@
 //! The map of the positions' uncertainty.
 
 use crate::accuracy::position_uncertainty::{Plane, Slice, UncertaintyMap};
-use crate::render::plot::{Axis, Colour, Figure, Series, Shape};
-use crate::text::numbers::small;
+use crate::geometry::range::range;
+use crate::render::plot::{Axis, Colour, Figure, Shape};
+use crate::text::numbers::{significant, small};
 
 /// Shades of a map.
 const SHADES: u32 = 5;
@@ -11,11 +12,8 @@ const OPACITY: (f64, f64) = (0.12, 0.95);
 
 /// Each slice with its caption, all in the same shades.
 pub(super) fn slices(map: &UncertaintyMap) -> Vec<(Figure, String)> {
-    let sigmas = || map.slices.iter().flat_map(|slice| &slice.cells);
-    let least = sigmas()
-        .map(|(_, sigma)| *sigma)
-        .fold(f64::INFINITY, f64::min);
-    let most = sigmas().map(|(_, sigma)| *sigma).fold(0.0, f64::max);
+    let cells = map.slices.iter().flat_map(|slice| &slice.cells);
+    let (least, most) = range(cells.map(|(_, sigma)| *sigma));
     // Equal steps of the logarithm: near the edges the uncertainty is many times that inside.
     let levels: Vec<_> = (1..=SHADES)
         .map(|shade| least * (most / least).powf(f64::from(shade) / f64::from(SHADES)))
@@ -51,13 +49,11 @@ fn figure(slice: &Slice, levels: &[f64]) -> Figure {
         .map(|(x, sigma)| ((x.x, if vertical { x.z } else { x.y }), *sigma))
         .collect();
     let half = 0.5 * slice.step;
-    let range = |of: &dyn Fn(&(f64, f64)) -> f64| {
-        let values = placed.iter().map(|(at, _)| of(at));
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value - slice.step), high.max(value + slice.step))
-        })
+    let extent = |of: fn(&(f64, f64)) -> f64| {
+        let (low, high) = range(placed.iter().map(|(at, _)| of(at)));
+        (low - slice.step, high + slice.step)
     };
-    let (x, y) = (range(&|at| at.0), range(&|at| at.1));
+    let (x, y) = (extent(|at| at.0), extent(|at| at.1));
     let mut figure = Figure::new(
         Axis::linear("x, mm", x.0, x.1),
         Axis::linear(if vertical { "z, mm" } else { "y, mm" }, y.0, y.1),
@@ -73,26 +69,12 @@ fn figure(slice: &Slice, levels: &[f64]) -> Figure {
         let tiles = cells.map(|((x, y), _)| [(x - half, y - half), (x + half, y + half)]);
         let part = f64::from(shade) / f64::from(SHADES - 1);
         let opacity = OPACITY.0 + (OPACITY.1 - OPACITY.0) * part;
-        figure = figure.with(Series::new(
-            format!("to {}", rounded(*level)),
+        figure = figure.with(
+            format!("to {}", significant(*level, 2)),
             Colour::Blue,
             Shape::Tiles(tiles.collect(), opacity),
-        ));
+        );
         below = top;
     }
     figure
-}
-
-/// Two significant digits.
-fn rounded(value: f64) -> String {
-    if !(value > 0.0) {
-        return "0".to_owned();
-    }
-    #[allow(clippy::cast_possible_truncation)] // some −10 to 3
-    let magnitude = value.log10().floor() as i32;
-    if magnitude < -5 {
-        return format!("{value:.1e}");
-    }
-    let digits = usize::try_from(1 - magnitude).unwrap_or(0);
-    format!("{value:.digits$}")
 }

@@ -1,9 +1,10 @@
 //! One calibration: samples in, solved step by step, an outcome or a refusal.
 
 use crate::Number;
+use delta_cal::calibration::Start;
 use delta_cal::{
     ArmIndex, Calibrator, Noise, Progress, Refusal, Robot, RobotOutcome, RobotSolver, Sample,
-    Settings, Start, Tolerance,
+    Settings, Tolerance,
 };
 use delta_cal_protocol::{ArmReport, Begin, Fault, Phase, SampleMessage, fingerprint};
 use nalgebra::Vector3;
@@ -269,14 +270,12 @@ fn settings<T: Number>(begin: &Begin<T>) -> Result<Settings<T>, Fault> {
         .map(|(position, joint)| Noise::new(position, joint))
         .transpose()
         .map_err(|_| Fault::Settings)?;
-    Ok(Settings {
-        noise,
-        tolerance,
-        start: if begin.without_guess {
+    Ok(Settings::default()
+        .with_noise(noise)
+        .with_tolerance(tolerance)
+        .with_start(if begin.without_guess {
             Start::Free
         } else {
-            Start::Reference
-        },
-        ..Settings::default()
-    })
+            Start::Nominal
+        }))
 }

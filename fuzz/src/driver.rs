@@ -213,7 +213,7 @@ fn explained<R>(answer: Result<R, DeviceError>) -> Option<R> {
 }
 
 fn finite_report(report: &CalibrationReport) {
-    finite_outcome(&report.outcome.robot);
+    finite_outcome(&report.outcome.fit);
     for error in [&report.error_before, &report.error_after] {
         assert!(error.rms.is_finite() && error.max.is_finite(), "{error:?}");
     }

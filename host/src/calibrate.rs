@@ -9,9 +9,10 @@ use crate::{
     RobustFit, Row, SampleErrors, SampleWeight, SamplesFile, Streaming, WorkspaceComparison,
     calibrate_robust, fkm, plausibility, sensor_frame, stream,
 };
-use delta_cal::{
-    Calibrator, Loss, Method, Noise, Refusal, RigidTransform, RobotOutcome, Sample, Settings, Start,
-};
+use delta_cal::calibration::{Solver, Start};
+use delta_cal::frame::RigidTransform;
+use delta_cal::robust::Loss;
+use delta_cal::{Calibrator, Noise, Refusal, RobotOutcome, Sample, Settings};
 use std::error::Error;
 use std::fmt;
 
@@ -51,7 +52,7 @@ pub struct Options {
     /// How the parameters are estimated.
     pub method: CalibrationMethod,
     /// Levenberg–Marquardt or Gauss–Newton.
-    pub solver: Method,
+    pub solver: Solver,
     /// How residuals count; `None` is the squared loss, the plain least squares.
     pub loss: Option<Loss>,
     /// What is done because the samples came one after the other; of the IKM method alone, and with
@@ -242,7 +243,7 @@ fn judged(
         options,
         ..
     } = circumstances;
-    let calibrated = outcome.robot.robot;
+    let calibrated = outcome.fit.robot;
     let distances_before = distances(&before.robot, measured);
     let distances_after = distances(&calibrated, measured);
     let error_of = |distances| PositionError::of_counted(distances, &samples.rows, &weights);
@@ -340,13 +341,11 @@ pub(crate) fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f
             .at_key("[tolerance]")
             .with_remedy("leave out --no-guess, or delete the section [tolerance]"));
     }
-    Ok(Settings {
-        noise: robot.noise,
-        tolerance: robot.tolerance,
-        method: options.solver,
-        start: options.start(),
-        ..Settings::default()
-    })
+    Ok(Settings::default()
+        .with_noise(robot.noise)
+        .with_tolerance(robot.tolerance)
+        .with_solver(options.solver)
+        .with_start(options.start()))
 }
 
 impl Options {
@@ -354,7 +353,7 @@ impl Options {
         if self.no_guess {
             Start::Free
         } else {
-            Start::Reference
+            Start::Nominal
         }
     }
 }

@@ -3,7 +3,8 @@
 use crate::samples_file::outside_limits;
 use crate::units::degrees;
 use crate::{InputError, InputText, RobotFile, Row, read_joints, read_positions};
-use delta_cal::{ArmIndex, JointLimits, KinematicsError, Sample, Singularity};
+use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
+use delta_cal::{ArmIndex, Sample};
 use std::fmt::Write;
 
 /// Where the platform is at each row's joint angles.

@@ -2,7 +2,8 @@
 
 use crate::position_uncertainty::PositionUncertainty;
 use crate::{CalibrationMethod, CalibrationReport};
-use delta_cal::{ArmIndex, ArmOutcome, Noise, Parameter, Robot, Sample};
+use delta_cal::calibration::ArmOutcome;
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample};
 use nalgebra::{SMatrix, SVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -101,7 +102,7 @@ impl Estimate {
 impl NoiseTest {
     /// Of a calibration; `None` if no sample is left over to tell it from.
     pub(crate) fn of(report: &CalibrationReport) -> Option<Self> {
-        let arms = &report.outcome.robot.arms;
+        let arms = &report.outcome.fit.arms;
         let freedom: f64 = arms.iter().map(|arm| arm.degrees_of_freedom).sum();
         if !(freedom >= 1.0) {
             return None;
@@ -111,7 +112,7 @@ impl NoiseTest {
             CalibrationMethod::Fkm => 1.0,
             CalibrationMethod::Ikm => {
                 let measured: Vec<_> = report.sample_errors.iter().map(|s| s.measured).collect();
-                independent_share(&report.outcome.robot.robot, &measured, stated.as_ref())
+                independent_share(&report.outcome.fit.robot, &measured, stated.as_ref())
             }
         };
         let independent = (shared * freedom).max(1.0);

@@ -15,7 +15,7 @@ pub use indices::Indices;
 use crate::information::{ARM, PARAMETERS, closure_rows, position_rows, units};
 use crate::poses::Assumptions;
 use crate::{CalibrationMethod, InputError, RobotFile, SamplesFile};
-use delta_cal::limits::LARGEST_SIGMA;
+use delta_cal::calibration::limits::LARGEST_SIGMA;
 use delta_cal::{ArmIndex, Parameter, Sample};
 use nalgebra::{DMatrix, DVector};
 

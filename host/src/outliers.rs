@@ -65,11 +65,9 @@ impl Fit<'_> {
 
     /// Fits without these samples.
     fn without(&self, left_out: &[usize]) -> Option<Without> {
-        let settings = Settings {
-            method: self.options.solver,
-            start: self.options.start(),
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_solver(self.options.solver)
+            .with_start(self.options.start());
         let kept: Vec<_> = self
             .measured
             .iter()

@@ -29,7 +29,8 @@ pub use travel::{distance, length, ordered};
 
 use crate::{CalibrationMethod, RobotFile};
 use candidates::Selection;
-use delta_cal::{Noise, NoiseError, Sample, Tolerance};
+use delta_cal::samples::NoiseError;
+use delta_cal::{Noise, Sample, Tolerance};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 use search::Search;

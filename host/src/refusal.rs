@@ -9,7 +9,8 @@ use crate::words::{count, in_file_units};
 use crate::{
     Diagnosis, Frame, Options, PositionError, RobotFile, SamplesFile, WorkspaceComparison,
 };
-use delta_cal::{Method, Parameter, Refusal, Robot, Sample};
+use delta_cal::calibration::Solver;
+use delta_cal::{Parameter, Refusal, Robot, Sample};
 use std::error::Error;
 use std::fmt;
 
@@ -170,10 +171,10 @@ impl Circumstances<'_> {
                     count(usize::from(iterations), "iteration")
                 ),
                 match self.options.solver {
-                    Method::GaussNewton => {
+                    Solver::GaussNewton => {
                         "try again with --solver lm, which cannot diverge".into()
                     }
-                    Method::LevenbergMarquardt => {
+                    Solver::LevenbergMarquardt => {
                         format!("{SPREAD}; {CHECK}")
                     }
                 },

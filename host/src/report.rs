@@ -12,7 +12,9 @@ pub mod table;
 mod uncertain;
 
 use crate::units::degrees;
-use delta_cal::{Arm, ArmOutcome, Method, Parameter, ParameterKind, StartUsed, Termination};
+use delta_cal::Parameter;
+use delta_cal::calibration::{ArmOutcome, Solver, StartUsed, Termination};
+use delta_cal::robot::{Arm, ParameterKind};
 
 /// One parameter before and after, in the unit of the reports.
 struct Comparison {
@@ -58,16 +60,16 @@ fn comparisons(before: &Arm<f64>, outcome: &ArmOutcome<f64>) -> [Comparison; 8] 
     })
 }
 
-fn solver_name(solver: Method) -> &'static str {
+fn solver_name(solver: Solver) -> &'static str {
     match solver {
-        Method::GaussNewton => "gauss-newton",
-        Method::LevenbergMarquardt => "levenberg-marquardt",
+        Solver::GaussNewton => "gauss-newton",
+        Solver::LevenbergMarquardt => "levenberg-marquardt",
     }
 }
 
 fn start_name(start: StartUsed) -> &'static str {
     match start {
-        StartUsed::Reference => "robot file",
+        StartUsed::Nominal => "robot file",
         StartUsed::Free => "without a guess",
         StartUsed::Search => "search",
         StartUsed::Ikm => "IKM solution",

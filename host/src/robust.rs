@@ -1,7 +1,8 @@
 //! Fits that samples which disagree with all others do not spoil, by either method.
 
 use crate::{CalibrationMethod, Outcome, fkm};
-use delta_cal::{Loss, Robot, RobustRefusal, Sample, Settings, WeighedSample, robust_fit};
+use delta_cal::robust::{Loss, RobustRefusal, WeighedSample, robust_fit};
+use delta_cal::{Robot, Sample, Settings};
 
 /// What a fit makes of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +47,7 @@ pub fn calibrate_robust(
     let ikm = robust_fit(robot, settings, samples, loss, &mut work)?;
     match method {
         CalibrationMethod::Ikm => Ok(RobustFit {
-            outcome: Outcome::from(ikm.robot),
+            outcome: Outcome::from(ikm.fit),
             samples: work
                 .iter()
                 .map(|sample| SampleWeight {
@@ -57,7 +58,7 @@ pub fn calibrate_robust(
             settled: ikm.settled,
         }),
         CalibrationMethod::Fkm => {
-            fkm::robust::calibrate_robust(robot, samples, settings, loss, &ikm.robot)
+            fkm::robust::calibrate_robust(robot, samples, settings, loss, &ikm.fit)
         }
     }
 }

@@ -7,7 +7,8 @@ use crate::diagnosis::Diagnosis;
 use crate::units::degrees;
 use crate::{InputError, InputText, Options, RobotFile};
 use columns::{Quantity, Table};
-use delta_cal::{JointLimits, Sample};
+use delta_cal::Sample;
+use delta_cal::kinematics::JointLimits;
 use nalgebra::Vector3;
 
 /// A joint angle may be this many degrees outside the limits: encoder zeros differ.

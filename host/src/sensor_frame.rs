@@ -4,7 +4,7 @@
 use crate::refusal::OUTLIER;
 use crate::words::count;
 use crate::{Options, RobotFile, SamplesFile};
-use delta_cal::{AlignmentError, RigidTransform};
+use delta_cal::frame::{AlignmentError, RigidTransform};
 use nalgebra::{Matrix3, Vector3};
 
 /// Points whose second extent is below this part of the first lie on a line.

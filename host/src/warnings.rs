@@ -4,7 +4,8 @@ use crate::plausibility::doubtful;
 use crate::refusal::{is_outlier, lies_elsewhere, outlier};
 use crate::words::{count, in_lines};
 use crate::{CalibrationReport, Frame, SampleErrors};
-use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
+use delta_cal::calibration::{ArmOutcome, StartUsed};
+use delta_cal::{ArmIndex, Parameter};
 
 /// A parameter is the tolerance's rather than the samples' beyond this share.
 pub(crate) const MOSTLY: f64 = 0.5;
@@ -22,7 +23,7 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
     large_changes(report, &mut found);
     few_samples(report, &mut found);
     residual_warnings(report, &mut found);
-    for (arm, outcome) in ArmIndex::ALL.into_iter().zip(&report.outcome.robot.arms) {
+    for (arm, outcome) in ArmIndex::ALL.into_iter().zip(&report.outcome.fit.arms) {
         arm_warnings(report, arm, outcome, &mut found);
     }
     if let Some(comparison) = &report.workspace
@@ -164,7 +165,7 @@ fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
     }
     if report
         .outcome
-        .robot
+        .fit
         .arms
         .iter()
         .any(|arm| arm.covariance.is_none())
@@ -213,7 +214,7 @@ fn arm_warnings(
         ));
     }
     match outcome.start {
-        StartUsed::Reference => {}
+        StartUsed::Nominal => {}
         StartUsed::Free if report.options.no_guess => {}
         StartUsed::Free => found.push(format!(
             "{arm}: the fit that starts from the robot file did not lead to the solution, the one \

@@ -4,9 +4,10 @@
 
 mod support;
 
-use delta_cal::{
-    Arm, JointLimits, Noise, Robot, Sample, SymmetricRobot, random_pose, simulate_sample,
-};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Arm;
+use delta_cal::simulate::{random_pose, simulate_sample};
+use delta_cal::{Noise, Robot, Sample, SymmetricRobot};
 use delta_cal_host::{
     CalibrateError, CalibrationMethod, Frame, InputText, Options, RobotFile, SamplesFile, calibrate,
 };

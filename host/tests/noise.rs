@@ -4,7 +4,10 @@
 
 mod support;
 
-use delta_cal::{Arm, JointLimits, Noise, Robot, SymmetricRobot, random_pose, simulate_sample};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Arm;
+use delta_cal::simulate::{random_pose, simulate_sample};
+use delta_cal::{Noise, Robot, SymmetricRobot};
 use delta_cal_host::{
     CalibrationMethod, InputText, NoiseTest, NoiseVerdict, Options, RobotFile, SamplesFile,
     calibrate,

@@ -9,10 +9,10 @@ pub mod noisy_campaign;
 pub mod outliers;
 pub mod peer;
 
-use delta_cal::{
-    Arm, JointLimits, Noise, Real, Robot, Sample, SymmetricRobot, random_pose, simulate_sample,
-    standard_normal,
-};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Arm;
+use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
+use delta_cal::{Noise, Real, Robot, Sample, SymmetricRobot};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 

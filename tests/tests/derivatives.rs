@@ -3,7 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use delta_cal::{Arm, Robot, Sample};
+use delta_cal::robot::Arm;
+use delta_cal::{Robot, Sample};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::{DMatrix, SVector, Vector3};
 use num_dual::{DualNum, gradient};

@@ -7,9 +7,9 @@
     clippy::cast_possible_truncation
 )]
 
-use delta_cal::{
-    Arm, ArmIndex, GeometryError, KinematicsError, Parameter, Robot, Singularity, SymmetricRobot,
-};
+use delta_cal::kinematics::{KinematicsError, Singularity};
+use delta_cal::robot::{Arm, GeometryError};
+use delta_cal::{ArmIndex, Parameter, Robot, SymmetricRobot};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;

@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, random_pose, standard_normal};
+use delta_cal::simulate::{random_pose, standard_normal};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample};
 use delta_cal_host::evaluation::CramerRaoBound;
 use delta_cal_host::observability::{Combination, Indices, Observability};
 use delta_cal_host::position_uncertainty::PositionUncertainty;
@@ -204,7 +205,7 @@ fn the_position_sigma_is_the_scatter_of_robots_with_that_covariance() {
         for (value, change) in arms.iter_mut().flatten().zip(change.iter()) {
             *value += change;
         }
-        let other = Robot::new(arms.map(|arm| delta_cal::Arm::new(arm).unwrap())).unwrap();
+        let other = Robot::new(arms.map(|arm| delta_cal::robot::Arm::new(arm).unwrap())).unwrap();
         for (sum, pose) in squares.iter_mut().zip(&poses) {
             *sum += (other.forward(&pose.joints).unwrap() - pose.position).norm_squared();
         }

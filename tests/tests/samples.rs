@@ -10,10 +10,11 @@
     clippy::cast_sign_loss
 )]
 
-use delta_cal::{
-    Arm, ArmFactor, ArmIndex, ArmSolver, Calibrator, MergeError, Noise, Progress, Reference, Robot,
-    Sample, SampleError, Settings, StoredArmSamples, StoredCalibrator, StoredError, Tolerance,
-};
+use delta_cal::calibration::ArmSolver;
+use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
+use delta_cal::robot::Arm;
+use delta_cal::samples::{ArmFactor, MergeError, NominalArm, SampleError};
+use delta_cal::{ArmIndex, Calibrator, Noise, Progress, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single,
 };
@@ -34,10 +35,7 @@ fn noisy(seed: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>>) {
 }
 
 fn weighted() -> Settings<f64> {
-    Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    }
+    Settings::default().with_noise(noise())
 }
 
 fn filled(samples: &[Sample<f64>], settings: &Settings<f64>) -> Calibrator<f64> {
@@ -164,11 +162,7 @@ proptest! {
             }))
             .unwrap()
         };
-        let settings = |unit: f64| Settings {
-            noise: Some(Noise::new(0.02 * unit, 0.005 * DEGREE).unwrap()),
-            tolerance: Some(Tolerance::new(unit, 0.3 * DEGREE).unwrap()),
-            ..Settings::default()
-        };
+        let settings = |unit: f64| Settings::default().with_noise(Noise::new(0.02 * unit, 0.005 * DEGREE).unwrap()).with_tolerance(Tolerance::new(unit, 0.3 * DEGREE).unwrap());
         let mut small = Calibrator::new(&paper_robot(), &settings(1.0));
         small.add_many(&samples).unwrap();
         let mut large = Calibrator::new(&in_unit(&paper_robot()), &settings(unit));
@@ -221,7 +215,7 @@ proptest! {
         numbers in prop::collection::vec(prop::array::uniform6(any::<f32>()), 8..24),
     ) {
         let robot = paper_robot::<f64>().cast::<f32>().unwrap();
-        let settings = Settings { tolerance: Some(Tolerance::new(1.0, 0.01).unwrap()), ..Settings::default() };
+        let settings = Settings::default().with_tolerance(Tolerance::new(1.0, 0.01).unwrap());
         for settings in [Settings::default(), settings] {
             let mut calibrator = Calibrator::<f32>::new(&robot, &settings);
             for [a, b, c, x, y, z] in &numbers {
@@ -246,7 +240,7 @@ fn factors_of_different_references_do_not_merge() {
     let mut a = filled(&samples, &weighted());
     let before = a;
     let b = filled(&samples, &Settings::default());
-    assert_eq!(a.merge(&b), Err(MergeError::DifferentReference));
+    assert_eq!(a.merge(&b), Err(MergeError::DifferentNominal));
     assert_eq!(a, before);
 }
 
@@ -355,7 +349,7 @@ fn one_arm_alone_is_calibrated_from_its_own_samples() {
     let samples = measurements(&truth, 20, None, &mut rng);
     let nominal = paper_robot::<f64>();
     let arm = ArmIndex::Third;
-    let reference = Reference::new(nominal.arm(arm), &Vector3::new(0.0, 0.0, -450.0), None);
+    let reference = NominalArm::new(nominal.arm(arm), &Vector3::new(0.0, 0.0, -450.0), None);
     let mut stored = StoredArmSamples::<f64, 20>::new(reference);
     let mut factor = ArmFactor::new(reference);
     for sample in &samples {

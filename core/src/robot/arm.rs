@@ -1,4 +1,5 @@
-use super::{GeometryError, Parameter};
+use super::geometry_error::GeometryError;
+use super::parameter::Parameter;
 use crate::Real;
 use nalgebra::{SVector, Vector3};
 
@@ -16,8 +17,9 @@ use nalgebra::{SVector, Vector3};
 /// (`La_x`, `La_y`) already hold, and the eight parameters would have rank 7.
 ///
 /// ```
-/// use delta_cal::{Arm, Parameter};
-/// # fn main() -> Result<(), delta_cal::GeometryError> {
+/// use delta_cal::Parameter;
+/// use delta_cal::robot::Arm;
+/// # fn main() -> Result<(), delta_cal::robot::GeometryError> {
 /// let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0])?;
 /// assert_eq!(arm.get(Parameter::Lb), 480.0);
 /// // A positive joint angle swings the elbow down, towards the platform.

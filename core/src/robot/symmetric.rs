@@ -1,4 +1,7 @@
-use super::{Arm, GeometryError, Parameter, Robot};
+use super::arm::Arm;
+use super::geometry_error::GeometryError;
+use super::parameter::Parameter;
+use super::three_arms::Robot;
 use crate::Real;
 
 /// The nominal robot as a data sheet gives it: three equal arms 120° apart, no tilt.

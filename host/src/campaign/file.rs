@@ -1,6 +1,8 @@
 //! The campaign file.
 
-use super::plan::{CampaignMethod, LengthAngle, NoiseLevel, Plan, Scenario, Solver, Spread};
+use super::plan::{
+    CampaignMethod, CampaignSolver, LengthAngle, NoiseLevel, Plan, Scenario, Spread,
+};
 use crate::poses::{LEAST_POSES, MOST_POSES};
 use crate::words::decimal_comma;
 use crate::{InputError, InputText, RobotFile, example};
@@ -29,7 +31,7 @@ struct CampaignToml {
     start_errors: List<LengthAngleToml>,
     noise_levels: List<NoiseToml>,
     methods: Option<List<CampaignMethod>>,
-    solvers: Option<List<Solver>>,
+    solvers: Option<List<CampaignSolver>>,
     weights: Option<List<bool>>,
     prior: Option<List<bool>>,
     planned: Option<List<bool>>,
@@ -89,7 +91,7 @@ impl Plan {
             reader.noise_level(level)
         })?;
         let methods = reader.axis("methods", toml.methods.as_ref(), CampaignMethod::Ikm)?;
-        let solvers = reader.axis("solvers", toml.solvers.as_ref(), Solver::Lm)?;
+        let solvers = reader.axis("solvers", toml.solvers.as_ref(), CampaignSolver::Lm)?;
         let weights = reader.axis("weights", toml.weights.as_ref(), true)?;
         let prior = reader.axis("prior", toml.prior.as_ref(), true)?;
         let planned = reader.axis("planned", toml.planned.as_ref(), false)?;
@@ -263,7 +265,7 @@ impl Reader<'_> {
 }
 
 /// `None` for exact measurements.
-fn noise(level: &NoiseLevel) -> Result<Option<Noise<f64>>, delta_cal::NoiseError> {
+fn noise(level: &NoiseLevel) -> Result<Option<Noise<f64>>, delta_cal::samples::NoiseError> {
     if level.position_mm == 0.0 && level.joint_deg == 0.0 {
         return Ok(None);
     }

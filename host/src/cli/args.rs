@@ -263,8 +263,8 @@ impl CalibrateArguments {
         Options {
             method: self.method.method(),
             solver: match self.solver {
-                SolverArgument::Lm => delta_cal::Method::LevenbergMarquardt,
-                SolverArgument::Gn => delta_cal::Method::GaussNewton,
+                SolverArgument::Lm => delta_cal::calibration::Solver::LevenbergMarquardt,
+                SolverArgument::Gn => delta_cal::calibration::Solver::GaussNewton,
             },
             frame: match self.frame {
                 FrameArgument::Base => Frame::Base,
@@ -272,8 +272,8 @@ impl CalibrateArguments {
             },
             loss: match self.loss {
                 LossArgument::Squared => None,
-                LossArgument::Huber => Some(delta_cal::Loss::Huber),
-                LossArgument::Tukey => Some(delta_cal::Loss::Tukey),
+                LossArgument::Huber => Some(delta_cal::robust::Loss::Huber),
+                LossArgument::Tukey => Some(delta_cal::robust::Loss::Tukey),
             },
             streaming: Streaming {
                 gate: self.gate,

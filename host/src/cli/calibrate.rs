@@ -2,7 +2,8 @@ use super::args::CalibrateArguments;
 use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, report_path};
 use super::print;
-use delta_cal::{Loss, Method};
+use delta_cal::calibration::Solver;
+use delta_cal::robust::Loss;
 use delta_cal_host::report::json::{JsonRefusal, JsonReport};
 use delta_cal_host::report::{html, stream, table};
 use delta_cal_host::{
@@ -154,8 +155,8 @@ fn options(report: &CalibrationReport) -> String {
     let options = &report.options;
     let method = options.method.name();
     let solver = match options.solver {
-        Method::LevenbergMarquardt => "lm",
-        Method::GaussNewton => "gn",
+        Solver::LevenbergMarquardt => "lm",
+        Solver::GaussNewton => "gn",
     };
     let frame = match options.frame {
         Frame::Base => "base",

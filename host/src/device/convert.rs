@@ -4,7 +4,9 @@ use super::error::DeviceError;
 use super::number::Number;
 use super::session::{Assumptions, Measurement};
 use crate::{Options, RobotFile, SamplesFile};
-use delta_cal::{Arm, ArmOutcome, GeometryError, Parameter, Real, Robot, RobotOutcome};
+use delta_cal::calibration::ArmOutcome;
+use delta_cal::robot::{Arm, GeometryError};
+use delta_cal::{Parameter, Real, Robot, RobotOutcome};
 use delta_cal_protocol::ArmReport;
 use nalgebra::{SMatrix, SVector};
 

@@ -13,7 +13,8 @@ use crate::words::in_file_units;
 use crate::{
     CalibrateError, CalibrationReport, InputError, Options, Refused, RobotFile, SamplesFile,
 };
-use delta_cal::{ArmIndex, Parameter, ParameterKind};
+use delta_cal::robot::ParameterKind;
+use delta_cal::{ArmIndex, Parameter};
 use delta_cal_protocol::{ParameterSet, fingerprint};
 use std::error::Error;
 use std::fmt;

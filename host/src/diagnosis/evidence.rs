@@ -4,7 +4,8 @@ use super::hypothesis::{Fault, are_two, faults, undone};
 use crate::samples_file::outside_limits;
 use crate::sensor_frame::degenerate;
 use crate::{Frame, Options, RobotFile, SamplesFile, calibrate};
-use delta_cal::{RigidTransform, Sample};
+use delta_cal::Sample;
+use delta_cal::frame::RigidTransform;
 use nalgebra::Vector3;
 
 /// An explanation brings the samples this many times nearer to the robot of the file, or is none.

@@ -1,7 +1,8 @@
 //! What can be wrong with a file of samples as a whole, and how the samples would read without it.
 
 use crate::Frame;
-use delta_cal::{Arm, Robot, Sample};
+use delta_cal::robot::Arm;
+use delta_cal::{Robot, Sample};
 use std::f64::consts::PI;
 
 /// One fault of a whole file. Columns, joints, arms and axes are counted from 0.

@@ -2,9 +2,8 @@
 
 use super::linearization::{Linearization, by_constraints};
 use super::normal::{ARM, Normal, Staircase, Vector24};
-use delta_cal::{
-    Arm, ArmIndex, GeometryError, Noise, Parameter, ParameterKind, Robot, Sample, Tolerance,
-};
+use delta_cal::robot::{Arm, GeometryError, ParameterKind};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 
 /// Rounding of a computed position, in ε of the robot's size.

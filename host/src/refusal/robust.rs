@@ -4,7 +4,7 @@ use super::{CHECK, Circumstances, Refused, SPREAD, lies_elsewhere};
 use crate::position_error::distances;
 use crate::words::{count, in_lines};
 use crate::{CalibrateError, PositionError, calibrate_robust, plausibility};
-use delta_cal::{Loss, RobustRefusal};
+use delta_cal::robust::{Loss, RobustRefusal};
 
 /// More samples are not fitted again for the sake of a hint.
 const MANY: usize = 2000;
@@ -53,7 +53,7 @@ impl Circumstances<'_> {
         let settings = crate::calibrate::settings(self.robot, self.options).ok()?;
         let method = self.options.method;
         let fit = calibrate_robust(nominal, self.measured, &settings, method, Loss::Tukey).ok()?;
-        let calibrated = &fit.outcome.robot.robot;
+        let calibrated = &fit.outcome.fit.robot;
         let fitted = self.samples.rows.iter().zip(&fit.samples);
         let suspected: Vec<_> = fitted
             .filter(|(_, sample)| sample.suspected)

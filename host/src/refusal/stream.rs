@@ -4,7 +4,7 @@ use super::{CHECK, Circumstances, Refused, SPREAD};
 use crate::CalibrateError;
 use crate::stream::StreamRefusal;
 use crate::words::count;
-use delta_cal::{Alarm, HeldOutRefusal};
+use delta_cal::stream::{Alarm, HeldOutRefusal};
 
 impl Circumstances<'_> {
     /// The refusal of a calibration that depends on the samples' order.

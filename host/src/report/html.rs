@@ -15,7 +15,7 @@ use crate::position_uncertainty::UncertaintyMap;
 use crate::refusal::OUTLIER;
 use crate::words::count;
 use crate::{CalibrationMethod, CalibrationReport, Frame, PositionError};
-use delta_cal::ArmOutcome;
+use delta_cal::calibration::ArmOutcome;
 use maud::{Markup, html};
 
 /// The whole report. `origin` says what the report itself cannot know: that the samples are
@@ -228,7 +228,7 @@ fn uncertain(map: &UncertaintyMap) -> Result<Markup, PlotError> {
 }
 
 fn solution(report: &CalibrationReport) -> Markup {
-    let arms = &report.outcome.robot.arms;
+    let arms = &report.outcome.fit.arms;
     let row = |name: &str, of: &dyn Fn(&ArmOutcome<f64>) -> String| {
         html! { tr { th scope="row" { (name) } @for arm in arms { td { (of(arm)) } } } }
     };

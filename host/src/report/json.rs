@@ -213,7 +213,7 @@ impl JsonReport {
         let stated_noise = report.before.noise.is_some();
         let arms = robot_arms
             .iter()
-            .zip(&report.outcome.robot.arms)
+            .zip(&report.outcome.fit.arms)
             .zip(1..)
             .map(|((before, outcome), arm)| JsonArm {
                 arm,

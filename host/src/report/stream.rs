@@ -3,7 +3,7 @@
 use crate::stream::{GateReport, StreamReport};
 use crate::words::count;
 use crate::{CalibrationReport, Streaming};
-use delta_cal::Validation;
+use delta_cal::stream::Validation;
 use maud::{Markup, html};
 use serde::Serialize;
 use std::fmt::Write;

@@ -3,7 +3,7 @@
 use super::table::small;
 use crate::words::count;
 use crate::{CalibrationReport, SampleErrors};
-use delta_cal::Loss;
+use delta_cal::robust::Loss;
 use maud::{Markup, html};
 use std::fmt::Write;
 

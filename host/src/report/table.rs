@@ -5,7 +5,7 @@ use super::{comparisons, solver_name, start_name, termination_name};
 use crate::words::count;
 use crate::{CalibrationReport, Frame, PositionError};
 use anstyle::{AnsiColor, Style};
-use delta_cal::ArmOutcome;
+use delta_cal::calibration::ArmOutcome;
 use std::fmt::Write;
 
 const HEADING: Style = Style::new().bold();
@@ -88,7 +88,7 @@ fn parameters(text: &mut String, report: &CalibrationReport) {
         .robot
         .arms()
         .iter()
-        .zip(&report.outcome.robot.arms);
+        .zip(&report.outcome.fit.arms);
     for ((before, outcome), arm) in arms.zip(1..) {
         for comparison in comparisons(before, outcome) {
             let _ = write!(
@@ -201,7 +201,7 @@ fn solution(text: &mut String, report: &CalibrationReport) {
     );
     let stated = report.before.noise.is_some();
     let mut line = |label: &str, of: &dyn Fn(&ArmOutcome<f64>) -> String| {
-        let [first, second, third] = &report.outcome.robot.arms;
+        let [first, second, third] = &report.outcome.fit.arms;
         let _ = writeln!(
             text,
             "  {label:<42}{}",

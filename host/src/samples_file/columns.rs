@@ -4,7 +4,7 @@ use super::records::{IGNORED, check_length, check_separator, records};
 use super::{Row, outside_limits};
 use crate::{InputError, InputText};
 use csv::StringRecord;
-use delta_cal::JointLimits;
+use delta_cal::kinematics::JointLimits;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

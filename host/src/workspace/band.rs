@@ -3,7 +3,9 @@
 use super::influence::displacements;
 use super::{BoundaryPoint, Workspace};
 use crate::reach::Reach;
-use delta_cal::{Arm, ArmIndex, Parameter, ParameterKind, Robot, Tolerance, standard_normal};
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::simulate::standard_normal;
+use delta_cal::{ArmIndex, Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;

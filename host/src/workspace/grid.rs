@@ -2,7 +2,8 @@
 
 use super::WorkspaceError;
 use crate::reach::{Limit, Reach};
-use delta_cal::{JointLimits, Robot};
+use delta_cal::Robot;
+use delta_cal::kinematics::JointLimits;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 

@@ -4,7 +4,7 @@ use super::{NearestSingularity, nearest_singularity};
 use crate::reach::Limit;
 use crate::samples_file::{Pose, read_poses};
 use crate::{InputError, InputText, RobotFile};
-use delta_cal::Conditioning;
+use delta_cal::kinematics::SingularityDistance;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -16,7 +16,7 @@ pub struct PathPoint {
     /// Radians.
     pub q: [f64; 3],
     /// Both kinds; 0 at a singularity.
-    pub conditioning: Conditioning<f64>,
+    pub conditioning: SingularityDistance<f64>,
     /// The nearest singularity.
     pub nearest: NearestSingularity,
 }
@@ -76,7 +76,7 @@ pub fn distances_of_path(robot: &RobotFile, input: &InputText) -> Result<PathSum
                 point: pose.map(|(position, q)| PathPoint {
                     position,
                     q,
-                    conditioning: robot.robot.conditioning(&position, &q),
+                    conditioning: robot.robot.singularity_distance(&position, &q),
                     nearest: nearest_singularity(&robot.robot, &position, &q),
                 }),
             }

@@ -1,5 +1,6 @@
 use super::robots::{Case, cases, workspace};
-use delta_cal::{Arm, Parameter, ParameterKind, Robot, Tolerance};
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::{Parameter, Robot, Tolerance};
 use delta_cal_host::workspace::{BandOptions, Options, Workspace, band, compare, influence};
 use std::collections::BTreeMap;
 

@@ -1,6 +1,8 @@
 //! The robots of these tests.
 
-use delta_cal::{Arm, JointLimits, Parameter, ParameterKind, Robot, SymmetricRobot};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::{Parameter, Robot, SymmetricRobot};
 use delta_cal_host::reach::Reach;
 use delta_cal_host::workspace::{Options, Workspace};
 use rand_core::{Rng, SeedableRng};

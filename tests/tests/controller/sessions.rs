@@ -1,5 +1,6 @@
 use crate::driver::{Driver, Flash, arms, begin, on_the_host, samples};
-use delta_cal::{ArmIndex, Real, Refusal, SampleError};
+use delta_cal::samples::SampleError;
+use delta_cal::{ArmIndex, Real, Refusal};
 use delta_cal_firmware_example::Number;
 use delta_cal_protocol::{Begin, Fault, Origin, Phase, Request, Response, RevertTo, fingerprint};
 use delta_cal_tests::paper_robot;

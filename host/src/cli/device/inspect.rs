@@ -4,7 +4,7 @@ use super::publish;
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, refuse_same};
 use crate::cli::print;
-use delta_cal::{JointLimits, JointLimitsError};
+use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal_host::device::report::json::{
     JsonDeviceReport, JsonParameters, JsonStatus, hexadecimal,
 };

@@ -5,8 +5,9 @@ use crate::report::{Comparison, comparisons};
 use crate::units::degrees;
 use crate::warnings::{GOOD_CONDITION, stands_out};
 use crate::{CalibrationReport, SampleErrors};
-use delta_cal::limits::chi_square_quantile;
-use delta_cal::{Parameter, ParameterKind, Tolerance};
+use delta_cal::calibration::limits::chi_square_quantile;
+use delta_cal::robot::ParameterKind;
+use delta_cal::{Parameter, Tolerance};
 
 const ARMS: [Colour; 3] = [Colour::Blue, Colour::Vermilion, Colour::Green];
 /// Outlying samples that get their line written beside them.
@@ -25,7 +26,7 @@ pub(super) fn parameters(report: &CalibrationReport) -> Option<(Figure, &'static
         .robot
         .arms()
         .iter()
-        .zip(&report.outcome.robot.arms);
+        .zip(&report.outcome.fit.arms);
     let arms: Vec<_> = arms
         .map(|(before, after)| comparisons(before, after))
         .collect();
@@ -252,7 +253,7 @@ pub(super) fn residuals_in_sigmas(report: &CalibrationReport) -> Option<Figure> 
 
 /// The condition of each arm against what is good.
 pub(super) fn conditions(report: &CalibrationReport) -> Figure {
-    let conditions = || report.outcome.robot.arms.iter().map(|arm| arm.condition);
+    let conditions = || report.outcome.fit.arms.iter().map(|arm| arm.condition);
     let (_, high) = decades(conditions()).unwrap_or((1.0, 1e3));
     let high = high.max(1e3);
     let rows = [0.0, 1.0, 2.0];

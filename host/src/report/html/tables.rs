@@ -17,7 +17,7 @@ pub(super) fn parameters(report: &CalibrationReport) -> Markup {
         .robot
         .arms()
         .iter()
-        .zip(&report.outcome.robot.arms);
+        .zip(&report.outcome.fit.arms);
     html! {
         table.arms {
             thead { tr {

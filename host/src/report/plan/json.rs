@@ -3,7 +3,8 @@
 use crate::poses::{Assumptions, Expectation, PlanRequest, PosePlan, PosesNeeded};
 use crate::position_uncertainty::PositionSigma;
 use crate::units::degrees;
-use delta_cal::{Parameter, ParameterKind, Sample};
+use delta_cal::robot::ParameterKind;
+use delta_cal::{Parameter, Sample};
 use serde::Serialize;
 
 /// Changes whenever a field changes its name or meaning or is removed.

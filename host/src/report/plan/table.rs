@@ -6,7 +6,8 @@ use crate::poses::{
 use crate::position_uncertainty::PositionSigma;
 use crate::report::table::{heading, small};
 use crate::units::degrees;
-use delta_cal::{Parameter, ParameterKind};
+use delta_cal::Parameter;
+use delta_cal::robot::ParameterKind;
 use std::fmt::Write;
 
 /// The whole report, without the poses themselves.

@@ -4,7 +4,8 @@ use super::Analysis;
 use crate::plot::{Axis, Colour, Figure, Patch, STEPS, Series, Shape};
 use crate::reach::Limit;
 use crate::workspace::{ConditionedPosition, Mesh, ParameterInfluence};
-use delta_cal::{ArmIndex, Conditioning};
+use delta_cal::ArmIndex;
+use delta_cal::kinematics::SingularityDistance;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::collections::BTreeMap;
@@ -422,7 +423,7 @@ pub(super) fn caption(kind: &str) -> String {
     format!(
         "{kind}: 0 at a singularity, 1 at best. A pose counts as clear above {} (type 1) and {} \
          (type 2).",
-        Conditioning::<f64>::LEAST_SERIAL,
-        Conditioning::<f64>::LEAST_PARALLEL,
+        SingularityDistance::<f64>::LEAST_SERIAL,
+        SingularityDistance::<f64>::LEAST_PARALLEL,
     )
 }

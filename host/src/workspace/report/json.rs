@@ -3,7 +3,7 @@
 use super::Analysis;
 use crate::units::degrees;
 use crate::workspace::{Cylinder, Volume};
-use delta_cal::ParameterKind;
+use delta_cal::robot::ParameterKind;
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ struct Report {
     influence: Vec<Influence>,
     tolerance_band: Option<Band>,
     comparison: Option<Comparison>,
-    conditioning: Conditioning,
+    conditioning: SingularityDistances,
     path: Option<Path>,
 }
 
@@ -95,7 +95,7 @@ struct Comparison {
 }
 
 #[derive(Debug, Serialize)]
-struct Conditioning {
+struct SingularityDistances {
     positions: usize,
     least_serial: f64,
     least_parallel: f64,
@@ -180,7 +180,7 @@ pub fn to_text(analysis: &Analysis) -> Result<String, serde_json::Error> {
         influence: influences(analysis),
         tolerance_band: band(analysis),
         comparison: comparison(analysis),
-        conditioning: Conditioning {
+        conditioning: SingularityDistances {
             positions: analysis.conditioning.len(),
             least_serial: least(analysis, crate::workspace::ConditionedPosition::serial),
             least_parallel: least(analysis, |at| at.conditioning.parallel),

@@ -15,7 +15,7 @@ use defmt::{Format, Formatter, write};
 
 impl<T: Real + Format> Format for Arm<T> {
     fn format(&self, formatter: Formatter<'_>) {
-        write!(formatter, "Arm {}", self.parameters().data.0);
+        write!(formatter, "Arm {}", self.parameters());
     }
 }
 

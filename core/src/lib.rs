@@ -75,6 +75,8 @@ mod real;
 pub mod robot;
 pub mod robust;
 pub mod samples;
+#[cfg(feature = "serde")]
+mod serialization;
 #[cfg(feature = "simulate")]
 pub mod simulate;
 pub mod stream;

@@ -143,7 +143,7 @@ impl<T: Number> Session<T> {
                         self.number, index, arm.iterations, arm.condition, arm.residual_rms
                     );
                 }
-                let fingerprint = fingerprint(&parameters(&outcome.robot));
+                let fingerprint = fingerprint(&outcome.robot.parameters());
                 self.work = Work::Solved {
                     outcome,
                     fingerprint,
@@ -207,9 +207,10 @@ impl<T: Number> Session<T> {
             ArmIndex::Second => second,
             ArmIndex::Third => third,
         };
+        let [prior_share] = arm.prior_share.data.0;
         Ok(ArmReport {
             arm: index,
-            parameters: array(arm.arm.parameters()),
+            parameters: arm.arm.parameters(),
             covariance: arm.covariance.map(|covariance| covariance.data.0),
             residual_rms: arm.residual_rms,
             estimated_noise: arm.estimated_noise,
@@ -219,7 +220,7 @@ impl<T: Number> Session<T> {
             termination: arm.termination,
             start: arm.start,
             condition: arm.condition,
-            prior_share: array(&arm.prior_share),
+            prior_share,
         })
     }
 
@@ -246,17 +247,6 @@ fn advance<T: Number>(
     solver: &mut RobotSolver<T>,
 ) -> Result<Progress, Refusal> {
     solver.step(calibrator)
-}
-
-fn array<T: Number>(vector: &nalgebra::SVector<T, 8>) -> [T; 8] {
-    let [column] = vector.data.0;
-    column
-}
-
-/// A robot's 24 parameters.
-pub(crate) fn parameters<T: Number>(robot: &Robot<T>) -> [[T; 8]; 3] {
-    let [first, second, third] = robot.arms();
-    [first, second, third].map(|arm| array(arm.parameters()))
 }
 
 fn settings<T: Number>(begin: &Begin<T>) -> Result<Settings<T>, Fault> {

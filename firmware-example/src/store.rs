@@ -4,8 +4,7 @@ use crate::Number;
 use crate::read_only::ReadOnly;
 use core::ops::Range;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use delta_cal::robot::{Arm, GeometryError};
-use delta_cal::{Real, Robot};
+use delta_cal::Robot;
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::{Cache, CacheImpl};
@@ -257,7 +256,7 @@ impl<F: NorFlash> Store<F> {
         let valid = [record.sets.current, record.sets.previous]
             .iter()
             .flatten()
-            .all(|arms| robot(arms).is_ok());
+            .all(|arms| Robot::from_parameters(*arms).is_ok());
         (ours && valid).then_some(record)
     }
 }
@@ -294,12 +293,6 @@ fn write<F: NorFlash>(flash: &mut F, range: Range<u32>, record: &[u8]) -> Result
     } else {
         Err(StoreError::ReadBack)
     }
-}
-
-/// The robot of these parameters, if they are a robot's.
-pub(crate) fn robot<T: Real>(arms: &[[T; 8]; 3]) -> Result<Robot<T>, GeometryError> {
-    let [first, second, third] = *arms;
-    Robot::new([Arm::new(first)?, Arm::new(second)?, Arm::new(third)?])
 }
 
 #[allow(clippy::cast_possible_truncation)] // 4 or 8

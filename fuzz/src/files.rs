@@ -73,7 +73,7 @@ pub fn robot_file(data: &[u8]) {
 /// The same numbers, but for what angles lose in degrees.
 fn alike(a: &RobotFile, b: &RobotFile) -> bool {
     let numbers = |file: &RobotFile| {
-        let arms = file.robot.arms().map(|arm| arm.parameters().data.0[0]);
+        let arms = file.robot.arms().map(|arm| arm.parameters());
         let mut numbers = arms.as_flattened().to_vec();
         numbers.extend([file.limits.minimum(), file.limits.maximum()]);
         numbers.extend(file.forearm_limit);

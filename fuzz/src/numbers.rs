@@ -106,9 +106,7 @@ impl<'a> Source<'a> {
 
     /// 24 parameters: as drawn, or each from the bytes.
     pub(crate) fn geometry<T: Bits>(&mut self) -> Result<[[T; 8]; 3], GeometryError> {
-        let drawn = nominal::<f64>()?
-            .arms()
-            .map(|arm| arm.parameters().data.0[0]);
+        let drawn = nominal::<f64>()?.arms().map(|arm| arm.parameters());
         if self.byte() < 0x40 {
             return Ok(drawn.map(|arm| arm.map(T::from_f64)));
         }
@@ -173,7 +171,7 @@ impl<'a> Source<'a> {
         let truth = nominal::<f64>().and_then(|robot| {
             let [first, second, third] = *robot.arms();
             let moved = |arm: Arm<f64>, part: f64| {
-                let mut parameters = arm.parameters().data.0[0];
+                let mut parameters = arm.parameters();
                 for (value, sign) in parameters.iter_mut().zip([1, -2, 1, 0, 0, 2, -1, 1]) {
                     *value += length * part * f64::from(sign);
                 }

@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let noise = Noise::new(0.02, 0.002f64.to_radians())?;
 
     let [first, second, third] = nominal.arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
+        let mut parameters = arm.parameters();
         for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {
             let sigma = match parameter.kind() {
                 ParameterKind::Length => 0.5,

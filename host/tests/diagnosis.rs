@@ -40,7 +40,7 @@ fn nominal() -> Robot<f64> {
 fn changed(robot: &Robot<f64>, mut change: impl FnMut(usize, &mut [f64; 8])) -> Robot<f64> {
     let mut index = 0;
     let arms = robot.arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
+        let mut parameters = arm.parameters();
         change(index, &mut parameters);
         index += 1;
         Arm::new(parameters).unwrap()

@@ -42,7 +42,7 @@ fn nominal() -> Robot<f64> {
 /// Every length off by up to `length` mm and every angle by up to `degrees`.
 fn perturbed(length: f64, degrees: f64, rng: &mut Pcg32) -> Robot<f64> {
     let arms = nominal().arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
+        let mut parameters = arm.parameters();
         for (index, value) in parameters.iter_mut().enumerate() {
             let angle = index == 3 || index == 4;
             *value += uniform(rng) * if angle { degrees.to_radians() } else { length };

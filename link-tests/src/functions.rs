@@ -6,7 +6,7 @@
 use core::mem::MaybeUninit;
 use delta_cal::calibration::limits::chi_square_quantile;
 use delta_cal::calibration::step_control::{Prospect, StepControl, StepResult, blur};
-use delta_cal::calibration::{ArmOutcome, ArmSolver, Solver, ToleranceError};
+use delta_cal::calibration::{ArmOutcome, ArmSolver, Solver, Start, ToleranceError};
 use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
 use delta_cal::frame::{AlignmentError, RigidTransform};
 use delta_cal::kinematics::{
@@ -51,7 +51,7 @@ macro_rules! of_scalar {
                 fn arm_new(parameters: &[$t; 8]) -> Result<Arm<$t>, GeometryError> {
                     Arm::new(*parameters)
                 }
-                fn arm_parameters(arm: &Arm<$t>) -> SVector<$t, 8> { *arm.parameters() }
+                fn arm_parameters(arm: &Arm<$t>) -> [$t; 8] { arm.parameters() }
                 fn arm_get(arm: &Arm<$t>, parameter: Parameter) -> $t { arm.get(parameter) }
                 fn arm_basis(arm: &Arm<$t>) -> ArmBasis<$t> { *arm.basis() }
                 fn arm_d(arm: &Arm<$t>) -> Vector3<$t> { arm.d() }
@@ -66,6 +66,12 @@ macro_rules! of_scalar {
                 fn robot_new(arms: &[Arm<$t>; 3]) -> Result<Robot<$t>, GeometryError> {
                     Robot::new(*arms)
                 }
+                fn robot_from_parameters(
+                    parameters: &[[$t; 8]; 3],
+                ) -> Result<Robot<$t>, GeometryError> {
+                    Robot::from_parameters(*parameters)
+                }
+                fn robot_parameters(robot: &Robot<$t>) -> [[$t; 8]; 3] { robot.parameters() }
                 fn robot_arms(robot: &Robot<$t>) -> [Arm<$t>; 3] { *robot.arms() }
                 fn robot_arm(robot: &Robot<$t>, arm: ArmIndex) -> Arm<$t> { *robot.arm(arm) }
                 fn robot_up(robot: &Robot<$t>) -> Vector3<$t> { robot.up() }
@@ -165,6 +171,22 @@ macro_rules! of_scalar {
                     tolerance.of(parameter)
                 }
                 fn settings_default() -> Settings<$t> { Settings::default() }
+                fn settings_new() -> Settings<$t> { Settings::new() }
+                fn settings_with(
+                    settings: &Settings<$t>,
+                    noise: Option<Noise<$t>>,
+                    tolerance: Option<Tolerance<$t>>,
+                    solver: Solver,
+                    start: Start,
+                    limit: u16,
+                ) -> Settings<$t> {
+                    settings
+                        .with_noise(noise)
+                        .with_tolerance(tolerance)
+                        .with_solver(solver)
+                        .with_start(start)
+                        .with_iteration_limit(limit)
+                }
                 fn limits_new(
                     minimum: $t,
                     maximum: $t,

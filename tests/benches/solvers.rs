@@ -65,7 +65,7 @@ fn solvers(criterion: &mut Criterion) {
             },
         );
 
-        let start = Parameters::from(nominal.arm(ARM).parameters().data.0[0]);
+        let start = Parameters::from(nominal.arm(ARM).parameters());
         let problem = PeerProblem {
             rows: samples
                 .iter()

@@ -65,7 +65,7 @@ pub fn perturbed(
     rng: &mut Pcg32,
 ) -> Robot<f64> {
     let arms = nominal.arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
+        let mut parameters = arm.parameters();
         for (index, value) in parameters.iter_mut().enumerate() {
             let bound = if index == 3 || index == 4 {
                 angle

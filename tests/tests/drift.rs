@@ -31,7 +31,7 @@ fn settings() -> Settings<f64> {
 /// The second arm's parameter moved.
 fn moved(robot: &Robot<f64>, parameter: Parameter, by: f64) -> Robot<f64> {
     let mut arms = *robot.arms();
-    let mut parameters = arms[1].parameters().data.0[0];
+    let mut parameters = arms[1].parameters();
     parameters[parameter.index()] += by;
     arms[1] = Arm::new(parameters).unwrap();
     Robot::new(arms).unwrap()

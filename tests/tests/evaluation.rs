@@ -232,7 +232,7 @@ fn a_gain_is_100_percent_for_the_true_robot_and_0_for_the_unchanged() {
 
     // θ of 120° and of −240° is the same; an angle counts by the true upper arm's length.
     let mut arms = *nominal.arms();
-    let mut p = arms[1].parameters().data.0[0];
+    let mut p = arms[1].parameters();
     p[3] -= std::f64::consts::TAU - 0.01;
     arms[1] = delta_cal::robot::Arm::new(p).unwrap();
     let turned = Robot::new(arms).unwrap();

@@ -14,7 +14,7 @@ use delta_cal::{Calibrator, Real, Robot, RobotOutcome, Sample, Settings, Symmetr
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single, uniform,
 };
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, SVector, Vector3};
 
 const ROBOTS: u64 = 500;
 
@@ -104,12 +104,14 @@ fn of_several_exact_solutions_the_one_nearest_to_nominal_is_taken() {
         {
             // The metric of the choice: lengths in units of 256 mm, angles in radians.
             let distance = |arm: &delta_cal::robot::Arm<f64>| {
-                let mut difference = arm.parameters() - nominal.parameters();
+                let mut difference =
+                    SVector::from(arm.parameters()) - SVector::from(nominal.parameters());
                 difference[3] *= 256.0;
                 difference[4] *= 256.0;
                 difference.norm()
             };
-            if (found.parameters() - truth.parameters()).amax() > 1e-6 {
+            if (SVector::from(found.parameters()) - SVector::from(truth.parameters())).amax() > 1e-6
+            {
                 others += 1;
                 if distance(found) > distance(truth) {
                     farther += 1;
@@ -192,7 +194,7 @@ fn twelve_poses_return_500_of_500_robots_without_a_guess() {
 fn turned_near(robot: &Robot<f64>, near: &Robot<f64>) -> Robot<f64> {
     let mut arms = *robot.arms();
     for (arm, near) in arms.iter_mut().zip(near.arms()) {
-        let mut p = arm.parameters().data.0[0];
+        let mut p = arm.parameters();
         let turn = std::f64::consts::TAU;
         p[3] -= ((p[3] - near.parameters()[3]) / turn).round() * turn;
         *arm = delta_cal::robot::Arm::new(p).unwrap();

@@ -187,7 +187,7 @@ fn jacobian_is_that_of_the_forward_kinematics() {
                 };
                 let moved = |by: f64| -> Vector3<f64> {
                     let mut arms = *truth.arms();
-                    let mut p = arms[arm].parameters().data.0[0];
+                    let mut p = arms[arm].parameters();
                     p[parameter] += by;
                     arms[arm] = delta_cal::robot::Arm::new(p).unwrap();
                     Robot::new(arms).unwrap().forward(&sample.joints).unwrap()

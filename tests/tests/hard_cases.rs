@@ -236,7 +236,7 @@ fn single_precision_knows_its_own_rounding_far_from_the_origin() {
     let shift = Vector3::new(1e4, -1e4, 1e4);
     let shifted = |robot: &Robot<f64>| {
         Robot::new(robot.arms().map(|arm| {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             for (value, by) in p.iter_mut().zip(shift.iter()) {
                 *value += by;
             }
@@ -275,7 +275,7 @@ fn stored_samples_a_kilometre_away_with_a_tolerance() {
     for seed in 0..60 {
         let mut arms = *paper_robot::<f64>().arms();
         for arm in &mut arms {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             p[0] += 1e6;
             *arm = Arm::new(p).unwrap();
         }
@@ -294,7 +294,7 @@ fn stored_samples_a_kilometre_away_with_a_tolerance() {
 fn an_azimuth_may_cross_the_full_turn() {
     let turned = |by: f64| {
         Robot::new(paper_robot::<f64>().arms().map(|arm| {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             p[3] += by.to_radians();
             let radius = 164.0;
             (p[0], p[1]) = (radius * p[3].cos(), radius * p[3].sin());
@@ -324,7 +324,7 @@ fn forward_kinematics_work_in_any_unit_in_single_precision() {
     for exponent in -15..=15 {
         let unit = 10f64.powi(exponent);
         let arms = paper_robot::<f64>().arms().map(|arm| {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             for index in [0, 1, 2, 5, 6, 7] {
                 p[index] *= unit;
             }

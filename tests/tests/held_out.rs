@@ -120,7 +120,7 @@ fn a_systematic_disagreement_is_refused() {
                 let (truth, mut rng) = robot(930, number, 0.5);
                 // One forearm, as after a crash.
                 let mut arms = *truth.arms();
-                let mut parameters = arms[1].parameters().data.0[0];
+                let mut parameters = arms[1].parameters();
                 parameters[7] += change;
                 arms[1] = delta_cal::robot::Arm::new(parameters).unwrap();
                 let changed = Robot::new(arms).unwrap();

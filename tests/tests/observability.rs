@@ -201,7 +201,7 @@ fn the_position_sigma_is_the_scatter_of_robots_with_that_covariance() {
     for _ in 0..ROBOTS {
         let drawn = SMatrix::<f64, 24, 1>::from_fn(|_, _| standard_normal(&mut rng));
         let change = factor * drawn;
-        let mut arms = robot.arms().map(|arm| arm.parameters().data.0[0]);
+        let mut arms = robot.arms().map(|arm| arm.parameters());
         for (value, change) in arms.iter_mut().flatten().zip(change.iter()) {
             *value += change;
         }

@@ -116,7 +116,7 @@ fn peer_parameters(
 ) -> Option<Parameters> {
     let nominal = paper_robot::<f64>();
     let arm_nominal = nominal.arm(arm);
-    let start = Parameters::from(arm_nominal.parameters().data.0[0]);
+    let start = Parameters::from(arm_nominal.parameters());
     let rows = samples
         .iter()
         .map(|sample| {
@@ -167,7 +167,7 @@ fn a_hundred_noisy_robots_agree_with_the_levenberg_marquardt_crate() {
         for arm in ArmIndex::ALL {
             let (factor, stored) = (&factor.arms[arm.index()], &stored.arms[arm.index()]);
             let sigma = Parameter::ALL.map(|p| factor.standard_deviation(p).unwrap());
-            let same = largest_deviation(factor, &stored.arm.parameters().data.0[0], &sigma);
+            let same = largest_deviation(factor, &stored.arm.parameters(), &sigma);
             // Both minimise the same sum; each stops when a step gains nothing that can be seen.
             assert!(
                 same < 1e-6,

@@ -232,7 +232,7 @@ fn a_stated_noise_is_contradicted_beyond_twice_the_quantile() {
 fn six_tolerances_are_the_limit_with_and_without_a_stated_noise() {
     let off = |index: usize, by: f64| {
         let mut arms = *paper_robot::<f64>().arms();
-        let mut p = arms[1].parameters().data.0[0];
+        let mut p = arms[1].parameters();
         p[index] += by;
         arms[1] = Arm::new(p).unwrap();
         let truth = Robot::new(arms).unwrap();
@@ -378,7 +378,7 @@ fn positions_are_counted_from_within_the_workspace() {
     let turned = |degrees: f64| {
         let (sin, cos) = degrees.to_radians().sin_cos();
         Robot::new(paper.arms().map(|arm| {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             (p[0], p[1]) = (240.0 * p[3].cos(), 240.0 * p[3].sin());
             (p[5], p[6]) = (260.0 * cos, -260.0 * sin);
             p[7] = 300.0;
@@ -405,7 +405,7 @@ fn positions_are_counted_from_within_the_workspace() {
     }
     // Where it is reachable at none of them: a forearm below the middle of the motors.
     let short = Robot::new(paper.arms().map(|arm| {
-        let mut p = arm.parameters().data.0[0];
+        let mut p = arm.parameters();
         (p[0], p[1]) = (500.0 * p[3].cos() + 300.0, 500.0 * p[3].sin() - 200.0);
         p[2] = 100.0;
         p[7] = 257.0;
@@ -506,7 +506,7 @@ fn rounding_is_a_noise_too() {
     let arm = Arm::<f32>::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
     let noise = Some(Noise::new(1e-12_f32, 0.0).unwrap());
     for far in [0.0_f64, 4e4] {
-        let mut moved = arm.parameters().data.0[0];
+        let mut moved = arm.parameters();
         moved[1] += far as f32;
         let arm = Arm::new(moved).unwrap();
         let centre = Vector3::new(0.0, far as f32, -450.0);

@@ -57,7 +57,7 @@ fn brute_force_bound(
     let step = 1e-4;
     let mut trace = 0.0;
     for (index, arm) in robot.arms().iter().enumerate() {
-        let parameters = arm.parameters().data.0[0];
+        let parameters = arm.parameters();
         let mut information = DMatrix::<f64>::zeros(8, 8);
         for q in joints {
             let x = robot.forward(q).unwrap();

@@ -170,7 +170,7 @@ fn a_swapped_pair_of_joint_columns_is_far_from_nominal() {
 fn parameters_many_tolerances_from_nominal() {
     // A forearm 30 mm longer than stated, with a tolerance of 0.1 mm.
     let mut arms = *paper_robot::<f64>().arms();
-    let mut p = arms[2].parameters().data.0[0];
+    let mut p = arms[2].parameters();
     p[7] += 30.0;
     arms[2] = Arm::new(p).unwrap();
     let truth = Robot::new(arms).unwrap();

@@ -18,7 +18,7 @@ use delta_cal::{ArmIndex, Calibrator, Noise, Progress, Robot, Sample, Settings, 
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single,
 };
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -52,7 +52,7 @@ fn sigmas_apart(a: &Calibrator<f64>, b: &Calibrator<f64>) -> f64 {
     let mut largest = 0f64;
     for (a, b) in a.arms.iter().zip(&b.arms) {
         let covariance = a.covariance.unwrap();
-        let difference = a.arm.parameters() - b.arm.parameters();
+        let difference = SVector::from(a.arm.parameters()) - SVector::from(b.arm.parameters());
         for k in 0..8 {
             largest = largest.max((difference[k] / covariance[(k, k)].sqrt()).abs());
         }
@@ -115,7 +115,7 @@ proptest! {
         let stored = stored.solve().unwrap();
         for (factor, stored) in factor.arms.iter().zip(&stored.arms) {
             let covariance = factor.covariance.unwrap();
-            let difference = factor.arm.parameters() - stored.arm.parameters();
+            let difference = SVector::from(factor.arm.parameters()) - SVector::from(stored.arm.parameters());
             for k in 0..8 {
                 prop_assert!((difference[k] / covariance[(k, k)].sqrt()).abs() < SAME);
             }
@@ -154,7 +154,7 @@ proptest! {
         let (_, samples) = noisy(seed, 30);
         let in_unit = |robot: &Robot<f64>| {
             Robot::new(robot.arms().map(|arm| {
-                let mut p = arm.parameters().data.0[0];
+                let mut p = arm.parameters();
                 for index in [0, 1, 2, 5, 6, 7] {
                     p[index] *= unit;
                 }
@@ -356,11 +356,15 @@ fn one_arm_alone_is_calibrated_from_its_own_samples() {
         stored.add(&sample.position, sample.joints[2], arm).unwrap();
         factor.add(&sample.position, sample.joints[2], arm).unwrap();
     }
-    let expected = truth.arm(arm).parameters();
+    let expected = SVector::from(truth.arm(arm).parameters());
     let mut solver = ArmSolver::new(&stored, arm, &Settings::default()).unwrap();
     while solver.step(&stored) == Progress::Working {}
-    assert!((solver.outcome(&stored).unwrap().arm.parameters() - expected).amax() < 1e-8);
+    assert!(
+        (SVector::from(solver.outcome(&stored).unwrap().arm.parameters()) - expected).amax() < 1e-8
+    );
     let mut solver = ArmSolver::new(&factor, arm, &Settings::default()).unwrap();
     while solver.step(&factor) == Progress::Working {}
-    assert!((solver.outcome(&factor).unwrap().arm.parameters() - expected).amax() < 1e-8);
+    assert!(
+        (SVector::from(solver.outcome(&factor).unwrap().arm.parameters()) - expected).amax() < 1e-8
+    );
 }

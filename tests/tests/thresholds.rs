@@ -25,7 +25,7 @@ fn symmetric(radius: f64, upper_arm: f64, forearm: f64) -> Robot<f64> {
 fn with_forearms(robot: &Robot<f64>, forearms: [f64; 3]) -> Robot<f64> {
     let mut arms = *robot.arms();
     for (arm, forearm) in arms.iter_mut().zip(forearms) {
-        let mut p = arm.parameters().data.0[0];
+        let mut p = arm.parameters();
         p[7] = forearm;
         *arm = Arm::new(p).unwrap();
     }
@@ -34,7 +34,7 @@ fn with_forearms(robot: &Robot<f64>, forearms: [f64; 3]) -> Robot<f64> {
 
 fn moved(robot: &Robot<f64>, by: [f64; 3]) -> Robot<f64> {
     Robot::new(robot.arms().map(|arm| {
-        let mut p = arm.parameters().data.0[0];
+        let mut p = arm.parameters();
         for (value, by) in p.iter_mut().zip(by) {
             *value += by;
         }

@@ -44,7 +44,7 @@ pub(crate) fn free_start<T: Real>(factor: &ArmFactor<T>) -> Option<[T; 8]> {
     if !(lb_squared > T::ZERO && lb_squared.finite()) {
         return None;
     }
-    let [_, _, _, theta0, alpha0, ..] = nominal.arm().parameters().data.0[0];
+    let [_, _, _, theta0, alpha0, ..] = nominal.arm().parameters();
     Some([
         delta_d.x,
         delta_d.y,

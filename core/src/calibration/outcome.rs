@@ -30,6 +30,7 @@ pub enum StartUsed {
 
 /// One calibrated arm and how far it can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ArmOutcome<T: Real> {
     /// The calibrated arm.
     pub arm: Arm<T>,
@@ -77,6 +78,7 @@ impl<T: Real> ArmOutcome<T> {
 
 /// A calibrated robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RobotOutcome<T: Real> {
     /// The calibrated robot.
     pub robot: Robot<T>,

@@ -6,6 +6,7 @@ use crate::samples::Noise;
 /// How a step is taken from the linearised problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Solver {
     /// The full step of the linearised problem, always. It can diverge, and then says so.
     GaussNewton,
@@ -17,6 +18,7 @@ pub enum Solver {
 /// Where the iteration starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Start {
     /// From the nominal robot. With 12 or more samples the start without a guess is tried as
     /// well if the result fits worse than the samples allow.
@@ -43,6 +45,18 @@ pub enum Start {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        default,
+        deny_unknown_fields,
+        bound(
+            serialize = "T: Real + serde::Serialize",
+            deserialize = "T: Real + serde::Deserialize<'de>"
+        )
+    )
+)]
 #[non_exhaustive]
 pub struct Settings<T> {
     /// Measurement noise; weights the samples and judges the residual.

@@ -16,6 +16,7 @@ use crate::Real;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SymmetricRobot<T> {
     /// Ra: from the base centre to the motor axes. Length.
     pub base_radius: T,

@@ -70,9 +70,9 @@ impl<T: Real> Robot<T> {
     }
 
     /// All 24 parameters, as [`from_parameters`](Self::from_parameters) takes them.
-    pub fn parameters(&self) -> [[T; 8]; 3] {
+    pub const fn parameters(&self) -> [[T; 8]; 3] {
         let [first, second, third] = &self.arms;
-        [first, second, third].map(|arm| arm.parameters().data.0[0])
+        [first.parameters(), second.parameters(), third.parameters()]
     }
 
     /// Three arms that were a robot before.

@@ -5,6 +5,7 @@ use core::fmt;
 
 /// A robot calibrated by a robust fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RobustOutcome<T: Real> {
     /// As of the plain fit, with the samples' weights: their number is that of the samples with a
     /// weight above 0, and the covariance is the M-estimate's, mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹, with the
@@ -21,6 +22,7 @@ pub struct RobustOutcome<T: Real> {
 /// Why there is no robust fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum RobustRefusal {
     /// Half of the samples must determine an arm.

@@ -178,7 +178,7 @@ pub(crate) fn corrected_arm<T: Real>(
     nominal: &NominalArm<T>,
     correction: &[T; 8],
 ) -> Result<Arm<T>, GeometryError> {
-    let mut parameters = nominal.arm().parameters().data.0[0];
+    let mut parameters = nominal.arm().parameters();
     for ((value, delta), parameter) in parameters.iter_mut().zip(correction).zip(Parameter::ALL) {
         *value += *delta * nominal.unit_of(parameter);
     }

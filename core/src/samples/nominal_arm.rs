@@ -157,8 +157,11 @@ impl<T: Real> NominalArm<T> {
 
     /// The correction, in units of the scale and radians, that takes the nominal arm to `arm`.
     pub(crate) fn correction_to(&self, arm: &Arm<T>) -> [T; 8] {
-        let difference = arm.parameters() - self.arm.parameters();
-        self.in_internal_units(difference.data.0[0])
+        let mut difference = arm.parameters();
+        for (value, nominal) in difference.iter_mut().zip(self.arm.parameters()) {
+            *value -= nominal;
+        }
+        self.in_internal_units(difference)
     }
 
     /// User units to internal: lengths divided by the scale.

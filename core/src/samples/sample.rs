@@ -9,6 +9,7 @@ const LARGEST_JOINT_ANGLE_TURNS: f64 = 2.0;
 
 /// One measurement: where the platform was at known joint angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample<T: Real> {
     /// q₁, q₂, q₃ in radians.
     pub joints: [T; 3],

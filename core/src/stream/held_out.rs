@@ -57,6 +57,7 @@ pub struct HeldOut<T: Real> {
 /// How well an arm that was fitted to some samples agrees with those that it did not see.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Validation<T> {
     /// m: the held-out samples, as many as they are worth after forgetting.
     pub samples: T,

@@ -174,7 +174,7 @@ pub fn check_nominal<T: Number>(
     robot: &RobotFile,
     nominal: &[[T; 8]; 3],
 ) -> Result<(), InputError> {
-    let file = convert::parameters(&robot.robot);
+    let file = robot.robot.parameters();
     if fingerprint(&file.map(|arm| arm.map(T::from_f64))) == fingerprint(nominal) {
         return Ok(());
     }

@@ -74,7 +74,7 @@ fn solve<T: Number>(calibrator: &mut Calibrator<T>) -> Result3<T> {
 fn arm_report<T: Real>(arm: ArmIndex, outcome: &ArmOutcome<T>) -> ArmReport<T> {
     ArmReport {
         arm,
-        parameters: outcome.arm.parameters().data.0[0],
+        parameters: outcome.arm.parameters(),
         covariance: outcome.covariance.map(|matrix| matrix.data.0),
         residual_rms: outcome.residual_rms,
         estimated_noise: outcome.estimated_noise,

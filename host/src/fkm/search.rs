@@ -3,7 +3,7 @@
 use super::judgement::{Identifiability, Judgement};
 use super::normal::Vector24;
 use super::problem::Problem;
-use super::solver::{Iteration, Point, Run};
+use super::solver::{Minimiser, Point, Run};
 use crate::Outcome;
 use delta_cal::calibration::limits::{INDISTINGUISHABLE, SAMPLES_FOR_FREE_START};
 use delta_cal::calibration::{Start, StartUsed, Termination};
@@ -51,8 +51,8 @@ impl<'a> Search<'a> {
         self.problem.tolerance_weights * self.residual_sigma
     }
 
-    fn iteration(&self) -> Iteration<'a> {
-        Iteration {
+    fn minimiser(&self) -> Minimiser<'a> {
+        Minimiser {
             problem: self.problem,
             solver: self.settings.solver,
             iteration_limit: self.settings.iteration_limit,
@@ -66,7 +66,7 @@ impl<'a> Search<'a> {
             point,
             termination,
             iterations,
-        } = self.iteration().run(from)?;
+        } = self.minimiser().run(from)?;
         self.iterations = self.iterations.saturating_add(iterations);
         let Some(termination) = termination else {
             self.unsettled = Some(point);
@@ -88,7 +88,7 @@ impl<'a> Search<'a> {
         let from = self.problem.correction_to(&solution.robot);
         let several = (self.problem.samples.len() as u64) < SAMPLES_FOR_FREE_START;
         let worse = |best: &End| {
-            let (solver, cost) = (self.iteration(), best.point.cost);
+            let (solver, cost) = (self.minimiser(), best.point.cost);
             solver.cost(&from) >= cost - solver.blur(cost)
         };
         if !several && self.best.as_ref().is_some_and(worse) {
@@ -120,7 +120,7 @@ impl<'a> Search<'a> {
     fn improves(&self, end: &End, best: &End) -> bool {
         let (end, best) = (&end.point, &best.point);
         let several = (self.problem.samples.len() as u64) < SAMPLES_FOR_FREE_START;
-        let rounding = self.iteration().blur(best.cost);
+        let rounding = self.minimiser().blur(best.cost);
         let tie = rounding
             + if several && self.settings.noise.is_some() && self.settings.tolerance.is_none() {
                 INDISTINGUISHABLE

@@ -25,7 +25,7 @@ pub(super) struct Run {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Iteration<'a> {
+pub(super) struct Minimiser<'a> {
     pub(super) problem: &'a Problem<'a>,
     pub(super) solver: Solver,
     pub(super) iteration_limit: u16,
@@ -33,7 +33,7 @@ pub(super) struct Iteration<'a> {
     pub(super) prior: Vector24,
 }
 
-impl Iteration<'_> {
+impl Minimiser<'_> {
     pub(super) fn cost(&self, correction: &Vector24) -> f64 {
         self.problem.sum_of_squares(correction) + self.prior_cost(correction)
     }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 fn moved(robot: &Robot<f64>, index: usize, by: f64) -> Robot<f64> {
     let mut arms = *robot.arms();
     let arm = &mut arms[index / 8];
-    let mut parameters = arm.parameters().data.0[0];
+    let mut parameters = arm.parameters();
     parameters[index % 8] += by;
     *arm = Arm::new(parameters).unwrap();
     Robot::new(arms).unwrap()

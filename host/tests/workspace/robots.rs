@@ -48,7 +48,7 @@ pub(super) fn perturbed(
     degrees: f64,
 ) -> Robot<f64> {
     Robot::new(robot.arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
+        let mut parameters = arm.parameters();
         for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {
             *value += uniform(rng)
                 * match parameter.kind() {

@@ -215,7 +215,7 @@ pub(crate) fn on_the_host<T: Number>(samples: &[Sample<T>]) -> Calibrator<T> {
 }
 
 pub(crate) fn arms<T: Number>(robot: &Robot<T>) -> [[T; 8]; 3] {
-    robot.arms().map(|arm| arm.parameters().data.0[0])
+    robot.arms().map(|arm| arm.parameters())
 }
 
 /// CRC-32 (IEEE 802.3), bit by bit.

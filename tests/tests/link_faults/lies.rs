@@ -13,7 +13,7 @@ fn report(arm: ArmIndex) -> ArmReport<f32> {
     }
     ArmReport {
         arm,
-        parameters: paper_robot::<f32>().arm(arm).parameters().data.0[0],
+        parameters: paper_robot::<f32>().arm(arm).parameters(),
         covariance: Some(covariance),
         residual_rms: 0.02,
         estimated_noise: Some(0.02),

@@ -127,7 +127,7 @@ fn the_linearised_problem_is_the_residuals_tangent() {
     for case in cases() {
         let correction = [0.01, -0.02, 0.005, 0.01, -0.02, 0.03, -0.01, 0.02];
         let residuals = |correction: &[f64; 8]| {
-            let mut parameters = case.nominal.arm().parameters().data.0[0];
+            let mut parameters = case.nominal.arm().parameters();
             for ((value, delta), parameter) in parameters
                 .iter_mut()
                 .zip(correction)

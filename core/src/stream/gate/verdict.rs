@@ -6,6 +6,7 @@ use core::fmt;
 /// A sample against what was predicted of one arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Innovation<T> {
     /// Which arm: of the three the one whose sample is furthest off.
     pub arm: ArmIndex,
@@ -32,6 +33,7 @@ pub enum Untested {
 /// What became of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Verdict<T> {
     /// It agrees, and was taken in.
     Taken(Innovation<T>),

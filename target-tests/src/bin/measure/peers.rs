@@ -112,7 +112,7 @@ where
             });
             let problem = PeerProblem {
                 rows,
-                parameters: Parameters::from(before.parameters().data.0[0]),
+                parameters: Parameters::from(before.parameters()),
             };
             let mut solved = None;
             let count = counter

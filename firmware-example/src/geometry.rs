@@ -2,8 +2,7 @@
 
 use crate::Number;
 use crate::handover::NewParameters;
-use crate::session::parameters;
-use crate::store::{Geometry, Sets, Store, StoreError, robot};
+use crate::store::{Geometry, Sets, Store, StoreError};
 use delta_cal::Robot;
 use delta_cal_protocol::{Fault, Origin, Parameters, RevertTo, fingerprint};
 use embedded_storage_async::nor_flash::NorFlash;
@@ -21,7 +20,7 @@ pub(crate) struct Geometries<T: Number, F> {
 
 fn named<T: Number>(robot: Robot<T>) -> NewParameters<T> {
     NewParameters {
-        fingerprint: fingerprint(&parameters(&robot)),
+        fingerprint: fingerprint(&robot.parameters()),
         robot,
     }
 }
@@ -68,7 +67,9 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     fn of(&self, geometry: Option<&[[T; 8]; 3]>) -> Result<NewParameters<T>, StoreError> {
         match geometry {
             None => Ok(self.nominal),
-            Some(arms) => robot(arms).map(named).map_err(|_| StoreError::Record),
+            Some(arms) => Robot::from_parameters(*arms)
+                .map(named)
+                .map_err(|_| StoreError::Record),
         }
     }
 
@@ -92,20 +93,20 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
                 (None, false) => Origin::Nominal,
                 (None, true) => Origin::NominalStoreDamaged,
             },
-            arms: parameters(&self.current.robot),
+            arms: self.current.robot.parameters(),
         }
     }
 
     pub(crate) fn nominal_message(&self) -> Parameters<T> {
         Parameters {
             origin: Origin::Nominal,
-            arms: parameters(&self.nominal.robot),
+            arms: self.nominal.robot.parameters(),
         }
     }
 
     /// Makes a calibrated robot the current one; whether it was not already.
     pub(crate) fn apply(&mut self, robot: &Robot<T>) -> Result<bool, Fault> {
-        self.change_to(Some(parameters(robot)))
+        self.change_to(Some(robot.parameters()))
     }
 
     /// Goes back from the parameters named `from`; whether that changed anything.

@@ -1,9 +1,10 @@
 //! One calibration: samples in, solved step by step, an outcome or a refusal.
 
 use crate::Number;
+use delta_cal::calibration::Start;
 use delta_cal::{
     ArmIndex, Calibrator, Noise, Progress, Refusal, Robot, RobotOutcome, RobotSolver, Sample,
-    Settings, Start, Tolerance,
+    Settings, Tolerance,
 };
 use delta_cal_protocol::{ArmReport, Begin, Fault, Phase, SampleMessage, fingerprint};
 use nalgebra::Vector3;
@@ -142,7 +143,7 @@ impl<T: Number> Session<T> {
                         self.number, index, arm.iterations, arm.condition, arm.residual_rms
                     );
                 }
-                let fingerprint = fingerprint(&parameters(&outcome.robot));
+                let fingerprint = fingerprint(&outcome.robot.parameters());
                 self.work = Work::Solved {
                     outcome,
                     fingerprint,
@@ -206,9 +207,10 @@ impl<T: Number> Session<T> {
             ArmIndex::Second => second,
             ArmIndex::Third => third,
         };
+        let [prior_share] = arm.prior_share.data.0;
         Ok(ArmReport {
             arm: index,
-            parameters: array(arm.arm.parameters()),
+            parameters: arm.arm.parameters(),
             covariance: arm.covariance.map(|covariance| covariance.data.0),
             residual_rms: arm.residual_rms,
             estimated_noise: arm.estimated_noise,
@@ -218,7 +220,7 @@ impl<T: Number> Session<T> {
             termination: arm.termination,
             start: arm.start,
             condition: arm.condition,
-            prior_share: array(&arm.prior_share),
+            prior_share,
         })
     }
 
@@ -247,17 +249,6 @@ fn advance<T: Number>(
     solver.step(calibrator)
 }
 
-fn array<T: Number>(vector: &nalgebra::SVector<T, 8>) -> [T; 8] {
-    let [column] = vector.data.0;
-    column
-}
-
-/// A robot's 24 parameters.
-pub(crate) fn parameters<T: Number>(robot: &Robot<T>) -> [[T; 8]; 3] {
-    let [first, second, third] = robot.arms();
-    [first, second, third].map(|arm| array(arm.parameters()))
-}
-
 fn settings<T: Number>(begin: &Begin<T>) -> Result<Settings<T>, Fault> {
     let tolerance = begin
         .tolerance
@@ -269,14 +260,12 @@ fn settings<T: Number>(begin: &Begin<T>) -> Result<Settings<T>, Fault> {
         .map(|(position, joint)| Noise::new(position, joint))
         .transpose()
         .map_err(|_| Fault::Settings)?;
-    Ok(Settings {
-        noise,
-        tolerance,
-        start: if begin.without_guess {
+    Ok(Settings::default()
+        .with_noise(noise)
+        .with_tolerance(tolerance)
+        .with_start(if begin.without_guess {
             Start::Free
         } else {
-            Start::Reference
-        },
-        ..Settings::default()
-    })
+            Start::Nominal
+        }))
 }

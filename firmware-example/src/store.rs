@@ -3,7 +3,7 @@
 use crate::Number;
 use core::ops::Range;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use delta_cal::{Arm, GeometryError, Real, Robot};
+use delta_cal::Robot;
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
@@ -290,7 +290,7 @@ impl<F: NorFlash> Store<F> {
         let valid = [record.sets.current, record.sets.previous]
             .iter()
             .flatten()
-            .all(|arms| robot(arms).is_ok());
+            .all(|arms| Robot::from_parameters(*arms).is_ok());
         (ours && valid).then_some(record)
     }
 }
@@ -298,12 +298,6 @@ impl<F: NorFlash> Store<F> {
 /// Whether one generation is newer than another: it is ahead of it by less than half of all there are.
 const fn follows(generation: u32, other: u32) -> bool {
     generation.wrapping_sub(other).cast_signed() > 0
-}
-
-/// The robot of these parameters, if they are a robot's.
-pub(crate) fn robot<T: Real>(arms: &[[T; 8]; 3]) -> Result<Robot<T>, GeometryError> {
-    let [first, second, third] = *arms;
-    Robot::new([Arm::new(first)?, Arm::new(second)?, Arm::new(third)?])
 }
 
 #[allow(clippy::cast_possible_truncation)] // 4 or 8

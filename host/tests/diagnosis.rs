@@ -4,7 +4,10 @@
 
 mod support;
 
-use delta_cal::{Arm, JointLimits, Noise, Robot, Sample, random_pose, simulate_sample};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Arm;
+use delta_cal::simulate::{random_pose, simulate_sample};
+use delta_cal::{Noise, Robot, Sample};
 use delta_cal_host::{
     CalibrationMethod, Frame, InputText, Options, RobotFile, calibrate, read_samples,
 };
@@ -23,7 +26,7 @@ const SOME: u64 = 48;
 fn changed(robot: &Robot<f64>, mut change: impl FnMut(usize, &mut [f64; 8])) -> Robot<f64> {
     let mut index = 0;
     let arms = robot.arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
+        let mut parameters = arm.parameters();
         change(index, &mut parameters);
         index += 1;
         Arm::new(parameters).unwrap()

@@ -4,7 +4,9 @@
 
 mod support;
 
-use delta_cal::{JointLimits, Noise, Robot, random_pose, simulate_sample};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::simulate::{random_pose, simulate_sample};
+use delta_cal::{Noise, Robot};
 use delta_cal_host::{
     CalibrationMethod, InputText, NoiseTest, NoiseVerdict, Options, RobotFile, SamplesFile,
     calibrate,

@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used)]
 
-use delta_cal::{JointLimits, Robot, SymmetricRobot};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::{Robot, SymmetricRobot};
 use delta_cal_host::geometry::reach::Reach;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;

@@ -4,7 +4,7 @@
 
 mod support;
 
-use delta_cal::Loss;
+use delta_cal::robust::Loss;
 use delta_cal_host::files::example;
 use delta_cal_host::{CalibrationMethod, Options, OptionsError, Reason, Streaming, calibrate};
 use serde_json::Value;

@@ -1,4 +1,6 @@
-use delta_cal::{ArmIndex, Refusal, SampleError, StartUsed, Termination};
+use delta_cal::calibration::{StartUsed, Termination};
+use delta_cal::samples::SampleError;
+use delta_cal::{ArmIndex, Refusal};
 use serde::{Deserialize, Serialize};
 
 /// What the driver asks, numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
@@ -270,7 +272,7 @@ pub struct ControlLoop<T> {
     pub joints: [T; 3],
 }
 
-/// One arm's result; see [`delta_cal::ArmOutcome`].
+/// One arm's result; see [`delta_cal::calibration::ArmOutcome`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ArmReport<T> {
     /// Which arm.

@@ -34,7 +34,7 @@ fn calibrated(trial: &Trial<'_>) -> Option<Calibrated> {
     let evaluation = Evaluation {
         truth,
         before: trial.nominal,
-        after: &outcome.robot.robot,
+        after: &outcome.fit.robot,
     };
     let covariance = outcome.covariance.unwrap();
     let sigmas = (0..24).map(|index| {
@@ -51,7 +51,7 @@ fn calibrated(trial: &Trial<'_>) -> Option<Calibrated> {
     let bound = CramerRaoBound::new(method, truth, &joints, trial.noise, tolerance).unwrap();
     Some(Calibrated {
         gain: evaluation.gain(),
-        errors: differences(&outcome.robot.robot, truth)
+        errors: differences(&outcome.fit.robot, truth)
             .iter()
             .copied()
             .collect(),
@@ -233,9 +233,9 @@ fn a_gain_is_100_percent_for_the_true_robot_and_0_for_the_unchanged() {
 
     // θ of 120° and of −240° is the same; an angle counts by the true upper arm's length.
     let mut arms = *nominal.arms();
-    let mut p = arms[1].parameters().data.0[0];
+    let mut p = arms[1].parameters();
     p[3] -= std::f64::consts::TAU - 0.01;
-    arms[1] = delta_cal::Arm::new(p).unwrap();
+    arms[1] = delta_cal::robot::Arm::new(p).unwrap();
     let turned = Robot::new(arms).unwrap();
     let difference = differences(&turned, &nominal);
     assert!((difference[11] - 2.6).abs() < 1e-9);
@@ -253,21 +253,15 @@ fn a_noise_that_is_not_stated_is_found_beside_a_tolerance() {
         let mut rng = generator(79, robot);
         let truth = perturbed(&paper_robot(), length, angle, Spread::Normal, &mut rng);
         let samples = measurements(&truth, 20, Some(&noise), &mut rng);
-        let unstated = Settings {
-            tolerance: Some(Tolerance::new(length, angle).unwrap()),
-            ..Settings::default()
-        };
-        let stated = Settings {
-            noise: Some(noise),
-            ..unstated
-        };
+        let unstated = Settings::default().with_tolerance(Tolerance::new(length, angle).unwrap());
+        let stated = unstated.with_noise(noise);
         let [found, expected] = [unstated, stated]
             .map(|settings| fkm::calibrate(&paper_robot(), &samples, &settings).unwrap());
-        estimates.push(found.robot.arms[0].estimated_noise.unwrap());
+        estimates.push(found.fit.arms[0].estimated_noise.unwrap());
         let covariance = expected.covariance.unwrap();
         for index in 0..24 {
             let of = |robot: &Robot<f64>| robot.arms()[index / 8].parameters()[index % 8];
-            let apart = of(&found.robot.robot) - of(&expected.robot.robot);
+            let apart = of(&found.fit.robot) - of(&expected.fit.robot);
             distances.push(apart.powi(2) / covariance[(index, index)]);
         }
     }

@@ -8,10 +8,9 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::limits::{REJECTIONS_OF_A_CHANGE, SUSPECTED};
-use delta_cal::{
-    Alarm, Calibrator, Gate, Noise, Robot, Sample, Settings, Tolerance, Untested, Verdict,
-};
+use delta_cal::calibration::limits::{REJECTIONS_OF_A_CHANGE, SUSPECTED};
+use delta_cal::stream::{Alarm, Gate, Untested, Verdict};
+use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::{
     Spread, generator, measurements, paper_robot, perturbed, to_single, uniform,
 };
@@ -26,11 +25,9 @@ fn noise() -> Noise<f64> {
 
 /// Noise and tolerance stated, the robot drawn by them.
 fn stated(length: f64, angle: f64) -> Settings<f64> {
-    Settings {
-        noise: Some(noise()),
-        tolerance: Some(Tolerance::new(length, angle).unwrap()),
-        ..Settings::default()
-    }
+    Settings::default()
+        .with_noise(noise())
+        .with_tolerance(Tolerance::new(length, angle).unwrap())
 }
 
 fn robot(length: f64, angle: f64, rng: &mut Pcg32) -> Robot<f64> {
@@ -103,10 +100,7 @@ fn innovations(campaign: u64, settings: &Settings<f64>, length: f64, angle: f64)
 /// how often they are rejected.
 #[test]
 fn good_samples_are_rejected_as_often_as_chi_square_has_it() {
-    let no_tolerance = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let no_tolerance = Settings::default().with_noise(noise());
     for (what, campaign, settings, length, angle) in [
         (
             "noise, tolerance 0.5 mm/0.2°",
@@ -320,10 +314,7 @@ fn exchanged_joints_are_rejected_from_the_first_sample_on() {
 
 #[test]
 fn without_prior_and_estimate_the_gate_takes_everything_and_says_so() {
-    let settings = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise());
     let mut rng = generator(914, 0);
     let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
     let mut calibrator = Calibrator::new(&paper_robot(), &settings);
@@ -402,11 +393,9 @@ fn the_prediction_is_the_solvers() {
 #[test]
 fn single_precision_decides_as_double() {
     let settings = stated(0.5, 0.2 * DEGREE);
-    let single = Settings {
-        noise: Some(Noise::<f32>::new(0.02, 3.490_658_5e-5).unwrap()),
-        tolerance: Some(Tolerance::<f32>::new(0.5, 3.490_658_5e-3).unwrap()),
-        ..Settings::default()
-    };
+    let single = Settings::default()
+        .with_noise(Noise::<f32>::new(0.02, 3.490_658_5e-5).unwrap())
+        .with_tolerance(Tolerance::<f32>::new(0.5, 3.490_658_5e-3).unwrap());
     let (mut samples, mut otherwise, mut apart) = (0, 0, 0.0_f64);
     for number in 0..20 {
         let mut rng = generator(916, number);

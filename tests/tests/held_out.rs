@@ -7,10 +7,9 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::limits::{HELD_OUT_DEVIATION, chi_square_bound, variance_ratio_bound};
-use delta_cal::{
-    Calibrator, HeldOut, HeldOutRefusal, Noise, Robot, Sample, Settings, Tolerance, Validation,
-};
+use delta_cal::calibration::limits::{HELD_OUT_DEVIATION, chi_square_bound, variance_ratio_bound};
+use delta_cal::stream::{HeldOut, HeldOutRefusal, Validation};
+use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -21,11 +20,9 @@ fn noise() -> Noise<f64> {
 
 /// What is stated of a robot that is drawn within 0.5 mm and 0.2°.
 fn settings(noise_stated: bool, tolerance_stated: bool) -> Settings<f64> {
-    Settings {
-        noise: noise_stated.then(noise),
-        tolerance: tolerance_stated.then(|| Tolerance::new(0.5, 0.2 * DEGREE).unwrap()),
-        ..Settings::default()
-    }
+    Settings::default()
+        .with_noise(noise_stated.then(noise))
+        .with_tolerance(tolerance_stated.then(|| Tolerance::new(0.5, 0.2 * DEGREE).unwrap()))
 }
 
 /// `None` if the fit itself is refused.
@@ -123,9 +120,9 @@ fn a_systematic_disagreement_is_refused() {
                 let (truth, mut rng) = robot(930, number, 0.5);
                 // One forearm, as after a crash.
                 let mut arms = *truth.arms();
-                let mut parameters = arms[1].parameters().data.0[0];
+                let mut parameters = arms[1].parameters();
                 parameters[7] += change;
-                arms[1] = delta_cal::Arm::new(parameters).unwrap();
+                arms[1] = delta_cal::robot::Arm::new(parameters).unwrap();
                 let changed = Robot::new(arms).unwrap();
                 let before = measurements(&truth, 45, Some(&noise()), &mut rng);
                 let after = measurements(&changed, 15, Some(&noise()), &mut rng);

@@ -8,7 +8,8 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::{Calibrator, Noise, Parameter, ParameterKind, Robot, RobotOutcome, Sample};
+use delta_cal::robot::ParameterKind;
+use delta_cal::{Calibrator, Noise, Parameter, Robot, RobotOutcome, Sample};
 use delta_cal_tests::noisy_campaign::{Calibrated, NoisyCampaign, Trial};
 use delta_cal_tests::{Spread, parameter_differences};
 use nalgebra::SMatrix;

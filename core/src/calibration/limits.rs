@@ -1,8 +1,5 @@
 //! Where a calibration is refused: the limits that every method shares.
 
-pub use super::loss::SUSPECTED;
-pub use super::robust::{LARGEST_SUSPECTED, SAMPLES_FOR_ROBUST_FIT};
-
 use crate::Real;
 
 /// Parameters further from nominal than this many tolerances are refused.
@@ -27,6 +24,14 @@ pub const INDISTINGUISHABLE: f64 = 4.0;
 /// fewer there may be several solutions.
 pub const SAMPLES_FOR_FREE_START: u64 = 12;
 
+/// A residual of this many scales is no measurement's, whatever the loss: of normal residuals three
+/// in a million are as large. It is c of Tukey's loss.
+pub const SUSPECTED: f64 = 4.685;
+/// Beyond this part of suspected samples it is not known which are the wrong ones.
+pub const LARGEST_SUSPECTED: f64 = 0.4;
+/// A robust fit needs twice as many samples as an arm has parameters: half of them must determine it.
+pub const SAMPLES_FOR_ROBUST_FIT: usize = 16;
+
 /// So many samples in a row that the gate rejects are no accident. Where wrong samples come at random, a
 /// share p of all, a run of m begins with probability (1 − p)pᵐ at any sample: with a fifth of them wrong
 /// once in half a million samples, with two fifths once in 2,500; by the noise alone never. And so
@@ -50,7 +55,7 @@ pub fn chi_square_quantile<T: Real>(freedom: T) -> T {
 ///
 /// ```
 /// // 3.0902 is exceeded once in a thousand times.
-/// let bound = delta_cal::limits::chi_square_bound(10.0, 3.0902_f64);
+/// let bound = delta_cal::calibration::limits::chi_square_bound(10.0, 3.0902_f64);
 /// assert!((bound - 29.588).abs() < 0.2);
 /// ```
 pub fn chi_square_bound<T: Real>(freedom: T, deviations: T) -> T {
@@ -69,7 +74,7 @@ pub fn chi_square_bound<T: Real>(freedom: T, deviations: T) -> T {
 /// ten degrees of freedom and more the probability is right to a third, on the safe side.
 ///
 /// ```
-/// let bound = delta_cal::limits::variance_ratio_bound(10.0, 20.0, 3.0902_f64);
+/// let bound = delta_cal::calibration::limits::variance_ratio_bound(10.0, 20.0, 3.0902_f64);
 /// assert!(bound.is_some_and(|bound| (bound - 5.075).abs() < 0.05));
 /// ```
 pub fn variance_ratio_bound<T: Real>(numerator: T, denominator: T, deviations: T) -> Option<T> {
@@ -89,16 +94,6 @@ pub fn variance_ratio_bound<T: Real>(numerator: T, denominator: T, deviations: T
     let root = (product.squared() - leading * (b.squared() - z * d)).square_root();
     let x = (product + root) / leading;
     Some(x * x * x)
-}
-
-/// How many samples a calibration with these settings needs: 8, 12 without a guess, 1 with a
-/// tolerance.
-pub fn samples_needed<T: Real>(settings: &super::Settings<T>) -> u64 {
-    match (settings.start, settings.tolerance) {
-        (super::Start::Free, _) => SAMPLES_FOR_FREE_START,
-        (super::Start::Reference, None) => 8,
-        (super::Start::Reference, Some(_)) => 1,
-    }
 }
 
 #[cfg(test)]

@@ -5,7 +5,8 @@
 //! |J δ + r|² + λ|D δ|², D the column norms of J and λ the damping (Marquardt 1963); the step with
 //! λ = 0 is the Gauss–Newton step.
 
-use super::{Method, Termination};
+use super::outcome::Termination;
+use super::settings::Solver;
 use crate::Real;
 
 /// Damping after the first rejected step, relative to the squared column norms.
@@ -59,14 +60,14 @@ pub struct Prospect<T> {
     blur: T,
 }
 
-/// Method and damping of an iteration, and what its last step promised.
+/// Solver and damping of an iteration, and what its last step promised.
 ///
 /// ```
-/// use delta_cal::step_control::{StepControl, StepResult};
-/// use delta_cal::{Method, Termination};
+/// use delta_cal::calibration::step_control::{StepControl, StepResult};
+/// use delta_cal::calibration::{Solver, Termination};
 ///
 /// // √2 as the minimum of (x² − 2)².
-/// let mut control = StepControl::<f64>::new(Method::LevenbergMarquardt);
+/// let mut control = StepControl::<f64>::new(Solver::LevenbergMarquardt);
 /// let (mut x, mut steps) = (1.0_f64, 0);
 /// let cost = |x: f64| (x * x - 2.0).powi(2);
 /// let result = loop {
@@ -89,7 +90,7 @@ pub struct Prospect<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepControl<T> {
-    method: Method,
+    solver: Solver,
     damping: T,
     previous_gain: T,
 }
@@ -97,9 +98,9 @@ pub struct StepControl<T> {
 impl<T: Real> StepControl<T> {
     /// Before the first step, which is a full one.
     #[inline]
-    pub const fn new(method: Method) -> Self {
+    pub const fn new(solver: Solver) -> Self {
         Self {
-            method,
+            solver,
             damping: T::ZERO,
             previous_gain: T::INFINITY,
         }
@@ -107,8 +108,8 @@ impl<T: Real> StepControl<T> {
 
     /// Whether only full steps are taken, or damped ones too.
     #[inline]
-    pub const fn method(&self) -> Method {
-        self.method
+    pub const fn solver(&self) -> Solver {
+        self.solver
     }
 
     /// λ of the next step.
@@ -152,9 +153,9 @@ impl<T: Real> StepControl<T> {
     /// Levenberg–Marquardt if it is smaller, as far as rounding shows.
     #[inline]
     pub fn accepts(&self, prospect: &Prospect<T>, cost: T) -> bool {
-        match self.method {
-            Method::GaussNewton => cost.finite(),
-            Method::LevenbergMarquardt => {
+        match self.solver {
+            Solver::GaussNewton => cost.finite(),
+            Solver::LevenbergMarquardt => {
                 cost < prospect.cost
                     || (prospect.at_rounding && cost <= prospect.cost + prospect.blur)
             }
@@ -180,7 +181,7 @@ impl<T: Real> StepControl<T> {
     /// The step was not taken, or did not exist: damps the next one more, if there is to be one.
     #[inline]
     pub fn rejected(&mut self, prospect: &Prospect<T>) -> StepResult {
-        let full_steps_only = self.method == Method::GaussNewton;
+        let full_steps_only = self.solver == Solver::GaussNewton;
         // A full step that fails may be too long rather than lost in rounding.
         if prospect.at_rounding && (full_steps_only || self.damping > T::from_f64(ENOUGH_DAMPING)) {
             return StepResult::Finished(Termination::RoundingReached);

@@ -1,5 +1,6 @@
-use super::{KinematicsError, Singularity};
-use crate::{Arm, ArmIndex, Real, Robot};
+use super::error::{KinematicsError, Singularity};
+use crate::Real;
+use crate::robot::{Arm, ArmIndex, Robot};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// How the platform point moves with the joints and with the parameters, at one pose.

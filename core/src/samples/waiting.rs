@@ -1,6 +1,7 @@
-use super::Sample;
 use super::factor::BLOCK;
-use crate::{ArmIndex, Real};
+use super::sample::Sample;
+use crate::Real;
+use crate::robot::ArmIndex;
 use nalgebra::Vector3;
 
 /// A block, and the samples that come while the arms take it in, one arm a sample.

@@ -4,7 +4,8 @@
 //! noise: a row `g` adds `g gᵀ` to the information of the parameters.
 
 use crate::fit::fkm;
-use delta_cal::{Arm, ArmIndex, Noise, Parameter, ParameterKind, Real, Robot, Sample, Tolerance};
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
 use nalgebra::{SMatrix, SVector};
 
 /// Number of parameters of Model 24.

@@ -1,7 +1,8 @@
 //! How uncertain the platform's position is where the parameters are: J C Jᵀ, anywhere.
 
 use crate::files::robot_file::RobotFile;
-use delta_cal::{JointLimits, Robot, Sample};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Parts of the joints' range, of the grid that the workspace is judged over.

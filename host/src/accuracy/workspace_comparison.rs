@@ -2,7 +2,8 @@
 
 use crate::accuracy::position_uncertainty::{PositionUncertainty, joint_grid};
 use crate::fit::outcome::Outcome;
-use delta_cal::{JointLimits, Robot};
+use delta_cal::Robot;
+use delta_cal::kinematics::JointLimits;
 
 /// Joint angles of the grid: in the middle of this many equal parts of the joints' range.
 const PARTS: u32 = 4;
@@ -28,7 +29,7 @@ impl WorkspaceComparison {
     /// `None` if the covariance is not known, or no pose of the grid is reached by both robots.
     pub fn of(before: &Robot<f64>, outcome: &Outcome, limits: &JointLimits<f64>) -> Option<Self> {
         let covariance = outcome.covariance.as_ref()?;
-        let after = &outcome.robot.robot;
+        let after = &outcome.fit.robot;
         let uncertainty = PositionUncertainty {
             robot: after,
             covariance,

@@ -123,7 +123,7 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
     let estimated_noise = || Noise::new(outcome.estimated_noise()?, 0.0).ok();
     let noise = case.robot.noise.or_else(estimated_noise);
     let after = RobotFile {
-        robot: outcome.robot.robot,
+        robot: outcome.fit.robot,
         sensor_frame: case.sensor_frame,
         ..case.robot.clone()
     };

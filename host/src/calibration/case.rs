@@ -8,7 +8,8 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Row, SamplesFile};
 use crate::fit::options::{Frame, Options};
 use crate::fit::sensor_frame;
-use delta_cal::{RigidTransform, Sample, Settings};
+use delta_cal::frame::RigidTransform;
+use delta_cal::{Sample, Settings};
 
 /// What is to be calibrated, from what, and how.
 pub(crate) struct Case<'a> {
@@ -111,13 +112,11 @@ pub(crate) fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f
             .at_key("[tolerance]")
             .with_remedy("leave out --no-guess, or delete the section [tolerance]"));
     }
-    Ok(Settings {
-        noise: robot.noise,
-        tolerance: robot.tolerance,
-        method: options.solver,
-        start: options.start(),
-        ..Settings::default()
-    })
+    Ok(Settings::default()
+        .with_noise(robot.noise)
+        .with_tolerance(robot.tolerance)
+        .with_solver(options.solver)
+        .with_start(options.start()))
 }
 
 fn in_robot_frame(

@@ -6,7 +6,8 @@ use super::outliers::worst_samples;
 use super::plausibility;
 use crate::accuracy::position_error::{PositionError, distances};
 use crate::fit::robust::calibrate_robust;
-use delta_cal::{Loss, Settings};
+use delta_cal::Settings;
+use delta_cal::robust::Loss;
 
 /// More samples are not fitted again for the sake of a hint.
 const MOST_SAMPLES: usize = 2000;
@@ -43,7 +44,7 @@ fn disagreeing(case: &Case<'_>, settings: &Settings<f64>) -> Option<Vec<u64>> {
         Loss::Tukey,
     )
     .ok()?;
-    let calibrated = &fit.outcome.robot.robot;
+    let calibrated = &fit.outcome.fit.robot;
     let fitted = case.samples.rows.iter().zip(&fit.samples);
     let suspected: Vec<_> = fitted
         .filter(|(_, sample)| sample.suspected)

@@ -26,7 +26,7 @@ pub(crate) struct Judgement {
 /// What speaks against it.
 pub(crate) fn judge(case: &Case<'_>, fit: &Fit) -> Result<Judgement, Objection> {
     let robot = case.robot;
-    let calibrated = fit.outcome.robot.robot;
+    let calibrated = fit.outcome.fit.robot;
     let error_of =
         |distances: &[_]| PositionError::of_counted(distances, &case.samples.rows, &fit.samples);
     let distances_before = distances(&case.before.robot, &case.measured);

@@ -5,7 +5,8 @@ use crate::files::robot_file::RobotFile;
 use crate::fit::options::CalibrationMethod;
 use crate::fit::outcome::Outcome;
 use crate::text::numbers::significant;
-use delta_cal::{ArmIndex, ArmOutcome, Noise, Parameter, Robot, Sample};
+use delta_cal::calibration::ArmOutcome;
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample};
 use nalgebra::{SMatrix, SVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -109,7 +110,7 @@ impl NoiseTest {
         outcome: &Outcome,
         measured: &[Sample<f64>],
     ) -> Option<Self> {
-        let arms = &outcome.robot.arms;
+        let arms = &outcome.fit.arms;
         let freedom: f64 = arms.iter().map(|arm| arm.degrees_of_freedom).sum();
         if !(freedom >= 1.0) {
             return None;
@@ -118,7 +119,7 @@ impl NoiseTest {
         let shared = match method {
             CalibrationMethod::Fkm => 1.0,
             CalibrationMethod::Ikm => {
-                independent_share(&outcome.robot.robot, measured, stated.as_ref())
+                independent_share(&outcome.fit.robot, measured, stated.as_ref())
             }
         };
         let independent = (shared * freedom).max(1.0);
@@ -135,7 +136,7 @@ impl NoiseTest {
         // Σ(r/σ)²: the arms' sums; with the FKM method each is a third of the robot's.
         let squares: f64 = arms
             .iter()
-            .map(|arm| worth(arm) * arm.residual_rms.powi(2))
+            .map(|arm| effective_samples(arm) * arm.residual_rms.powi(2))
             .sum();
         let ratio = (squares / freedom).sqrt();
         let worst = (method == CalibrationMethod::Ikm).then(|| {
@@ -146,7 +147,7 @@ impl NoiseTest {
                     let freedom = outcome.degrees_of_freedom.max(1.0);
                     (
                         arm,
-                        outcome.residual_rms * (worth(outcome) / freedom).sqrt(),
+                        outcome.residual_rms * (effective_samples(outcome) / freedom).sqrt(),
                     )
                 })
                 .fold((ArmIndex::First, 0.0), |worst, next| {
@@ -323,7 +324,7 @@ fn tolerated(before: &RobotFile, measured: &[Sample<f64>]) -> Option<f64> {
 }
 
 /// How many residuals there are: with a robust fit's weights fewer than samples.
-fn worth(arm: &ArmOutcome<f64>) -> f64 {
+fn effective_samples(arm: &ArmOutcome<f64>) -> f64 {
     arm.degrees_of_freedom + 8.0 - arm.prior_share.sum()
 }
 

@@ -4,7 +4,10 @@ use super::noise_test::NoiseTest;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::workspace_comparison::WorkspaceComparison;
 use crate::fit::stream::StreamRefusal;
-use delta_cal::{Alarm, HeldOutRefusal, Refusal, RobustRefusal, SampleError};
+use delta_cal::Refusal;
+use delta_cal::robust::RobustRefusal;
+use delta_cal::samples::SampleError;
+use delta_cal::stream::{Alarm, HeldOutRefusal};
 
 /// What speaks against a calibration.
 #[derive(Debug, Clone)]

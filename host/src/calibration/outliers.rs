@@ -64,11 +64,9 @@ impl Search<'_> {
 
     /// Fits without these samples.
     fn without(&self, left_out: &[usize]) -> Option<Without> {
-        let settings = Settings {
-            method: self.case.options.solver,
-            start: self.case.options.start(),
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_solver(self.case.options.solver)
+            .with_start(self.case.options.start());
         let kept: Vec<_> = self
             .case
             .measured

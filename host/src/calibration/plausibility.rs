@@ -2,7 +2,8 @@
 //! manufacture and assembly, where no tolerance says how large those are.
 
 use crate::text::words::{in_file_units, list};
-use delta_cal::{ArmIndex, Parameter, ParameterKind, Real, Robot};
+use delta_cal::robot::ParameterKind;
+use delta_cal::{ArmIndex, Parameter, Real, Robot};
 
 /// Percent of the forearm, and degrees, beyond which a change is a mistake and not an error.
 const IMPLAUSIBLE: f64 = 10.0;
@@ -29,8 +30,9 @@ fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
     let mut changes = Vec::with_capacity(24);
     for arm in ArmIndex::ALL {
         let (from, to) = (before.arm(arm), after.arm(arm));
-        let zero =
-            |arm: &delta_cal::Arm<f64>| arm.get(Parameter::LaY).angle_over(arm.get(Parameter::LaX));
+        let zero = |arm: &delta_cal::robot::Arm<f64>| {
+            arm.get(Parameter::LaY).angle_over(arm.get(Parameter::LaX))
+        };
         for parameter in Parameter::ALL {
             let (mut before, after) = (from.get(parameter), to.get(parameter));
             if parameter == Parameter::Theta {

@@ -5,7 +5,8 @@ use crate::calibration::report::CalibrationReport;
 use crate::calibration::thresholds::{FEW_SAMPLES, GOOD_CONDITION, MOSTLY};
 use crate::fit::options::Frame;
 use crate::text::words::{count, in_lines};
-use delta_cal::{ArmIndex, ArmOutcome, Parameter, StartUsed};
+use delta_cal::calibration::{ArmOutcome, StartUsed};
+use delta_cal::{ArmIndex, Parameter};
 
 /// Every doubt, the gravest first.
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
@@ -15,7 +16,7 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
     large_changes(report, &mut found);
     few_samples(report, &mut found);
     residual_warnings(report, &mut found);
-    for (arm, outcome) in ArmIndex::ALL.into_iter().zip(&report.outcome.robot.arms) {
+    for (arm, outcome) in ArmIndex::ALL.into_iter().zip(&report.outcome.fit.arms) {
         arm_warnings(report, arm, outcome, &mut found);
     }
     if let Some(comparison) = &report.workspace
@@ -150,7 +151,7 @@ fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
     }
     if report
         .outcome
-        .robot
+        .fit
         .arms
         .iter()
         .any(|arm| arm.covariance.is_none())
@@ -199,7 +200,7 @@ fn arm_warnings(
         ));
     }
     match outcome.start {
-        StartUsed::Reference => {}
+        StartUsed::Nominal => {}
         StartUsed::Free if report.options.no_guess => {}
         StartUsed::Free => found.push(format!(
             "{arm}: the fit that starts from the robot file did not lead to the solution, the one \

@@ -1,6 +1,8 @@
 //! The campaign file.
 
-use super::plan::{CampaignMethod, LengthAngle, NoiseLevel, Plan, Scenario, Solver, Spread};
+use super::plan::{
+    CampaignMethod, CampaignSolver, LengthAngle, NoiseLevel, Plan, Scenario, Spread,
+};
 use crate::files::example;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
@@ -32,7 +34,7 @@ struct CampaignToml {
     start_errors: List<LengthAngleToml>,
     noise_levels: List<NoiseToml>,
     methods: Option<List<CampaignMethod>>,
-    solvers: Option<List<Solver>>,
+    solvers: Option<List<CampaignSolver>>,
     weights: Option<List<bool>>,
     prior: Option<List<bool>>,
     planned: Option<List<bool>>,
@@ -92,7 +94,7 @@ impl Plan {
             reader.noise_level(level)
         })?;
         let methods = reader.axis("methods", toml.methods.as_ref(), CampaignMethod::Ikm)?;
-        let solvers = reader.axis("solvers", toml.solvers.as_ref(), Solver::Lm)?;
+        let solvers = reader.axis("solvers", toml.solvers.as_ref(), CampaignSolver::Lm)?;
         let weights = reader.axis("weights", toml.weights.as_ref(), true)?;
         let prior = reader.axis("prior", toml.prior.as_ref(), true)?;
         let planned = reader.axis("planned", toml.planned.as_ref(), false)?;
@@ -266,7 +268,7 @@ impl Reader<'_> {
 }
 
 /// `None` for exact measurements.
-fn noise(level: &NoiseLevel) -> Result<Option<Noise<f64>>, delta_cal::NoiseError> {
+fn noise(level: &NoiseLevel) -> Result<Option<Noise<f64>>, delta_cal::samples::NoiseError> {
     if level.position_mm == 0.0 && level.joint_deg == 0.0 {
         return Ok(None);
     }

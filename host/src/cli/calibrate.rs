@@ -7,7 +7,8 @@ pub(crate) use arguments::{CalibrateArguments, HELP};
 use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, report_path};
 use super::print::print;
-use delta_cal::{Loss, Method};
+use delta_cal::calibration::Solver;
+use delta_cal::robust::Loss;
 use delta_cal_host::files::{example, output};
 use delta_cal_host::render::json;
 use delta_cal_host::report::calibration::{self, html, stream, table};
@@ -140,8 +141,8 @@ fn options(report: &CalibrationReport) -> String {
     let options = &report.options;
     let method = options.method.name();
     let solver = match options.solver {
-        Method::LevenbergMarquardt => "lm",
-        Method::GaussNewton => "gn",
+        Solver::LevenbergMarquardt => "lm",
+        Solver::GaussNewton => "gn",
     };
     let frame = match options.frame {
         Frame::Base => "base",

@@ -1,7 +1,8 @@
 //! Values that options choose from.
 
 use clap::ValueEnum;
-use delta_cal::{Loss, Method};
+use delta_cal::calibration::Solver;
+use delta_cal::robust::Loss;
 use delta_cal_host::{CalibrationMethod, Frame};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -48,10 +49,10 @@ impl MethodArgument {
 }
 
 impl SolverArgument {
-    pub(crate) const fn solver(self) -> Method {
+    pub(crate) const fn solver(self) -> Solver {
         match self {
-            Self::Lm => Method::LevenbergMarquardt,
-            Self::Gn => Method::GaussNewton,
+            Self::Lm => Solver::LevenbergMarquardt,
+            Self::Gn => Solver::GaussNewton,
         }
     }
 }

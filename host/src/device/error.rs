@@ -1,4 +1,4 @@
-use delta_cal::SampleError;
+use delta_cal::samples::SampleError;
 use delta_cal_protocol::{Fault, Origin, VERSION};
 use std::error::Error;
 use std::fmt;

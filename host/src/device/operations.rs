@@ -17,7 +17,8 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
 use crate::fit::options::Options;
 use crate::text::words::in_file_units;
-use delta_cal::{ArmIndex, Parameter, ParameterKind};
+use delta_cal::robot::ParameterKind;
+use delta_cal::{ArmIndex, Parameter};
 use delta_cal_protocol::{ParameterSet, fingerprint};
 use std::error::Error;
 use std::fmt;
@@ -157,7 +158,7 @@ pub fn check_nominal<T: Number>(
     robot: &RobotFile,
     nominal: &[[T; 8]; 3],
 ) -> Result<(), InputError> {
-    let file = convert::parameters(&robot.robot);
+    let file = robot.robot.parameters();
     if fingerprint(&file.map(|arm| arm.map(T::from_f64))) == fingerprint(nominal) {
         return Ok(());
     }

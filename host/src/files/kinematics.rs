@@ -6,7 +6,8 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Row, read_joints, read_positions};
 use crate::geometry::joint_limits::outside_limits;
 use crate::text::units::degrees;
-use delta_cal::{ArmIndex, JointLimits, KinematicsError, Sample, Singularity};
+use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
+use delta_cal::{ArmIndex, Sample};
 use std::fmt::Write;
 
 /// Where the platform is at each row's joint angles.

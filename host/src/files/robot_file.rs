@@ -6,7 +6,9 @@ mod schema;
 mod write;
 
 use crate::geometry::reach::Reach;
-use delta_cal::{JointLimits, Noise, RigidTransform, Robot, Tolerance};
+use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::JointLimits;
+use delta_cal::{Noise, Robot, Tolerance};
 
 /// What a robot file says.
 ///

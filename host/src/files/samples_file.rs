@@ -10,7 +10,8 @@ use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::text::units::degrees;
 use columns::{Quantity, Table};
-use delta_cal::{JointLimits, Sample};
+use delta_cal::Sample;
+use delta_cal::kinematics::JointLimits;
 use nalgebra::Vector3;
 
 /// Degrees and millimetres that are all below this look like radians and metres…

@@ -19,10 +19,9 @@ mod solver;
 pub use crate::fit::outcome::Outcome;
 pub use linearization::Linearization;
 
-use delta_cal::limits::samples_needed;
+use delta_cal::calibration::{Start, StartUsed};
 use delta_cal::{
-    ArmIndex, Calibrator, Noise, Refusal, Robot, RobotOutcome, Sample, Settings, Start, StartUsed,
-    Tolerance,
+    ArmIndex, Calibrator, Noise, Refusal, Robot, RobotOutcome, Sample, Settings, Tolerance,
 };
 use nalgebra::SMatrix;
 use normal::Vector24;
@@ -51,7 +50,7 @@ use search::Search;
 ///     samples.push(Sample { joints, position: truth.forward(&joints)? });
 /// }
 /// let outcome = delta_cal_host::fit::fkm::calibrate(&nominal.robot()?, &samples, &Settings::default())?;
-/// assert!((outcome.robot.robot.arms()[2].lb() - 479.1).abs() < 1e-6);
+/// assert!((outcome.fit.robot.arms()[2].lb() - 479.1).abs() < 1e-6);
 /// # Ok(())
 /// # }
 /// ```
@@ -60,7 +59,7 @@ pub fn calibrate(
     samples: &[Sample<f64>],
     settings: &Settings<f64>,
 ) -> Result<Outcome, Refusal> {
-    let (count, needed) = (samples.len() as u64, samples_needed(settings));
+    let (count, needed) = (samples.len() as u64, settings.samples_needed());
     if count < needed {
         return Err(Refusal::TooFewSamples {
             arm: ArmIndex::First,
@@ -73,7 +72,7 @@ pub fn calibrate(
         return Err(refusal);
     }
     let weights = match (settings.start, &ikm) {
-        (Start::Reference, _) => *robot,
+        (Start::Nominal, _) => *robot,
         (Start::Free, Ok(solution)) => solution.robot,
         (Start::Free, Err(refusal)) => return Err(*refusal),
     };
@@ -85,8 +84,8 @@ pub fn calibrate(
         settings.tolerance.as_ref(),
     );
     let mut search = Search::new(&problem, settings);
-    if settings.start == Start::Reference {
-        search.start(&Vector24::zeros(), StartUsed::Reference);
+    if settings.start == Start::Nominal {
+        search.start(&Vector24::zeros(), StartUsed::Nominal);
     }
     if let Ok(solution) = &ikm {
         search.second_start(solution);

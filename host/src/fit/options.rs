@@ -1,6 +1,7 @@
 //! How to calibrate.
 
-use delta_cal::{Loss, Method, Start};
+use delta_cal::calibration::{Solver, Start};
+use delta_cal::robust::Loss;
 use std::error::Error;
 use std::fmt;
 use std::num::NonZeroU32;
@@ -41,7 +42,7 @@ pub struct Options {
     /// How the parameters are estimated.
     pub method: CalibrationMethod,
     /// Levenberg–Marquardt or Gauss–Newton.
-    pub solver: Method,
+    pub solver: Solver,
     /// How residuals count; `None` is the squared loss, the plain least squares.
     pub loss: Option<Loss>,
     /// What is done because the samples came one after the other; of the IKM method alone, and with
@@ -134,7 +135,7 @@ impl Options {
         if self.no_guess {
             Start::Free
         } else {
-            Start::Reference
+            Start::Nominal
         }
     }
 }

@@ -11,7 +11,7 @@ pub struct Outcome {
     /// Of the FKM method residual and noise are the whole robot's, in each coordinate of the
     /// position; an arm's condition is the rms, over its parameters, of how much worse each is known
     /// because the others are not.
-    pub robot: RobotOutcome<f64>,
+    pub fit: RobotOutcome<f64>,
     /// Covariance of all 24 parameters, arm by arm: the arms' covariances are its diagonal blocks,
     /// and all there is to it for the IKM method. `None` where theirs are.
     pub covariance: Option<SMatrix<f64, 24, 24>>,
@@ -23,7 +23,7 @@ impl Outcome {
     /// no sample is left over.
     pub fn estimated_noise(&self) -> Option<f64> {
         let (mut squares, mut freedom) = (0.0, 0.0);
-        for arm in &self.robot.arms {
+        for arm in &self.fit.arms {
             if let Some(sigma) = arm.estimated_noise {
                 squares += arm.degrees_of_freedom * sigma * sigma;
                 freedom += arm.degrees_of_freedom;
@@ -35,9 +35,9 @@ impl Outcome {
 
 impl From<RobotOutcome<f64>> for Outcome {
     /// Three arms that know nothing of each other.
-    fn from(robot: RobotOutcome<f64>) -> Self {
+    fn from(fit: RobotOutcome<f64>) -> Self {
         let mut covariance = Some(SMatrix::zeros());
-        for (arm, outcome) in robot.arms.iter().enumerate() {
+        for (arm, outcome) in fit.arms.iter().enumerate() {
             covariance = covariance.zip(outcome.covariance).map(
                 |(mut all, own): (SMatrix<f64, 24, 24>, _)| {
                     all.fixed_view_mut::<8, 8>(8 * arm, 8 * arm).copy_from(&own);
@@ -45,6 +45,6 @@ impl From<RobotOutcome<f64>> for Outcome {
                 },
             );
         }
-        Self { robot, covariance }
+        Self { fit, covariance }
     }
 }

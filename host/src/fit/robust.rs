@@ -4,7 +4,8 @@ use crate::fit::fkm;
 use crate::fit::options::CalibrationMethod;
 use crate::fit::outcome::Outcome;
 use crate::fit::weights::{Fit, SampleWeight};
-use delta_cal::{Loss, Robot, RobustRefusal, Sample, Settings, WeighedSample, robust_fit};
+use delta_cal::robust::{Loss, RobustRefusal, WeighedSample, robust_fit};
+use delta_cal::{Robot, Sample, Settings};
 
 /// Calibrates a robot from samples of which some may be wrong.
 ///
@@ -21,7 +22,7 @@ pub fn calibrate_robust(
     let ikm = robust_fit(robot, settings, samples, loss, &mut work)?;
     match method {
         CalibrationMethod::Ikm => Ok(Fit {
-            outcome: Outcome::from(ikm.robot),
+            outcome: Outcome::from(ikm.fit),
             samples: work
                 .iter()
                 .map(|sample| SampleWeight {
@@ -32,7 +33,7 @@ pub fn calibrate_robust(
             settled: ikm.settled,
         }),
         CalibrationMethod::Fkm => {
-            fkm::robust::calibrate_robust(robot, samples, settings, loss, &ikm.robot)
+            fkm::robust::calibrate_robust(robot, samples, settings, loss, &ikm.fit)
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::files::samples_file::SamplesFile;
 use crate::fit::options::Options;
 use crate::fit::outlier::OUTLIER;
 use crate::text::words::count;
-use delta_cal::{AlignmentError, RigidTransform};
+use delta_cal::frame::{AlignmentError, RigidTransform};
 use nalgebra::{Matrix3, Vector3};
 
 /// Points whose second extent is below this part of the first lie on a line.

@@ -5,10 +5,11 @@ use crate::files::samples_file::Row;
 use crate::fit::options::Streaming;
 use crate::fit::outcome::Outcome;
 use crate::fit::weights::{Fit, SampleWeight};
-use delta_cal::{
-    Alarm, Calibrator, Gate, GateCounts, HeldOut, HeldOutRefusal, Innovation, Memory, Refusal,
-    Robot, RobotOutcome, Sample, SampleError, Settings, Validation, Verdict,
+use delta_cal::samples::SampleError;
+use delta_cal::stream::{
+    Alarm, Forgetting, Gate, GateCounts, HeldOut, HeldOutRefusal, Innovation, Validation, Verdict,
 };
+use delta_cal::{Calibrator, Refusal, Robot, RobotOutcome, Sample, Settings};
 use std::num::NonZeroU32;
 
 /// A sample that the gate did not take in.
@@ -79,7 +80,7 @@ pub(crate) fn calibrate(
     let mut calibrator = Calibrator::new(robot, settings);
     let memory = asked
         .forget
-        .and_then(|samples| Memory::new(f64::from(samples.get())).ok());
+        .and_then(|samples| Forgetting::new(f64::from(samples.get())).ok());
     let mut weights = vec![SampleWeight::FULL; measured.len()];
     let mut report = StreamReport {
         asked,
@@ -139,12 +140,12 @@ fn gated(
     calibrator: &mut Calibrator<f64>,
     measured: &[Sample<f64>],
     rows: &[Row<Sample<f64>>],
-    memory: Option<Memory<f64>>,
+    memory: Option<Forgetting<f64>>,
     weights: &mut [SampleWeight],
 ) -> Result<GateReport, StreamRefusal> {
     let mut gate = Gate::new(calibrator);
     if let Some(memory) = memory {
-        gate = gate.with_memory(memory);
+        gate = gate.with_forgetting(memory);
     }
     let (mut tested_from, mut rejected) = (None, Vec::new());
     let mut before = 0;

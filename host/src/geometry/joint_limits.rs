@@ -1,7 +1,7 @@
 //! Joint angles outside the limits.
 
 use crate::text::units::degrees;
-use delta_cal::JointLimits;
+use delta_cal::kinematics::JointLimits;
 
 /// A joint angle may be this many degrees outside the limits: encoder zeros differ.
 const LIMIT_MARGIN: f64 = 1.0;

@@ -1,8 +1,8 @@
 //! Which poses a robot may take, and what forbids the others.
 
-use delta_cal::{
-    Arm, ArmIndex, Conditioning, JointLimits, KinematicsError, Real, Robot, Singularity,
-};
+use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity, SingularityDistance};
+use delta_cal::robot::Arm;
+use delta_cal::{ArmIndex, Real, Robot};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -186,13 +186,13 @@ impl Reach {
         }
     }
 
-    /// The same, and clear of singularities ([`Conditioning::is_clear`]).
+    /// The same, and clear of singularities ([`SingularityDistance::is_clear`]).
     ///
     /// # Errors
     /// What keeps it from there, or which singularity is too near.
     pub fn clear_position(&self, robot: &Robot<f64>, q: &[f64; 3]) -> Result<Vector3<f64>, Limit> {
         let x = self.position(robot, q)?;
-        let conditioning = robot.conditioning(&x, q);
+        let conditioning = robot.singularity_distance(&x, q);
         let nearest = ArmIndex::ALL
             .into_iter()
             .min_by(|a, b| {
@@ -201,7 +201,7 @@ impl Reach {
             .unwrap_or(ArmIndex::First);
         if conditioning.is_clear() {
             Ok(x)
-        } else if conditioning.parallel > Conditioning::<f64>::LEAST_PARALLEL {
+        } else if conditioning.parallel > SingularityDistance::<f64>::LEAST_PARALLEL {
             Err(Limit::Serial(nearest))
         } else {
             Err(Limit::Parallel(nearest))

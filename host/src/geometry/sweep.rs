@@ -1,7 +1,8 @@
 //! The forward model swept over the joints' range.
 
 use super::reach::Reach;
-use delta_cal::{JointLimits, Robot};
+use delta_cal::Robot;
+use delta_cal::kinematics::JointLimits;
 
 /// Joint angles on each joint, both ends included.
 const SWEEP: u32 = 33;

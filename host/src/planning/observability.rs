@@ -20,7 +20,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
 use crate::fit::options::CalibrationMethod;
 use crate::planning::poses::Assumptions;
-use delta_cal::limits::LARGEST_SIGMA;
+use delta_cal::calibration::limits::LARGEST_SIGMA;
 use delta_cal::{ArmIndex, Parameter, Sample};
 use nalgebra::{DMatrix, DVector};
 

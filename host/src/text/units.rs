@@ -1,6 +1,7 @@
 //! Degrees for files and people, radians for everything else.
 
-use delta_cal::{Parameter, ParameterKind};
+use delta_cal::Parameter;
+use delta_cal::robot::ParameterKind;
 
 /// The angle in degrees that reads back as exactly these radians if there is one, and the shortest
 /// to write if there are several.

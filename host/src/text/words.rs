@@ -1,6 +1,7 @@
 //! Numbers in sentences.
 
-use delta_cal::{Parameter, ParameterKind};
+use delta_cal::Parameter;
+use delta_cal::robot::ParameterKind;
 
 /// "1 sample", "2 samples".
 pub(crate) fn count(number: usize, singular: &str) -> String {

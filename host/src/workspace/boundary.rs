@@ -3,7 +3,8 @@
 use super::face::{self, ByParameters, Face};
 use super::grid::Grid;
 use crate::geometry::reach::{Limit, Reach};
-use delta_cal::{ArmIndex, KinematicsError, Robot};
+use delta_cal::kinematics::KinematicsError;
+use delta_cal::{ArmIndex, Robot};
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 

@@ -1,7 +1,7 @@
 //! How far from singularities the robot is, all over its workspace.
 
 use super::Workspace;
-use delta_cal::Conditioning;
+use delta_cal::kinematics::SingularityDistance;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -11,7 +11,7 @@ pub struct ConditionedPosition {
     /// mm.
     pub position: Vector3<f64>,
     /// Both kinds; 0 at a singularity.
-    pub conditioning: Conditioning<f64>,
+    pub conditioning: SingularityDistance<f64>,
 }
 
 impl ConditionedPosition {
@@ -23,7 +23,7 @@ impl ConditionedPosition {
             .ok()?;
         Some(Self {
             position,
-            conditioning: workspace.robot.conditioning(&position, &q),
+            conditioning: workspace.robot.singularity_distance(&position, &q),
         })
     }
 

@@ -9,7 +9,8 @@
 //! | elbows' plane upright | ((B₂ − B₁) × (B₃ − B₁))·up = 0, the same | towards falling \|·\| |
 
 use crate::geometry::reach::{Limit, Reach, other_elbow};
-use delta_cal::{Arm, ArmIndex, Parameter, Robot};
+use delta_cal::robot::Arm;
+use delta_cal::{ArmIndex, Parameter, Robot};
 use nalgebra::{SVector, Vector3};
 use std::f64::consts::{PI, TAU};
 

@@ -38,8 +38,8 @@ pub(crate) fn displacements(workspace: &Workspace) -> Vec<Option<[f64; 24]>> {
 /// A millimetre, or a degree in radians.
 pub(crate) fn unit(parameter: Parameter) -> f64 {
     match parameter.kind() {
-        delta_cal::ParameterKind::Length => 1.0,
-        delta_cal::ParameterKind::Angle => 1f64.to_radians(),
+        delta_cal::robot::ParameterKind::Length => 1.0,
+        delta_cal::robot::ParameterKind::Angle => 1f64.to_radians(),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Pose, read_poses};
 use crate::geometry::reach::Limit;
-use delta_cal::Conditioning;
+use delta_cal::kinematics::SingularityDistance;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -18,7 +18,7 @@ pub struct PathPoint {
     /// Radians.
     pub q: [f64; 3],
     /// Both kinds; 0 at a singularity.
-    pub conditioning: Conditioning<f64>,
+    pub conditioning: SingularityDistance<f64>,
     /// The nearest singularity.
     pub nearest: NearestSingularity,
 }
@@ -85,7 +85,7 @@ pub fn distances_of_path(robot: &RobotFile, input: &InputText) -> Result<PathSum
                 point: pose.map(|(position, q)| PathPoint {
                     position,
                     q,
-                    conditioning: robot.robot.conditioning(&position, &q),
+                    conditioning: robot.robot.singularity_distance(&position, &q),
                     nearest: nearest_singularity(&robot.robot, &position, &q),
                 }),
             }

@@ -26,7 +26,8 @@ impl Workspace {
     /// Computes the boundary.
     ///
     /// ```
-    /// use delta_cal::{JointLimits, SymmetricRobot};
+    /// use delta_cal::SymmetricRobot;
+    /// use delta_cal::kinematics::JointLimits;
     /// use delta_cal_host::geometry::reach::Reach;
     /// use delta_cal_host::workspace::{Options, Workspace};
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {

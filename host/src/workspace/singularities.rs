@@ -10,7 +10,8 @@
 use super::boundary::bisect;
 use super::face::{determinant, flattest};
 use crate::geometry::reach::Limit;
-use delta_cal::{Arm, ArmIndex, Robot};
+use delta_cal::robot::Arm;
+use delta_cal::{ArmIndex, Robot};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 

@@ -5,9 +5,12 @@ use crate::frames::{Raw, frame, messages};
 use crate::numbers::{Bits, Source};
 use crate::promises::{finite_outcome, finite_robot};
 use delta_cal_firmware_example::ParameterFlash;
-use delta_cal_host::device::{Client, DeviceError, Patience, Transport, apply, assumptions, calibrate, calibrate_robot, measurements, outcome, robot};
-use delta_cal_host::{CalibrationReport, InputText, Options, RobotFile, SamplesFile};
+use delta_cal_host::device::{
+    Client, DeviceError, Patience, Transport, apply, assumptions, calibrate, calibrate_robot,
+    measurements, outcome, robot,
+};
 use delta_cal_host::files::example;
+use delta_cal_host::{CalibrationReport, InputText, Options, RobotFile, SamplesFile};
 use delta_cal_protocol::{ControlLoop, Direction, Request, Response, RevertTo};
 use std::collections::VecDeque;
 use std::io;
@@ -211,7 +214,7 @@ fn explained<R>(answer: Result<R, DeviceError>) -> Option<R> {
 }
 
 fn finite_report(report: &CalibrationReport) {
-    finite_outcome(&report.outcome.robot);
+    finite_outcome(&report.outcome.fit);
     for error in [&report.error_before, &report.error_after] {
         assert!(error.rms.is_finite() && error.max.is_finite(), "{error:?}");
     }

@@ -70,7 +70,7 @@ fn restarted<T: Bits>(bench: Bench<T>) -> Bench<T> {
 }
 
 fn arms<T: Bits>(robot: &delta_cal::Robot<T>) -> [[T; 8]; 3] {
-    robot.arms().map(|arm| arm.parameters().data.0[0])
+    robot.arms().map(|arm| arm.parameters())
 }
 
 fn drawn<T: Bits>() -> [[T; 8]; 3] {

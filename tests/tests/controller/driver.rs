@@ -204,11 +204,9 @@ pub(crate) fn samples<T: Number>(robot: u64, count: usize) -> Vec<Sample<T>> {
 pub(crate) fn on_the_host<T: Number>(samples: &[Sample<T>]) -> Calibrator<T> {
     let (length, angle) = TOLERANCE;
     let (position, joint) = NOISE;
-    let settings = Settings {
-        tolerance: Some(Tolerance::new(T::from_f64(length), T::from_f64(angle)).unwrap()),
-        noise: Some(Noise::new(T::from_f64(position), T::from_f64(joint)).unwrap()),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_tolerance(Tolerance::new(T::from_f64(length), T::from_f64(angle)).unwrap())
+        .with_noise(Noise::new(T::from_f64(position), T::from_f64(joint)).unwrap());
     let mut calibrator = Calibrator::new(&paper_robot::<T>(), &settings);
     for sample in samples {
         calibrator.add(sample).expect("a sample");
@@ -217,7 +215,7 @@ pub(crate) fn on_the_host<T: Number>(samples: &[Sample<T>]) -> Calibrator<T> {
 }
 
 pub(crate) fn arms<T: Number>(robot: &Robot<T>) -> [[T; 8]; 3] {
-    robot.arms().map(|arm| arm.parameters().data.0[0])
+    robot.arms().map(|arm| arm.parameters())
 }
 
 /// CRC-32 (IEEE 802.3), bit by bit.

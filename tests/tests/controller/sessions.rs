@@ -1,5 +1,6 @@
 use crate::driver::{Driver, Flash, arms, begin, on_the_host, samples};
-use delta_cal::{ArmIndex, Real, Refusal, SampleError};
+use delta_cal::samples::SampleError;
+use delta_cal::{ArmIndex, Real, Refusal};
 use delta_cal_firmware_example::Number;
 use delta_cal_protocol::{Begin, Fault, Origin, Phase, Request, Response, RevertTo, fingerprint};
 use delta_cal_tests::paper_robot;
@@ -33,7 +34,7 @@ fn same_bits_as_the_core<T: Number>(robots: u64) {
                         panic!("no outcome")
                     };
                     assert_eq!(report.arm, arm);
-                    assert_eq!(report.parameters, expected.arm.parameters().data.0[0]);
+                    assert_eq!(report.parameters, expected.arm.parameters());
                     assert_eq!(report.covariance, expected.covariance.map(|c| c.data.0));
                     assert_eq!(report.residual_rms, expected.residual_rms);
                     assert_eq!(report.estimated_noise, expected.estimated_noise);

@@ -1,7 +1,8 @@
 //! Samples of which none is wrong: what a robust fit costs, and whom it accuses.
 
 use crate::{noise, plain, settings, stated_or_not};
-use delta_cal::{Loss, Parameter, Robot, RobotOutcome, RobustRefusal};
+use delta_cal::robust::{Loss, RobustRefusal};
+use delta_cal::{Parameter, Robot, RobotOutcome};
 use delta_cal_host::{CalibrationMethod, calibrate_robust};
 use delta_cal_tests::outliers::Spoilt;
 
@@ -74,11 +75,11 @@ fn campaign(
             }
         };
         clean.robots += 1;
-        let fitted = case.position_error(&robust.outcome.robot.robot, robot);
+        let fitted = case.position_error(&robust.outcome.fit.robot, robot);
         clean.squares[0] += case.position_error(&plain, robot);
         clean.squares[1] += fitted;
         clean.worse_than_before += u32::from(fitted > case.position_error(&case.nominal, robot));
-        let [sum, known] = scores(&robust.outcome.robot, &case.truth);
+        let [sum, known] = scores(&robust.outcome.fit, &case.truth);
         clean.scores[0] += sum;
         clean.scores[1] += known;
         let named = robust.samples.iter().map(|sample| sample.suspected);

@@ -21,10 +21,7 @@ fn noise() -> Noise<f64> {
 }
 
 fn settings(stated: bool) -> Settings<f64> {
-    Settings {
-        noise: stated.then(noise),
-        ..Settings::default()
-    }
+    Settings::default().with_noise(stated.then(noise))
 }
 
 const fn stated_or_not(stated: bool) -> &'static str {
@@ -46,7 +43,7 @@ fn plain(
         }
         CalibrationMethod::Fkm => fkm::calibrate(nominal, samples, settings)
             .ok()
-            .map(|outcome| outcome.robot.robot),
+            .map(|outcome| outcome.fit.robot),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Wrong samples among the others: twelve of sixty, and four of twenty-four.
 
 use crate::{plain, quantile, settings, stated_or_not};
-use delta_cal::Loss;
+use delta_cal::robust::Loss;
 use delta_cal_host::{CalibrationMethod, calibrate_robust};
 use delta_cal_tests::outliers::{Found, Spoilt, Wrong};
 
@@ -68,7 +68,7 @@ fn campaign(
             compared.refused += 1;
             continue;
         };
-        let robust = spoilt.position_error(&fitted.outcome.robot.robot, robot);
+        let robust = spoilt.position_error(&fitted.outcome.fit.robot, robot);
         compared.ratios.push((robust / good).sqrt());
         for (sum, value) in compared.squares.iter_mut().zip([robust, good, all]) {
             *sum += value;

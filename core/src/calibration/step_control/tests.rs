@@ -1,6 +1,6 @@
 use super::{StepControl, StepResult, blur};
-use crate::Method::{GaussNewton, LevenbergMarquardt};
-use crate::Termination::{GradientVanished, RoundingReached};
+use crate::calibration::Solver::{GaussNewton, LevenbergMarquardt};
+use crate::calibration::Termination::{GradientVanished, RoundingReached};
 
 /// Costs of about 1 from terms of about 1: everything is far above its rounding.
 const TERMS: f64 = 1.0;
@@ -33,7 +33,7 @@ fn the_blur_holds_the_rounding_of_a_sum_of_squares() {
 #[test]
 fn only_rejected_steps_are_damped() {
     let mut control = StepControl::<f64>::new(LevenbergMarquardt);
-    assert_eq!(control.method(), LevenbergMarquardt);
+    assert_eq!(control.solver(), LevenbergMarquardt);
     assert!(control.damping() <= 0.0);
     let prospect = control.judge(0.5, 1.0, TERMS);
     assert!(!prospect.settled);

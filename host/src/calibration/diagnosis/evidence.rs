@@ -7,7 +7,8 @@ use crate::files::samples_file::SamplesFile;
 use crate::fit::options::{Frame, Options};
 use crate::fit::sensor_frame::degenerate;
 use crate::geometry::joint_limits::outside_limits;
-use delta_cal::{RigidTransform, Sample};
+use delta_cal::Sample;
+use delta_cal::frame::RigidTransform;
 use nalgebra::Vector3;
 
 /// An explanation brings the samples this many times nearer to the robot of the file, or is none.

@@ -1,7 +1,8 @@
 //! What can be wrong with a file of samples as a whole, and how the samples would read without it.
 
 use crate::fit::options::Frame;
-use delta_cal::{Arm, Robot, Sample};
+use delta_cal::robot::Arm;
+use delta_cal::{Robot, Sample};
 use std::f64::consts::PI;
 
 /// One fault of a whole file. Columns, joints, arms and axes are counted from 0.
@@ -224,7 +225,7 @@ impl Fault {
 /// La_x, La_y and Lb exchanged; D, θ and α stay where the robot's base has them.
 fn with_arms_exchanged(robot: &Robot<f64>, first: usize, second: usize) -> Option<Robot<f64>> {
     let arms = robot.arms();
-    let mut parameters = arms.map(|arm| arm.parameters().data.0[0]);
+    let mut parameters = arms.map(|arm| arm.parameters());
     let [one, other] = parameters.get_disjoint_mut([first, second]).ok()?;
     one[5..].swap_with_slice(&mut other[5..]);
     let [one, two, three] = parameters.map(Arm::new);

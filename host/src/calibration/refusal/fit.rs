@@ -5,7 +5,8 @@ use crate::calibration::advice::{CHECK, SPREAD};
 use crate::calibration::reason::Refused;
 use crate::fit::options::Frame;
 use crate::text::words::{count, in_file_units};
-use delta_cal::{Method, Parameter, Refusal};
+use delta_cal::calibration::Solver;
+use delta_cal::{Parameter, Refusal};
 
 type CauseAndRemedy = (String, String);
 
@@ -25,10 +26,10 @@ impl Explainer<'_> {
                     count(usize::from(iterations), "iteration")
                 ),
                 match self.case.options.solver {
-                    Method::GaussNewton => {
+                    Solver::GaussNewton => {
                         "try again with --solver lm, which cannot diverge".into()
                     }
-                    Method::LevenbergMarquardt => {
+                    Solver::LevenbergMarquardt => {
                         format!("{SPREAD}; {CHECK}")
                     }
                 },

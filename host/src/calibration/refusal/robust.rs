@@ -4,7 +4,7 @@ use super::explain::Explainer;
 use crate::calibration::advice::{CHECK, SPREAD};
 use crate::calibration::reason::Refused;
 use crate::text::words::count;
-use delta_cal::RobustRefusal;
+use delta_cal::robust::RobustRefusal;
 
 impl Explainer<'_> {
     /// The core's refusal of a robust fit.

@@ -4,7 +4,7 @@ use super::explain::Explainer;
 use crate::calibration::advice::{CHECK, SPREAD};
 use crate::calibration::reason::Refused;
 use crate::text::words::count;
-use delta_cal::{Alarm, HeldOutRefusal};
+use delta_cal::stream::{Alarm, HeldOutRefusal};
 
 impl Explainer<'_> {
     pub(super) fn alarm(&self, alarm: Alarm, before: u64, run: u64) -> Refused {

@@ -4,7 +4,7 @@ use super::files::publish;
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, refuse_same};
 use crate::cli::print::print;
-use delta_cal::{JointLimits, JointLimitsError};
+use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal_host::device::report::{json, text};
 use delta_cal_host::device::{DeviceError, Number, in_use, robot as robot_of};
 use delta_cal_host::{InputText, RobotFile};

@@ -7,7 +7,8 @@ use crate::device::{Comparison, Number, Pace};
 use crate::render::json;
 use crate::report::calibration::json::{SCHEMA_VERSION, report};
 use crate::text::units::degrees;
-use delta_cal::{Parameter, ParameterKind, Real};
+use delta_cal::robot::ParameterKind;
+use delta_cal::{Parameter, Real};
 use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Parameters, Status};
 use serde_json::{Map, Value, json};
 

@@ -8,10 +8,12 @@ use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::geometry::sweep::reaches_anywhere;
 use crate::text::words::count;
-use delta_cal::{
-    Arm, GeometryError, JointLimits, JointLimitsError, Noise, NoiseError, Parameter, ParameterKind,
-    RigidTransform, Robot, SymmetricRobot, Tolerance, ToleranceError,
-};
+use delta_cal::calibration::ToleranceError;
+use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::robot::{Arm, GeometryError, ParameterKind};
+use delta_cal::samples::NoiseError;
+use delta_cal::{Noise, Parameter, Robot, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
 

@@ -1,7 +1,8 @@
 use super::RobotFile;
 use super::schema::ARM_KEYS;
 use crate::text::units::degrees;
-use delta_cal::{Parameter, ParameterKind};
+use delta_cal::Parameter;
+use delta_cal::robot::ParameterKind;
 use std::fmt::Write;
 
 impl RobotFile {

@@ -6,7 +6,7 @@ use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::geometry::joint_limits::outside_limits;
 use csv::StringRecord;
-use delta_cal::JointLimits;
+use delta_cal::kinematics::JointLimits;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

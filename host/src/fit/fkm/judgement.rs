@@ -5,25 +5,24 @@ use super::Outcome;
 use super::normal::{ALL, ARM, Matrix24, Normal, Vector24};
 use super::problem::{ImpossibleRobot, Problem, as_number};
 use super::solver::Point;
-use delta_cal::limits::{
+use delta_cal::calibration::limits::{
     CONDITION_OF_A_VALLEY, LARGEST_SIGMA, LARGEST_TOLERANCES, LEAST_FREEDOM, NOISE_MARGIN,
     chi_square_quantile,
 };
-use delta_cal::{
-    ArmIndex, ArmOutcome, Parameter, ParameterKind, Refusal, RobotOutcome, Settings, StartUsed,
-    Termination,
-};
+use delta_cal::calibration::{ArmOutcome, StartUsed, Termination};
+use delta_cal::robot::ParameterKind;
+use delta_cal::{ArmIndex, Parameter, Refusal, RobotOutcome, Settings};
 use nalgebra::{SMatrix, SVector};
 
 /// The covariance of all parameters and how well each is determined.
-pub(super) struct Conditioning {
+pub(super) struct Identifiability {
     /// (JᵀJ)⁻¹; `None` if that is singular.
     pub(super) covariance: Option<Matrix24>,
     /// Each variance over what it would be if the other parameters were known.
     inflation: Vector24,
 }
 
-impl Conditioning {
+impl Identifiability {
     pub(super) fn of(normal: &Normal) -> Self {
         let covariance = normal.covariance();
         let norms = normal.column_norms();
@@ -119,9 +118,9 @@ impl Judgement<'_> {
         termination: Termination,
         start: StartUsed,
     ) -> Result<Outcome, Refusal> {
-        let conditioning = Conditioning::of(&self.point.normal);
-        let Some(covariance) = conditioning.determined_covariance() else {
-            return Err(conditioning.undetermined());
+        let identifiability = Identifiability::of(&self.point.normal);
+        let Some(covariance) = identifiability.determined_covariance() else {
+            return Err(identifiability.undetermined());
         };
         let stated = self.settings.noise.is_some();
         if stated {
@@ -131,7 +130,7 @@ impl Judgement<'_> {
 
         let residuals = 3.0 * self.problem.effective_samples;
         let sum = self.point.sum_of_squares;
-        let freedom = (residuals - conditioning.determined(&self.prior)).max(0.0);
+        let freedom = (residuals - identifiability.determined(&self.prior)).max(0.0);
         let variance = if stated {
             Some(1.0)
         } else {
@@ -157,18 +156,18 @@ impl Judgement<'_> {
                 residual_rms: (sum / residuals).sqrt(),
                 estimated_noise: (!stated && freedom >= 0.5).then(|| (sum / freedom).sqrt()),
                 degrees_of_freedom: (samples
-                    - conditioning.determined_parameters(&self.prior, index))
+                    - identifiability.determined_parameters(&self.prior, index))
                 .max(0.0),
                 samples: self.problem.samples.len() as u64,
                 iterations: self.iterations,
                 termination,
                 start,
-                condition: conditioning.condition(index),
-                prior_share: conditioning.prior_share(&self.prior, index),
+                condition: identifiability.condition(index),
+                prior_share: identifiability.prior_share(&self.prior, index),
             }
         };
         Ok(Outcome {
-            robot: RobotOutcome {
+            fit: RobotOutcome {
                 robot,
                 arms: ArmIndex::ALL.map(arm),
             },
@@ -179,12 +178,12 @@ impl Judgement<'_> {
     /// Why an iteration did not settle: along a flat valley it is the poses, or the stated noise,
     /// that leave it no firm minimum.
     pub(super) fn not_converged(&self) -> Refusal {
-        let conditioning = Conditioning::of(&self.point.normal);
-        if !(conditioning.largest_condition() < CONDITION_OF_A_VALLEY) {
-            return conditioning.undetermined();
+        let identifiability = Identifiability::of(&self.point.normal);
+        if !(identifiability.largest_condition() < CONDITION_OF_A_VALLEY) {
+            return identifiability.undetermined();
         }
         if self.settings.noise.is_some()
-            && let Some(covariance) = &conditioning.covariance
+            && let Some(covariance) = &identifiability.covariance
             && let Err(uncertain) = self.check_sigmas(&self.to_units(covariance, 1.0))
         {
             return uncertain;
@@ -278,7 +277,7 @@ impl Judgement<'_> {
     }
 }
 
-impl Conditioning {
+impl Identifiability {
     /// `None` beyond the condition at which no digit of the weakest combination survives the
     /// arithmetic.
     fn determined_covariance(&self) -> Option<Matrix24> {

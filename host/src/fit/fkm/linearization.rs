@@ -1,6 +1,7 @@
 //! How the platform point moves with the parameters at one pose, in the factors of Jacobian (3.18).
 
-use delta_cal::{KinematicsError, Robot, Sample};
+use delta_cal::kinematics::KinematicsError;
+use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// ∂X/∂P = −(∂f/∂X)⁻¹ ∂f/∂P, (3.18) with the sign that differentiating (3.14) gives. The arms are

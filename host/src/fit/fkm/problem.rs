@@ -2,10 +2,9 @@
 
 use super::linearization::{Linearization, by_constraints};
 use super::normal::{ARM, Normal, Staircase, Vector24};
-use delta_cal::{
-    Arm, ArmIndex, GeometryError, Noise, Parameter, ParameterKind, Robot, Sample, Tolerance,
-};
-use nalgebra::{Matrix3, Vector3};
+use delta_cal::robot::{Arm, GeometryError, ParameterKind};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, Tolerance};
+use nalgebra::{Matrix3, SVector, Vector3};
 
 /// Rounding of a computed position, in ε of the robot's size.
 const ROUNDING: f64 = 4.0;
@@ -88,7 +87,7 @@ impl<'a> Problem<'a> {
         let parameters = correction.component_div(&self.units);
         let arm = |index: ArmIndex| {
             let reference = self.reference.arm(index);
-            let mut values = reference.parameters().data.0[0];
+            let mut values = reference.parameters();
             let own = parameters.fixed_rows::<ARM>(ARM * index.index());
             for (value, delta) in values.iter_mut().zip(own.iter()) {
                 *value += delta;
@@ -112,7 +111,7 @@ impl<'a> Problem<'a> {
     pub(super) fn correction_to(&self, robot: &Robot<f64>) -> Vector24 {
         let mut correction = Vector24::zeros();
         for (arm, (to, from)) in robot.arms().iter().zip(self.reference.arms()).enumerate() {
-            let mut difference = to.parameters() - from.parameters();
+            let mut difference = SVector::from(to.parameters()) - SVector::from(from.parameters());
             // 359° and −1° are the same azimuth.
             let (theta, turn) = (Parameter::Theta.index(), std::f64::consts::TAU);
             difference[theta] -= (difference[theta] / turn).round() * turn;

@@ -14,10 +14,10 @@ use super::problem::{Problem, as_number, residual_length};
 use super::search::Search;
 use crate::fit::outcome::Outcome;
 use crate::fit::weights::{Fit, SampleWeight};
-use delta_cal::limits::{LARGEST_SUSPECTED, SUSPECTED};
-use delta_cal::{
-    Loss, Noise, Refusal, Robot, RobotOutcome, RobustRefusal, Sample, Settings, Start, StartUsed,
-};
+use delta_cal::calibration::limits::{LARGEST_SUSPECTED, SUSPECTED};
+use delta_cal::calibration::{Start, StartUsed};
+use delta_cal::robust::{Loss, RobustRefusal};
+use delta_cal::{Noise, Refusal, Robot, RobotOutcome, Sample, Settings};
 
 /// The median length of three normal residuals with σ = 1.
 const MEDIAN: f64 = 1.538_172;
@@ -166,7 +166,9 @@ impl Weighing<'_> {
             all.filter(|((_, weight), _)| **weight > 0.0)
         };
         let in_scales = kept().map(|(_, size)| size / self.scale);
-        let worth = self.loss.worth(in_scales, DIMENSIONS, self.stretch());
+        let worth = self
+            .loss
+            .normalization(in_scales, DIMENSIONS, self.stretch());
         Counted {
             samples: kept().map(|((sample, _), _)| *sample).collect(),
             factors: kept()
@@ -205,8 +207,8 @@ impl Weighing<'_> {
         let counted = self.counted(sizes);
         let problem = self.problem(weights, &counted);
         let mut search = Search::new(&problem, self.settings);
-        if self.settings.start == Start::Reference {
-            search.start(&super::Vector24::zeros(), StartUsed::Reference);
+        if self.settings.start == Start::Nominal {
+            search.start(&super::Vector24::zeros(), StartUsed::Nominal);
         }
         search.second_start(ikm);
         search.balance_tolerance();

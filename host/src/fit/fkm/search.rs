@@ -1,14 +1,13 @@
 //! From which starts the iteration is run, and which of its ends is the result.
 
-use super::judgement::{Conditioning, Judgement};
+use super::judgement::{Identifiability, Judgement};
 use super::normal::Vector24;
 use super::problem::Problem;
-use super::solver::{Point, Run, Solver};
+use super::solver::{Minimiser, Point, Run};
 use crate::fit::outcome::Outcome;
-use delta_cal::limits::{INDISTINGUISHABLE, SAMPLES_FOR_FREE_START};
-use delta_cal::{
-    ArmIndex, Parameter, Refusal, RobotOutcome, Settings, Start, StartUsed, Termination,
-};
+use delta_cal::calibration::limits::{INDISTINGUISHABLE, SAMPLES_FOR_FREE_START};
+use delta_cal::calibration::{Start, StartUsed, Termination};
+use delta_cal::{ArmIndex, Parameter, Refusal, RobotOutcome, Settings};
 
 /// Rounds of estimating the noise when a tolerance but no noise is stated.
 const NOISE_ROUNDS: usize = 20;
@@ -52,10 +51,10 @@ impl<'a> Search<'a> {
         self.problem.tolerance_weights * self.residual_sigma
     }
 
-    fn solver(&self) -> Solver<'a> {
-        Solver {
+    fn minimiser(&self) -> Minimiser<'a> {
+        Minimiser {
             problem: self.problem,
-            method: self.settings.method,
+            solver: self.settings.solver,
             iteration_limit: self.settings.iteration_limit,
             prior: self.prior(),
         }
@@ -67,7 +66,7 @@ impl<'a> Search<'a> {
             point,
             termination,
             iterations,
-        } = self.solver().run(from)?;
+        } = self.minimiser().run(from)?;
         self.iterations = self.iterations.saturating_add(iterations);
         let Some(termination) = termination else {
             self.unsettled = Some(point);
@@ -89,7 +88,7 @@ impl<'a> Search<'a> {
         let from = self.problem.correction_to(&solution.robot);
         let several = (self.problem.samples.len() as u64) < SAMPLES_FOR_FREE_START;
         let worse = |best: &End| {
-            let (solver, cost) = (self.solver(), best.point.cost);
+            let (solver, cost) = (self.minimiser(), best.point.cost);
             solver.cost(&from) >= cost - solver.blur(cost)
         };
         if !several && self.best.as_ref().is_some_and(worse) {
@@ -97,7 +96,7 @@ impl<'a> Search<'a> {
         }
         let used = match self.settings.start {
             Start::Free => StartUsed::Free,
-            Start::Reference => StartUsed::Ikm,
+            Start::Nominal => StartUsed::Ikm,
         };
         let Some(end) = self.run(&from, used) else {
             return;
@@ -121,7 +120,7 @@ impl<'a> Search<'a> {
     fn improves(&self, end: &End, best: &End) -> bool {
         let (end, best) = (&end.point, &best.point);
         let several = (self.problem.samples.len() as u64) < SAMPLES_FOR_FREE_START;
-        let rounding = self.solver().blur(best.cost);
+        let rounding = self.minimiser().blur(best.cost);
         let tie = rounding
             + if several && self.settings.noise.is_some() && self.settings.tolerance.is_none() {
                 INDISTINGUISHABLE
@@ -154,10 +153,10 @@ impl<'a> Search<'a> {
                 // Too weak a tolerance leaves the problem without a firm minimum: start from a
                 // stronger.
                 self.residual_sigma *= 10.0;
-                self.start(&Vector24::zeros(), StartUsed::Reference);
+                self.start(&Vector24::zeros(), StartUsed::Nominal);
                 continue;
             };
-            let determined = Conditioning::of(&best.point.normal).determined(&self.prior());
+            let determined = Identifiability::of(&best.point.normal).determined(&self.prior());
             let spare = 3.0 * self.problem.effective_samples - determined;
             if !(spare > 1e-3) {
                 return;

@@ -2,8 +2,8 @@
 
 use super::normal::{Normal, Vector24};
 use super::problem::Problem;
-use delta_cal::step_control::{self, LONGEST_STEP, Prospect, StepControl, StepResult};
-use delta_cal::{Method, Termination};
+use delta_cal::calibration::step_control::{self, LONGEST_STEP, Prospect, StepControl, StepResult};
+use delta_cal::calibration::{Solver, Termination};
 
 /// Where an iteration has come to, and the problem linearised there.
 #[derive(Debug, Clone)]
@@ -25,15 +25,15 @@ pub(super) struct Run {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Solver<'a> {
+pub(super) struct Minimiser<'a> {
     pub(super) problem: &'a Problem<'a>,
-    pub(super) method: Method,
+    pub(super) solver: Solver,
     pub(super) iteration_limit: u16,
     /// 1/tolerance as weighed against the residuals; zero without a tolerance.
     pub(super) prior: Vector24,
 }
 
-impl Solver<'_> {
+impl Minimiser<'_> {
     pub(super) fn cost(&self, correction: &Vector24) -> f64 {
         self.problem.sum_of_squares(correction) + self.prior_cost(correction)
     }
@@ -64,7 +64,7 @@ impl Solver<'_> {
     pub(super) fn run(&self, from: &Vector24) -> Option<Run> {
         let mut point = self.point(from, self.problem.sum_of_squares(from))?;
         let starting_cost = point.cost;
-        let mut control = StepControl::new(self.method);
+        let mut control = StepControl::new(self.solver);
         let mut termination = None;
         let mut iterations = 1;
         while iterations < self.iteration_limit && termination.is_none() {
@@ -128,7 +128,7 @@ impl Solver<'_> {
     fn usable(&self, step: &Vector24) -> bool {
         let longest =
             |arm: usize| LONGEST_STEP * self.problem.reference.arms()[arm].upper_arm_length();
-        self.method == Method::GaussNewton
+        self.solver == Solver::GaussNewton
             || step
                 .iter()
                 .enumerate()

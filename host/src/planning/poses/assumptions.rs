@@ -1,7 +1,8 @@
 //! The noise and the tolerance that poses are planned for.
 
 use crate::files::robot_file::RobotFile;
-use delta_cal::{Noise, NoiseError, Tolerance};
+use delta_cal::samples::NoiseError;
+use delta_cal::{Noise, Tolerance};
 
 /// What is known of the measurements, or assumed.
 #[derive(Debug, Clone, Copy, PartialEq)]

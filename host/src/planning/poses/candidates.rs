@@ -5,7 +5,9 @@ use super::random::uniform;
 use super::{PlanError, Region};
 use crate::files::robot_file::RobotFile;
 use crate::geometry::reach::Reach;
-use delta_cal::{Conditioning, JointLimits, Parameter, Real, Robot, Sample, standard_normal};
+use delta_cal::kinematics::{JointLimits, SingularityDistance};
+use delta_cal::simulate::standard_normal;
+use delta_cal::{Parameter, Real, Robot, Sample};
 use nalgebra::Vector3;
 use rand_core::Rng;
 
@@ -35,7 +37,7 @@ pub struct Margin {
     /// end of the upper arm, of a length.
     pub forearms: f64,
     /// Of a forearm from its upper arm's line: 1° more than a clear pose has
-    /// ([`Conditioning::is_clear`]), or three tolerances if that is more.
+    /// ([`SingularityDistance::is_clear`]), or three tolerances if that is more.
     pub serial: f64,
     /// Of a forearm from the plane of the other two: the same, for the volume of the forearms' unit
     /// vectors changes by less than the angle by which one of them turns.
@@ -56,8 +58,8 @@ impl Margin {
         Self {
             joints: least.min(0.1 * range),
             forearms: least.max(tolerances),
-            serial: (arcsine(Conditioning::<f64>::LEAST_SERIAL) + least).max(tolerances),
-            parallel: (Conditioning::<f64>::LEAST_PARALLEL + least).max(tolerances),
+            serial: (arcsine(SingularityDistance::<f64>::LEAST_SERIAL) + least).max(tolerances),
+            parallel: (SingularityDistance::<f64>::LEAST_PARALLEL + least).max(tolerances),
         }
     }
 }
@@ -112,7 +114,7 @@ impl<'a> Selection<'a> {
             (steps / STEP_DEGREES.recip().round() + 0.0).to_radians()
         });
         let position = self.reach.position(self.robot, &joints).ok()?;
-        let conditioning = self.robot.conditioning(&position, &joints);
+        let conditioning = self.robot.singularity_distance(&position, &joints);
         let clear = conditioning.parallel > self.least_parallel
             && conditioning
                 .serial

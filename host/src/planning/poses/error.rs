@@ -2,7 +2,8 @@
 
 use super::{LEAST_POSES, MOST_POSES, Region};
 use crate::text::words::in_file_units;
-use delta_cal::{ArmIndex, NoiseError, Parameter};
+use delta_cal::samples::NoiseError;
+use delta_cal::{ArmIndex, Parameter};
 use std::error::Error;
 use std::fmt;
 

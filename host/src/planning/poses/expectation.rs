@@ -4,8 +4,9 @@ use super::candidates::Selection;
 use super::{Assumptions, PlanError, PlanRequest};
 use crate::accuracy::evaluation::CramerRaoBound;
 use crate::accuracy::position_uncertainty::{PositionSigma, PositionUncertainty, WorkspacePoses};
-use delta_cal::limits::LARGEST_SIGMA;
-use delta_cal::{ArmIndex, Parameter, ParameterKind, Robot, Sample};
+use delta_cal::calibration::limits::LARGEST_SIGMA;
+use delta_cal::robot::ParameterKind;
+use delta_cal::{ArmIndex, Parameter, Robot, Sample};
 use nalgebra::Vector3;
 use rand_pcg::Pcg32;
 

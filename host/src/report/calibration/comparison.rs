@@ -2,7 +2,8 @@
 
 use crate::calibration::report::CalibrationReport;
 use crate::text::units::{degrees, in_unit, unit};
-use delta_cal::{Parameter, ParameterKind};
+use delta_cal::Parameter;
+use delta_cal::robot::ParameterKind;
 
 /// One parameter before and after, in the unit of the reports.
 pub(super) struct Comparison {
@@ -20,7 +21,7 @@ pub(super) struct Comparison {
 /// All 24 parameters, arm by arm.
 pub(super) fn comparisons(report: &CalibrationReport) -> Vec<Comparison> {
     let before = report.before.robot.arms().iter();
-    let arms = before.zip(&report.outcome.robot.arms).enumerate();
+    let arms = before.zip(&report.outcome.fit.arms).enumerate();
     arms.flat_map(|(arm, (before, outcome))| {
         Parameter::ALL.map(|parameter| {
             let (from, to) = (before.get(parameter), outcome.arm.get(parameter));

@@ -13,7 +13,7 @@ use crate::calibration::error::CalibrateError;
 use crate::calibration::report::CalibrationReport;
 use crate::fit::options::Frame;
 use crate::render::json;
-use delta_cal::ArmOutcome;
+use delta_cal::calibration::ArmOutcome;
 use serde_json::{Value, json};
 
 /// Changes whenever a field changes its name or meaning or is removed.
@@ -117,7 +117,7 @@ pub fn refusal(error: &CalibrateError) -> Value {
 
 fn arms(report: &CalibrationReport) -> Vec<Value> {
     let parameters = comparisons(report);
-    let arms = report.outcome.robot.arms.iter().zip(parameters.chunks(8));
+    let arms = report.outcome.fit.arms.iter().zip(parameters.chunks(8));
     let stated_noise = report.before.noise.is_some();
     arms.map(|(outcome, parameters)| arm(outcome, parameters, stated_noise))
         .collect()

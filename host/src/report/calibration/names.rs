@@ -1,17 +1,17 @@
 //! What solvers, starts and terminations are called.
 
-use delta_cal::{Method, StartUsed, Termination};
+use delta_cal::calibration::{Solver, StartUsed, Termination};
 
-pub(super) fn solver_name(solver: Method) -> &'static str {
+pub(super) fn solver_name(solver: Solver) -> &'static str {
     match solver {
-        Method::GaussNewton => "gauss-newton",
-        Method::LevenbergMarquardt => "levenberg-marquardt",
+        Solver::GaussNewton => "gauss-newton",
+        Solver::LevenbergMarquardt => "levenberg-marquardt",
     }
 }
 
 pub(super) fn start_name(start: StartUsed) -> &'static str {
     match start {
-        StartUsed::Reference => "robot file",
+        StartUsed::Nominal => "robot file",
         StartUsed::Free => "without a guess",
         StartUsed::Search => "search",
         StartUsed::Ikm => "IKM solution",

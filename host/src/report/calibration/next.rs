@@ -13,7 +13,8 @@ use crate::report::calibration::uncertain::uncertain;
 use crate::text::numbers::small;
 use crate::text::units::degrees;
 use crate::text::words::{capitalised, count, in_lines, list};
-use delta_cal::{ArmIndex, ArmOutcome, Noise, Parameter, Robot, Tolerance};
+use delta_cal::calibration::ArmOutcome;
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Tolerance};
 use nalgebra::{DVector, SMatrix, SVector, SymmetricEigen};
 
 /// A joint that the samples move through less than this part of its range is moved too little.
@@ -23,7 +24,7 @@ const ADDED: usize = 4;
 
 /// Sentences on what to measure next; the first says whether anything needs to be.
 pub(super) fn advice(report: &CalibrationReport) -> Vec<String> {
-    let arms = ArmIndex::ALL.into_iter().zip(&report.outcome.robot.arms);
+    let arms = ArmIndex::ALL.into_iter().zip(&report.outcome.fit.arms);
     let (weak, others): (Vec<_>, Vec<_>) = arms.partition(|(_, outcome)| is_weak(outcome));
     let uncertain = uncertain(report, others.into_iter());
     let mut found: Vec<_> = outlying(report).into_iter().collect();
@@ -169,7 +170,7 @@ fn narrow_joints(report: &CalibrationReport) -> Option<String> {
 
 /// The poses that tell most beyond the samples, and what they would be worth.
 fn best_added(report: &CalibrationReport) -> Option<String> {
-    let estimated = report.outcome.robot.arms[0].estimated_noise;
+    let estimated = report.outcome.fit.arms[0].estimated_noise;
     let estimated = estimated.and_then(|position| Noise::new(position, 0.0).ok());
     let robot = RobotFile {
         noise: report.after.noise.or(estimated),

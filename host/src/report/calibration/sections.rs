@@ -10,7 +10,7 @@ use crate::render::section::{Part, Section};
 use crate::render::table::Table;
 use crate::text::numbers::{small, small_or};
 use crate::text::words::count;
-use delta_cal::ArmOutcome;
+use delta_cal::calibration::ArmOutcome;
 
 /// Every parameter before and after.
 pub(super) fn parameters(report: &CalibrationReport) -> Section {
@@ -100,7 +100,7 @@ pub(super) fn solution(report: &CalibrationReport) -> Section {
         .chain(residual.iter().copied())
         .chain(last);
     let table = rows.fold(table, |table, (name, cell)| {
-        table.row(name, report.outcome.robot.arms.iter().map(cell))
+        table.row(name, report.outcome.fit.arms.iter().map(cell))
     });
     Section::new("How well the samples determine each arm")
         .table(table)

@@ -6,7 +6,7 @@ use crate::fit::stream::GateReport;
 use crate::render::section::Section;
 use crate::render::table::Table;
 use crate::text::words::count;
-use delta_cal::Validation;
+use delta_cal::stream::Validation;
 use maud::html;
 use serde_json::{Value, json};
 use std::fmt::Write;

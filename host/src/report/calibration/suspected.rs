@@ -6,7 +6,7 @@ use crate::render::section::Section;
 use crate::render::table::Table;
 use crate::text::numbers::small_or;
 use crate::text::words::count;
-use delta_cal::Loss;
+use delta_cal::robust::Loss;
 use maud::html;
 
 /// Rows that a terminal names; the other reports have all.

@@ -4,7 +4,9 @@
 use crate::accuracy::information;
 use crate::calibration::report::CalibrationReport;
 use crate::text::words::{in_file_units, list};
-use delta_cal::{Arm, ArmIndex, ArmOutcome, Parameter};
+use delta_cal::calibration::ArmOutcome;
+use delta_cal::robot::Arm;
+use delta_cal::{ArmIndex, Parameter};
 
 /// A σ of more than this part of a tolerance is large. The samples then decided less than three
 /// quarters of the parameter.

@@ -6,7 +6,8 @@ use crate::render::named_figure::NamedFigure;
 use crate::render::plot::{Axis, Colour, Figure, Patch, STEPS, Shape};
 use crate::workspace::Analysis;
 use crate::workspace::{ConditionedPosition, Mesh, ParameterInfluence};
-use delta_cal::{ArmIndex, Conditioning};
+use delta_cal::ArmIndex;
+use delta_cal::kinematics::SingularityDistance;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::collections::BTreeMap;
@@ -386,7 +387,7 @@ fn caption(kind: &str) -> String {
     format!(
         "{kind}: 0 at a singularity, 1 at best. A pose counts as clear above {} (type 1) and {} \
          (type 2).",
-        Conditioning::<f64>::LEAST_SERIAL,
-        Conditioning::<f64>::LEAST_PARALLEL,
+        SingularityDistance::<f64>::LEAST_SERIAL,
+        SingularityDistance::<f64>::LEAST_PARALLEL,
     )
 }

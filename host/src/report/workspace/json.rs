@@ -7,7 +7,7 @@ use crate::workspace::{
     Analysis, Comparison, ConditionedPosition, Cylinder, ParameterInfluence, PathRow, PathSummary,
     Volume,
 };
-use delta_cal::ParameterKind;
+use delta_cal::robot::ParameterKind;
 use serde_json::{Value, json};
 
 /// Changes whenever a field changes its name or meaning or is removed.

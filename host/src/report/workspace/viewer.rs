@@ -51,7 +51,7 @@ pub(super) fn scene(
     let conditioning: Vec<_> = coarse
         .points
         .iter()
-        .map(|point| coarse.robot.conditioning(&point.position, &point.q))
+        .map(|point| coarse.robot.singularity_distance(&point.position, &point.q))
         .collect();
     let serial = conditioning
         .iter()

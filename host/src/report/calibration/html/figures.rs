@@ -8,7 +8,7 @@ use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::report::calibration::comparison::{Comparison, comparisons};
 use crate::text::units::{degrees, in_unit};
 use delta_cal::Tolerance;
-use delta_cal::limits::chi_square_quantile;
+use delta_cal::calibration::limits::chi_square_quantile;
 
 const ARMS: [Colour; 3] = [Colour::Blue, Colour::Vermilion, Colour::Green];
 /// Outlying samples that get their line written beside them.
@@ -223,7 +223,7 @@ pub(super) fn residuals_in_sigmas(report: &CalibrationReport) -> Option<Figure> 
 
 /// The condition of each arm against what is good.
 pub(super) fn conditions(report: &CalibrationReport) -> Figure {
-    let conditions = || report.outcome.robot.arms.iter().map(|arm| arm.condition);
+    let conditions = || report.outcome.fit.arms.iter().map(|arm| arm.condition);
     let (_, high) = decades(conditions()).unwrap_or((1.0, 1e3));
     let high = high.max(1e3);
     let rows = [0.0, 1.0, 2.0];

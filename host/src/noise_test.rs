@@ -129,7 +129,7 @@ impl NoiseTest {
         // Σ(r/σ)²: the arms' sums; with the FKM method each is a third of the robot's.
         let squares: f64 = arms
             .iter()
-            .map(|arm| worth(arm) * arm.residual_rms.powi(2))
+            .map(|arm| effective_samples(arm) * arm.residual_rms.powi(2))
             .sum();
         let ratio = (squares / freedom).sqrt();
         let worst = (report.options.method == CalibrationMethod::Ikm).then(|| {
@@ -140,7 +140,7 @@ impl NoiseTest {
                     let freedom = outcome.degrees_of_freedom.max(1.0);
                     (
                         arm,
-                        outcome.residual_rms * (worth(outcome) / freedom).sqrt(),
+                        outcome.residual_rms * (effective_samples(outcome) / freedom).sqrt(),
                     )
                 })
                 .fold((ArmIndex::First, 0.0), |worst, next| {
@@ -329,7 +329,7 @@ fn tolerated(report: &CalibrationReport) -> Option<f64> {
 }
 
 /// How many residuals there are: with a robust fit's weights fewer than samples.
-fn worth(arm: &ArmOutcome<f64>) -> f64 {
+fn effective_samples(arm: &ArmOutcome<f64>) -> f64 {
     arm.degrees_of_freedom + 8.0 - arm.prior_share.sum()
 }
 

@@ -3,7 +3,7 @@
 use super::plan::{Plan, Scenario, Variant};
 use super::planned::PlannedPoses;
 use super::simulation::{SimulatedRobot, seed, simulate};
-use super::trial::{bound, calibrate, error_before, worth};
+use super::trial::{achieved, bound, calibrate, error_before};
 use crate::CalibrationMethod;
 use delta_cal::{Parameter, Refusal};
 use serde::Serialize;
@@ -222,22 +222,23 @@ pub(super) fn robot_rows(
             row.status = trial.status;
             row.bound_mm = bounds.of(scenario, simulated, *variant);
             if let Some(calibrated) = &trial.calibrated {
-                let worth = worth(plan, simulated, &calibrated.robot);
+                let achieved = achieved(plan, simulated, &calibrated.robot);
                 let largest = match scenario.noise {
                     None => Some(variant.method.exact()),
                     Some(_) => row.bound_mm.map(|bound| RETURNED * bound),
                 };
-                row.returned = largest.map(|largest| worth.parameter_error <= largest);
-                for (cell, gain) in gains.iter_mut().zip(worth.parameter_gains) {
+                row.returned = largest.map(|largest| achieved.parameter_error <= largest);
+                for (cell, gain) in gains.iter_mut().zip(achieved.parameter_gains) {
                     *cell = Some(gain).filter(|gain| gain.is_finite());
                 }
                 row.from_nominal = Some(calibrated.from_nominal);
                 row.iterations = Some(calibrated.iterations);
                 row.condition = Some(calibrated.condition);
-                row.gain_percent = Some(worth.gain);
-                row.error_after_mm = Some(worth.position_error).filter(|error| error.is_finite());
-                row.parameter_error_mm = Some(worth.parameter_error);
-                row.bound_ratio = row.bound_mm.map(|bound| worth.parameter_error / bound);
+                row.gain_percent = Some(achieved.gain);
+                row.error_after_mm =
+                    Some(achieved.position_error).filter(|error| error.is_finite());
+                row.parameter_error_mm = Some(achieved.parameter_error);
+                row.bound_ratio = row.bound_mm.map(|bound| achieved.parameter_error / bound);
             }
         }
         writer.serialize((case(first + index, scenario, *variant), row, gains))?;

@@ -33,7 +33,7 @@ pub(super) struct Calibrated {
 
 /// What is stated of a calibrated robot whose true parameters are known.
 #[derive(Debug)]
-pub(super) struct Worth {
+pub(super) struct AchievedAccuracy {
     pub(super) gain: f64,
     pub(super) position_error: f64,
     pub(super) parameter_error: f64,
@@ -79,14 +79,18 @@ pub(super) fn calibrate(
 }
 
 /// Evaluates a calibrated robot against the true one.
-pub(super) fn worth(plan: &Plan, robot: &SimulatedRobot, after: &Robot<f64>) -> Worth {
+pub(super) fn achieved(
+    plan: &Plan,
+    robot: &SimulatedRobot,
+    after: &Robot<f64>,
+) -> AchievedAccuracy {
     let evaluation = Evaluation {
         truth: &robot.truth,
         before: &plan.robot.robot,
         after,
     };
     let gains = evaluation.parameter_gains();
-    Worth {
+    AchievedAccuracy {
         gain: evaluation.gain(),
         position_error: evaluation.position_error_after(&robot.held_out).rms,
         parameter_error: evaluation.error_after(),

@@ -79,7 +79,7 @@ impl<T: Real + Format> Format for ArmFactor<T> {
     fn format(&self, formatter: Formatter<'_>) {
         write!(
             formatter,
-            "factor of {} samples, worth {}",
+            "factor of {} samples, {} effective",
             self.samples(),
             self.effective_samples()
         );

@@ -38,6 +38,12 @@ impl fmt::Display for AlignmentError {
 
 impl core::error::Error for AlignmentError {}
 
+impl<T: Real> Default for RigidTransform<T> {
+    fn default() -> Self {
+        Self::identity()
+    }
+}
+
 impl<T: Real> RigidTransform<T> {
     /// The transform that changes nothing.
     pub fn identity() -> Self {

@@ -276,7 +276,7 @@ impl<T: Real> ArmSolver<T> {
     }
 
     /// A tolerance without a stated noise: estimates the noise from the residuals, so that samples
-    /// and tolerance weigh what they are worth (`MacKay`'s evidence iteration, σ² = Σr²/(n − γ) with
+    /// and tolerance have the right weights (`MacKay`'s evidence iteration, σ² = Σr²/(n − γ) with
     /// γ the number of parameters that the samples determine), and solves again from there.
     #[inline(never)]
     fn balance_tolerance<P: ArmProblem<T>>(&mut self, problem: &P) -> bool {

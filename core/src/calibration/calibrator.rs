@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 /// The samples of a robot's three arms and what the calibration assumes.
 ///
-/// Use it as [`Calibrator`] (constant memory) or [`StoredCalibrator`].
+/// Use it as [`Calibrator`], which needs constant memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobotCalibrator<T: Real, P> {
     settings: Settings<T>,

@@ -14,7 +14,7 @@ pub trait ArmProblem<T: Real>: Linearize<T> {
     fn nominal(&self) -> &NominalArm<T>;
     /// How many samples were taken in.
     fn samples(&self) -> u64;
-    /// How many samples they are worth after forgetting.
+    /// The effective number of samples after forgetting.
     fn effective_samples(&self) -> T;
 }
 

@@ -9,7 +9,7 @@ use crate::samples::Sample;
 pub type StoredCalibrator<T, const N: usize> = RobotCalibrator<T, StoredArmSamples<T, N>>;
 
 impl<T: Real, const N: usize> StoredCalibrator<T, N> {
-    /// Without samples; see [`Calibrator::new`].
+    /// Without samples; see [`Calibrator::new`](crate::Calibrator::new).
     pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         Self::of_arms(
             settings,
@@ -34,11 +34,11 @@ impl<T: Real, const N: usize> StoredCalibrator<T, N> {
 }
 
 impl<T: Real, const N: usize> StoredCalibrator<T, N> {
-    /// As [`robust_fit`], of the stored samples. Only this form can: the constant-memory one has
+    /// As [`robust_fit`](crate::robust::robust_fit), of the stored samples. Only this form can: the constant-memory one has
     /// no sample left to weigh again.
     ///
     /// # Errors
-    /// As [`robust_fit`].
+    /// As [`robust_fit`](crate::robust::robust_fit).
     pub fn solve_robust(
         &self,
         loss: Loss,

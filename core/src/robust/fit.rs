@@ -23,7 +23,7 @@ const NARROWED: f64 = 0.7;
 /// places hold afterwards what became of each sample, in their order.
 ///
 /// # Errors
-/// Too few samples, too many that disagree, or a [`Refusal`] of what is left.
+/// Too few samples, too many that disagree, or a [`Refusal`](crate::Refusal) of what is left.
 ///
 /// ```
 /// use delta_cal::{Sample, Settings, SymmetricRobot};
@@ -31,7 +31,7 @@ const NARROWED: f64 = 0.7;
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// let nominal = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
 /// let truth = SymmetricRobot { upper_arm: 260.7, forearm: 479.1, ..nominal }.robot()?;
-/// let mut samples = [Sample { joints: [0.0; 3], position: Default::default() }; 30];
+/// let mut samples = [Sample::default(); 30];
 /// for (k, sample) in (0..).zip(&mut samples) {
 ///     let t = f64::from(k);
 ///     sample.joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
@@ -166,7 +166,8 @@ fn weigh<T: Real>(loss: Loss, scales: &[T; 3], late: bool, samples: &mut [Weighe
     largest
 }
 
-/// Brings an arm's weights to what they are worth; returns the number of samples that they are.
+/// Divides an arm's weights by κ of [`WeightNormalization`](super::loss::WeightNormalization); returns the
+/// effective number of samples.
 fn normalise<T: Real>(
     loss: Loss,
     scales: &[T; 3],
@@ -178,12 +179,12 @@ fn normalise<T: Real>(
     let sizes = counted
         .filter(|own| own.weight > T::ZERO)
         .map(|own| own.residual.magnitude() / scale);
-    let worth = loss.normalization(sizes, T::ONE, T::ONE);
+    let normalization = loss.normalization(sizes, T::ONE, T::ONE);
     for sample in samples.iter_mut() {
         let own = sample.of_mut(arm);
-        own.root = (own.weight / worth.divisor).square_root();
+        own.root = (own.weight / normalization.divisor).square_root();
     }
-    worth.samples
+    normalization.effective_samples
 }
 
 /// Residuals in σ, of the noise that each arm's residuals have.

@@ -17,7 +17,7 @@ pub enum Loss {
     Tukey,
 }
 
-/// k of Huber's loss and c of Tukey's: of normal residuals either is worth 95 % of the squared
+/// k of Huber's loss and c of Tukey's: of normal residuals either has 95 % of the efficiency of the squared
 /// loss (Holland and Welsch 1977).
 const HUBER: f64 = 1.345;
 const TUKEY: f64 = SUSPECTED;
@@ -57,7 +57,7 @@ impl Loss {
         }
     }
 
-    /// What weighted samples are worth (see [`WeightNormalization`]). The sizes are the residuals' lengths in
+    /// How the weights of these residuals enter a sum of squares (see [`WeightNormalization`]). The sizes are the residuals' lengths in
     /// scales, each residual a vector of so many `dimensions`; more than one take a loss `stretch` times
     /// as wide. Samples without a weight are left out of it.
     pub fn normalization<T: Real>(
@@ -89,7 +89,7 @@ impl Loss {
         let samples = slopes / divisor;
         WeightNormalization {
             divisor,
-            samples: if samples > T::ONE { samples } else { count },
+            effective_samples: if samples > T::ONE { samples } else { count },
         }
     }
 }
@@ -107,11 +107,12 @@ impl Loss {
 /// residuals 0.96 for Tukey's loss and 1.01 for Huber's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub struct WeightNormalization<T> {
     /// κ.
     pub divisor: T,
-    /// n mean ψ′/κ: so many samples is the weighted sum of squares worth.
-    pub samples: T,
+    /// n mean ψ′/κ: the effective number of samples, by which the weighted sum of squares is divided.
+    pub effective_samples: T,
 }
 
 #[cfg(test)]

@@ -6,12 +6,13 @@ use core::fmt;
 /// A robot calibrated by a robust fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct RobustOutcome<T: Real> {
     /// As of the plain fit, with the samples' weights: their number is that of the samples with a
     /// weight above 0, and the covariance is the M-estimate's, mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹, with the
     /// noise as stated or as estimated from the weighted residuals (see [`WeightNormalization`](crate::robust::WeightNormalization)).
     pub fit: RobotOutcome<T>,
-    /// How many samples are [suspected](WeighedSample::suspected).
+    /// How many samples are [suspected](crate::robust::WeighedSample::suspected).
     pub suspected: usize,
     /// Rounds of reweighting.
     pub rounds: u16,

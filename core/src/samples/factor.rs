@@ -90,7 +90,7 @@ impl<T: Real> ArmFactor<T> {
         self.seen
     }
 
-    /// How many samples the factor is worth: each counts λ for every time it was forgotten by λ.
+    /// The effective number of samples: each counts λ for every time it was forgotten by λ.
     pub fn effective_samples(&self) -> T {
         self.remembered + T::from_count(self.recent)
     }

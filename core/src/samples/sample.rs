@@ -54,6 +54,16 @@ impl fmt::Display for SampleError {
 
 impl core::error::Error for SampleError {}
 
+/// All zeros, to fill a buffer with.
+impl<T: Real> Default for Sample<T> {
+    fn default() -> Self {
+        Self {
+            joints: [T::ZERO; 3],
+            position: Vector3::zeros(),
+        }
+    }
+}
+
 impl<T: Real> Sample<T> {
     /// Whether every number is usable.
     ///

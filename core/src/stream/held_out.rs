@@ -58,8 +58,9 @@ pub struct HeldOut<T: Real> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Validation<T> {
-    /// m: the held-out samples, as many as they are worth after forgetting.
+    /// m: the effective number of held-out samples after forgetting.
     pub samples: T,
     /// √(eᵀe/m): in σ with a stated noise, otherwise along the forearm, in length.
     pub residual_rms: T,

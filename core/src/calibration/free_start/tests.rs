@@ -31,7 +31,7 @@ const TRUTH: [f64; 8] = [150.0, 30.0, -5.0, 0.7, 0.2, 240.0, 35.0, 470.0];
 
 /// From whatever nominal arm, the linear fit of exact samples is the arm.
 #[test]
-fn exact_samples_give_the_arm_from_any_reference() {
+fn exact_samples_give_the_arm_from_any_nominal_arm() {
     let truth = Arm::new(TRUTH).unwrap();
     for nominal in [
         TRUTH,

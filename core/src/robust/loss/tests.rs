@@ -83,14 +83,19 @@ fn normal_residuals() -> impl Iterator<Item = f64> {
 #[test]
 fn of_normal_residuals_either_loss_is_worth_what_it_is_known_for() {
     for (loss, kappa) in [(Loss::Tukey, 0.96), (Loss::Huber, 1.01)] {
-        let worth = loss.normalization(normal_residuals().map(f64::abs), 1.0, 1.0);
-        assert!((worth.divisor - kappa).abs() < 0.005, "{loss:?} {worth:?}");
+        let normalization = loss.normalization(normal_residuals().map(f64::abs), 1.0, 1.0);
+        assert!(
+            (normalization.divisor - kappa).abs() < 0.005,
+            "{loss:?} {normalization:?}"
+        );
         // The variance of the M-estimate's location over the mean's: mean ψ²/(mean ψ′)².
         let mean = |f: &dyn Fn(f64) -> f64| normal_residuals().map(f).sum::<f64>() / 4000.0;
         let slope = mean(&|r| loss.slope(r));
         let efficiency = slope * slope / mean(&|r| (loss.weight(r) * r).powi(2));
         assert!((efficiency - 0.95).abs() < 0.005, "{loss:?} {efficiency}");
-        assert!((worth.samples - 4000.0 * slope / worth.divisor).abs() < 1e-6);
+        assert!(
+            (normalization.effective_samples - 4000.0 * slope / normalization.divisor).abs() < 1e-6
+        );
     }
 }
 
@@ -99,24 +104,33 @@ fn of_normal_residuals_either_loss_is_worth_what_it_is_known_for() {
 /// Huber: w = 1, ½, ψ = 1, 1.345, ψ′ = 1, 0 and κ = Σψ² Σw / (Σψr Σψ′).
 #[test]
 fn worth_by_hand() {
-    let worth = Loss::Huber.normalization([1.0_f64, 2.69, 7.0].into_iter(), 1.0, 1.0);
+    let normalization = Loss::Huber.normalization([1.0_f64, 2.69, 7.0].into_iter(), 1.0, 1.0);
     let divisor = (1.0 + 1.345 * 1.345) * 1.5 / (1.0 + 1.345 * 2.69);
-    assert!((worth.divisor - divisor).abs() < 1e-14);
-    assert!((worth.samples - 1.0 / divisor).abs() < 1e-14, "{worth:?}");
+    assert!((normalization.divisor - divisor).abs() < 1e-14);
+    assert!(
+        (normalization.effective_samples - 1.0 / divisor).abs() < 1e-14,
+        "{normalization:?}"
+    );
 
     // WeightNormalization less than one sample: their number is stated in its place.
-    let worth = Loss::Huber.normalization([1.4_f64, 0.5, 7.0].into_iter(), 1.0, 1.0);
-    assert!((worth.samples - 2.0).abs() < 1e-14, "{worth:?}");
+    let normalization = Loss::Huber.normalization([1.4_f64, 0.5, 7.0].into_iter(), 1.0, 1.0);
+    assert!(
+        (normalization.effective_samples - 2.0).abs() < 1e-14,
+        "{normalization:?}"
+    );
 
     // Vectors of three, twice as far for the same weight: of each size r the mean of ψ′ over the
     // directions is (2 w + ψ′)/3, of ψ² and ψ r a third of the whole.
-    let worth = Loss::Huber.normalization([2.0_f64, 5.38, 0.5, 0.5].into_iter(), 3.0, 2.0);
+    let normalization = Loss::Huber.normalization([2.0_f64, 5.38, 0.5, 0.5].into_iter(), 3.0, 2.0);
     let influences = (4.0 + 2.69 * 2.69 + 0.5) / 3.0;
     let residuals = (4.0 + 2.69 * 5.38 + 0.5) / 3.0;
     let slopes = (3.0 + 1.0 + 3.0 + 3.0) / 3.0;
     let divisor = influences * 3.5 / (residuals * slopes);
-    assert!((worth.divisor - divisor).abs() < 1e-14, "{worth:?}");
-    assert!((worth.samples - slopes / divisor).abs() < 1e-14);
+    assert!(
+        (normalization.divisor - divisor).abs() < 1e-14,
+        "{normalization:?}"
+    );
+    assert!((normalization.effective_samples - slopes / divisor).abs() < 1e-14);
 }
 
 #[test]
@@ -127,7 +141,7 @@ fn samples_that_fit_exactly_are_worth_their_number() {
             exact,
             WeightNormalization {
                 divisor: 1.0,
-                samples: 20.0
+                effective_samples: 20.0
             }
         );
         // None is left, or nothing is known of their slope.
@@ -136,7 +150,7 @@ fn samples_that_fit_exactly_are_worth_their_number() {
             none,
             WeightNormalization {
                 divisor: 1.0,
-                samples: 0.0
+                effective_samples: 0.0
             }
         );
     }

@@ -6,7 +6,7 @@ use crate::calibration::{ArmProblem, Linearize, Normal};
 use crate::samples::{ArmFactor, ArmSample, Displacement};
 use nalgebra::SVector;
 
-/// Without a stated noise the parameters take eight samples' worth of the residuals, and Student's t has
+/// Without a stated noise the parameters take eight degrees of freedom from the residuals, and Student's t has
 /// a variance beyond two degrees of freedom.
 const PARAMETERS: f64 = 8.0;
 const LEAST_FREEDOM: f64 = 3.0;
@@ -32,7 +32,7 @@ pub(super) struct Prediction<T: Real> {
     normal: Normal<T>,
     /// Of the squared residuals, what no parameters explain.
     beyond: T,
-    /// What the samples in it are worth.
+    /// The effective number of samples in it.
     samples: T,
     /// Samples since it was linearised, and how many it may become.
     since: u64,

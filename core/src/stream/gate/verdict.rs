@@ -7,6 +7,7 @@ use core::fmt;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Innovation<T> {
     /// Which arm: of the three the one whose sample is furthest off.
     pub arm: ArmIndex,
@@ -92,6 +93,7 @@ impl fmt::Display for Alarm {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct GateCounts {
     /// Samples taken in, untested ones included.
     pub taken: u64,

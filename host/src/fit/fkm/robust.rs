@@ -42,11 +42,11 @@ struct Weighing<'a> {
     least_scale: f64,
 }
 
-/// What counts: samples, their factors in the sum of squares, and how many samples they are worth.
+/// What counts: samples, their factors in the sum of squares, and the effective number of samples.
 struct Counted {
     samples: Vec<Sample<f64>>,
     factors: Vec<f64>,
-    worth: f64,
+    effective_samples: f64,
 }
 
 /// Continues from the IKM method's robust fit.
@@ -166,15 +166,15 @@ impl Weighing<'_> {
             all.filter(|((_, weight), _)| **weight > 0.0)
         };
         let in_scales = kept().map(|(_, size)| size / self.scale);
-        let worth = self
+        let normalization = self
             .loss
             .normalization(in_scales, DIMENSIONS, self.stretch());
         Counted {
             samples: kept().map(|((sample, _), _)| *sample).collect(),
             factors: kept()
-                .map(|((_, weight), _)| weight / worth.divisor)
+                .map(|((_, weight), _)| weight / normalization.divisor)
                 .collect(),
-            worth: worth.samples,
+            effective_samples: normalization.effective_samples,
         }
     }
 
@@ -186,7 +186,7 @@ impl Weighing<'_> {
             self.noise(),
             self.settings.tolerance.as_ref(),
         )
-        .weighted(&counted.factors, counted.worth)
+        .weighted(&counted.factors, counted.effective_samples)
     }
 
     fn fit(&self, sizes: &[f64], from: &Robot<f64>) -> Option<Robot<f64>> {

@@ -19,11 +19,13 @@ impl Check {
         }
     }
 
-    /// Runs tests that are chosen by name. There must be some: after a renaming none would have
-    /// that name, and `cargo test` would succeed.
-    pub(crate) fn chosen_tests(&mut self, line: &str) {
-        match counted(line) {
-            Ok(0) => self.fail(format!("{line}: no test has such a name")),
+    /// Runs tests that are chosen by name. So many programs must have some of that name: after a
+    /// renaming they would have none, and `cargo test` would succeed.
+    pub(crate) fn chosen_tests(&mut self, programs: usize, line: &str) {
+        match programs_with_tests(line) {
+            Ok(count) if count < programs => self.fail(format!(
+                "{line}: of {programs} programs {count} have a test of such a name"
+            )),
             Ok(_) => {}
             Err(why) => self.fail(why),
         }
@@ -50,8 +52,8 @@ pub(crate) fn attempt(line: &str) -> Result<(), String> {
     }
 }
 
-/// Runs tests that must succeed and counts them; their output goes to the terminal.
-fn counted(line: &str) -> Result<u64, String> {
+/// Runs tests that must succeed, and counts the programs that held any; their output goes to the terminal.
+fn programs_with_tests(line: &str) -> Result<usize, String> {
     println!("$ {line}");
     let mut child = command(line)
         .stdout(Stdio::piped())
@@ -67,7 +69,7 @@ fn counted(line: &str) -> Result<u64, String> {
     {
         let text = text.map_err(|error| format!("{line}: {error}"))?;
         println!("{text}");
-        count += tests_announced(&text).unwrap_or(0);
+        count += usize::from(tests_announced(&text).is_some_and(|tests| tests > 0));
     }
     match child.wait() {
         Ok(status) if status.success() => Ok(count),

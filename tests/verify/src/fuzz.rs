@@ -26,6 +26,8 @@ const FLAGS: &[&str] = &[
 
 /// Seconds for each target.
 const SECONDS: u32 = 8;
+/// Targets that run at the same time.
+const AT_ONCE: usize = 2;
 /// An input that takes longer than this many seconds counts as an endless loop. The longest takes one
 /// second; the machine may be busy.
 const TIMEOUT: u32 = 60;
@@ -44,10 +46,21 @@ pub(crate) fn check(check: &mut Check) {
     };
     println!("{:<15}  {:>9}  {:>7}", "target", "inputs", "seconds");
     let mut inputs = 0;
-    for target in &targets {
-        match run(target, &programs, &directory) {
-            Ok(count) => inputs += count,
-            Err(error) => check.fail(error),
+    for some in targets.chunks(AT_ONCE) {
+        let (programs, directory) = (&programs, &directory);
+        let runs = std::thread::scope(|scope| {
+            let running: Vec<_> = some
+                .iter()
+                .map(|target| scope.spawn(move || run(target, programs, directory)))
+                .collect();
+            let runs = running.into_iter().map(std::thread::ScopedJoinHandle::join);
+            runs.collect::<Vec<_>>()
+        });
+        for run in runs {
+            match run.unwrap_or_else(|_| Err("a fuzz target could not be watched".to_owned())) {
+                Ok(count) => inputs += count,
+                Err(error) => check.fail(error),
+            }
         }
     }
     println!("{:<15}  {inputs:>9}", "together");

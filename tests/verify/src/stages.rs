@@ -157,18 +157,19 @@ fn lint(check: &mut Check) {
         check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));
     }
     check.command(
-        "cargo clippy --quiet --locked --manifest-path tests/fuzz/Cargo.toml --all-targets -- --deny warnings",
+        "cargo clippy --quiet --locked --manifest-path tests/fuzz/Cargo.toml --target-dir target --all-targets -- --deny warnings",
     );
 }
 
 fn units(check: &mut Check) {
-    check.chosen_tests("cargo test --lib --package delta-cal --package delta-cal-host");
+    // Of core, protocol and host. The same packages as for all tests, so that nothing is built twice.
+    check.chosen_tests(3, "cargo test --lib");
 }
 
 fn tests(check: &mut Check) {
     // Optimised, but with debug assertions and overflow checks: `profile.test`.
     check.command("cargo test --no-fail-fast -- --skip on_target::");
-    check.chosen_tests("cargo test --doc --package delta-cal-firmware-example");
+    check.chosen_tests(1, "cargo test --doc --package delta-cal-firmware-example");
 }
 
 fn long(check: &mut Check) {
@@ -177,9 +178,7 @@ fn long(check: &mut Check) {
 
 fn firmware(check: &mut Check) {
     check.chosen_tests(
-        "cargo test --package delta-cal-tests --test target -- --nocapture on_target::same_bits",
-    );
-    check.chosen_tests(
-        "cargo test --package delta-cal-host --test device_on_target -- --nocapture on_target::",
+        2,
+        "cargo test --test target --test device_on_target -- --nocapture on_target::",
     );
 }

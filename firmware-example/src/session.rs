@@ -11,8 +11,8 @@ use nalgebra::Vector3;
 /// The calibration that is under way, if any. Lies in static memory: it is most of the firmware's.
 #[derive(Debug)]
 pub(crate) struct Session<T: Number> {
-    /// 0 without one.
-    number: u32,
+    /// What it was begun with.
+    begin: Option<Begin<T>>,
     calibrator: Option<Calibrator<T>>,
     samples: u32,
     work: Work<T>,
@@ -36,25 +36,30 @@ enum Work<T: Number> {
 impl<T: Number> Session<T> {
     pub(crate) const fn none() -> Self {
         Self {
-            number: 0,
+            begin: None,
             calibrator: None,
             samples: 0,
             work: Work::Collecting,
         }
     }
 
+    /// 0 without one.
     pub(crate) const fn number(&self) -> u32 {
-        self.number
+        match &self.begin {
+            Some(begin) => begin.session,
+            None => 0,
+        }
     }
 
-    /// Starts again without samples, unless it is the open session that is asked for.
+    /// Starts again without samples, unless it is the open session that is asked for: of the same number,
+    /// and with the same settings.
     pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<u32, Fault> {
         if begin.session == 0 {
             return Err(Fault::Settings);
         }
-        if begin.session != self.number {
+        if self.begin.as_ref() != Some(begin) {
             let settings = settings(begin)?;
-            self.number = begin.session;
+            self.begin = Some(*begin);
             self.samples = 0;
             self.work = Work::Collecting;
             self.renew(nominal, &settings);
@@ -139,7 +144,11 @@ impl<T: Number> Session<T> {
                 for (arm, index) in outcome.arms.iter().zip(ArmIndex::ALL) {
                     info!(
                         "session {=u32:08x}: {} solved, {} iterations, condition {}, residual {}",
-                        self.number, index, arm.iterations, arm.condition, arm.residual_rms
+                        self.number(),
+                        index,
+                        arm.iterations,
+                        arm.condition,
+                        arm.residual_rms
                     );
                 }
                 let fingerprint = fingerprint(&parameters(&outcome.robot));
@@ -152,7 +161,7 @@ impl<T: Number> Session<T> {
     }
 
     fn refuse(&mut self, refusal: Refusal) {
-        warning!("session {=u32:08x}: refused, {}", self.number, refusal);
+        warning!("session {=u32:08x}: refused, {}", self.number(), refusal);
         self.work = Work::Refused(refusal);
     }
 
@@ -162,7 +171,7 @@ impl<T: Number> Session<T> {
     }
 
     pub(crate) const fn phase(&self) -> Phase {
-        if self.number == 0 {
+        if self.begin.is_none() {
             return Phase::Idle;
         }
         let samples = self.samples;
@@ -185,7 +194,7 @@ impl<T: Number> Session<T> {
 
     /// The calibrated robot and its fingerprint.
     pub(crate) fn outcome(&self, session: u32) -> Result<(&RobotOutcome<T>, u32), Fault> {
-        if session == 0 || session != self.number {
+        if session == 0 || session != self.number() {
             return Err(Fault::NoSession);
         }
         match &self.work {
@@ -223,7 +232,7 @@ impl<T: Number> Session<T> {
     }
 
     fn open(&mut self, session: u32) -> Result<&mut Calibrator<T>, Fault> {
-        if session == 0 || session != self.number {
+        if session == 0 || session != self.number() {
             return Err(Fault::NoSession);
         }
         self.calibrator.as_mut().ok_or(Fault::NoSession)

@@ -158,7 +158,7 @@ impl Task for Revert<'_> {
         } else {
             RevertTo::Previous
         };
-        let after = client.revert::<T>(fingerprint(&before.arms), to)?;
+        let after = client.revert::<T>(before.generation, to)?;
         let after = in_use::<T, _>(client, fingerprint(&after.arms))?;
         let port = device.port.to_string();
         let mut shown = text::identity(&port, &device.identity);

@@ -1,12 +1,12 @@
 //! The reports for programs. Lengths in millimetres, angles in degrees; `null` where a figure is
 //! unknown.
 
-use super::{firmware, microseconds, origin, phase, processor, scalar};
+use super::{firmware, microseconds, origin, phase, processor, result_in_use, scalar};
 use crate::device::{Comparison, Number, Pace};
 use crate::report::json::{JsonReport, SCHEMA_VERSION};
 use crate::units::degrees;
 use delta_cal::{Parameter, ParameterKind, Real};
-use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Status};
+use delta_cal_protocol::{ControlLoop, Counters, Identity, Parameters, Status};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -127,6 +127,8 @@ pub struct JsonStatus {
     pub session: u32,
     /// In words.
     pub phase: String,
+    /// Whether the result of the last calibration is in use; `null` without a result.
+    pub result_in_use: Option<bool>,
     /// Where the parameters in use come from, in words.
     pub origin: &'static str,
     /// The control loop since the controller started.
@@ -139,14 +141,15 @@ impl JsonStatus {
     /// From the controller's three answers.
     pub fn new<T: Number>(
         status: &Status<T>,
-        from: Origin,
+        parameters: &Parameters<T>,
         counters: &Counters,
         pace: Option<Pace>,
     ) -> Self {
         Self {
             session: status.session,
             phase: phase(&status.phase),
-            origin: origin(from),
+            result_in_use: result_in_use(&status.phase, parameters),
+            origin: origin(parameters.origin),
             control_loop: JsonControlLoop::new(&status.control, pace),
             link: JsonCounters {
                 received: counters.received,
@@ -191,10 +194,7 @@ pub struct JsonParameters {
 
 impl JsonParameters {
     /// A geometry.
-    pub fn new<T: Number>(
-        set: &'static str,
-        parameters: &delta_cal_protocol::Parameters<T>,
-    ) -> Self {
+    pub fn new<T: Number>(set: &'static str, parameters: &Parameters<T>) -> Self {
         let arm = |values: &[T; 8]| {
             let named = Parameter::ALL.into_iter().zip(values);
             named

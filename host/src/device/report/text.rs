@@ -1,10 +1,10 @@
 //! The reports for people.
 
 use super::json::hexadecimal;
-use super::{firmware, microseconds, origin, phase, processor, scalar};
+use super::{firmware, microseconds, origin, phase, processor, result_in_use, scalar};
 use crate::device::{Comparison, Number, Pace};
 use anstyle::{AnsiColor, Style};
-use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Status};
+use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Parameters, Status};
 use std::fmt::Write;
 
 const HEADING: Style = Style::new().bold();
@@ -74,23 +74,28 @@ pub fn while_calibrating<T: Number>(
 /// What the controller is doing.
 pub fn status<T: Number>(
     status: &Status<T>,
-    from: Origin,
+    parameters: &Parameters<T>,
     counters: &Counters,
     pace: Option<Pace>,
 ) -> String {
     let control = &status.control;
     let mut text = String::new();
-    let style = match from {
+    let style = match parameters.origin {
         Origin::NominalStoreDamaged | Origin::CalibrationStoreDamaged => DOUBTFUL,
         _ => Style::new(),
     };
     let _ = writeln!(
         text,
         "Parameters in use: {style}{}{style:#} (fingerprint {})",
-        origin(from),
+        origin(parameters.origin),
         hexadecimal(control.fingerprint)
     );
-    let _ = writeln!(text, "Calibration: {}\n", phase(&status.phase));
+    let result = match result_in_use(&status.phase, parameters) {
+        None => "",
+        Some(true) => "; the result is in use",
+        Some(false) => "; the result is not in use",
+    };
+    let _ = writeln!(text, "Calibration: {}{result}\n", phase(&status.phase));
     heading(&mut text, "The control loop since the controller started");
     line(&mut text, "turns", &control.turns.to_string());
     line(&mut text, "late or left out", &control.late.to_string());
@@ -200,10 +205,7 @@ pub const fn origin_in_words(from: Origin) -> &'static str {
 }
 
 /// What a revert did.
-pub fn reverted<T: Number>(
-    before: &delta_cal_protocol::Parameters<T>,
-    after: &delta_cal_protocol::Parameters<T>,
-) -> String {
+pub fn reverted<T: Number>(before: &Parameters<T>, after: &Parameters<T>) -> String {
     let [from, to] = [before, after].map(|parameters| {
         let fingerprint = delta_cal_protocol::fingerprint(&parameters.arms);
         format!(
@@ -213,7 +215,7 @@ pub fn reverted<T: Number>(
         )
     });
     if from == to {
-        return format!("Parameters in use: {to}, as before: there was nothing to go back to\n");
+        return format!("Parameters in use: {to}, as before: these are the ones to go back to\n");
     }
     format!("Parameters before: {from}\nParameters in use: {GOOD}{to}{GOOD:#}\n")
 }

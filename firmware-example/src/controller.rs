@@ -199,12 +199,13 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
             Request::Apply {
                 session,
                 fingerprint,
+                from,
             } => {
                 let (outcome, there) = self.session.outcome(*session)?;
                 if there != *fingerprint {
                     return Err(Fault::OtherParameters { there });
                 }
-                let switched = self.geometries.apply(&outcome.robot)?;
+                let switched = self.geometries.apply(*from, &outcome.robot)?;
                 self.switched(switched)
             }
             Request::Revert { from, to } => {

@@ -93,6 +93,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
                 (None, false) => Origin::Nominal,
                 (None, true) => Origin::NominalStoreDamaged,
             },
+            generation: self.store.generation(),
             arms: self.current.robot.parameters(),
         }
     }
@@ -100,45 +101,49 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     pub(crate) fn nominal_message(&self) -> Parameters<T> {
         Parameters {
             origin: Origin::Nominal,
+            generation: self.store.generation(),
             arms: self.nominal.robot.parameters(),
         }
     }
 
-    /// Makes a calibrated robot the current one; whether it was not already.
-    pub(crate) fn apply(&mut self, robot: &Robot<T>) -> Result<bool, Fault> {
-        self.change_to(Some(robot.parameters()))
+    /// Makes a calibrated robot the current one, in place of the parameters of generation `from`; whether
+    /// it was not already.
+    pub(crate) fn apply(&mut self, from: u32, robot: &Robot<T>) -> Result<bool, Fault> {
+        self.change_to(from, Some(robot.parameters()), self.sets.current)
     }
 
-    /// Goes back from the parameters named `from`; whether that changed anything.
+    /// Goes back from the parameters of generation `from`; whether that changed anything.
     pub(crate) fn revert(&mut self, from: u32, to: RevertTo) -> Result<bool, Fault> {
-        let there = self.current.fingerprint;
-        if from != there {
-            return Err(Fault::OtherParameters { there });
-        }
-        self.change_to(match to {
-            RevertTo::Previous => self.sets.previous,
+        let previous = self.sets.previous;
+        let geometry = match to {
+            RevertTo::Previous => previous,
             RevertTo::Nominal => None,
-        })
+        };
+        // A rejected calibration does not become the one to go back to.
+        self.change_to(from, geometry, previous)
     }
 
     /// First the flash, then the rest.
     #[inline(never)]
-    fn change_to(&mut self, geometry: Geometry<T>) -> Result<bool, Fault> {
+    fn change_to(
+        &mut self,
+        from: u32,
+        geometry: Geometry<T>,
+        previous: Geometry<T>,
+    ) -> Result<bool, Fault> {
         let new = self.of(geometry.as_ref()).map_err(|_| Fault::Store)?;
-        let same = new.fingerprint == self.current.fingerprint
-            && geometry.is_some() == self.sets.current.is_some();
+        let there = self.current.fingerprint;
+        let same = new.fingerprint == there && geometry.is_some() == self.sets.current.is_some();
         if same && !self.damaged {
             return Ok(false);
         }
-        // What is stored again repairs the store; the set before is still the one before.
-        let previous = if same {
-            self.sets.previous
-        } else {
-            self.sets.current
-        };
+        if !same && from != self.store.generation() {
+            return Err(Fault::OtherParameters { there });
+        }
+        // The same set again repairs the store; the one before it is still the one before.
         let sets = Sets {
             current: geometry,
-            previous,
+            previous: if same { self.sets.previous } else { previous },
         };
         if let Err(error) = self.store.save(&sets) {
             warning!("not stored: {}", error);
@@ -146,7 +151,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         }
         info!(
             "stored, and changed from {=u32:08x} to {=u32:08x}",
-            self.current.fingerprint, new.fingerprint
+            there, new.fingerprint
         );
         self.current = new;
         self.sets = sets;

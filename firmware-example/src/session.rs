@@ -12,8 +12,8 @@ use nalgebra::Vector3;
 /// The calibration that is under way, if any. Lies in static memory: it is most of the firmware's.
 #[derive(Debug)]
 pub(crate) struct Session<T: Number> {
-    /// 0 without one.
-    number: u32,
+    /// What it was begun with.
+    begin: Option<Begin<T>>,
     calibrator: Option<Calibrator<T>>,
     samples: u32,
     work: Work<T>,
@@ -37,25 +37,30 @@ enum Work<T: Number> {
 impl<T: Number> Session<T> {
     pub(crate) const fn none() -> Self {
         Self {
-            number: 0,
+            begin: None,
             calibrator: None,
             samples: 0,
             work: Work::Collecting,
         }
     }
 
+    /// 0 without one.
     pub(crate) const fn number(&self) -> u32 {
-        self.number
+        match &self.begin {
+            Some(begin) => begin.session,
+            None => 0,
+        }
     }
 
-    /// Starts again without samples, unless it is the open session that is asked for.
+    /// Starts again without samples, unless it is the open session that is asked for: of the same number,
+    /// and with the same settings.
     pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<u32, Fault> {
         if begin.session == 0 {
             return Err(Fault::Settings);
         }
-        if begin.session != self.number {
+        if self.begin.as_ref() != Some(begin) {
             let settings = settings(begin)?;
-            self.number = begin.session;
+            self.begin = Some(*begin);
             self.samples = 0;
             self.work = Work::Collecting;
             self.renew(nominal, &settings);
@@ -140,7 +145,11 @@ impl<T: Number> Session<T> {
                 for (arm, index) in outcome.arms.iter().zip(ArmIndex::ALL) {
                     info!(
                         "session {=u32:08x}: {} solved, {} iterations, condition {}, residual {}",
-                        self.number, index, arm.iterations, arm.condition, arm.residual_rms
+                        self.number(),
+                        index,
+                        arm.iterations,
+                        arm.condition,
+                        arm.residual_rms
                     );
                 }
                 let fingerprint = fingerprint(&outcome.robot.parameters());
@@ -153,7 +162,7 @@ impl<T: Number> Session<T> {
     }
 
     fn refuse(&mut self, refusal: Refusal) {
-        warning!("session {=u32:08x}: refused, {}", self.number, refusal);
+        warning!("session {=u32:08x}: refused, {}", self.number(), refusal);
         self.work = Work::Refused(refusal);
     }
 
@@ -163,7 +172,7 @@ impl<T: Number> Session<T> {
     }
 
     pub(crate) const fn phase(&self) -> Phase {
-        if self.number == 0 {
+        if self.begin.is_none() {
             return Phase::Idle;
         }
         let samples = self.samples;
@@ -186,7 +195,7 @@ impl<T: Number> Session<T> {
 
     /// The calibrated robot and its fingerprint.
     pub(crate) fn outcome(&self, session: u32) -> Result<(&RobotOutcome<T>, u32), Fault> {
-        if session == 0 || session != self.number {
+        if session == 0 || session != self.number() {
             return Err(Fault::NoSession);
         }
         match &self.work {
@@ -225,7 +234,7 @@ impl<T: Number> Session<T> {
     }
 
     fn open(&mut self, session: u32) -> Result<&mut Calibrator<T>, Fault> {
-        if session == 0 || session != self.number {
+        if session == 0 || session != self.number() {
             return Err(Fault::NoSession);
         }
         self.calibrator.as_mut().ok_or(Fault::NoSession)

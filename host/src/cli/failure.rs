@@ -30,7 +30,10 @@ pub(crate) enum Failure {
     },
     /// Controller and host do not compute the same.
     Differs(String),
-    Interrupted,
+    /// By Ctrl-C; the remedy may be empty.
+    Interrupted {
+        remedy: String,
+    },
 }
 
 impl From<CalibrateError> for Failure {
@@ -110,7 +113,7 @@ impl Failure {
                 (1, "error", cause, remedy.to_owned())
             }
             // As shells do for a process that SIGINT ended.
-            Self::Interrupted => (130, "error", "interrupted".to_owned(), String::new()),
+            Self::Interrupted { remedy } => (130, "error", "interrupted".to_owned(), remedy),
         };
         let mut stderr = anstream::stderr().lock();
         let _ = writeln!(stderr, "{ERROR}{kind}:{ERROR:#} {cause}");

@@ -233,7 +233,9 @@ pub(super) fn failure(error: CampaignError, output: Option<&Path>) -> Failure {
                 None => "nothing is kept without --output".to_owned(),
             };
             let _ = writeln!(anstream::stderr(), "{kept}");
-            Failure::Interrupted
+            Failure::Interrupted {
+                remedy: String::new(),
+            }
         }
         error => Failure::Output(error.to_string()),
     }

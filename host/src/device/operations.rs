@@ -77,13 +77,12 @@ pub fn calibrate_robot<T: Number, L: Transport>(
     settings(robot, options)?;
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
     check_nominal(robot, &nominal.arms)?;
-    let current = client.parameters::<T>(ParameterSet::Current)?;
+    let finished: Finished<T> = calibrated(client, robot, samples, options, progress)?;
     let before = RobotFile {
         name: format!("the controller on {port}"),
-        robot: convert::robot(&current.arms)?,
+        robot: convert::robot(&finished.parameters_before.arms)?,
         ..robot.clone()
     };
-    let finished = calibrated(client, robot, samples, options, progress)?;
     let result = match &finished.result {
         Ok(arms) => Ok(convert::outcome(arms)?),
         Err(refusal) => Err(*refusal),

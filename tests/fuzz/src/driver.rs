@@ -139,7 +139,8 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
         on_the_way: VecDeque::new(),
     };
     let patience = Patience {
-        timeout: Duration::ZERO,
+        timeout: Duration::from_hours(1),
+        deadline: Duration::from_hours(1),
         silent_attempts: 3,
         attempts: 6,
         pause: Duration::ZERO,
@@ -189,12 +190,7 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
             assert!(robot.is_ok(), "{parameters:?}");
         }
     }
-    let from = client
-        .transport_mut()
-        .bench
-        .controller
-        .current()
-        .fingerprint;
+    let from = client.transport_mut().bench.generation();
     if let Some(parameters) = explained(client.revert::<T>(from, RevertTo::Previous))
         && let Ok(robot) = robot::<T, f64>(&parameters.arms)
     {

@@ -53,10 +53,8 @@ fn starts<T: Bits>(source: &mut Source<'_>) {
     }
     let before = bench.controller.current();
     let to = [RevertTo::Previous, RevertTo::Nominal][source.below(2)];
-    let answer = bench.ask(&Request::Revert {
-        from: before.fingerprint,
-        to,
-    });
+    let from = bench.generation();
+    let answer = bench.ask(&Request::Revert { from, to });
     let wanted = bench.controller.current();
     if matches!(answer, Response::Fault(_)) {
         assert_eq!(wanted, before);

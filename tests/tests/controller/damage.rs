@@ -83,11 +83,10 @@ fn a_damaged_store_is_put_right_by_the_next_change() {
     let mut damaged = flash;
     damaged.bytes_mut().fill(0);
     let mut driver = Driver::<f32, _>::start(&mut damaged);
-    let nominal = driver.controller.current().fingerprint;
     assert_eq!(driver.parameters().origin, Origin::NominalStoreDamaged);
     // Also one that only says "nominal".
     assert!(matches!(
-        driver.revert(nominal, RevertTo::Nominal),
+        driver.revert(RevertTo::Nominal),
         Response::Parameters(parameters) if parameters.origin == Origin::Nominal
     ));
     let mut driver = Driver::<f32, _>::start(&mut damaged);
@@ -140,7 +139,7 @@ fn the_same_set_applied_again_repairs_the_store_and_keeps_the_set_before() {
         assert!(driver.controller.take_switch().is_none());
         let mut driver = Driver::<f32, _>::start(&mut damaged);
         assert_eq!(driver.parameters().origin, Origin::Calibration);
-        driver.revert(sets[2], RevertTo::Previous);
+        driver.revert(RevertTo::Previous);
         assert_eq!(driver.controller.current().fingerprint, sets[1]);
         repaired += 1;
         if repaired == 50 {

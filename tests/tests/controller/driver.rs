@@ -127,14 +127,19 @@ impl<T: Number, F: NorFlash> Driver<T, F> {
         }
     }
 
+    /// In place of what is in use.
     pub(crate) fn apply(&mut self, session: u32, fingerprint: u32) -> Response<T> {
+        let from = self.parameters().generation;
         self.ask(&Request::Apply {
             session,
             fingerprint,
+            from,
         })
     }
 
-    pub(crate) fn revert(&mut self, from: u32, to: RevertTo) -> Response<T> {
+    /// From what is in use.
+    pub(crate) fn revert(&mut self, to: RevertTo) -> Response<T> {
+        let from = self.parameters().generation;
         self.ask(&Request::Revert { from, to })
     }
 

@@ -14,6 +14,7 @@ mod extremes;
 mod flash;
 mod noise_on_the_link;
 mod pace;
+mod parameters;
 mod records;
 mod sessions;
 mod store;

@@ -38,7 +38,7 @@ fn attempt(flash: &mut FailingFlash, change: Change) -> (u32, u32, Response<f32>
             (before, after, driver.apply(5, after))
         }
         Change::Revert(to) => {
-            let answer = driver.revert(before, to);
+            let answer = driver.revert(to);
             let after = driver.controller.current().fingerprint;
             (before, after, answer)
         }

@@ -6,14 +6,17 @@ use std::path::PathBuf;
 
 const DEVICE_EXIT_CODES: &str = "\
 Exit codes:
-  0  done
-  1  the measurements cannot calibrate this robot (refused), or verify found a difference
-  2  the command line is wrong
-  3  an input file is wrong, or another robot's
-  4  a file could not be written
-  5  the controller, the link to it or its emulation failed
-If refused, and with 2, 3 and 5, no output file is written or changed. Unless --apply or revert came
-to its end, the controller keeps its parameters; with 5, status tells.";
+    0  done
+    1  the measurements cannot calibrate this robot (refused), or verify found a difference
+    2  the command line is wrong
+    3  an input file is wrong, or another robot's
+    4  a file could not be written
+    5  the controller, the link to it or its emulation failed
+  130  ended by Ctrl-C
+If refused, and with 2, 3, 5 and 130, no output file is written or changed. The controller keeps its
+parameters until --apply or revert asks it for others. If the link breaks after that, or Ctrl-C ends
+the command, the controller may use the others; the error says so, and status shows which are in use.
+The same command may be given again: it changes nothing that is done already.";
 
 const DEVICE_HELP: &str = "\
 The port is where the controller is:
@@ -52,6 +55,14 @@ Examples:
   delta-cal device --port /dev/ttyACM0 parameters --nominal --output robot.toml
   delta-cal device --port /dev/ttyACM0 parameters robot.toml --output now.toml";
 
+const REVERT_HELP: &str = "\
+Given again, revert changes nothing: a calibration that was rejected does not come back. To use it
+after all, apply it again with calibrate --apply.
+
+Examples:
+  delta-cal device --port /dev/ttyACM0 revert
+  delta-cal device --port /dev/ttyACM0 revert --nominal";
+
 const VERIFY_HELP: &str = "\
 Both solve the same samples, and every bit of the parameters, their covariance, the residual, the
 condition and so on is compared. Nothing is applied.
@@ -78,7 +89,8 @@ pub(crate) struct LinkArguments {
     /// Bits a second on a serial port [default: 115200]
     #[arg(long, global = true, value_name = "RATE")]
     pub(super) baud: Option<u32>,
-    /// emulate: only: this firmware, and not the one built from firmware-example
+    /// emulate: only: this firmware, and not the one built from firmware-example. It runs with
+    /// semihosting, so that it can read and write your files: use only firmware that you trust
     #[arg(long, global = true, value_name = "ELF")]
     pub(super) firmware: Option<PathBuf>,
     /// emulate: only: the firmware computes in f64, to compare (emulated at eight times the pace)
@@ -103,6 +115,7 @@ pub(super) enum DeviceCommand {
     #[command(after_help = format!("{PARAMETERS_HELP}\n\n{DEVICE_EXIT_CODES}"))]
     Parameters(ParametersArguments),
     /// Go back to the parameters before the last --apply, or to the nominal ones
+    #[command(after_help = format!("{REVERT_HELP}\n\n{DEVICE_EXIT_CODES}"))]
     Revert(RevertArguments),
     /// Solve the same samples on the controller and here, and compare the bits
     #[command(after_help = format!("{VERIFY_HELP}\n\n{DEVICE_EXIT_CODES}"))]

@@ -20,12 +20,12 @@ impl Task for Status<'_> {
     fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
         let client = &mut device.client;
         let status = client.status::<T>()?;
-        let origin = client.parameters::<T>(ParameterSet::Current)?.origin;
+        let parameters = client.parameters(ParameterSet::Current)?;
         let counters = client.counters::<T>()?;
         let port = device.port.to_string();
         let mut shown = text::identity(&port, &device.identity);
-        shown.push_str(&text::status(&status, origin, &counters, device.pace));
-        let json = json::status(&status, origin, &counters, device.pace);
+        shown.push_str(&text::status(&status, &parameters, &counters, device.pace));
+        let json = json::status(&status, &parameters, &counters, device.pace);
         let json = json::of_device(&port, &device.identity, json);
         publish(&[], self.0.json.as_deref(), &json, shown)
     }
@@ -155,7 +155,7 @@ impl Task for Revert<'_> {
         } else {
             RevertTo::Previous
         };
-        let after = client.revert::<T>(fingerprint(&before.arms), to)?;
+        let after = client.revert::<T>(before.generation, to)?;
         let after = in_use::<T, _>(client, fingerprint(&after.arms))?;
         let port = device.port.to_string();
         let mut shown = text::identity(&port, &device.identity);

@@ -1,7 +1,7 @@
 //! The reports for programs. Lengths in millimetres, angles in degrees; `null` where a figure is
 //! unknown.
 
-use super::{firmware, microseconds, origin, phase, processor, scalar};
+use super::{firmware, microseconds, origin, phase, processor, result_in_use, scalar};
 use crate::calibration::report::CalibrationReport;
 use crate::device::{Comparison, Number, Pace};
 use crate::render::json;
@@ -9,7 +9,7 @@ use crate::report::calibration::json::{SCHEMA_VERSION, report};
 use crate::text::units::degrees;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{Parameter, Real};
-use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Parameters, Status};
+use delta_cal_protocol::{ControlLoop, Counters, Identity, Parameters, Status};
 use serde_json::{Map, Value, json};
 
 /// A report of the controller at this port: `contents`, an object, after what all have in common.
@@ -102,7 +102,7 @@ fn control_loop<T: Number>(control: &ControlLoop<T>, pace: Option<Pace>) -> Valu
 /// What the controller is doing.
 pub fn status<T: Number>(
     status: &Status<T>,
-    from: Origin,
+    parameters: &Parameters<T>,
     counters: &Counters,
     pace: Option<Pace>,
 ) -> Value {
@@ -111,7 +111,9 @@ pub fn status<T: Number>(
         "session": status.session,
         // These two in words.
         "phase": phase(&status.phase),
-        "origin": origin(from),
+        "origin": origin(parameters.origin),
+        // Whether the result of the last calibration is in use; `null` without a result.
+        "result_in_use": result_in_use(&status.phase, parameters),
         // Since the controller started.
         "control_loop": control_loop(&status.control, pace),
         // What it has received since it started.

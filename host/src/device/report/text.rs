@@ -1,13 +1,13 @@
 //! The reports for people.
 
 use super::json::hexadecimal;
-use super::{firmware, microseconds, origin, phase, processor, scalar};
+use super::{firmware, microseconds, origin, phase, processor, result_in_use, scalar};
 use crate::device::{Comparison, Number, Pace};
 use crate::render::section::{Part, Section};
 use crate::render::table::Table;
 use crate::render::terminal::{self, DOUBTFUL, GOOD};
 use anstyle::Style;
-use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Status};
+use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Parameters, Status};
 
 /// Differences that are shown one by one.
 const SHOWN: usize = 10;
@@ -74,12 +74,12 @@ pub fn while_calibrating<T: Number>(
 /// What the controller is doing.
 pub fn status<T: Number>(
     status: &Status<T>,
-    from: Origin,
+    parameters: &Parameters<T>,
     counters: &Counters,
     pace: Option<Pace>,
 ) -> String {
     let control = &status.control;
-    let style = match from {
+    let style = match parameters.origin {
         Origin::NominalStoreDamaged | Origin::CalibrationStoreDamaged => DOUBTFUL,
         _ => Style::new(),
     };
@@ -111,9 +111,14 @@ pub fn status<T: Number>(
         ("bytes lost because they came too fast", counters.overrun),
     ];
     let link = link.map(|(name, count)| (name, count.to_string()));
+    let result = match result_in_use(&status.phase, parameters) {
+        None => "",
+        Some(true) => "; the result is in use",
+        Some(false) => "; the result is not in use",
+    };
     format!(
-        "Parameters in use: {style}{}{style:#} (fingerprint {})\nCalibration: {}\n\n{}",
-        origin(from),
+        "Parameters in use: {style}{}{style:#} (fingerprint {})\nCalibration: {}{result}\n\n{}",
+        origin(parameters.origin),
         hexadecimal(control.fingerprint),
         phase(&status.phase),
         terminal::text([
@@ -177,10 +182,7 @@ pub const fn origin_in_words(from: Origin) -> &'static str {
 }
 
 /// What a revert did.
-pub fn reverted<T: Number>(
-    before: &delta_cal_protocol::Parameters<T>,
-    after: &delta_cal_protocol::Parameters<T>,
-) -> String {
+pub fn reverted<T: Number>(before: &Parameters<T>, after: &Parameters<T>) -> String {
     let [from, to] = [before, after].map(|parameters| {
         let fingerprint = delta_cal_protocol::fingerprint(&parameters.arms);
         format!(
@@ -190,7 +192,7 @@ pub fn reverted<T: Number>(
         )
     });
     if from == to {
-        return format!("Parameters in use: {to}, as before: there was nothing to go back to\n");
+        return format!("Parameters in use: {to}, as before: these are the ones to go back to\n");
     }
     format!("Parameters before: {from}\nParameters in use: {GOOD}{to}{GOOD:#}\n")
 }

@@ -23,8 +23,8 @@ pub struct NoiseTest {
     /// One σ of each coordinate of the position, mm, with 95 % limits. With a stated noise the joints'
     /// is taken to be in proportion.
     pub position: Estimate,
-    /// Degrees of freedom ν: residuals less parameters, fewer where the arms share the position's
-    /// noise.
+    /// Degrees of freedom ν of χ² and of the interval: residuals less parameters, fewer where the
+    /// arms share the position's noise.
     pub degrees_of_freedom: f64,
     /// Against the stated noise, if there is one.
     pub stated: Option<StatedNoise>,
@@ -46,7 +46,8 @@ pub struct Estimate {
 /// The χ² test of a stated noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatedNoise {
-    /// √(Σ(r/σ)²/ν), 1 is expected: how many times the stated noise the residuals say.
+    /// √(Σ(r/σ)²/f), f being residuals less parameters: how many times the stated noise the
+    /// residuals say. 1 is expected.
     pub ratio: Estimate,
     /// The probability of residuals that are as improbable if the noise is as stated, two-sided.
     pub probability: f64,
@@ -80,7 +81,7 @@ impl NoiseVerdict {
 }
 
 impl Estimate {
-    /// Of a σ: √(S/ν) with S = Σr² distributed as σ²χ²(ν), within √(S/χ²).
+    /// Of a σ whose square is distributed as σ²χ²(ν)/ν.
     fn of_sigma(value: f64, freedom: f64) -> Option<Self> {
         let chi_square = ChiSquared::new(freedom).ok()?;
         let limit = |probability| value * (freedom / chi_square.inverse_cdf(probability)).sqrt();
@@ -150,7 +151,8 @@ impl NoiseTest {
         Some(Self { tolerated, ..test })
     }
 
-    /// A ratio √(Σ(r/σ)²/ν) against a stated noise.
+    /// How many times the stated noise the residuals say, judged by χ² with that many degrees of
+    /// freedom.
     pub(crate) fn against(
         noise: &Noise<f64>,
         ratio: f64,

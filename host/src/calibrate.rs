@@ -59,7 +59,8 @@ pub struct Options {
     pub streaming: Streaming,
     /// The frame of the measured positions.
     pub frame: Frame,
-    /// The robot file is no guess: the fit starts without one, and any geometry is accepted.
+    /// Do not use the robot file as a start value: the fit starts without one, and any geometry is
+    /// accepted.
     /// Needs 12 samples.
     pub no_guess: bool,
 }
@@ -93,7 +94,7 @@ impl From<Refused> for CalibrateError {
 /// Calibrates the robot of a file from a file of samples.
 ///
 /// # Errors
-/// A tolerance about a robot that is no guess, a sample that is out of all proportion, or
+/// A tolerance about a robot file that is not used as a start value, a sample that is out of all proportion, or
 /// measurements that cannot calibrate this robot: the core refuses them, the result is not credible
 /// without a stated tolerance, or it is expected to be worse than what there was before.
 pub fn calibrate(
@@ -334,8 +335,8 @@ fn judged(
 
 pub(crate) fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f64>, InputError> {
     if options.no_guess && robot.tolerance.is_some() {
-        let cause = "a tolerance about the values of a robot file that is no guess (--no-guess) \
-                     is a contradiction";
+        let cause = "the [tolerance] is about the values of the robot file, but --no-guess says \
+                     not to use them";
         return Err(InputError::new(&robot.name, cause)
             .at_key("[tolerance]")
             .with_remedy("leave out --no-guess, or delete the section [tolerance]"));

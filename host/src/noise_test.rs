@@ -198,7 +198,10 @@ impl NoiseTest {
         let tolerated = self.tolerated.filter(|_| self.stated.is_none())?;
         (self.position.value > LITTLE * tolerated).then(|| {
             format!(
-                "no [noise] is stated, so the residuals are taken for noise: {} in each coordinate,                  where the tolerance lets the robot be off by {} mm. So the samples count for                  little, and the result stays near the robot file: look for wrong samples, or state                  the [noise]",
+                "no [noise] is stated, so the program takes the residuals for noise: {} in each \
+                 coordinate, while the tolerance lets the robot be off by {} mm. Therefore the \
+                 samples have little weight, and the result stays near the robot file. Look for \
+                 wrong samples, or state the [noise]",
                 self.estimate(),
                 significant(tolerated)
             )
@@ -219,21 +222,21 @@ impl NoiseTest {
                     format!(", those of {arm} {ratio:.1} times")
                 });
                 let tolerance = if has_tolerance {
-                    ", and the samples count for too much against the tolerance"
+                    ", and the samples have too much weight against the tolerance"
                 } else {
                     ""
                 };
                 Some(format!(
-                    "the robot: the residuals are {ratio:.1} times the stated [noise]{most}: {found}. \
-                     So the sigmas above are {ratio:.1} times too small{tolerance}. The noise is \
-                     understated, or samples are outliers, or the robot has play: look for these, \
-                     otherwise state {state}"
+                    "the robot: the residuals are {ratio:.1} times the stated [noise]{most}: \
+                     {found}. So the sigmas above are {ratio:.1} times too small{tolerance}. \
+                     Either the noise is understated, or samples are outliers, or the robot has \
+                     play. Look for outliers and play; if there are none, state {state}"
                 ))
             }
             NoiseVerdict::Overstated => {
                 let factor = 1.0 / ratio;
                 let tolerance = if has_tolerance {
-                    ", and the tolerance counts for too much against the samples"
+                    ", and the tolerance has too much weight against the samples"
                 } else {
                     ""
                 };
@@ -252,9 +255,9 @@ impl NoiseTest {
         let chance = self.stated.map_or(String::new(), |stated| {
             let probability = stated.probability;
             if probability < 1e-6 {
-                "; by chance less than once in a million calibrations".to_owned()
+                "; by chance that happens less than once in a million calibrations".to_owned()
             } else {
-                format!("; by chance with probability {probability:.1e}")
+                format!("; by chance that happens with probability {probability:.1e}")
             }
         });
         let joints = if noise.joint() > 0.0 {
@@ -263,8 +266,8 @@ impl NoiseTest {
             ""
         };
         format!(
-            "{} mm is stated, and the residuals say {} mm ({} to {} with 95 % confidence{joints}\
-             {chance})",
+            "{} mm is stated, and the residuals show {} mm ({} to {} with 95 % \
+             confidence{joints}{chance})",
             noise.position(),
             significant(self.position.value),
             significant(low),
@@ -289,9 +292,9 @@ pub(crate) fn statement(noise: &Noise<f64>, ratio: f64) -> String {
     let position = format!("position_mm = {}", significant(ratio * noise.position()));
     if noise.joint() > 0.0 {
         let joint = significant(ratio * noise.joint().to_degrees());
-        format!("{position} and joint_deg = {joint}, if measurements repeat so")
+        format!("{position} and joint_deg = {joint}, if repeated measurements scatter as much")
     } else {
-        format!("{position}, if measurements repeat so")
+        format!("{position}, if repeated measurements scatter as much")
     }
 }
 

@@ -17,8 +17,8 @@ use std::fmt;
 /// another frame, another unit or of other joints.
 const ELSEWHERE: f64 = 0.05;
 
-const CHECK: &str = "check the units, the order of the joints and their sign (positive swings the arm \
-                     towards the platform)";
+const CHECK: &str = "check the units, the order of the joints and their sign (a positive angle \
+                     swings the arm towards the platform)";
 const SPREAD: &str = "spread the poses over the whole workspace, each joint over its whole range";
 
 /// A calibration that is refused: the robot keeps its parameters. Displayed as one line.
@@ -49,9 +49,9 @@ pub(crate) struct Circumstances<'a> {
     pub(crate) measured: &'a [Sample<f64>],
     pub(crate) options: Options,
     pub(crate) error_before: PositionError,
-    /// What finds the sensor's frame.
+    /// The option that finds the sensor's frame.
     pub(crate) find_frame: &'static str,
-    /// What does without wrong samples.
+    /// The option that leaves out wrong samples.
     pub(crate) robust_fit: &'static str,
 }
 
@@ -95,7 +95,7 @@ impl Refused {
 /// The first hint that applies, and the others after it.
 fn joined(hints: &[Option<String>]) -> String {
     let hints: Vec<_> = hints.iter().flatten().map(String::as_str).collect();
-    hints.join("; else ")
+    hints.join("; otherwise ")
 }
 
 /// Whether the measured points lie where another frame, unit or order of joints would put them.
@@ -114,8 +114,8 @@ pub(crate) fn outlier(error: &PositionError) -> Option<String> {
     let line = error.max_at_line?;
     is_outlier(error, error.max).then(|| {
         format!(
-            "the sample in line {line} is {:.3} mm from where the robot would be, half of the \
-             samples less than {:.3} mm",
+            "the sample in line {line} is {:.3} mm from where the robot would be, while half of \
+             the samples are off by less than {:.3} mm",
             error.max, error.median
         )
     })
@@ -159,8 +159,8 @@ impl Circumstances<'_> {
                 ),
             ),
             Refusal::WrongSide => (
-                "each arm fits the samples, and together they put the platform on the other side of \
-                 the elbows: the samples' frame is upside down or left-handed against the robot's"
+                "each arm by itself fits the samples, but together they put the platform above the \
+                 elbows: the samples' frame is upside down or left-handed"
                     .to_owned(),
                 format!("state the samples in the robot's frame, or use {}", self.find_frame),
             ),
@@ -183,8 +183,8 @@ impl Circumstances<'_> {
                     "the residuals of {arm} are {ratio:.1} times what the stated [noise] allows{}",
                     self.residuals_say(f64::from(ratio))
                 ),
-                "look for an outlier, or a sensor that moved; the [noise] is to be stated as it is, \
-                 as repeated measurements of one pose give it"
+                "look for an outlier, or for a sensor that moved; state the [noise] that repeated \
+                 measurements of one pose show"
                     .to_owned(),
             ),
             Refusal::FarFromNominal {
@@ -193,8 +193,8 @@ impl Circumstances<'_> {
                 tolerances,
             } => (
                 format!(
-                    "{parameter} of {arm} came out {tolerances:.1} tolerances ({}) from nominal, \
-                     more than the stated [tolerance] makes credible",
+                    "the fit puts {parameter} of {arm} {tolerances:.1} tolerances ({}) away from \
+                     nominal, which the stated [tolerance] makes incredible",
                     self.distance(parameter, tolerances)
                 ),
                 format!(
@@ -230,8 +230,8 @@ impl Circumstances<'_> {
         let found = count(usize::try_from(samples).unwrap_or(usize::MAX), "sample");
         let (why, remedy) = if self.options.no_guess {
             (
-                "without a guess each arm needs",
-                "or leave out --no-guess if the robot file is a good one",
+                "without a start value each arm needs",
+                "or leave out --no-guess, so that the fit starts from the robot file",
             )
         } else {
             (
@@ -241,7 +241,7 @@ impl Circumstances<'_> {
         };
         Refused {
             cause: format!(
-                "{}:{line}: the file ends after {found}: {why} {needed}",
+                "{}:{line}: the file ends after {found}: {why} {needed} samples",
                 self.samples.name
             ),
             remedy: format!("measure more poses (20 or more are advisable), {remedy}"),
@@ -265,7 +265,7 @@ impl Circumstances<'_> {
                 self.worst_samples(),
                 self.without_wrong_samples(),
                 Some(format!(
-                    "{CHECK}{frame}; if the robot file is only a rough guess, say --no-guess"
+                    "{CHECK}{frame}; if the robot file is only a rough guess, add --no-guess"
                 )),
             ]),
             diagnosis: None,
@@ -283,7 +283,7 @@ impl Circumstances<'_> {
         } else {
             "it cannot reach any of them".to_owned()
         };
-        let cause = format!("the calibrated robot does not come to the measured points: {how}");
+        let cause = format!("the calibrated robot does not reach the measured points: {how}");
         self.refused(&cause, CHECK.to_owned())
     }
 
@@ -305,14 +305,15 @@ impl Circumstances<'_> {
         };
         let worst = after.max_at_line.map_or(String::new(), |line| {
             format!(
-                "; it leaves the samples {:.3} mm off (rms), the one in line {line} {:.3} mm",
+                "; after it the samples would still be off by {:.3} mm (rms), and the one in line \
+                 {line} by {:.3} mm",
                 after.rms, after.max
             )
         });
         let cause = format!(
             "the calibration is expected to make the robot worse: it would move the positions by \
-             {change:.3} mm (rms over the workspace) and is itself uncertain by {sigma:.3} mm, \
-             {so}{worst}"
+             {change:.3} mm (rms over the workspace), and the new positions are themselves \
+             uncertain by {sigma:.3} mm, {so}{worst}"
         );
         let remedy = format!(
             "if the robot was calibrated before, it is as good as these samples can make it; \
@@ -331,7 +332,8 @@ impl Circumstances<'_> {
             let frame = match self.options.frame {
                 Frame::Base => format!(
                     "half of the measured points are more than {median:.0} mm from where the robot \
-                     of the file would be; if they are in the sensor's own frame, use {}; else {CHECK}",
+                     of the file would be; if they are in the sensor's own frame, use {}; \
+                     otherwise {CHECK}",
                     self.find_frame
                 ),
                 Frame::Sensor => format!(

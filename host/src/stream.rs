@@ -14,7 +14,8 @@ use std::num::NonZeroU32;
 pub struct Streaming {
     /// Each sample is tested before it is taken in.
     pub gate: bool,
-    /// Every so manieth sample is held out of the fit and judges it; not together with the others.
+    /// With `Some(k)` every k-th sample is held out of the fit, and the fit must agree with these
+    /// samples. Not together with `gate` or `forget`.
     pub held_out: Option<NonZeroU32>,
     /// Samples fade, with a memory of so many.
     pub forget: Option<NonZeroU32>,

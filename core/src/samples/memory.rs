@@ -34,7 +34,9 @@ impl fmt::Display for MemoryError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::TooShort => "the memory must be one sample or more",
-            Self::TooLong => "the memory is too long for this arithmetic: do without forgetting",
+            Self::TooLong => {
+                "the memory is too long for this arithmetic: add the samples without forgetting"
+            }
         })
     }
 }

@@ -19,7 +19,8 @@ Exit codes:
   3  an input file is wrong
   4  a file could not be written
   5  delta-cal device only: the controller or the link to it failed
-With 1, 2 and 3 no output file is written or changed.";
+
+With exit codes 1, 2 and 3 no output file is written or changed.";
 
 const KINEMATICS_EXIT_CODES: &str = "\
 Exit codes:
@@ -27,16 +28,10 @@ Exit codes:
   2  the command line is wrong
   3  an input file is wrong, or a row has no solution
   4  the output could not be written
-With 2 and 3 no output file is written or changed.";
+
+With exit codes 2 and 3 no output file is written or changed.";
 
 const EXAMPLES: &str = "\
-The rows are in the order in which they were measured where that matters. With --gate each is tested
-against what the rows before and the stated [tolerance] predict, and left out if it is 4.7 sigma off or
-more; eight such rows in a row mean that the robot has changed, and are refused. With --held-out K
-every K-th row is kept from the fit and must agree with it, or there is no result; then all rows
-count. With --forget N a row counts N/(N+1) times as much as the next, for a robot that warms up: the
-result lags N rows behind. --gate and --held-out do the same as the functions of the same name in firmware.
-
 Examples:
   delta-cal calibrate
       the built-in, simulated example
@@ -53,37 +48,50 @@ Examples:
 
 const CALIBRATE_HELP: &str = "\
 ROBOT.toml:
-  [nominal]                # or three [[arm]] with dx_mm, dy_mm, dz_mm, theta_deg, alpha_deg,
-  base_radius_mm = 194     #   la_x_mm, la_y_mm, lb_mm
+  [nominal]                # or three [[arm]] tables with dx_mm, dy_mm, dz_mm,
+  base_radius_mm = 194     #   theta_deg, alpha_deg, la_x_mm, la_y_mm, lb_mm
   platform_radius_mm = 30
   upper_arm_mm = 260
   forearm_mm = 480
   [joints]
   min_deg = -60
   max_deg = 90
-  [tolerance]              # optional: one sigma of each parameter about nominal. With it, fewer
-  length_mm = 0.5          #   than 8 samples will do, and few samples cannot make the robot worse
-  angle_deg = 0.2
-  [noise]                  # optional: one sigma of a measurement. Weights the samples and tells
-  position_mm = 0.02       #   whether the residual is credible
-  joint_deg = 0.002
+  [tolerance]              # optional: one sigma of each parameter about its
+  length_mm = 0.5          #   nominal value. With it fewer than 8 samples are
+  angle_deg = 0.2          #   enough
+  [noise]                  # optional: one sigma of a measurement. It weights
+  position_mm = 0.02       #   the samples and tells whether the residuals are
+  joint_deg = 0.002        #   credible
 
-SAMPLES.csv (or q1_rad..., x_m...; any order; # begins a comment; columns whose name begins with _,
-such as _point or _time, are not looked at):
+SAMPLES.csv:
   q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm,_point
   10.0,20.0,30.0,41.151,25.265,-338.742,P1
 
-With --frame sensor the robot's frame is the one that best fits ROBOT.toml to the measured points,
-and a cyclic exchange of the joint columns (q2,q3,q1 for q1,q2,q3) cannot be detected: a Delta has
-threefold symmetry.
+Columns may stand in any order and in other units (q1_rad..., x_m...). A # begins a comment. The \
+program ignores columns whose name begins with _, such as _point or _time.
 
-Without a [tolerance], a result further from ROBOT.toml than 10 % of the forearm or 10 degrees is
-refused, unless --no-guess says that ROBOT.toml is no guess.
+With --frame sensor the program chooses the robot's frame so that ROBOT.toml fits the measured \
+points best. It then cannot detect a cyclic exchange of the joint columns (q2,q3,q1 for q1,q2,q3), \
+because a Delta has threefold symmetry.
 
-With --loss huber or tukey up to 40 % of the rows may be wrong: a reflector that slipped, a joint
-that was still moving, a digit. The fit starts from the rows that agree best (16 are needed), takes
-the scale of the residuals from their median, and does not count what is 4.7 scales off; the report
-names those rows with their residual in sigma. A file that is wrong as a whole is refused as ever.
+Without a [tolerance] the program refuses a result that differs from ROBOT.toml by more than 10 % of \
+the forearm or by more than 10 degrees. With --no-guess it accepts any geometry.
+
+With --loss huber or tukey the program leaves out wrong rows: a reflector slipped, a joint was still \
+moving, a digit was mistyped. The fit starts from the rows that agree best, estimates the scale of \
+the residuals from their median, and leaves out every row that is off by 4.7 scales or more; the \
+report names these rows with their residual in sigma. At most 40 % of the rows may be wrong, and \
+fewer of a short file: 4 of 16 rows, 6 of 20, 8 of 24, 11 of 30. A file that is wrong as a whole is \
+refused as without this option.
+
+--gate, --held-out and --forget need the rows in the order in which they were measured. With --gate \
+the program compares each row with what the rows before it and the [tolerance] predict, and leaves \
+it out if it is off by 4.7 sigma or more. Eight such rows in succession mean that the robot has \
+changed, and the calibration is refused. With --held-out K the program fits the robot without every \
+K-th row, and refuses the fit if those rows contradict it; if they agree, all rows make the result. \
+With --forget N each row counts N/(N+1) times as much as the next one, so that the result follows a \
+robot that warms up; it lags N rows behind. Firmware can do the same with the library's functions of \
+these names.
 
 Examples:
   delta-cal calibrate
@@ -96,8 +104,9 @@ Examples:
   delta-cal calibrate robot.toml samples.csv --json - | jq .position_error_mm";
 
 const FORWARD_HELP: &str = "\
-The input has the columns q1_deg,q2_deg,q3_deg (or q1_rad...), the output
-q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. A samples file will do as input; its positions are not used.
+The input has the columns q1_deg,q2_deg,q3_deg (or q1_rad...), the output \
+q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. The input may be a samples file; its positions are ignored.
+
 If one row has no solution, nothing is written.
 
 Examples:
@@ -105,8 +114,9 @@ Examples:
   printf 'q1_deg,q2_deg,q3_deg\\n10,20,30\\n' | delta-cal forward robot.toml";
 
 const INVERSE_HELP: &str = "\
-The input has the columns x_mm,y_mm,z_mm (or x_m...), the output
-q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. A samples file will do as input; its angles are not used.
+The input has the columns x_mm,y_mm,z_mm (or x_m...), the output \
+q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. The input may be a samples file; its angles are ignored.
+
 If one row has no solution within the joint limits, nothing is written.
 
 Examples:
@@ -133,30 +143,30 @@ pub(crate) enum Command {
     /// Compute the joint angles at which the platform is at given positions
     #[command(after_help = format!("{INVERSE_HELP}\n\n{KINEMATICS_EXIT_CODES}"))]
     Inverse(KinematicsArguments),
-    /// Choose the poses that are best to measure, and say what to expect of them
+    /// Choose the best poses to measure, and predict the accuracy they give
     #[command(after_help = plan::HELP)]
     Plan(PlanArguments),
-    /// Check whether samples determine the robot, and which poses to add
+    /// Check whether samples determine the robot, and propose poses to add
     #[command(after_help = check::HELP)]
     Check(CheckArguments),
-    /// Calibrate many simulated robots, to learn what a calibration will be worth
+    /// Calibrate many simulated robots, to predict how accurate a calibration will be
     #[command(after_help = simulate::help())]
     Simulate(SimulateArguments),
-    /// Run every simulation of the paper, and set its numbers beside this program's
+    /// Run every simulation of the paper, and compare its results with this program's
     #[command(after_help = reproduce::HELP)]
     Reproduce(ReproduceArguments),
-    /// Compute where the robot gets: boundary, volume, cylinders, singularities, influence of errors
+    /// Compute the robot's workspace: boundary, volume, cylinders, singularities, effect of errors
     Workspace(WorkspaceArguments),
-    /// Calibrate a controller that calibrates itself, over its serial link
+    /// Let a controller calibrate its robot, over the controller's serial link
     Device(DeviceArguments),
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArguments {
-    /// The robot before calibration; without files the built-in example is calibrated
+    /// The robot before calibration. Without files the program calibrates its built-in example
     #[arg(value_name = "ROBOT.toml", requires = "samples", value_parser = robot_path())]
     pub(crate) robot: Option<PathBuf>,
-    /// Joint angles and measured positions; - is standard input
+    /// Joint angles and measured positions; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     pub(crate) samples: Option<PathBuf>,
     /// How the parameters are estimated
@@ -165,35 +175,36 @@ pub(crate) struct CalibrateArguments {
     /// How the equations are solved
     #[arg(long, value_enum, default_value_t = SolverArgument::Lm)]
     pub(crate) solver: SolverArgument,
-    /// How a sample that disagrees with the others counts
+    /// How much a sample counts that disagrees with the others
     #[arg(long, value_enum, default_value_t = LossArgument::Squared)]
     pub(crate) loss: LossArgument,
-    /// Test each sample, in the file's order, against those before it, and leave out what disagrees
+    /// Compare each sample with those before it in the file, and leave it out if it disagrees
     #[arg(long)]
     pub(crate) gate: bool,
-    /// Hold every K-th sample out of the fit, and refuse a calibration that disagrees with them
+    /// Fit the robot without every K-th sample, and refuse the fit if those samples contradict it
     #[arg(long, value_name = "K", value_parser = held_out(), conflicts_with_all = ["gate", "forget"])]
     pub(crate) held_out: Option<NonZeroU32>,
-    /// Let samples fade, with a memory of N samples: the robot as it is at the file's end
+    /// Let older samples count less, with a memory of N samples, to find the robot as it is at the
+    /// end of the file
     #[arg(long, value_name = "N")]
     pub(crate) forget: Option<NonZeroU32>,
     /// The frame of the measured positions
     #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
     pub(crate) frame: FrameArgument,
-    /// The robot file is no guess: start without one (needs 12 samples) and accept any geometry
+    /// Do not use the robot file as a start value (needs 12 samples), and accept any geometry
     #[arg(long)]
     pub(crate) no_guess: bool,
-    /// Write the calibrated robot to this file; a file that exists is replaced
+    /// Write the calibrated robot to this file, replacing a file that exists
     #[arg(long, value_name = "CALIBRATED.toml")]
     pub(crate) output: Option<PathBuf>,
-    /// Write the report as JSON to this file; with - to standard output in place of the table, where a
-    /// refusal is told as well
+    /// Write the report as JSON to this file, or with - to standard output in place of the table; a
+    /// refusal is then written there as well
     #[arg(long, value_name = "REPORT.json")]
     pub(crate) json: Option<PathBuf>,
-    /// Write the report with figures to this file: HTML that opens in any browser
+    /// Write the report with figures to this HTML file, which opens in any browser
     #[arg(long, value_name = "REPORT.html")]
     pub(crate) report: Option<PathBuf>,
-    /// Allow --output to replace ROBOT.toml itself
+    /// Let --output replace ROBOT.toml itself
     #[arg(long, requires = "output")]
     pub(crate) force: bool,
 }
@@ -203,45 +214,45 @@ pub(crate) struct KinematicsArguments {
     /// The robot
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     pub(crate) robot: PathBuf,
-    /// The rows to compute; standard input without it, or with -
+    /// The rows to compute; without it, or with -, the program reads standard input
     #[arg(value_name = "FILE.csv")]
     pub(crate) file: Option<PathBuf>,
-    /// Write to this file in place of standard output; a file that exists is replaced
+    /// Write to this file instead of standard output, replacing a file that exists
     #[arg(long, value_name = "OUT.csv")]
     pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum MethodArgument {
-    /// Each arm by itself, from the closure of its kinematic chain
+    /// Fit each arm by itself, from the closure of its kinematic chain
     Ikm,
-    /// All 24 parameters at once, from the distances between measured and computed positions
+    /// Fit all 24 parameters at once, to the distances between measured and computed positions
     Fkm,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum SolverArgument {
-    /// Levenberg–Marquardt: damped, converges
+    /// Levenberg–Marquardt: damps steps that would not improve the fit, and converges
     Lm,
-    /// Gauss–Newton: full steps, can diverge and then says so
+    /// Gauss–Newton: takes full steps only; if it diverges, the calibration is refused
     Gn,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum LossArgument {
-    /// As all others: least squares, spoilt by a single wrong row
+    /// As much as all others (least squares); a single wrong row spoils the result
     Squared,
-    /// Less, the more it disagrees, and not at all if it is wrong; wrong rows are named
+    /// Less, the more it disagrees, and nothing beyond 4.7 scales; the report names such rows
     Huber,
-    /// As huber, falling off smoothly
+    /// Like huber, but the weight falls smoothly to zero
     Tukey,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum FrameArgument {
-    /// The robot's own
+    /// The robot's own frame
     Base,
-    /// The sensor's, wherever it stands; the frame is found and reported
+    /// The sensor's frame, wherever the sensor stands; the program finds and reports it
     Sensor,
 }
 

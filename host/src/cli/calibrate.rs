@@ -111,10 +111,11 @@ fn check_streaming(options: Options) -> Result<(), Failure> {
     if options.streaming.asked() && !plain {
         return Err(Failure::Usage {
             cause:
-                "--gate, --held-out and --forget take the samples one after the other, which only \
-                    --method ikm with --loss squared can"
+                "--gate, --held-out and --forget process the samples one after the other, which \
+                 only --method ikm with --loss squared can do"
                     .to_owned(),
-            remedy: "leave out --method and --loss, or those".to_owned(),
+            remedy: "leave out --method and --loss, or leave out --gate, --held-out and --forget"
+                .to_owned(),
         });
     }
     Ok(())

@@ -7,7 +7,7 @@ use crate::{Frame, Options, RobotFile, SamplesFile, calibrate};
 use delta_cal::{RigidTransform, Sample};
 use nalgebra::Vector3;
 
-/// An explanation brings the samples this many times nearer to the robot of the file, or is none.
+/// An explanation must bring the samples this many times nearer to the robot of the file.
 const CLEARLY: f64 = 4.0;
 /// Explanations within this factor of the best are as good.
 const ALIKE: f64 = 2.0;

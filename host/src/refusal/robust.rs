@@ -20,7 +20,7 @@ impl Circumstances<'_> {
             RobustRefusal::TooFewSamples { samples, needed } => Refused {
                 cause: format!(
                     "{}: {} are too few for a robust fit: half of them must determine an arm's 8 \
-                     parameters, so it needs {needed}",
+                     parameters, so it needs {needed} samples",
                     self.samples.name,
                     count(samples, "sample")
                 ),
@@ -31,10 +31,13 @@ impl Circumstances<'_> {
             RobustRefusal::TooManySuspected { suspected, samples } => self
                 .refused(
                     &format!(
-                        "{suspected} of {samples} samples disagree with the others: with so many it \
-                         is not known which are the wrong ones"
+                        "{suspected} of {samples} samples disagree with the others: with so many \
+                         the program cannot tell which ones are wrong"
                     ),
-                    format!("{CHECK}; did the sensor or the robot's base move meanwhile?"),
+                    format!(
+                        "{CHECK}; check whether the sensor or the robot's base moved during \
+                             the measurement"
+                    ),
                 )
                 .into(),
             ref other => self.refused(&other.to_string(), CHECK.to_owned()).into(),
@@ -71,7 +74,8 @@ impl Circumstances<'_> {
                 ("do", "them")
             };
             format!(
-                "{} of {} agree with each other, and {} {does} not: {} calibrates without {them}",
+                "{} of {} agree with each other, and {} {does} not: {} calibrates the robot \
+                 without {them}",
                 self.measured.len() - suspected.len(),
                 count(self.measured.len(), "sample"),
                 in_lines(&suspected),

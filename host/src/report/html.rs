@@ -48,8 +48,8 @@ pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String
         }
         section {
             h2 { "How well the samples determine each arm" }
-            (figure(&figures::conditions(report), "Below 100 is good. Beyond 1000 \
-                the poses hardly tell some parameters apart.")?)
+            (figure(&figures::conditions(report), "A condition below 100 is good. Beyond 1000 the \
+                                                   poses hardly distinguish some parameters.")?)
             (solution(report))
         }
         @if let Some(map) = &report.uncertainty {
@@ -99,7 +99,8 @@ fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
                     (crate::units::degrees(noise.joint())) "°."
                 }
                 None => {
-                    "No noise stated; with it the residuals could be judged."
+                    "No noise is stated; with it this report would say whether the residuals are \
+                     credible."
                     @if let Some(test) = &report.noise_test {
                         " They say that it is " (test.estimate()) ", and the σ are from it."
                     }
@@ -135,7 +136,7 @@ fn verdict(report: &CalibrationReport) -> Markup {
                     }
                     None => {
                         div.value { "unknown" }
-                        div.was { "no sample is left over to estimate it from" }
+                        div.was { "too few samples are left over to estimate it" }
                     }
                 }
             }
@@ -263,9 +264,9 @@ fn sensor_frame(report: &CalibrationReport) -> Markup {
             section {
                 h2 { "Sensor frame" }
                 p { "X_sensor = rotation · X_robot + translation. The poses above are in the \
-                    robot's frame, which is the one that best fits the robot file to the measured \
-                    points. A cyclic exchange of the joint columns cannot be detected: a Delta \
-                    has threefold symmetry." }
+                     robot's frame, which the program chose so that the robot file fits the \
+                     measured points best. A cyclic exchange of the joint columns cannot be \
+                     detected, because a Delta has threefold symmetry." }
                 table {
                     thead { tr { th colspan="3" { "rotation" } th { "translation, mm" } } }
                     tbody {

@@ -118,11 +118,11 @@ pub fn options(asked: Streaming) -> String {
 fn gate_title(gate: &GateReport) -> String {
     let counts = &gate.counts;
     let tested = gate.tested_from.map_or_else(
-        || "none could be tested: state [noise] and [tolerance]".to_owned(),
+        || "no sample could be tested: state [noise] and [tolerance]".to_owned(),
         |line| format!("tested from line {line} on"),
     );
     format!(
-        "Gate: {} taken in, {} rejected, {tested}",
+        "Gate: {} accepted, {} rejected, {tested}",
         count(
             usize::try_from(counts.taken).unwrap_or(usize::MAX),
             "sample"
@@ -134,7 +134,7 @@ fn gate_title(gate: &GateReport) -> String {
 fn memory(stream: &StreamReport) -> Option<String> {
     let samples = stream.asked.forget?.get();
     Some(format!(
-        "Forgetting: a memory of {} that follows a slow change so many rows behind",
+        "Forgetting: a memory of {}; the result lags as many rows behind a slow change",
         count(usize::try_from(samples).unwrap_or(usize::MAX), "sample")
     ))
 }
@@ -150,7 +150,7 @@ fn unit(report: &CalibrationReport) -> &'static str {
 fn held_out_title(report: &CalibrationReport, arms: &[Validation<f64>; 3]) -> String {
     let [arm, ..] = arms;
     format!(
-        "Held out: {:.0} samples that the fit had not seen, residual rms in {}",
+        "Held out: {:.0} samples that were not fitted, rms of their residuals in {}",
         arm.samples,
         unit(report)
     )
@@ -197,7 +197,8 @@ pub(super) fn text(report: &CalibrationReport) -> Vec<(String, String)> {
                 arm.residual_rms, arm.expected_rms
             );
         }
-        lines.push_str("  They agree, and count in the result.\n\n");
+        lines
+            .push_str("  They agree with the fit, so the result is computed from all samples.\n\n");
         parts.push((held_out_title(report, arms), lines));
     }
     if let Some(title) = memory(stream) {
@@ -229,8 +230,8 @@ pub(super) fn markup(report: &CalibrationReport) -> Markup {
                         }
                     }
                     p.note {
-                        "They disagree with what the samples before them predict, and did not count. \
-                        Measure them again, or find out what happened."
+                        "These samples disagree with what the samples before them predict, and \
+                         were left out. Measure them again, or find out what happened."
                     }
                 }
             }
@@ -238,7 +239,8 @@ pub(super) fn markup(report: &CalibrationReport) -> Markup {
         @if let Some(arms) = stream.and_then(|stream| stream.held_out.as_ref()) {
             section {
                 h2 { "Held-out samples" }
-                p { (held_out_title(report, arms)) ". They agree with the fit, and count in the result." }
+                p { (held_out_title(report, arms)) ". They agree with the fit, so the result is \
+                                                    computed from all samples." }
                 table {
                     thead { tr { th { "arm" } th { "found" } th { "expected" } } }
                     tbody {

@@ -27,13 +27,12 @@ pub fn render(report: &CalibrationReport) -> String {
         if let Some(test) = &report.noise_test {
             let _ = writeln!(
                 text,
-                "The residuals say that the noise is {};\nthe sigmas are from it.",
+                "The residuals show a noise of {};\nthe sigmas are computed from it.",
                 test.estimate()
             );
         }
         text.push_str(
-            "Tip: state the [noise] of the measurements in the robot file; then the residuals can \
-             be judged.\n",
+            "Tip: state the [noise] in the robot file, to learn whether the residuals are credible.\n",
         );
     }
     text
@@ -110,7 +109,8 @@ fn parameters(text: &mut String, report: &CalibrationReport) {
     }
     if prior {
         text.push_str(
-            "by tolerance: 0 % - from the samples only, 100 % - from the tolerance only\n\n",
+            "by tolerance: 0 % - only the samples decided the parameter, 100 % - only the \
+             tolerance did\n\n",
         );
     }
 }
@@ -249,10 +249,10 @@ fn frame(text: &mut String, report: &CalibrationReport) {
         );
     }
     text.push_str(
-        "The measured positions are in the frame of [sensor_frame]; those that delta-cal forward \
-         computes are\nin the robot's frame, which is the one that best fits the robot file to the \
-         measured points.\nA cyclic exchange of the joint columns cannot be detected: a Delta has \
-         threefold symmetry.\n\n",
+        "The measured positions are in the frame of [sensor_frame]. Those that delta-cal forward \
+         computes are\nin the robot's frame, which the program chose so that the robot file fits \
+         the measured points best.\nA cyclic exchange of the joint columns cannot be detected, \
+         because a Delta has threefold symmetry.\n\n",
     );
 }
 

@@ -53,10 +53,11 @@ pub(super) fn render(summaries: &[CaseSummary]) -> String {
     }
     let _ = writeln!(
         text,
-        "\nok: robots calibrated, not refused; the other figures are over these. gain: (4.1), 5 % and \
-         95 % of\nthe robots below. error: rms over {HELD_OUT_POSES} poses that were not measured, \
-         median robot. bound:\nparameter error over the Cramér–Rao bound, rms; below 1 where a \
-         prior assumes more spread than the\nrobots have. Everything else is in summary.csv."
+        "\nok: share of the robots that were calibrated and not refused; the other figures are of \
+         these.\ngain: (4.1), with the values below which 5 % and 95 % of the robots lie. error: \
+         rms over {HELD_OUT_POSES}\nposes that were not measured, of the median robot. bound: \
+         parameter error over the Cramér–Rao\nbound, rms; it is below 1 where a prior assumes more \
+         spread than the robots have.\nsummary.csv holds everything else."
     );
     refusals(&mut text, summaries);
     text

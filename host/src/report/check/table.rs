@@ -53,14 +53,15 @@ pub fn verdict(observability: &Observability) -> String {
     let rank = block.singular_values.len();
     if block.rank < rank {
         format!(
-            "These samples do not determine {}: {} of {rank} combinations of its parameters are not \
-             in them",
+            "These samples do not determine {}: they leave {} of {rank} combinations of its \
+             parameters open",
             name(block),
             rank - block.rank
         )
     } else {
         format!(
-            "These samples do not determine {}: {parameter} of {arm} is known to {} only (one sigma)",
+            "These samples do not determine {}: {parameter} of {arm} is known only to {} (one \
+             sigma)",
             name(block),
             in_file_units(parameter, sigma)
         )
@@ -90,8 +91,8 @@ fn singular_values(text: &mut String, observability: &Observability) {
         text.push('\n');
     }
     text.push_str(
-        "of the Jacobian, its rows in sigmas of the noise, its columns in mm, angles times the upper\n\
-         arm: each combination of parameters is known to one over its singular value\n\n",
+        "These are of the Jacobian with rows in sigmas of the noise and columns in mm, angles times the\n\
+         upper arm; one over a singular value is one sigma of that combination of parameters.\n\n",
     );
     heading(
         text,
@@ -119,7 +120,7 @@ fn singular_values(text: &mut String, observability: &Observability) {
 }
 
 fn weakest(text: &mut String, observability: &Observability) {
-    heading(text, "Known worst, by these samples alone");
+    heading(text, "Determined least, by these samples alone");
     for block in &observability.blocks {
         let weakest = &block.weakest;
         let together = if weakest.is_several() {
@@ -148,7 +149,7 @@ fn leverages(text: &mut String, observability: &Observability) {
     let title = if listed.len() > LISTED {
         listed.sort_by(|a, b| b.total.total_cmp(&a.total));
         listed.truncate(LISTED);
-        format!("Leverage of the {LISTED} samples that have most")
+        format!("Leverage: the {LISTED} samples with the largest")
     } else {
         "Leverage of each sample".to_owned()
     };
@@ -175,8 +176,8 @@ fn leverages(text: &mut String, observability: &Observability) {
     let total: f64 = leverages.iter().map(|leverage| leverage.total).sum();
     let _ = writeln!(
         text,
-        "total: the parameters that a sample decides, {total:.0} in all; largest: of one of its \
-         residuals\n"
+        "total: how many of the {total:.0} parameters a sample decides; largest: the same of one \
+         of its residuals\n"
     );
 }
 
@@ -195,7 +196,7 @@ fn additions(text: &mut String, next: &NextPoses) {
         let _ = writeln!(text, "{now}.");
         return;
     }
-    heading(text, "Best added, one after the other");
+    heading(text, "Poses that would help most, in this order");
     text.push_str("  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n");
     for line in crate::kinematics::to_csv(&next.poses).lines().skip(1) {
         let _ = writeln!(text, "  {line}");

@@ -47,7 +47,8 @@ pub(super) fn parameters(report: &CalibrationReport) -> Markup {
             }
         }
         @if prior {
-            p.note { "By tolerance: 0 % is from the samples only, 100 % from the tolerance only." }
+            p.note { "By tolerance: at 0 % only the samples decided the parameter, at 100 % only \
+                      the tolerance did." }
         }
     }
 }

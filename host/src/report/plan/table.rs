@@ -72,14 +72,15 @@ fn summary(text: &mut String, request: &PlanRequest<'_>, plan: &PosePlan) {
     };
     let _ = writeln!(
         text,
-        "Margin, as the real robot is not the nominal one: {:.1}° from the joints' limits,{forearms}\n\
+        "Margin, because the real robot differs from the nominal one: {:.1}° from the joints' limits,{forearms}\n\
          forearms {:.1}° from their upper arms' lines",
         degrees(margin.joints),
         degrees(margin.serial)
     );
     let _ = writeln!(
         text,
-        "Travel: {:.0}° of the joint that moves furthest ({:.0}° in the order found)\n",
+        "Travel: {:.0}°, of the joint that moves furthest in each step ({:.0}° before the poses \
+         were sorted)\n",
         degrees(plan.travel),
         degrees(plan.travel_unordered)
     );
@@ -132,8 +133,8 @@ fn positions(text: &mut String, plan: &PosePlan) {
     );
     if !plan.determined_alone {
         text.push_str(
-            "These poses do not determine every parameter by themselves: the [tolerance] decides what \
-             they\nleave open. Allow a larger region, wider limits or more poses.\n",
+            "These poses do not determine every parameter by themselves; the [tolerance] decides \
+             what they\nleave open. Allow a larger region, wider limits or more poses.\n",
         );
     }
     text.push('\n');

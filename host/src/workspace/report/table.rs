@@ -171,7 +171,8 @@ fn difference(text: &mut String, analysis: &Analysis, name: &str, comparison: &C
     if missing > 0 {
         let _ = writeln!(
             text,
-            "{DOUBTFUL}{} of the boundary have none of the other robot's near.{DOUBTFUL:#}",
+            "{DOUBTFUL}{} of the boundary have no point of the other robot's boundary near \
+             them.{DOUBTFUL:#}",
             count(missing, "point"),
         );
     }

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::expect_used, clippy::missing_panics_doc)] // in tests a panic is the failure
 
+pub mod documents;
 pub mod firmware;
 pub mod goldens;
 pub mod noisy_campaign;

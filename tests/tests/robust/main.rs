@@ -15,6 +15,9 @@ mod wrong_rows;
 use delta_cal::{Calibrator, Noise, Robot, Sample, Settings};
 use delta_cal_host::{CalibrationMethod, fkm};
 
+/// The document with the figures.
+const DIAGNOSIS: &str = "docs/diagnosis.md";
+
 fn noise() -> Noise<f64> {
     Noise::new(0.02, 0.002f64.to_radians()).unwrap()
 }

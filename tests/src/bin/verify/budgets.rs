@@ -59,8 +59,8 @@ pub(crate) fn check(check: &mut Check) {
         Ok(figures) => {
             tables::budgets(check, &budgets.budget, &figures);
             tables::rest(&budgets.budget, &figures);
-            tables::readme(&figures);
-            tables::peers(&budgets.peer, &figures);
+            tables::document(check, &figures);
+            tables::peers(check, &budgets.peer, &figures);
         }
     }
     panic_free::check(check, &directory("firmware"));

@@ -16,6 +16,7 @@ use nalgebra::{Rotation3, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::fmt::Write;
+use support::documents::print_documented;
 
 /// Robots, and every way to calibrate them: numbers of samples, frames, methods, with and without a
 /// guess, a tolerance and a noise.
@@ -421,6 +422,7 @@ fn robots(count: u64) -> impl Iterator<Item = u64> {
 /// The faults that are named for less than 95 % of the robots.
 fn unnamed(count: u64) -> Vec<&'static str> {
     println!("fault of the file                  robots   named");
+    let total = std::cell::Cell::new(0);
     let unnamed = |(name, frame, change, expected): &&Fault| {
         let mut named = 0;
         for robot in robots(count) {
@@ -436,9 +438,22 @@ fn unnamed(count: u64) -> Vec<&'static str> {
             }
         }
         println!("{name:<34} {count:>6} {named:>7}");
+        total.set(total.get() + named);
         named < count * 95 / 100
     };
-    FAULTS.iter().filter(unnamed).map(|fault| fault.0).collect()
+    let unnamed = FAULTS.iter().filter(unnamed).map(|fault| fault.0).collect();
+    if count == SOME {
+        let faults = FAULTS.len();
+        let files = faults as u64 * count;
+        print_documented(
+            "docs/diagnosis.md",
+            &format!(
+                "{faults} such faults in {count} files each: {} of the {files} files",
+                total.get()
+            ),
+        );
+    }
+    unnamed
 }
 
 /// The other files of which anything is said, for any robot.

@@ -52,7 +52,7 @@ fn rows_that_disagree_with_those_before_are_left_out_and_named() {
         .ok();
     assert!(
         run.stdout
-            .contains("Gate: 55 samples taken in, 5 rejected, tested from line 2 on"),
+            .contains("Gate: 55 samples accepted, 5 rejected, tested from line 2 on"),
         "{}",
         run.stdout
     );
@@ -103,7 +103,7 @@ fn a_robot_that_changes_in_the_middle_is_refused_with_the_line() {
     let run = folder.run("calibrate robot.toml samples.csv --gate --output out.toml");
     assert_eq!(run.code, 1, "{}", run.stdout);
     for part in [
-        "from line 42 on 20 samples",
+        "the 20 samples from line 42 on disagree",
         "the robot has changed",
         "40 samples before",
     ] {
@@ -120,7 +120,7 @@ fn rows_that_disagree_with_the_robot_file_from_the_start_are_not_a_changed_robot
     }
     let run = folder(&exchanged).run("calibrate robot.toml samples.csv --gate");
     assert_eq!(run.code, 1, "{}", run.stdout);
-    assert!(run.stderr.contains("too few to say"), "{}", run.stderr);
+    assert!(run.stderr.contains("too few to tell"), "{}", run.stderr);
     assert!(!run.stderr.contains("has changed"), "{}", run.stderr);
 }
 
@@ -143,7 +143,7 @@ fn without_noise_and_tolerance_the_first_rows_go_untested() {
     folder.write("samples.csv", csv(&noisy(&true_arms(), 11, 0.034)));
     let run = folder.run("calibrate robot.toml samples.csv --gate").ok();
     assert!(
-        run.stdout.contains("none could be tested"),
+        run.stdout.contains("no sample could be tested"),
         "{}",
         run.stdout
     );

@@ -8,6 +8,7 @@
 #[doc = include_str!("../../README.md")]
 struct Readme;
 
+pub mod documents;
 pub mod goldens;
 pub mod noisy_campaign;
 pub mod outliers;

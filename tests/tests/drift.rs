@@ -11,6 +11,7 @@
 use delta_cal::robot::Arm;
 use delta_cal::stream::Forgetting;
 use delta_cal::{Calibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_limits, paper_robot, perturbed,
     to_single,
@@ -18,6 +19,8 @@ use delta_cal_tests::{
 use nalgebra::{SMatrix, SVector};
 use rand_pcg::Pcg32;
 
+/// The document with the figures.
+const STREAMS: &str = "docs/streams.md";
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 fn noise() -> Noise<f64> {
@@ -118,7 +121,7 @@ fn the_estimate_follows_a_ramp_with_the_lag_and_the_variance_that_theory_has() {
         let samples = 8 * memory;
         let memory = f64::from(u32::try_from(memory).unwrap());
         let (mut lags, mut expected_lags, mut apart) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut squared_z, mut sigma, mut worth) = (0.0, 0.0, 0.0);
+        let (mut squared_z, mut worth) = (0.0, 0.0);
         for number in 0..robots {
             let mut rng = generator(campaign, number);
             let truth = perturbed(&paper_robot(), 0.5, 0.2 * DEGREE, Spread::Normal, &mut rng);
@@ -128,7 +131,6 @@ fn the_estimate_follows_a_ramp_with_the_lag_and_the_variance_that_theory_has() {
             let theory = Theory::new(&truth, &still, memory, parameter);
             let error = value(&followed(&still, memory, &settings())) - value(&truth);
             squared_z += error * error / theory.variance;
-            sigma += theory.variance.sqrt();
             // What the samples are worth: the variance of one sample over that of the estimate.
             let alike = Theory::new(&truth, &still, 1e12, parameter).variance;
             worth += alike * samples as f64 / theory.variance;
@@ -146,13 +148,13 @@ fn the_estimate_follows_a_ramp_with_the_lag_and_the_variance_that_theory_has() {
         let (apart, known) = mean(&apart);
         let number = robots as f64;
         let z = (squared_z / number).sqrt();
-        println!(
-            "{parameter}, memory {memory}: lag {lag:.2} ± {spread:.2} samples, of these poses \
-             {expected:.2} expected, {apart:.2} ± {known:.2} apart; rms error over the predicted \
-             sigma {z:.3} ({:.1} µm); worth {:.1} samples of {:.0}",
-            1e3 * sigma / number,
-            worth / number,
-            2.0 * memory + 1.0,
+        print_documented(
+            STREAMS,
+            &format!(
+                "| {parameter}, N = {memory} | {lag:.1} ± {spread:.1} | {expected:.1} | {apart:.1} ± \
+                 {known:.1} | {z:.2} | {:.0} |",
+                worth / number,
+            ),
         );
         // Forgetting by blocks of four shifts the weights by less than half a sample.
         assert!(apart.abs() < 4.0 * known + 0.5, "{apart} ± {known}");
@@ -246,9 +248,11 @@ fn a_long_stream_in_single_precision_stays_as_good_as_in_double() {
         worst = worst.max(apart);
         let error = largest_difference(&b.robot, &truth) * 1e3;
         if round == 49 {
-            println!(
-                "100,000 samples, memory 200: f32 and f64 at most {worst:.3} µm apart, f64 \
-                 {error:.1} µm from the truth"
+            print_documented(
+                STREAMS,
+                &format!(
+                    "at most {worst:.2} µm apart, and double precision is {error:.0} µm from the truth"
+                ),
             );
         }
     }

@@ -11,12 +11,15 @@ use delta_cal::calibration::{Start, StartUsed};
 use delta_cal::classical::StoredCalibrator;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Calibrator, Real, Robot, RobotOutcome, Sample, Settings, SymmetricRobot};
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single, uniform,
 };
 use nalgebra::{Matrix3, Rotation3, SVector, Vector3};
 
 const ROBOTS: u64 = 500;
+/// The document with the figures.
+const BENCHMARKS: &str = "docs/benchmarks.md";
 
 fn case(campaign: u64, robot: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>>) {
     let mut rng = generator(campaign, robot);
@@ -79,7 +82,10 @@ fn eight_random_poses_return_at_least_90_percent() {
                 .is_some_and(|outcome| largest_difference(&outcome.robot, &truth) < 1e-6)
         })
         .count();
-    println!("8 random poses: {returned} of {ROBOTS} robots returned");
+    print_documented(
+        BENCHMARKS,
+        &format!("| 8 random poses, of several solutions the nearest | {returned} of {ROBOTS} |"),
+    );
     assert!(returned * 10 >= ROBOTS as usize * 9, "only {returned}");
 }
 
@@ -143,10 +149,17 @@ fn single_precision_returns_500_of_500_robots_to_5_micrometres_from_twenty_poses
             assert!(error < 5e-3, "{count} poses, robot {robot}: {error:e} mm");
             worst = worst.max(error);
         }
-        println!(
-            "{count} poses: worst of {ROBOTS} robots {:.2} µm",
-            worst * 1e3
+        let micrometres = worst * 1e3;
+        print_documented(
+            BENCHMARKS,
+            &format!("| {count} poses | {micrometres:.2} µm |"),
         );
+        if count != 60 {
+            print_documented(
+                "README.md",
+                &format!("{micrometres:.2} µm off after {count} poses"),
+            );
+        }
     }
 }
 

@@ -163,7 +163,10 @@ fn eight_exact_poses_lead_to_an_exact_solution() {
             assert!(far(&found) < 1.01 * far(&ikm.robot), "robot {robot}");
         }
     }
-    println!("8 poses: {returned} of {ROBOTS} returned, {refused} refused, others fit as well");
+    delta_cal_tests::documents::print_documented(
+        "docs/benchmarks.md",
+        &format!("| FKM method, 8 random poses | {returned} of {ROBOTS} |"),
+    );
     assert_eq!(refused, 0);
 }
 

@@ -26,7 +26,7 @@ impl<T: Real> Identifiability<T> {
     }
 
     /// The combination of parameters, of unit length in internal units, that the samples determine
-    /// least: two steps of inverse iteration on JᵀJ.
+    /// least: three steps of inverse iteration on JᵀJ.
     #[inline(never)]
     pub(crate) fn weakest_direction(&self) -> [T; 8] {
         let mut direction = [T::ZERO; 8];

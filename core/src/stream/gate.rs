@@ -155,7 +155,7 @@ impl<T: Real> Gate<T> {
     /// How far a sample is off in each arm; nothing is taken in or counted.
     ///
     /// # Errors
-    /// Why it cannot be told.
+    /// Why the sample cannot be tested.
     pub fn innovations(
         &self,
         calibrator: &Calibrator<T>,
@@ -266,7 +266,7 @@ impl<T: Real> Gate<T> {
 
     /// Whether the gate cannot test for want of an estimate, and there are enough samples to try and
     /// solve one: at the 12th, and each time their number has doubled. Hand it over with
-    /// [`adopt`](Self::adopt); if it is refused, samples go on being taken in untested.
+    /// [`adopt`](Self::adopt); if the estimate is refused, the gate continues to take in samples untested.
     pub const fn wants_estimate(&self) -> bool {
         !self.estimated
             && self.counts.taken.is_multiple_of(SAMPLES_FOR_FREE_START)

@@ -54,7 +54,7 @@ pub struct HeldOut<T: Real> {
     came: u64,
 }
 
-/// How well an arm that was fitted to some samples agrees with those that it did not see.
+/// How well an arm that was fitted to some samples agrees with the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -68,11 +68,11 @@ pub struct Validation<T> {
     pub expected_rms: T,
     /// eᵀ(I + H C Hᵀ)⁻¹e, in units of the stated noise, or of the fit's estimate of it.
     pub statistic: T,
-    /// What the statistic may be at most for the calibration to pass.
+    /// The largest statistic with which the calibration passes.
     pub limit: T,
 }
 
-/// Why held-out samples speak against a calibration, or do not speak at all.
+/// Why held-out samples contradict a calibration, or cannot test it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -124,12 +124,12 @@ impl HeldOutRefusal {
 impl fmt::Display for HeldOutRefusal {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Every => formatter.write_str("one sample in two is the most that is held out"),
+            Self::Every => formatter.write_str("at most one sample in two can be held out"),
             Self::NoSamples { arm } => write!(formatter, "no sample of {arm} is held out"),
             Self::NoNoise { arm } => write!(
                 formatter,
-                "the fitted samples of {arm} are too few to estimate the noise that the held-out \
-                 ones are judged by"
+                "the fitted samples of {arm} are too few to estimate the noise, without which the \
+                 held-out samples cannot be judged"
             ),
             Self::Contradicted { arm, ratio } => write!(
                 formatter,
@@ -138,8 +138,8 @@ impl fmt::Display for HeldOutRefusal {
             ),
             Self::Overfitted { arm, ratio } => write!(
                 formatter,
-                "the fitted samples of {arm} leave the held-out ones off by {ratio:.0} sigma of the \
-                 noise: they are too few, or too much alike"
+                "the fit of {arm} leaves the held-out samples off by {ratio:.0} sigma of the \
+                 noise: the fitted samples are too few or too much alike"
             ),
         }
     }

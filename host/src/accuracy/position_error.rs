@@ -88,8 +88,8 @@ impl PositionError {
         let line = self.max_at_line?;
         self.is_outlier(self.max).then(|| {
             format!(
-                "the sample in line {line} is {:.3} mm from where the robot would be, half of the \
-                 samples less than {:.3} mm",
+                "the sample in line {line} is {:.3} mm from where the robot would be, while half of \
+             the samples are off by less than {:.3} mm",
                 self.max, self.median
             )
         })

@@ -43,7 +43,7 @@ pub fn read_samples(
 /// Calibrates the robot of a file from a file of samples.
 ///
 /// # Errors
-/// Options that exclude each other, a tolerance about a robot that is no guess, a sample that is out
+/// Options that exclude each other, a tolerance about a robot file that is not used as a start value, a sample that is out
 /// of all proportion, or measurements that cannot calibrate this robot: the core refuses them, the
 /// result is not credible without a stated tolerance, or it is expected to be worse than what there
 /// was before.

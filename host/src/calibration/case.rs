@@ -106,8 +106,8 @@ impl<'a> Case<'a> {
 /// A tolerance about a robot that is no guess.
 pub(crate) fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f64>, InputError> {
     if options.no_guess && robot.tolerance.is_some() {
-        let cause = "a tolerance about the values of a robot file that is no guess (--no-guess) \
-                     is a contradiction";
+        let cause = "the [tolerance] is about the values of the robot file, but --no-guess says \
+                     not to use them";
         return Err(InputError::new(&robot.name, cause)
             .at_key("[tolerance]")
             .with_remedy("leave out --no-guess, or delete the section [tolerance]"));

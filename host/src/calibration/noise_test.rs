@@ -27,8 +27,8 @@ pub struct NoiseTest {
     /// One σ of each coordinate of the position, mm, with 95 % limits. With a stated noise the joints'
     /// is taken to be in proportion.
     pub position: Estimate,
-    /// Degrees of freedom ν: residuals less parameters, fewer where the arms share the position's
-    /// noise.
+    /// Degrees of freedom ν of χ² and of the interval: residuals less parameters, fewer where the
+    /// arms share the position's noise.
     pub degrees_of_freedom: f64,
     /// Against the stated noise, if there is one.
     pub stated: Option<StatedNoise>,
@@ -50,7 +50,8 @@ pub struct Estimate {
 /// The χ² test of a stated noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatedNoise {
-    /// √(Σ(r/σ)²/ν), 1 is expected: how many times the stated noise the residuals say.
+    /// √(Σ(r/σ)²/f), f being residuals less parameters: how many times the stated noise the
+    /// residuals say. 1 is expected.
     pub ratio: Estimate,
     /// The probability of residuals that are as improbable if the noise is as stated, two-sided.
     pub probability: f64,
@@ -84,7 +85,7 @@ impl NoiseVerdict {
 }
 
 impl Estimate {
-    /// Of a σ: √(S/ν) with S = Σr² distributed as σ²χ²(ν), within √(S/χ²).
+    /// Of a σ whose square is distributed as σ²χ²(ν)/ν.
     fn of_sigma(value: f64, freedom: f64) -> Option<Self> {
         let chi_square = ChiSquared::new(freedom).ok()?;
         let limit = |probability| value * (freedom / chi_square.inverse_cdf(probability)).sqrt();
@@ -158,7 +159,8 @@ impl NoiseTest {
         Some(Self { tolerated, ..test })
     }
 
-    /// A ratio √(Σ(r/σ)²/ν) against a stated noise.
+    /// How many times the stated noise the residuals say, judged by χ² with that many degrees of
+    /// freedom.
     pub(crate) fn against(
         noise: &Noise<f64>,
         ratio: f64,
@@ -204,7 +206,10 @@ impl NoiseTest {
         let tolerated = self.tolerated.filter(|_| self.stated.is_none())?;
         (self.position.value > LITTLE * tolerated).then(|| {
             format!(
-                "no [noise] is stated, so the residuals are taken for noise: {} in each coordinate,                  where the tolerance lets the robot be off by {} mm. So the samples count for                  little, and the result stays near the robot file: look for wrong samples, or state                  the [noise]",
+                "no [noise] is stated, so the program takes the residuals for noise: {} in each \
+                 coordinate, while the tolerance lets the robot be off by {} mm. Therefore the \
+                 samples have little weight, and the result stays near the robot file. Look for \
+                 wrong samples, or state the [noise]",
                 self.estimate(),
                 significant(tolerated, 3)
             )
@@ -225,21 +230,21 @@ impl NoiseTest {
                     format!(", those of {arm} {ratio:.1} times")
                 });
                 let tolerance = if has_tolerance {
-                    ", and the samples count for too much against the tolerance"
+                    ", and the samples have too much weight against the tolerance"
                 } else {
                     ""
                 };
                 Some(format!(
-                    "the robot: the residuals are {ratio:.1} times the stated [noise]{most}: {found}. \
-                     So the sigmas above are {ratio:.1} times too small{tolerance}. The noise is \
-                     understated, or samples are outliers, or the robot has play: look for these, \
-                     otherwise state {state}"
+                    "the robot: the residuals are {ratio:.1} times the stated [noise]{most}: \
+                     {found}. So the sigmas above are {ratio:.1} times too small{tolerance}. \
+                     Either the noise is understated, or samples are outliers, or the robot has \
+                     play. Look for outliers and play; if there are none, state {state}"
                 ))
             }
             NoiseVerdict::Overstated => {
                 let factor = 1.0 / ratio;
                 let tolerance = if has_tolerance {
-                    ", and the tolerance counts for too much against the samples"
+                    ", and the tolerance has too much weight against the samples"
                 } else {
                     ""
                 };
@@ -258,9 +263,9 @@ impl NoiseTest {
         let chance = self.stated.map_or(String::new(), |stated| {
             let probability = stated.probability;
             if probability < 1e-6 {
-                "; by chance less than once in a million calibrations".to_owned()
+                "; by chance that happens less than once in a million calibrations".to_owned()
             } else {
-                format!("; by chance with probability {probability:.1e}")
+                format!("; by chance that happens with probability {probability:.1e}")
             }
         });
         let joints = if noise.joint() > 0.0 {
@@ -269,8 +274,8 @@ impl NoiseTest {
             ""
         };
         format!(
-            "{} mm is stated, and the residuals say {} mm ({} to {} with 95 % confidence{joints}\
-             {chance})",
+            "{} mm is stated, and the residuals show {} mm ({} to {} with 95 % \
+             confidence{joints}{chance})",
             noise.position(),
             significant(self.position.value, 3),
             significant(low, 3),
@@ -295,9 +300,9 @@ pub(crate) fn statement(noise: &Noise<f64>, ratio: f64) -> String {
     let position = format!("position_mm = {}", significant(ratio * noise.position(), 3));
     if noise.joint() > 0.0 {
         let joint = significant(ratio * noise.joint().to_degrees(), 3);
-        format!("{position} and joint_deg = {joint}, if measurements repeat so")
+        format!("{position} and joint_deg = {joint}, if repeated measurements scatter as much")
     } else {
-        format!("{position}, if measurements repeat so")
+        format!("{position}, if repeated measurements scatter as much")
     }
 }
 

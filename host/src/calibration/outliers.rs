@@ -55,7 +55,7 @@ impl Search<'_> {
             .map(|(distance, line)| format!("{line} ({distance:.3} mm)"))
             .collect();
         Some(format!(
-            "{subject} {} {fit} worst, half of the samples are off by less than {:.3} mm: \
+            "{subject} {} {fit} worst, while half of the samples are off by less than {:.3} mm: \
              measure {them} again or leave {them} out",
             list(&named),
             median(&sorted(&without.distances, &self.case.samples.rows))

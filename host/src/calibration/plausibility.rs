@@ -68,7 +68,7 @@ pub(crate) fn implausible(before: &Robot<f64>, after: &Robot<f64>) -> Option<Str
             ParameterKind::Angle => format!("{IMPLAUSIBLE}°"),
         };
         format!(
-            "{} of {} is {} in the robot file and came out as {}; a difference of more than \
+            "{} of {} is {} in the robot file, and the fit makes it {}; a difference of more than \
              {limit} is not credible without a stated [tolerance]",
             largest.parameter,
             largest.arm,

@@ -24,8 +24,9 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
         && report.before.tolerance.is_some()
     {
         found.push(format!(
-            "the samples say little beyond the robot file: the calibration moves the positions by \
-             {:.3} mm (rms over the workspace) and is itself uncertain by {:.3} mm",
+            "the samples add little to the robot file: the calibration moves the positions by \
+             {:.3} mm (rms over the workspace), and the new positions are themselves uncertain by \
+             {:.3} mm",
             comparison.change, comparison.sigma
         ));
     }
@@ -33,8 +34,8 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
         && comparison.unchanged()
     {
         found.push(
-            "the samples leave the robot where it was: it was calibrated with them already, or is \
-             as good as they can tell"
+            "the samples do not change the robot: it was calibrated with them before, or it is as \
+             accurate as they can show"
                 .to_owned(),
         );
     }
@@ -44,7 +45,8 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
                             the positions are taken to be in the robot's frame"
                 .to_owned(),
             Frame::Sensor => {
-                "the robot file's [sensor_frame] was not used: the frame was found anew".to_owned()
+                "the robot file's [sensor_frame] was not used: the program found the frame again"
+                    .to_owned()
             }
         });
     }
@@ -60,7 +62,7 @@ fn suspected_samples(report: &CalibrationReport, found: &mut Vec<String>) {
             "they disagree"
         };
         found.push(format!(
-            "{} did not count, for {they} with the others: of {}",
+            "the fit left out {}, because {they} with the others: {}",
             count(lines.len(), "sample"),
             in_lines(&lines)
         ));
@@ -112,8 +114,9 @@ fn large_changes(report: &CalibrationReport, found: &mut Vec<String>) {
         && let Some(changes) = doubtful(&report.before.robot, &report.after.robot)
     {
         found.push(format!(
-            "the calibrated robot is far from the robot file, which is an error of assembly, or of \
-             the units, signs or frame of the samples: {changes}"
+            "the calibrated robot differs much from the robot file. Either it was assembled with \
+             these errors, or the units, the signs or the frame of the samples are wrong: \
+             {changes}"
         ));
     }
 }
@@ -129,21 +132,21 @@ fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
         }
     } else if samples < FEW_SAMPLES {
         found.push(format!(
-            "{} are few: {FEW_SAMPLES} or more exclude a wrong solution that fits \
-             as well, 20 or more average the noise out",
+            "{} are few: {FEW_SAMPLES} or more exclude a wrong solution that fits as well, and 20 \
+             or more average the noise",
             count(samples, "sample")
         ));
     }
     if report.options.frame == Frame::Sensor && samples < FEW_SAMPLES {
         found.push(format!(
-            "the stated sigmas leave out the uncertainty of the sensor's frame, which adds six \
-             unknowns; with {} that counts",
+            "the sigmas do not contain the uncertainty of the sensor's frame, which has six more \
+             unknowns; with only {} that matters",
             count(samples, "sample")
         ));
     }
     if report.distinct_poses < samples {
         found.push(format!(
-            "{}, {}: measuring a pose again averages the noise, and says nothing new of the \
+            "{} at {}: measuring a pose again averages the noise, but adds nothing about the \
              geometry",
             count(samples, "sample"),
             count(report.distinct_poses, "distinct pose")
@@ -157,8 +160,8 @@ fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
         .any(|arm| arm.covariance.is_none())
     {
         found.push(
-            "the sigma of the parameters is not known: no sample is left over to estimate the \
-             noise from. Measure more poses or state the [noise]"
+            "the sigma of the parameters is not known, because too few samples are left over to \
+             estimate the noise. Measure more poses or state the [noise]"
                 .to_owned(),
         );
     }
@@ -188,7 +191,7 @@ fn arm_warnings(
         .collect();
     if !decided.is_empty() {
         found.push(format!(
-            "{arm}: decided by the tolerance more than by the samples: {}",
+            "{arm}: the tolerance decided these parameters more than the samples did: {}",
             decided.join(", ")
         ));
     }
@@ -203,16 +206,16 @@ fn arm_warnings(
         StartUsed::Nominal => {}
         StartUsed::Free if report.options.no_guess => {}
         StartUsed::Free => found.push(format!(
-            "{arm}: the fit that starts from the robot file did not lead to the solution, the one \
-             without a guess did: the file's geometry is far off"
+            "{arm}: the fit that started from the robot file did not find the solution, but the \
+             fit without a start value did. The geometry of the robot file is far off"
         )),
         StartUsed::Ikm => found.push(format!(
-            "{arm}: the fit that starts from the robot file did not lead to the best solution, the \
-             one that starts from the IKM method's did"
+            "{arm}: the fit that started from the robot file did not find the best solution, but \
+             the fit that started from the result of the IKM method did"
         )),
         StartUsed::Search => found.push(format!(
-            "{arm}: several solutions fit the samples; this is the best or the one nearest to the \
-             robot file"
+            "{arm}: several solutions fit the samples. This is the one that fits best or, of \
+             equally good ones, the one nearest to the robot file"
         )),
     }
 }

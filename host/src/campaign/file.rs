@@ -103,7 +103,7 @@ impl Plan {
             let counts = toml.poses.as_ref().iter().zip(&poses);
             if let Some((at, count)) = counts.into_iter().find(|(_, n)| !possible.contains(n)) {
                 let cause =
-                    format!("{count} poses cannot be planned: {LEAST_POSES} to {MOST_POSES} can");
+                    format!("{count} poses cannot be planned, only {LEAST_POSES} to {MOST_POSES}");
                 let error = reader.fault(at, "poses", cause);
                 return Err(error.with_remedy("change the list, or leave out planned = [true]"));
             }
@@ -134,7 +134,7 @@ impl Plan {
         if cases > CASES_AT_MOST {
             let cause = format!("{cases} cases are more than {CASES_AT_MOST}");
             return Err(InputError::new(input.name(), cause)
-                .with_remedy("shorten some lists, or make several campaigns of it"));
+                .with_remedy("shorten some lists, or divide them into several campaigns"));
         }
         Ok(plan)
     }

@@ -220,10 +220,9 @@ impl Cells<'_> {
     fn number(&self, column: &str) -> io::Result<Option<f64>> {
         match self.text(column)? {
             "" => Ok(None),
-            text => text
-                .parse()
-                .map(Some)
-                .map_err(|_| io::Error::other(format!("{text} in column {column} is no number"))),
+            text => text.parse().map(Some).map_err(|_| {
+                io::Error::other(format!("{text} in column {column} is not a number"))
+            }),
         }
     }
 }

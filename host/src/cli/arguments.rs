@@ -12,13 +12,6 @@ use super::workspace::WorkspaceArguments;
 use clap::{Parser, Subcommand};
 
 const EXAMPLES: &str = "\
-The rows are in the order in which they were measured where that matters. With --gate each is tested
-against what the rows before and the stated [tolerance] predict, and left out if it is 4.7 sigma off or
-more; eight such rows in a row mean that the robot has changed, and are refused. With --held-out K
-every K-th row is kept from the fit and must agree with it, or there is no result; then all rows
-count. With --forget N a row counts N/(N+1) times as much as the next, for a robot that warms up: the
-result lags N rows behind. --gate and --held-out do the same as the functions of the same name in firmware.
-
 Examples:
   delta-cal calibrate
       the built-in, simulated example
@@ -53,20 +46,20 @@ pub(crate) enum Command {
     /// Compute the joint angles at which the platform is at given positions
     #[command(after_help = format!("{}\n\n{}", kinematics::INVERSE_HELP, kinematics::EXIT_CODES))]
     Inverse(KinematicsArguments),
-    /// Choose the poses that are best to measure, and say what to expect of them
+    /// Choose the best poses to measure, and predict the accuracy they give
     #[command(after_help = plan::HELP)]
     Plan(PlanArguments),
-    /// Check whether samples determine the robot, and which poses to add
+    /// Check whether samples determine the robot, and propose poses to add
     #[command(after_help = check::HELP)]
     Check(CheckArguments),
-    /// Calibrate many simulated robots, to learn what a calibration will be worth
+    /// Calibrate many simulated robots, to predict how accurate a calibration will be
     #[command(after_help = simulate::help())]
     Simulate(SimulateArguments),
-    /// Run every simulation of the paper, and set its numbers beside this program's
+    /// Run every simulation of the paper, and compare its results with this program's
     #[command(after_help = reproduce::HELP)]
     Reproduce(ReproduceArguments),
-    /// Compute where the robot gets: boundary, volume, cylinders, singularities, influence of errors
+    /// Compute the robot's workspace: boundary, volume, cylinders, singularities, effect of errors
     Workspace(WorkspaceArguments),
-    /// Calibrate a controller that calibrates itself, over its serial link
+    /// Let a controller calibrate its robot, over the controller's serial link
     Device(DeviceArguments),
 }

@@ -7,35 +7,35 @@ use delta_cal_host::{CalibrationMethod, Frame};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum MethodArgument {
-    /// Each arm by itself, from the closure of its kinematic chain
+    /// Fit each arm by itself, from the closure of its kinematic chain
     Ikm,
-    /// All 24 parameters at once, from the distances between measured and computed positions
+    /// Fit all 24 parameters at once, to the distances between measured and computed positions
     Fkm,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum SolverArgument {
-    /// Levenberg–Marquardt: damped, converges
+    /// Levenberg–Marquardt: damps steps that would not improve the fit, and converges
     Lm,
-    /// Gauss–Newton: full steps, can diverge and then says so
+    /// Gauss–Newton: takes full steps only; if it diverges, the calibration is refused
     Gn,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum LossArgument {
-    /// As all others: least squares, spoilt by a single wrong row
+    /// As much as all others (least squares); a single wrong row spoils the result
     Squared,
-    /// Less, the more it disagrees, and not at all if it is wrong; wrong rows are named
+    /// Less, the more it disagrees, and nothing beyond 4.7 scales; the report names such rows
     Huber,
-    /// As huber, falling off smoothly
+    /// Like huber, but the weight falls smoothly to zero
     Tukey,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum FrameArgument {
-    /// The robot's own
+    /// The robot's own frame
     Base,
-    /// The sensor's, wherever it stands; the frame is found and reported
+    /// The sensor's frame, wherever the sensor stands; the program finds and reports it
     Sensor,
 }
 

@@ -8,4 +8,5 @@ Exit codes:
   3  an input file is wrong
   4  a file could not be written
   5  delta-cal device only: the controller or the link to it failed
-With 1, 2 and 3 no output file is written or changed.";
+
+With exit codes 1, 2 and 3 no output file is written or changed.";

@@ -15,11 +15,13 @@ Exit codes:
   2  the command line is wrong
   3  an input file is wrong, or a row has no solution
   4  the output could not be written
-With 2 and 3 no output file is written or changed.";
+
+With exit codes 2 and 3 no output file is written or changed.";
 
 pub(crate) const FORWARD_HELP: &str = "\
-The input has the columns q1_deg,q2_deg,q3_deg (or q1_rad...), the output
-q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. A samples file will do as input; its positions are not used.
+The input has the columns q1_deg,q2_deg,q3_deg (or q1_rad...), the output \
+q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. The input may be a samples file; its positions are ignored.
+
 If one row has no solution, nothing is written.
 
 Examples:
@@ -27,8 +29,9 @@ Examples:
   printf 'q1_deg,q2_deg,q3_deg\\n10,20,30\\n' | delta-cal forward robot.toml";
 
 pub(crate) const INVERSE_HELP: &str = "\
-The input has the columns x_mm,y_mm,z_mm (or x_m...), the output
-q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. A samples file will do as input; its angles are not used.
+The input has the columns x_mm,y_mm,z_mm (or x_m...), the output \
+q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. The input may be a samples file; its angles are ignored.
+
 If one row has no solution within the joint limits, nothing is written.
 
 Examples:
@@ -40,10 +43,10 @@ pub(crate) struct KinematicsArguments {
     /// The robot
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     pub(crate) robot: PathBuf,
-    /// The rows to compute; standard input without it, or with -
+    /// The rows to compute; without it, or with -, the program reads standard input
     #[arg(value_name = "FILE.csv")]
     pub(crate) file: Option<PathBuf>,
-    /// Write to this file in place of standard output; a file that exists is replaced
+    /// Write to this file instead of standard output, replacing a file that exists
     #[arg(long, value_name = "OUT.csv")]
     pub(crate) output: Option<PathBuf>,
 }

@@ -14,13 +14,18 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub(crate) const HELP: &str = "\
-The paper: T. Bentaleb, J. Iqbal, \"On the improvement of calibration accuracy of parallel robots -
-modeling and optimization\", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
+The paper is T. Bentaleb, J. Iqbal, \"On the improvement of calibration accuracy of parallel robots \
+- modeling and optimization\", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
 
-DIR receives report.html (one file, opens from disk), results.csv (one row a case), figures/ (SVG and
-PNG) and campaigns/ (each simulation with one row a robot; its plan.toml is a campaign file for
-`delta-cal simulate`). Ctrl-C keeps what is finished, and the same command goes on. All but the times
-is the same to the bit in every run.
+The program writes to DIR:
+  report.html   the report with its figures, one file that opens in any browser
+  results.csv   one row for each case
+  figures/      the figures as SVG and PNG
+  campaigns/    each simulation with one row for each robot; its plan.toml is a
+                campaign file for delta-cal simulate
+
+After Ctrl-C the finished part is kept, and the same command continues. Everything but the times is \
+the same to the bit in every run.
 
 Examples:
   delta-cal reproduce
@@ -40,13 +45,13 @@ pub(crate) struct ReproduceArguments {
     /// Write report.html, results.csv, the figures and the campaigns to this folder
     #[arg(long, value_name = "DIR", default_value = "reproduction")]
     output: PathBuf,
-    /// Robots of each case, in place of 500
+    /// The number of robots of each case [default: 500]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     robots: Option<u64>,
-    /// Threads; as many as there are processors without it. The results are the same to the bit
+    /// The number of threads [default: one for each processor]. The results are the same to the bit
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
-    /// Delete other campaigns in DIR and start anew
+    /// Delete other campaigns in DIR and start from the beginning
     #[arg(long)]
     force: bool,
 }

@@ -95,7 +95,7 @@ fn no_pose<T>(input: &InputText, row: &Row<T>, error: KinematicsError) -> InputE
             "this is the edge of the workspace; move the position inwards"
         }
         KinematicsError::Singular(_, Singularity::Parallel) => {
-            "the joints do not hold the platform there; choose another pose"
+            "at a singularity the joints do not hold the platform; choose another pose"
         }
         _ => "the number is too large to compute with",
     };

@@ -22,7 +22,7 @@ const ROWS_TO_TELL_UNITS: usize = 8;
 /// What a samples file says: at least one sample.
 ///
 /// The columns are `q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm`, or `_rad` and `_m`, in any order.
-/// Columns whose name begins with `_` are not looked at. Lines that begin with `#` are comments.
+/// Columns whose name begins with `_` are ignored. Lines that begin with `#` are comments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SamplesFile {
     /// The file's name, for messages.
@@ -109,7 +109,7 @@ impl SamplesFile {
     }
 }
 
-/// Reads the joint angles (radians) of a file; positions may be there too and are not looked at.
+/// Reads the joint angles (radians) of a file; positions may be there too and are ignored.
 ///
 /// # Errors
 /// As [`SamplesFile::read`].

@@ -50,7 +50,8 @@ pub struct Options {
     pub streaming: Streaming,
     /// The frame of the measured positions.
     pub frame: Frame,
-    /// The robot file is no guess: the fit starts without one, and any geometry is accepted.
+    /// Do not use the robot file as a start value: the fit starts without one, and any geometry is
+    /// accepted.
     /// Needs 12 samples.
     pub no_guess: bool,
 }
@@ -60,7 +61,8 @@ pub struct Options {
 pub struct Streaming {
     /// Each sample is tested before it is taken in.
     pub gate: bool,
-    /// Every so manieth sample is held out of the fit and judges it; not together with the others.
+    /// With `Some(k)` every k-th sample is held out of the fit, and the fit must agree with these
+    /// samples. Not together with `gate` or `forget`.
     pub held_out: Option<NonZeroU32>,
     /// Samples fade, with a memory of so many.
     pub forget: Option<NonZeroU32>,
@@ -87,8 +89,8 @@ impl fmt::Display for OptionsError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::StreamNeedsPlainIkm => {
-                "--gate, --held-out and --forget take the samples one after the other, which only \
-                 --method ikm with --loss squared can"
+                "--gate, --held-out and --forget process the samples one after the other, which \
+                 only --method ikm with --loss squared can do"
             }
             Self::HeldOutNeedsAllSamples => {
                 "--held-out judges the fit to all other samples, so it cannot be used with --gate \
@@ -104,7 +106,9 @@ impl OptionsError {
     /// What to do next.
     pub const fn remedy(self) -> &'static str {
         match self {
-            Self::StreamNeedsPlainIkm => "leave out --method and --loss, or those",
+            Self::StreamNeedsPlainIkm => {
+                "leave out --method and --loss, or leave out --gate, --held-out and --forget"
+            }
             Self::HeldOutNeedsAllSamples => "leave out --held-out, or --gate and --forget",
         }
     }

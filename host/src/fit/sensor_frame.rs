@@ -39,7 +39,7 @@ pub(crate) fn find(
     let [arm, ..] = robot.robot.arms();
     if let Some(how) = degenerate(pairs.iter().map(|(_, measured)| *measured), arm.lb()) {
         return Err(format!(
-            "the measured points lie {how}, which does not fix the sensor's frame"
+            "the measured points lie {how}, so they do not determine the sensor's frame"
         ));
     }
     let frame = match options.loss {

@@ -60,10 +60,11 @@ pub fn render(summaries: &[CaseSummary]) -> String {
     }
     parts.push(Section::new("").table(table(&different, summaries)));
     let notes = Section::new("").note(format!(
-        "ok: robots calibrated, not refused; the other figures are over these. gain: (4.1), 5 % and \
-         95 % of the robots below. error: rms over {HELD_OUT_POSES} poses that were not measured, \
-         median robot. bound: parameter error over the Cramér–Rao bound, rms; below 1 where a prior \
-         assumes more spread than the robots have. Everything else is in summary.csv."
+        "ok: share of the robots that were calibrated and not refused; the other figures are of \
+         these. gain: (4.1), with the values below which 5 % and 95 % of the robots lie. error: rms \
+         over {HELD_OUT_POSES} poses that were not measured, of the median robot. bound: parameter \
+         error over the Cramér–Rao bound, rms; it is below 1 where a prior assumes more spread than \
+         the robots have. summary.csv holds everything else."
     ));
     parts.push(refusals(summaries).into_iter().fold(notes, Section::text));
     terminal::text(parts)

@@ -48,12 +48,13 @@ impl fmt::Display for WorkspaceError {
             ),
             Self::Thin { spacing } => write!(
                 formatter,
-                "the workspace is thinner than the distance between lines, {spacing:.3} mm: none of \
-                 them meets it"
+                "the workspace is thinner than the distance between the lines, {spacing:.3} mm: no \
+                 line meets it"
             ),
             Self::TooFine { spacing, least } => write!(
                 formatter,
-                "lines {spacing} mm apart are too many for this workspace; the least is {least:.3} mm"
+                "lines {spacing} mm apart would be too many for this workspace; the smallest \
+                 possible distance is {least:.3} mm"
             ),
         }
     }

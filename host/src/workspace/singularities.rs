@@ -28,7 +28,7 @@ const LAST_TURN: f64 = 1e-5;
 const PRECISION: f64 = 1e-7;
 
 /// The singular configuration nearest to a pose, within the pose's branch of the kinematics. Joint
-/// limits are not looked at.
+/// limits are ignored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearestSingularity {
     /// [`Limit::Serial`] or [`Limit::Parallel`].

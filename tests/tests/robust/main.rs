@@ -16,6 +16,9 @@ use delta_cal::{Calibrator, Noise, Robot, Sample, Settings};
 use delta_cal_host::CalibrationMethod;
 use delta_cal_host::fit::fkm;
 
+/// The document with the figures.
+const DIAGNOSIS: &str = "docs/diagnosis.md";
+
 fn noise() -> Noise<f64> {
     Noise::new(0.02, 0.002f64.to_radians()).unwrap()
 }

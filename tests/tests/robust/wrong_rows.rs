@@ -3,6 +3,7 @@
 use crate::{plain, quantile, settings, stated_or_not};
 use delta_cal::robust::Loss;
 use delta_cal_host::{CalibrationMethod, calibrate_robust};
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::outliers::{Found, Spoilt, Wrong};
 
 /// Samples and how many of them are wrong: the fifth that a robust fit must bear, and a sixth of few.
@@ -80,7 +81,11 @@ fn campaign(
     compared
 }
 
+/// Every kind of wrong samples, both losses, with and without a stated noise; and what a document says
+/// of all of them.
 fn every_kind(robots: u64, part: (usize, usize), method: CalibrationMethod) {
+    let (mut least, mut most, mut worst) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+    let mut recall = f64::INFINITY;
     for loss in [Loss::Tukey, Loss::Huber] {
         for stated in [true, false] {
             for kind in Wrong::ALL {
@@ -90,9 +95,24 @@ fn every_kind(robots: u64, part: (usize, usize), method: CalibrationMethod) {
                     "{method:?}, {loss:?}, noise {known}, {} of {}, {kind:?}",
                     part.1, part.0
                 ));
+                let [robust, good, _] = compared.squares;
+                let to_good = (robust / good).sqrt();
+                (least, most) = (least.min(to_good), most.max(to_good));
+                worst = worst.max(quantile(&mut compared.ratios, 1.0));
+                recall = recall.min(compared.found.recall());
             }
         }
     }
+    print_documented(
+        DIAGNOSIS,
+        &format!(
+            "| {}, {} of {} rows | {robots} | {least:.3} to {most:.3} | {worst:.2} | {:.1} % |",
+            method.name(),
+            part.1,
+            part.0,
+            100.0 * recall
+        ),
+    );
 }
 
 #[test]

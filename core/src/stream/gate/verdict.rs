@@ -13,8 +13,9 @@ pub struct Innovation<T> {
     pub arm: ArmIndex,
     /// By how much the sample is off along the forearm, f/(2 Lb). Length.
     pub distance: T,
-    /// The innovation over its σ, that of the prediction included. Without a stated noise: of a normal
-    /// distribution what is as improbable as the innovation over its estimated σ is of Student's.
+    /// The innovation over its σ, which contains that of the prediction. Without a stated noise the
+    /// innovation over its estimated σ is distributed as Student's t; this is then the value of a normal
+    /// distribution that is as improbable.
     pub normalized: T,
 }
 
@@ -50,14 +51,14 @@ pub enum Verdict<T> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Alarm {
-    /// The robot has changed, or its measuring frame: more samples agreed with each other before than
-    /// it takes to determine an arm and to outvote the run.
+    /// The robot has changed, or its measuring frame. Before the run so many samples agreed with each
+    /// other that they determine an arm and are still more than the run's.
     RobotChanged {
         /// The run's first sample, counted from 0 over all that came.
         first: u64,
     },
-    /// Too few samples came before the run to say which are right: those, with the robot and the
-    /// tolerance that were stated, or the run.
+    /// Too few samples came before the run to decide which are right: those samples, together with the
+    /// stated robot and tolerance, or the samples of the run.
     EarlySamplesWrong {
         /// The run's first sample, counted from 0 over all that came.
         first: u64,

@@ -11,7 +11,7 @@ use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
 use nalgebra::Vector3;
 
-/// An explanation brings the samples this many times nearer to the robot of the file, or is none.
+/// An explanation must bring the samples this many times nearer to the robot of the file.
 const CLEARLY: f64 = 4.0;
 /// Explanations within this factor of the best are as good.
 const ALIKE: f64 = 2.0;

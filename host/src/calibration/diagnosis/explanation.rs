@@ -47,12 +47,12 @@ impl fmt::Display for Diagnosis {
         };
         let whose = match self.evidence {
             DiagnosisEvidence::RobotFile => "the robot of the file",
-            DiagnosisEvidence::Fit => "a robot fitted without a guess",
+            DiagnosisEvidence::Fit => "a robot fitted without a start value",
         };
         write!(
             formatter,
-            "it looks as if {}. Without that, half of the measured points are within {} mm of where \
-             {whose} would be",
+            "it looks as if {}. If that is undone, half of the measured points are within {} mm of \
+             where {whose} would be",
             best.cause,
             figures(best.without),
         )?;
@@ -63,19 +63,23 @@ impl fmt::Display for Diagnosis {
         if self.as_they_are.is_finite() {
             write!(
                 formatter,
-                "; as they are, within {} mm. ",
+                "; as the files are, within {} mm. ",
                 figures(self.as_they_are)
             )?;
         } else {
-            formatter.write_str("; as they are, they cannot be compared with it. ")?;
+            formatter.write_str("; as the files are, the two cannot be compared. ")?;
         }
         for other in others.iter().take(NAMED - 1) {
-            write!(formatter, "As good an explanation: {}. ", other.cause)?;
+            write!(
+                formatter,
+                "Another explanation is as good: {}. ",
+                other.cause
+            )?;
         }
         if let Some(more) = others.len().checked_sub(NAMED - 1).filter(|more| *more > 0) {
-            write!(formatter, "As good are {more} more. ")?;
+            write!(formatter, "{more} more explanations are as good. ")?;
         }
-        formatter.write_str("Nothing was corrected")
+        formatter.write_str("The program corrected nothing")
     }
 }
 

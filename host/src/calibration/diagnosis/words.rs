@@ -80,7 +80,8 @@ impl Words<'_> {
                 )
             }
             Fault::Reversed(reversed) => format!(
-                "change the sign of {} in {samples} (positive swings the arm towards the platform)",
+                "change the sign of {} in {samples} (a positive angle swings the arm towards the \
+                 platform)",
                 self.joints(*reversed)
             ),
             Fault::Angles([true, true, true], AngleUnit::Radians) => {

@@ -46,7 +46,8 @@ impl Explainer<'_> {
             let frame = match self.case.options.frame {
                 Frame::Base => format!(
                     "half of the measured points are more than {median:.0} mm from where the robot \
-                     of the file would be; if they are in the sensor's own frame, use {}; else {CHECK}",
+                     of the file would be; if they are in the sensor's own frame, use {}; \
+                     otherwise {CHECK}",
                     self.find_frame()
                 ),
                 Frame::Sensor => format!(
@@ -80,7 +81,8 @@ impl Explainer<'_> {
             ("do", "them")
         };
         Some(format!(
-            "{} of {} agree with each other, and {} {does} not: {} calibrates without {them}",
+            "{} of {} agree with each other, and {} {does} not: {} calibrates the robot \
+                 without {them}",
             samples - lines.len(),
             count(samples, "sample"),
             in_lines(lines),

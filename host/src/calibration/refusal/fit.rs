@@ -82,8 +82,8 @@ impl Explainer<'_> {
                     "the residuals of {arm} are {ratio:.1} times what the stated [noise] allows{}",
                     self.residuals_say(f64::from(ratio))
                 ),
-                "look for an outlier, or a sensor that moved; the [noise] is to be stated as it is, \
-                 as repeated measurements of one pose give it"
+                "look for an outlier, or for a sensor that moved; state the [noise] that repeated \
+                 measurements of one pose show"
                     .to_owned(),
             ),
             Refusal::FarFromNominal {
@@ -92,8 +92,8 @@ impl Explainer<'_> {
                 tolerances,
             } => (
                 format!(
-                    "{parameter} of {arm} came out {tolerances:.1} tolerances ({}) from nominal, \
-                     more than the stated [tolerance] makes credible",
+                    "the fit puts {parameter} of {arm} {tolerances:.1} tolerances ({}) away from \
+                     nominal, which the stated [tolerance] makes incredible",
                     self.distance(parameter, tolerances)
                 ),
                 format!(
@@ -114,8 +114,8 @@ impl Explainer<'_> {
     fn impossible(&self, refusal: &Refusal) -> CauseAndRemedy {
         match *refusal {
             Refusal::WrongSide => (
-                "each arm fits the samples, and together they put the platform on the other side of \
-                 the elbows: the samples' frame is upside down or left-handed against the robot's"
+                "each arm by itself fits the samples, but together they put the platform above the \
+                 elbows: the samples' frame is upside down or left-handed"
                     .to_owned(),
                 format!("state the samples in the robot's frame, or use {}", self.find_frame()),
             ),
@@ -140,8 +140,8 @@ impl Explainer<'_> {
         let found = count(usize::try_from(samples).unwrap_or(usize::MAX), "sample");
         let (why, remedy) = if self.case.options.no_guess {
             (
-                "without a guess each arm needs",
-                "or leave out --no-guess if the robot file is a good one",
+                "without a start value each arm needs",
+                "or leave out --no-guess, so that the fit starts from the robot file",
             )
         } else {
             (
@@ -151,7 +151,7 @@ impl Explainer<'_> {
         };
         Refused {
             cause: format!(
-                "{}:{line}: the file ends after {found}: {why} {needed}",
+                "{}:{line}: the file ends after {found}: {why} {needed} samples",
                 self.case.samples.name
             ),
             remedy: format!("measure more poses (20 or more are advisable), {remedy}"),

@@ -24,7 +24,7 @@ impl Explainer<'_> {
                 self.findings.worst_samples.clone(),
                 self.without_wrong_samples(),
                 Some(format!(
-                    "{CHECK}{frame}; if the robot file is only a rough guess, say --no-guess"
+                    "{CHECK}{frame}; if the robot file is only a rough guess, add --no-guess"
                 )),
             ]),
         }
@@ -41,7 +41,7 @@ impl Explainer<'_> {
         } else {
             "it cannot reach any of them".to_owned()
         };
-        let cause = format!("the calibrated robot does not come to the measured points: {how}");
+        let cause = format!("the calibrated robot does not reach the measured points: {how}");
         self.refused(&cause, CHECK.to_owned())
     }
 
@@ -59,14 +59,15 @@ impl Explainer<'_> {
         };
         let worst = after.max_at_line.map_or(String::new(), |line| {
             format!(
-                "; it leaves the samples {:.3} mm off (rms), the one in line {line} {:.3} mm",
+                "; after it the samples would still be off by {:.3} mm (rms), and the one in line \
+                 {line} by {:.3} mm",
                 after.rms, after.max
             )
         });
         let cause = format!(
             "the calibration is expected to make the robot worse: it would move the positions by \
-             {change:.3} mm (rms over the workspace) and is itself uncertain by {sigma:.3} mm, \
-             {so}{worst}"
+             {change:.3} mm (rms over the workspace), and the new positions are themselves \
+             uncertain by {sigma:.3} mm, {so}{worst}"
         );
         let remedy = format!(
             "if the robot was calibrated before, it is as good as these samples can make it; \

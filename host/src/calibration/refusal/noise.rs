@@ -14,9 +14,10 @@ impl Explainer<'_> {
             .tolerated
             .map_or_else(String::new, |value| significant(value, 3));
         let cause = format!(
-            "no [noise] is stated, and if the residuals were noise it would be {} in each \
-             coordinate. The stated [tolerance] lets the robot be off by {tolerated} mm only: such \
-             samples say nothing about it, and the result would be the robot file itself",
+            "no [noise] is stated, and if the residuals were all noise, it would be {} in each \
+             coordinate. But the stated [tolerance] lets the robot be off by only {tolerated} mm. \
+             Such samples say nothing about the robot, and the result would be the robot file \
+             itself",
             test.estimate()
         );
         let remedy = format!(

@@ -13,7 +13,7 @@ impl Explainer<'_> {
             RobustRefusal::TooFewSamples { samples, needed } => Refused {
                 cause: format!(
                     "{}: {} are too few for a robust fit: half of them must determine an arm's 8 \
-                     parameters, so it needs {needed}",
+                     parameters, so it needs {needed} samples",
                     self.case.samples.name,
                     count(samples, "sample")
                 ),
@@ -21,10 +21,13 @@ impl Explainer<'_> {
             },
             RobustRefusal::TooManySuspected { suspected, samples } => self.refused(
                 &format!(
-                    "{suspected} of {samples} samples disagree with the others: with so many it \
-                         is not known which are the wrong ones"
+                    "{suspected} of {samples} samples disagree with the others: with so many \
+                         the program cannot tell which ones are wrong"
                 ),
-                format!("{CHECK}; did the sensor or the robot's base move meanwhile?"),
+                format!(
+                    "{CHECK}; check whether the sensor or the robot's base moved during \
+                             the measurement"
+                ),
             ),
             ref other => self.refused(&other.to_string(), CHECK.to_owned()),
         }

@@ -11,27 +11,28 @@ impl Explainer<'_> {
         let first = usize::try_from(alarm.first()).unwrap_or(usize::MAX);
         let line = self.case.samples.rows.get(first).map_or(0, |row| row.line);
         let before = usize::try_from(before).unwrap_or(usize::MAX);
-        let disagree = format!("from line {line} on {run} samples in a row disagree with");
+        let disagree = format!("the {run} samples from line {line} on disagree with");
         let (cause, remedy) = match alarm {
             Alarm::RobotChanged { .. } => (
                 format!(
-                    "{disagree} the {} before that agree with each other: there the robot has \
-                     changed, or the frame that it is measured in",
+                    "{disagree} the {} before them, which agree with each other: at this line the \
+                     robot has changed, or the frame in which it is measured",
                     count(before, "sample")
                 ),
                 format!(
-                    "calibrate the rows before line {line} and those from there on each by \
-                     themselves; a robot that changes slowly is followed by --forget"
+                    "calibrate the rows before line {line} and the rows from that line on \
+                     separately; if the robot changes slowly, use --forget"
                 ),
             ),
             _ => (
                 format!(
-                    "{disagree} the robot file and the {} before: too few to say which are right",
+                    "{disagree} the robot file and the {} before them, which are too few to tell \
+                     which of them are right",
                     count(before, "sample")
                 ),
                 format!(
-                    "{CHECK}; measure the rows before line {line} again, or begin with that line; or \
-                     the stated [tolerance] or [noise] is too small"
+                    "{CHECK}; measure the rows before line {line} again, or delete them; or state \
+                     a larger [tolerance] or [noise] if the stated one is too small"
                 ),
             ),
         };
@@ -45,13 +46,13 @@ impl Explainer<'_> {
         let remedy = match refusal {
             HeldOutRefusal::Contradicted { .. } => {
                 "find out what differs between the samples: --gate names the rows that disagree \
-                 with those before, --loss tukey those that disagree with all others"
+                 with those before them, and --loss tukey the rows that disagree with all others"
                     .to_owned()
             }
             HeldOutRefusal::Overfitted { .. } | HeldOutRefusal::NoNoise { .. } => {
-                format!("measure more poses and {SPREAD}, or hold fewer out")
+                format!("measure more poses and {SPREAD}, or hold out fewer samples")
             }
-            _ => "measure more poses, or hold more of them out".to_owned(),
+            _ => "measure more poses, or hold out more of them".to_owned(),
         };
         Refused {
             cause: format!("{}: {refusal}", self.case.samples.name),

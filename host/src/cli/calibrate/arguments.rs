@@ -10,37 +10,50 @@ use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
 ROBOT.toml:
-  [nominal]                # or three [[arm]] with dx_mm, dy_mm, dz_mm, theta_deg, alpha_deg,
-  base_radius_mm = 194     #   la_x_mm, la_y_mm, lb_mm
+  [nominal]                # or three [[arm]] tables with dx_mm, dy_mm, dz_mm,
+  base_radius_mm = 194     #   theta_deg, alpha_deg, la_x_mm, la_y_mm, lb_mm
   platform_radius_mm = 30
   upper_arm_mm = 260
   forearm_mm = 480
   [joints]
   min_deg = -60
   max_deg = 90
-  [tolerance]              # optional: one sigma of each parameter about nominal. With it, fewer
-  length_mm = 0.5          #   than 8 samples will do, and few samples cannot make the robot worse
-  angle_deg = 0.2
-  [noise]                  # optional: one sigma of a measurement. Weights the samples and tells
-  position_mm = 0.02       #   whether the residual is credible
-  joint_deg = 0.002
+  [tolerance]              # optional: one sigma of each parameter about its
+  length_mm = 0.5          #   nominal value. With it fewer than 8 samples are
+  angle_deg = 0.2          #   enough
+  [noise]                  # optional: one sigma of a measurement. It weights
+  position_mm = 0.02       #   the samples and tells whether the residuals are
+  joint_deg = 0.002        #   credible
 
-SAMPLES.csv (or q1_rad..., x_m...; any order; # begins a comment; columns whose name begins with _,
-such as _point or _time, are not looked at):
+SAMPLES.csv:
   q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm,_point
   10.0,20.0,30.0,41.151,25.265,-338.742,P1
 
-With --frame sensor the robot's frame is the one that best fits ROBOT.toml to the measured points,
-and a cyclic exchange of the joint columns (q2,q3,q1 for q1,q2,q3) cannot be detected: a Delta has
-threefold symmetry.
+Columns may stand in any order and in other units (q1_rad..., x_m...). A # begins a comment. The \
+program ignores columns whose name begins with _, such as _point or _time.
 
-Without a [tolerance], a result further from ROBOT.toml than 10 % of the forearm or 10 degrees is
-refused, unless --no-guess says that ROBOT.toml is no guess.
+With --frame sensor the program chooses the robot's frame so that ROBOT.toml fits the measured \
+points best. It then cannot detect a cyclic exchange of the joint columns (q2,q3,q1 for q1,q2,q3), \
+because a Delta has threefold symmetry.
 
-With --loss huber or tukey up to 40 % of the rows may be wrong: a reflector that slipped, a joint
-that was still moving, a digit. The fit starts from the rows that agree best (16 are needed), takes
-the scale of the residuals from their median, and does not count what is 4.7 scales off; the report
-names those rows with their residual in sigma. A file that is wrong as a whole is refused as ever.
+Without a [tolerance] the program refuses a result that differs from ROBOT.toml by more than 10 % of \
+the forearm or by more than 10 degrees. With --no-guess it accepts any geometry.
+
+With --loss huber or tukey the program leaves out wrong rows: a reflector slipped, a joint was still \
+moving, a digit was mistyped. The fit starts from the rows that agree best, estimates the scale of \
+the residuals from their median, and leaves out every row that is off by 4.7 scales or more; the \
+report names these rows with their residual in sigma. At most 40 % of the rows may be wrong, and \
+fewer of a short file: 4 of 16 rows, 6 of 20, 8 of 24, 11 of 30. A file that is wrong as a whole is \
+refused as without this option.
+
+--gate, --held-out and --forget need the rows in the order in which they were measured. With --gate \
+the program compares each row with what the rows before it and the [tolerance] predict, and leaves \
+it out if it is off by 4.7 sigma or more. Eight such rows in succession mean that the robot has \
+changed, and the calibration is refused. With --held-out K the program fits the robot without every \
+K-th row, and refuses the fit if those rows contradict it; if they agree, all rows make the result. \
+With --forget N each row counts N/(N+1) times as much as the next one, so that the result follows a \
+robot that warms up; it lags N rows behind. Firmware can do the same with the library's functions of \
+these names.
 
 Examples:
   delta-cal calibrate
@@ -54,10 +67,10 @@ Examples:
 
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArguments {
-    /// The robot before calibration; without files the built-in example is calibrated
+    /// The robot before calibration. Without files the program calibrates its built-in example
     #[arg(value_name = "ROBOT.toml", requires = "samples", value_parser = robot_path())]
     pub(crate) robot: Option<PathBuf>,
-    /// Joint angles and measured positions; - is standard input
+    /// Joint angles and measured positions; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     pub(crate) samples: Option<PathBuf>,
     /// How the parameters are estimated
@@ -66,35 +79,36 @@ pub(crate) struct CalibrateArguments {
     /// How the equations are solved
     #[arg(long, value_enum, default_value_t = SolverArgument::Lm)]
     pub(crate) solver: SolverArgument,
-    /// How a sample that disagrees with the others counts
+    /// How much a sample counts that disagrees with the others
     #[arg(long, value_enum, default_value_t = LossArgument::Squared)]
     pub(crate) loss: LossArgument,
-    /// Test each sample, in the file's order, against those before it, and leave out what disagrees
+    /// Compare each sample with those before it in the file, and leave it out if it disagrees
     #[arg(long)]
     pub(crate) gate: bool,
-    /// Hold every K-th sample out of the fit, and refuse a calibration that disagrees with them
+    /// Fit the robot without every K-th sample, and refuse the fit if those samples contradict it
     #[arg(long, value_name = "K", value_parser = held_out(), conflicts_with_all = ["gate", "forget"])]
     pub(crate) held_out: Option<NonZeroU32>,
-    /// Let samples fade, with a memory of N samples: the robot as it is at the file's end
+    /// Let older samples count less, with a memory of N samples, to find the robot as it is at the
+    /// end of the file
     #[arg(long, value_name = "N")]
     pub(crate) forget: Option<NonZeroU32>,
     /// The frame of the measured positions
     #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
     pub(crate) frame: FrameArgument,
-    /// The robot file is no guess: start without one (needs 12 samples) and accept any geometry
+    /// Do not use the robot file as a start value (needs 12 samples), and accept any geometry
     #[arg(long)]
     pub(crate) no_guess: bool,
-    /// Write the calibrated robot to this file; a file that exists is replaced
+    /// Write the calibrated robot to this file, replacing a file that exists
     #[arg(long, value_name = "CALIBRATED.toml")]
     pub(crate) output: Option<PathBuf>,
-    /// Write the report as JSON to this file; with - to standard output in place of the table, where a
-    /// refusal is told as well
+    /// Write the report as JSON to this file, or with - to standard output in place of the table; a
+    /// refusal is then written there as well
     #[arg(long, value_name = "REPORT.json")]
     pub(crate) json: Option<PathBuf>,
-    /// Write the report with figures to this file: HTML that opens in any browser
+    /// Write the report with figures to this HTML file, which opens in any browser
     #[arg(long, value_name = "REPORT.html")]
     pub(crate) report: Option<PathBuf>,
-    /// Allow --output to replace ROBOT.toml itself
+    /// Let --output replace ROBOT.toml itself
     #[arg(long, requires = "output")]
     pub(crate) force: bool,
 }

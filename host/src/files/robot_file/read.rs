@@ -208,7 +208,7 @@ fn forearm_limit(input: &InputText, number: &Number) -> Result<f64, InputError> 
     }
     let cause = format!("{degrees} is not an angle above 0 and up to 90 degrees");
     Err(fault_at(input, number, "forearm_max_deg", cause)
-        .with_remedy("without a limit of the ball joints, delete the line"))
+        .with_remedy("if the ball joints have no limit, delete the line"))
 }
 
 fn tolerance(input: &InputText, section: &ToleranceToml) -> Result<Tolerance<f64>, InputError> {
@@ -220,7 +220,7 @@ fn tolerance(input: &InputText, section: &ToleranceToml) -> Result<Tolerance<f64
             _ => ("length_mm", &section.length_mm),
         };
         fault_at(input, number, key, error.to_string())
-            .with_remedy("without a known tolerance, delete the whole section [tolerance]")
+            .with_remedy("if the tolerance is not known, delete the whole section [tolerance]")
     })
 }
 
@@ -256,7 +256,7 @@ fn sensor_frame(
         let cause = "the matrix is not a rotation: its rows must be orthogonal, of length 1, and \
                      right-handed";
         return Err(fault_at(input, first, "rotation", cause)
-            .with_remedy("delete [sensor_frame]; `calibrate --frame sensor` finds it anew"));
+            .with_remedy("delete [sensor_frame]; `calibrate --frame sensor` finds it again"));
     }
     Ok(RigidTransform {
         rotation,

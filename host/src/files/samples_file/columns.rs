@@ -43,8 +43,8 @@ const COLUMNS: [(&str, Quantity, Unit); 12] = [
 ];
 
 const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad and _m), in any \
-                     order, separated by commas; a name that begins with _ marks a column that is \
-                     not looked at";
+                     order, separated by commas; the program ignores columns whose name begins \
+                     with _";
 
 /// Larger numbers, in mm or rad, have the wrong unit or a wrong exponent.
 const LARGEST: f64 = 1e9;
@@ -83,7 +83,7 @@ struct Column {
 pub(super) struct Table<'a> {
     input: &'a InputText,
     header_line: u64,
-    /// `None` for one that is not looked at.
+    /// `None` for a column that is ignored.
     columns: Vec<Option<Column>>,
     records: Vec<(u64, StringRecord)>,
 }
@@ -112,7 +112,7 @@ impl<'a> Table<'a> {
             let cause = "the file has a header and no rows";
             return Err(InputError::new(input.name(), cause)
                 .at_line(header_line)
-                .with_remedy("add one row a measured pose below the header"));
+                .with_remedy("add one row for each measured pose below the header"));
         }
         let names: Vec<_> = header.iter().collect();
         for (line, record) in &records {
@@ -266,7 +266,7 @@ fn columns(
         let Some((name, quantity, unit)) = COLUMNS.into_iter().find(|(name, ..)| *name == field)
         else {
             let (cause, remedy) = if field.parse::<f64>().is_ok() {
-                let cause = "the first line must name the columns, and this is a number";
+                let cause = "the first line must name the columns, but this is a number";
                 (cause, KNOWN.to_owned())
             } else {
                 let remedy = meant(field).map_or(KNOWN.to_owned(), |name| {
@@ -277,10 +277,7 @@ fn columns(
             return Err(fault(cause).at_column(field).with_remedy(remedy));
         };
         if let Some(other) = columns.iter().flatten().find(|c| c.quantity == quantity) {
-            let cause = format!(
-                "the column says the same as column {} before it",
-                other.name
-            );
+            let cause = format!("the column repeats column {} before it", other.name);
             return Err(fault(&cause).at_column(field).with_remedy(KNOWN));
         }
         columns.push(Some(Column {

@@ -5,7 +5,7 @@ use crate::files::input_text::InputText;
 use crate::text::words::{count, decimal_comma};
 use csv::{ReaderBuilder, StringRecord};
 
-/// Columns whose name begins with this are not looked at.
+/// Columns whose name begins with this are ignored.
 pub(super) const IGNORED: char = '_';
 
 /// Every record with its line, without comments and empty lines.
@@ -54,7 +54,7 @@ fn unclosed_quote(input: &InputText, start: u64) -> InputError {
     }
     InputError::new(
         input.name(),
-        "a quote \" is opened and not closed in this line",
+        "this line opens a quote \" and does not close it",
     )
     .at_line(input.line_at(offset))
     .with_remedy("delete the quotes: numbers need none")
@@ -66,7 +66,7 @@ pub(super) fn check_separator(
     line: u64,
     record: &StringRecord,
 ) -> Result<(), InputError> {
-    // The name of a column that is not looked at may hold anything.
+    // The name of an ignored column may hold anything.
     let alone = record.len() == 1;
     let holds = |separator: char| {
         let mut fields = record.iter();
@@ -117,12 +117,12 @@ pub(super) fn check_length(
     } else if record.iter().skip(expected).all(str::is_empty) {
         (
             names.last(),
-            "the row goes on after this column: a trailing comma?",
+            "the row continues after this column; look for a comma at its end",
         )
     } else {
         (
             names.last(),
-            "the row goes on after this column; decimal commas do that, too",
+            "the row continues after this column; decimal commas have this effect as well",
         )
     };
     Err(match name {

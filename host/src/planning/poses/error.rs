@@ -47,11 +47,14 @@ impl PlanError {
                 "plan 8 or more, better 12: fewer can be calibrated only with a [tolerance], which \
                  then decides more than they do"
             }
-            Self::TooMany(_) => "plan fewer; past a hundred poses each one hardly adds anything",
+            Self::TooMany(_) => {
+                "plan fewer; beyond a hundred poses each further one adds hardly \
+                                 anything"
+            }
             Self::Noise(_) => "state the [noise] in the robot file",
             Self::NoPose => {
-                "check [joints] in the robot file: min_deg, max_deg, forearm_max_deg; positive \
-                 angles swing the arm towards the platform"
+                "check [joints] in the robot file: min_deg, max_deg, forearm_max_deg; a positive \
+                 angle swings the arm towards the platform"
             }
             Self::OutsideWorkspace { .. } => {
                 "move the region into the workspace; its z is negative below the base"
@@ -69,15 +72,15 @@ impl fmt::Display for PlanError {
         match self {
             Self::TooFew(count) => write!(
                 formatter,
-                "{count} poses cannot determine a robot: each arm has {LEAST_POSES} parameters and \
-                 a pose is one equation of each arm"
+                "{count} poses cannot determine a robot: each arm has {LEAST_POSES} parameters, \
+                 and a pose gives one equation for each arm"
             ),
             Self::TooMany(count) => {
                 write!(formatter, "{count} poses are more than {MOST_POSES}")
             }
             Self::Noise(error) => error.fmt(formatter),
             Self::NoPose => formatter.write_str(
-                "no usable pose: the limits leave none that is reachable and clear of singularities",
+                "no usable pose: within the limits no pose is reachable and clear of singularities",
             ),
             Self::OutsideWorkspace { region, reached } => {
                 let [x, y, z] = reached;
@@ -88,8 +91,9 @@ impl fmt::Display for PlanError {
                     x.0, x.1, y.0, y.1, z.0, z.1
                 )
             }
-            Self::Singular => formatter
-                .write_str("the poses that are allowed do not determine the parameters"),
+            Self::Singular => {
+                formatter.write_str("the poses that are allowed do not determine the parameters")
+            }
             Self::NotDetermined {
                 arm,
                 parameter,
@@ -97,7 +101,7 @@ impl fmt::Display for PlanError {
             } => write!(
                 formatter,
                 "the poses that are allowed do not determine the parameters: {parameter} of {arm} \
-                 would be known to {} only (one sigma)",
+                 would be known only to {} (one sigma)",
                 in_file_units(*parameter, *sigma)
             ),
         }

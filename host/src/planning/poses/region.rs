@@ -125,7 +125,7 @@ impl FromStr for Region {
                 let index = ["x", "y", "z"].iter().position(|axis| *axis == name);
                 let coordinate = index.and_then(|index| coordinates.get_mut(index));
                 let Some(coordinate) = coordinate else {
-                    return Err(RegionError(format!("'{name}' is none of x, y, z and r")));
+                    return Err(RegionError(format!("'{name}' is not one of x, y, z and r")));
                 };
                 coordinate.replace(range(name, value)?).is_some()
             };
@@ -137,7 +137,7 @@ impl FromStr for Region {
             ([Some(x), Some(y), Some(z)], None) => Ok(Self::Box([x, y, z])),
             ([None, None, Some(z)], Some(radius)) => Ok(Self::Cylinder { radius, z }),
             (_, Some(_)) => Err(RegionError(
-                "with r, z is needed and nothing else".to_owned(),
+                "a cylinder has r and z and nothing else".to_owned(),
             )),
             (coordinates, None) => {
                 let missing = ["x", "y", "z"].into_iter().zip(coordinates);
@@ -170,7 +170,7 @@ fn range(name: &str, text: &str) -> Result<(f64, f64), RegionError> {
     let text = text.trim();
     let Some((low, high)) = text.split_once("..") else {
         return Err(RegionError(format!(
-            "{name}={text} is no range: two numbers with .. between them are needed"
+            "{name}={text} is not a range: write two numbers with .. between them"
         )));
     };
     let (low, high) = (number(low)?, number(high)?);

@@ -93,7 +93,8 @@ fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
                     (degrees(noise.joint())) "°."
                 }
                 None => {
-                    "No noise stated; with it the residuals could be judged."
+                    "No noise is stated; with it this report would say whether the residuals are \
+                     credible."
                     @if let Some(test) = &report.noise_test {
                         " They say that it is " (test.estimate()) ", and the σ are from it."
                     }
@@ -112,7 +113,7 @@ fn tiles(report: &CalibrationReport) -> Markup {
     let (before, after) = (&report.error_before, &report.error_after);
     let (expected, note) = report.workspace.map_or_else(
         || {
-            let unknown = "no sample is left over to estimate it from";
+            let unknown = "too few samples are left over to estimate it";
             ("unknown".to_owned(), unknown.to_owned())
         },
         |comparison| {
@@ -216,7 +217,8 @@ fn views(report: &CalibrationReport) -> Result<Section, PlotError> {
 fn conditions(report: &CalibrationReport) -> Result<Section, PlotError> {
     let conditions = figure(
         &figures::conditions(report),
-        "Below 100 is good. Beyond 1000 the poses hardly tell some parameters apart.",
+        "A condition below 100 is good. Beyond 1000 the \
+                                                   poses hardly distinguish some parameters.",
     )?;
     let section = sections::solution(report).after(conditions);
     Ok(match (&report.before.noise, &report.noise_test) {

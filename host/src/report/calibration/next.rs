@@ -61,18 +61,18 @@ fn outlying(report: &CalibrationReport) -> Option<String> {
         .filter(|sample| report.stands_out(sample))
         .map(|sample| sample.line)
         .collect();
-    let them = match lines.len() {
+    let (samples, them, far) = match lines.len() {
         0 => return None,
-        1 => "the sample",
-        _ => "the samples",
+        1 => ("the sample", "it", "it is far off"),
+        _ => ("the samples", "them", "they are far off"),
     };
     let named = in_lines(&lines);
     let do_without = match report.suspected().count() {
-        0 => ", or do without: far off all others",
-        _ => ": far off all others, and of no use to this calibration",
+        0 => format!(", or leave {them} out, because {far} all others"),
+        _ => format!("; this calibration left {them} out, because {far} all others"),
     };
     Some(format!(
-        "First measure {them} of {named} again{do_without}."
+        "First measure {samples} of {named} again{do_without}."
     ))
 }
 
@@ -87,12 +87,12 @@ fn weakness(report: &CalibrationReport, arm: ArmIndex, outcome: &ArmOutcome<f64>
     let decided = match decided.count() {
         0 => String::new(),
         decided => format!(
-            ", and the tolerance more than the samples decided {decided} of its 8 parameters"
+            ", and the tolerance decided {decided} of its 8 parameters more than the samples did"
         ),
     };
     let tolerance = report.before.tolerance.as_ref();
     let known = weakest(&report.after.robot, arm, outcome, tolerance).map_or_else(
-        || "Its uncertainty is not known: too few samples are left over".to_owned(),
+        || "Its uncertainty is not known, because too few samples are left over".to_owned(),
         |weakest| in_words(&weakest, tolerance.is_some()),
     );
     let condition = outcome.condition;
@@ -111,11 +111,11 @@ fn in_words(weakest: &Combination, in_tolerances: bool) -> String {
     let words = weakest.in_words();
     if weakest.is_several() {
         format!(
-            "Known worst is a change of {words} together (one sigma {size}): these samples hardly \
-             tell one from the other"
+            "These samples hardly distinguish {words}: a change of all of them together is known \
+             worst (one sigma {size})"
         )
     } else {
-        format!("Known worst is {words} (one sigma {size})")
+        format!("The least known parameter is {words} (one sigma {size})")
     }
 }
 
@@ -159,8 +159,8 @@ fn narrow_joints(report: &CalibrationReport) -> Option<String> {
         .collect();
     (!narrow.is_empty()).then(|| {
         format!(
-            "The samples move the joints through a small part of their range of {:.0}° to {:.0}°: \
-             {}. Add poses beyond, as far as the robot gets.",
+            "The samples move these joints through only a small part of their range of {:.0}° to \
+             {:.0}°: {}. Add poses outside that part, as far as the robot gets.",
             degrees(limits.minimum()),
             degrees(limits.maximum()),
             list(&narrow)
@@ -197,16 +197,16 @@ fn best_added(report: &CalibrationReport) -> Option<String> {
         .collect();
     let worth = match (&next.before, &next.after) {
         (Some(before), Some(after)) => format!(
-            " With them the position would be known to {} mm (one sigma, rms over the workspace), \
-             where it is known to {} mm now.",
+            " With these poses the position would be known to {} mm instead of {} mm (one sigma, \
+             rms over the workspace).",
             small(after.workspace.rms),
             small(before.workspace.rms)
         ),
         _ => String::new(),
     };
     Some(format!(
-        "The joint angles that tell most, the best first: {}.{worth} delta-cal check proposes more, \
-         and delta-cal plan a whole set.",
+        "These joint angles would tell most about the robot, the best first: {}.{worth} delta-cal \
+         check proposes more poses, and delta-cal plan a whole set.",
         named.join("; ")
     ))
 }

@@ -31,7 +31,10 @@ pub(super) fn parameters(report: &CalibrationReport) -> Section {
         .in_groups_of(8);
     let section = Section::new("Parameters").table(table);
     if prior {
-        section.note("By tolerance: 0 % is from the samples only, 100 % from the tolerance only.")
+        section.note(
+            "By tolerance: at 0 % only the samples decided the parameter, at 100 % only \
+                      the tolerance did.",
+        )
     } else {
         section
     }
@@ -124,9 +127,10 @@ pub(super) fn sensor_frame(report: &CalibrationReport) -> Option<Section> {
             .table(table)
             .text(
                 "The measured positions are in the frame of [sensor_frame]; the poses of this report \
-                 and those that delta-cal forward computes are in the robot's frame, which is the one \
-                 that best fits the robot file to the measured points. A cyclic exchange of the joint \
-                 columns cannot be detected: a Delta has threefold symmetry.",
+                 and those that delta-cal forward computes are in the robot's frame, which the \
+                 program chose so that the robot file fits the measured points best. A cyclic \
+                 exchange of the joint columns cannot be detected, because a Delta has threefold \
+                 symmetry.",
             ),
     )
 }

@@ -103,12 +103,12 @@ pub(super) fn sections(report: &CalibrationReport) -> Vec<Section> {
 fn gate(gate: &GateReport) -> Section {
     let counts = &gate.counts;
     let tested = gate.tested_from.map_or_else(
-        || "none could be tested: state [noise] and [tolerance]".to_owned(),
+        || "no sample could be tested: state [noise] and [tolerance]".to_owned(),
         |line| format!("tested from line {line} on"),
     );
     let (taken, rejected) = (samples(counts.taken), counts.rejected);
     let section =
-        Section::new("Gate").lead(format!("{taken} taken in, {rejected} rejected, {tested}"));
+        Section::new("Gate").lead(format!("{taken} accepted, {rejected} rejected, {tested}"));
     if gate.rejected.is_empty() {
         return section;
     }
@@ -125,8 +125,8 @@ fn gate(gate: &GateReport) -> Section {
         .at_most(NAMED, "--json and --report name all");
     section.table(table).in_page(html! {
         p.note {
-            "They disagree with what the samples before them predict, and did not count. Measure \
-            them again, or find out what happened."
+            "These samples disagree with what the samples before them predict, and \
+                         were left out. Measure them again, or find out what happened."
         }
     })
 }
@@ -134,7 +134,7 @@ fn gate(gate: &GateReport) -> Section {
 fn held_out(arms: &[Validation<f64>; 3], unit: &str) -> Section {
     let [arm, ..] = arms;
     let lead = format!(
-        "{:.0} samples that the fit had not seen, residual rms in {unit}",
+        "{:.0} samples that were not fitted, rms of their residuals in {unit}",
         arm.samples
     );
     let table = Table::of((1..).zip(arms))
@@ -145,12 +145,12 @@ fn held_out(arms: &[Validation<f64>; 3], unit: &str) -> Section {
     Section::new("Held out")
         .lead(lead)
         .table(table)
-        .text("They agree with the fit, and count in the result.")
+        .text("They agree with the fit, so the result is computed from all samples.")
 }
 
 fn forgetting(memory: NonZeroU32) -> Section {
     Section::new("Forgetting").lead(format!(
-        "a memory of {} that follows a slow change so many rows behind",
+        "a memory of {}; the result lags as many rows behind a slow change",
         samples(memory.get().into())
     ))
 }

@@ -51,13 +51,13 @@ fn counts(report: &CalibrationReport) -> String {
         "no row is suspected".to_owned()
     } else {
         format!(
-            "{suspected} of {} suspected and not counted",
+            "{suspected} of {} suspected and left out",
             count(report.samples, "sample")
         )
     };
     match little {
         0 => of,
-        little => format!("{of}, {little} counted less than half"),
+        little => format!("{of}, {little} with a weight below one half"),
     }
 }
 
@@ -83,8 +83,9 @@ pub(super) fn section(report: &CalibrationReport) -> Option<Section> {
         .at_most(NAMED, "--json and --report name all");
     Some(section.table(table).in_page(html! {
         p.note {
-            "Samples of weight 0 fit no robot that the other samples fit. Every error and figure of \
-            the calibrated robot is without them; measure them again, or find out what happened."
+            "No robot fits both the samples of weight 0 and the other samples. All \
+                         errors and figures of the calibrated robot leave them out. Measure them \
+                         again, or find out what happened."
         }
     }))
 }

@@ -83,13 +83,12 @@ fn doubts(report: &CalibrationReport) -> Section {
     }
     let section = match &report.noise_test {
         Some(test) => section.text(format!(
-            "The residuals say that the noise is {}; the sigmas are from it.",
+            "The residuals show a noise of {}; the sigmas are computed from it.",
             test.estimate()
         )),
         None => section,
     };
     section.text(
-        "Tip: state the [noise] of the measurements in the robot file; then the residuals can be \
-         judged.",
+        "Tip: state the [noise] in the robot file, to learn whether the residuals are credible.",
     )
 }

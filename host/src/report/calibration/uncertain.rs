@@ -64,11 +64,11 @@ pub(super) fn uncertain<'a>(
     let against = if tolerance.is_some() {
         "half its tolerance"
     } else {
-        "the median parameter was changed by"
+        "the change of the median parameter"
     };
     Some(format!(
-        "Known worse than {against}, worst first: {}{others}. Four times as many samples, spread \
-         like these, would halve every σ.",
+        "The σ of these parameters is larger than {against}, the largest first: {}{others}. Four \
+         times as many samples, spread like these, would halve every σ.",
         list(&named)
     ))
 }

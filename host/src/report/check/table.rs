@@ -54,14 +54,15 @@ pub fn verdict(observability: &Observability) -> String {
     let rank = block.singular_values.len();
     if block.rank < rank {
         format!(
-            "These samples do not determine {}: {} of {rank} combinations of its parameters are not \
-             in them",
+            "These samples do not determine {}: they leave {} of {rank} combinations of its \
+             parameters open",
             name(block),
             rank - block.rank
         )
     } else {
         format!(
-            "These samples do not determine {}: {parameter} of {arm} is known to {} only (one sigma)",
+            "These samples do not determine {}: {parameter} of {arm} is known only to {} (one \
+             sigma)",
             name(block),
             in_file_units(parameter, sigma)
         )
@@ -91,8 +92,8 @@ fn singular_values(blocks: &[Block]) -> Section {
         table.row((index + 1).to_string(), values)
     });
     Section::new("").table(table).note(
-        "of the Jacobian, its rows in sigmas of the noise, its columns in mm, angles times the upper \
-         arm: each combination of parameters is known to one over its singular value",
+        "These are of the Jacobian with rows in sigmas of the noise and columns in mm, angles times \
+         the upper arm; one over a singular value is one sigma of that combination of parameters.",
     )
 }
 
@@ -115,7 +116,7 @@ fn indices(blocks: &[Block]) -> Section {
 }
 
 fn weakest(observability: &Observability) -> Section {
-    let section = Section::new("Known worst, by these samples alone");
+    let section = Section::new("Determined least, by these samples alone");
     observability.blocks.iter().fold(section, |section, block| {
         let weakest = &block.weakest;
         let together = if weakest.is_several() {
@@ -142,7 +143,7 @@ fn leverages(observability: &Observability) -> Section {
     let title = if listed.len() > LISTED {
         listed.sort_by(|a, b| b.total.total_cmp(&a.total));
         listed.truncate(LISTED);
-        format!("Leverage of the {LISTED} samples that have most")
+        format!("Leverage: the {LISTED} samples with the largest")
     } else {
         "Leverage of each sample".to_owned()
     };
@@ -166,8 +167,8 @@ fn leverages(observability: &Observability) -> Section {
         .table();
     let total: f64 = leverages.iter().map(|leverage| leverage.total).sum();
     Section::new(title).table(table).note(format!(
-        "total: the parameters that a sample decides, {total:.0} in all; largest: of one of its \
-         residuals"
+        "total: how many of the {total:.0} parameters a sample decides; largest: the same of one of \
+         its residuals"
     ))
 }
 
@@ -186,7 +187,7 @@ fn additions(next: &NextPoses) -> Section {
         return Section::new("").text(format!("{now}."));
     }
     let csv = to_csv(&next.poses);
-    let section = Section::new("Best added, one after the other");
+    let section = Section::new("Poses that would help most, in this order");
     let section = csv.lines().fold(section, Section::text);
     section.text(format!("{now}, {} with them.", known(&next.after)))
 }

@@ -67,13 +67,13 @@ fn summary(request: &PlanRequest<'_>, plan: &PosePlan) -> Section {
     };
     section
         .text(format!(
-            "Margin, as the real robot is not the nominal one: {:.1}° from the joints' limits,{forearms} \
+            "Margin, because the real robot differs from the nominal one: {:.1}° from the joints' limits,{forearms} \
              forearms {:.1}° from their upper arms' lines",
             degrees(margin.joints),
             degrees(margin.serial)
         ))
         .text(format!(
-            "Travel: {:.0}° of the joint that moves furthest ({:.0}° in the order found)",
+            "Travel: {:.0}°, of the joint that moves furthest in each step ({:.0}° before the poses were sorted)",
             degrees(plan.travel),
             degrees(plan.travel_unordered)
         ))

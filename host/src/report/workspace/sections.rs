@@ -137,7 +137,7 @@ pub(super) fn difference(analysis: &Analysis, name: &str, comparison: &Compariso
         0 => section,
         missing => section.part(Part::Doubts(
             format!(
-                "{} of the boundary have none of the other robot's near.",
+                "{} of the boundary have no point of the other robot's boundary near them.",
                 count(missing, "point")
             ),
             Vec::new(),

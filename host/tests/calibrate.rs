@@ -31,8 +31,8 @@ fn the_built_in_example_is_calibrated_and_says_that_it_is_simulated() {
     for part in [
         "simulated",
         "40 samples",
-        "1 Dx",
-        "3 Lb",
+        "1  Dx",
+        "3  Lb",
         "condition",
         "Nothing doubtful",
     ] {

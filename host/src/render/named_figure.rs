@@ -25,11 +25,13 @@ impl NamedFigure {
     }
 }
 
-/// Those of these names, in a page.
+/// Those of these names, in their order, in a page.
 pub(crate) fn shown(figures: &[NamedFigure], names: &[&str]) -> Result<Markup, PlotError> {
     Ok(html! {
-        @for named in figures.iter().filter(|named| names.contains(&named.name)) {
-            (page::figure(&named.figure, &named.caption)?)
+        @for name in names {
+            @for named in figures.iter().filter(|named| named.name == *name) {
+                (page::figure(&named.figure, &named.caption)?)
+            }
         }
     })
 }

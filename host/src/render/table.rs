@@ -107,10 +107,13 @@ impl Column {
         }
     }
 
-    /// Whether the cells are words, which begin on the left; numbers end on the right.
+    /// Whether most cells are words, which begin on the left; numbers end on the right.
     pub(super) fn is_words(&self) -> bool {
-        let begins = |with: fn(char) -> bool| self.cells.iter().any(|cell| cell.starts_with(with));
-        begins(char::is_alphabetic) && !begins(|c| c.is_ascii_digit() || "+-−".contains(c))
+        let begin = |with: fn(char) -> bool| {
+            let cells = self.cells.iter().filter(|cell| cell.starts_with(with));
+            cells.count()
+        };
+        begin(char::is_alphabetic) > begin(|c| c.is_ascii_digit() || "+-−".contains(c))
     }
 }
 

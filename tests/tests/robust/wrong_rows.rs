@@ -1,6 +1,6 @@
 //! Wrong samples among the others: twelve of sixty, and four of twenty-four.
 
-use crate::{plain, quantile, settings, stated_or_not};
+use crate::{DIAGNOSIS, plain, quantile, settings, stated_or_not};
 use delta_cal::robust::Loss;
 use delta_cal_host::{CalibrationMethod, calibrate_robust};
 use delta_cal_tests::documents::print_documented;

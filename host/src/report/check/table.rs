@@ -97,8 +97,11 @@ fn singular_values(blocks: &[Block]) -> Section {
     )
 }
 
+/// What a line of the table shows of a block.
+type Figure = fn(&Block) -> f64;
+
 fn indices(blocks: &[Block]) -> Section {
-    let figures: [(_, fn(&Block) -> f64); 5] = [
+    let figures: [(_, Figure); 5] = [
         ("O1  geometric mean / root of the poses", |block| {
             block.indices.o1
         }),

@@ -6,6 +6,7 @@ use crate::render::table::Table;
 use crate::text::words::count;
 use crate::workspace::{Analysis, Band, Comparison, Cylinder, PathSummary};
 use delta_cal::{ArmIndex, Parameter};
+use maud::html;
 
 /// What limits the boundary.
 pub(super) fn limits(analysis: &Analysis) -> Table {
@@ -55,18 +56,20 @@ pub(super) fn influence(analysis: &Analysis) -> Section {
     };
     let mut rows = Table::of(Parameter::ALL).column("", |parameter| parameter.symbol());
     for arm in ArmIndex::ALL {
-        rows = rows.column(heading(arm, "rms, mm per mm or °"), |parameter| {
+        rows = rows.column(heading(arm, "rms"), |parameter| {
             of(arm, *parameter).map_or_else(String::new, |of| format!("{:.3}", of.rms))
         });
     }
     for arm in ArmIndex::ALL {
-        rows = rows.page_column(heading(arm, "volume, litres per mm or °"), |parameter| {
+        rows = rows.page_column(heading(arm, "volume"), |parameter| {
             let of = of(arm, *parameter);
             of.map_or_else(String::new, |of| format!("{:+.3}", of.volume / LITRE))
         });
     }
-    Section::new("Influence of the parameters on the boundary: its displacement along its normal")
+    Section::new("Influence of the parameters on the boundary")
         .table(rows.table())
+        .note("rms: displacement along the normal over the boundary, mm per mm and mm per degree.")
+        .in_page(html! { p.note { "volume: its change, litres per mm and litres per degree." } })
 }
 
 /// Where the boundary lies for the stated tolerance.
@@ -103,14 +106,6 @@ pub(super) fn tolerance(band: &Band) -> Section {
 /// What is different in another robot.
 pub(super) fn difference(analysis: &Analysis, name: &str, comparison: &Comparison) -> Section {
     let (before, after) = (comparison.before.volume, comparison.after.volume);
-    let most = |most: Option<(f64, usize)>| {
-        most.map_or_else(String::new, |(moved, index)| {
-            let point = &analysis.workspace.points[index];
-            let [x, y, z] = point.position.data.0[0];
-            let limit = point.limit.name();
-            format!("{moved:+.3} mm at ({x:.1}, {y:.1}, {z:.1}), {limit}")
-        })
-    };
     let change = format!(
         "{:+.3} litres ({:+.3} %)",
         (after - before) / LITRE,
@@ -124,11 +119,23 @@ pub(super) fn difference(analysis: &Analysis, name: &str, comparison: &Compariso
             "displacement of the boundary along its normal, rms",
             format!("{:.3} mm", comparison.rms),
         ),
-        ("most outwards", most(comparison.outwards)),
-        ("most inwards", most(comparison.inwards)),
     ];
-    let known = facts.into_iter().filter(|(_, value)| !value.is_empty());
-    let section = Section::new(format!("Compared with {name}")).table(Table::facts(known));
+    let section = Section::new(format!("Compared with {name}")).table(Table::facts(facts));
+    let most = [
+        ("outwards", comparison.outwards),
+        ("inwards", comparison.inwards),
+    ];
+    let section = most.into_iter().fold(section, |section, (way, most)| {
+        let Some((moved, index)) = most else {
+            return section;
+        };
+        let point = &analysis.workspace.points[index];
+        let [x, y, z] = point.position.data.0[0];
+        let limit = point.limit.name();
+        section.text(format!(
+            "most {way}: {moved:+.3} mm at ({x:.1}, {y:.1}, {z:.1}), {limit}"
+        ))
+    });
     let missing = comparison
         .displacements
         .iter()

@@ -181,7 +181,14 @@ fn tests(check: &mut Check) {
 }
 
 fn features(check: &mut Check) {
-    for features in ["", "--features defmt", "--features serde", "--all-features"] {
+    for features in [
+        "",
+        "--features classical",
+        "--features defmt",
+        "--features serde",
+        "--features simulate",
+        "--all-features",
+    ] {
         check.command(&format!(
             "cargo check --quiet --package delta-cal {features}"
         ));

@@ -11,12 +11,12 @@ use delta_cal::{Noise, Robot, Sample};
 use delta_cal_host::{
     CalibrationMethod, Frame, InputText, Options, RobotFile, calibrate, read_samples,
 };
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{Spread, paper_robot, uniform};
 use nalgebra::{Rotation3, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::fmt::Write;
-use support::documents::print_documented;
 
 /// Robots, and every way to calibrate them: numbers of samples, frames, methods, with and without a
 /// guess, a tolerance and a noise.

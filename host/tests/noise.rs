@@ -66,7 +66,7 @@ fn the_interval_of_an_estimated_noise_holds_the_true_one_as_often_as_it_says() {
                 low <= SIGMA && SIGMA <= high
             })
             .count();
-        support::documents::print_documented(
+        delta_cal_tests::documents::print_documented(
             "docs/diagnosis.md",
             &format!("{}: {held} of {ROBOTS}", method.name()),
         );

@@ -59,7 +59,7 @@ fn every_position_of_the_forward_model_is_reachable_and_joints_lead_back_to_it()
             }
         }
         if low == -180.0 {
-            support::documents::print_documented(
+            delta_cal_tests::documents::print_documented(
                 "docs/workspace.md",
                 &format!("{elbows_in} of {reached} drawn positions"),
             );

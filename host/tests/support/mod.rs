@@ -4,9 +4,6 @@
 #![allow(dead_code, unreachable_pub)] // each test file uses its part
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "../../../tests/src/documents.rs"]
-pub mod documents;
-
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
-use crate::driver::{Driver, Flash, arms, samples};
+use crate::driver::{Driver, Flash, arms, named, samples};
 use crate::pace::{Clock, PERIOD};
 use delta_cal::{Robot, SymmetricRobot};
-use delta_cal_firmware_example::{BLEND_TURNS, ControlLoop, Handover, NewParameters, Path};
+use delta_cal_firmware_example::{BLEND_TURNS, ControlLoop, Handover, Path};
 use delta_cal_protocol::{Response, fingerprint};
 use delta_cal_tests::{Spread, generator, paper_robot, perturbed};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,13 +11,6 @@ fn robot(number: u64) -> Robot<f32> {
     perturbed(&paper_robot(), 0.5, 0.0035, Spread::Uniform, &mut rng)
         .cast()
         .unwrap()
-}
-
-pub(crate) fn named(robot: &Robot<f32>) -> NewParameters<f32> {
-    NewParameters {
-        fingerprint: fingerprint(&arms(robot)),
-        robot: *robot,
-    }
 }
 
 #[test]

@@ -1,26 +1,12 @@
 //! A store whose flash was damaged, and one whose flash cannot be read.
 
-use crate::driver::{Driver, Flash, arms, samples};
+use crate::driver::{Driver, Flash, arms, samples, stored};
 use crate::flash::FailingFlash;
 use crate::store::{recovers, start};
 use delta_cal_protocol::{Fault, Origin, Response, RevertTo, fingerprint};
 use delta_cal_tests::{generator, paper_robot};
 use rand_core::Rng;
 use std::ops::Range;
-
-/// So many calibrations stored, one after the other; their fingerprints.
-pub(crate) fn stored(count: u64) -> (Flash, Vec<u32>) {
-    let mut flash = Flash::new();
-    let mut driver = Driver::<f32, _>::start(&mut flash);
-    let fingerprints = (1..=count).map(|robot| {
-        let session = u32::try_from(robot).unwrap();
-        let fingerprint = driver.solved(session, &samples(robot, 12));
-        driver.apply(session, fingerprint);
-        fingerprint
-    });
-    let fingerprints = fingerprints.collect();
-    (flash, fingerprints)
-}
 
 #[test]
 fn damage_to_the_store_never_makes_another_set() {

@@ -1,10 +1,10 @@
 //! The other end of the link.
 
 use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
-use delta_cal_firmware_example::{Controller, Number, nominal};
+use delta_cal_firmware_example::{Controller, NewParameters, Number, nominal};
 use delta_cal_protocol::{
     Begin, Direction, Fault, LARGEST_FRAME, ParameterSet, Parameters, Phase, Receiver, Request,
-    Response, RevertTo, SampleMessage, Status, encode,
+    Response, RevertTo, SampleMessage, Status, encode, fingerprint,
 };
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use embedded_storage_async::nor_flash::NorFlash;
@@ -233,4 +233,25 @@ pub(crate) fn crc_32(content: &[u8]) -> u32 {
         }
     }
     !crc
+}
+
+/// So many calibrations stored, one after the other; their fingerprints.
+pub(crate) fn stored(count: u64) -> (Flash, Vec<u32>) {
+    let mut flash = Flash::new();
+    let mut driver = Driver::<f32, _>::start(&mut flash);
+    let fingerprints = (1..=count).map(|robot| {
+        let session = u32::try_from(robot).unwrap();
+        let fingerprint = driver.solved(session, &samples(robot, 12));
+        driver.apply(session, fingerprint);
+        fingerprint
+    });
+    let fingerprints = fingerprints.collect();
+    (flash, fingerprints)
+}
+
+pub(crate) fn named(robot: &Robot<f32>) -> NewParameters<f32> {
+    NewParameters {
+        fingerprint: fingerprint(&arms(robot)),
+        robot: *robot,
+    }
 }

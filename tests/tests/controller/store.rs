@@ -1,5 +1,4 @@
-use crate::damage::stored;
-use crate::driver::{Driver, Flash, arms, samples};
+use crate::driver::{Driver, Flash, arms, samples, stored};
 use crate::flash::{Cut, FailingFlash};
 use delta_cal::SymmetricRobot;
 use delta_cal_firmware_example::{Controller, FlashError, PAGE, WORD};

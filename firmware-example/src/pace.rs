@@ -6,7 +6,7 @@ use crate::TURNS_A_SECOND;
 ///
 /// It measures, and another clock may start the turns: the two may differ by 200 millionths.
 ///
-/// ```compile_fail
+/// ```compile_fail,E0080
 /// use delta_cal_firmware_example::{Foreground, Timer};
 /// struct TooCoarse;
 /// impl Timer for TooCoarse {
@@ -19,7 +19,7 @@ use crate::TURNS_A_SECOND;
 /// fn turn(control_loop: &mut Foreground<'_, f32>) {
 ///     control_loop.turn(&TooCoarse, |_| ());
 /// }
-/// # let _ = turn;
+/// # core::hint::black_box(turn as fn(&mut Foreground<'_, f32>));
 /// ```
 pub trait Timer {
     /// Its ticks in a second: ten or more for each turn, so that it tells a tenth of one.

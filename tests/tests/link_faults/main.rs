@@ -72,9 +72,6 @@ fn session<T: Number>(
     let Phase::Solved { samples, .. } = finished.status_after.phase else {
         panic!("{:?}", finished.status_after.phase)
     };
-    let [before, after] =
-        [&finished.status_before, &finished.status_after].map(|s| s.control.turns);
-    assert!(before <= after, "{before} turns before, {after} after");
     client.counters::<T>()?;
     client.revert::<T>(applied.generation, RevertTo::Previous)?;
     let applied = fingerprint(&applied.arms);
@@ -222,8 +219,8 @@ fn client_restarted_at_every_request() {
         assert_nothing_else_used(&bench, &expected);
     }
     println!("{requests} sessions, each after a client that ended; all came out the same");
-    // The requests to apply and to go back, and those that find out whether the result is in use.
-    assert!((3..20).contains(&unconfirmed), "{unconfirmed}");
+    // The requests to apply and to go back, the look at the parameters, and up to 50 at the control loop.
+    assert!((4..=53).contains(&unconfirmed), "{unconfirmed}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Ports and controllers that keep a client busy: every request and every session comes to its end.
 
+use delta_cal::Refusal;
 use delta_cal_host::device::{
     Assumptions, Client, DeviceError, Measurement, Patience, Transport, calibrate,
 };
@@ -172,12 +173,12 @@ fn measurements() -> Vec<Measurement<f32>> {
     vec![measurement; 20]
 }
 
-fn status(session: u32, phase: Phase) -> Response<f32> {
+fn status(session: u32, phase: Phase, turns: u32) -> Response<f32> {
     Response::Status(Status {
         session,
         phase,
         control: ControlLoop {
-            turns: 0,
+            turns,
             longest_ticks: 0,
             longest_ticks_calibrating: 0,
             ticks_a_second: 1000,
@@ -210,7 +211,7 @@ fn honest(request: &Request<f32>, open: &Cell<u32>) -> Response<f32> {
             session: sample.session,
             next: sample.index + 1,
         },
-        _ => status(open.get(), Phase::Collecting { samples: 0 }),
+        _ => status(open.get(), Phase::Collecting { samples: 0 }, 0),
     }
 }
 
@@ -286,4 +287,32 @@ fn a_session_that_has_samples_already_is_another_clients() {
     drop(client);
     assert_eq!(numbers.len(), 2);
     assert_ne!(numbers[0], numbers[1]);
+}
+
+/// The loop counts its turns from zero again: the turns before the restart belong to no calibration.
+#[test]
+fn a_restart_before_the_session_is_no_part_of_it() {
+    let open = Cell::new(0);
+    let mut turns = 1_000_000;
+    let refusal = Refusal::WrongSide;
+    let mut client = Scripted::client(|request: &Request<f32>| {
+        turns += 1;
+        match request {
+            Request::Begin(_) => {
+                turns = 0;
+                honest(request, &open)
+            }
+            Request::Status => status(open.get(), Phase::Collecting { samples: 0 }, turns),
+            Request::Solve { samples, .. } => {
+                let samples = *samples;
+                let phase = Phase::CalibrationRefused { samples, refusal };
+                status(open.get(), phase, turns)
+            }
+            request => honest(request, &open),
+        }
+    });
+    let finished = calibrate(&mut client, &ASSUMPTIONS, &measurements(), &mut |_| {}).unwrap();
+    assert_eq!(finished.result, Err(refusal));
+    let [before, after] = [finished.status_before, finished.status_after].map(|s| s.control.turns);
+    assert!(before < after && after <= 25, "{before}, {after}");
 }

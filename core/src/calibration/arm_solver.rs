@@ -2,7 +2,7 @@ use super::end_point::{EndPoint, rounding_of_cost};
 use super::identifiability::Identifiability;
 use super::iteration::Iteration;
 use super::judgement::Judgement;
-use super::limits::SAMPLES_FOR_FREE_START;
+use super::limits::{EXCESS_OF_ANOTHER_MINIMUM, SAMPLES_FOR_FREE_START};
 use super::outcome::{ArmOutcome, StartUsed};
 use super::problem::ArmProblem;
 use super::refusal::Refusal;
@@ -227,7 +227,9 @@ impl<T: Real> ArmSolver<T> {
                 least / spare.larger(T::ONE)
             };
             let excess = best.iteration.sum_of_squares - least;
-            if !(excess > T::from_f64(50.0) * variance + rounding_of_cost(problem)) {
+            if !(excess
+                > T::from_f64(EXCESS_OF_ANOTHER_MINIMUM) * variance + rounding_of_cost(problem))
+            {
                 return false;
             }
         }

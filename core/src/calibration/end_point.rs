@@ -1,5 +1,5 @@
 use super::iteration::Iteration;
-use super::limits::INDISTINGUISHABLE;
+use super::limits::{INDISTINGUISHABLE, NEARER, SAME_POINT, TIE};
 use super::outcome::{StartUsed, Termination};
 use super::problem::ArmProblem;
 use crate::Real;
@@ -31,7 +31,7 @@ impl<T: Real> EndPoint<T> {
             T::from_f64(INDISTINGUISHABLE)
         } else {
             // Of two starts that end in the same point the first is kept.
-            T::from_f64(1e-3) * self.iteration.cost
+            T::from_f64(TIE) * self.iteration.cost
         } + rounding_of_cost(problem);
         let gained = self.iteration.cost - end.cost;
         if residual_sigma != self.residual_sigma {
@@ -42,10 +42,10 @@ impl<T: Real> EndPoint<T> {
         for (difference, other) in apart.iter_mut().zip(self.iteration.correction) {
             *difference -= other;
         }
-        let same_place = self.iteration.length_squared(&apart) <= T::from_f64(16.0) * tie;
+        let same_place = self.iteration.length_squared(&apart) <= T::from_f64(SAME_POINT) * tie;
         if gained.magnitude() <= tie && !same_place {
             squared_length(&end.correction)
-                < T::from_f64(0.999) * squared_length(&self.iteration.correction)
+                < T::from_f64(NEARER) * squared_length(&self.iteration.correction)
         } else {
             gained > T::ZERO
         }

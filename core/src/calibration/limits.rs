@@ -20,6 +20,18 @@ pub const CONDITION_OF_A_VALLEY: f64 = 1e4;
 pub const LEAST_FREEDOM: f64 = 2.0;
 /// Two solutions that a stated noise cannot tell apart differ by less than this in Σ (f/σf)².
 pub const INDISTINGUISHABLE: f64 = 4.0;
+/// Costs of two end points that differ by less than this part of the better one are a tie: of two starts
+/// that end in the same point the first is kept.
+pub const TIE: f64 = 1e-3;
+/// Two end points of a tie are the same point if the linear model's cost changes between them by at most
+/// so many ties.
+pub const SAME_POINT: f64 = 16.0;
+/// Of two solutions that fit equally well the later one is taken only if the square of its distance from
+/// nominal is below this part of the other's: nearer, by more than rounding.
+pub const NEARER: f64 = 0.999;
+/// A start without a guess is tried if the sum of squares is above its lower bound by more than so many
+/// variances of a residual: the iteration may have ended in another minimum.
+pub const EXCESS_OF_ANOTHER_MINIMUM: f64 = 50.0;
 /// Without a guess so many samples are needed: they determine the twelve coefficients c(P). With
 /// fewer there may be several solutions.
 pub const SAMPLES_FOR_FREE_START: u64 = 12;

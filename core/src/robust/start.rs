@@ -19,6 +19,8 @@ const SUBSET: usize = 12;
 /// Random subsets. One in fifteen has no wrong sample if a fifth of all samples is wrong; the steps
 /// mend most of the others.
 const SUBSETS: usize = 40;
+/// Concentration ends when a step leaves more than this part of the sum.
+const PROGRESS: f64 = 0.999;
 /// Concentration steps of each, and of the best.
 const FIRST_STEPS: usize = 2;
 const LAST_STEPS: usize = 10;
@@ -100,7 +102,7 @@ fn concentrate<T: Real>(
             break;
         };
         if let Some((least, _)) = &best
-            && !(sum < *least * T::from_f64(0.999))
+            && !(sum < *least * T::from_f64(PROGRESS))
         {
             break;
         }

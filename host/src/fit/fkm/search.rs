@@ -5,7 +5,9 @@ use super::normal::Vector24;
 use super::problem::Problem;
 use super::solver::{Minimiser, Point, Run};
 use crate::fit::outcome::Outcome;
-use delta_cal::calibration::limits::{INDISTINGUISHABLE, SAMPLES_FOR_FREE_START};
+use delta_cal::calibration::limits::{
+    INDISTINGUISHABLE, NEARER, SAME_POINT, SAMPLES_FOR_FREE_START, TIE,
+};
 use delta_cal::calibration::{Start, StartUsed, Termination};
 use delta_cal::{ArmIndex, Parameter, Refusal, RobotOutcome, Settings};
 
@@ -126,13 +128,13 @@ impl<'a> Search<'a> {
                 INDISTINGUISHABLE
             } else {
                 // Of two starts that end in the same point the first is kept.
-                1e-3 * best.cost
+                TIE * best.cost
             };
         let gained = best.cost - end.cost;
         let apart = end.correction - best.correction;
-        let same_place = best.normal.length_squared(&apart) <= 16.0 * tie;
+        let same_place = best.normal.length_squared(&apart) <= SAME_POINT * tie;
         if gained.abs() <= tie {
-            let nearer = end.correction.norm_squared() < 0.999 * best.correction.norm_squared();
+            let nearer = end.correction.norm_squared() < NEARER * best.correction.norm_squared();
             nearer && !same_place
         } else {
             gained > 0.0

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! A position is reachable if the forward model leads to it from joint angles within the limits:
-//! [`Reach::any_joints`]. The forward model swept over the joints' range finds the box that holds
+//! [`Reach::any_joints`](crate::geometry::reach::Reach::any_joints). The forward model swept over the joints' range finds the box that holds
 //! the workspace; lines through it, parallel to the axes, are then bisected where they enter and
 //! leave. Nothing is assumed of the workspace's shape: it may be hollow, or in several parts.
 

@@ -88,7 +88,7 @@ fn errors_of_numbers_name_the_number() {
     says(&AlignmentError::TooFewPoints, &["three points"]);
     says(&AlignmentError::Collinear, &["line"]);
     says(&AlignmentError::NonFinite, &["finite"]);
-    says(&MergeError::DifferentNominal, &["reference", "noise"]);
+    says(&MergeError::DifferentNominal, &["nominal arm", "noise"]);
 }
 
 #[test]

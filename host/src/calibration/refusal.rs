@@ -1,6 +1,6 @@
 //! Why the measurements cannot calibrate this robot, in plain words, and what to do next. Nothing is
-//! computed here: what was found out stands in the [objection](super::objection) and in the
-//! [findings](super::investigation).
+//! computed here: what was found out stands in the objection and in the
+//! findings.
 
 mod explain;
 mod fit;

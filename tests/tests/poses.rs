@@ -10,8 +10,8 @@ use delta_cal_host::evaluation::CramerRaoBound;
 use delta_cal_host::poses::{Criterion, PlanRequest, length, plan};
 use delta_cal_host::{CalibrationMethod, RobotFile, fkm};
 use delta_cal_tests::{
-    Spread, generator, largest_difference, paper_limits, paper_robot, parameter_differences,
-    perturbed,
+    Spread, generator, is_long, largest_difference, paper_limits, paper_robot,
+    parameter_differences, perturbed,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -128,8 +128,13 @@ fn median_of_random(
 #[test]
 fn twelve_planned_poses_are_as_good_as_sixty_random_and_twenty_three_times_better_than_twenty() {
     let readme = include_str!("../../README.md");
+    // The README's, and the noise and method that are least like it.
+    let short = [(METHODS[0], NOISES[1]), (METHODS[1], NOISES[3])];
     for method in METHODS {
         for level in NOISES {
+            if !is_long() && !short.contains(&(method, level)) {
+                continue;
+            }
             let noise = noise(level);
             let file = paper_file(noise, None);
             println!(

@@ -1,15 +1,21 @@
 //! `defmt::Format` of the public types that hold matrices, which have none of their own. The
 //! others derive it.
 
-use crate::{
-    Arm, ArmBasis, ArmFactor, ArmOutcome, ArmProblem, ArmSolver, PlatformJacobian, Real, Reference,
-    RigidTransform, Robot, RobotCalibrator, RobotOutcome, RobotSolver, Sample, StoredArmSamples,
+use crate::Real;
+use crate::calibration::{
+    ArmOutcome, ArmProblem, ArmSolver, RobotCalibrator, RobotOutcome, RobotSolver,
 };
+#[cfg(any(feature = "classical", test))]
+use crate::classical::StoredArmSamples;
+use crate::frame::RigidTransform;
+use crate::kinematics::PlatformJacobian;
+use crate::robot::{Arm, ArmBasis, Parameter, Robot};
+use crate::samples::{ArmFactor, NominalArm, Sample};
 use defmt::{Format, Formatter, write};
 
 impl<T: Real + Format> Format for Arm<T> {
     fn format(&self, formatter: Formatter<'_>) {
-        write!(formatter, "Arm {}", self.parameters().data.0);
+        write!(formatter, "Arm {}", self.parameters());
     }
 }
 
@@ -56,7 +62,7 @@ impl<T: Real + Format> Format for Sample<T> {
     }
 }
 
-impl<T: Real + Format> Format for Reference<T> {
+impl<T: Real + Format> Format for NominalArm<T> {
     fn format(&self, formatter: Formatter<'_>) {
         write!(
             formatter,
@@ -73,13 +79,14 @@ impl<T: Real + Format> Format for ArmFactor<T> {
     fn format(&self, formatter: Formatter<'_>) {
         write!(
             formatter,
-            "factor of {} samples, worth {}",
+            "factor of {} samples, {} effective",
             self.samples(),
             self.effective_samples()
         );
     }
 }
 
+#[cfg(any(feature = "classical", test))]
 impl<T: Real + Format, const N: usize> Format for StoredArmSamples<T, N> {
     fn format(&self, formatter: Formatter<'_>) {
         write!(formatter, "{} of {} samples", self.len(), N);
@@ -121,7 +128,7 @@ impl<T: Real + Format> Format for ArmOutcome<T> {
             self.termination,
             self.residual_rms,
             self.condition,
-            crate::Parameter::ALL.map(|parameter| self.standard_deviation(parameter))
+            Parameter::ALL.map(|parameter| self.standard_deviation(parameter))
         );
     }
 }

@@ -19,7 +19,7 @@ const LARGEST_REQUEST: usize = 128;
 /// Everything behind the control loop: answers requests, takes in samples, solves in bounded steps,
 /// stores and hands over.
 ///
-/// `F` is NOR flash for the parameters alone: an even number of pages, four or more.
+/// `F` is NOR flash for the parameters alone: two halves of whole pages, 448 bytes or more each.
 ///
 /// ```
 /// use delta_cal_firmware_example::{Controller, ParameterFlash, nominal};
@@ -199,12 +199,13 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
             Request::Apply {
                 session,
                 fingerprint,
+                from,
             } => {
                 let (outcome, there) = self.session.outcome(*session)?;
                 if there != *fingerprint {
                     return Err(Fault::OtherParameters { there });
                 }
-                let switched = self.geometries.apply(&outcome.robot)?;
+                let switched = self.geometries.apply(*from, &outcome.robot)?;
                 self.switched(switched)
             }
             Request::Revert { from, to } => {

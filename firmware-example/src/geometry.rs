@@ -2,8 +2,7 @@
 
 use crate::Number;
 use crate::handover::NewParameters;
-use crate::session::parameters;
-use crate::store::{Geometry, Sets, Store, StoreError, robot};
+use crate::store::{Geometry, Sets, Store, StoreError};
 use delta_cal::Robot;
 use delta_cal_protocol::{Fault, Origin, Parameters, RevertTo, fingerprint};
 use embedded_storage_async::nor_flash::NorFlash;
@@ -21,7 +20,7 @@ pub(crate) struct Geometries<T: Number, F> {
 
 fn named<T: Number>(robot: Robot<T>) -> NewParameters<T> {
     NewParameters {
-        fingerprint: fingerprint(&parameters(&robot)),
+        fingerprint: fingerprint(&robot.parameters()),
         robot,
     }
 }
@@ -68,7 +67,9 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     fn of(&self, geometry: Option<&[[T; 8]; 3]>) -> Result<NewParameters<T>, StoreError> {
         match geometry {
             None => Ok(self.nominal),
-            Some(arms) => robot(arms).map(named).map_err(|_| StoreError::Record),
+            Some(arms) => Robot::from_parameters(*arms)
+                .map(named)
+                .map_err(|_| StoreError::Record),
         }
     }
 
@@ -92,46 +93,57 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
                 (None, false) => Origin::Nominal,
                 (None, true) => Origin::NominalStoreDamaged,
             },
-            arms: parameters(&self.current.robot),
+            generation: self.store.generation(),
+            arms: self.current.robot.parameters(),
         }
     }
 
     pub(crate) fn nominal_message(&self) -> Parameters<T> {
         Parameters {
             origin: Origin::Nominal,
-            arms: parameters(&self.nominal.robot),
+            generation: self.store.generation(),
+            arms: self.nominal.robot.parameters(),
         }
     }
 
-    /// Makes a calibrated robot the current one; whether it was not already.
-    pub(crate) fn apply(&mut self, robot: &Robot<T>) -> Result<bool, Fault> {
-        self.change_to(Some(parameters(robot)))
+    /// Makes a calibrated robot the current one, in place of the parameters of generation `from`; whether
+    /// it was not already.
+    pub(crate) fn apply(&mut self, from: u32, robot: &Robot<T>) -> Result<bool, Fault> {
+        self.change_to(from, Some(robot.parameters()), self.sets.current)
     }
 
-    /// Goes back from the parameters named `from`; whether that changed anything.
+    /// Goes back from the parameters of generation `from`; whether that changed anything.
     pub(crate) fn revert(&mut self, from: u32, to: RevertTo) -> Result<bool, Fault> {
-        let there = self.current.fingerprint;
-        if from != there {
-            return Err(Fault::OtherParameters { there });
-        }
-        self.change_to(match to {
-            RevertTo::Previous => self.sets.previous,
+        let previous = self.sets.previous;
+        let geometry = match to {
+            RevertTo::Previous => previous,
             RevertTo::Nominal => None,
-        })
+        };
+        // A rejected calibration does not become the one to go back to.
+        self.change_to(from, geometry, previous)
     }
 
     /// First the flash, then the rest.
     #[inline(never)]
-    fn change_to(&mut self, geometry: Geometry<T>) -> Result<bool, Fault> {
+    fn change_to(
+        &mut self,
+        from: u32,
+        geometry: Geometry<T>,
+        previous: Geometry<T>,
+    ) -> Result<bool, Fault> {
         let new = self.of(geometry.as_ref()).map_err(|_| Fault::Store)?;
-        let same = new.fingerprint == self.current.fingerprint
-            && geometry.is_some() == self.sets.current.is_some();
+        let there = self.current.fingerprint;
+        let same = new.fingerprint == there && geometry.is_some() == self.sets.current.is_some();
         if same && !self.damaged {
             return Ok(false);
         }
+        if !same && from != self.store.generation() {
+            return Err(Fault::OtherParameters { there });
+        }
+        // The same set again repairs the store; the one before it is still the one before.
         let sets = Sets {
             current: geometry,
-            previous: self.sets.current,
+            previous: if same { self.sets.previous } else { previous },
         };
         if let Err(error) = self.store.save(&sets) {
             warning!("not stored: {}", error);
@@ -139,11 +151,11 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         }
         info!(
             "stored, and changed from {=u32:08x} to {=u32:08x}",
-            self.current.fingerprint, new.fingerprint
+            there, new.fingerprint
         );
         self.current = new;
         self.sets = sets;
         self.damaged = false;
-        Ok(true)
+        Ok(!same)
     }
 }

@@ -25,7 +25,6 @@ mod number;
 mod pace;
 mod path;
 mod ram_flash;
-mod read_only;
 mod reception;
 mod session;
 mod store;
@@ -38,7 +37,8 @@ pub use pace::Timer;
 pub use path::Path;
 pub use ram_flash::{FlashError, PAGE, ParameterFlash, RamFlash, WORD};
 
-use delta_cal::{GeometryError, Real, Robot, SymmetricRobot};
+use delta_cal::robot::GeometryError;
+use delta_cal::{Real, Robot, SymmetricRobot};
 
 /// Turns of the control loop in a second.
 pub const TURNS_A_SECOND: u32 = 1000;

@@ -7,8 +7,8 @@ pub const PAGE: usize = 2048;
 /// Bytes that are written together.
 pub const WORD: usize = 4;
 
-/// As large as the parameters need: two halves of two pages, see [`Controller`](crate::Controller).
-pub type ParameterFlash = RamFlash<{ 4 * PAGE }>;
+/// As large as the parameters need: two halves of a page, see [`Controller`](crate::Controller).
+pub type ParameterFlash = RamFlash<{ 2 * PAGE }>;
 
 const ERASED: u8 = 0xff;
 

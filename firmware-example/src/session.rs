@@ -1,9 +1,10 @@
 //! One calibration: samples in, solved step by step, an outcome or a refusal.
 
 use crate::Number;
+use delta_cal::calibration::Start;
 use delta_cal::{
     ArmIndex, Calibrator, Noise, Progress, Refusal, Robot, RobotOutcome, RobotSolver, Sample,
-    Settings, Start, Tolerance,
+    Settings, Tolerance,
 };
 use delta_cal_protocol::{ArmReport, Begin, Fault, Phase, SampleMessage, fingerprint};
 use nalgebra::Vector3;
@@ -11,8 +12,8 @@ use nalgebra::Vector3;
 /// The calibration that is under way, if any. Lies in static memory: it is most of the firmware's.
 #[derive(Debug)]
 pub(crate) struct Session<T: Number> {
-    /// 0 without one.
-    number: u32,
+    /// What it was begun with.
+    begin: Option<Begin<T>>,
     calibrator: Option<Calibrator<T>>,
     samples: u32,
     work: Work<T>,
@@ -36,25 +37,30 @@ enum Work<T: Number> {
 impl<T: Number> Session<T> {
     pub(crate) const fn none() -> Self {
         Self {
-            number: 0,
+            begin: None,
             calibrator: None,
             samples: 0,
             work: Work::Collecting,
         }
     }
 
+    /// 0 without one.
     pub(crate) const fn number(&self) -> u32 {
-        self.number
+        match &self.begin {
+            Some(begin) => begin.session,
+            None => 0,
+        }
     }
 
-    /// Starts again without samples, unless it is the open session that is asked for.
+    /// Starts again without samples, unless it is the open session that is asked for: of the same number,
+    /// and with the same settings.
     pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<u32, Fault> {
         if begin.session == 0 {
             return Err(Fault::Settings);
         }
-        if begin.session != self.number {
+        if self.begin.as_ref() != Some(begin) {
             let settings = settings(begin)?;
-            self.number = begin.session;
+            self.begin = Some(*begin);
             self.samples = 0;
             self.work = Work::Collecting;
             self.renew(nominal, &settings);
@@ -139,10 +145,14 @@ impl<T: Number> Session<T> {
                 for (arm, index) in outcome.arms.iter().zip(ArmIndex::ALL) {
                     info!(
                         "session {=u32:08x}: {} solved, {} iterations, condition {}, residual {}",
-                        self.number, index, arm.iterations, arm.condition, arm.residual_rms
+                        self.number(),
+                        index,
+                        arm.iterations,
+                        arm.condition,
+                        arm.residual_rms
                     );
                 }
-                let fingerprint = fingerprint(&parameters(&outcome.robot));
+                let fingerprint = fingerprint(&outcome.robot.parameters());
                 self.work = Work::Solved {
                     outcome,
                     fingerprint,
@@ -152,7 +162,7 @@ impl<T: Number> Session<T> {
     }
 
     fn refuse(&mut self, refusal: Refusal) {
-        warning!("session {=u32:08x}: refused, {}", self.number, refusal);
+        warning!("session {=u32:08x}: refused, {}", self.number(), refusal);
         self.work = Work::Refused(refusal);
     }
 
@@ -162,7 +172,7 @@ impl<T: Number> Session<T> {
     }
 
     pub(crate) const fn phase(&self) -> Phase {
-        if self.number == 0 {
+        if self.begin.is_none() {
             return Phase::Idle;
         }
         let samples = self.samples;
@@ -185,7 +195,7 @@ impl<T: Number> Session<T> {
 
     /// The calibrated robot and its fingerprint.
     pub(crate) fn outcome(&self, session: u32) -> Result<(&RobotOutcome<T>, u32), Fault> {
-        if session == 0 || session != self.number {
+        if session == 0 || session != self.number() {
             return Err(Fault::NoSession);
         }
         match &self.work {
@@ -206,9 +216,10 @@ impl<T: Number> Session<T> {
             ArmIndex::Second => second,
             ArmIndex::Third => third,
         };
+        let [prior_share] = arm.prior_share.data.0;
         Ok(ArmReport {
             arm: index,
-            parameters: array(arm.arm.parameters()),
+            parameters: arm.arm.parameters(),
             covariance: arm.covariance.map(|covariance| covariance.data.0),
             residual_rms: arm.residual_rms,
             estimated_noise: arm.estimated_noise,
@@ -218,12 +229,12 @@ impl<T: Number> Session<T> {
             termination: arm.termination,
             start: arm.start,
             condition: arm.condition,
-            prior_share: array(&arm.prior_share),
+            prior_share,
         })
     }
 
     fn open(&mut self, session: u32) -> Result<&mut Calibrator<T>, Fault> {
-        if session == 0 || session != self.number {
+        if session == 0 || session != self.number() {
             return Err(Fault::NoSession);
         }
         self.calibrator.as_mut().ok_or(Fault::NoSession)
@@ -247,17 +258,6 @@ fn advance<T: Number>(
     solver.step(calibrator)
 }
 
-fn array<T: Number>(vector: &nalgebra::SVector<T, 8>) -> [T; 8] {
-    let [column] = vector.data.0;
-    column
-}
-
-/// A robot's 24 parameters.
-pub(crate) fn parameters<T: Number>(robot: &Robot<T>) -> [[T; 8]; 3] {
-    let [first, second, third] = robot.arms();
-    [first, second, third].map(|arm| array(arm.parameters()))
-}
-
 fn settings<T: Number>(begin: &Begin<T>) -> Result<Settings<T>, Fault> {
     let tolerance = begin
         .tolerance
@@ -269,14 +269,12 @@ fn settings<T: Number>(begin: &Begin<T>) -> Result<Settings<T>, Fault> {
         .map(|(position, joint)| Noise::new(position, joint))
         .transpose()
         .map_err(|_| Fault::Settings)?;
-    Ok(Settings {
-        noise,
-        tolerance,
-        start: if begin.without_guess {
+    Ok(Settings::default()
+        .with_noise(noise)
+        .with_tolerance(tolerance)
+        .with_start(if begin.without_guess {
             Start::Free
         } else {
-            Start::Reference
-        },
-        ..Settings::default()
-    })
+            Start::Nominal
+        }))
 }

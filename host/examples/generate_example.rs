@@ -1,8 +1,11 @@
 //! Writes the simulated example that is built into `delta-cal`, always the same numbers:
 //! `cargo run -p delta-cal-host --example generate_example`.
 
-use delta_cal::{Arm, JointLimits, Noise, ParameterKind, Robot, SymmetricRobot};
-use delta_cal::{Parameter, random_pose, simulate_sample, standard_normal};
+use delta_cal::Parameter;
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
+use delta_cal::{Noise, Robot, SymmetricRobot};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 use std::error::Error;
@@ -52,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let noise = Noise::new(0.02, 0.002f64.to_radians())?;
 
     let [first, second, third] = nominal.arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
+        let mut parameters = arm.parameters();
         for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {
             let sigma = match parameter.kind() {
                 ParameterKind::Length => 0.5,

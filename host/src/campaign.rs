@@ -20,6 +20,7 @@ mod quantiles;
 mod row;
 mod run;
 mod simulation;
+mod status;
 mod summary;
 mod trial;
 
@@ -27,7 +28,7 @@ pub use error::CampaignError;
 pub use folder::{PARAMETERS, PLAN, ROBOTS, SUMMARY, TIMING};
 pub use merge::merge;
 pub use plan::{
-    CampaignMethod, LengthAngle, NoiseLevel, Plan, Scenario, Shard, Solver, Spread, Variant,
+    CampaignMethod, CampaignSolver, LengthAngle, NoiseLevel, Plan, Scenario, Shard, Spread, Variant,
 };
 pub use quantiles::Quantiles;
 pub use row::CaseColumns;

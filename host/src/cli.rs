@@ -1,22 +1,23 @@
 //! The command line.
 
-mod args;
+mod arguments;
 mod calibrate;
 mod check;
+mod choices;
 mod device;
+mod exit_codes;
 mod failure;
 mod kinematics;
 mod paths;
 mod plan;
+mod print;
 mod progress;
 mod reproduce;
 mod simulate;
 mod workspace;
 
-use args::{Arguments, Command};
+use arguments::{Arguments, Command};
 use clap::Parser;
-use failure::Failure;
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 pub(crate) fn run() -> ExitCode {
@@ -34,19 +35,5 @@ pub(crate) fn run() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
-    }
-}
-
-/// Prints to standard output, with colour only where it is wanted.
-fn print(text: &str) -> Result<(), Failure> {
-    let mut stdout = anstream::stdout().lock();
-    match stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.flush())
-    {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(format!(
-            "standard output: cannot be written: {error}"
-        ))),
-        _ => Ok(()),
     }
 }

@@ -17,7 +17,7 @@ mod transport;
 mod verify;
 
 pub use client::{Client, Patience};
-pub use convert::{assumptions, measurements, outcome, parameters, robot};
+pub use convert::{assumptions, measurements, outcome, robot};
 pub use emulator::{
     Emulation, Emulator, EmulatorError, FirmwareError, FlashError, Pace, build, check_firmware,
 };

@@ -1,27 +1,38 @@
 //! Calibrates a Delta robot from files. The mathematics is the core's, `delta-cal`; this crate
 //! reads, judges, reports and writes.
 //!
-//! The modules follow the data:
+//! Each folder uses only those above it in this list:
+//!
+//! ```text
+//! text         numbers and lists in sentences
+//! geometry     where a robot may be: limits, the sweep of the forward model
+//! files        robot file, samples file, their faults, output files
+//! fit          samples to parameters, by either method; no judgement
+//! accuracy     how well positions and parameters are known
+//! calibration  a case ─→ an attempt ─→ a report, or an objection ─→ a reason in words; diagnosis
+//! planning     which poses to measure, and whether measured ones suffice
+//! campaign     many simulated robots, calibrated in every way that a file asks for
+//! workspace    where the robot gets, and what limits it
+//! render       figures, pages, the terminal
+//! report       results for people and for programs
+//! device       a controller that calibrates itself, over its link
+//! reproduce    the paper's simulations, run again
+//! ```
+//!
+//! A calibration of two files:
 //!
 //! ```text
 //! InputText ─→ RobotFile  ─┐
-//! InputText ─→ SamplesFile ┴→ calibrate() ─→ CalibrationReport ─→ report::table, json, html
+//! InputText ─→ SamplesFile ┴→ calibrate() ─→ CalibrationReport ─→ report::calibration::{table, json, html}
 //!                                  │                          └→ RobotFile::to_toml
-//!                                  └→ CalibrateError: InputError or Refused
-//! InputText ─→ read_joints / read_positions ─→ kinematics ─→ CSV
-//! Robot, Samples, Settings ─→ fkm::calibrate ─→ Outcome ─→ evaluation, where the truth is known
-//! InputText ─→ campaign::Plan ─→ campaign::run ─→ CSV, CaseSummary ─→ reproduce: the paper beside it
-//! RobotFile ─→ poses::plan ─→ PosePlan;  with SamplesFile ─→ Observability ─→ report::check
-//! RobotFile, SamplesFile ─→ device: a controller calibrates ─→ CalibrationReport
-//! RobotFile ─→ workspace::report::Analysis ─→ table, JSON, CSV, STL, HTML
-//! plot::Figure ─→ SVG, PNG; report::html
-//! texts ─→ output::write_all
+//!                                  └→ CalibrateError: a Reason, and a Diagnosis
 //! ```
 //!
 //! Lengths are millimetres and angles radians; only the files and reports are in degrees.
 //!
 //! ```
-//! use delta_cal_host::{Options, calibrate, example};
+//! use delta_cal_host::{Options, calibrate};
+//! use delta_cal_host::files::example;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let (robot, samples) = example::load()?;
 //! let report = calibrate(&robot, &samples, Options::default())?;
@@ -32,54 +43,34 @@
 
 #![forbid(unsafe_code)]
 
-mod calibrate;
-mod calibration_report;
+pub mod accuracy;
+pub mod calibration;
 pub mod campaign;
 pub mod device;
-mod diagnosis;
-pub mod evaluation;
-pub mod example;
-pub mod fkm;
-mod information;
-mod input_error;
-mod input_text;
-pub mod kinematics;
-mod noise_test;
-pub mod observability;
-mod outcome;
-mod outliers;
-pub mod output;
-mod plausibility;
-pub mod plot;
-pub mod poses;
-mod position_error;
-pub mod position_uncertainty;
-pub mod reach;
-mod refusal;
+pub mod files;
+pub mod fit;
+pub mod geometry;
+pub mod planning;
+pub mod render;
 pub mod report;
 pub mod reproduce;
-mod robot_file;
-mod robust;
-mod samples_file;
-mod sensor_frame;
-mod stream;
-mod units;
-mod warnings;
-mod words;
+mod text;
 pub mod workspace;
-mod workspace_comparison;
 
-pub use calibrate::{CalibrateError, CalibrationMethod, Frame, Options, calibrate};
-pub use calibration_report::CalibrationReport;
-pub use diagnosis::{Diagnosis, DiagnosisEvidence, Explanation};
-pub use input_error::InputError;
-pub use input_text::InputText;
-pub use noise_test::{Estimate, NoiseTest, NoiseVerdict, StatedNoise};
-pub use outcome::Outcome;
-pub use position_error::{PositionError, SampleErrors};
-pub use refusal::Refused;
-pub use robot_file::RobotFile;
-pub use robust::{RobustFit, SampleWeight, calibrate_robust};
-pub use samples_file::{Row, SamplesFile, read_joints, read_positions};
-pub use stream::{GateReport, RejectedSample, StreamReport, Streaming};
-pub use workspace_comparison::WorkspaceComparison;
+pub use accuracy::position_error::{PositionError, SampleErrors};
+pub use accuracy::workspace_comparison::WorkspaceComparison;
+pub use calibration::diagnosis::{Diagnosis, DiagnosisEvidence, Explanation};
+pub use calibration::error::CalibrateError;
+pub use calibration::noise_test::{Estimate, NoiseTest, NoiseVerdict, StatedNoise};
+pub use calibration::reason::{Reason, Refused};
+pub use calibration::report::CalibrationReport;
+pub use calibration::{calibrate, read_samples};
+pub use files::input_error::InputError;
+pub use files::input_text::InputText;
+pub use files::robot_file::RobotFile;
+pub use files::samples_file::{Row, SamplesFile, read_joints, read_positions};
+pub use fit::options::{CalibrationMethod, Frame, Options, OptionsError, Streaming};
+pub use fit::outcome::Outcome;
+pub use fit::robust::calibrate_robust;
+pub use fit::stream::{GateReport, RejectedSample, StreamReport};
+pub use fit::weights::{Fit, SampleWeight};

@@ -38,7 +38,7 @@ fn samples_that_are_wrong_are_named_by_line_and_column() {
         ),
         (
             good_samples().replace("x_mm,y_mm,z_mm", "x_mm,y_mm,y_m"),
-            &["samples.csv:1: column y_m: the column says the same as column y_mm"],
+            &["samples.csv:1: column y_m: the column repeats column y_mm"],
         ),
         (
             good_samples().replace("q1_deg", "Q1"),
@@ -89,7 +89,7 @@ fn samples_that_are_wrong_are_named_by_line_and_column() {
             with_line(4, "1,2,3,4,5,6,"),
             &[
                 "samples.csv:4: column z_mm: the row has 7 fields and the header 6",
-                "a trailing comma?",
+                "look for a comma at its end",
             ],
         ),
         (
@@ -99,11 +99,11 @@ fn samples_that_are_wrong_are_named_by_line_and_column() {
         (
             // Up to the end of the file, and up to a quote in a later line.
             with_line(4, "1,2,3,4,5,\"6"),
-            &["samples.csv:4: a quote \" is opened and not closed"],
+            &["samples.csv:4: this line opens a quote \" and does not close it"],
         ),
         (
             with_line(4, "# \"\n\n1,\"2,3,4,5,6\n1,2,3,4,5,\"6\""),
-            &["samples.csv:6: a quote \" is opened and not closed"],
+            &["samples.csv:6: this line opens a quote \" and does not close it"],
         ),
         (
             good_samples().replace(HEADER, ""),
@@ -239,7 +239,7 @@ fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
             format!("{NOMINAL}{TOLERANCE}"),
             csv(&exact(&other_arms, 30)),
             &[
-                "samples.csv: Lb of arm 2 came out",
+                "samples.csv: the fit puts Lb of arm 2 ",
                 "state a larger [tolerance]",
             ],
         ),
@@ -249,7 +249,7 @@ fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
             csv(&noisy(&nominal_arms(), 12, 0.5)),
             &[
                 "samples.csv: the calibration is expected to make the robot worse",
-                "mm off (rms), the one in line ",
+                "mm (rms), and the one in line ",
                 "[tolerance]",
             ],
         ),

@@ -56,7 +56,11 @@ fn twenty_poses_determine_the_robot_by_either_method() {
 fn without_poses_to_add_there_is_no_list_of_them() {
     let folder = folder();
     let run = folder.run("check robot.toml samples.csv --add 0").ok();
-    assert!(!run.stdout.contains("Best added"), "{}", run.stdout);
+    assert!(
+        !run.stdout.contains("Poses that would help most"),
+        "{}",
+        run.stdout
+    );
     assert!(run.stdout.ends_with("rms now.\n"), "{}", run.stdout);
 }
 
@@ -98,7 +102,7 @@ fn too_few_poses_and_repeated_poses_are_refused_and_the_rank_is_stated() {
             run.stderr
                 .contains("refused: These samples do not determine arm 1")
         );
-        assert!(run.stdout.contains("Best added"));
+        assert!(run.stdout.contains("Poses that would help most"));
     }
 }
 

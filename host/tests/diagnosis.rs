@@ -4,10 +4,14 @@
 
 mod support;
 
-use delta_cal::{Arm, JointLimits, Noise, Robot, Sample, random_pose, simulate_sample};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Arm;
+use delta_cal::simulate::{random_pose, simulate_sample};
+use delta_cal::{Noise, Robot, Sample};
 use delta_cal_host::{
-    CalibrateError, CalibrationMethod, Frame, InputText, Options, RobotFile, SamplesFile, calibrate,
+    CalibrationMethod, Frame, InputText, Options, RobotFile, calibrate, read_samples,
 };
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{Spread, paper_robot, uniform};
 use nalgebra::{Rotation3, Vector3};
 use rand_core::{Rng, SeedableRng};
@@ -23,7 +27,7 @@ const SOME: u64 = 48;
 fn changed(robot: &Robot<f64>, mut change: impl FnMut(usize, &mut [f64; 8])) -> Robot<f64> {
     let mut index = 0;
     let arms = robot.arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
+        let mut parameters = arm.parameters();
         change(index, &mut parameters);
         index += 1;
         Arm::new(parameters).unwrap()
@@ -137,14 +141,13 @@ impl Case {
         }
         let robot = self.robot_file();
         let input = InputText::new("samples.csv", &text);
-        let samples = match SamplesFile::read_for(&input, &robot, self.options) {
+        let samples = match read_samples(&input, &robot, self.options) {
             Ok(samples) => samples,
-            Err(error) => return error.diagnosis().map(ToString::to_string),
+            Err(error) => return error.diagnosis.map(|diagnosis| diagnosis.to_string()),
         };
         let diagnosis = match calibrate(&robot, &samples, self.options) {
             Ok(report) => report.diagnosis,
-            Err(CalibrateError::Refused(refused)) => refused.diagnosis().cloned(),
-            Err(CalibrateError::Input(error)) => error.diagnosis().cloned(),
+            Err(error) => error.diagnosis.map(|diagnosis| *diagnosis),
         };
         diagnosis.map(|diagnosis| diagnosis.to_string())
     }
@@ -419,6 +422,7 @@ fn robots(count: u64) -> impl Iterator<Item = u64> {
 /// The faults that are named for less than 95 % of the robots.
 fn unnamed(count: u64) -> Vec<&'static str> {
     println!("fault of the file                  robots   named");
+    let total = std::cell::Cell::new(0);
     let unnamed = |(name, frame, change, expected): &&Fault| {
         let mut named = 0;
         for robot in robots(count) {
@@ -434,9 +438,22 @@ fn unnamed(count: u64) -> Vec<&'static str> {
             }
         }
         println!("{name:<34} {count:>6} {named:>7}");
+        total.set(total.get() + named);
         named < count * 95 / 100
     };
-    FAULTS.iter().filter(unnamed).map(|fault| fault.0).collect()
+    let unnamed = FAULTS.iter().filter(unnamed).map(|fault| fault.0).collect();
+    if count == SOME {
+        let faults = FAULTS.len();
+        let files = faults as u64 * count;
+        print_documented(
+            "docs/diagnosis.md",
+            &format!(
+                "{faults} such faults in {count} files each: {} of the {files} files",
+                total.get()
+            ),
+        );
+    }
+    unnamed
 }
 
 /// The other files of which anything is said, for any robot.

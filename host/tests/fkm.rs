@@ -208,7 +208,11 @@ fn refusals_have_the_same_kinds_and_words() {
             "times what the stated [noise] allows",
         ),
         (NOISE, one_wrong, "the sample in line 12 ("),
-        (TOLERANCE, exact(&other_arms, 30), "Lb of arm 2 came out"),
+        (
+            TOLERANCE,
+            exact(&other_arms, 30),
+            "the fit puts Lb of arm 2 ",
+        ),
         (
             "",
             noisy(&nominal_arms(), 12, 0.5),
@@ -217,7 +221,7 @@ fn refusals_have_the_same_kinds_and_words() {
         (
             "",
             exact(&implausible, 20),
-            "Lb of arm 1 is 480.000 mm in the robot file and came out as 540",
+            "Lb of arm 1 is 480.000 mm in the robot file, and the fit makes it 540",
         ),
         ("", upside_down, "upside down or left-handed"),
     ];

@@ -4,7 +4,9 @@
 
 mod support;
 
-use delta_cal::{JointLimits, Noise, Robot, random_pose, simulate_sample};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::simulate::{random_pose, simulate_sample};
+use delta_cal::{Noise, Robot};
 use delta_cal_host::{
     CalibrationMethod, InputText, NoiseTest, NoiseVerdict, Options, RobotFile, SamplesFile,
     calibrate,
@@ -64,9 +66,9 @@ fn the_interval_of_an_estimated_noise_holds_the_true_one_as_often_as_it_says() {
                 low <= SIGMA && SIGMA <= high
             })
             .count();
-        println!(
-            "{}: {held} of {ROBOTS} intervals hold the noise",
-            method.name()
+        delta_cal_tests::documents::print_documented(
+            "docs/diagnosis.md",
+            &format!("{}: {held} of {ROBOTS}", method.name()),
         );
         assert!(held >= AT_LEAST, "{}: {held}", method.name());
     }
@@ -146,7 +148,7 @@ fn residuals_beyond_the_tolerance_are_no_noise() {
         let run = folder.run(&format!("{calibrate}{method}"));
         assert_eq!(run.code, 1, "{}", run.stdout);
         for part in [
-            "no [noise] is stated, and if the residuals were noise it would be",
+            "no [noise] is stated, and if the residuals were all noise, it would be",
             "lets the robot be off by",
             "state the [noise]",
         ] {
@@ -167,5 +169,9 @@ fn residuals_beyond_the_tolerance_are_no_noise() {
     folder.write("robot.toml", format!("{NOMINAL}{TOLERANCE}"));
     folder.write("samples.csv", csv(&exact(&true_arms(), 30)));
     let run = folder.run("calibrate robot.toml samples.csv").ok();
-    assert!(!run.stdout.contains("taken for noise"), "{}", run.stdout);
+    assert!(
+        !run.stdout.contains("the residuals for noise"),
+        "{}",
+        run.stdout
+    );
 }

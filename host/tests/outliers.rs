@@ -59,7 +59,10 @@ fn without_an_outlier_none_is_named() {
         let run = folder.run("calibrate robot.toml samples.csv");
         assert_eq!(run.code, 1, "{}", run.stdout);
         assert!(!run.stderr.contains("worst"), "{}", run.stderr);
-        assert!(run.stderr.contains("[noise] is to be stated as it is"));
+        assert!(
+            run.stderr
+                .contains("state the [noise] that repeated measurements")
+        );
     }
     // Rounding errors are not outliers, either.
     let mut far = true_arms();

@@ -180,11 +180,9 @@ fn a_forearm_limit_is_kept_with_a_margin() {
     let run = folder
         .run("plan limited.toml --count 12 --output poses.csv")
         .ok();
-    assert!(
-        run.stdout.contains("from the forearms' limit"),
-        "{}",
-        run.stdout
-    );
+    let words: Vec<_> = run.stdout.split_whitespace().collect();
+    let words = words.join(" ");
+    assert!(words.contains("from the forearms' limit"), "{words}");
     for row in rows_of(&folder.read("poses.csv")) {
         for (arm, azimuth) in [0_f64, 120.0, 240.0].into_iter().enumerate() {
             // Out of the arm's plane the forearm reaches what the platform does.
@@ -279,7 +277,7 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
             "the robot reaches x",
         ),
         ("robot.toml --count 12 --within z=-500..-400", 2, "x and y"),
-        ("robot.toml --count 12 --within r=10", 2, "z is needed"),
+        ("robot.toml --count 12 --within r=10", 2, "has r and z"),
         (
             "robot.toml --count 12 --within r=-10,z=-500..-400",
             2,
@@ -303,7 +301,7 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
         (
             "robot.toml --count 12 --within q=10,z=-500..-400",
             2,
-            "'q' is none of",
+            "'q' is not one of",
         ),
         (
             "robot.toml --count 12 --accuracy 0mm",
@@ -346,26 +344,5 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
             !folder.names().contains(&"poses.csv".to_owned()),
             "{arguments}"
         );
-    }
-}
-
-/// The robot file that the README describes, and what it shows of the plan.
-#[test]
-fn the_readme_shows_what_the_command_prints() {
-    let readme = include_str!("../../README.md");
-    let block = |heading: &str, kind: &str| {
-        let section = readme.split_once(heading).unwrap().1;
-        let block = section.split_once(kind).unwrap().1;
-        block.split_once("```").unwrap().0
-    };
-    let folder = Folder::new();
-    folder.write("robot.toml", block("## Calibrate your robot", "```toml\n"));
-    let run = folder
-        .run("plan robot.toml --count 12 --accuracy 0.02mm")
-        .ok();
-    let shown = block("## Which poses to measure", "```text\n");
-    for line in shown.lines().filter(|line| *line != "…") {
-        let printed = run.stdout.lines().any(|printed| printed == line);
-        assert!(printed, "{line}\n{}", run.stdout);
     }
 }

@@ -2,15 +2,15 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use delta_cal_host::plot::{Axis, Colour, Figure, PlotError, Series, Shape};
+use delta_cal_host::render::plot::{Axis, Colour, Figure, PlotError, Shape};
 use roxmltree::Document;
 use tiny_skia::Pixmap;
 
 /// Positions are rounded to the drawing's units, once for each of two ends.
 const ROUNDING: f64 = 1.01;
 
-fn points(points: &[(f64, f64)]) -> Series {
-    Series::new("measured", Colour::Blue, Shape::Points(points.to_vec()))
+fn points(points: &[(f64, f64)]) -> Shape {
+    Shape::Points(points.to_vec())
 }
 
 /// Centres of the discs of a drawing, without those of the legend.
@@ -41,12 +41,11 @@ fn decades_are_equally_far_apart_on_a_logarithmic_axis_and_equal_steps_on_a_line
         Axis::logarithmic("noise, mm", 1e-3, 1e1),
         Axis::linear("gain, %", 0.0, 100.0),
     )
-    .with(points(&[
-        (1e-2, 20.0),
-        (1e-1, 40.0),
-        (1e0, 60.0),
-        (1e1, 80.0),
-    ]));
+    .with(
+        "measured",
+        Colour::Blue,
+        points(&[(1e-2, 20.0), (1e-1, 40.0), (1e0, 60.0), (1e1, 80.0)]),
+    );
     let found = discs(&figure.to_svg().unwrap());
     assert_eq!(found.len(), 4);
     for triple in found.windows(3) {
@@ -69,7 +68,11 @@ fn equal_scales_have_as_many_pixels_a_unit_on_both_axes() {
         Axis::linear("z, mm", 0.0, 80.0),
     )
     .with_equal_scales()
-    .with(points(&[(0.0, 0.0), (10.0, 0.0), (0.0, 10.0)]));
+    .with(
+        "measured",
+        Colour::Blue,
+        points(&[(0.0, 0.0), (10.0, 0.0), (0.0, 10.0)]),
+    );
     let found = discs(&figure.to_svg().unwrap());
     let (along, up) = (found[1].0 - found[0].0, found[0].1 - found[2].1);
     assert!(
@@ -85,13 +88,13 @@ fn axes_legend_and_labels_are_written_and_escaped() {
         Axis::linear("poses", 0.0, 10.0),
         Axis::logarithmic("σ, mm", 0.001, 10.0),
     )
-    .with(points(&[(1.0, 1.0)]))
-    .with(Series::new("", Colour::Ink, Shape::Labels(label)))
-    .with(Series::new(
+    .with("measured", Colour::Blue, points(&[(1.0, 1.0)]))
+    .with("", Colour::Ink, Shape::Labels(label))
+    .with(
         "the <paper>",
         Colour::Vermilion,
         Shape::Diamonds(vec![(5.0, 1.0)]),
-    ));
+    );
     let texts = texts(&figure.to_svg().unwrap());
     for expected in [
         "poses",
@@ -115,14 +118,18 @@ fn what_has_no_place_is_left_out() {
         Axis::linear("x", 0.0, 10.0),
         Axis::logarithmic("y", 0.1, 10.0),
     )
-    .with(points(&[
-        (1.0, 0.0),
-        (2.0, -1.0),
-        (f64::NAN, 1.0),
-        (3.0, f64::INFINITY),
-        (11.0, 1.0),
-        (4.0, 1.0),
-    ]));
+    .with(
+        "measured",
+        Colour::Blue,
+        points(&[
+            (1.0, 0.0),
+            (2.0, -1.0),
+            (f64::NAN, 1.0),
+            (3.0, f64::INFINITY),
+            (11.0, 1.0),
+            (4.0, 1.0),
+        ]),
+    );
     assert_eq!(discs(&figure.to_svg().unwrap()).len(), 1);
 }
 
@@ -148,7 +155,7 @@ fn a_png_has_the_text_of_the_built_in_font_and_the_same_bytes_twice() {
         let band = vec![(0.0, 1.0, 4.0), (5.0, 2.0, 3.0), (10.0, 1.0, 2.0)];
         Figure::new(Axis::linear(x, 0.0, 10.0), Axis::linear("", 0.0, 5.0))
             .sized(300, 200)
-            .with(Series::new("", Colour::Blue, Shape::Band(band)))
+            .with("", Colour::Blue, Shape::Band(band))
     };
     let figure = labelled("θ ± σ, °");
     let png = figure.to_png(2.0).unwrap();

@@ -1,9 +1,12 @@
 //! Which poses a robot may take: the inverse must agree with the forward model.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::float_cmp)]
 
-use delta_cal::{JointLimits, Robot, SymmetricRobot};
-use delta_cal_host::reach::Reach;
+mod support;
+
+use delta_cal::kinematics::JointLimits;
+use delta_cal::{Robot, SymmetricRobot};
+use delta_cal_host::geometry::reach::Reach;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -55,7 +58,12 @@ fn every_position_of_the_forward_model_is_reachable_and_joints_lead_back_to_it()
                 assert!((reach.position(&robot, &joints).unwrap() - x).norm() < 1e-5);
             }
         }
-        println!("{low} to {high}: {elbows_in} of {reached} with an elbow in");
+        if low == -180.0 {
+            delta_cal_tests::documents::print_documented(
+                "docs/workspace.md",
+                &format!("{elbows_in} of {reached} drawn positions"),
+            );
+        }
         assert_eq!(found, reached, "{low} to {high}");
     }
 }

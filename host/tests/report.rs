@@ -4,7 +4,8 @@
 
 mod support;
 
-use delta_cal_host::{CalibrationMethod, Options, calibrate, example};
+use delta_cal_host::files::example;
+use delta_cal_host::{CalibrationMethod, Options, calibrate};
 use nalgebra::Matrix3;
 use roxmltree::Document;
 use serde_json::Value;
@@ -285,12 +286,12 @@ fn poses_in_a_corner_are_told_what_is_missing() {
         .run("calibrate robot.toml samples.csv --report report.html")
         .ok();
     let page = folder.read("report.html");
-    assert!(page.contains("Known worst is"));
+    assert!(page.contains("These samples hardly distinguish "));
     assert!(page.contains(
-        "The samples move the joints through a small part of their range of -60° to 90°"
+        "The samples move these joints through only a small part of their range of -60° to 90°"
     ));
     let (_, proposed) = page
-        .split_once("The joint angles that tell most, the best first: ")
+        .split_once("These joint angles would tell most about the robot, the best first: ")
         .unwrap();
     let (proposed, _) = proposed.split_once('.').unwrap();
     for pose in proposed.split("; ") {
@@ -324,7 +325,9 @@ fn assert_named(page: &str, against: &str, ratios: &[f64]) {
         .max_by(|a, b| ratios[*a].total_cmp(&ratios[*b]))
         .unwrap();
     let (symbol, arm) = (symbols[worst % 8], worst / 8 + 1);
-    let sentence = format!("Known worse than {against}, worst first: {symbol} of arm {arm} (σ ");
+    let sentence = format!(
+        "The σ of these parameters is larger than {against}, the largest first: {symbol} of arm {arm} (σ "
+    );
     assert!(page.contains(&sentence), "{sentence}");
     assert!(exceeding > 0);
     if exceeding > 4 {
@@ -380,7 +383,7 @@ fn without_a_tolerance_a_sigma_above_the_median_change_is_named() {
     let ratios: Vec<_> = sigmas.map(|sigma| sigma / changes[12]).collect();
     assert_named(
         &folder.read("report.html"),
-        "the median parameter was changed by",
+        "the change of the median parameter",
         &ratios,
     );
 }

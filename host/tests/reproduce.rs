@@ -241,8 +241,8 @@ fn a_file_in_the_way_is_refused() {
 
 /// Both of the paper's noisy series, with all 500 robots.
 #[test]
-fn the_readme_shows_what_the_command_prints() {
-    let readme = include_str!("../../README.md");
+fn the_document_shows_what_the_command_prints() {
+    let page = include_str!("../../docs/reproduction.md");
     let folder = Folder::new();
     for name in ["fkm-noise", "ikm-start-error"] {
         let method = &name[..3];
@@ -273,7 +273,7 @@ fn the_readme_shows_what_the_command_prints() {
                     .map(str::to_owned)
                     .collect::<Vec<_>>()
             };
-            let shown = readme
+            let shown = page
                 .lines()
                 .map(cells)
                 .find(|cells| cells.len() > 7 && cells[0] == name && cells[1] == poses)

@@ -4,7 +4,11 @@
 
 mod support;
 
+use delta_cal::robust::Loss;
+use delta_cal_host::files::example;
+use delta_cal_host::{CalibrationMethod, Options, OptionsError, Reason, Streaming, calibrate};
 use serde_json::Value;
+use std::num::NonZeroU32;
 use support::{
     Folder, KEYS, NOMINAL, Point, TOLERANCE, arms_of, csv, exact, noisy, nominal_arms, true_arms,
 };
@@ -48,7 +52,7 @@ fn rows_that_disagree_with_those_before_are_left_out_and_named() {
         .ok();
     assert!(
         run.stdout
-            .contains("Gate: 55 samples taken in, 5 rejected, tested from line 2 on"),
+            .contains("Gate: 55 samples accepted, 5 rejected, tested from line 2 on"),
         "{}",
         run.stdout
     );
@@ -99,7 +103,7 @@ fn a_robot_that_changes_in_the_middle_is_refused_with_the_line() {
     let run = folder.run("calibrate robot.toml samples.csv --gate --output out.toml");
     assert_eq!(run.code, 1, "{}", run.stdout);
     for part in [
-        "from line 42 on 20 samples",
+        "the 20 samples from line 42 on disagree",
         "the robot has changed",
         "40 samples before",
     ] {
@@ -116,7 +120,7 @@ fn rows_that_disagree_with_the_robot_file_from_the_start_are_not_a_changed_robot
     }
     let run = folder(&exchanged).run("calibrate robot.toml samples.csv --gate");
     assert_eq!(run.code, 1, "{}", run.stdout);
-    assert!(run.stderr.contains("too few to say"), "{}", run.stderr);
+    assert!(run.stderr.contains("too few to tell"), "{}", run.stderr);
     assert!(!run.stderr.contains("has changed"), "{}", run.stderr);
 }
 
@@ -139,7 +143,7 @@ fn without_noise_and_tolerance_the_first_rows_go_untested() {
     folder.write("samples.csv", csv(&noisy(&true_arms(), 11, 0.034)));
     let run = folder.run("calibrate robot.toml samples.csv --gate").ok();
     assert!(
-        run.stdout.contains("none could be tested"),
+        run.stdout.contains("no sample could be tested"),
         "{}",
         run.stdout
     );
@@ -239,5 +243,57 @@ fn options_that_exclude_each_other_are_refused() {
     ] {
         let run = folder.run(&format!("calibrate robot.toml samples.csv {options}"));
         assert_eq!(run.code, 2, "{options}: {}", run.stdout);
+    }
+}
+
+#[test]
+fn options_that_exclude_each_other_are_refused_where_they_are_computed_with() {
+    let (robot, samples) = example::load().unwrap();
+    let gate = Streaming {
+        gate: true,
+        ..Streaming::default()
+    };
+    let held_out = Streaming {
+        held_out: NonZeroU32::new(4),
+        ..Streaming::default()
+    };
+    let forget = NonZeroU32::new(50);
+    let alone = |streaming| Options {
+        streaming,
+        ..Options::default()
+    };
+    let plain = OptionsError::StreamNeedsPlainIkm;
+    let all = OptionsError::HeldOutNeedsAllSamples;
+    for (options, expected) in [
+        (
+            Options {
+                method: CalibrationMethod::Fkm,
+                ..alone(gate)
+            },
+            plain,
+        ),
+        (
+            Options {
+                loss: Some(Loss::Tukey),
+                ..alone(held_out)
+            },
+            plain,
+        ),
+        (
+            alone(Streaming {
+                gate: true,
+                ..held_out
+            }),
+            all,
+        ),
+        (alone(Streaming { forget, ..held_out }), all),
+    ] {
+        let error = calibrate(&robot, &samples, options).unwrap_err();
+        assert_eq!(error.reason, Reason::Options(expected), "{options:?}");
+        assert_eq!(error.diagnosis, None);
+    }
+    for streaming in [gate, held_out, Streaming { forget, ..gate }] {
+        let report = calibrate(&robot, &samples, alone(streaming)).unwrap();
+        assert_eq!(report.stream.map(|stream| stream.asked), Some(streaming));
     }
 }

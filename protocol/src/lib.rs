@@ -2,19 +2,21 @@
 //! it: [messages](Request) in [frames](encode).
 //!
 //! The driver asks, the controller answers each request once; nothing is sent unasked. Any frame may
-//! be lost, damaged or repeated: the driver then sends the same request again, and every request is
-//! made so that a second one changes nothing. Lengths are millimetres, angles radians.
+//! be lost, damaged or repeated, or come late: the driver sends the same request again until it is
+//! answered, and every request is made so that a second one changes nothing, also one that comes after
+//! others. Lengths are millimetres, angles radians.
 //!
 //! ```text
 //! driver                                   controller
-//! Identify, Parameters ──────────────────→ Identity, Parameters
+//! Identify ──────────────────────────────→ Identity
 //! Begin { session, tolerance, noise } ───→ Taken { next: 0 }
+//! Parameters ────────────────────────────→ Parameters { generation, … }
 //! Sample { session, index: 0, … } ───────→ Taken { next: 1 }
 //! …
 //! Solve { session, samples } ────────────→ Status
 //! Status ────────────────────────────────→ Status { phase: Solving | Solved | CalibrationRefused }
 //! Outcome { session, arm } ──────────────→ Outcome
-//! Apply { session, fingerprint } ────────→ Parameters
+//! Apply { session, fingerprint, from } ──→ Parameters
 //! ```
 
 #![forbid(unsafe_code)]

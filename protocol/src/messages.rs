@@ -1,4 +1,6 @@
-use delta_cal::{ArmIndex, Refusal, SampleError, StartUsed, Termination};
+use delta_cal::calibration::{StartUsed, Termination};
+use delta_cal::samples::SampleError;
+use delta_cal::{ArmIndex, Refusal};
 use serde::{Deserialize, Serialize};
 
 /// What the driver asks, numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
@@ -9,8 +11,8 @@ pub enum Request<T> {
     Identify,
     /// The geometry. Answer: [`Response::Parameters`].
     Parameters(ParameterSet),
-    /// Starts a calibration from no samples; one that is under way is dropped. The session that is
-    /// already open is not started again. Answer: [`Response::Taken`].
+    /// Starts a calibration from no samples; one that is under way is dropped. The session that this
+    /// very request has opened is not started again. Answer: [`Response::Taken`].
     Begin(Begin<T>),
     /// One measurement. Answer: [`Response::Taken`].
     Sample(SampleMessage<T>),
@@ -30,16 +32,20 @@ pub enum Request<T> {
         /// Which arm.
         arm: ArmIndex,
     },
-    /// Stores the result and switches the control loop to it. Answer: [`Response::Parameters`].
+    /// Stores the result and switches the control loop to it. Parameters that are in use already are
+    /// not stored again. Answer: [`Response::Parameters`].
     Apply {
         /// The session.
         session: u32,
         /// The [`fingerprint`](crate::fingerprint) of the result that is meant.
         fingerprint: u32,
+        /// The [generation](Parameters::generation) of the parameters that it is to replace.
+        from: u32,
     },
-    /// Goes back to other parameters and stores that. Answer: [`Response::Parameters`].
+    /// Goes back to other parameters and stores that. Parameters that are in use already are not
+    /// stored again. Answer: [`Response::Parameters`].
     Revert {
-        /// The fingerprint of the parameters that are no longer wanted.
+        /// The [generation](Parameters::generation) of the parameters that are no longer wanted.
         from: u32,
         /// Where to.
         to: RevertTo,
@@ -60,7 +66,7 @@ pub enum ParameterSet {
 /// What a [`Request::Revert`] goes back to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RevertTo {
-    /// What was there before the last [`Request::Apply`].
+    /// What was in use before the last [`Request::Apply`]; going back twice is going back once.
     Previous,
     /// The robot as drawn.
     Nominal,
@@ -147,7 +153,7 @@ pub enum Fault {
     Busy,
     /// There is no outcome: not solved yet, or refused; [`Phase`] says which.
     NoOutcome,
-    /// The fingerprint is not that of the outcome, or of the current parameters.
+    /// The fingerprint is not that of the outcome, or the generation not that of the current parameters.
     OtherParameters {
         /// The fingerprint of what is there.
         there: u32,
@@ -183,6 +189,10 @@ pub enum Scalar {
 pub struct Parameters<T> {
     /// Where it comes from.
     pub origin: Origin,
+    /// Counts the changes of the current geometry, also over restarts, and around: the same parameters
+    /// have another one when they come into use again. In an answer about the nominal geometry it is
+    /// the current one's, too.
+    pub generation: u32,
     /// Eight parameters an arm, in the order of [`delta_cal::Parameter::ALL`]: mm and radians.
     pub arms: [[T; 8]; 3],
 }
@@ -270,7 +280,7 @@ pub struct ControlLoop<T> {
     pub joints: [T; 3],
 }
 
-/// One arm's result; see [`delta_cal::ArmOutcome`].
+/// One arm's result; see [`delta_cal::calibration::ArmOutcome`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ArmReport<T> {
     /// Which arm.

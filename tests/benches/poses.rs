@@ -4,7 +4,7 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use delta_cal::Noise;
-use delta_cal_host::poses::{PlanRequest, plan};
+use delta_cal_host::planning::poses::{PlanRequest, plan};
 use delta_cal_host::{CalibrationMethod, RobotFile};
 use delta_cal_tests::{paper_limits, paper_robot};
 use std::hint::black_box;

@@ -7,10 +7,10 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use delta_cal::{
-    ArmFactor, ArmIndex, ArmSolver, Calibrator, Noise, Progress, Reference, Sample, Settings,
-};
-use delta_cal_host::fkm;
+use delta_cal::calibration::ArmSolver;
+use delta_cal::samples::{ArmFactor, NominalArm};
+use delta_cal::{ArmIndex, Calibrator, Noise, Progress, Sample, Settings};
+use delta_cal_host::fit::fkm;
 use delta_cal_tests::peer::{Parameters, PeerProblem, Row};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
@@ -26,7 +26,7 @@ fn solve(factor: &ArmFactor<f64>) -> f64 {
     solver.outcome(factor).unwrap().arm.lb()
 }
 
-fn take_in(reference: &Reference<f64>, samples: &[Sample<f64>]) -> ArmFactor<f64> {
+fn take_in(reference: &NominalArm<f64>, samples: &[Sample<f64>]) -> ArmFactor<f64> {
     let mut factor = ArmFactor::new(*reference);
     factor
         .add_many(
@@ -47,7 +47,7 @@ fn solvers(criterion: &mut Criterion) {
         let truth = perturbed(&nominal, 10.0, 1f64.to_radians(), Spread::Uniform, &mut rng);
         let samples = measurements(&truth, count, None, &mut rng);
         let centre = nominal.forward(&[0.3; 3]).unwrap();
-        let reference = Reference::new(nominal.arm(ARM), &centre, None);
+        let reference = NominalArm::new(nominal.arm(ARM), &centre, None);
 
         group.bench_with_input(
             BenchmarkId::new("delta-cal", count),
@@ -65,7 +65,7 @@ fn solvers(criterion: &mut Criterion) {
             },
         );
 
-        let start = Parameters::from(nominal.arm(ARM).parameters().data.0[0]);
+        let start = Parameters::from(nominal.arm(ARM).parameters());
         let problem = PeerProblem {
             rows: samples
                 .iter()
@@ -101,10 +101,7 @@ fn methods(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("robot");
     let degree = 1f64.to_radians();
     let noise = Noise::new(0.01, 0.001 * degree).unwrap();
-    let settings = Settings {
-        noise: Some(noise),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise);
     for count in [20, 60] {
         let mut rng = generator(8, count as u64);
         let nominal = paper_robot();
@@ -117,7 +114,7 @@ fn methods(criterion: &mut Criterion) {
         };
         let fkm = |samples: &[Sample<f64>]| {
             let outcome = fkm::calibrate(&nominal, samples, &settings).unwrap();
-            outcome.robot.robot
+            outcome.fit.robot
         };
         // Both must have found the robot, or the times mean nothing; no parameter's σ is above 1 mm.
         for found in [ikm(&samples), fkm(&samples)] {

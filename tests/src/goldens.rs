@@ -42,14 +42,12 @@ impl GoldenInput {
     /// Noise and tolerance as stated, the rest by default.
     pub fn settings(&self) -> Settings<f64> {
         let pair = |[first, second]: &[String; 2]| (number(first), number(second));
-        Settings {
-            noise: self.noise.as_ref().map(pair).map(|(position, joint)| {
+        Settings::default()
+            .with_noise(self.noise.as_ref().map(pair).map(|(position, joint)| {
                 Noise::new(position, joint).expect("the golden noise is valid")
-            }),
-            tolerance: self.tolerance.as_ref().map(pair).map(|(length, angle)| {
+            }))
+            .with_tolerance(self.tolerance.as_ref().map(pair).map(|(length, angle)| {
                 Tolerance::new(length, angle).expect("the golden tolerance is valid")
-            }),
-            ..Settings::default()
-        }
+            }))
     }
 }

@@ -8,6 +8,7 @@
 #[doc = include_str!("../../README.md")]
 struct Readme;
 
+pub mod documents;
 pub mod goldens;
 pub mod noisy_campaign;
 pub mod outliers;
@@ -15,9 +16,10 @@ pub mod peer;
 
 pub use delta_cal_target_tests::nominal as paper_robot;
 
-use delta_cal::{
-    Arm, JointLimits, Noise, Real, Robot, Sample, random_pose, simulate_sample, standard_normal,
-};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Arm;
+use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
+use delta_cal::{Noise, Real, Robot, Sample};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -69,7 +71,7 @@ pub fn perturbed(
     rng: &mut Pcg32,
 ) -> Robot<f64> {
     let arms = nominal.arms().map(|arm| {
-        let mut parameters = arm.parameters().data.0[0];
+        let mut parameters = arm.parameters();
         for (index, value) in parameters.iter_mut().enumerate() {
             let bound = if index == 3 || index == 4 {
                 angle

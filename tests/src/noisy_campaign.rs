@@ -69,11 +69,9 @@ impl NoisyCampaign {
         let (length, angle) = self.start_error;
         let noise = Noise::new(self.noise.0, self.noise.1).expect("the noise is valid");
         let tolerance = Tolerance::new(length, angle).expect("the tolerance is valid");
-        let settings = Settings {
-            noise: Some(noise),
-            tolerance: self.prior.then_some(tolerance),
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_noise(noise)
+            .with_tolerance(self.prior.then_some(tolerance));
         let mut statistics = Statistics::default();
         for robot in 0..self.robots {
             let mut rng = generator(self.number, robot);

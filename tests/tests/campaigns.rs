@@ -3,7 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss)]
 
-use delta_cal::{Calibrator, Noise, Robot, Settings, Tolerance, random_pose};
+use delta_cal::simulate::random_pose;
+use delta_cal::{Calibrator, Noise, Robot, Settings, Tolerance};
 use delta_cal_host::InputText;
 use delta_cal_host::campaign::{CaseSummary, Plan, Quantiles, RunOptions, Shard, run};
 use delta_cal_tests::{
@@ -31,11 +32,9 @@ fn without_campaign(number: u64, poses: usize, prior: bool) -> [Vec<f64>; 3] {
     let (length, angle) = (0.1, 0.1f64.to_radians());
     let nominal = paper_robot::<f64>();
     let noise = Noise::new(0.001, 0.01f64.to_radians()).unwrap();
-    let settings = Settings {
-        noise: Some(noise),
-        tolerance: prior.then(|| Tolerance::new(length, angle).unwrap()),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_noise(noise)
+        .with_tolerance(prior.then(|| Tolerance::new(length, angle).unwrap()));
     let mut figures: [Vec<f64>; 3] = Default::default();
     for robot in 0..ROBOTS {
         let mut rng = generator(number, robot);

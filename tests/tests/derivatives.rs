@@ -3,7 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use delta_cal::{Arm, Robot, Sample};
+use delta_cal::robot::Arm;
+use delta_cal::{Robot, Sample};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::{DMatrix, SVector, Vector3};
 use num_dual::{DualNum, gradient};
@@ -104,7 +105,7 @@ fn constraint_and_its_derivatives_equal_the_dual_number_model() {
         // Off the constraint surface as well as on it.
         let x = sample.position + Vector3::new(3.0, -2.0, 1.0);
         for (arm, q) in robot.arms().iter().zip(sample.joints) {
-            let p = arm.parameters().data.0[0];
+            let p = arm.parameters();
             let coordinates = x.data.0[0];
             let value = constraint(Reading::Tilt, &p, &coordinates, q);
             // Sums of squares of some 500 mm: ε · 500² ≈ 6e-11, a few operations deep.
@@ -150,7 +151,7 @@ fn platform_jacobians_equal_finite_differences_of_forward_kinematics() {
                 };
                 let moved = |by: f64| {
                     let mut arms = *robot.arms();
-                    let mut p = arms[arm].parameters().data.0[0];
+                    let mut p = arms[arm].parameters();
                     p[parameter] += by;
                     arms[arm] = Arm::new(p).unwrap();
                     Robot::new(arms).unwrap().forward(&sample.joints).unwrap()
@@ -172,7 +173,7 @@ fn rank(reading: Reading) -> usize {
     // A generic arm: none of the parameters that make columns coincide is zero.
     let truth = perturbed(&paper_robot(), 10.0, 0.1, Spread::Uniform, &mut rng);
     let samples = measurements(&truth, 200, None, &mut rng);
-    let p = truth.arms()[0].parameters().data.0[0];
+    let p = truth.arms()[0].parameters();
     let mut jacobian = DMatrix::zeros(samples.len(), 8);
     for (row, sample) in samples.iter().enumerate() {
         let derivative = dual_gradient(reading, &p, &sample.position.data.0[0], sample.joints[0]);

@@ -8,7 +8,10 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::{Arm, Calibrator, Memory, Noise, Parameter, Robot, Sample, Settings, Tolerance};
+use delta_cal::robot::Arm;
+use delta_cal::stream::Forgetting;
+use delta_cal::{Calibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_limits, paper_robot, perturbed,
     to_single,
@@ -16,6 +19,8 @@ use delta_cal_tests::{
 use nalgebra::{SMatrix, SVector};
 use rand_pcg::Pcg32;
 
+/// The document with the figures.
+const STREAMS: &str = "docs/streams.md";
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 fn noise() -> Noise<f64> {
@@ -23,16 +28,13 @@ fn noise() -> Noise<f64> {
 }
 
 fn settings() -> Settings<f64> {
-    Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    }
+    Settings::default().with_noise(noise())
 }
 
 /// The second arm's parameter moved.
 fn moved(robot: &Robot<f64>, parameter: Parameter, by: f64) -> Robot<f64> {
     let mut arms = *robot.arms();
-    let mut parameters = arms[1].parameters().data.0[0];
+    let mut parameters = arms[1].parameters();
     parameters[parameter.index()] += by;
     arms[1] = Arm::new(parameters).unwrap();
     Robot::new(arms).unwrap()
@@ -49,14 +51,14 @@ fn warming(
     (0..samples)
         .map(|index| {
             let now = moved(truth, parameter, rate * index as f64);
-            let pose = delta_cal::random_pose(&now, &paper_limits(), rng).unwrap();
-            delta_cal::simulate_sample(&now, &pose.joints, Some(&noise()), rng).unwrap()
+            let pose = delta_cal::simulate::random_pose(&now, &paper_limits(), rng).unwrap();
+            delta_cal::simulate::simulate_sample(&now, &pose.joints, Some(&noise()), rng).unwrap()
         })
         .collect()
 }
 
 fn followed(samples: &[Sample<f64>], memory: f64, settings: &Settings<f64>) -> Robot<f64> {
-    let memory = Memory::new(memory).unwrap();
+    let memory = Forgetting::new(memory).unwrap();
     let mut calibrator = Calibrator::new(&paper_robot(), settings);
     for sample in samples {
         calibrator.add_forgetting(sample, &memory).unwrap();
@@ -119,7 +121,7 @@ fn the_estimate_follows_a_ramp_with_the_lag_and_the_variance_that_theory_has() {
         let samples = 8 * memory;
         let memory = f64::from(u32::try_from(memory).unwrap());
         let (mut lags, mut expected_lags, mut apart) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut squared_z, mut sigma, mut worth) = (0.0, 0.0, 0.0);
+        let (mut squared_z, mut worth) = (0.0, 0.0);
         for number in 0..robots {
             let mut rng = generator(campaign, number);
             let truth = perturbed(&paper_robot(), 0.5, 0.2 * DEGREE, Spread::Normal, &mut rng);
@@ -129,7 +131,6 @@ fn the_estimate_follows_a_ramp_with_the_lag_and_the_variance_that_theory_has() {
             let theory = Theory::new(&truth, &still, memory, parameter);
             let error = value(&followed(&still, memory, &settings())) - value(&truth);
             squared_z += error * error / theory.variance;
-            sigma += theory.variance.sqrt();
             // What the samples are worth: the variance of one sample over that of the estimate.
             let alike = Theory::new(&truth, &still, 1e12, parameter).variance;
             worth += alike * samples as f64 / theory.variance;
@@ -147,13 +148,13 @@ fn the_estimate_follows_a_ramp_with_the_lag_and_the_variance_that_theory_has() {
         let (apart, known) = mean(&apart);
         let number = robots as f64;
         let z = (squared_z / number).sqrt();
-        println!(
-            "{parameter}, memory {memory}: lag {lag:.2} ± {spread:.2} samples, of these poses \
-             {expected:.2} expected, {apart:.2} ± {known:.2} apart; rms error over the predicted \
-             sigma {z:.3} ({:.1} µm); worth {:.1} samples of {:.0}",
-            1e3 * sigma / number,
-            worth / number,
-            2.0 * memory + 1.0,
+        print_documented(
+            STREAMS,
+            &format!(
+                "| {parameter}, N = {memory} | {lag:.1} ± {spread:.1} | {expected:.1} | {apart:.1} ± \
+                 {known:.1} | {z:.2} | {:.0} |",
+                worth / number,
+            ),
         );
         // Forgetting by blocks of four shifts the weights by less than half a sample.
         assert!(apart.abs() < 4.0 * known + 0.5, "{apart} ± {known}");
@@ -174,16 +175,14 @@ fn the_estimate_follows_a_ramp_with_the_lag_and_the_variance_that_theory_has() {
 fn the_prior_is_not_forgotten() {
     let rough = Noise::new(0.2, 0.02 * DEGREE).unwrap();
     let tolerance = Tolerance::new(0.5, 0.2 * DEGREE).unwrap();
-    let with = Settings {
-        noise: Some(rough),
-        tolerance: Some(tolerance),
-        ..Settings::default()
-    };
+    let with = Settings::default()
+        .with_noise(rough)
+        .with_tolerance(tolerance);
     let mut share = 0.0_f64;
     for number in 0..100 {
         let mut rng = generator(965, number);
         let truth = perturbed(&paper_robot(), 0.5, 0.2 * DEGREE, Spread::Normal, &mut rng);
-        let memory = Memory::new(2.0).unwrap();
+        let memory = Forgetting::new(2.0).unwrap();
         let mut calibrator = Calibrator::new(&paper_robot(), &with);
         for sample in measurements(&truth, 300, Some(&rough), &mut rng) {
             calibrator.add_forgetting(&sample, &memory).unwrap();
@@ -209,7 +208,7 @@ fn solving_in_between_does_not_change_what_is_forgotten() {
     let mut rng = generator(966, 0);
     let truth = perturbed(&paper_robot(), 0.5, 0.2 * DEGREE, Spread::Normal, &mut rng);
     let samples = measurements(&truth, 300, Some(&noise()), &mut rng);
-    let memory = Memory::new(30.0).unwrap();
+    let memory = Forgetting::new(30.0).unwrap();
     let mut calibrator = Calibrator::new(&paper_robot(), &settings());
     for sample in &samples {
         calibrator.add_forgetting(sample, &memory).unwrap();
@@ -228,16 +227,16 @@ fn a_long_stream_in_single_precision_stays_as_good_as_in_double() {
     let mut rng = generator(967, 0);
     let truth = perturbed(&paper_robot(), 0.5, 0.2 * DEGREE, Spread::Normal, &mut rng);
     let poses = measurements(&truth, 2000, Some(&noise()), &mut rng);
-    let single = Settings {
-        noise: Some(Noise::<f32>::new(0.02, 3.5e-5).unwrap()),
-        ..Settings::default()
-    };
+    let single = Settings::default().with_noise(Noise::<f32>::new(0.02, 3.5e-5).unwrap());
     let rounded = to_single(&poses);
     let (mut narrow, mut wide) = (
         Calibrator::<f32>::new(&paper_robot(), &single),
         Calibrator::<f64>::new(&paper_robot(), &settings()),
     );
-    let (short, long) = (Memory::new(200.0_f32).unwrap(), Memory::new(200.0).unwrap());
+    let (short, long) = (
+        Forgetting::new(200.0_f32).unwrap(),
+        Forgetting::new(200.0).unwrap(),
+    );
     let mut worst = 0.0_f64;
     for round in 0..50 {
         for (a, b) in rounded.iter().zip(&poses) {
@@ -249,9 +248,11 @@ fn a_long_stream_in_single_precision_stays_as_good_as_in_double() {
         worst = worst.max(apart);
         let error = largest_difference(&b.robot, &truth) * 1e3;
         if round == 49 {
-            println!(
-                "100,000 samples, memory 200: f32 and f64 at most {worst:.3} µm apart, f64 \
-                 {error:.1} µm from the truth"
+            print_documented(
+                STREAMS,
+                &format!(
+                    "at most {worst:.2} µm apart, and double precision is {error:.0} µm from the truth"
+                ),
             );
         }
     }

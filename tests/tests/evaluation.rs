@@ -11,11 +11,16 @@
 )]
 
 use delta_cal::{Noise, Robot, Sample, Settings, Tolerance};
-use delta_cal_host::evaluation::{CramerRaoBound, Evaluation, differences};
-use delta_cal_host::{CalibrationMethod, fkm};
+use delta_cal_host::CalibrationMethod;
+use delta_cal_host::accuracy::evaluation::{CramerRaoBound, Evaluation, differences};
+use delta_cal_host::fit::fkm;
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::noisy_campaign::{Calibrated, NoisyCampaign, Trial};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::SMatrix;
+
+/// The document with the figures.
+const BENCHMARKS: &str = "docs/benchmarks.md";
 
 /// A robot off by up to 1 cm and 1°, measured exactly.
 fn case(campaign: u64, robot: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>>) {
@@ -33,7 +38,7 @@ fn calibrated(trial: &Trial<'_>) -> Option<Calibrated> {
     let evaluation = Evaluation {
         truth,
         before: trial.nominal,
-        after: &outcome.robot.robot,
+        after: &outcome.fit.robot,
     };
     let covariance = outcome.covariance.unwrap();
     let sigmas = (0..24).map(|index| {
@@ -50,7 +55,7 @@ fn calibrated(trial: &Trial<'_>) -> Option<Calibrated> {
     let bound = CramerRaoBound::new(method, truth, &joints, trial.noise, tolerance).unwrap();
     Some(Calibrated {
         gain: evaluation.gain(),
-        errors: differences(&outcome.robot.robot, truth)
+        errors: differences(&outcome.fit.robot, truth)
             .iter()
             .copied()
             .collect(),
@@ -84,7 +89,15 @@ fn z_scores_have_rms_between_0_9_and_1_1_and_errors_reach_the_cramer_rao_bound()
         .run(calibrated);
         let z = result.z_rms();
         let ratio = result.error_over_bound();
-        println!("{poses} poses, noise {noise:?}: z rms {z:.3}, error/bound {ratio:.3}");
+        print_documented(
+            BENCHMARKS,
+            &format!(
+                "| FKM | {poses} | {} mm, {}° | {z:.3} | {ratio:.3} |",
+                noise.0,
+                // Back to the number above.
+                (noise.1 / degree * 1e9).round() / 1e9
+            ),
+        );
         assert_eq!(result.refused, 0);
         assert!((0.9..=1.1).contains(&z), "{poses} poses: z rms {z}");
         // 7,200 numbers whose own scatter is some 3 %, heavy-tailed poses included: as the IKM
@@ -159,6 +172,7 @@ fn with_a_prior_every_gain_is_above_the_papers_and_positive() {
 #[test]
 fn bounds_are_those_of_the_measurements() {
     let degree = 1f64.to_radians();
+    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     for robot in 0..20 {
         let (truth, samples) = case(75, robot, 20);
         let joints: Vec<_> = samples.iter().map(|sample| sample.joints).collect();
@@ -191,11 +205,15 @@ fn bounds_are_those_of_the_measurements() {
             of(CalibrationMethod::Ikm).error() / of(CalibrationMethod::Fkm).error()
         };
         let (positions, joints) = (ratio(0.01, 0.0), ratio(1e-6, 0.01 * degree));
-        println!("bound of the IKM method over that of the FKM: {positions:.3}, {joints:.6}");
+        (least, most) = (least.min(positions), most.max(positions));
         assert!(positions > 1.0, "robot {robot}: {positions}");
         // σx is 1e-6 mm against some 0.05 mm: its share of the variance is 1e-9.
         assert!((joints - 1.0).abs() < 1e-6, "robot {robot}: {joints}");
     }
+    print_documented(
+        "docs/method.md",
+        &format!("the IKM method's bound is {least:.3} to {most:.3} times that of the FKM method"),
+    );
 }
 
 #[test]
@@ -232,9 +250,9 @@ fn a_gain_is_100_percent_for_the_true_robot_and_0_for_the_unchanged() {
 
     // θ of 120° and of −240° is the same; an angle counts by the true upper arm's length.
     let mut arms = *nominal.arms();
-    let mut p = arms[1].parameters().data.0[0];
+    let mut p = arms[1].parameters();
     p[3] -= std::f64::consts::TAU - 0.01;
-    arms[1] = delta_cal::Arm::new(p).unwrap();
+    arms[1] = delta_cal::robot::Arm::new(p).unwrap();
     let turned = Robot::new(arms).unwrap();
     let difference = differences(&turned, &nominal);
     assert!((difference[11] - 2.6).abs() < 1e-9);
@@ -252,21 +270,15 @@ fn a_noise_that_is_not_stated_is_found_beside_a_tolerance() {
         let mut rng = generator(79, robot);
         let truth = perturbed(&paper_robot(), length, angle, Spread::Normal, &mut rng);
         let samples = measurements(&truth, 20, Some(&noise), &mut rng);
-        let unstated = Settings {
-            tolerance: Some(Tolerance::new(length, angle).unwrap()),
-            ..Settings::default()
-        };
-        let stated = Settings {
-            noise: Some(noise),
-            ..unstated
-        };
+        let unstated = Settings::default().with_tolerance(Tolerance::new(length, angle).unwrap());
+        let stated = unstated.with_noise(noise);
         let [found, expected] = [unstated, stated]
             .map(|settings| fkm::calibrate(&paper_robot(), &samples, &settings).unwrap());
-        estimates.push(found.robot.arms[0].estimated_noise.unwrap());
+        estimates.push(found.fit.arms[0].estimated_noise.unwrap());
         let covariance = expected.covariance.unwrap();
         for index in 0..24 {
             let of = |robot: &Robot<f64>| robot.arms()[index / 8].parameters()[index % 8];
-            let apart = of(&found.robot.robot) - of(&expected.robot.robot);
+            let apart = of(&found.fit.robot) - of(&expected.fit.robot);
             distances.push(apart.powi(2) / covariance[(index, index)]);
         }
     }

@@ -7,16 +7,19 @@
     clippy::cast_possible_truncation
 )]
 
-use delta_cal::{
-    Calibrator, Real, RigidTransform, Robot, RobotOutcome, Sample, Settings, Start, StartUsed,
-    StoredCalibrator, SymmetricRobot,
-};
+use delta_cal::calibration::{Start, StartUsed};
+use delta_cal::classical::StoredCalibrator;
+use delta_cal::frame::RigidTransform;
+use delta_cal::{Calibrator, Real, Robot, RobotOutcome, Sample, Settings, SymmetricRobot};
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single, uniform,
 };
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, SVector, Vector3};
 
 const ROBOTS: u64 = 500;
+/// The document with the figures.
+const BENCHMARKS: &str = "docs/benchmarks.md";
 
 fn case(campaign: u64, robot: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>>) {
     let mut rng = generator(campaign, robot);
@@ -79,7 +82,10 @@ fn eight_random_poses_return_at_least_90_percent() {
                 .is_some_and(|outcome| largest_difference(&outcome.robot, &truth) < 1e-6)
         })
         .count();
-    println!("8 random poses: {returned} of {ROBOTS} robots returned");
+    print_documented(
+        BENCHMARKS,
+        &format!("| 8 random poses, of several solutions the nearest | {returned} of {ROBOTS} |"),
+    );
     assert!(returned * 10 >= ROBOTS as usize * 9, "only {returned}");
 }
 
@@ -103,13 +109,15 @@ fn of_several_exact_solutions_the_one_nearest_to_nominal_is_taken() {
             .zip(nominal.arms())
         {
             // The metric of the choice: lengths in units of 256 mm, angles in radians.
-            let distance = |arm: &delta_cal::Arm<f64>| {
-                let mut difference = arm.parameters() - nominal.parameters();
+            let distance = |arm: &delta_cal::robot::Arm<f64>| {
+                let mut difference =
+                    SVector::from(arm.parameters()) - SVector::from(nominal.parameters());
                 difference[3] *= 256.0;
                 difference[4] *= 256.0;
                 difference.norm()
             };
-            if (found.parameters() - truth.parameters()).amax() > 1e-6 {
+            if (SVector::from(found.parameters()) - SVector::from(truth.parameters())).amax() > 1e-6
+            {
                 others += 1;
                 if distance(found) > distance(truth) {
                     farther += 1;
@@ -141,10 +149,17 @@ fn single_precision_returns_500_of_500_robots_to_5_micrometres_from_twenty_poses
             assert!(error < 5e-3, "{count} poses, robot {robot}: {error:e} mm");
             worst = worst.max(error);
         }
-        println!(
-            "{count} poses: worst of {ROBOTS} robots {:.2} µm",
-            worst * 1e3
+        let micrometres = worst * 1e3;
+        print_documented(
+            BENCHMARKS,
+            &format!("| {count} poses | {micrometres:.2} µm |"),
         );
+        if count != 60 {
+            print_documented(
+                "README.md",
+                &format!("{micrometres:.2} µm off after {count} poses"),
+            );
+        }
     }
 }
 
@@ -167,11 +182,8 @@ fn twelve_poses_return_500_of_500_robots_without_a_guess() {
     for count in [12, 20, 60] {
         for robot in 0..ROBOTS {
             let (truth, samples) = case(35, robot, count);
-            for start in [Start::Free, Start::Reference] {
-                let settings = Settings {
-                    start,
-                    ..Settings::default()
-                };
+            for start in [Start::Free, Start::Nominal] {
+                let settings = Settings::default().with_start(start);
                 let outcome = calibrate(&no_guess(), &samples, &settings)
                     .unwrap_or_else(|| panic!("{count} poses, robot {robot}, {start:?}: refused"));
                 let error = largest_difference(&turned_near(&outcome.robot, &truth), &truth);
@@ -182,7 +194,7 @@ fn twelve_poses_return_500_of_500_robots_without_a_guess() {
                 fallen_back += outcome
                     .arms
                     .iter()
-                    .filter(|arm| start == Start::Reference && arm.start == StartUsed::Free)
+                    .filter(|arm| start == Start::Nominal && arm.start == StartUsed::Free)
                     .count();
             }
         }
@@ -195,10 +207,10 @@ fn twelve_poses_return_500_of_500_robots_without_a_guess() {
 fn turned_near(robot: &Robot<f64>, near: &Robot<f64>) -> Robot<f64> {
     let mut arms = *robot.arms();
     for (arm, near) in arms.iter_mut().zip(near.arms()) {
-        let mut p = arm.parameters().data.0[0];
+        let mut p = arm.parameters();
         let turn = std::f64::consts::TAU;
         p[3] -= ((p[3] - near.parameters()[3]) / turn).round() * turn;
-        *arm = delta_cal::Arm::new(p).unwrap();
+        *arm = delta_cal::robot::Arm::new(p).unwrap();
     }
     Robot::new(arms).unwrap()
 }
@@ -234,11 +246,8 @@ fn twelve_poses_return_500_of_500_robots_in_any_measuring_frame() {
                     ..*sample
                 })
                 .collect();
-            for (guess, start) in [(nominal, Start::Reference), (nominal, Start::Free)] {
-                let settings = Settings {
-                    start,
-                    ..Settings::default()
-                };
+            for (guess, start) in [(nominal, Start::Nominal), (nominal, Start::Free)] {
+                let settings = Settings::default().with_start(start);
                 let outcome = calibrate(&guess, &in_robot_frame, &settings)
                     .unwrap_or_else(|| panic!("{count} poses, robot {robot}: refused"));
                 // The base frame itself cannot be measured; positions in the tracker's frame can.

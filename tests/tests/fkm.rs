@@ -8,12 +8,14 @@
     clippy::cast_possible_truncation
 )]
 
+use delta_cal::calibration::{Solver, Start, StartUsed};
 use delta_cal::{
-    ArmIndex, Calibrator, Method, Noise, Parameter, Refusal, Robot, Sample, Settings, Start,
-    StartUsed, SymmetricRobot, Tolerance,
+    ArmIndex, Calibrator, Noise, Parameter, Refusal, Robot, Sample, Settings, SymmetricRobot,
+    Tolerance,
 };
-use delta_cal_host::evaluation::differences;
-use delta_cal_host::fkm::{self, Linearization};
+use delta_cal_host::accuracy::evaluation::differences;
+use delta_cal_host::fit::fkm;
+use delta_cal_host::fit::fkm::Linearization;
 use delta_cal_tests::goldens::{GoldenInput, number, numbers};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
@@ -42,13 +44,13 @@ fn nine_or_more_poses_return_500_of_500_robots_to_1e_6_mm() {
             let (truth, samples) = case(31, robot, count);
             match fkm::calibrate(&paper_robot(), &samples, &Settings::default()) {
                 Ok(outcome) => {
-                    let error = largest_difference(&outcome.robot.robot, &truth);
-                    let [arm, ..] = outcome.robot.arms;
+                    let error = largest_difference(&outcome.fit.robot, &truth);
+                    let [arm, ..] = outcome.fit.arms;
                     if !(error < 1e-6) {
                         failures.push((robot, format!("{error:e} mm")));
                     }
                     worst = worst.max(error);
-                    by_itself += usize::from(arm.start == StartUsed::Reference);
+                    by_itself += usize::from(arm.start == StartUsed::Nominal);
                     iterations = iterations.max(arm.iterations);
                 }
                 Err(refusal) => failures.push((robot, refusal.to_string())),
@@ -65,19 +67,16 @@ fn nine_or_more_poses_return_500_of_500_robots_to_1e_6_mm() {
 
 #[test]
 fn gauss_newton_returns_the_robots_from_a_millimetre_as_well() {
-    let settings = Settings {
-        method: Method::GaussNewton,
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_solver(Solver::GaussNewton);
     for robot in 0..100 {
         let mut rng = generator(32, robot);
         let angle = 0.1f64.to_radians();
         let truth = perturbed(&paper_robot(), 1.0, angle, Spread::Uniform, &mut rng);
         let samples = measurements(&truth, 20, None, &mut rng);
         let outcome = fkm::calibrate(&paper_robot(), &samples, &settings).unwrap();
-        let [arm, ..] = outcome.robot.arms;
-        assert_eq!(arm.start, StartUsed::Reference, "robot {robot}");
-        let error = largest_difference(&outcome.robot.robot, &truth);
+        let [arm, ..] = outcome.fit.arms;
+        assert_eq!(arm.start, StartUsed::Nominal, "robot {robot}");
+        let error = largest_difference(&outcome.fit.robot, &truth);
         assert!(error < 1e-6, "robot {robot}: {error:e} mm");
     }
 }
@@ -93,16 +92,13 @@ fn twelve_poses_return_the_robots_without_a_guess() {
     }
     .robot_from_azimuth(40f64.to_radians())
     .unwrap();
-    let settings = Settings {
-        start: Start::Free,
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_start(Start::Free);
     for count in [12, 20] {
         for robot in 0..100 {
             let (truth, samples) = case(35, robot, count);
             let outcome = fkm::calibrate(&no_guess, &samples, &settings).unwrap();
-            assert_eq!(outcome.robot.arms[0].start, StartUsed::Free);
-            let error = differences(&outcome.robot.robot, &truth).amax();
+            assert_eq!(outcome.fit.arms[0].start, StartUsed::Free);
+            let error = differences(&outcome.fit.robot, &truth).amax();
             assert!(error < 1e-6, "{count} poses, robot {robot}: {error:e} mm");
         }
     }
@@ -135,8 +131,8 @@ fn a_start_that_does_not_reach_the_samples_is_replaced() {
                 .any(|sample| short.forward(&sample.joints).is_err())
         );
         let outcome = fkm::calibrate(&short, &samples, &Settings::default()).unwrap();
-        assert_eq!(outcome.robot.arms[0].start, StartUsed::Ikm);
-        let error = differences(&outcome.robot.robot, &truth).amax();
+        assert_eq!(outcome.fit.arms[0].start, StartUsed::Ikm);
+        let error = differences(&outcome.fit.robot, &truth).amax();
         assert!(error < 1e-6, "robot {robot}: {error:e} mm");
     }
 }
@@ -153,7 +149,7 @@ fn eight_exact_poses_lead_to_an_exact_solution() {
             refused += 1;
             continue;
         };
-        let found = outcome.robot.robot;
+        let found = outcome.fit.robot;
         for sample in &samples {
             let position = found.forward(&sample.joints).unwrap();
             assert!((position - sample.position).norm() < 1e-6, "robot {robot}");
@@ -167,7 +163,10 @@ fn eight_exact_poses_lead_to_an_exact_solution() {
             assert!(far(&found) < 1.01 * far(&ikm.robot), "robot {robot}");
         }
     }
-    println!("8 poses: {returned} of {ROBOTS} returned, {refused} refused, others fit as well");
+    delta_cal_tests::documents::print_documented(
+        "docs/benchmarks.md",
+        &format!("| FKM method, 8 random poses | {returned} of {ROBOTS} |"),
+    );
     assert_eq!(refused, 0);
 }
 
@@ -192,9 +191,9 @@ fn jacobian_is_that_of_the_forward_kinematics() {
                 };
                 let moved = |by: f64| -> Vector3<f64> {
                     let mut arms = *truth.arms();
-                    let mut p = arms[arm].parameters().data.0[0];
+                    let mut p = arms[arm].parameters();
                     p[parameter] += by;
-                    arms[arm] = delta_cal::Arm::new(p).unwrap();
+                    arms[arm] = delta_cal::robot::Arm::new(p).unwrap();
                     Robot::new(arms).unwrap().forward(&sample.joints).unwrap()
                 };
                 let expected = (moved(step) - moved(-step)) / (2.0 * step);
@@ -233,11 +232,8 @@ fn both_solvers_reach_scipys_optimum() {
     assert_eq!(goldens.cases.len(), 8);
     for (index, golden) in goldens.cases.iter().enumerate() {
         let samples = golden.input.samples();
-        for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
-            let settings = Settings {
-                method,
-                ..golden.input.settings()
-            };
+        for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
+            let settings = golden.input.settings().with_solver(method);
             let outcome = fkm::calibrate(&paper_robot(), &samples, &settings).unwrap();
             // Without weights SciPy's residuals are in mm and its covariance unscaled: times
             // cost/ν, and ν/(ν − 2) for Student's t.
@@ -253,7 +249,7 @@ fn both_solvers_reach_scipys_optimum() {
             let sigma = covariance.diagonal().map(f64::sqrt);
             let mut deviation = 0f64;
             for (k, expected) in numbers(&golden.parameters).into_iter().enumerate() {
-                let value = outcome.robot.robot.arms()[k / 8].parameters()[k % 8];
+                let value = outcome.fit.robot.arms()[k / 8].parameters()[k % 8];
                 deviation = deviation.max(((value - expected) / sigma[k]).abs());
             }
             let mut off = 0f64;
@@ -277,16 +273,14 @@ fn both_solvers_reach_scipys_optimum() {
 fn one_sample_and_a_tolerance_leave_the_robot_near_nominal() {
     let (_, samples) = case(78, 0, 1);
     for noise in [None, Some(Noise::new(0.01, 0.0).unwrap())] {
-        let settings = Settings {
-            noise,
-            tolerance: Some(Tolerance::new(10.0, 0.02).unwrap()),
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_noise(noise)
+            .with_tolerance(Tolerance::new(10.0, 0.02).unwrap());
         let outcome = fkm::calibrate(&paper_robot(), &samples, &settings).unwrap();
         let error =
-            (outcome.robot.robot.forward(&samples[0].joints).unwrap() - samples[0].position).norm();
+            (outcome.fit.robot.forward(&samples[0].joints).unwrap() - samples[0].position).norm();
         assert!(error < 0.1, "{error}");
-        for arm in outcome.robot.arms {
+        for arm in outcome.fit.arms {
             assert!(
                 arm.prior_share
                     .iter()

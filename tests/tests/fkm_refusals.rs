@@ -7,8 +7,9 @@
     clippy::cast_possible_truncation
 )]
 
-use delta_cal::{Method, Noise, Refusal, Robot, Sample, Settings, Tolerance};
-use delta_cal_host::fkm;
+use delta_cal::calibration::Solver;
+use delta_cal::{Noise, Refusal, Robot, Sample, Settings, Tolerance};
+use delta_cal_host::fit::fkm;
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, uniform};
 use nalgebra::Vector3;
 
@@ -38,28 +39,19 @@ fn refusals_are_those_of_the_ikm_method() {
         fkm::calibrate(&nominal, &[samples[0]; 20], &plain),
         Err(Refusal::Undetermined { .. })
     ));
-    let noise = Settings {
-        noise: Some(Noise::new(0.001, 0.0).unwrap()),
-        ..plain
-    };
+    let noise = plain.with_noise(Noise::new(0.001, 0.0).unwrap());
     let mut outlier = samples.clone();
     outlier[3].position.x += 1.0;
     assert!(matches!(
         fkm::calibrate(&nominal, &outlier, &noise),
         Err(Refusal::ResidualContradictsNoise { .. })
     ));
-    let coarse = Settings {
-        noise: Some(Noise::new(50.0, 0.1).unwrap()),
-        ..plain
-    };
+    let coarse = plain.with_noise(Noise::new(50.0, 0.1).unwrap());
     assert!(matches!(
         fkm::calibrate(&nominal, &samples, &coarse),
         Err(Refusal::Uncertain { .. })
     ));
-    let tight = Settings {
-        tolerance: Some(Tolerance::new(0.01, 1e-4).unwrap()),
-        ..noise
-    };
+    let tight = noise.with_tolerance(Tolerance::new(0.01, 1e-4).unwrap());
     assert!(matches!(
         fkm::calibrate(&nominal, &samples, &tight),
         Err(Refusal::FarFromNominal { .. })
@@ -94,12 +86,10 @@ fn samples_of_no_delta_robot_are_never_accepted_with_a_stated_noise() {
                 position: Vector3::new(random(), random(), random() - 2.0) * 200.0,
             })
             .collect();
-        for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
-            let settings = Settings {
-                method,
-                noise: Some(Noise::new(0.05, 1e-4).unwrap()),
-                ..Settings::default()
-            };
+        for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
+            let settings = Settings::default()
+                .with_solver(method)
+                .with_noise(Noise::new(0.05, 1e-4).unwrap());
             let result = fkm::calibrate(&paper_robot(), &samples, &settings);
             assert!(result.is_err(), "seed {seed} {method:?}");
         }
@@ -122,16 +112,13 @@ fn an_accepted_calibration_never_fits_worse_than_before() {
     for seed in 0..200 {
         let noise = Noise::new(0.05, 2e-4).unwrap();
         let samples = case(84, seed, 8 + seed as usize % 30, Some(&noise));
-        for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
-            let settings = Settings {
-                method,
-                ..Settings::default()
-            };
+        for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
+            let settings = Settings::default().with_solver(method);
             let Ok(outcome) = fkm::calibrate(&paper_robot(), &samples, &settings) else {
                 continue;
             };
             accepted += 1;
-            let after = squares(&outcome.robot.robot, &samples);
+            let after = squares(&outcome.fit.robot, &samples);
             assert!(
                 after <= squares(&paper_robot(), &samples),
                 "seed {seed} {method:?}"

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use delta_cal::{AlignmentError, RigidTransform};
+use delta_cal::frame::{AlignmentError, RigidTransform};
 use delta_cal_tests::{generator, uniform};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 

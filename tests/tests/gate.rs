@@ -8,16 +8,18 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::limits::{REJECTIONS_OF_A_CHANGE, SUSPECTED};
-use delta_cal::{
-    Alarm, Calibrator, Gate, Noise, Robot, Sample, Settings, Tolerance, Untested, Verdict,
-};
+use delta_cal::calibration::limits::{REJECTIONS_OF_A_CHANGE, SUSPECTED};
+use delta_cal::stream::{Alarm, Gate, Untested, Verdict};
+use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{
     Spread, generator, measurements, paper_robot, perturbed, to_single, uniform,
 };
 use nalgebra::Vector3;
 use rand_pcg::Pcg32;
 
+/// The document with the figures.
+const STREAMS: &str = "docs/streams.md";
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 fn noise() -> Noise<f64> {
@@ -26,11 +28,9 @@ fn noise() -> Noise<f64> {
 
 /// Noise and tolerance stated, the robot drawn by them.
 fn stated(length: f64, angle: f64) -> Settings<f64> {
-    Settings {
-        noise: Some(noise()),
-        tolerance: Some(Tolerance::new(length, angle).unwrap()),
-        ..Settings::default()
-    }
+    Settings::default()
+        .with_noise(noise())
+        .with_tolerance(Tolerance::new(length, angle).unwrap())
 }
 
 fn robot(length: f64, angle: f64, rng: &mut Pcg32) -> Robot<f64> {
@@ -103,10 +103,7 @@ fn innovations(campaign: u64, settings: &Settings<f64>, length: f64, angle: f64)
 /// how often they are rejected.
 #[test]
 fn good_samples_are_rejected_as_often_as_chi_square_has_it() {
-    let no_tolerance = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let no_tolerance = Settings::default().with_noise(noise());
     for (what, campaign, settings, length, angle) in [
         (
             "noise, tolerance 0.5 mm/0.2°",
@@ -134,14 +131,15 @@ fn good_samples_are_rejected_as_often_as_chi_square_has_it() {
         let found = innovations(campaign, &settings, length, angle);
         let number = f64::from(found.number);
         let mean = found.sum / number;
-        println!(
-            "{what}: {} innovations, mean square {mean:.4}, beyond 2, 3, 4 sigma {:?}, expected \
-             {:.1?}; rejected {} of {} samples",
-            found.number,
-            found.beyond,
-            EXPECTED.map(|probability| number * probability),
-            found.rejected,
-            found.samples,
+        let [two, three, four] = found.beyond;
+        let [of_two, of_three, of_four] = EXPECTED.map(|probability| number * probability);
+        print_documented(
+            STREAMS,
+            &format!(
+                "| {what} | {} | {mean:.3} | {two} ({of_two:.0}), {three} ({of_three:.0}), {four} \
+                 ({of_four:.1}) | {} of {} |",
+                found.number, found.rejected, found.samples
+            ),
         );
         // The mean square of 100,000 numbers is known to √(2/1e5), three arms of one position to no
         // more than √3 times that; curvature adds a hundredth with the wide tolerance.
@@ -209,12 +207,12 @@ fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
                 clean_error += sum(&clean.solve().unwrap().robot);
             }
         }
-        println!(
-            "wrong from sample {after} on: {found} of {wrong} wrong ones rejected ({:.4}), {falsely} of \
-             {good} good ones; {alarms} of 400 streams alarmed; rms parameter error of \
-             the others {:.3} of the clean stream's",
-            f64::from(found) / f64::from(wrong),
-            (error / clean_error).sqrt(),
+        print_documented(
+            STREAMS,
+            &format!(
+                "| {after} | {found} of {wrong} | {falsely} of {good} | {alarms} of 400 | {:.3} |",
+                (error / clean_error).sqrt(),
+            ),
         );
         // Before as many samples as there are parameters the prior alone may let one in.
         if after >= 8 {
@@ -256,10 +254,12 @@ fn a_robot_that_changes_is_detected() {
                 }
             }
         }
-        println!(
-            "changed by {change} mm: detected in {detected} of 300 robots, after {:.1} samples on \
-             average, {at_once} of them at the first sample; {early} alarms before",
-            delay as f64 / f64::from(detected).max(1.0),
+        print_documented(
+            STREAMS,
+            &format!(
+                "| {change} mm | {detected} of 300 | {:.1} | {at_once} |",
+                delay as f64 / f64::from(detected).max(1.0),
+            ),
         );
         assert_eq!(early, 0);
         if change >= 2.0 {
@@ -292,8 +292,11 @@ fn early_samples_that_are_wrong_are_not_taken_for_a_changed_robot() {
             as_early += u32::from(matches!(alarm, Alarm::EarlySamplesWrong { .. }));
         }
     }
-    println!(
-        "ten early samples of another robot: {alarmed} of 300 alarmed, {as_early} as early ones"
+    print_documented(
+        STREAMS,
+        &format!(
+            "{alarmed} of 300 streams were refused, {as_early} of them with the early samples named"
+        ),
     );
     assert!(alarmed >= 295 && as_early >= 290, "{alarmed}, {as_early}");
 }
@@ -320,10 +323,7 @@ fn exchanged_joints_are_rejected_from_the_first_sample_on() {
 
 #[test]
 fn without_prior_and_estimate_the_gate_takes_everything_and_says_so() {
-    let settings = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise());
     let mut rng = generator(914, 0);
     let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
     let mut calibrator = Calibrator::new(&paper_robot(), &settings);
@@ -402,11 +402,9 @@ fn the_prediction_is_the_solvers() {
 #[test]
 fn single_precision_decides_as_double() {
     let settings = stated(0.5, 0.2 * DEGREE);
-    let single = Settings {
-        noise: Some(Noise::<f32>::new(0.02, 3.490_658_5e-5).unwrap()),
-        tolerance: Some(Tolerance::<f32>::new(0.5, 3.490_658_5e-3).unwrap()),
-        ..Settings::default()
-    };
+    let single = Settings::default()
+        .with_noise(Noise::<f32>::new(0.02, 3.490_658_5e-5).unwrap())
+        .with_tolerance(Tolerance::<f32>::new(0.5, 3.490_658_5e-3).unwrap());
     let (mut samples, mut otherwise, mut apart) = (0, 0, 0.0_f64);
     for number in 0..20 {
         let mut rng = generator(916, number);

@@ -9,9 +9,13 @@
     clippy::cast_possible_truncation
 )]
 
+use delta_cal::calibration::{ArmSolver, Solver};
+use delta_cal::classical::StoredCalibrator;
+use delta_cal::robot::Arm;
+use delta_cal::samples::{ArmFactor, NominalArm};
 use delta_cal::{
-    Arm, ArmFactor, ArmIndex, ArmSolver, Calibrator, Method, Noise, Parameter, Progress, Real,
-    Reference, Refusal, Robot, RobotOutcome, Sample, Settings, StoredCalibrator, Tolerance,
+    ArmIndex, Calibrator, Noise, Parameter, Progress, Real, Refusal, Robot, RobotOutcome, Sample,
+    Settings, Tolerance,
 };
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, parameter_differences,
@@ -37,12 +41,8 @@ fn robot_and_samples(seed: u64, count: usize, noise: (f64, f64)) -> (Robot<f64>,
 }
 
 fn with_tolerance<T: Real>() -> Settings<T> {
-    Settings {
-        tolerance: Some(
-            Tolerance::new(T::from_f64(TOLERANCE.0), T::from_f64(TOLERANCE.1)).unwrap(),
-        ),
-        ..Settings::default()
-    }
+    Settings::default()
+        .with_tolerance(Tolerance::new(T::from_f64(TOLERANCE.0), T::from_f64(TOLERANCE.1)).unwrap())
 }
 
 fn factor<T: Real>(
@@ -120,10 +120,7 @@ fn noise_as_large_as_the_start_error_converges() {
     for count in [12, 20] {
         for seed in 0..60 {
             let (_, samples) = robot_and_samples(seed, count, noise);
-            let settings = Settings {
-                noise: Some(Noise::new(noise.0, noise.1).unwrap()),
-                ..Settings::default()
-            };
+            let settings = Settings::default().with_noise(Noise::new(noise.0, noise.1).unwrap());
             let result = factor(&paper_robot(), &samples, &settings);
             // Uncertain or undetermined may be true; "did not converge" is the solver's own fault.
             assert!(
@@ -159,14 +156,8 @@ fn single_precision_ends_at_the_optimum() {
                     position: sample.position.cast(),
                 })
                 .collect();
-            let double = Settings {
-                noise: Some(noise),
-                ..Settings::default()
-            };
-            let single = Settings {
-                noise: Some(Noise::new(sigma as f32, 0.0).unwrap()),
-                ..Settings::default()
-            };
+            let double = Settings::default().with_noise(noise);
+            let single = Settings::default().with_noise(Noise::new(sigma as f32, 0.0).unwrap());
             let nominal = paper_robot::<f64>().cast::<f32>().unwrap();
             let (Ok(single), Ok(double)) = (
                 factor(&nominal, &rounded, &single),
@@ -245,7 +236,7 @@ fn single_precision_knows_its_own_rounding_far_from_the_origin() {
     let shift = Vector3::new(1e4, -1e4, 1e4);
     let shifted = |robot: &Robot<f64>| {
         Robot::new(robot.arms().map(|arm| {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             for (value, by) in p.iter_mut().zip(shift.iter()) {
                 *value += by;
             }
@@ -263,10 +254,7 @@ fn single_precision_knows_its_own_rounding_far_from_the_origin() {
                 ..*sample
             })
             .collect();
-        let settings = Settings {
-            noise: Some(Noise::new(1e-9f32, 0.0).unwrap()),
-            ..Settings::default()
-        };
+        let settings = Settings::default().with_noise(Noise::new(1e-9f32, 0.0).unwrap());
         let nominal = shifted(&paper_robot()).cast::<f32>().unwrap();
         let outcome = factor(&nominal, &to_single(&moved), &settings)
             .unwrap_or_else(|refusal| panic!("seed {seed}: {refusal}"));
@@ -287,7 +275,7 @@ fn stored_samples_a_kilometre_away_with_a_tolerance() {
     for seed in 0..60 {
         let mut arms = *paper_robot::<f64>().arms();
         for arm in &mut arms {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             p[0] += 1e6;
             *arm = Arm::new(p).unwrap();
         }
@@ -306,7 +294,7 @@ fn stored_samples_a_kilometre_away_with_a_tolerance() {
 fn an_azimuth_may_cross_the_full_turn() {
     let turned = |by: f64| {
         Robot::new(paper_robot::<f64>().arms().map(|arm| {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             p[3] += by.to_radians();
             let radius = 164.0;
             (p[0], p[1]) = (radius * p[3].cos(), radius * p[3].sin());
@@ -320,11 +308,8 @@ fn an_azimuth_may_cross_the_full_turn() {
     let (nominal, truth) = (turned(359.95), turned(360.1));
     let mut rng = generator(4, 0);
     let samples = measurements(&truth, 20, None, &mut rng);
-    for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
-        let settings = Settings {
-            method,
-            ..Settings::default()
-        };
+    for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
+        let settings = Settings::default().with_solver(method);
         let outcome = factor(&nominal, &samples, &settings).unwrap();
         for sample in &samples {
             let x = outcome.robot.forward(&sample.joints).unwrap();
@@ -339,7 +324,7 @@ fn forward_kinematics_work_in_any_unit_in_single_precision() {
     for exponent in -15..=15 {
         let unit = 10f64.powi(exponent);
         let arms = paper_robot::<f64>().arms().map(|arm| {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             for index in [0, 1, 2, 5, 6, 7] {
                 p[index] *= unit;
             }
@@ -357,13 +342,11 @@ fn forward_kinematics_work_in_any_unit_in_single_precision() {
 fn a_sample_without_a_residual_calibrates<T: Real>() {
     let number = T::from_f64;
     let arm = Arm::new([100.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 600.0].map(number)).unwrap();
-    let settings = Settings {
-        noise: Some(Noise::new(number(0.02), number(0.001)).unwrap()),
-        tolerance: Some(Tolerance::new(number(0.3), number(0.002)).unwrap()),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_noise(Noise::new(number(0.02), number(0.001)).unwrap())
+        .with_tolerance(Tolerance::new(number(0.3), number(0.002)).unwrap());
     let below = Vector3::new(0.0, 0.0, -480.0).map(number);
-    let mut factor = ArmFactor::new(Reference::new(&arm, &below, settings.noise));
+    let mut factor = ArmFactor::new(NominalArm::new(&arm, &below, settings.noise));
     for count in 1..=3 {
         factor.add(&below, T::ZERO, ArmIndex::First).unwrap();
         assert!(factor.sum_of_squares(&arm) == T::ZERO, "a residual");

@@ -7,10 +7,10 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::limits::{HELD_OUT_DEVIATION, chi_square_bound, variance_ratio_bound};
-use delta_cal::{
-    Calibrator, HeldOut, HeldOutRefusal, Noise, Robot, Sample, Settings, Tolerance, Validation,
-};
+use delta_cal::calibration::limits::{HELD_OUT_DEVIATION, chi_square_bound, variance_ratio_bound};
+use delta_cal::stream::{HeldOut, HeldOutRefusal, Validation};
+use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -21,11 +21,9 @@ fn noise() -> Noise<f64> {
 
 /// What is stated of a robot that is drawn within 0.5 mm and 0.2°.
 fn settings(noise_stated: bool, tolerance_stated: bool) -> Settings<f64> {
-    Settings {
-        noise: noise_stated.then(noise),
-        tolerance: tolerance_stated.then(|| Tolerance::new(0.5, 0.2 * DEGREE).unwrap()),
-        ..Settings::default()
-    }
+    Settings::default()
+        .with_noise(noise_stated.then(noise))
+        .with_tolerance(tolerance_stated.then(|| Tolerance::new(0.5, 0.2 * DEGREE).unwrap()))
 }
 
 /// `None` if the fit itself is refused.
@@ -51,6 +49,17 @@ fn robot(campaign: u64, number: u64, length: f64) -> (Robot<f64>, rand_pcg::Pcg3
 }
 
 const ROBOTS: u64 = 600;
+/// The document with the figures.
+const STREAMS: &str = "docs/streams.md";
+
+const fn stated(noise: bool, tolerance: bool) -> &'static str {
+    match (noise, tolerance) {
+        (true, true) => "noise and tolerance",
+        (true, false) => "noise",
+        (false, true) => "tolerance",
+        (false, false) => "nothing",
+    }
+}
 
 #[test]
 fn a_calibration_that_is_right_is_refused_as_rarely_as_stated() {
@@ -90,13 +99,14 @@ fn a_calibration_that_is_right_is_refused_as_rarely_as_stated() {
                 }
             }
         }
-        println!(
-            "noise {noise_stated}, tolerance {tolerance_stated}, {count} samples: {refused} of \
-             {ROBOTS} refused; beyond the 5 % and 1 % quantiles {:.4} {:.4}; mean square \
-             {:.4} of the expected",
-            beyond[0] / arms,
-            beyond[1] / arms,
-            squared / expected,
+        print_documented(
+            STREAMS,
+            &format!(
+                "| {} | {count} | {refused} of {ROBOTS} | {:.1} % | {:.1} % |",
+                stated(noise_stated, tolerance_stated),
+                100.0 * beyond[0] / arms,
+                100.0 * beyond[1] / arms,
+            ),
         );
         // At most 0.6 are expected.
         assert!(refused <= 4, "{refused}");
@@ -123,9 +133,9 @@ fn a_systematic_disagreement_is_refused() {
                 let (truth, mut rng) = robot(930, number, 0.5);
                 // One forearm, as after a crash.
                 let mut arms = *truth.arms();
-                let mut parameters = arms[1].parameters().data.0[0];
+                let mut parameters = arms[1].parameters();
                 parameters[7] += change;
-                arms[1] = delta_cal::Arm::new(parameters).unwrap();
+                arms[1] = delta_cal::robot::Arm::new(parameters).unwrap();
                 let changed = Robot::new(arms).unwrap();
                 let before = measurements(&truth, 45, Some(&noise()), &mut rng);
                 let after = measurements(&changed, 15, Some(&noise()), &mut rng);
@@ -149,9 +159,12 @@ fn a_systematic_disagreement_is_refused() {
                     None => panic!("the fit is refused"),
                 }
             }
-            println!(
-                "noise {noise_stated}, tolerance {tolerance_stated}, a forearm {change} mm longer: \
-                 {refused} of 200 refused"
+            print_documented(
+                STREAMS,
+                &format!(
+                    "| {} | {change} mm | {refused} of 200 |",
+                    stated(noise_stated, tolerance_stated)
+                ),
             );
             if change > 0.05 {
                 assert!(refused > 198, "{refused}");
@@ -182,9 +195,12 @@ fn an_overfitted_calibration_is_refused() {
                 }
             }
         }
-        println!(
-            "eight fitted, noise {noise_stated}: {refused} refused, {unfitted} not fitted, {passed} \
-             passed, worst of them {worst_passed:.1}"
+        print_documented(
+            STREAMS,
+            &format!(
+                "| {} | {refused} | {unfitted} | {passed} | {worst_passed:.1} |",
+                stated(noise_stated, false)
+            ),
         );
         assert!(refused > 0);
     }

@@ -7,9 +7,9 @@
     clippy::cast_possible_truncation
 )]
 
-use delta_cal::{
-    Arm, ArmIndex, GeometryError, KinematicsError, Parameter, Robot, Singularity, SymmetricRobot,
-};
+use delta_cal::kinematics::{KinematicsError, Singularity};
+use delta_cal::robot::{Arm, GeometryError};
+use delta_cal::{ArmIndex, Parameter, Robot, SymmetricRobot};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
@@ -167,7 +167,7 @@ proptest! {
     fn the_unit_of_length_does_not_matter((robot, q) in any_robot(), exponent in -6i32..6) {
         let unit = 10f64.powi(exponent);
         let arms = robot.arms().map(|arm| {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             for (index, value) in p.iter_mut().enumerate() {
                 if !matches!(index, 3 | 4) {
                     *value *= unit;
@@ -268,7 +268,7 @@ fn unreachable_points_and_angles_name_the_arm() {
     );
     let short = {
         let mut arms = *robot.arms();
-        let mut p = arms[1].parameters().data.0[0];
+        let mut p = arms[1].parameters();
         p[7] = 150.0;
         arms[1] = Arm::new(p).unwrap();
         Robot::new(arms).unwrap()

@@ -1,10 +1,14 @@
 //! What an error says: every message names what is at fault, with its figures.
 
-use delta_cal::{
-    AlignmentError, ArmIndex, GeometryError, JointLimitsError, KinematicsError, MergeError,
-    NoiseError, Parameter, PoseError, Refusal, RobustRefusal, SampleError, Singularity,
-    StoredError, ToleranceError,
-};
+use delta_cal::calibration::ToleranceError;
+use delta_cal::classical::StoredError;
+use delta_cal::frame::AlignmentError;
+use delta_cal::kinematics::{JointLimitsError, KinematicsError, Singularity};
+use delta_cal::robot::GeometryError;
+use delta_cal::robust::RobustRefusal;
+use delta_cal::samples::{MergeError, NoiseError, SampleError};
+use delta_cal::simulate::PoseError;
+use delta_cal::{ArmIndex, Parameter, Refusal};
 
 /// An error's message, and words that its reader cannot do without.
 fn says(error: &dyn core::error::Error, words: &[&str]) {
@@ -84,7 +88,7 @@ fn errors_of_numbers_name_the_number() {
     says(&AlignmentError::TooFewPoints, &["three points"]);
     says(&AlignmentError::Collinear, &["line"]);
     says(&AlignmentError::NonFinite, &["finite"]);
-    says(&MergeError::DifferentReference, &["reference", "noise"]);
+    says(&MergeError::DifferentNominal, &["reference", "noise"]);
 }
 
 #[test]

@@ -2,10 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, random_pose, standard_normal};
-use delta_cal_host::evaluation::CramerRaoBound;
-use delta_cal_host::observability::{Combination, Indices, Observability};
-use delta_cal_host::position_uncertainty::PositionUncertainty;
+use delta_cal::simulate::{random_pose, standard_normal};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample};
+use delta_cal_host::accuracy::evaluation::CramerRaoBound;
+use delta_cal_host::accuracy::position_uncertainty::PositionUncertainty;
+use delta_cal_host::planning::observability::{Combination, Indices, Observability};
 use delta_cal_host::{CalibrationMethod, RobotFile, Row, SamplesFile};
 use delta_cal_tests::{generator, measurements, paper_limits, paper_robot};
 use nalgebra::{DMatrix, SMatrix};
@@ -200,11 +201,11 @@ fn the_position_sigma_is_the_scatter_of_robots_with_that_covariance() {
     for _ in 0..ROBOTS {
         let drawn = SMatrix::<f64, 24, 1>::from_fn(|_, _| standard_normal(&mut rng));
         let change = factor * drawn;
-        let mut arms = robot.arms().map(|arm| arm.parameters().data.0[0]);
+        let mut arms = robot.arms().map(|arm| arm.parameters());
         for (value, change) in arms.iter_mut().flatten().zip(change.iter()) {
             *value += change;
         }
-        let other = Robot::new(arms.map(|arm| delta_cal::Arm::new(arm).unwrap())).unwrap();
+        let other = Robot::new(arms.map(|arm| delta_cal::robot::Arm::new(arm).unwrap())).unwrap();
         for (sum, pose) in squares.iter_mut().zip(&poses) {
             *sum += (other.forward(&pose.joints).unwrap() - pose.position).norm_squared();
         }

@@ -9,9 +9,10 @@
     clippy::cast_possible_truncation
 )]
 
+use delta_cal::calibration::{ArmOutcome, Solver};
+use delta_cal::classical::StoredCalibrator;
 use delta_cal::{
-    ArmIndex, ArmOutcome, Calibrator, Method, Noise, Parameter, RobotOutcome, Sample, Settings,
-    StoredCalibrator, Tolerance,
+    ArmIndex, Calibrator, Noise, Parameter, RobotOutcome, Sample, Settings, Tolerance,
 };
 use delta_cal_tests::goldens::{GoldenInput, number, numbers};
 use delta_cal_tests::peer::{Parameters, PeerProblem, Row};
@@ -62,11 +63,8 @@ fn both_forms_and_both_methods_reach_scipys_optimum() {
     assert_eq!(goldens.cases.len(), 20);
     for (index, golden) in goldens.cases.iter().enumerate() {
         let samples = golden.input.samples();
-        for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
-            let settings = Settings {
-                method,
-                ..golden.input.settings()
-            };
+        for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
+            let settings = golden.input.settings().with_solver(method);
             for outcome in [
                 factor_outcome(&samples, &settings),
                 stored_outcome(&samples, &settings),
@@ -118,7 +116,7 @@ fn peer_parameters(
 ) -> Option<Parameters> {
     let nominal = paper_robot::<f64>();
     let arm_nominal = nominal.arm(arm);
-    let start = Parameters::from(arm_nominal.parameters().data.0[0]);
+    let start = Parameters::from(arm_nominal.parameters());
     let rows = samples
         .iter()
         .map(|sample| {
@@ -161,17 +159,15 @@ fn a_hundred_noisy_robots_agree_with_the_levenberg_marquardt_crate() {
         let truth = perturbed(&paper_robot(), 1.0, 0.3 * degree, Spread::Uniform, &mut rng);
         let samples = measurements(&truth, count, Some(&noise), &mut rng);
         let tolerance = prior.then_some((1.0, 0.3 * degree));
-        let settings = Settings {
-            noise: weights.then_some(noise),
-            tolerance: tolerance.map(|(l, a)| Tolerance::new(l, a).unwrap()),
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_noise(weights.then_some(noise))
+            .with_tolerance(tolerance.map(|(l, a)| Tolerance::new(l, a).unwrap()));
         let factor = factor_outcome(&samples, &settings);
         let stored = stored_outcome(&samples, &settings);
         for arm in ArmIndex::ALL {
             let (factor, stored) = (&factor.arms[arm.index()], &stored.arms[arm.index()]);
             let sigma = Parameter::ALL.map(|p| factor.standard_deviation(p).unwrap());
-            let same = largest_deviation(factor, &stored.arm.parameters().data.0[0], &sigma);
+            let same = largest_deviation(factor, &stored.arm.parameters(), &sigma);
             // Both minimise the same sum; each stops when a step gains nothing that can be seen.
             assert!(
                 same < 1e-6,

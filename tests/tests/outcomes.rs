@@ -9,11 +9,14 @@
     clippy::cast_possible_truncation
 )]
 
-use delta_cal::limits::chi_square_quantile;
+use delta_cal::calibration::limits::chi_square_quantile;
+use delta_cal::calibration::{ArmSolver, Solver, Start, StartUsed};
+use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
+use delta_cal::robot::Arm;
+use delta_cal::samples::{ArmFactor, NominalArm, SampleError};
 use delta_cal::{
-    Arm, ArmFactor, ArmIndex, ArmSolver, Calibrator, Method, Noise, Parameter, Progress, Reference,
-    Refusal, Robot, RobotOutcome, Sample, SampleError, Settings, Start, StartUsed,
-    StoredArmSamples, StoredCalibrator, StoredError, Tolerance,
+    ArmIndex, Calibrator, Noise, Parameter, Progress, Refusal, Robot, RobotOutcome, Sample,
+    Settings, Tolerance,
 };
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
@@ -101,10 +104,7 @@ fn without_a_stated_noise_it_is_estimated() {
 #[test]
 fn with_a_stated_noise_the_covariance_is_the_cramer_rao_bound() {
     let (_, samples) = case(5, 30);
-    let settings = Settings {
-        noise: Some(Noise::new(SIGMA, 0.0).unwrap()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(Noise::new(SIGMA, 0.0).unwrap());
     let outcome = calibrate(&samples, &settings).unwrap();
     for (index, arm) in ArmIndex::ALL.into_iter().zip(&outcome.arms) {
         let (squares, information) = sums(&arm.arm, index, &samples);
@@ -125,11 +125,9 @@ fn tolerances() -> [f64; 8] {
 fn the_prior_counts_as_eight_more_measurements() {
     for count in [4, 30] {
         let (_, samples) = case(6, count);
-        let settings = Settings {
-            noise: Some(Noise::new(SIGMA, 0.0).unwrap()),
-            tolerance: Some(Tolerance::new(0.3, 0.002).unwrap()),
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_noise(Noise::new(SIGMA, 0.0).unwrap())
+            .with_tolerance(Tolerance::new(0.3, 0.002).unwrap());
         let outcome = calibrate(&samples, &settings).unwrap();
         for (index, arm) in ArmIndex::ALL.into_iter().zip(&outcome.arms) {
             let (_, mut information) = sums(&arm.arm, index, &samples);
@@ -157,10 +155,7 @@ fn the_noise_balanced_against_a_tolerance_could_have_been_stated() {
     let tolerance = Some(Tolerance::new(0.3, 0.002).unwrap());
     for (seed, count) in [(11, 9), (12, 12), (13, 20), (14, 60)] {
         let (_, samples) = case(seed, count);
-        let balanced = Settings {
-            tolerance,
-            ..Settings::default()
-        };
+        let balanced = Settings::default().with_tolerance(tolerance);
         let found = calibrate(&samples, &balanced).unwrap();
         for (index, arm) in ArmIndex::ALL.into_iter().zip(&found.arms) {
             let sigma = arm.estimated_noise.unwrap();
@@ -177,11 +172,8 @@ fn the_noise_balanced_against_a_tolerance_could_have_been_stated() {
             assert!(count < 20 || arm.iterations < 20, "{}", arm.iterations);
             // It has settled to a hundredth of the noise.
             assert!((arm.degrees_of_freedom / freedom - 1.0).abs() < 0.05);
-            let stated = Settings {
-                noise: Some(Noise::new(sigma, 0.0).unwrap()),
-                ..balanced
-            };
-            let reference = Reference::new(
+            let stated = balanced.with_noise(Noise::new(sigma, 0.0).unwrap());
+            let reference = NominalArm::new(
                 paper_robot().arm(index),
                 &Vector3::new(0.0, 0.0, -450.0),
                 stated.noise,
@@ -215,11 +207,9 @@ fn a_stated_noise_is_contradicted_beyond_twice_the_quantile() {
         .fold(0.0, f64::max);
     let with = |share: f64, freedom: f64, tolerance: Option<Tolerance<f64>>| {
         let cost = 2.0 * chi_square_quantile(freedom) * share;
-        let settings = Settings {
-            noise: Some(Noise::new((largest / cost).sqrt(), 0.0).unwrap()),
-            tolerance,
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_noise(Noise::new((largest / cost).sqrt(), 0.0).unwrap())
+            .with_tolerance(tolerance);
         (cost, calibrate(&samples, &settings))
     };
     assert!(with(0.98, 12.0, None).1.is_ok());
@@ -242,18 +232,16 @@ fn a_stated_noise_is_contradicted_beyond_twice_the_quantile() {
 fn six_tolerances_are_the_limit_with_and_without_a_stated_noise() {
     let off = |index: usize, by: f64| {
         let mut arms = *paper_robot::<f64>().arms();
-        let mut p = arms[1].parameters().data.0[0];
+        let mut p = arms[1].parameters();
         p[index] += by;
         arms[1] = Arm::new(p).unwrap();
         let truth = Robot::new(arms).unwrap();
         measurements(&truth, 30, None, &mut generator(642, 0))
     };
     for noise in [None, Some(Noise::new(1e-4, 0.0).unwrap())] {
-        let settings = Settings {
-            noise,
-            tolerance: Some(Tolerance::new(0.1, 0.001).unwrap()),
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_noise(noise)
+            .with_tolerance(Tolerance::new(0.1, 0.001).unwrap());
         for (index, tolerance) in [(2, 0.1), (4, 0.001), (7, 0.1)] {
             assert!(calibrate(&off(index, 4.0 * tolerance), &settings).is_ok());
             let refused = calibrate(&off(index, -12.0 * tolerance), &settings);
@@ -278,15 +266,12 @@ fn a_good_fit_is_not_started_again() {
     for (seed, count) in [(31, 20), (32, 40), (33, 100)] {
         for settings in [
             Settings::default(),
-            Settings {
-                noise: Some(Noise::new(SIGMA, 0.0).unwrap()),
-                ..Settings::default()
-            },
+            Settings::default().with_noise(Noise::new(SIGMA, 0.0).unwrap()),
         ] {
             let (_, samples) = case(seed, count);
             let outcome = calibrate(&samples, &settings).unwrap();
             for arm in &outcome.arms {
-                assert_eq!(arm.start, StartUsed::Reference);
+                assert_eq!(arm.start, StartUsed::Nominal);
                 assert!((2..6).contains(&arm.iterations), "{}", arm.iterations);
             }
             let mut calibrator = Calibrator::new(&paper_robot(), &settings);
@@ -307,11 +292,9 @@ fn a_good_fit_is_not_started_again() {
 #[test]
 fn no_start_takes_more_linearisations_than_allowed() {
     let (_, samples) = case(34, 20);
-    let settings = Settings {
-        iteration_limit: 2,
-        start: Start::Free,
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_iteration_limit(2)
+        .with_start(Start::Free);
     let refused = calibrate(&samples, &settings);
     let Err(Refusal::NotConverged { iterations, .. }) = refused else {
         panic!("{refused:?}");
@@ -364,10 +347,7 @@ fn stored_samples_need_no_guess_either() {
     let mut rng = generator(644, 0);
     let truth = perturbed(&paper_robot(), 10.0, 0.02, Spread::Uniform, &mut rng);
     let samples = measurements(&truth, 20, None, &mut rng);
-    let settings = Settings {
-        start: Start::Free,
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_start(Start::Free);
     let mut stored = StoredCalibrator::<f64, 20>::new(&paper_robot(), &settings);
     for sample in &samples {
         stored.add(sample).unwrap();
@@ -382,7 +362,7 @@ fn stored_samples_need_no_guess_either() {
 fn positions_are_counted_from_within_the_workspace() {
     let centre = |robot: &Robot<f64>| {
         let calibrator = Calibrator::new(robot, &Settings::default());
-        *calibrator.arms()[0].reference().centre()
+        *calibrator.arms()[0].nominal().centre()
     };
     // Half a sixteenth of 256 mm on each axis.
     let rounding = 3f64.sqrt() * 8.0;
@@ -398,7 +378,7 @@ fn positions_are_counted_from_within_the_workspace() {
     let turned = |degrees: f64| {
         let (sin, cos) = degrees.to_radians().sin_cos();
         Robot::new(paper.arms().map(|arm| {
-            let mut p = arm.parameters().data.0[0];
+            let mut p = arm.parameters();
             (p[0], p[1]) = (240.0 * p[3].cos(), 240.0 * p[3].sin());
             (p[5], p[6]) = (260.0 * cos, -260.0 * sin);
             p[7] = 300.0;
@@ -425,7 +405,7 @@ fn positions_are_counted_from_within_the_workspace() {
     }
     // Where it is reachable at none of them: a forearm below the middle of the motors.
     let short = Robot::new(paper.arms().map(|arm| {
-        let mut p = arm.parameters().data.0[0];
+        let mut p = arm.parameters();
         (p[0], p[1]) = (500.0 * p[3].cos() + 300.0, 500.0 * p[3].sin() - 200.0);
         p[2] = 100.0;
         p[7] = 257.0;
@@ -450,7 +430,7 @@ fn a_joint_angle_may_be_two_turns_and_no_more() {
 #[test]
 fn a_position_may_be_ten_thousand_units_from_the_centre() {
     let mut calibrator = Calibrator::new(&paper_robot::<f64>(), &Settings::default());
-    let reference = *calibrator.arms()[0].reference();
+    let reference = *calibrator.arms()[0].nominal();
     assert!(reference.centre().norm() > 100.0);
     for direction in [Vector3::x(), -Vector3::z(), Vector3::z()] {
         for (distance, accepted) in [(0.99999, true), (1.00001, false)] {
@@ -468,7 +448,7 @@ fn a_position_may_be_ten_thousand_units_from_the_centre() {
 fn a_store_says_what_it_would_take() {
     let (_, samples) = case(52, 2);
     let arm = ArmIndex::Second;
-    let reference = Reference::new(
+    let reference = NominalArm::new(
         paper_robot().arm(arm),
         &Vector3::new(0.0, 0.0, -450.0),
         None,
@@ -526,11 +506,11 @@ fn rounding_is_a_noise_too() {
     let arm = Arm::<f32>::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
     let noise = Some(Noise::new(1e-12_f32, 0.0).unwrap());
     for far in [0.0_f64, 4e4] {
-        let mut moved = arm.parameters().data.0[0];
+        let mut moved = arm.parameters();
         moved[1] += far as f32;
         let arm = Arm::new(moved).unwrap();
         let centre = Vector3::new(0.0, far as f32, -450.0);
-        let mut factor = ArmFactor::new(Reference::new(&arm, &centre, noise));
+        let mut factor = ArmFactor::new(NominalArm::new(&arm, &centre, noise));
         let x = Vector3::new(424.0, far as f32, -481.0);
         factor.add(&x, 0.0, ArmIndex::First).unwrap();
         let f = 481.0_f64.powi(2) - 480.0_f64.powi(2);
@@ -547,10 +527,7 @@ fn rounding_is_a_noise_too() {
 fn gauss_newton_takes_full_steps_only() {
     let (truth, _) = case(54, 1);
     let samples = measurements(&truth, 20, None, &mut generator(645, 0));
-    let settings = Settings {
-        method: Method::GaussNewton,
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_solver(Solver::GaussNewton);
     let outcome = calibrate(&samples, &settings).unwrap();
     assert!(largest_difference(&outcome.robot, &truth) < 1e-8);
 }

@@ -2,13 +2,14 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use delta_cal::{
-    Calibrator, JointLimits, Noise, Parameter, Robot, Sample, Settings, Tolerance, random_pose,
-    simulate_sample,
-};
-use delta_cal_host::evaluation::CramerRaoBound;
-use delta_cal_host::poses::{Criterion, PlanRequest, length, plan};
-use delta_cal_host::{CalibrationMethod, RobotFile, fkm};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::simulate::{random_pose, simulate_sample};
+use delta_cal::{Calibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
+use delta_cal_host::accuracy::evaluation::CramerRaoBound;
+use delta_cal_host::fit::fkm;
+use delta_cal_host::planning::poses::{Criterion, PlanRequest, length, plan};
+use delta_cal_host::{CalibrationMethod, RobotFile};
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{
     Spread, generator, is_long, largest_difference, paper_limits, paper_robot,
     parameter_differences, perturbed,
@@ -44,7 +45,7 @@ fn planned(request: &PlanRequest<'_>) -> Vec<[f64; 3]> {
 
 /// ∂f/∂P and ∂f/∂X, ∂f/∂q of one arm by central differences of the constraint, |X − B|² − Lb².
 fn constraint(parameters: &[f64; 8], x: &Vector3<f64>, q: f64) -> f64 {
-    let arm = delta_cal::Arm::new(*parameters).unwrap();
+    let arm = delta_cal::robot::Arm::new(*parameters).unwrap();
     (x - arm.elbow(q)).norm_squared() - arm.lb().powi(2)
 }
 
@@ -58,7 +59,7 @@ fn brute_force_bound(
     let step = 1e-4;
     let mut trace = 0.0;
     for (index, arm) in robot.arms().iter().enumerate() {
-        let parameters = arm.parameters().data.0[0];
+        let parameters = arm.parameters();
         let mut information = DMatrix::<f64>::zeros(8, 8);
         for q in joints {
             let x = robot.forward(q).unwrap();
@@ -124,11 +125,10 @@ fn median_of_random(
     bounds[100]
 }
 
-/// Whatever the noise is made of, for both methods and with several seeds. The README shows some of it.
+/// Whatever the noise is made of, for both methods and with several seeds. A document shows some of it.
 #[test]
 fn twelve_planned_poses_are_as_good_as_sixty_random_and_twenty_three_times_better_than_twenty() {
-    let readme = include_str!("../../README.md");
-    // The README's, and the noise and method that are least like it.
+    // The document's, and the noise and method that are least like it.
     let short = [(METHODS[0], NOISES[1]), (METHODS[1], NOISES[3])];
     for method in METHODS {
         for level in NOISES {
@@ -154,9 +154,10 @@ fn twelve_planned_poses_are_as_good_as_sixty_random_and_twenty_three_times_bette
                     bound(method, &joints, &noise, None)
                 });
                 let row = format!("| {count} | {random:.3} | {:.3} |", planned[0]);
-                println!("{row}");
                 if method == CalibrationMethod::Ikm && level == NOISES[1] {
-                    assert!(readme.contains(&row), "{row}");
+                    print_documented("docs/planning.md", &row);
+                } else {
+                    println!("{row}");
                 }
                 (random, planned)
             });
@@ -257,7 +258,7 @@ fn eight_planned_poses_return_500_of_500_exact_robots_from_1_cm_by_both_methods(
             calibrator.add_many(&samples).unwrap();
             let ikm = calibrator.solve().unwrap().robot;
             let fkm = fkm::calibrate(&nominal, &samples, &settings).unwrap();
-            for (method, found) in [("ikm", ikm), ("fkm", fkm.robot.robot)] {
+            for (method, found) in [("ikm", ikm), ("fkm", fkm.fit.robot)] {
                 let error = largest_difference(&found, &truth);
                 assert!(error < 1e-6, "{method}, robot {robot}: {error:e} mm");
                 worst = f64::max(worst, error);
@@ -285,11 +286,9 @@ fn the_stated_sigmas_are_the_scatter_of_simulated_calibrations() {
     })
     .unwrap();
     let nominal = paper_robot();
-    let settings = Settings {
-        noise: Some(noise),
-        tolerance: Some(tolerance),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_noise(noise)
+        .with_tolerance(tolerance);
     let mut squares = [0.0; 24];
     let mut position = 0.0;
     let mut places = 0.0;
@@ -363,7 +362,11 @@ fn poses_keep_to_the_limits_and_the_way_is_short() {
             let within = |q: &f64| (low + 1.0..=high - 1.0).contains(&q.to_degrees());
             assert!(pose.joints.iter().all(within));
             let x = paper_robot().forward(&pose.joints).unwrap();
-            assert!(paper_robot().conditioning(&x, &pose.joints).is_clear());
+            assert!(
+                paper_robot()
+                    .singularity_distance(&x, &pose.joints)
+                    .is_clear()
+            );
         }
         assert!(plan.travel <= plan.travel_unordered);
         assert!((length(&plan.poses) - plan.travel).abs() < 1e-12);

@@ -7,9 +7,11 @@
     clippy::cast_possible_truncation
 )]
 
+use delta_cal::calibration::{Solver, Start, ToleranceError};
+use delta_cal::robot::Arm;
+use delta_cal::samples::NoiseError;
 use delta_cal::{
-    Arm, ArmIndex, Calibrator, Method, Noise, NoiseError, Parameter, Refusal, Robot, Sample,
-    Settings, Start, Tolerance, ToleranceError,
+    ArmIndex, Calibrator, Noise, Parameter, Refusal, Robot, Sample, Settings, Tolerance,
 };
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::Vector3;
@@ -44,10 +46,7 @@ fn too_few_samples() {
             needed: 8
         })
     );
-    let free = Settings {
-        start: Start::Free,
-        ..Settings::default()
-    };
+    let free = Settings::default().with_start(Start::Free);
     assert_eq!(
         solve(&samples, &free),
         Err(Refusal::TooFewSamples {
@@ -56,11 +55,9 @@ fn too_few_samples() {
             needed: 12
         })
     );
-    let tolerance = Settings {
-        tolerance: Some(Tolerance::new(1.0, 0.3 * DEGREE).unwrap()),
-        noise: Some(Noise::new(0.01, 0.0).unwrap()),
-        ..Settings::default()
-    };
+    let tolerance = Settings::default()
+        .with_tolerance(Tolerance::new(1.0, 0.3 * DEGREE).unwrap())
+        .with_noise(Noise::new(0.01, 0.0).unwrap());
     assert_eq!(
         solve(&[], &tolerance),
         Err(Refusal::TooFewSamples {
@@ -127,10 +124,7 @@ fn noise_that_leaves_a_parameter_unknown() {
     // A metre of noise on a robot half that size, eight poses: σ beyond a tenth of the arm.
     let noise = Noise::new(30.0, 0.0).unwrap();
     let (_, samples) = robot_and_samples(4, 20, Some(&noise));
-    let settings = Settings {
-        noise: Some(noise),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise);
     assert!(matches!(
         solve(&samples, &settings),
         Err(Refusal::Uncertain { .. })
@@ -141,10 +135,7 @@ fn noise_that_leaves_a_parameter_unknown() {
 fn residuals_that_contradict_the_stated_noise() {
     let noise = Noise::new(0.5, 0.0).unwrap();
     let (_, samples) = robot_and_samples(5, 60, Some(&noise));
-    let settings = Settings {
-        noise: Some(Noise::new(0.01, 0.0).unwrap()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(Noise::new(0.01, 0.0).unwrap());
     let refusal = solve(&samples, &settings).unwrap_err();
     let Refusal::ResidualContradictsNoise { ratio, .. } = refusal else {
         panic!("{refusal:?}");
@@ -152,16 +143,7 @@ fn residuals_that_contradict_the_stated_noise() {
     // The true noise is fifty times the stated one; χ with 52 degrees of freedom scatters by 10 %.
     assert!((30.0..70.0).contains(&ratio), "{ratio}");
     // Stated truly, the same samples are accepted.
-    assert_eq!(
-        solve(
-            &samples,
-            &Settings {
-                noise: Some(noise),
-                ..settings
-            }
-        ),
-        Ok(())
-    );
+    assert_eq!(solve(&samples, &settings.with_noise(noise)), Ok(()));
 }
 
 /// Exchanged joint columns describe a robot whose arms are numbered otherwise. Whether that is the
@@ -173,11 +155,9 @@ fn a_swapped_pair_of_joint_columns_is_far_from_nominal() {
     for sample in &mut samples {
         sample.joints.swap(0, 1);
     }
-    let settings = Settings {
-        noise: Some(noise),
-        tolerance: Some(Tolerance::new(1.0, 0.3 * DEGREE).unwrap()),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_noise(noise)
+        .with_tolerance(Tolerance::new(1.0, 0.3 * DEGREE).unwrap());
     let refusal = solve(&samples, &settings).unwrap_err();
     assert!(matches!(
         refusal,
@@ -190,17 +170,15 @@ fn a_swapped_pair_of_joint_columns_is_far_from_nominal() {
 fn parameters_many_tolerances_from_nominal() {
     // A forearm 30 mm longer than stated, with a tolerance of 0.1 mm.
     let mut arms = *paper_robot::<f64>().arms();
-    let mut p = arms[2].parameters().data.0[0];
+    let mut p = arms[2].parameters();
     p[7] += 30.0;
     arms[2] = Arm::new(p).unwrap();
     let truth = Robot::new(arms).unwrap();
     let mut rng = generator(82, 0);
     let samples = measurements(&truth, 40, None, &mut rng);
-    let settings = Settings {
-        tolerance: Some(Tolerance::new(0.1, 0.1 * DEGREE).unwrap()),
-        noise: Some(Noise::new(0.01, 0.0).unwrap()),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_tolerance(Tolerance::new(0.1, 0.1 * DEGREE).unwrap())
+        .with_noise(Noise::new(0.01, 0.0).unwrap());
     let refusal = solve(&samples, &settings).unwrap_err();
     let Refusal::FarFromNominal {
         arm,
@@ -217,10 +195,7 @@ fn parameters_many_tolerances_from_nominal() {
 #[test]
 fn a_fit_that_does_not_converge() {
     let (_, samples) = robot_and_samples(7, 20, None);
-    let settings = Settings {
-        iteration_limit: 1,
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_iteration_limit(1);
     assert!(matches!(
         solve(&samples, &settings),
         Err(Refusal::NotConverged {
@@ -241,12 +216,10 @@ fn samples_of_no_delta_robot_are_never_accepted_with_a_stated_noise() {
                 position: Vector3::new(random(), random(), random() - 2.0) * 200.0,
             })
             .collect();
-        for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
-            let settings = Settings {
-                method,
-                noise: Some(Noise::new(0.05, 0.01 * DEGREE).unwrap()),
-                ..Settings::default()
-            };
+        for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
+            let settings = Settings::default()
+                .with_solver(method)
+                .with_noise(Noise::new(0.05, 0.01 * DEGREE).unwrap());
             assert!(
                 solve(&samples, &settings).is_err(),
                 "seed {seed} {method:?}"
@@ -261,11 +234,8 @@ fn an_accepted_calibration_never_fits_worse_than_before() {
     for seed in 0..300 {
         let noise = Noise::new(0.05, 0.01 * DEGREE).unwrap();
         let (_, samples) = robot_and_samples(seed, 8 + seed as usize % 30, Some(&noise));
-        for method in [Method::LevenbergMarquardt, Method::GaussNewton] {
-            let settings = Settings {
-                method,
-                ..Settings::default()
-            };
+        for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
+            let settings = Settings::default().with_solver(method);
             let mut calibrator = Calibrator::new(&paper_robot(), &settings);
             calibrator.add_many(&samples).unwrap();
             let Ok(outcome) = calibrator.solve() else {
@@ -327,10 +297,7 @@ fn a_frame_that_is_upside_down_is_refused() {
             sample.position.y = -sample.position.y;
             sample.position.z = -sample.position.z;
         }
-        let free = Settings {
-            start: Start::Free,
-            ..Settings::default()
-        };
+        let free = Settings::default().with_start(Start::Free);
         assert_eq!(solve(&samples, &free), Err(Refusal::WrongSide));
         // From the reference the iteration may also end in an arm whose plane is turned over.
         assert!(solve(&samples, &Settings::default()).is_err());

@@ -8,10 +8,11 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::{
-    Arm, ArmIndex, Loss, Noise, Refusal, Robot, RobustOutcome, RobustRefusal, Sample, SampleError,
-    Settings, StoredCalibrator, WeighedSample, robust_fit,
-};
+use delta_cal::classical::StoredCalibrator;
+use delta_cal::robot::Arm;
+use delta_cal::robust::{Loss, RobustOutcome, RobustRefusal, WeighedSample, robust_fit};
+use delta_cal::samples::SampleError;
+use delta_cal::{ArmIndex, Noise, Refusal, Robot, Sample, Settings};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
 };
@@ -26,10 +27,7 @@ fn noise(times: f64) -> Noise<f64> {
 }
 
 fn stated(times: f64) -> Settings<f64> {
-    Settings {
-        noise: Some(noise(times)),
-        ..Settings::default()
-    }
+    Settings::default().with_noise(noise(times))
 }
 
 /// A robot and its measurements, of which some are wrong: every fifth from the third on.
@@ -114,13 +112,13 @@ fn exact_samples_return_the_robot_and_name_the_wrong_ones() {
                 let (truth, samples) = case(seed, count, wrong, None);
                 let (outcome, work) = fit(&samples, &settings, loss);
                 let outcome = outcome.unwrap();
-                assert!(largest_difference(&outcome.robot.robot, &truth) < 1e-6);
+                assert!(largest_difference(&outcome.fit.robot, &truth) < 1e-6);
                 assert_eq!(outcome.suspected, wrong);
                 // Weights of residuals that are rounding alone, in units of rounding, need not settle.
                 assert!(outcome.settled || settings.noise.is_none());
                 assert!(!outcome.settled || (2..60).contains(&outcome.rounds));
                 assert!(outcome.rounds <= 80);
-                for arm in &outcome.robot.arms {
+                for arm in &outcome.fit.arms {
                     assert_eq!(arm.samples, (count - wrong) as u64);
                 }
                 for (index, weighed) in work.iter().enumerate() {
@@ -151,7 +149,7 @@ fn weights_residuals_and_gradient_are_those_of_the_estimate() {
             let mut largest = vec![(ArmIndex::First, -1.0); count];
             let mut all = Vec::new();
             for index in ArmIndex::ALL {
-                let arm = outcome.robot.robot.arm(index);
+                let arm = outcome.fit.robot.arm(index);
                 let residuals: Vec<f64> = samples
                     .iter()
                     .map(|sample| residual(arm, index, sample, &noise(times)))
@@ -180,7 +178,7 @@ fn weights_residuals_and_gradient_are_those_of_the_estimate() {
                 assert_eq!(weighed.suspected(), weights[k] <= 0.0);
             }
             for (index, residuals) in &all {
-                let arm = outcome.robot.robot.arm(*index);
+                let arm = outcome.fit.robot.arm(*index);
                 let mut gradient = SVector::<f64, 8>::zeros();
                 let mut information = SMatrix::<f64, 8, 8>::zeros();
                 let (mut weight, mut influence, mut moment, mut slope) = (0.0, 0.0, 0.0, 0.0);
@@ -214,7 +212,7 @@ fn weights_residuals_and_gradient_are_those_of_the_estimate() {
                 // mean ψ² · mean w / (mean ψ r · mean ψ′) times (JᵀWJ)⁻¹.
                 let factor = influence * weight / (moment * slope);
                 assert!((0.55..1.3).contains(&factor), "{factor}");
-                let found = outcome.robot.arms[index.index()].covariance.unwrap();
+                let found = outcome.fit.arms[index.index()].covariance.unwrap();
                 let expected = covariance * factor;
                 assert!((found - expected).norm() < 1e-3 * expected.norm());
             }
@@ -233,7 +231,7 @@ fn without_a_stated_noise_residuals_are_in_units_of_the_estimated_one() {
         let mut largest = vec![0.0_f64; samples.len()];
         let mut weights = vec![1.0_f64; samples.len()];
         let mut all = Vec::new();
-        for (index, calibrated) in ArmIndex::ALL.into_iter().zip(&outcome.robot.arms) {
+        for (index, calibrated) in ArmIndex::ALL.into_iter().zip(&outcome.fit.arms) {
             let sigma = calibrated.estimated_noise.unwrap();
             // 72 good samples: a few tenths of 20 µm, and a robust one is a little less sure.
             assert!((sigma / POSITION - 1.0).abs() < 0.35, "{sigma}");
@@ -357,5 +355,5 @@ fn more_samples_than_the_start_looks_at() {
             .all(|(index, weighed)| weighed.suspected() == is_wrong(index, 140))
     );
     // σ of the weakest parameter from 560 samples of 20 µm is some 30 µm.
-    assert!(largest_difference(&outcome.robot.robot, &truth) < 0.15);
+    assert!(largest_difference(&outcome.fit.robot, &truth) < 0.15);
 }

@@ -10,14 +10,15 @@
     clippy::cast_sign_loss
 )]
 
-use delta_cal::{
-    Arm, ArmFactor, ArmIndex, ArmSolver, Calibrator, MergeError, Noise, Progress, Reference, Robot,
-    Sample, SampleError, Settings, StoredArmSamples, StoredCalibrator, StoredError, Tolerance,
-};
+use delta_cal::calibration::ArmSolver;
+use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
+use delta_cal::robot::Arm;
+use delta_cal::samples::{ArmFactor, MergeError, NominalArm, SampleError};
+use delta_cal::{ArmIndex, Calibrator, Noise, Progress, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single,
 };
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -34,10 +35,7 @@ fn noisy(seed: u64, count: usize) -> (Robot<f64>, Vec<Sample<f64>>) {
 }
 
 fn weighted() -> Settings<f64> {
-    Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    }
+    Settings::default().with_noise(noise())
 }
 
 fn filled(samples: &[Sample<f64>], settings: &Settings<f64>) -> Calibrator<f64> {
@@ -54,7 +52,7 @@ fn sigmas_apart(a: &Calibrator<f64>, b: &Calibrator<f64>) -> f64 {
     let mut largest = 0f64;
     for (a, b) in a.arms.iter().zip(&b.arms) {
         let covariance = a.covariance.unwrap();
-        let difference = a.arm.parameters() - b.arm.parameters();
+        let difference = SVector::from(a.arm.parameters()) - SVector::from(b.arm.parameters());
         for k in 0..8 {
             largest = largest.max((difference[k] / covariance[(k, k)].sqrt()).abs());
         }
@@ -117,7 +115,7 @@ proptest! {
         let stored = stored.solve().unwrap();
         for (factor, stored) in factor.arms.iter().zip(&stored.arms) {
             let covariance = factor.covariance.unwrap();
-            let difference = factor.arm.parameters() - stored.arm.parameters();
+            let difference = SVector::from(factor.arm.parameters()) - SVector::from(stored.arm.parameters());
             for k in 0..8 {
                 prop_assert!((difference[k] / covariance[(k, k)].sqrt()).abs() < SAME);
             }
@@ -156,7 +154,7 @@ proptest! {
         let (_, samples) = noisy(seed, 30);
         let in_unit = |robot: &Robot<f64>| {
             Robot::new(robot.arms().map(|arm| {
-                let mut p = arm.parameters().data.0[0];
+                let mut p = arm.parameters();
                 for index in [0, 1, 2, 5, 6, 7] {
                     p[index] *= unit;
                 }
@@ -164,11 +162,7 @@ proptest! {
             }))
             .unwrap()
         };
-        let settings = |unit: f64| Settings {
-            noise: Some(Noise::new(0.02 * unit, 0.005 * DEGREE).unwrap()),
-            tolerance: Some(Tolerance::new(unit, 0.3 * DEGREE).unwrap()),
-            ..Settings::default()
-        };
+        let settings = |unit: f64| Settings::default().with_noise(Noise::new(0.02 * unit, 0.005 * DEGREE).unwrap()).with_tolerance(Tolerance::new(unit, 0.3 * DEGREE).unwrap());
         let mut small = Calibrator::new(&paper_robot(), &settings(1.0));
         small.add_many(&samples).unwrap();
         let mut large = Calibrator::new(&in_unit(&paper_robot()), &settings(unit));
@@ -221,7 +215,7 @@ proptest! {
         numbers in prop::collection::vec(prop::array::uniform6(any::<f32>()), 8..24),
     ) {
         let robot = paper_robot::<f64>().cast::<f32>().unwrap();
-        let settings = Settings { tolerance: Some(Tolerance::new(1.0, 0.01).unwrap()), ..Settings::default() };
+        let settings = Settings::default().with_tolerance(Tolerance::new(1.0, 0.01).unwrap());
         for settings in [Settings::default(), settings] {
             let mut calibrator = Calibrator::<f32>::new(&robot, &settings);
             for [a, b, c, x, y, z] in &numbers {
@@ -246,7 +240,7 @@ fn factors_of_different_references_do_not_merge() {
     let mut a = filled(&samples, &weighted());
     let before = a;
     let b = filled(&samples, &Settings::default());
-    assert_eq!(a.merge(&b), Err(MergeError::DifferentReference));
+    assert_eq!(a.merge(&b), Err(MergeError::DifferentNominal));
     assert_eq!(a, before);
 }
 
@@ -355,18 +349,22 @@ fn one_arm_alone_is_calibrated_from_its_own_samples() {
     let samples = measurements(&truth, 20, None, &mut rng);
     let nominal = paper_robot::<f64>();
     let arm = ArmIndex::Third;
-    let reference = Reference::new(nominal.arm(arm), &Vector3::new(0.0, 0.0, -450.0), None);
+    let reference = NominalArm::new(nominal.arm(arm), &Vector3::new(0.0, 0.0, -450.0), None);
     let mut stored = StoredArmSamples::<f64, 20>::new(reference);
     let mut factor = ArmFactor::new(reference);
     for sample in &samples {
         stored.add(&sample.position, sample.joints[2], arm).unwrap();
         factor.add(&sample.position, sample.joints[2], arm).unwrap();
     }
-    let expected = truth.arm(arm).parameters();
+    let expected = SVector::from(truth.arm(arm).parameters());
     let mut solver = ArmSolver::new(&stored, arm, &Settings::default()).unwrap();
     while solver.step(&stored) == Progress::Working {}
-    assert!((solver.outcome(&stored).unwrap().arm.parameters() - expected).amax() < 1e-8);
+    assert!(
+        (SVector::from(solver.outcome(&stored).unwrap().arm.parameters()) - expected).amax() < 1e-8
+    );
     let mut solver = ArmSolver::new(&factor, arm, &Settings::default()).unwrap();
     while solver.step(&factor) == Progress::Working {}
-    assert!((solver.outcome(&factor).unwrap().arm.parameters() - expected).amax() < 1e-8);
+    assert!(
+        (SVector::from(solver.outcome(&factor).unwrap().arm.parameters()) - expected).amax() < 1e-8
+    );
 }

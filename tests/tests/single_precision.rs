@@ -9,7 +9,9 @@
     clippy::float_cmp
 )]
 
-use delta_cal::{JointLimits, Noise, Real, random_pose, simulate_sample, standard_normal};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
+use delta_cal::{Noise, Real};
 use delta_cal_tests::{generator, paper_limits, paper_robot};
 
 /// The distance of `value` from `exact` in units of the last place of a single-precision number of

@@ -8,10 +8,15 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::{Calibrator, Noise, Parameter, ParameterKind, Robot, RobotOutcome, Sample};
+use delta_cal::robot::ParameterKind;
+use delta_cal::{Calibrator, Noise, Parameter, Robot, RobotOutcome, Sample};
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::noisy_campaign::{Calibrated, NoisyCampaign, Trial};
 use delta_cal_tests::{Spread, parameter_differences};
 use nalgebra::SMatrix;
+
+/// The document with the figures.
+const BENCHMARKS: &str = "docs/benchmarks.md";
 
 /// The IKM method on one robot; the bound is left out with a prior.
 fn calibrated(trial: &Trial<'_>) -> Option<Calibrated> {
@@ -93,7 +98,15 @@ fn z_scores_have_rms_between_0_9_and_1_1_and_errors_reach_the_cramer_rao_bound()
         .run(calibrated);
         let z = result.z_rms();
         let ratio = result.error_over_bound();
-        println!("{poses} poses, noise {noise:?}: z rms {z:.3}, error/bound {ratio:.3}");
+        print_documented(
+            BENCHMARKS,
+            &format!(
+                "| IKM | {poses} | {} mm, {}° | {z:.3} | {ratio:.3} |",
+                noise.0,
+                // Back to the number above.
+                (noise.1 / degree * 1e9).round() / 1e9
+            ),
+        );
         assert_eq!(result.refused, 0);
         assert!((0.9..=1.1).contains(&z), "{poses} poses: z rms {z}");
         // 12,000 numbers whose own scatter is some 3 %, heavy-tailed poses included.
@@ -143,12 +156,15 @@ fn the_prior_meets_its_table_of_gains() {
         };
         let with = campaign(true).run(calibrated);
         let without = campaign(false).run(calibrated);
-        println!(
-            "{poses} poses: gain with prior {:.0} %, worst robot {:.0} %; weights alone {:.0} % ({} refused)",
-            with.median_gain(),
-            with.gains[0],
-            without.median_gain(),
-            without.refused
+        print_documented(
+            BENCHMARKS,
+            &format!(
+                "| {poses} | {:.0} % | {:.0} % | {:.0} % | {} |",
+                with.median_gain(),
+                with.gains[0],
+                without.median_gain(),
+                without.refused
+            ),
         );
         assert_eq!(with.refused, 0);
         assert!(

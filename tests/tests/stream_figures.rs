@@ -7,11 +7,11 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::limits::{chi_square_bound, variance_ratio_bound};
-use delta_cal::{
-    Alarm, ArmIndex, Calibrator, Gate, GateError, HeldOut, HeldOutRefusal, Memory, MemoryError,
-    Noise, RobotOutcome, Sample, Settings, Tolerance, Untested, Verdict,
+use delta_cal::calibration::limits::{chi_square_bound, variance_ratio_bound};
+use delta_cal::stream::{
+    Alarm, Forgetting, ForgettingError, Gate, GateError, HeldOut, HeldOutRefusal, Untested, Verdict,
 };
+use delta_cal::{ArmIndex, Calibrator, Noise, RobotOutcome, Sample, Settings, Tolerance};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
 
@@ -74,11 +74,9 @@ fn held_out_samples_are_measured_by_noise_and_uncertainty() {
         // Stated too small: what the fit finds counts as well.
         (Some(Noise::new(SIGMA * 0.8, 0.0).unwrap()), None),
     ] {
-        let settings = Settings {
-            noise: stated,
-            tolerance,
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_noise(stated)
+            .with_tolerance(tolerance);
         let mut calibrator = Calibrator::new(&paper_robot(), &settings);
         let mut held_out = HeldOut::new(&calibrator, 3).unwrap();
         let (mut seen, mut unseen) = (Vec::new(), Vec::new());
@@ -129,10 +127,7 @@ fn held_out_samples_are_measured_by_noise_and_uncertainty() {
 
 #[test]
 fn what_is_not_held_out_cannot_be_judged() {
-    let settings = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise());
     let mut calibrator = Calibrator::new(&paper_robot(), &settings);
     for every in [0, 1] {
         assert_eq!(HeldOut::new(&calibrator, every), Err(HeldOutRefusal::Every));
@@ -151,10 +146,7 @@ fn what_is_not_held_out_cannot_be_judged() {
 /// Far off by more than noise explains, and the figure is how much: rms over what is expected.
 #[test]
 fn a_contradiction_is_told_by_how_much() {
-    let settings = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise());
     let all = samples(3, 60);
     let mut calibrator = Calibrator::new(&paper_robot(), &settings);
     let mut held_out = HeldOut::new(&calibrator, 2).unwrap();
@@ -188,10 +180,7 @@ fn a_contradiction_is_told_by_how_much() {
 /// uncertainty explains it. With no residual to spare the noise has a margin of two.
 #[test]
 fn eight_fitted_samples_are_judged_by_the_stated_noise_alone() {
-    let settings = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise());
     let (mut accepted, mut overfitted) = (0, 0);
     for seed in 100..160 {
         let all = samples(seed, 16);
@@ -229,10 +218,7 @@ fn eight_fitted_samples_are_judged_by_the_stated_noise_alone() {
 #[test]
 fn poses_too_much_alike_say_nothing_of_others() {
     for stated in [Some(noise()), None] {
-        let settings = Settings {
-            noise: stated,
-            ..Settings::default()
-        };
+        let settings = Settings::default().with_noise(stated);
         let mut refused = 0;
         for seed in 200..230 {
             let mut rng = generator(661, seed);
@@ -242,7 +228,8 @@ fn poses_too_much_alike_say_nothing_of_others() {
             let mut unseen = Vec::new();
             for sample in measurements(&truth, 20, Some(&noise()), &mut rng) {
                 let joints = [(); 3].map(|()| 0.3 + 0.25 * delta_cal_tests::uniform(&mut rng));
-                let alike = delta_cal::simulate_sample(&truth, &joints, Some(&noise()), &mut rng);
+                let alike =
+                    delta_cal::simulate::simulate_sample(&truth, &joints, Some(&noise()), &mut rng);
                 assert!(!held_out.add(&mut calibrator, &alike.unwrap()).unwrap());
                 assert!(held_out.add(&mut calibrator, &sample).unwrap());
                 unseen.push(sample);
@@ -398,11 +385,9 @@ fn three_spare_samples_tell_the_noise() {
 
 #[test]
 fn the_eighth_rejection_in_a_row_raises_the_alarm() {
-    let settings = Settings {
-        noise: Some(noise()),
-        tolerance: Some(Tolerance::new(0.3, 0.002).unwrap()),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_noise(noise())
+        .with_tolerance(Tolerance::new(0.3, 0.002).unwrap());
     for (before, changed) in [(15, false), (16, true), (40, true)] {
         let mut calibrator = Calibrator::new(&paper_robot(), &settings);
         let mut gate = Gate::new(&mut calibrator);
@@ -436,11 +421,9 @@ fn the_eighth_rejection_in_a_row_raises_the_alarm() {
 
 #[test]
 fn a_gate_has_a_width() {
-    let settings = Settings {
-        noise: Some(noise()),
-        tolerance: Some(Tolerance::new(0.3, 0.002).unwrap()),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_noise(noise())
+        .with_tolerance(Tolerance::new(0.3, 0.002).unwrap());
     let mut calibrator = Calibrator::new(&paper_robot(), &settings);
     let gate = Gate::new(&mut calibrator);
     for sigmas in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -463,15 +446,15 @@ fn a_gate_has_a_width() {
 #[test]
 fn a_memory_is_a_forgetting_factor() {
     for (samples, factor) in [(1.0_f64, 0.5_f64), (49.0, 0.98), (999.0, 0.999)] {
-        let memory = Memory::new(samples).unwrap();
-        assert!((memory.forgetting_factor() - factor).abs() < 1e-15);
-        assert!((memory.samples() - samples).abs() < 1e-12);
+        let memory = Forgetting::new(samples).unwrap();
+        assert!((memory.factor() - factor).abs() < 1e-15);
+        assert!((memory.mean_age() - samples).abs() < 1e-12);
     }
-    assert_eq!(Memory::new(0.999), Err(MemoryError::TooShort));
-    assert_eq!(Memory::new(f64::NAN), Err(MemoryError::TooShort));
+    assert_eq!(Forgetting::new(0.999), Err(ForgettingError::TooShort));
+    assert_eq!(Forgetting::new(f64::NAN), Err(ForgettingError::TooShort));
     // ε of single precision is 2⁻²³: 2¹⁶ samples and no more.
-    assert!(Memory::new(65_536.0_f32).is_ok());
-    assert_eq!(Memory::new(65_540.0_f32), Err(MemoryError::TooLong));
+    assert!(Forgetting::new(65_536.0_f32).is_ok());
+    assert_eq!(Forgetting::new(65_540.0_f32), Err(ForgettingError::TooLong));
 }
 
 #[test]
@@ -494,8 +477,8 @@ fn messages_name_what_is_at_fault() {
         assert_eq!(refusal.arm(), Some(arm));
     }
     says(&GateError::Sigmas, &["sigma", "greater than 0"]);
-    says(&MemoryError::TooShort, &["one sample or more"]);
-    says(&MemoryError::TooLong, &["too long"]);
+    says(&ForgettingError::TooShort, &["one sample or more"]);
+    says(&ForgettingError::TooLong, &["too long"]);
     let changed = Alarm::RobotChanged { first: 17 };
     let early = Alarm::EarlySamplesWrong { first: 5 };
     assert!(changed.to_string().contains("17") || changed.to_string().contains("18"));

@@ -40,14 +40,8 @@ fn a_million_samples_leave_single_precision_intact() {
     let single_nominal = nominal.cast().unwrap();
     let truth = perturbed(&nominal, 1.0, 0.3 * DEGREE, Spread::Uniform, &mut rng);
     let poses = measurements(&truth, 1000, None, &mut rng);
-    let single = Settings {
-        noise: Some(Noise::<f32>::new(0.02, 0.0).unwrap()),
-        ..Settings::default()
-    };
-    let double = Settings {
-        noise: Some(Noise::new(0.02, 0.0).unwrap()),
-        ..Settings::default()
-    };
+    let single = Settings::default().with_noise(Noise::<f32>::new(0.02, 0.0).unwrap());
+    let double = Settings::default().with_noise(Noise::new(0.02, 0.0).unwrap());
     let empty = Calibrator::<f32>::new(&single_nominal, &single);
     let (mut singly, mut in_blocks, mut merged) = (empty, empty, empty);
     let mut exact = Calibrator::<f64>::new(&nominal, &double);

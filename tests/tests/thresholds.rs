@@ -2,10 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use delta_cal::{
-    Arm, ArmIndex, Conditioning, GeometryError, KinematicsError, Real, Robot, Singularity,
-    SymmetricRobot,
-};
+use delta_cal::kinematics::{KinematicsError, Singularity, SingularityDistance};
+use delta_cal::robot::{Arm, GeometryError};
+use delta_cal::{ArmIndex, Real, Robot, SymmetricRobot};
 use delta_cal_tests::paper_robot;
 use nalgebra::{Matrix3, Vector3};
 
@@ -26,7 +25,7 @@ fn symmetric(radius: f64, upper_arm: f64, forearm: f64) -> Robot<f64> {
 fn with_forearms(robot: &Robot<f64>, forearms: [f64; 3]) -> Robot<f64> {
     let mut arms = *robot.arms();
     for (arm, forearm) in arms.iter_mut().zip(forearms) {
-        let mut p = arm.parameters().data.0[0];
+        let mut p = arm.parameters();
         p[7] = forearm;
         *arm = Arm::new(p).unwrap();
     }
@@ -35,7 +34,7 @@ fn with_forearms(robot: &Robot<f64>, forearms: [f64; 3]) -> Robot<f64> {
 
 fn moved(robot: &Robot<f64>, by: [f64; 3]) -> Robot<f64> {
     Robot::new(robot.arms().map(|arm| {
-        let mut p = arm.parameters().data.0[0];
+        let mut p = arm.parameters();
         for (value, by) in p.iter_mut().zip(by) {
             *value += by;
         }
@@ -54,7 +53,7 @@ fn the_conditioning_of_a_symmetric_pose_in_closed_form() {
         let height = (480.0_f64.powi(2) - radius * radius).sqrt();
         let x = robot.forward(&[q; 3]).unwrap();
         assert!((x.z - (-260.0 * q.sin() - height)).abs() < 1e-10);
-        let found = robot.conditioning(&x, &[q; 3]);
+        let found = robot.singularity_distance(&x, &[q; 3]);
         for serial in found.serial {
             let expected = (radius * q.sin() + height * q.cos()) / 480.0;
             assert!((serial - expected).abs() < 1e-12);
@@ -66,10 +65,11 @@ fn the_conditioning_of_a_symmetric_pose_in_closed_form() {
 
 #[test]
 fn a_pose_is_clear_of_singularities_above_both_limits() {
-    let clear = |serial: [f64; 3], parallel: f64| Conditioning { serial, parallel }.is_clear();
+    let clear =
+        |serial: [f64; 3], parallel: f64| SingularityDistance { serial, parallel }.is_clear();
     let (serial, parallel) = (
-        Conditioning::<f64>::LEAST_SERIAL,
-        Conditioning::<f64>::LEAST_PARALLEL,
+        SingularityDistance::<f64>::LEAST_SERIAL,
+        SingularityDistance::<f64>::LEAST_PARALLEL,
     );
     let above = serial * 1.01;
     assert!(clear([above; 3], parallel * 1.01));
@@ -349,7 +349,7 @@ fn alignment_depends_on_neither_origin_nor_unit() {
         for (from_origin, to_origin) in [(0.0, 0.0), (1e7, 0.0), (0.0, 1e7), (1e7, -1e7)] {
             let from = Vector3::new(from_origin, -from_origin, from_origin);
             let to = Vector3::new(-to_origin, to_origin, to_origin);
-            let found = delta_cal::RigidTransform::align(
+            let found = delta_cal::frame::RigidTransform::align(
                 corners
                     .iter()
                     .map(|corner| ((corner + from) * unit, (quarter * corner + to) * unit)),

@@ -1,6 +1,7 @@
 //! Whether the end point of an iteration is a calibration: it is good, or refused with the cause.
 
-use super::condition::Conditioning;
+use super::identifiability::Identifiability;
+use super::iteration::Iteration;
 use super::limits::{
     CONDITION_OF_A_VALLEY, LARGEST_SIGMA, LARGEST_TOLERANCES, LEAST_FREEDOM, NOISE_MARGIN,
     chi_square_quantile,
@@ -8,9 +9,9 @@ use super::limits::{
 use super::outcome::{ArmOutcome, StartUsed, Termination};
 use super::problem::ArmProblem;
 use super::refusal::Refusal;
-use super::solver::Iteration;
-use crate::samples::{Reference, corrected_arm};
-use crate::{ArmIndex, Parameter, ParameterKind, Real};
+use crate::Real;
+use crate::robot::{ArmIndex, Parameter, ParameterKind};
+use crate::samples::{NominalArm, corrected_arm};
 use nalgebra::{SMatrix, SVector};
 
 /// An end point, and what it is judged by.
@@ -31,17 +32,17 @@ impl<T: Real> Judgement<'_, T> {
     #[inline(never)]
     pub(super) fn outcome<P: ArmProblem<T>>(&self, problem: &P) -> Result<ArmOutcome<T>, Refusal> {
         let arm = self.arm;
-        let mut conditioning = Conditioning::of(&self.iteration.normal);
+        let mut identifiability = Identifiability::of(&self.iteration.normal);
         // Beyond this no digit of the weakest combination survives the arithmetic.
         let largest_condition = T::ONE / (T::from_f64(64.0) * T::EPSILON);
-        if !(conditioning.condition < largest_condition) {
-            return Err(conditioning.undetermined(arm));
+        if !(identifiability.condition < largest_condition) {
+            return Err(identifiability.undetermined(arm));
         }
-        let reference = problem.reference();
+        let nominal = problem.nominal();
         let samples = problem.effective_samples();
-        let stated = reference.noise().is_some();
+        let stated = nominal.noise().is_some();
         let Some((termination, start)) = self.end else {
-            return Err(self.not_converged(problem, &mut conditioning));
+            return Err(self.not_converged(problem, &mut identifiability));
         };
         if stated {
             self.check_residual(samples)?;
@@ -49,7 +50,7 @@ impl<T: Real> Judgement<'_, T> {
         self.check_tolerances()?;
 
         let degrees_of_freedom =
-            (samples - conditioning.determined_parameters(&self.prior)).larger(T::ZERO);
+            (samples - identifiability.determined_parameters(&self.prior)).larger(T::ZERO);
         let sum = self.iteration.sum_of_squares;
         let estimated_noise = (!stated && degrees_of_freedom >= T::HALF)
             .then(|| (sum / degrees_of_freedom).square_root());
@@ -63,31 +64,31 @@ impl<T: Real> Judgement<'_, T> {
         for ((share, weight), variance) in prior_share
             .iter_mut()
             .zip(self.prior)
-            .zip(conditioning.covariance.diagonal().iter())
+            .zip(identifiability.covariance.diagonal().iter())
         {
             *share = (weight.squared() * *variance).larger(T::ZERO);
             if *share > T::ONE {
                 *share = T::ONE;
             }
         }
-        let covariance = &mut conditioning.covariance;
+        let covariance = &mut identifiability.covariance;
         if let Some(sigma) = residual_sigma {
-            to_units(covariance, reference, sigma);
-            self.check_sigmas(covariance, reference.arm().upper_arm_length())?;
+            to_units(covariance, nominal, sigma);
+            self.check_sigmas(covariance, nominal.arm().upper_arm_length())?;
         }
-        let residual_unit = if stated { T::ONE } else { reference.scale() };
+        let residual_unit = if stated { T::ONE } else { nominal.scale() };
         Ok(ArmOutcome {
-            arm: corrected_arm(reference, &self.iteration.correction)
+            arm: corrected_arm(nominal, &self.iteration.correction)
                 .map_err(|error| Refusal::ImpossibleGeometry { arm, error })?,
-            covariance: residual_sigma.map(|_| conditioning.covariance),
+            covariance: residual_sigma.map(|_| identifiability.covariance),
             residual_rms: (sum / samples).square_root() * residual_unit,
-            estimated_noise: estimated_noise.map(|noise| noise * reference.scale()),
+            estimated_noise: estimated_noise.map(|noise| noise * nominal.scale()),
             degrees_of_freedom,
             samples: problem.samples(),
             iterations: self.iterations,
             termination,
             start,
-            condition: conditioning.condition,
+            condition: identifiability.condition,
             prior_share,
         })
     }
@@ -98,16 +99,16 @@ impl<T: Real> Judgement<'_, T> {
     fn not_converged<P: ArmProblem<T>>(
         &self,
         problem: &P,
-        conditioning: &mut Conditioning<T>,
+        identifiability: &mut Identifiability<T>,
     ) -> Refusal {
-        if !(conditioning.condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
-            return conditioning.undetermined(self.arm);
+        if !(identifiability.condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
+            return identifiability.undetermined(self.arm);
         }
-        let reference = problem.reference();
-        if reference.noise().is_some() {
-            to_units(&mut conditioning.covariance, reference, T::ONE);
-            let upper_arm = reference.arm().upper_arm_length();
-            if let Err(uncertain) = self.check_sigmas(&conditioning.covariance, upper_arm) {
+        let nominal = problem.nominal();
+        if nominal.noise().is_some() {
+            to_units(&mut identifiability.covariance, nominal, T::ONE);
+            let upper_arm = nominal.arm().upper_arm_length();
+            if let Err(uncertain) = self.check_sigmas(&identifiability.covariance, upper_arm) {
                 return uncertain;
             }
         }
@@ -198,7 +199,7 @@ impl<T: Real> Judgement<'_, T> {
     }
 }
 
-impl<T: Real> Conditioning<T> {
+impl<T: Real> Identifiability<T> {
     /// The refusal of a problem whose Jacobian is singular, or nearly so.
     pub(super) fn undetermined(&self, arm: ArmIndex) -> Refusal {
         Refusal::Undetermined {
@@ -214,8 +215,8 @@ impl<T: Real> Conditioning<T> {
 
 /// Brings a covariance into the user's units and multiplies it by σ².
 #[inline(never)]
-fn to_units<T: Real>(covariance: &mut SMatrix<T, 8, 8>, reference: &Reference<T>, sigma: T) {
-    let units = Parameter::ALL.map(|parameter| reference.unit_of(parameter) * sigma);
+fn to_units<T: Real>(covariance: &mut SMatrix<T, 8, 8>, nominal: &NominalArm<T>, sigma: T) {
+    let units = Parameter::ALL.map(|parameter| nominal.unit_of(parameter) * sigma);
     for (column, unit) in covariance.as_mut_slice().chunks_exact_mut(8).zip(units) {
         scale_column(column, unit, &units);
     }

@@ -1,8 +1,5 @@
 //! Where a calibration is refused: the limits that every method shares.
 
-pub use super::loss::SUSPECTED;
-pub use super::robust::{LARGEST_SUSPECTED, SAMPLES_FOR_ROBUST_FIT};
-
 use crate::Real;
 
 /// Parameters further from nominal than this many tolerances are refused.
@@ -23,9 +20,29 @@ pub const CONDITION_OF_A_VALLEY: f64 = 1e4;
 pub const LEAST_FREEDOM: f64 = 2.0;
 /// Two solutions that a stated noise cannot tell apart differ by less than this in Σ (f/σf)².
 pub const INDISTINGUISHABLE: f64 = 4.0;
+/// Costs of two end points that differ by less than this part of the better one are a tie: of two starts
+/// that end in the same point the first is kept.
+pub const TIE: f64 = 1e-3;
+/// Two end points of a tie are the same point if the linear model's cost changes between them by at most
+/// so many ties.
+pub const SAME_POINT: f64 = 16.0;
+/// Of two solutions that fit equally well the later one is taken only if the square of its distance from
+/// nominal is below this part of the other's: nearer, by more than rounding.
+pub const NEARER: f64 = 0.999;
+/// A start without a guess is tried if the sum of squares is above its lower bound by more than so many
+/// variances of a residual: the iteration may have ended in another minimum.
+pub const EXCESS_OF_ANOTHER_MINIMUM: f64 = 50.0;
 /// Without a guess so many samples are needed: they determine the twelve coefficients c(P). With
 /// fewer there may be several solutions.
 pub const SAMPLES_FOR_FREE_START: u64 = 12;
+
+/// A residual of this many scales is no measurement's, whatever the loss: of normal residuals three
+/// in a million are as large. It is c of Tukey's loss.
+pub const SUSPECTED: f64 = 4.685;
+/// Beyond this part of suspected samples it is not known which are the wrong ones.
+pub const LARGEST_SUSPECTED: f64 = 0.4;
+/// A robust fit needs twice as many samples as an arm has parameters: half of them must determine it.
+pub const SAMPLES_FOR_ROBUST_FIT: usize = 16;
 
 /// So many samples in a row that the gate rejects are no accident. Where wrong samples come at random, a
 /// share p of all, a run of m begins with probability (1 − p)pᵐ at any sample: with a fifth of them wrong
@@ -50,7 +67,7 @@ pub fn chi_square_quantile<T: Real>(freedom: T) -> T {
 ///
 /// ```
 /// // 3.0902 is exceeded once in a thousand times.
-/// let bound = delta_cal::limits::chi_square_bound(10.0, 3.0902_f64);
+/// let bound = delta_cal::calibration::limits::chi_square_bound(10.0, 3.0902_f64);
 /// assert!((bound - 29.588).abs() < 0.2);
 /// ```
 pub fn chi_square_bound<T: Real>(freedom: T, deviations: T) -> T {
@@ -69,7 +86,7 @@ pub fn chi_square_bound<T: Real>(freedom: T, deviations: T) -> T {
 /// ten degrees of freedom and more the probability is right to a third, on the safe side.
 ///
 /// ```
-/// let bound = delta_cal::limits::variance_ratio_bound(10.0, 20.0, 3.0902_f64);
+/// let bound = delta_cal::calibration::limits::variance_ratio_bound(10.0, 20.0, 3.0902_f64);
 /// assert!(bound.is_some_and(|bound| (bound - 5.075).abs() < 0.05));
 /// ```
 pub fn variance_ratio_bound<T: Real>(numerator: T, denominator: T, deviations: T) -> Option<T> {
@@ -89,16 +106,6 @@ pub fn variance_ratio_bound<T: Real>(numerator: T, denominator: T, deviations: T
     let root = (product.squared() - leading * (b.squared() - z * d)).square_root();
     let x = (product + root) / leading;
     Some(x * x * x)
-}
-
-/// How many samples a calibration with these settings needs: 8, 12 without a guess, 1 with a
-/// tolerance.
-pub fn samples_needed<T: Real>(settings: &super::Settings<T>) -> u64 {
-    match (settings.start, settings.tolerance) {
-        (super::Start::Free, _) => SAMPLES_FOR_FREE_START,
-        (super::Start::Reference, None) => 8,
-        (super::Start::Reference, Some(_)) => 1,
-    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-use crate::{Arm, Parameter, Real, Robot};
+use crate::Real;
+use crate::robot::{Arm, Parameter, Robot};
 use nalgebra::{SMatrix, SVector};
 
 /// Why the iteration stopped.
@@ -17,8 +18,8 @@ pub enum Termination {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum StartUsed {
-    /// The reference robot.
-    Reference,
+    /// The nominal robot.
+    Nominal,
     /// The linear fit, without a guess.
     Free,
     /// Beside an earlier solution, along the combination that the samples determine least.
@@ -29,6 +30,7 @@ pub enum StartUsed {
 
 /// One calibrated arm and how far it can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ArmOutcome<T: Real> {
     /// The calibrated arm.
     pub arm: Arm<T>,
@@ -76,6 +78,7 @@ impl<T: Real> ArmOutcome<T> {
 
 /// A calibrated robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RobotOutcome<T: Real> {
     /// The calibrated robot.
     pub robot: Robot<T>,

@@ -1,19 +1,20 @@
-use super::start::free_start;
-use crate::samples::{ArmFactor, Displacement, Reference, StoredArmSamples, Triangle, Waiting};
-use crate::{ArmIndex, Real};
+use super::free_start::free_start;
+use crate::Real;
+use crate::robot::ArmIndex;
+use crate::samples::{ArmFactor, Displacement, NominalArm, Triangle, Waiting};
 use nalgebra::Vector3;
 
 /// The triangular factor of an arm's linearised problem: eight columns ∂r/∂P and the residual r.
 pub(crate) type Normal<T> = Triangle<T, 9, 45>;
 
-/// The samples of one arm, held either way: what a solver works on. Implemented by [`ArmFactor`]
-/// and [`StoredArmSamples`], and by nothing else.
+/// The samples of one arm, held either way: what a solver works on. Sealed: implemented by
+/// [`ArmFactor`] and by the forms of this crate that store every sample.
 pub trait ArmProblem<T: Real>: Linearize<T> {
     /// What the samples are expressed against.
-    fn reference(&self) -> &Reference<T>;
+    fn nominal(&self) -> &NominalArm<T>;
     /// How many samples were taken in.
     fn samples(&self) -> u64;
-    /// How many samples they are worth after forgetting.
+    /// The effective number of samples after forgetting.
     fn effective_samples(&self) -> T;
 }
 
@@ -63,8 +64,8 @@ const SINE: usize = 4;
 const ONE: usize = 11;
 
 impl<T: Real> ArmProblem<T> for ArmFactor<T> {
-    fn reference(&self) -> &Reference<T> {
-        self.reference()
+    fn nominal(&self) -> &NominalArm<T> {
+        self.nominal()
     }
     fn samples(&self) -> u64 {
         self.samples()
@@ -161,89 +162,3 @@ fn product_of_columns<T: Real>(triangle: &Triangle<T, 13, 91>, left: usize, righ
     }
     sum
 }
-
-impl<T: Real, const N: usize> ArmProblem<T> for StoredArmSamples<T, N> {
-    fn reference(&self) -> &Reference<T> {
-        self.reference()
-    }
-    fn samples(&self) -> u64 {
-        self.len() as u64
-    }
-    fn effective_samples(&self) -> T {
-        T::from_count(self.len() as u64)
-    }
-}
-
-/// Rows of Jacobian (3.21) reduced together.
-const BLOCK: usize = 8;
-
-impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
-    fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
-        let mut sum = T::ZERO;
-        for chunk in self.samples().chunks(BLOCK) {
-            let mut block = [[T::ZERO; BLOCK]; 9];
-            for (index, sample) in chunk.iter().enumerate() {
-                let (row, constraint) = at.constraint_row(sample);
-                for (column, value) in block.iter_mut().zip(row.iter().chain([&constraint])) {
-                    if let Some(entry) = column.get_mut(index) {
-                        *entry = *value;
-                    }
-                }
-                sum += constraint * constraint;
-            }
-            normal.absorb(&mut block);
-        }
-        sum
-    }
-
-    fn sum_of_squares(&self, at: &Displacement<T>) -> T {
-        let mut sum = T::ZERO;
-        for sample in self.samples() {
-            sum += at.weighted_constraint(sample).squared();
-        }
-        sum
-    }
-
-    fn means(&self) -> Means<T> {
-        let mut sums = (Vector3::zeros(), T::ZERO, T::ZERO, T::ZERO);
-        for sample in self.samples() {
-            let weight = sample.weight.squared();
-            sums.0 += sample.x * weight;
-            sums.1 += sample.sine * weight;
-            sums.2 += sample.cosine * weight;
-            sums.3 += weight;
-        }
-        Means {
-            x: sums.0 / sums.3,
-            sine: sums.1 / sums.3,
-            cosine: sums.2 / sums.3,
-        }
-    }
-
-    /// A store keeps no sample waiting.
-    fn absorb_waiting(&mut self, _: &Waiting<T>, _: ArmIndex) {}
-
-    fn free_start(&self) -> Option<[T; 8]> {
-        free_start(&self.factor())
-    }
-
-    fn least_sum_of_squares(&self) -> T {
-        self.factor().least_sum_of_squares()
-    }
-
-    /// The residual is |X − B|² − Lb², of numbers of about 1.
-    fn terms_squared(&self) -> T {
-        self.rows_squared()
-    }
-
-    fn rows_squared(&self) -> T {
-        let mut sum = T::ZERO;
-        for sample in self.samples() {
-            sum += sample.weight.squared() * (T::ONE + sample.constraint.squared());
-        }
-        sum
-    }
-}
-
-#[cfg(test)]
-mod tests;

@@ -1,4 +1,4 @@
-use crate::{ArmIndex, GeometryError, Parameter};
+use crate::robot::{ArmIndex, GeometryError, Parameter};
 use core::fmt;
 
 /// Why a calibration is refused. The robot keeps its parameters.

@@ -5,7 +5,8 @@
 //! |J δ + r|² + λ|D δ|², D the column norms of J and λ the damping (Marquardt 1963); the step with
 //! λ = 0 is the Gauss–Newton step.
 
-use super::{Method, Termination};
+use super::outcome::Termination;
+use super::settings::Solver;
 use crate::Real;
 
 /// Damping after the first rejected step, relative to the squared column norms.
@@ -15,10 +16,13 @@ const LESS_DAMPING: f64 = 0.1;
 /// Below this the damping is dropped and full steps are tried again.
 const LEAST_DAMPING: f64 = 1e-5;
 const MOST_DAMPING: f64 = 1e8;
-/// A step damped by this much is shorter than the full one by a tenth or more in every direction.
+/// Damping that shortens a step noticeably. In the direction of the singular value s of J D⁻¹ a step
+/// damped by λ is shorter than the full one by λ/(s² + λ). The columns of J D⁻¹ have unit length, so
+/// for an arm's 8 parameters the s² sum to 8, and the step is shorter by 1.2 % at the least.
 const ENOUGH_DAMPING: f64 = 0.1;
-/// Where the iteration converges slowly, a gain below this part of the cost is the end: it moves the
-/// solution by a hundred thousandth of its σ.
+/// Where the iteration converges slowly, a gain below this part of the cost is the end. A gain g moves
+/// the solution by √g σ at most, and the cost of n samples of an arm is (n − 8) σ²: by
+/// 1e-5 √(n − 8) of its own σ at most.
 const IRRELEVANT: f64 = 1e-10;
 /// A predicted gain must be this much smaller than a seen one to count as nothing.
 const SURELY_NOTHING: f64 = 1e-6;
@@ -59,14 +63,14 @@ pub struct Prospect<T> {
     blur: T,
 }
 
-/// Method and damping of an iteration, and what its last step promised.
+/// Solver and damping of an iteration, and what its last step promised.
 ///
 /// ```
-/// use delta_cal::step_control::{StepControl, StepResult};
-/// use delta_cal::{Method, Termination};
+/// use delta_cal::calibration::step_control::{StepControl, StepResult};
+/// use delta_cal::calibration::{Solver, Termination};
 ///
 /// // √2 as the minimum of (x² − 2)².
-/// let mut control = StepControl::<f64>::new(Method::LevenbergMarquardt);
+/// let mut control = StepControl::<f64>::new(Solver::LevenbergMarquardt);
 /// let (mut x, mut steps) = (1.0_f64, 0);
 /// let cost = |x: f64| (x * x - 2.0).powi(2);
 /// let result = loop {
@@ -89,7 +93,7 @@ pub struct Prospect<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepControl<T> {
-    method: Method,
+    solver: Solver,
     damping: T,
     previous_gain: T,
 }
@@ -97,9 +101,9 @@ pub struct StepControl<T> {
 impl<T: Real> StepControl<T> {
     /// Before the first step, which is a full one.
     #[inline]
-    pub const fn new(method: Method) -> Self {
+    pub const fn new(solver: Solver) -> Self {
         Self {
-            method,
+            solver,
             damping: T::ZERO,
             previous_gain: T::INFINITY,
         }
@@ -107,8 +111,8 @@ impl<T: Real> StepControl<T> {
 
     /// Whether only full steps are taken, or damped ones too.
     #[inline]
-    pub const fn method(&self) -> Method {
-        self.method
+    pub const fn solver(&self) -> Solver {
+        self.solver
     }
 
     /// λ of the next step.
@@ -152,9 +156,9 @@ impl<T: Real> StepControl<T> {
     /// Levenberg–Marquardt if it is smaller, as far as rounding shows.
     #[inline]
     pub fn accepts(&self, prospect: &Prospect<T>, cost: T) -> bool {
-        match self.method {
-            Method::GaussNewton => cost.finite(),
-            Method::LevenbergMarquardt => {
+        match self.solver {
+            Solver::GaussNewton => cost.finite(),
+            Solver::LevenbergMarquardt => {
                 cost < prospect.cost
                     || (prospect.at_rounding && cost <= prospect.cost + prospect.blur)
             }
@@ -180,7 +184,7 @@ impl<T: Real> StepControl<T> {
     /// The step was not taken, or did not exist: damps the next one more, if there is to be one.
     #[inline]
     pub fn rejected(&mut self, prospect: &Prospect<T>) -> StepResult {
-        let full_steps_only = self.method == Method::GaussNewton;
+        let full_steps_only = self.solver == Solver::GaussNewton;
         // A full step that fails may be too long rather than lost in rounding.
         if prospect.at_rounding && (full_steps_only || self.damping > T::from_f64(ENOUGH_DAMPING)) {
             return StepResult::Finished(Termination::RoundingReached);

@@ -1,5 +1,6 @@
-use crate::samples::Reference;
-use crate::{Parameter, ParameterKind, Real};
+use crate::Real;
+use crate::robot::{Parameter, ParameterKind};
+use crate::samples::NominalArm;
 use core::fmt;
 
 /// Manufacturing tolerance: one standard deviation of each parameter about its nominal value. As a
@@ -56,8 +57,8 @@ impl<T: Real> Tolerance<T> {
         }
     }
 
-    /// 1/tolerance of each parameter in the reference's units.
-    pub(crate) fn weights(&self, reference: &Reference<T>) -> [T; 8] {
-        Parameter::ALL.map(|parameter| reference.unit_of(parameter) / self.of(parameter))
+    /// 1/tolerance of each parameter in the nominal arm's units.
+    pub(crate) fn weights(&self, nominal: &NominalArm<T>) -> [T; 8] {
+        Parameter::ALL.map(|parameter| nominal.unit_of(parameter) / self.of(parameter))
     }
 }

@@ -1,13 +1,14 @@
-use crate::{Arm, Real};
+use crate::Real;
+use crate::robot::Arm;
 use nalgebra::{SVector, Vector3};
 
 impl<T: Real> Arm<T> {
     /// f(P; X, q) = |X − B(q)|² − Lb² (paper, equation (3.8)). Length².
     ///
     /// ```
-    /// use delta_cal::Arm;
+    /// use delta_cal::robot::Arm;
     /// use nalgebra::Vector3;
-    /// # fn main() -> Result<(), delta_cal::GeometryError> {
+    /// # fn main() -> Result<(), delta_cal::robot::GeometryError> {
     /// let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0])?;
     /// // The elbow is at (424, 0, 0); a forearm hanging straight down ends 480 below.
     /// assert_eq!(arm.constraint(&Vector3::new(424.0, 0.0, -480.0), 0.0), 0.0);

@@ -1,5 +1,6 @@
-use super::{KinematicsError, Singularity};
-use crate::{ArmIndex, Real, Robot};
+use super::error::{KinematicsError, Singularity};
+use crate::Real;
+use crate::robot::{ArmIndex, Robot};
 use nalgebra::Vector3;
 
 impl<T: Real> Robot<T> {

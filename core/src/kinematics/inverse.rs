@@ -1,5 +1,6 @@
-use super::{KinematicsError, Singularity};
-use crate::{Arm, ArmIndex, Real, Robot};
+use super::error::{KinematicsError, Singularity};
+use crate::Real;
+use crate::robot::{Arm, ArmIndex, Robot};
 use nalgebra::Vector3;
 
 /// Why one arm alone has no joint angle for a point.
@@ -54,7 +55,8 @@ impl<T: Real> Robot<T> {
     /// finite.
     ///
     /// ```
-    /// use delta_cal::{ArmIndex, KinematicsError, SymmetricRobot};
+    /// use delta_cal::{ArmIndex, SymmetricRobot};
+    /// use delta_cal::kinematics::KinematicsError;
     /// use nalgebra::Vector3;
     /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
     /// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }

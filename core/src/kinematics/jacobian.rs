@@ -1,9 +1,11 @@
-use super::{KinematicsError, Singularity};
-use crate::{Arm, ArmIndex, Real, Robot};
+use super::error::{KinematicsError, Singularity};
+use crate::Real;
+use crate::robot::{Arm, ArmIndex, Robot};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// How the platform point moves with the joints and with the parameters, at one pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct PlatformJacobian<T: Real> {
     /// ∂X/∂q = −(∂f/∂X)⁻¹ ∂f/∂q, the velocity Jacobian: Ẋ = by_joints · q̇. Length per radian.
     pub by_joints: Matrix3<T>,

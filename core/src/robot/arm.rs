@@ -1,6 +1,7 @@
-use super::{GeometryError, Parameter};
+use super::geometry_error::GeometryError;
+use super::parameter::Parameter;
 use crate::Real;
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 
 /// The eight parameters of one arm (Model 24, paper equation (3.6)), valid by construction.
 ///
@@ -16,8 +17,9 @@ use nalgebra::{SVector, Vector3};
 /// (`La_x`, `La_y`) already hold, and the eight parameters would have rank 7.
 ///
 /// ```
-/// use delta_cal::{Arm, Parameter};
-/// # fn main() -> Result<(), delta_cal::GeometryError> {
+/// use delta_cal::Parameter;
+/// use delta_cal::robot::Arm;
+/// # fn main() -> Result<(), delta_cal::robot::GeometryError> {
 /// let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0])?;
 /// assert_eq!(arm.get(Parameter::Lb), 480.0);
 /// // A positive joint angle swings the elbow down, towards the platform.
@@ -28,7 +30,7 @@ use nalgebra::{SVector, Vector3};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arm<T: Real> {
-    parameters: SVector<T, 8>,
+    parameters: [T; 8],
     basis: ArmBasis<T>,
 }
 
@@ -89,7 +91,7 @@ impl<T: Real> Arm<T> {
         let ez = Vector3::new(sin_theta * sin_alpha, -cos_theta * sin_alpha, cos_alpha);
         let ey = Vector3::new(-sin_theta * cos_alpha, cos_theta * cos_alpha, sin_alpha);
         Ok(Self {
-            parameters: SVector::from(parameters),
+            parameters,
             basis: ArmBasis {
                 ex,
                 ey,
@@ -101,8 +103,8 @@ impl<T: Real> Arm<T> {
     }
 
     /// All eight parameters, in the order of [`Parameter::ALL`].
-    pub const fn parameters(&self) -> &SVector<T, 8> {
-        &self.parameters
+    pub const fn parameters(&self) -> [T; 8] {
+        self.parameters
     }
 
     /// One parameter.
@@ -117,17 +119,20 @@ impl<T: Real> Arm<T> {
 
     /// D: the point on the motor axis, platform offset subtracted. Length.
     pub fn d(&self) -> Vector3<T> {
-        Vector3::new(self.parameters[0], self.parameters[1], self.parameters[2])
+        let [x, y, z, ..] = self.parameters;
+        Vector3::new(x, y, z)
     }
 
     /// (`La_x`, `La_y`): the upper arm at joint angle 0. Length.
     pub fn la(&self) -> (T, T) {
-        (self.parameters[5], self.parameters[6])
+        let [.., la_x, la_y, _] = self.parameters;
+        (la_x, la_y)
     }
 
     /// Lb: the forearm's length.
     pub fn lb(&self) -> T {
-        self.parameters[7]
+        let [.., lb] = self.parameters;
+        lb
     }
 
     /// La = √(`La_x`² + `La_y`²): the upper arm's length.
@@ -153,6 +158,6 @@ impl<T: Real> Arm<T> {
     /// # Errors
     /// A [`GeometryError`] if a parameter overflows or vanishes in the narrower type.
     pub fn cast<U: Real>(&self) -> Result<Arm<U>, GeometryError> {
-        Arm::new(self.parameters.data.0[0].map(|value| U::from_f64(value.to_f64())))
+        Arm::new(self.parameters.map(|value| U::from_f64(value.to_f64())))
     }
 }

@@ -1,4 +1,7 @@
-use super::{Arm, GeometryError, Parameter, Robot};
+use super::arm::Arm;
+use super::geometry_error::GeometryError;
+use super::parameter::Parameter;
+use super::three_arms::Robot;
 use crate::Real;
 
 /// The nominal robot as a data sheet gives it: three equal arms 120° apart, no tilt.
@@ -13,6 +16,7 @@ use crate::Real;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SymmetricRobot<T> {
     /// Ra: from the base centre to the motor axes. Length.
     pub base_radius: T,

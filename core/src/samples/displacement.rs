@@ -1,10 +1,10 @@
-use super::Reference;
-use super::reference::ArmSample;
+use super::nominal_arm::{ArmSample, NominalArm};
+use crate::Real;
 use crate::kinematics::constraint_gradient;
-use crate::{Arm, GeometryError, Parameter, Real};
+use crate::{robot::Arm, robot::GeometryError, robot::Parameter};
 use nalgebra::{SVector, Vector3};
 
-/// The reference arm moved by a correction δP, and the exact difference c(P₀ + δP) − c(P₀).
+/// The nominal arm moved by a correction δP, and the exact difference c(P₀ + δP) − c(P₀).
 ///
 /// The difference is computed from δP by addition theorems, never by subtracting two large
 /// numbers, so that its rounding is relative to the correction and not to the robot.
@@ -25,9 +25,9 @@ pub struct Displacement<T: Real> {
 }
 
 impl<T: Real> Displacement<T> {
-    pub(crate) fn new(reference: &Reference<T>, correction: &[T; 8]) -> Self {
+    pub(crate) fn new(nominal: &NominalArm<T>, correction: &[T; 8]) -> Self {
         let [dx, dy, dz, theta, alpha, delta_la_x, delta_la_y, delta_lb] = *correction;
-        let basis = reference.arm().basis();
+        let basis = nominal.arm().basis();
         let (ex0, ez0) = (basis.ex, basis.ez);
         let (sin_alpha0, cos_alpha0) = (basis.ey.z, basis.ez.z);
         let tangent0 = Vector3::new(-ex0.y, ex0.x, T::ZERO);
@@ -50,25 +50,25 @@ impl<T: Real> Displacement<T> {
         delta_ez.z = delta_cos_alpha;
 
         let (ex, ez) = (ex0 + delta_ex, ez0 + delta_ez);
-        let (la_x0, la_y0) = reference.la;
+        let (la_x0, la_y0) = nominal.la;
         let (la_x, la_y) = (la_x0 + delta_la_x, la_y0 + delta_la_y);
         let delta_u = delta_ex * la_x0 + ex * delta_la_x + delta_ez * la_y0 + ez * delta_la_y;
         let delta_v = delta_ex * la_y0 + ex * delta_la_y - delta_ez * la_x0 - ez * delta_la_x;
         let delta_d = Vector3::new(dx, dy, dz);
 
-        let d = reference.d + delta_d;
-        let (u, v) = (reference.u + delta_u, reference.v + delta_v);
-        let delta_ud = delta_u.dot(&d) + reference.u.dot(&delta_d);
-        let delta_vd = delta_v.dot(&d) + reference.v.dot(&delta_d);
-        let delta_constant = delta_d.dot(&(reference.d + d))
+        let d = nominal.d + delta_d;
+        let (u, v) = (nominal.u + delta_u, nominal.v + delta_v);
+        let delta_ud = delta_u.dot(&d) + nominal.u.dot(&delta_d);
+        let delta_vd = delta_v.dot(&d) + nominal.v.dot(&delta_d);
+        let delta_constant = delta_d.dot(&(nominal.d + d))
             + delta_la_x * (la_x0 + la_x)
             + delta_la_y * (la_y0 + la_y)
-            - delta_lb * (T::TWO * reference.lb + delta_lb);
+            - delta_lb * (T::TWO * nominal.lb + delta_lb);
 
         Self {
             d,
             la: (la_x, la_y),
-            lb: reference.lb + delta_lb,
+            lb: nominal.lb + delta_lb,
             ex,
             ey: ez.cross(&ex),
             ez,
@@ -170,17 +170,17 @@ impl<T: Real> Displacement<T> {
     }
 }
 
-/// The calibrated arm: reference plus correction, in the user's unit.
+/// The calibrated arm: nominal arm plus correction, in the user's unit.
 ///
 /// Lb enters the constraint squared; a negative root means the same forearm. An azimuth beyond ±360°
 /// is the same direction as one within.
 pub(crate) fn corrected_arm<T: Real>(
-    reference: &Reference<T>,
+    nominal: &NominalArm<T>,
     correction: &[T; 8],
 ) -> Result<Arm<T>, GeometryError> {
-    let mut parameters = reference.arm().parameters().data.0[0];
+    let mut parameters = nominal.arm().parameters();
     for ((value, delta), parameter) in parameters.iter_mut().zip(correction).zip(Parameter::ALL) {
-        *value += *delta * reference.unit_of(parameter);
+        *value += *delta * nominal.unit_of(parameter);
     }
     let [_, _, _, theta, .., lb] = &mut parameters;
     *lb = lb.magnitude();
@@ -196,16 +196,16 @@ pub(crate) fn corrected_arm<T: Real>(
 mod tests {
     use super::*;
 
-    fn reference() -> Reference<f64> {
+    fn nominal() -> NominalArm<f64> {
         let arm = Arm::new([150.0, 30.0, -5.0, 0.7, 0.2, 240.0, 35.0, 470.0]).unwrap();
-        Reference::new(&arm, &Vector3::new(10.0, -20.0, -430.0), None)
+        NominalArm::new(&arm, &Vector3::new(10.0, -20.0, -430.0), None)
     }
 
     /// c(P) by its definition, from the arm's own vectors.
-    fn coefficients(reference: &Reference<f64>, correction: &[f64; 8]) -> [f64; 12] {
-        let arm = corrected_arm(reference, correction).unwrap();
-        let scale = reference.scale();
-        let d = (arm.d() - reference.centre()) / scale;
+    fn coefficients(nominal: &NominalArm<f64>, correction: &[f64; 8]) -> [f64; 12] {
+        let arm = corrected_arm(nominal, correction).unwrap();
+        let scale = nominal.scale();
+        let d = (arm.d() - nominal.centre()) / scale;
         let (u, v) = (arm.basis().u / scale, arm.basis().v / scale);
         let lb = arm.lb() / scale;
         [
@@ -228,10 +228,10 @@ mod tests {
 
     #[test]
     fn coefficients_are_the_difference_of_their_definition() {
-        let reference = reference();
-        let at = Displacement::new(&reference, &CORRECTION);
-        let before = coefficients(&reference, &[0.0; 8]);
-        let after = coefficients(&reference, &CORRECTION);
+        let nominal = nominal();
+        let at = Displacement::new(&nominal, &CORRECTION);
+        let before = coefficients(&nominal, &[0.0; 8]);
+        let after = coefficients(&nominal, &CORRECTION);
         for ((found, before), after) in at.coefficients.iter().zip(before).zip(after) {
             // Numbers of about 1, subtracted: a few ε.
             assert!((found - (after - before)).abs() < 1e-14);
@@ -240,14 +240,14 @@ mod tests {
 
     #[test]
     fn coefficient_jacobian_equals_central_differences() {
-        let reference = reference();
-        let jacobian = Displacement::new(&reference, &CORRECTION).coefficient_jacobian();
+        let nominal = nominal();
+        let jacobian = Displacement::new(&nominal, &CORRECTION).coefficient_jacobian();
         let step = 1e-6;
         for parameter in 0..8 {
             let at = |by: f64| {
                 let mut correction = CORRECTION;
                 correction[parameter] += by;
-                Displacement::new(&reference, &correction).coefficients
+                Displacement::new(&nominal, &correction).coefficients
             };
             for ((row, above), below) in jacobian.iter().zip(at(step)).zip(at(-step)) {
                 // step² · c‴/6 + ε/step ≈ 1e-10.
@@ -260,9 +260,9 @@ mod tests {
     /// its relative accuracy, though it is the last digit of the numbers it corrects.
     #[test]
     fn small_corrections_keep_their_digits_in_single_precision() {
-        let arm = reference().arm().cast::<f32>().unwrap();
-        let single = Reference::new(&arm, &Vector3::new(10.0, -20.0, -430.0), None);
-        let double = Reference::new(
+        let arm = nominal().arm().cast::<f32>().unwrap();
+        let single = NominalArm::new(&arm, &Vector3::new(10.0, -20.0, -430.0), None);
+        let double = NominalArm::new(
             &arm.cast::<f64>().unwrap(),
             &Vector3::new(10.0, -20.0, -430.0),
             None,

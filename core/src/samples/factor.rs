@@ -1,6 +1,9 @@
-use super::reference::{ArmSample, COLUMNS};
-use super::{Displacement, Reference, SampleError, Triangle};
-use crate::{Arm, ArmIndex, Real};
+use super::displacement::Displacement;
+use super::nominal_arm::{ArmSample, COLUMNS, NominalArm};
+use super::sample::SampleError;
+use super::triangle::Triangle;
+use crate::Real;
+use crate::robot::{Arm, ArmIndex};
 use core::fmt;
 use nalgebra::Vector3;
 
@@ -11,7 +14,7 @@ const LARGE_BLOCK: usize = 16;
 pub(crate) const BLOCK: usize = 4;
 
 /// Every sample ever seen of one arm, in constant memory: the 13 × 13 triangular factor R of the
-/// stacked rows (φ, f(P₀)) of [`Reference`], 91 numbers.
+/// stacked rows (φ, f(P₀)) of [`NominalArm`], 91 numbers.
 ///
 /// Σ (f/σf)² = |R (c(P) − c(P₀), 1)|² for any parameters P, exactly, so nothing of the samples is
 /// lost that the calibration could use. A solve costs the same after 20 samples and 20 million.
@@ -23,22 +26,24 @@ pub(crate) const BLOCK: usize = 4;
 /// samples, or [`forget`](Self::forget).
 ///
 /// ```
-/// use delta_cal::{Arm, ArmFactor, ArmIndex, Reference};
+/// use delta_cal::ArmIndex;
+/// use delta_cal::robot::Arm;
+/// use delta_cal::samples::{ArmFactor, NominalArm};
 /// use nalgebra::Vector3;
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// let arm: Arm<f64> = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0])?;
-/// let reference = Reference::new(&arm, &Vector3::new(0.0, 0.0, -450.0), None);
-/// let mut factor = ArmFactor::new(reference);
+/// let nominal = NominalArm::new(&arm, &Vector3::new(0.0, 0.0, -450.0), None);
+/// let mut factor = ArmFactor::new(nominal);
 /// factor.add(&Vector3::new(424.0, 0.0, -481.0), 0.0, ArmIndex::First)?;
 /// // The point is 481 below the elbow, the forearm 480 long: f = 481² − 480², weighted by 1/(2 Lb).
 /// let expected = (481f64.powi(2) - 480f64.powi(2)) / 960.0;
-/// assert!((factor.sum_of_squares(&arm).sqrt() * reference.scale() - expected).abs() < 1e-9);
+/// assert!((factor.sum_of_squares(&arm).sqrt() * nominal.scale() - expected).abs() < 1e-9);
 /// # Ok(())
 /// # }
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmFactor<T: Real> {
-    reference: Reference<T>,
+    nominal: NominalArm<T>,
     triangle: Triangle<T, COLUMNS, 91>,
     seen: u64,
     /// Samples since the last call of `forget`, and the weight of those before it.
@@ -52,12 +57,12 @@ pub struct ArmFactor<T: Real> {
 #[non_exhaustive]
 pub enum MergeError {
     /// The factors were started from different arms, centres, units or noises.
-    DifferentReference,
+    DifferentNominal,
 }
 
 impl fmt::Display for MergeError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("the factors do not share their reference arm, centre and noise")
+        formatter.write_str("the factors do not share their nominal arm, centre and noise")
     }
 }
 
@@ -65,9 +70,9 @@ impl core::error::Error for MergeError {}
 
 impl<T: Real> ArmFactor<T> {
     /// An empty factor.
-    pub const fn new(reference: Reference<T>) -> Self {
+    pub const fn new(nominal: NominalArm<T>) -> Self {
         Self {
-            reference,
+            nominal,
             triangle: Triangle::zero(),
             seen: 0,
             recent: 0,
@@ -76,8 +81,8 @@ impl<T: Real> ArmFactor<T> {
     }
 
     /// What the samples are expressed against.
-    pub const fn reference(&self) -> &Reference<T> {
-        &self.reference
+    pub const fn nominal(&self) -> &NominalArm<T> {
+        &self.nominal
     }
 
     /// How many samples were taken in, forgotten ones included.
@@ -85,7 +90,7 @@ impl<T: Real> ArmFactor<T> {
         self.seen
     }
 
-    /// How many samples the factor is worth: each counts λ for every time it was forgotten by λ.
+    /// The effective number of samples: each counts λ for every time it was forgotten by λ.
     pub fn effective_samples(&self) -> T {
         self.remembered + T::from_count(self.recent)
     }
@@ -95,7 +100,7 @@ impl<T: Real> ArmFactor<T> {
     /// # Errors
     /// A number that is not finite or out of range, blamed on `arm`; the factor is unchanged.
     pub fn add(&mut self, x: &Vector3<T>, q: T, arm: ArmIndex) -> Result<(), SampleError> {
-        let sample = self.reference.sample(x, q, arm)?;
+        let sample = self.nominal.sample(x, q, arm)?;
         self.absorb_block::<1>(&[sample]);
         Ok(())
     }
@@ -109,7 +114,7 @@ impl<T: Real> ArmFactor<T> {
         let mut columns = [[T::ZERO; BLOCK]; COLUMNS];
         let mut count = 0;
         for (index, (x, q)) in samples.take(BLOCK).enumerate() {
-            put_row(&mut columns, index, &self.reference.prepare(x, q));
+            put_row(&mut columns, index, &self.nominal.prepare(x, q));
             count += 1;
         }
         self.triangle.absorb(&mut columns);
@@ -151,20 +156,23 @@ impl<T: Real> ArmFactor<T> {
         I: IntoIterator<Item = (&'a Vector3<T>, T)>,
     {
         let mut updated = *self;
-        let mut block: heapless::Vec<ArmSample<T>, LARGE_BLOCK> = heapless::Vec::new();
+        let mut block = [ArmSample::vacant(); LARGE_BLOCK];
+        let mut count = 0;
         for (index, (x, q)) in samples.into_iter().enumerate() {
             let sample = self
-                .reference
+                .nominal
                 .sample(x, q, arm)
                 .map_err(|error| (index, error))?;
-            if let Err(rejected) = block.push(sample) {
+            if let Some(place) = block.get_mut(count) {
+                *place = sample;
+                count += 1;
+            }
+            if count == LARGE_BLOCK {
                 updated.absorb(&block);
-                block.clear();
-                // The block is empty: the push cannot fail again.
-                let _ = block.push(rejected);
+                count = 0;
             }
         }
-        updated.absorb(&block);
+        updated.absorb(block.get(..count).unwrap_or_default());
         *self = updated;
         Ok(())
     }
@@ -172,10 +180,10 @@ impl<T: Real> ArmFactor<T> {
     /// Adds everything another factor has seen, as if its samples had been added to this one.
     ///
     /// # Errors
-    /// [`MergeError::DifferentReference`]; the factor is unchanged.
+    /// [`MergeError::DifferentNominal`]; the factor is unchanged.
     pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
-        if self.reference != other.reference {
-            return Err(MergeError::DifferentReference);
+        if self.nominal != other.nominal {
+            return Err(MergeError::DifferentNominal);
         }
         self.triangle.merge(&other.triangle);
         self.seen = self.seen.saturating_add(other.seen);
@@ -202,10 +210,10 @@ impl<T: Real> ArmFactor<T> {
     }
 
     /// Σ (f(P)/σf)² over everything seen, for any parameters; without a stated noise σf = 2 Lb and
-    /// the sum is in units of [`Reference::scale`] squared.
+    /// the sum is in units of [`NominalArm::scale`] squared.
     pub fn sum_of_squares(&self, arm: &Arm<T>) -> T {
-        let correction = self.reference.correction_to(arm);
-        self.residual(&Displacement::new(&self.reference, &correction))
+        let correction = self.nominal.correction_to(arm);
+        self.residual(&Displacement::new(&self.nominal, &correction))
             .1
     }
 

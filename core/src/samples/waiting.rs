@@ -1,6 +1,7 @@
-use super::Sample;
 use super::factor::BLOCK;
-use crate::{ArmIndex, Real};
+use super::sample::Sample;
+use crate::Real;
+use crate::robot::ArmIndex;
 use nalgebra::Vector3;
 
 /// A block, and the samples that come while the arms take it in, one arm a sample.
@@ -21,7 +22,7 @@ pub struct Waiting<T: Real> {
 impl<T: Real> Waiting<T> {
     pub(crate) fn none() -> Self {
         Self {
-            samples: [nothing(); CAPACITY],
+            samples: [Sample::default(); CAPACITY],
             count: 0,
             taken: [0; 3],
         }
@@ -74,7 +75,7 @@ impl<T: Real> Waiting<T> {
             for place in 0..CAPACITY {
                 let moved = self.samples.get(place + gone).copied();
                 if let Some(sample) = self.samples.get_mut(place) {
-                    *sample = moved.unwrap_or_else(nothing);
+                    *sample = moved.unwrap_or_default();
                 }
             }
         }
@@ -82,13 +83,6 @@ impl<T: Real> Waiting<T> {
 
     fn taken_by(&self, arm: ArmIndex) -> usize {
         self.taken.get(arm.index()).copied().unwrap_or(0)
-    }
-}
-
-fn nothing<T: Real>() -> Sample<T> {
-    Sample {
-        joints: [T::ZERO; 3],
-        position: Vector3::zeros(),
     }
 }
 

@@ -1,5 +1,5 @@
-use crate::InputError;
-use crate::output::OutputError;
+use crate::files::input_error::InputError;
+use crate::files::output::OutputError;
 use std::error::Error;
 use std::fmt;
 use std::io;

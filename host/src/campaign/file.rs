@@ -1,9 +1,14 @@
 //! The campaign file.
 
-use super::plan::{CampaignMethod, LengthAngle, NoiseLevel, Plan, Scenario, Solver, Spread};
-use crate::poses::{LEAST_POSES, MOST_POSES};
-use crate::words::decimal_comma;
-use crate::{InputError, InputText, RobotFile, example};
+use super::plan::{
+    CampaignMethod, CampaignSolver, LengthAngle, NoiseLevel, Plan, Scenario, Spread,
+};
+use crate::files::example;
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::files::robot_file::RobotFile;
+use crate::planning::poses::{LEAST_POSES, MOST_POSES};
+use crate::text::words::decimal_comma;
 use delta_cal::{Noise, Tolerance};
 use serde::Deserialize;
 use std::path::Path;
@@ -29,7 +34,7 @@ struct CampaignToml {
     start_errors: List<LengthAngleToml>,
     noise_levels: List<NoiseToml>,
     methods: Option<List<CampaignMethod>>,
-    solvers: Option<List<Solver>>,
+    solvers: Option<List<CampaignSolver>>,
     weights: Option<List<bool>>,
     prior: Option<List<bool>>,
     planned: Option<List<bool>>,
@@ -89,7 +94,7 @@ impl Plan {
             reader.noise_level(level)
         })?;
         let methods = reader.axis("methods", toml.methods.as_ref(), CampaignMethod::Ikm)?;
-        let solvers = reader.axis("solvers", toml.solvers.as_ref(), Solver::Lm)?;
+        let solvers = reader.axis("solvers", toml.solvers.as_ref(), CampaignSolver::Lm)?;
         let weights = reader.axis("weights", toml.weights.as_ref(), true)?;
         let prior = reader.axis("prior", toml.prior.as_ref(), true)?;
         let planned = reader.axis("planned", toml.planned.as_ref(), false)?;
@@ -98,7 +103,7 @@ impl Plan {
             let counts = toml.poses.as_ref().iter().zip(&poses);
             if let Some((at, count)) = counts.into_iter().find(|(_, n)| !possible.contains(n)) {
                 let cause =
-                    format!("{count} poses cannot be planned: {LEAST_POSES} to {MOST_POSES} can");
+                    format!("{count} poses cannot be planned, only {LEAST_POSES} to {MOST_POSES}");
                 let error = reader.fault(at, "poses", cause);
                 return Err(error.with_remedy("change the list, or leave out planned = [true]"));
             }
@@ -129,7 +134,7 @@ impl Plan {
         if cases > CASES_AT_MOST {
             let cause = format!("{cases} cases are more than {CASES_AT_MOST}");
             return Err(InputError::new(input.name(), cause)
-                .with_remedy("shorten some lists, or make several campaigns of it"));
+                .with_remedy("shorten some lists, or divide them into several campaigns"));
         }
         Ok(plan)
     }
@@ -263,7 +268,7 @@ impl Reader<'_> {
 }
 
 /// `None` for exact measurements.
-fn noise(level: &NoiseLevel) -> Result<Option<Noise<f64>>, delta_cal::NoiseError> {
+fn noise(level: &NoiseLevel) -> Result<Option<Noise<f64>>, delta_cal::samples::NoiseError> {
     if level.position_mm == 0.0 && level.joint_deg == 0.0 {
         return Ok(None);
     }

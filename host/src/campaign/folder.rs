@@ -8,7 +8,7 @@
 use super::CampaignError;
 use super::plan::{Plan, Shard};
 use super::row::{cases, columns};
-use crate::output;
+use crate::files::output;
 use crc::{CRC_64_XZ, Crc, Digest};
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -31,7 +31,8 @@ const PARTIAL: &str = "robots.csv.partial";
 const RECORD: &str = "run.json";
 const LOCK: &str = ".delta-cal.lock";
 
-const FORCE: &str = "give another folder, or --force to delete what is there and start anew";
+const FORCE: &str = "give another folder, or use --force to delete what is there and start from \
+                     the beginning";
 
 static CHECKSUM: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
 
@@ -171,7 +172,10 @@ impl Folder {
         let digest = digest_of(&mut file, self.record.bytes).map_err(failed)?;
         let intact = digest.clone().finalize() == self.checksum();
         if !intact {
-            let cause = format!("{PARTIAL} is not as it was left: its checksum is another");
+            let cause = format!(
+                "{PARTIAL} was changed after delta-cal wrote it: its checksum \
+                                 differs"
+            );
             return Err(CampaignError::folder(&self.path, cause, FORCE));
         }
         file.set_len(self.record.bytes).map_err(failed)?;
@@ -209,7 +213,7 @@ impl Folder {
         if length == self.record.bytes && digest.finalize() == self.checksum() {
             return Ok(());
         }
-        let cause = format!("{ROBOTS} is not as it was written: its checksum is another");
+        let cause = format!("{ROBOTS} was changed after delta-cal wrote it: its checksum differs");
         Err(CampaignError::folder(&self.path, cause, FORCE))
     }
 
@@ -311,8 +315,8 @@ fn lock(folder: &Path) -> Result<File, CampaignError> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(CampaignError::folder(
             folder,
-            "another delta-cal works in this folder",
-            "wait for its end, or give another folder",
+            "another delta-cal is working in this folder",
+            "wait until it ends, or give another folder",
         )),
         // Some parallel file systems have no locks.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(file),

@@ -5,7 +5,7 @@ use super::folder::{Folder, PLAN};
 use super::plan::{Plan, Shard};
 use super::run::conclude;
 use super::summary::CaseSummary;
-use crate::InputText;
+use crate::files::input_text::InputText;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

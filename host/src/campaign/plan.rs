@@ -1,7 +1,9 @@
 //! What a campaign computes: its scenarios, its variants, and which robots.
 
-use crate::{CalibrationMethod, RobotFile};
-use delta_cal::{Method, Noise, Start, Tolerance};
+use crate::files::robot_file::RobotFile;
+use crate::fit::options::CalibrationMethod;
+use delta_cal::calibration::{Solver, Start};
+use delta_cal::{Noise, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -48,7 +50,7 @@ impl CampaignMethod {
     /// Where its iteration begins.
     pub(super) const fn start(self) -> Start {
         match self {
-            Self::Ikm | Self::IkmSingle | Self::Fkm => Start::Reference,
+            Self::Ikm | Self::IkmSingle | Self::Fkm => Start::Nominal,
             Self::IkmNoGuess | Self::FkmNoGuess => Start::Free,
         }
     }
@@ -65,14 +67,14 @@ impl CampaignMethod {
 /// How the equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Solver {
+pub enum CampaignSolver {
     /// Levenberg–Marquardt.
     Lm,
     /// Gauss–Newton.
     Gn,
 }
 
-impl Solver {
+impl CampaignSolver {
     /// As in the campaign file.
     pub const fn name(self) -> &'static str {
         match self {
@@ -82,10 +84,10 @@ impl Solver {
     }
 
     /// The core's name for it.
-    pub const fn method(self) -> Method {
+    pub const fn calibration_solver(self) -> Solver {
         match self {
-            Self::Lm => Method::LevenbergMarquardt,
-            Self::Gn => Method::GaussNewton,
+            Self::Lm => Solver::LevenbergMarquardt,
+            Self::Gn => Solver::GaussNewton,
         }
     }
 }
@@ -152,7 +154,7 @@ pub struct Variant {
     /// IKM or FKM.
     pub method: CampaignMethod,
     /// Levenberg–Marquardt or Gauss–Newton.
-    pub solver: Solver,
+    pub solver: CampaignSolver,
     /// Whether the calibration knows the noise.
     pub weights: bool,
     /// Whether it knows the tolerance.
@@ -183,7 +185,7 @@ pub struct Plan {
     /// Methods.
     pub methods: Vec<CampaignMethod>,
     /// Solvers.
-    pub solvers: Vec<Solver>,
+    pub solvers: Vec<CampaignSolver>,
     /// With and without knowledge of the noise.
     pub weights: Vec<bool>,
     /// With and without a prior.

@@ -2,8 +2,9 @@
 
 use super::CampaignError;
 use super::plan::{Plan, Scenario};
-use crate::poses::{PlanRequest, plan as plan_poses};
-use crate::{InputError, RobotFile};
+use crate::files::input_error::InputError;
+use crate::files::robot_file::RobotFile;
+use crate::planning::poses::{PlanRequest, plan as plan_poses};
 
 /// Joint angles (radians) of one plan.
 pub(super) type Joints = Vec<[f64; 3]>;

@@ -3,9 +3,10 @@
 use super::plan::{Plan, Scenario, Variant};
 use super::planned::PlannedPoses;
 use super::simulation::{SimulatedRobot, seed, simulate};
-use super::trial::{bound, calibrate, error_before, worth};
-use crate::CalibrationMethod;
-use delta_cal::{Parameter, Refusal};
+use super::status::Status;
+use super::trial::{achieved, bound, calibrate, error_before};
+use crate::fit::options::CalibrationMethod;
+use delta_cal::Parameter;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -62,39 +63,6 @@ fn case(number: usize, scenario: &Scenario, variant: Variant) -> CaseColumns {
         weights: variant.weights,
         prior: variant.prior,
         planned: scenario.planned,
-    }
-}
-
-/// Whether a robot was calibrated, or why not.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(transparent)]
-pub(super) struct Status(&'static str);
-
-impl Status {
-    pub(super) const ACCEPTED: Self = Self("accepted");
-    /// A sample is out of all proportion.
-    pub(super) const FAULTY_SAMPLE: Self = Self("faulty_sample");
-    /// The start error makes no robot, or one without usable poses.
-    const NO_ROBOT: Self = Self("no_robot");
-
-    pub(super) const fn name(self) -> &'static str {
-        self.0
-    }
-
-    pub(super) const fn of(refusal: &Refusal) -> Self {
-        Self(match refusal {
-            Refusal::TooFewSamples { .. } => "too_few_samples",
-            Refusal::Undetermined { .. } => "undetermined",
-            Refusal::Uncertain { .. } => "uncertain",
-            Refusal::NotConverged { .. } => "not_converged",
-            Refusal::ResidualContradictsNoise { .. } => "residual_contradicts_noise",
-            Refusal::FarFromNominal { .. } => "far_from_nominal",
-            Refusal::ImpossibleGeometry { .. } => "impossible_geometry",
-            Refusal::ImpossibleRobot(_) => "impossible_robot",
-            Refusal::WrongSide => "wrong_side",
-            Refusal::NonFinite { .. } => "non_finite",
-            _ => "refused",
-        })
     }
 }
 
@@ -222,22 +190,23 @@ pub(super) fn robot_rows(
             row.status = trial.status;
             row.bound_mm = bounds.of(scenario, simulated, *variant);
             if let Some(calibrated) = &trial.calibrated {
-                let worth = worth(plan, simulated, &calibrated.robot);
+                let achieved = achieved(plan, simulated, &calibrated.robot);
                 let largest = match scenario.noise {
                     None => Some(variant.method.exact()),
                     Some(_) => row.bound_mm.map(|bound| RETURNED * bound),
                 };
-                row.returned = largest.map(|largest| worth.parameter_error <= largest);
-                for (cell, gain) in gains.iter_mut().zip(worth.parameter_gains) {
+                row.returned = largest.map(|largest| achieved.parameter_error <= largest);
+                for (cell, gain) in gains.iter_mut().zip(achieved.parameter_gains) {
                     *cell = Some(gain).filter(|gain| gain.is_finite());
                 }
                 row.from_nominal = Some(calibrated.from_nominal);
                 row.iterations = Some(calibrated.iterations);
                 row.condition = Some(calibrated.condition);
-                row.gain_percent = Some(worth.gain);
-                row.error_after_mm = Some(worth.position_error).filter(|error| error.is_finite());
-                row.parameter_error_mm = Some(worth.parameter_error);
-                row.bound_ratio = row.bound_mm.map(|bound| worth.parameter_error / bound);
+                row.gain_percent = Some(achieved.gain);
+                row.error_after_mm =
+                    Some(achieved.position_error).filter(|error| error.is_finite());
+                row.parameter_error_mm = Some(achieved.parameter_error);
+                row.bound_ratio = row.bound_mm.map(|bound| achieved.parameter_error / bound);
             }
         }
         writer.serialize((case(first + index, scenario, *variant), row, gains))?;

@@ -2,9 +2,9 @@
 
 use super::plan::{Plan, Scenario, Spread};
 use super::planned::Joints;
-use delta_cal::{
-    Arm, Parameter, ParameterKind, Robot, Sample, random_pose, simulate_sample, standard_normal,
-};
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
+use delta_cal::{Parameter, Robot, Sample};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 

@@ -4,7 +4,8 @@ use super::CampaignError;
 use super::folder::Record;
 use super::plan::{Plan, Shard};
 use super::quantiles::{QuantileFinder, Quantiles};
-use super::row::{CASE_COLUMNS, CaseColumns, Status, cases, columns, gain_column, parameters};
+use super::row::{CASE_COLUMNS, CaseColumns, cases, columns, gain_column, parameters};
+use super::status::Status;
 use csv::{ByteRecord, Reader, ReaderBuilder, WriterBuilder};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -219,10 +220,9 @@ impl Cells<'_> {
     fn number(&self, column: &str) -> io::Result<Option<f64>> {
         match self.text(column)? {
             "" => Ok(None),
-            text => text
-                .parse()
-                .map(Some)
-                .map_err(|_| io::Error::other(format!("{text} in column {column} is no number"))),
+            text => text.parse().map(Some).map_err(|_| {
+                io::Error::other(format!("{text} in column {column} is not a number"))
+            }),
         }
     }
 }

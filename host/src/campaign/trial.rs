@@ -1,13 +1,13 @@
 //! One simulated robot calibrated one way, and what came of it.
 
 use super::plan::{CampaignMethod, Plan, Scenario, Variant};
-use super::row::Status;
 use super::simulation::SimulatedRobot;
-use crate::evaluation::{CramerRaoBound, Evaluation};
-use crate::fkm;
+use super::status::Status;
+use crate::accuracy::evaluation::{CramerRaoBound, Evaluation};
+use crate::fit::fkm;
+use delta_cal::calibration::{ArmOutcome, StartUsed};
 use delta_cal::{
-    ArmOutcome, Calibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings,
-    StartUsed, Tolerance,
+    Calibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings, Tolerance,
 };
 use std::time::{Duration, Instant};
 
@@ -33,7 +33,7 @@ pub(super) struct Calibrated {
 
 /// What is stated of a calibrated robot whose true parameters are known.
 #[derive(Debug)]
-pub(super) struct Worth {
+pub(super) struct AchievedAccuracy {
     pub(super) gain: f64,
     pub(super) position_error: f64,
     pub(super) parameter_error: f64,
@@ -47,13 +47,11 @@ pub(super) fn calibrate(
     variant: Variant,
     samples: &[Sample<f64>],
 ) -> Trial {
-    let settings = Settings {
-        noise: scenario.noise.filter(|_| variant.weights),
-        tolerance: scenario.tolerance.filter(|_| variant.prior),
-        method: variant.solver.method(),
-        start: variant.method.start(),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_noise(scenario.noise.filter(|_| variant.weights))
+        .with_tolerance(scenario.tolerance.filter(|_| variant.prior))
+        .with_solver(variant.solver.calibration_solver())
+        .with_start(variant.method.start());
     let nominal = &plan.robot.robot;
     let begin = Instant::now();
     let result = match variant.method {
@@ -61,7 +59,7 @@ pub(super) fn calibrate(
         CampaignMethod::IkmSingle => ikm_single(plan, scenario, variant, samples),
         CampaignMethod::Fkm | CampaignMethod::FkmNoGuess => {
             fkm::calibrate(nominal, samples, &settings)
-                .map(|outcome| calibrated(&outcome.robot, &outcome.robot.robot))
+                .map(|outcome| calibrated(&outcome.fit, &outcome.fit.robot))
                 .map_err(|refusal| Status::of(&refusal))
         }
     };
@@ -81,14 +79,18 @@ pub(super) fn calibrate(
 }
 
 /// Evaluates a calibrated robot against the true one.
-pub(super) fn worth(plan: &Plan, robot: &SimulatedRobot, after: &Robot<f64>) -> Worth {
+pub(super) fn achieved(
+    plan: &Plan,
+    robot: &SimulatedRobot,
+    after: &Robot<f64>,
+) -> AchievedAccuracy {
     let evaluation = Evaluation {
         truth: &robot.truth,
         before: &plan.robot.robot,
         after,
     };
     let gains = evaluation.parameter_gains();
-    Worth {
+    AchievedAccuracy {
         gain: evaluation.gain(),
         position_error: evaluation.position_error_after(&robot.held_out).rms,
         parameter_error: evaluation.error_after(),
@@ -155,12 +157,10 @@ fn ikm_single(
             [Parameter::Lb, Parameter::Theta].map(|parameter| f32::from_f64(of.of(parameter)));
         Tolerance::new(length, angle).ok()
     });
-    let settings = Settings {
-        noise,
-        tolerance,
-        method: variant.solver.method(),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_noise(noise)
+        .with_tolerance(tolerance)
+        .with_solver(variant.solver.calibration_solver());
     let nominal = nominal.map_err(|error| Status::of(&Refusal::ImpossibleRobot(error)))?;
     let outcome = solve(&nominal, &samples, &settings)?;
     let robot = outcome.robot.cast::<f64>();
@@ -190,6 +190,6 @@ fn calibrated<T: Real>(outcome: &RobotOutcome<T>, robot: &Robot<f64>) -> Calibra
         from_nominal: outcome
             .arms
             .iter()
-            .all(|arm| arm.start == StartUsed::Reference),
+            .all(|arm| arm.start == StartUsed::Nominal),
     }
 }

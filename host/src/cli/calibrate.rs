@@ -1,13 +1,20 @@
-use super::args::CalibrateArguments;
+//! `delta-cal calibrate`.
+
+mod arguments;
+
+pub(crate) use arguments::{CalibrateArguments, HELP};
+
 use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, report_path};
-use super::print;
-use delta_cal::{Loss, Method};
-use delta_cal_host::report::json::{JsonRefusal, JsonReport};
-use delta_cal_host::report::{html, stream, table};
+use super::print::print;
+use delta_cal::calibration::Solver;
+use delta_cal::robust::Loss;
+use delta_cal_host::files::{example, output};
+use delta_cal_host::render::json;
+use delta_cal_host::report::calibration::{self, html, stream, table};
 use delta_cal_host::{
-    CalibrateError, CalibrationMethod, CalibrationReport, Frame, InputError, InputText, Options,
-    Refused, RobotFile, SamplesFile, calibrate, example, output,
+    CalibrateError, CalibrationReport, Frame, InputText, RobotFile, SamplesFile, calibrate,
+    read_samples,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -16,20 +23,15 @@ const OTHER_NAME: &str = "give the output another name";
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
-    check_streaming(arguments.options())?;
+    arguments.options().check().map_err(CalibrateError::from)?;
     let simulated = arguments.robot.is_none();
     let (robot, samples) = inputs(arguments)?;
     let report = match calibrate(&robot, &samples, arguments.options()) {
-        Err(CalibrateError::Refused(refused)) => return Err(refusal(arguments, refused)),
+        Err(error) if error.refused() => return Err(refusal(arguments, error)),
         result => result?,
     };
 
-    let json_wanted = arguments.json.is_some();
-    let json = match json_wanted.then(|| JsonReport::new(&report).to_text()) {
-        None => String::new(),
-        Some(Ok(text)) => text,
-        Some(Err(error)) => return Err(Failure::Output(format!("the JSON report: {error}"))),
-    };
+    let json = json::text(&calibration::json::report(&report));
     let page = if arguments.report.is_some() {
         let origin = "The built-in example: its measurements are simulated.";
         html::render(&report, simulated.then_some(origin))?
@@ -54,7 +56,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     );
     output::write_all(&files)?;
 
-    if json_wanted && json_file.is_none() {
+    if arguments.json.is_some() && json_file.is_none() {
         return print(&json);
     }
     let mut text = String::new();
@@ -72,14 +74,13 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
 }
 
 /// A refusal writes no file; a program that reads standard output is told there as well.
-fn refusal(arguments: &CalibrateArguments, refused: Refused) -> Failure {
+fn refusal(arguments: &CalibrateArguments, refused: CalibrateError) -> Failure {
     if arguments.json.as_deref().is_some_and(is_stream)
-        && let Ok(text) = JsonRefusal::new(&refused).to_text()
-        && let Err(failure) = print(&text)
+        && let Err(failure) = print(&json::text(&calibration::json::refusal(&refused)))
     {
         return failure;
     }
-    Failure::Refused(refused)
+    Failure::Calibrate(refused)
 }
 
 fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
@@ -106,26 +107,12 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     )
 }
 
-fn check_streaming(options: Options) -> Result<(), Failure> {
-    let plain = options.method == CalibrationMethod::Ikm && options.loss.is_none();
-    if options.streaming.asked() && !plain {
-        return Err(Failure::Usage {
-            cause:
-                "--gate, --held-out and --forget take the samples one after the other, which only \
-                    --method ikm with --loss squared can"
-                    .to_owned(),
-            remedy: "leave out --method and --loss, or those".to_owned(),
-        });
-    }
-    Ok(())
-}
-
-fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), InputError> {
+fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), CalibrateError> {
     let (Some(robot), Some(samples)) = (&arguments.robot, &arguments.samples) else {
-        return example::load();
+        return Ok(example::load()?);
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = SamplesFile::read_for(&read(samples)?, &robot, arguments.options())?;
+    let samples = read_samples(&read(samples)?, &robot, arguments.options())?;
     Ok((robot, samples))
 }
 
@@ -154,8 +141,8 @@ fn options(report: &CalibrationReport) -> String {
     let options = &report.options;
     let method = options.method.name();
     let solver = match options.solver {
-        Method::LevenbergMarquardt => "lm",
-        Method::GaussNewton => "gn",
+        Solver::LevenbergMarquardt => "lm",
+        Solver::GaussNewton => "gn",
     };
     let frame = match options.frame {
         Frame::Base => "base",

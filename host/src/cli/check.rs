@@ -1,31 +1,39 @@
 //! `delta-cal check`.
 
-use super::args::MethodArgument;
+use super::choices::MethodArgument;
 use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, robot_path};
-use super::print;
+use super::print::print;
 use clap::Args;
-use delta_cal_host::observability::Observability;
-use delta_cal_host::poses::{PlanRequest, Region, next_poses};
-use delta_cal_host::report::check::{json::JsonCheck, table};
-use delta_cal_host::{InputText, RobotFile, SamplesFile, output};
+use delta_cal_host::files::output;
+use delta_cal_host::planning::observability::Observability;
+use delta_cal_host::planning::poses::{PlanRequest, Region, next_poses};
+use delta_cal_host::render::json;
+use delta_cal_host::report::check;
+use delta_cal_host::{InputText, RobotFile, SamplesFile};
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
-Only the joint angles count: SAMPLES.csv may hold measured positions in any frame, or the nominal
-ones of delta-cal plan. The samples are judged for the [noise] of ROBOT.toml, or for 0.02 mm and
-0.002 degrees without one; the [tolerance] is left out of account, except for the poses to add.
+The program looks only at the joint angles, so SAMPLES.csv may hold measured positions in any frame, \
+or the nominal ones of delta-cal plan. It assumes the [noise] of ROBOT.toml, or 0.02 mm and 0.002 \
+degrees if none is stated. It ignores the [tolerance], except when it proposes poses to add.
 
 Observability indices, of the singular values s1 >= ... >= sL of the weighted Jacobian of n poses:
-  O1  (s1 ... sL)^(1/L) / sqrt(n)  Borm and Menq 1989, 1991: volume of the confidence region
-  O2  sL / s1                      Driels and Pathre 1990: inverse of the condition
-  O3  sL                           Nahvi, Hollerbach and Hayward 1994: the combination known worst
-  O4  sL^2 / s1                    Nahvi and Hollerbach 1996: noise amplification index
-  O5  1 / (1/s1 + ... + 1/sL)      Sun and Hollerbach 2008
-Larger is better; they compare poses for the same robot only.
+  O1  (s1 ... sL)^(1/L) / sqrt(n)  volume of the confidence region
+                                   (Borm and Menq 1989, 1991)
+  O2  sL / s1                      inverse of the condition
+                                   (Driels and Pathre 1990)
+  O3  sL                           the combination of parameters known worst
+                                   (Nahvi, Hollerbach and Hayward 1994)
+  O4  sL^2 / s1                    noise amplification index
+                                   (Nahvi and Hollerbach 1996)
+  O5  1 / (1/s1 + ... + 1/sL)      (Sun and Hollerbach 2008)
 
-Leverage of a sample: how many parameters it decides (total), and how far the one of its residuals
-that is checked least follows the sample itself (largest, 0 to 1: at 1 an error in it goes unseen).
+A larger index is better. The indices compare sets of poses for the same robot only.
+
+The leverage of a sample says how many parameters the sample decides (total), and how much the fit \
+follows that one of its residuals which the other samples check least (largest, from 0 to 1; at 1 \
+nothing shows an error of it).
 
 Examples:
   delta-cal check robot.toml samples.csv
@@ -34,9 +42,10 @@ Examples:
 
 Exit codes:
   0  the samples determine every parameter
-  1  they do not: a calibration would be refused without a [tolerance], and decided by it with one
+  1  they do not: without a [tolerance] a calibration would be refused, and
+     with one the tolerance would decide the rest
   2  the command line is wrong
-  3  an input file is wrong, or the robot does not reach a sample's joint angles
+  3  an input file is wrong, or the robot cannot reach a sample's joint angles
   4  a file could not be written";
 
 #[derive(Debug, Args)]
@@ -44,19 +53,19 @@ pub(crate) struct CheckArguments {
     /// The robot before calibration
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     robot: PathBuf,
-    /// Joint angles and positions; - is standard input
+    /// Joint angles and positions; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     samples: PathBuf,
-    /// How the robot will be calibrated
+    /// The method with which the robot will be calibrated
     #[arg(long, value_enum, default_value_t = MethodArgument::Ikm)]
     method: MethodArgument,
-    /// How many poses to propose in addition
+    /// The number of poses to propose in addition
     #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(0..=100))]
     add: u16,
     /// Propose only poses within this box or cylinder, as delta-cal plan does
     #[arg(long, value_name = "BOX|CYLINDER")]
     within: Option<Region>,
-    /// Write the check as JSON to this file; with - to standard output in place of the report
+    /// Write the check as JSON to this file, or with - to standard output in place of the report
     #[arg(long, value_name = "CHECK.json")]
     json: Option<PathBuf>,
 }
@@ -82,29 +91,28 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     };
     let next = next_poses(&request, &observability.poses)
         .map_err(|error| super::plan::failure(&robot, error))?;
-    let json = JsonCheck::new(&robot, &samples, method, &observability, &next)
-        .to_text()
-        .map_err(|error| Failure::Output(format!("the JSON check: {error}")))?;
+    let report = check::json::report(&robot, &samples, method, &observability, &next);
+    let json = json::text(&report);
     match json_file {
         Some(path) if is_stream(path) => print(&json)?,
         Some(path) => output::write_all(&[(path, &json)])?,
         None => {}
     }
     if !json_file.is_some_and(is_stream) {
-        let report = table::render(&robot, &samples, method, &observability, &next);
+        let report = check::table::render(&robot, &samples, method, &observability, &next);
         print(&report)?;
     }
     if observability.determined() {
         return Ok(());
     }
     let remedy = if robot.tolerance.is_some() {
-        "measure the poses that are best added; until then the [tolerance] decides what the samples \
+        "measure the proposed poses as well; without them the [tolerance] decides what the samples \
          leave open"
     } else {
-        "measure the poses that are best added, or state a [tolerance]"
+        "measure the proposed poses as well, or state a [tolerance]"
     };
     Err(Failure::NotDetermined {
-        cause: table::verdict(&observability),
+        cause: check::table::verdict(&observability),
         remedy: remedy.to_owned(),
     })
 }

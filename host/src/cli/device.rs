@@ -3,6 +3,7 @@
 mod args;
 mod calibrate;
 mod connect;
+mod files;
 mod inspect;
 mod progress;
 mod verify;
@@ -10,14 +11,7 @@ mod verify;
 pub(crate) use args::DeviceArguments;
 
 use super::failure::Failure;
-use super::paths::{is_stream, read};
-use super::print;
-use args::{DeviceCommand, Files};
-use delta_cal_host::device::report::json::JsonDeviceReport;
-use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, example, output};
-use serde::Serialize;
-use std::fmt::Write;
-use std::path::Path;
+use args::DeviceCommand;
 
 pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
     let link = &arguments.link;
@@ -28,42 +22,4 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
         DeviceCommand::Revert(arguments) => inspect::revert(link, arguments),
         DeviceCommand::Verify(arguments) => verify::run(link, arguments),
     }
-}
-
-/// The two files, or the built-in example.
-fn inputs(files: &Files) -> Result<(RobotFile, SamplesFile), InputError> {
-    let (Some(robot), Some(samples)) = (&files.robot, &files.samples) else {
-        return example::load();
-    };
-    let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = SamplesFile::read_for(&read(samples)?, &robot, files.options())?;
-    Ok((robot, samples))
-}
-
-/// Writes the files and the JSON report, and prints the report for people unless JSON takes its
-/// place.
-fn publish<R: Serialize>(
-    files: &[(&Path, &str)],
-    json: Option<&Path>,
-    report: &JsonDeviceReport<R>,
-    mut text: String,
-) -> Result<(), Failure> {
-    let json_text = match json.map(|_| report.to_text()) {
-        None => String::new(),
-        Some(Ok(text)) => text,
-        Some(Err(error)) => return Err(Failure::Output(format!("the JSON report: {error}"))),
-    };
-    let mut files = files.to_vec();
-    files.extend(
-        json.filter(|path| !is_stream(path))
-            .map(|path| (path, json_text.as_str())),
-    );
-    output::write_all(&files)?;
-    if json.is_some_and(is_stream) {
-        return print(&json_text);
-    }
-    for (path, _) in &files {
-        let _ = writeln!(text, "Written: {}", path.display());
-    }
-    print(&text)
 }

@@ -1,8 +1,8 @@
 use anstyle::{AnsiColor, Style};
 use delta_cal_host::device::{DeviceError, DeviceFailure};
-use delta_cal_host::output::OutputError;
-use delta_cal_host::plot::PlotError;
-use delta_cal_host::{CalibrateError, InputError, Refused};
+use delta_cal_host::files::output::OutputError;
+use delta_cal_host::render::plot::PlotError;
+use delta_cal_host::{CalibrateError, InputError, Reason};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -12,7 +12,7 @@ const HELP: Style = AnsiColor::Cyan.on_default().bold();
 /// Why the command did not do what was asked. Each has its exit code.
 #[derive(Debug)]
 pub(crate) enum Failure {
-    Refused(Refused),
+    Calibrate(CalibrateError),
     /// Poses that do not determine the robot.
     NotDetermined {
         cause: String,
@@ -22,7 +22,6 @@ pub(crate) enum Failure {
         cause: String,
         remedy: String,
     },
-    Input(InputError),
     Output(String),
     /// The controller, the link to it, or its emulation.
     Device {
@@ -31,21 +30,21 @@ pub(crate) enum Failure {
     },
     /// Controller and host do not compute the same.
     Differs(String),
-    Interrupted,
+    /// By Ctrl-C; the remedy may be empty.
+    Interrupted {
+        remedy: String,
+    },
 }
 
 impl From<CalibrateError> for Failure {
     fn from(error: CalibrateError) -> Self {
-        match error {
-            CalibrateError::Input(error) => Self::Input(error),
-            CalibrateError::Refused(refused) => Self::Refused(refused),
-        }
+        Self::Calibrate(error)
     }
 }
 
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
-        Self::Input(error)
+        Self::Calibrate(error.into())
     }
 }
 
@@ -53,8 +52,7 @@ impl From<DeviceFailure> for Failure {
     fn from(failure: DeviceFailure) -> Self {
         match failure {
             DeviceFailure::Device(error) => error.into(),
-            DeviceFailure::Input(error) => Self::Input(error),
-            DeviceFailure::Refused(refused) => Self::Refused(refused),
+            DeviceFailure::Calibrate(error) => Self::Calibrate(error),
         }
     }
 }
@@ -84,22 +82,25 @@ impl Failure {
     /// One message on standard error, and the exit code.
     pub(crate) fn report(self) -> ExitCode {
         let diagnosis = match &self {
-            Self::Refused(refused) => refused.diagnosis(),
-            Self::Input(error) => error.diagnosis(),
+            Self::Calibrate(error) => error.diagnosis.as_ref().map(ToString::to_string),
             _ => None,
-        }
-        .map(ToString::to_string);
+        };
         let (code, kind, cause, remedy) = match self {
-            Self::Refused(refused) => {
-                let remedy = refused.remedy().to_owned();
-                (1, "refused", refused.to_string(), remedy)
+            Self::Calibrate(error) => {
+                let (code, kind) = match &error.reason {
+                    Reason::Refused(_) => (1, "refused"),
+                    Reason::Options(_) => (2, "error"),
+                    Reason::Input(_) => (3, "error"),
+                };
+                (
+                    code,
+                    kind,
+                    error.to_string(),
+                    error.remedy().unwrap_or_default(),
+                )
             }
             Self::NotDetermined { cause, remedy } => (1, "refused", cause, remedy),
             Self::Usage { cause, remedy } => (2, "error", cause, remedy),
-            Self::Input(error) => {
-                let remedy = error.remedy().unwrap_or_default().to_owned();
-                (3, "error", error.to_string(), remedy)
-            }
             Self::Output(cause) => {
                 let remedy =
                     "give another name, or check that the folder exists, is writable and has space";
@@ -112,7 +113,7 @@ impl Failure {
                 (1, "error", cause, remedy.to_owned())
             }
             // As shells do for a process that SIGINT ended.
-            Self::Interrupted => (130, "error", "interrupted".to_owned(), String::new()),
+            Self::Interrupted { remedy } => (130, "error", "interrupted".to_owned(), remedy),
         };
         let mut stderr = anstream::stderr().lock();
         let _ = writeln!(stderr, "{ERROR}{kind}:{ERROR:#} {cause}");

@@ -1,10 +1,55 @@
-use super::args::KinematicsArguments;
+//! `delta-cal forward` and `delta-cal inverse`.
+
 use super::failure::Failure;
-use super::paths::{is_stream, read, refuse_same};
-use super::print;
+use super::paths::{is_stream, read, refuse_same, robot_path};
+use super::print::print;
+use clap::Args;
 use delta_cal::Sample;
-use delta_cal_host::{InputError, InputText, RobotFile, kinematics, output};
-use std::path::Path;
+use delta_cal_host::files::{kinematics, output};
+use delta_cal_host::{InputError, InputText, RobotFile};
+use std::path::{Path, PathBuf};
+
+pub(crate) const EXIT_CODES: &str = "\
+Exit codes:
+  0  done: every row is computed
+  2  the command line is wrong
+  3  an input file is wrong, or a row has no solution
+  4  the output could not be written
+
+With exit codes 2 and 3 no output file is written or changed.";
+
+pub(crate) const FORWARD_HELP: &str = "\
+The input has the columns q1_deg,q2_deg,q3_deg (or q1_rad...), the output \
+q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. The input may be a samples file; its positions are ignored.
+
+If one row has no solution, nothing is written.
+
+Examples:
+  delta-cal forward robot.toml angles.csv
+  printf 'q1_deg,q2_deg,q3_deg\\n10,20,30\\n' | delta-cal forward robot.toml";
+
+pub(crate) const INVERSE_HELP: &str = "\
+The input has the columns x_mm,y_mm,z_mm (or x_m...), the output \
+q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. The input may be a samples file; its angles are ignored.
+
+If one row has no solution within the joint limits, nothing is written.
+
+Examples:
+  delta-cal inverse robot.toml positions.csv --output angles.csv
+  printf 'x_mm,y_mm,z_mm\\n10,-20,-400\\n' | delta-cal inverse robot.toml";
+
+#[derive(Debug, Args)]
+pub(crate) struct KinematicsArguments {
+    /// The robot
+    #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
+    pub(crate) robot: PathBuf,
+    /// The rows to compute; without it, or with -, the program reads standard input
+    #[arg(value_name = "FILE.csv")]
+    pub(crate) file: Option<PathBuf>,
+    /// Write to this file instead of standard output, replacing a file that exists
+    #[arg(long, value_name = "OUT.csv")]
+    pub(crate) output: Option<PathBuf>,
+}
 
 type Solve = fn(&RobotFile, &InputText) -> Result<Vec<Sample<f64>>, InputError>;
 

@@ -1,31 +1,34 @@
 //! `delta-cal plan`.
 
-use super::args::MethodArgument;
+use super::choices::MethodArgument;
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same, robot_path};
-use super::print;
+use super::print::print;
 use super::progress::Waiting;
 use clap::{ArgGroup, Args, ValueEnum};
-use delta_cal_host::poses::{
+use delta_cal_host::files::{kinematics, output};
+use delta_cal_host::planning::poses::{
     Criterion, LEAST_POSES, MOST_POSES, PlanError, PlanRequest, PosePlan, PosesNeeded, Region,
     plan, poses_needed,
 };
-use delta_cal_host::report::plan::{json::JsonPlan, table};
-use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, kinematics, output};
+use delta_cal_host::render::json;
+use delta_cal_host::report::plan;
+use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 pub(crate) const HELP: &str = "\
-POSES.csv has the columns of a samples file, with the nominal robot's positions: drive to the joint
-angles of each row, measure, and put the measured position in place of x_mm,y_mm,z_mm. Once it holds
-measured positions it is replaced only with --force.
+POSES.csv has the columns of a samples file and holds the positions of the nominal robot. Drive to \
+the joint angles of each row, measure, and write the measured position over x_mm,y_mm,z_mm. Once the \
+file holds measured positions, the program replaces it only with --force.
 
-The poses are planned for the [noise] and [tolerance] of ROBOT.toml. Without a [noise], 0.02 mm and
-0.002 degrees are assumed; without a [tolerance], nothing is known of the parameters beforehand.
+The program plans for the [noise] and [tolerance] of ROBOT.toml. Without a [noise] it assumes 0.02 mm \
+and 0.002 degrees; without a [tolerance] it assumes that nothing is known of the parameters \
+beforehand.
 
---within is a box x=-100..100,y=-100..100,z=-500..-400 or a cylinder about the z axis
-r=200,z=-500..-400: mm in the robot's frame, z negative below the base.
+--within takes a box x=-100..100,y=-100..100,z=-500..-400 or a cylinder about the z axis \
+r=200,z=-500..-400, in mm in the robot's frame; z is negative below the base.
 
 Examples:
   delta-cal plan robot.toml --count 12 --output poses.csv
@@ -36,11 +39,12 @@ Examples:
 Exit codes:
   0  done
   1  no poses within these limits determine the robot
-  2  the command line is wrong: fewer than 8 poses, a region outside the workspace, measured
-     positions in POSES.csv
+  2  the command line is wrong: fewer than 8 poses, a region outside the
+     workspace, measured positions in POSES.csv
   3  the robot file is wrong, or its limits exclude everything
   4  a file could not be written
-With 1, 2 and 3 no output file is written or changed.";
+
+With exit codes 1, 2 and 3 no output file is written or changed.";
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("poses").args(["count", "accuracy"]).required(true).multiple(true))]
@@ -48,30 +52,31 @@ pub(crate) struct PlanArguments {
     /// The robot as it is known before the measurement
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     robot: PathBuf,
-    /// How many poses to measure, 8 to 500; without it as many as --accuracy takes
+    /// The number of poses to measure, 8 to 500; without it the program takes as many as --accuracy
+    /// needs
     #[arg(long, value_name = "N", value_parser = whole_number, allow_negative_numbers = true)]
     count: Option<usize>,
-    /// Only poses within this box or cylinder, as x=-100..100,y=-100..100,z=-500..-400 or
-    /// r=200,z=-500..-400
+    /// Choose only poses within this box or cylinder, such as x=-100..100,y=-100..100,z=-500..-400
+    /// or r=200,z=-500..-400
     #[arg(long, value_name = "BOX|CYLINDER")]
     within: Option<Region>,
-    /// Also say how many poses bring one sigma of the position over the workspace, or over the box
-    /// or cylinder, down to this: a number with nm, um, mm, cm or m; without a unit mm
+    /// Also say how many poses reduce one sigma of the position over the workspace (or over the box
+    /// or cylinder) to this length: a number with nm, um, mm, cm or m; without a unit it is in mm
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     accuracy: Option<Accuracy>,
-    /// What the poses are judged by
+    /// What the chosen poses minimise
     #[arg(long, value_enum, default_value_t = CriterionArgument::A)]
     criterion: CriterionArgument,
-    /// How the robot will be calibrated
+    /// The method with which the robot will be calibrated
     #[arg(long, value_enum, default_value_t = MethodArgument::Ikm)]
     method: MethodArgument,
-    /// The same seed gives the same poses
+    /// The seed of the random numbers; the same seed gives the same poses
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Write the poses to this file; with - to standard output in place of the report
+    /// Write the poses to this file, or with - to standard output in place of the report
     #[arg(long, value_name = "POSES.csv")]
     output: Option<PathBuf>,
-    /// Write the plan as JSON to this file; with - to standard output in place of the report
+    /// Write the plan as JSON to this file, or with - to standard output in place of the report
     #[arg(long, value_name = "PLAN.json")]
     json: Option<PathBuf>,
     /// Replace POSES.csv even if it holds measured positions
@@ -169,11 +174,12 @@ fn needed(request: &PlanRequest<'_>, accuracy: f64) -> Result<PosesNeeded, Failu
 fn too_accurate(needed: &PosesNeeded) -> Failure {
     Failure::Usage {
         cause: format!(
-            "a position known to {} mm (one sigma) takes about {} poses, more than {MOST_POSES}",
+            "to know the position to {} mm (one sigma) takes about {} poses, more than \
+             {MOST_POSES}",
             needed.accuracy, needed.rms
         ),
-        remedy: "ask for less, give the number of poses with --count, or measure with less noise \
-                 and state it as [noise] in the robot file"
+        remedy: "ask for less accuracy, give the number of poses with --count, or measure with \
+                 less noise and state that [noise] in the robot file"
             .to_owned(),
     }
 }
@@ -191,7 +197,7 @@ fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
     }
     Err(Failure::Usage {
         cause: format!(
-            "--output {} exists and is no plan for this robot: it may hold measured positions",
+            "--output {} exists and is not a plan for this robot: it may hold measured positions",
             path.display()
         ),
         remedy: "give the output another name, or --force to replace the file".to_owned(),
@@ -214,12 +220,7 @@ fn write(
     needed: Option<&PosesNeeded>,
 ) -> Result<(), Failure> {
     let csv = kinematics::to_csv(&planned.poses);
-    let json = match &arguments.json {
-        None => String::new(),
-        Some(_) => JsonPlan::new(request, planned, needed)
-            .to_text()
-            .map_err(|error| Failure::Output(format!("the JSON plan: {error}")))?,
-    };
+    let json = json::text(&plan::json::report(request, planned, needed));
     let mut files: Vec<(&Path, &str)> = Vec::new();
     for (path, text) in [(&arguments.output, &csv), (&arguments.json, &json)] {
         let file = path.as_deref().filter(|path| !is_stream(path));
@@ -233,7 +234,7 @@ fn write(
     if streamed(&arguments.json) {
         return print(&json);
     }
-    let mut text = table::render(request, planned, needed);
+    let mut text = plan::table::render(request, planned, needed);
     if arguments.output.is_none() {
         let _ = write!(text, "\n{csv}");
     }
@@ -266,7 +267,7 @@ fn check_paths(arguments: &PlanArguments) -> Result<(), Failure> {
 pub(super) fn failure(robot: &RobotFile, error: PlanError) -> Failure {
     let remedy = error.remedy();
     match error {
-        PlanError::NoPose => Failure::Input(
+        PlanError::NoPose => Failure::from(
             InputError::new(&robot.name, error.to_string())
                 .at_key("[joints]")
                 .with_remedy(remedy),

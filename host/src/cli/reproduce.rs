@@ -1,28 +1,31 @@
 //! `delta-cal reproduce`.
 
 use super::failure::Failure;
-use super::print;
+use super::print::print;
 use super::progress::{Bar, interruption};
 use super::simulate;
-use anstyle::Style;
 use clap::Args;
-use delta_cal_host::campaign::{CaseSummary, RunOptions};
-use delta_cal_host::output;
-use delta_cal_host::reproduce::{
-    self, Comparison, NamedFigure, Reproduction, comparisons, figures, results_csv,
-};
+use delta_cal_host::campaign::RunOptions;
+use delta_cal_host::files::output;
+use delta_cal_host::reproduce;
+use delta_cal_host::reproduce::{NamedFigure, Reproduction, comparisons, figures, results_csv};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub(crate) const HELP: &str = "\
-The paper: T. Bentaleb, J. Iqbal, \"On the improvement of calibration accuracy of parallel robots -
-modeling and optimization\", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
+The paper is T. Bentaleb, J. Iqbal, \"On the improvement of calibration accuracy of parallel robots \
+- modeling and optimization\", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
 
-DIR receives report.html (one file, opens from disk), results.csv (one row a case), figures/ (SVG and
-PNG) and campaigns/ (each simulation with one row a robot; its plan.toml is a campaign file for
-`delta-cal simulate`). Ctrl-C keeps what is finished, and the same command goes on. All but the times
-is the same to the bit in every run.
+The program writes to DIR:
+  report.html   the report with its figures, one file that opens in any browser
+  results.csv   one row for each case
+  figures/      the figures as SVG and PNG
+  campaigns/    each simulation with one row for each robot; its plan.toml is a
+                campaign file for delta-cal simulate
+
+After Ctrl-C the finished part is kept, and the same command continues. Everything but the times is \
+the same to the bit in every run.
 
 Examples:
   delta-cal reproduce
@@ -42,13 +45,13 @@ pub(crate) struct ReproduceArguments {
     /// Write report.html, results.csv, the figures and the campaigns to this folder
     #[arg(long, value_name = "DIR", default_value = "reproduction")]
     output: PathBuf,
-    /// Robots of each case, in place of 500
+    /// The number of robots of each case [default: 500]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     robots: Option<u64>,
-    /// Threads; as many as there are processors without it. The results are the same to the bit
+    /// The number of threads [default: one for each processor]. The results are the same to the bit
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
-    /// Delete other campaigns in DIR and start anew
+    /// Delete other campaigns in DIR and start from the beginning
     #[arg(long)]
     force: bool,
 }
@@ -73,7 +76,7 @@ pub(crate) fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
     bar.finish();
     let reproduction = result.map_err(|error| simulate::failure(error, Some(folder)))?;
     write(folder, &reproduction)?;
-    let mut text = table(&comparisons(&reproduction));
+    let mut text = reproduce::table(&comparisons(&reproduction));
     let _ = writeln!(
         text,
         "\n{} calibrations in {} cases, {:.0} s. Written: {}",
@@ -108,58 +111,4 @@ fn write(folder: &Path, reproduction: &Reproduction) -> Result<(), Failure> {
         (&folder.join("report.html"), &report),
     ])?;
     Ok(())
-}
-
-const HEADING: Style = Style::new().bold();
-
-/// The paper's rows beside this program's.
-fn table(comparisons: &[Comparison<'_>]) -> String {
-    let mut text = format!(
-        "{HEADING}                        start error  noise             gain, %    least  noise and  and planned  \
-         seconds{HEADING:#}\n\
-         {HEADING}case              poses  mm/°         mm/°         in the paper  squares  tolerance        poses  \
-           paper   here{HEADING:#}\n"
-    );
-    for comparison in comparisons {
-        let case = comparison.case();
-        let paper = comparison.paper;
-        let paper_gain = match paper.gain_percent {
-            Some(gain) => number(gain),
-            None => paper.remark.to_owned(),
-        };
-        let _ = writeln!(
-            text,
-            "{:16}  {:>5}  {:11}  {:11}  {paper_gain:>12}  {:>7}  {:>9}  {:>11}  {:>7}  {:>5}",
-            comparison.experiment.name,
-            case.poses,
-            format!("{}/{}", case.start_error_mm, case.start_error_deg),
-            format!("{}/{}", case.noise_position_mm, case.noise_joint_deg),
-            gain(Some(comparison.as_in_the_paper)),
-            gain(comparison.with_prior),
-            gain(comparison.planned),
-            paper
-                .seconds
-                .map_or_else(|| "–".into(), |seconds| format!("{seconds:.3}")),
-            comparison
-                .best()
-                .seconds_per_calibration
-                .map_or_else(|| "–".into(), |seconds| format!("{seconds:.5}")),
-        );
-    }
-    text
-}
-
-fn gain(summary: Option<&CaseSummary>) -> String {
-    summary
-        .and_then(|summary| summary.gain_percent)
-        .map_or_else(|| "–".into(), |gain| number(gain.median))
-}
-
-/// Two decimals near 100, where they matter.
-fn number(gain: f64) -> String {
-    if (99.0..100.0).contains(&gain) {
-        format!("{gain:.2}")
-    } else {
-        format!("{:.0}", gain + 0.0)
-    }
 }

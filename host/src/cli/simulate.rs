@@ -1,27 +1,32 @@
 //! `delta-cal simulate`.
 
-mod table;
-
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
-use super::print;
+use super::print::print;
 use super::progress::{Bar, interruption};
 use clap::{Args, Subcommand};
+use delta_cal_host::InputText;
+use delta_cal_host::campaign;
 use delta_cal_host::campaign::{
-    self, CampaignError, CaseSummary, EXAMPLE, PLAN, Plan, RunOptions, Shard,
+    CampaignError, CaseSummary, EXAMPLE, PLAN, Plan, RunOptions, Shard,
 };
-use delta_cal_host::{InputText, output};
+use delta_cal_host::files::output;
+use delta_cal_host::report;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 const HELP: &str = "\
-DIR receives robots.csv (one row a robot and way of calibrating it), summary.csv (one row a case, with
-quantiles), timing.csv (wall-clock times, which are no two runs' the same), plan.toml with
-plan-robot.toml (what was computed: itself a campaign file) and run.json (how far it got). Ctrl-C
-keeps what is finished, and the same command goes on. The rows are the same to the bit for any
-number of threads, in one run or several, on one machine or cut into shards.
+The program writes to DIR:
+  robots.csv    one row for each robot and each way of calibrating it
+  summary.csv   one row for each case, with quantiles
+  timing.csv    wall-clock times, which differ from run to run
+  plan.toml     what was computed, as a campaign file, with plan-robot.toml
+  run.json      how far the campaign has come
+
+After Ctrl-C the finished part is kept, and the same command continues the campaign. The rows are the \
+same to the bit for any number of threads, in one run or several, on one machine or cut into shards.
 
 Examples:
   delta-cal simulate
@@ -55,26 +60,26 @@ enum SimulateCommand {
 
 #[derive(Debug, Args)]
 struct RunArguments {
-    /// The campaign; without it a small built-in one is run
+    /// The campaign; without it the program runs a small built-in one
     #[arg(value_name = "CAMPAIGN.toml")]
     campaign: Option<PathBuf>,
-    /// Write robots.csv (one row a robot) and summary.csv (one row a case) to this folder; a
-    /// campaign that was interrupted there goes on
+    /// Write robots.csv (one row for each robot) and summary.csv (one row for each case) to this
+    /// folder, and continue a campaign that was interrupted there
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Compute only the Kth of N equal parts, counted from 1
+    /// Compute only the K-th of N equal parts, counted from 1
     #[arg(long, value_name = "K/N", requires = "output")]
     shard: Option<Shard>,
-    /// Threads; as many as there are processors without it. The results are the same to the bit
+    /// The number of threads [default: one for each processor]. The results are the same to the bit
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
-    /// Write the summary as JSON to this file; with - to standard output in place of the table
+    /// Write the summary as JSON to this file, or with - to standard output in place of the table
     #[arg(long, value_name = "SUMMARY.json")]
     json: Option<PathBuf>,
-    /// Delete another campaign in DIR and start anew
+    /// Delete another campaign in DIR and start from the beginning
     #[arg(long, requires = "output")]
     force: bool,
-    /// Print the built-in campaign file, which has every key
+    /// Print the built-in campaign file, which shows every key
     #[arg(long, exclusive = true)]
     example: bool,
 }
@@ -84,10 +89,10 @@ struct MergeArguments {
     /// The folders of all shards, in any order
     #[arg(value_name = "DIR", required = true)]
     folders: Vec<PathBuf>,
-    /// The folder of the whole campaign
+    /// The folder to which the whole campaign is written
     #[arg(long, value_name = "DIR")]
     output: PathBuf,
-    /// Write the summary as JSON to this file; with - to standard output in place of the table
+    /// Write the summary as JSON to this file, or with - to standard output in place of the table
     #[arg(long, value_name = "SUMMARY.json")]
     json: Option<PathBuf>,
     /// Delete another campaign in the output folder
@@ -158,7 +163,7 @@ fn simulate(arguments: &RunArguments) -> Result<(), Failure> {
     bar.finish();
     let summaries = result.map_err(|error| failure(error, arguments.output.as_deref()))?;
     let rate = computed.sentence(begin);
-    let text = format!("{note}{}{rate}", table::render(&summaries));
+    let text = format!("{note}{}{rate}", report::campaign::render(&summaries));
     publish(&summaries, json, arguments.output.as_deref(), &text)
 }
 
@@ -167,7 +172,7 @@ fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
     check_json(json)?;
     let (_, summaries) = campaign::merge(&arguments.folders, &arguments.output, arguments.force)
         .map_err(|error| failure(error, None))?;
-    let text = table::render(&summaries);
+    let text = report::campaign::render(&summaries);
     publish(&summaries, json, Some(&arguments.output), &text)
 }
 
@@ -226,13 +231,15 @@ pub(super) fn failure(error: CampaignError, output: Option<&Path>) -> Failure {
         CampaignError::Interrupted { finished, robots } => {
             let kept = match output {
                 Some(folder) => format!(
-                    "{finished} of {robots} robots are kept in {}; the same command goes on",
+                    "{finished} of {robots} robots are kept in {}; the same command continues",
                     folder.display()
                 ),
                 None => "nothing is kept without --output".to_owned(),
             };
             let _ = writeln!(anstream::stderr(), "{kept}");
-            Failure::Interrupted
+            Failure::Interrupted {
+                remedy: String::new(),
+            }
         }
         error => Failure::Output(error.to_string()),
     }

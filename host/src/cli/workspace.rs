@@ -2,36 +2,48 @@
 
 use super::failure::Failure;
 use super::paths::{is_stream, read, refuse_same, robot_path};
-use super::print;
+use super::print::print;
 use clap::Args;
-use delta_cal_host::workspace::report::{Analysis, Contents, json, table};
-use delta_cal_host::workspace::{BandOptions, Options, WorkspaceError, distances_of_path};
-use delta_cal_host::{InputError, InputText, RobotFile, output};
+use delta_cal_host::files::output;
+use delta_cal_host::render::json;
+use delta_cal_host::report::workspace;
+use delta_cal_host::report::workspace::contents::Contents;
+use delta_cal_host::workspace::{
+    Analysis, BandOptions, Options, WorkspaceError, distances_of_path,
+};
+use delta_cal_host::{InputError, InputText, RobotFile};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 const HELP: &str = "\
-DIR receives
-  boundary.csv      x_mm,y_mm,z_mm,kind: points of the boundary; kind names what limits each:
-                    joint_minimum_1, joint_maximum_1, forearm_angle_1 (the ball joints),
-                    serial_singularity_1 (type 1), parallel_singularity_1 (type 2), 1 to 3 for the arm
-  boundary.stl      the boundary as a closed mesh, mm, for CAD
-  influence.csv     how far each point moves along its outward normal for each of the 24
-                    parameters, mm per mm and mm per degree; with --compare to the other robot
-  band.csv          with [tolerance] in ROBOT.toml: where the boundary lies, sigma and quantiles
-  conditioning.csv  distance from singularities over the workspace, 0 singular, 1 best
-  cylinders.csv     the highest upright cylinder of each diameter inside the workspace
-  path.csv          with --path: each row's distance from the nearest singularity
+The program writes to DIR:
+  boundary.csv      x_mm,y_mm,z_mm,kind: points of the boundary, and what limits
+                    the robot there: joint_minimum_1, joint_maximum_1,
+                    forearm_angle_1 (the ball joints), serial_singularity_1
+                    (type 1), parallel_singularity_1 (type 2); 1 to 3 is the arm
+  boundary.stl      the boundary as a mesh for CAD, in mm
+  influence.csv     how far each point moves along its outward normal for each
+                    of the 24 parameters, in mm per mm and mm per degree; with
+                    --compare also the distance to the other robot's boundary
+  band.csv          if ROBOT.toml has a [tolerance]: the scatter of the
+                    boundary, as sigma and quantiles
+  conditioning.csv  how far the robot is from singularities over the workspace,
+                    from 0 (singular) to 1 (best)
+  cylinders.csv     the highest upright cylinder of each diameter inside the
+                    workspace
+  path.csv          with --path: each row's distance from the nearest
+                    singularity
   *.svg, *.png      slices, maps and a view in space
-  report.html       all of it, with a view that can be turned; opens from disk
+  report.html       all of this, with a view that can be turned, in one file
+                    that opens in any browser
 
-A position is reachable if the forward model leads to it from joint angles within [joints]. The ball
-joints are respected if [joints] has forearm_max_deg, a forearm's largest angle out of its arm's plane.
-The cylinders are upright about the base's z axis.
+A position is reachable if the forward model leads to it from joint angles within [joints]. The \
+program respects the limits of the ball joints if [joints] has forearm_max_deg, the largest angle of \
+a forearm out of its arm's plane. The cylinders stand upright about the base's z axis.
 
-PATH.csv has the columns q1_deg,q2_deg,q3_deg (or q1_rad...) or x_mm,y_mm,z_mm (or x_m...); with both the
-joint angles are taken. Rows beyond reach are named.
+PATH.csv has the columns q1_deg,q2_deg,q3_deg (or q1_rad...) or x_mm,y_mm,z_mm (or x_m...). If it has \
+both, the program uses the joint angles. It names the rows that are beyond reach.
 
 Examples:
   delta-cal workspace robot.toml
@@ -45,7 +57,8 @@ Exit codes:
   2  the command line is wrong
   3  an input file is wrong, or the workspace is empty
   4  a file could not be written
-With 2 and 3 no output file is written or changed.";
+
+With exit codes 2 and 3 no output file is written or changed.";
 
 #[derive(Debug, Args)]
 #[command(after_help = HELP)]
@@ -53,30 +66,31 @@ pub(crate) struct WorkspaceArguments {
     /// The robot
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     robot: PathBuf,
-    /// Compare with this robot, such as the same one calibrated
+    /// Compare with this robot, for example the same robot after its calibration
     #[arg(long, value_name = "CALIBRATED.toml", value_parser = robot_path())]
     compare: Option<PathBuf>,
-    /// Write boundary, mesh, figures and report to this folder; files of these names are replaced
+    /// Write boundary, mesh, figures and report to this folder, replacing files of these names
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Write the figures of the table as JSON to this file; with - to standard output in place of
+    /// Write the figures of the table as JSON to this file, or with - to standard output in place of
     /// the table
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
-    /// The distance of each row of this file from the nearest singularity; - is standard input
+    /// Compute the distance of each row of this file from the nearest singularity; - reads standard
+    /// input
     #[arg(long, value_name = "PATH.csv")]
     path: Option<PathBuf>,
-    /// Every boundary point is within this distance of the boundary
+    /// The largest distance of a computed boundary point from the true boundary
     #[arg(long, value_name = "MM", default_value_t = 0.01, value_parser = length, allow_negative_numbers = true)]
     tolerance: f64,
-    /// Distance between neighbouring lines along which the boundary is sought; 1/80 of the longest
-    /// side without it
+    /// The distance between neighbouring lines along which the program searches the boundary
+    /// [default: 1/80 of the longest side]
     #[arg(long, value_name = "MM", value_parser = length, allow_negative_numbers = true)]
     spacing: Option<f64>,
-    /// Robots of the Monte-Carlo for the stated tolerance
+    /// The number of robots to draw for the stated tolerance
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     robots: u32,
-    /// Of the random numbers
+    /// The seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }
@@ -117,16 +131,11 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         bar.show(step);
     })
     .map_err(|(error, of)| failure(&error, &of))?;
-    let json_wanted = arguments.json.is_some();
-    let json_text = match json_wanted.then(|| json::to_text(&analysis)) {
-        None => String::new(),
-        Some(Ok(text)) => text,
-        Some(Err(error)) => return Err(Failure::Output(format!("the JSON: {error}"))),
-    };
+    let json_text = json::text(&workspace::json::report(&analysis));
     let mut contents = Contents::default();
     if arguments.output.is_some() {
         bar.show("figures and report");
-        contents = analysis.contents()?;
+        contents = Contents::of(&analysis)?;
     }
     bar.finish();
     let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));
@@ -135,10 +144,10 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         arguments.output.as_deref(),
         json_file.map(|p| (p, json_text.as_str())),
     )?;
-    if json_wanted && json_file.is_none() {
+    if arguments.json.is_some() && json_file.is_none() {
         return print(&json_text);
     }
-    print(&format!("{}{written}", table::render(&analysis)))
+    print(&format!("{}{written}", workspace::table::render(&analysis)))
 }
 
 fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {
@@ -169,7 +178,7 @@ fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {
 /// Which robot has no workspace, and why.
 fn failure(error: &WorkspaceError, of: &str) -> Failure {
     let error = InputError::new(of, error.to_string()).with_remedy(error.remedy());
-    Failure::Input(error)
+    error.into()
 }
 
 /// Writes everything and says so.

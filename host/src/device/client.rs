@@ -15,8 +15,10 @@ use std::time::{Duration, Instant};
 /// How long a client waits and how often it tries.
 #[derive(Debug, Clone, Copy)]
 pub struct Patience {
-    /// For one answer.
+    /// From sending a request until it counts as not answered, whatever else comes meanwhile.
     pub timeout: Duration,
+    /// For one request with all its repetitions.
+    pub deadline: Duration,
     /// Requests in a row without any answer before the controller counts as absent.
     pub silent_attempts: u32,
     /// Attempts at one request before the link counts as unusable.
@@ -31,6 +33,7 @@ impl Default for Patience {
     fn default() -> Self {
         Self {
             timeout: Duration::from_millis(500),
+            deadline: Duration::from_secs(10),
             silent_attempts: 8,
             attempts: 50,
             pause: Duration::from_millis(20),
@@ -117,13 +120,16 @@ impl<L: Transport> Client<L> {
         };
         let frame = encode(Direction::Request, self.sequence, request)
             .map_err(|_| DeviceError::RequestTooLarge)?;
-        let mut silent = 0;
-        for attempt in 0..self.patience.attempts {
-            if attempt > 0 {
+        let (mut attempts, mut silent) = (0, 0);
+        let deadline = self.transport.now() + self.patience.deadline;
+        while attempts < self.patience.attempts && self.transport.now() < deadline {
+            if attempts > 0 {
                 self.repetitions = self.repetitions.saturating_add(1);
             }
+            attempts += 1;
             self.transport.write(&frame)?;
-            match self.receive()? {
+            let until = self.transport.now() + self.patience.timeout;
+            match self.receive(until.min(deadline))? {
                 Received::Answer(Response::Fault(Fault::UnknownVersion { spoken })) => {
                     return Err(DeviceError::OtherVersion { spoken });
                 }
@@ -135,14 +141,11 @@ impl<L: Transport> Client<L> {
                 return Err(DeviceError::NoAnswer { attempts: silent });
             }
         }
-        Err(DeviceError::Unusable {
-            attempts: self.patience.attempts,
-        })
+        Err(DeviceError::Unusable { attempts })
     }
 
     /// Waits for the answer to the last request.
-    fn receive<T: Number>(&mut self) -> Result<Received<T>, DeviceError> {
-        let start = Instant::now();
+    fn receive<T: Number>(&mut self, until: Instant) -> Result<Received<T>, DeviceError> {
         let mut buffer = [0; 256];
         loop {
             while let Some(byte) = self.pending.pop_front() {
@@ -174,13 +177,24 @@ impl<L: Transport> Client<L> {
                     }
                 }
             }
-            let left = self.patience.timeout.saturating_sub(start.elapsed());
+            let left = until.saturating_duration_since(self.transport.now());
+            if left.is_zero() {
+                return Ok(Received::Nothing);
+            }
             let count = self.transport.read(&mut buffer, left)?;
             if count == 0 {
                 return Ok(Received::Nothing);
             }
             self.pending.extend(buffer.iter().take(count));
         }
+    }
+
+    /// Asks for other parameters.
+    pub(super) fn change<T: Number>(
+        &mut self,
+        request: &Request<T>,
+    ) -> Result<Response<T>, DeviceError> {
+        self.ask(request).map_err(DeviceError::unconfirmed)
     }
 
     /// Who is there.
@@ -231,22 +245,18 @@ impl<L: Transport> Client<L> {
         }
     }
 
-    /// Goes back to other parameters.
+    /// Goes back to other parameters than those of generation `from`.
     ///
     /// # Errors
-    /// As [`ask`](Self::ask), and a controller that cannot store them.
+    /// As [`ask`](Self::ask), and a controller that cannot store them;
+    /// [`DeviceError::Unconfirmed`].
     pub fn revert<T: Number>(
         &mut self,
         from: u32,
         to: RevertTo,
     ) -> Result<Parameters<T>, DeviceError> {
-        let before = self.repetitions;
-        match self.ask(&Request::Revert { from, to })? {
+        match self.change(&Request::Revert { from, to })? {
             Response::Parameters(parameters) => Ok(parameters),
-            // The first of these requests was heard, its answer was not.
-            Response::Fault(Fault::OtherParameters { .. }) if self.repetitions > before => {
-                self.parameters(ParameterSet::Current)
-            }
             other => Err(unexpected(&other)),
         }
     }

@@ -3,8 +3,12 @@
 use super::error::DeviceError;
 use super::number::Number;
 use super::session::{Assumptions, Measurement};
-use crate::{Options, RobotFile, SamplesFile};
-use delta_cal::{Arm, ArmOutcome, GeometryError, Parameter, Real, Robot, RobotOutcome};
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::SamplesFile;
+use crate::fit::options::Options;
+use delta_cal::calibration::ArmOutcome;
+use delta_cal::robot::Arm;
+use delta_cal::{Parameter, Real, Robot, RobotOutcome};
 use delta_cal_protocol::ArmReport;
 use nalgebra::{SMatrix, SVector};
 
@@ -32,21 +36,13 @@ pub fn measurements<T: Number>(samples: &SamplesFile) -> Vec<Measurement<T>> {
         .collect()
 }
 
-/// The parameters of a robot.
-pub fn parameters<T: Real>(robot: &Robot<T>) -> [[T; 8]; 3] {
-    robot.arms().map(|arm| arm.parameters().data.0[0])
-}
-
 /// The robot of these parameters, in another type.
 ///
 /// # Errors
 /// They are not the geometry of a robot.
 pub fn robot<T: Real, U: Real>(arms: &[[T; 8]; 3]) -> Result<Robot<U>, DeviceError> {
-    let arm = |parameters: &[T; 8]| Arm::new(parameters.map(|value| U::from_f64(value.to_f64())));
-    let [first, second, third] = arms;
-    let robot =
-        || -> Result<_, GeometryError> { Robot::new([arm(first)?, arm(second)?, arm(third)?]) };
-    robot().map_err(|_| DeviceError::ImpossibleGeometry)
+    let parameters = arms.map(|arm| arm.map(|value| U::from_f64(value.to_f64())));
+    Robot::from_parameters(parameters).map_err(|_| DeviceError::ImpossibleGeometry)
 }
 
 /// A controller's result in `f64`, which changes no number.

@@ -8,7 +8,7 @@ pub use build::{FirmwareError, build, check as check_firmware};
 pub use flash::FlashError;
 
 use super::transport::{Board, Tcp, Transport};
-use crate::output::OutputError;
+use crate::files::output::OutputError;
 use flash::{FlashFile, SaveError};
 use monitor::Monitor;
 use std::error::Error;
@@ -333,9 +333,4 @@ fn last_words(process: &mut Process) -> String {
     let said = String::from_utf8_lossy(&said);
     let last = said.lines().rfind(|line| !line.trim().is_empty());
     last.unwrap_or("without a word").trim().to_owned()
-}
-
-/// The firmware's file, for messages.
-pub(super) fn shown(path: &Path) -> String {
-    path.display().to_string()
 }

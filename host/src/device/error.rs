@@ -1,4 +1,4 @@
-use delta_cal::SampleError;
+use delta_cal::samples::SampleError;
 use delta_cal_protocol::{Fault, Origin, VERSION};
 use std::error::Error;
 use std::fmt;
@@ -49,6 +49,8 @@ pub enum DeviceError {
     SolveHangs,
     /// The three arms' results are not those that the controller had announced.
     OutcomeChanged,
+    /// The controller was asked for other parameters, and whether it uses them is not known.
+    Unconfirmed(Box<Self>),
     /// The parameters were applied, and the controller does not use them.
     NotInUse {
         /// Where those come from that it uses.
@@ -67,9 +69,26 @@ impl From<io::Error> for DeviceError {
 }
 
 impl DeviceError {
-    /// What to do next.
-    pub const fn remedy(&self) -> &'static str {
+    /// What an error means once the controller was asked for other parameters.
+    pub(super) fn unconfirmed(self) -> Self {
         match self {
+            error @ (Self::Link(_) | Self::NoAnswer { .. } | Self::Unusable { .. }) => {
+                Self::Unconfirmed(Box::new(error))
+            }
+            error => error,
+        }
+    }
+
+    /// What to do next.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Unconfirmed(_) => {
+                "delta-cal device --port PORT status says which parameters are in use; to give the same \
+                 command again does no harm"
+            }
+            Self::Link(error) if error.kind() == io::ErrorKind::Interrupted => {
+                "the controller keeps its parameters: it was not asked for others"
+            }
             Self::Link(_) => "check the cable and the supply, then start again: nothing was lost",
             Self::NoAnswer { .. } => {
                 "check that this is the controller's port, that its firmware runs, and --baud"
@@ -123,6 +142,10 @@ impl fmt::Display for DeviceError {
                 "the controller forgot the calibration {sessions} times: it restarts, or somebody \
                  else calibrates it"
             ),
+            Self::Unconfirmed(error) => write!(
+                formatter,
+                "{error}; the controller had been asked for other parameters and may use them"
+            ),
             Self::SolveHangs => formatter.write_str("the controller does not finish solving"),
             Self::OutcomeChanged => {
                 formatter.write_str("the controller's results are not those that it announced")
@@ -163,6 +186,7 @@ impl Error for DeviceError {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
         match self {
             Self::Link(error) => Some(error),
+            Self::Unconfirmed(error) => Some(error),
             _ => None,
         }
     }

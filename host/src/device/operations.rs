@@ -8,12 +8,17 @@ use super::number::Number;
 use super::session::{self, Finished, Step};
 use super::transport::Transport;
 use super::verify::{Comparison, compare, solve_here};
-use crate::calibrate::{calibrated_elsewhere, settings};
-use crate::words::in_file_units;
-use crate::{
-    CalibrateError, CalibrationReport, InputError, Options, Refused, RobotFile, SamplesFile,
-};
-use delta_cal::{ArmIndex, Parameter, ParameterKind};
+use crate::calibration::calibrated_elsewhere;
+use crate::calibration::case::settings;
+use crate::calibration::error::CalibrateError;
+use crate::calibration::report::CalibrationReport;
+use crate::files::input_error::InputError;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::SamplesFile;
+use crate::fit::options::Options;
+use crate::text::words::in_file_units;
+use delta_cal::robot::ParameterKind;
+use delta_cal::{ArmIndex, Parameter};
 use delta_cal_protocol::{ParameterSet, fingerprint};
 use std::error::Error;
 use std::fmt;
@@ -28,18 +33,15 @@ const NAMED: usize = 3;
 pub enum DeviceFailure {
     /// The controller, or the link to it.
     Device(DeviceError),
-    /// A file.
-    Input(InputError),
-    /// The measurements cannot calibrate this robot.
-    Refused(Refused),
+    /// A file, or measurements that cannot calibrate this robot.
+    Calibrate(CalibrateError),
 }
 
 impl fmt::Display for DeviceFailure {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Device(error) => error.fmt(formatter),
-            Self::Input(error) => error.fmt(formatter),
-            Self::Refused(refused) => refused.fmt(formatter),
+            Self::Calibrate(error) => error.fmt(formatter),
         }
     }
 }
@@ -52,24 +54,9 @@ impl From<DeviceError> for DeviceFailure {
     }
 }
 
-impl From<InputError> for DeviceFailure {
-    fn from(error: InputError) -> Self {
-        Self::Input(error)
-    }
-}
-
-impl From<CalibrateError> for DeviceFailure {
-    fn from(error: CalibrateError) -> Self {
-        match error {
-            CalibrateError::Input(error) => Self::Input(error),
-            CalibrateError::Refused(refused) => Self::Refused(refused),
-        }
-    }
-}
-
-impl From<Refused> for DeviceFailure {
-    fn from(refused: Refused) -> Self {
-        Self::Refused(refused)
+impl<E: Into<CalibrateError>> From<E> for DeviceFailure {
+    fn from(error: E) -> Self {
+        Self::Calibrate(error.into())
     }
 }
 
@@ -90,13 +77,12 @@ pub fn calibrate_robot<T: Number, L: Transport>(
     settings(robot, options)?;
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
     check_nominal(robot, &nominal.arms)?;
-    let current = client.parameters::<T>(ParameterSet::Current)?;
+    let finished: Finished<T> = calibrated(client, robot, samples, options, progress)?;
     let before = RobotFile {
         name: format!("the controller on {port}"),
-        robot: convert::robot(&current.arms)?,
+        robot: convert::robot(&finished.parameters_before.arms)?,
         ..robot.clone()
     };
-    let finished = calibrated(client, robot, samples, options, progress)?;
     let result = match &finished.result {
         Ok(arms) => Ok(convert::outcome(arms)?),
         Err(refusal) => Err(*refusal),
@@ -121,9 +107,7 @@ fn calibrated<T: Number, L: Transport>(
 /// A sample that is not taken is a fault of the file.
 fn in_file(samples: &SamplesFile, error: DeviceError) -> DeviceFailure {
     match error {
-        DeviceError::Sample { index, error } => {
-            DeviceFailure::Input(samples.fault(index, error.to_string()))
-        }
+        DeviceError::Sample { index, error } => samples.fault(index, error.to_string()).into(),
         other => DeviceFailure::Device(other),
     }
 }
@@ -173,7 +157,7 @@ pub fn check_nominal<T: Number>(
     robot: &RobotFile,
     nominal: &[[T; 8]; 3],
 ) -> Result<(), InputError> {
-    let file = convert::parameters(&robot.robot);
+    let file = robot.robot.parameters();
     if fingerprint(&file.map(|arm| arm.map(T::from_f64))) == fingerprint(nominal) {
         return Ok(());
     }

@@ -3,7 +3,8 @@
 pub mod json;
 pub mod text;
 
-use delta_cal_protocol::{Identity, Origin, Phase, Scalar};
+use super::Number;
+use delta_cal_protocol::{Identity, Origin, Parameters, Phase, Scalar, fingerprint};
 
 const ARM_LIMITED: u32 = 0x41;
 
@@ -57,6 +58,17 @@ fn phase(phase: &Phase) -> String {
             format!("refused after {samples} samples: {refusal}")
         }
         _ => "unknown".to_owned(),
+    }
+}
+
+/// Whether the result that a controller holds is in use; `None` if it holds none.
+fn result_in_use<T: Number>(phase: &Phase, parameters: &Parameters<T>) -> Option<bool> {
+    match phase {
+        Phase::Solved {
+            fingerprint: result,
+            ..
+        } => Some(*result == fingerprint(&parameters.arms)),
+        _ => None,
     }
 }
 

@@ -54,6 +54,8 @@ pub struct Finished<T> {
     pub session: u32,
     /// What came out.
     pub result: Result<[ArmReport<T>; 3], Refusal>,
+    /// What was in use before the first sample, and is to be replaced.
+    pub parameters_before: Parameters<T>,
     /// The controller before the first sample.
     pub status_before: Status<T>,
     /// The controller with the result.
@@ -110,36 +112,37 @@ fn session<T: Number, L: Transport>(
     progress: &mut dyn FnMut(Step),
 ) -> Result<Finished<T>, Broken> {
     let session = client.new_session();
-    let status_before = client.status()?;
     let begin = Request::Begin(Begin {
         session,
         tolerance: assumptions.tolerance,
         noise: assumptions.noise,
         without_guess: assumptions.without_guess,
     });
-    let mut next = taken(client, &begin, session)?;
-    while let Some((index, measurement)) = measurement_at(measurements, next) {
+    taken(client, &begin, session, 0)?;
+    // Not before: a controller that restarts in between counts from zero again.
+    let status_before: Status<T> = client.status()?;
+    if status_before.session != session {
+        return Err(Broken::Lost);
+    }
+    let parameters_before = client.parameters(ParameterSet::Current)?;
+    let mut samples = 0;
+    for (index, measurement) in measurements.iter().enumerate() {
         progress(Step::Taken(index));
         let sample = Request::Sample(SampleMessage {
             session,
-            index: next,
+            index: samples,
             joints: measurement.joints,
             position: measurement.position,
         });
-        next = match taken(client, &sample, session) {
-            Err(Broken::Error(DeviceError::Fault(Fault::OutOfOrder { next }))) => next,
+        samples += 1;
+        match taken(client, &sample, session, samples) {
             Err(Broken::Error(DeviceError::Fault(Fault::Sample(error)))) => {
                 return Err(DeviceError::Sample { index, error }.into());
             }
             other => other?,
-        };
+        }
     }
     progress(Step::Taken(measurements.len()));
-    if u32::try_from(measurements.len()) != Ok(next) {
-        // Samples of nobody that this client knows of.
-        return Err(Broken::Lost);
-    }
-    let samples = next;
     let status_after = solve(client, session, samples, progress)?;
     let result = match status_after.phase {
         Phase::Solved {
@@ -163,28 +166,23 @@ fn session<T: Number, L: Transport>(
     Ok(Finished {
         session,
         result,
+        parameters_before,
         status_before,
         status_after,
     })
 }
 
-fn measurement_at<T>(
-    measurements: &[Measurement<T>],
-    next: u32,
-) -> Option<(usize, &Measurement<T>)> {
-    let index = usize::try_from(next).ok()?;
-    Some((index, measurements.get(index)?))
-}
-
-/// How many samples of this session the controller has after a request.
+/// Sends a request after which this session must have so many samples. With any other number it is
+/// not this client's session, or the controller does not go on: both begin again.
 fn taken<T: Number, L: Transport>(
     client: &mut Client<L>,
     request: &Request<T>,
     expected: u32,
-) -> Result<u32, Broken> {
+    samples: u32,
+) -> Result<(), Broken> {
     match client.ask(request)? {
-        Response::Taken { session, next } if session == expected => Ok(next),
-        Response::Taken { .. } => Err(Broken::Lost),
+        Response::Taken { session, next } if session == expected && next == samples => Ok(()),
+        Response::Taken { .. } | Response::Fault(Fault::OutOfOrder { .. }) => Err(Broken::Lost),
         other => Err(unexpected(&other).into()),
     }
 }
@@ -231,7 +229,8 @@ fn outcome<T: Number, L: Transport>(
 /// controller has restarted since, calibrates again: the same samples give the same result.
 ///
 /// # Errors
-/// As [`calibrate`]; a controller that cannot store the result, or does not use it.
+/// As [`calibrate`]; a controller that cannot store the result, or does not use it, or uses others by
+/// now than [`Finished::parameters_before`]; [`DeviceError::Unconfirmed`].
 pub fn apply<T: Number, L: Transport>(
     client: &mut Client<L>,
     assumptions: &Assumptions<T>,
@@ -247,9 +246,12 @@ pub fn apply<T: Number, L: Transport>(
         let request = Request::<T>::Apply {
             session,
             fingerprint,
+            from: calibration.parameters_before.generation,
         };
-        match client.ask(&request)? {
-            Response::Parameters(_) => return in_use(client, fingerprint),
+        match client.change(&request)? {
+            Response::Parameters(_) => {
+                return in_use(client, fingerprint).map_err(DeviceError::unconfirmed);
+            }
             Response::Fault(Fault::NoSession) => {}
             other => return Err(unexpected(&other)),
         }

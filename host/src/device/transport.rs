@@ -9,7 +9,7 @@ pub use serial::Serial;
 pub use tcp::Tcp;
 
 use std::io;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A link that carries bytes, and may lose or damage them.
 pub trait Transport {
@@ -24,6 +24,11 @@ pub trait Transport {
     /// # Errors
     /// The link is gone.
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize>;
+
+    /// The time by which deadlines are kept. A link in memory, where nothing takes time, may have its own.
+    fn now(&self) -> Instant {
+        Instant::now()
+    }
 }
 
 impl<L: Transport + ?Sized> Transport for &mut L {
@@ -33,6 +38,9 @@ impl<L: Transport + ?Sized> Transport for &mut L {
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
         (**self).read(buffer, timeout)
     }
+    fn now(&self) -> Instant {
+        (**self).now()
+    }
 }
 
 impl<L: Transport + ?Sized> Transport for Box<L> {
@@ -41,6 +49,9 @@ impl<L: Transport + ?Sized> Transport for Box<L> {
     }
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
         (**self).read(buffer, timeout)
+    }
+    fn now(&self) -> Instant {
+        (**self).now()
     }
 }
 

@@ -4,9 +4,10 @@ use super::convert;
 use super::error::DeviceError;
 use super::number::Number;
 use super::session::{Assumptions, Measurement};
+use delta_cal::calibration::{ArmOutcome, Start};
 use delta_cal::{
-    ArmIndex, ArmOutcome, Calibrator, Noise, Parameter, Progress, Real, Refusal, RobotSolver,
-    Sample, Settings, Start, Tolerance,
+    ArmIndex, Calibrator, Noise, Parameter, Progress, Real, Refusal, RobotSolver, Sample, Settings,
+    Tolerance,
 };
 use delta_cal_protocol::{ArmReport, Fault};
 use nalgebra::Vector3;
@@ -45,16 +46,16 @@ fn settings<T: Number>(assumptions: &Assumptions<T>) -> Option<Settings<T>> {
         Some((position, joint)) => Some(Noise::new(position, joint).ok()?),
         None => None,
     };
-    Some(Settings {
-        noise,
-        tolerance,
-        start: if assumptions.without_guess {
-            Start::Free
-        } else {
-            Start::Reference
-        },
-        ..Settings::default()
-    })
+    Some(
+        Settings::default()
+            .with_noise(noise)
+            .with_tolerance(tolerance)
+            .with_start(if assumptions.without_guess {
+                Start::Free
+            } else {
+                Start::Nominal
+            }),
+    )
 }
 
 fn solve<T: Number>(calibrator: &mut Calibrator<T>) -> Result3<T> {
@@ -73,7 +74,7 @@ fn solve<T: Number>(calibrator: &mut Calibrator<T>) -> Result3<T> {
 fn arm_report<T: Real>(arm: ArmIndex, outcome: &ArmOutcome<T>) -> ArmReport<T> {
     ArmReport {
         arm,
-        parameters: outcome.arm.parameters().data.0[0],
+        parameters: outcome.arm.parameters(),
         covariance: outcome.covariance.map(|matrix| matrix.data.0),
         residual_rms: outcome.residual_rms,
         estimated_noise: outcome.estimated_noise,

@@ -1,4 +1,4 @@
-//! Whether poses determine the robot ([`Observability`](crate::observability::Observability)), for
+//! Whether poses determine the robot ([`Observability`](crate::planning::observability::Observability)), for
 //! people and for programs.
 
 pub mod json;

@@ -1,4 +1,4 @@
-//! A [`PosePlan`](crate::poses::PosePlan) for people and for programs.
+//! A [`PosePlan`](crate::planning::poses::PosePlan) for people and for programs.
 
 pub mod json;
 pub mod table;

@@ -2,12 +2,12 @@
 //! paper's abstract announces both and shows neither.
 
 use super::NamedFigure;
-use crate::workspace::report::{
-    Analysis,
-    figures::{Figures, INFLUENCE},
-};
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::files::robot_file::RobotFile;
+use crate::report::workspace::contents;
+use crate::workspace::Analysis;
 use crate::workspace::{BandOptions, Options};
-use crate::{InputError, InputText, RobotFile};
 
 const ROBOT: &str = include_str!("../../examples/paper/workspace.toml");
 
@@ -22,27 +22,18 @@ pub(super) fn compute() -> Result<Analysis, InputError> {
         .map_err(|(error, name)| InputError::new(name, error.to_string()))
 }
 
+/// Those of its figures that are of interest here.
 pub(super) fn figures(analysis: &Analysis) -> Vec<NamedFigure> {
-    let Figures {
-        vertical_xz,
-        horizontal,
-        influence,
-        view,
-        ..
-    } = analysis.figures();
-    vec![
-        NamedFigure::new(
-            "boundary",
-            view,
-            "The boundary in space, coloured by what limits it: blue a joint at its largest angle, light \
-             blue at its smallest, vermilion a singularity of type 1.",
-        ),
-        NamedFigure::new("boundary-vertical", vertical_xz, "Its section y = 0."),
-        NamedFigure::new(
-            "boundary-horizontal",
-            horizontal,
-            "Outlines at five heights, from above.",
-        ),
-        NamedFigure::new("boundary-influence", influence, INFLUENCE),
-    ]
+    let names = [
+        ("view", "boundary"),
+        ("vertical_xz", "boundary-vertical"),
+        ("horizontal", "boundary-horizontal"),
+        ("influence", "boundary-influence"),
+    ];
+    let figures = contents::figures(analysis).into_iter();
+    let renamed = figures.filter_map(|figure| {
+        let (_, name) = names.into_iter().find(|(name, _)| *name == figure.name)?;
+        Some(NamedFigure { name, ..figure })
+    });
+    renamed.collect()
 }

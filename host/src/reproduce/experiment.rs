@@ -1,7 +1,9 @@
 //! What the paper simulated, how its sentences are read, and what it found.
 
 use crate::campaign::{CaseColumns, Plan};
-use crate::{CalibrationMethod, InputError, InputText};
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::fit::options::CalibrationMethod;
 use std::path::Path;
 
 /// A simulation of the paper, as a campaign.

@@ -1,22 +1,15 @@
 //! The paper's figures, and those that it lacks.
 
+mod band;
 mod basins;
 
 use super::{Reproduction, boundary};
 use crate::campaign::{CaseColumns, CaseSummary, Quantiles};
-use crate::plot::{Axis, Colour, Figure, Series, Shape};
+use crate::geometry::range::range;
+use crate::render::named_figure::NamedFigure;
+use crate::render::plot::{Axis, Colour, Figure, Shape};
+use band::{Band, Points, with_band};
 use basins::{basin, one_start};
-
-/// A figure, the name of its files, and what is to be seen in it.
-#[derive(Debug, Clone)]
-pub struct NamedFigure {
-    /// Such as `fig2a`.
-    pub name: &'static str,
-    /// What is drawn.
-    pub figure: Figure,
-    /// One or two sentences.
-    pub caption: String,
-}
 
 /// How a case is calibrated, and how it is drawn.
 struct Way {
@@ -27,46 +20,27 @@ struct Way {
     colour: Colour,
 }
 
-const WAYS: [Way; 4] = [
+/// By which of weights, prior and planned poses are used.
+const fn way(name: &'static str, [weights, prior, planned]: [bool; 3], colour: Colour) -> Way {
     Way {
-        name: "least squares",
-        weights: false,
-        prior: false,
-        planned: false,
-        colour: Colour::Vermilion,
-    },
-    Way {
-        name: "noise stated",
-        weights: true,
-        prior: false,
-        planned: false,
-        colour: Colour::Green,
-    },
-    Way {
-        name: "noise and tolerance stated",
-        weights: true,
-        prior: true,
-        planned: false,
-        colour: Colour::Blue,
-    },
-    Way {
-        name: "and planned poses",
-        weights: true,
-        prior: true,
-        planned: true,
-        colour: Colour::Purple,
-    },
-];
-
-impl NamedFigure {
-    pub(super) fn new(name: &'static str, figure: Figure, caption: impl Into<String>) -> Self {
-        Self {
-            name,
-            figure,
-            caption: caption.into(),
-        }
+        name,
+        weights,
+        prior,
+        planned,
+        colour,
     }
 }
+
+const WAYS: [Way; 4] = [
+    way("least squares", [false; 3], Colour::Vermilion),
+    way("noise stated", [true, false, false], Colour::Green),
+    way(
+        "noise and tolerance stated",
+        [true, true, false],
+        Colour::Blue,
+    ),
+    way("and planned poses", [true; 3], Colour::Purple),
+];
 
 /// All of them, in the order of the report.
 pub fn figures(reproduction: &Reproduction) -> Vec<NamedFigure> {
@@ -188,11 +162,11 @@ fn parameter_gains(cases: &[CaseSummary], method: &str) -> Figure {
         Axis::named("", names),
     )
     .sized(800, 760)
-    .with(Series::new(
+    .with(
         "",
         Colour::Ink,
         Shape::Dashed(vec![(0.0, -0.5), (0.0, 23.5)]),
-    ));
+    );
     for (way, offset) in [&WAYS[0], &WAYS[2], &WAYS[3]]
         .into_iter()
         .zip([-0.22, 0.0, 0.22])
@@ -210,18 +184,11 @@ fn parameter_gains(cases: &[CaseSummary], method: &str) -> Figure {
         });
         let dots = rows().map(|(gain, row)| (gain.gain_percent.median, row));
         figure = figure
-            .with(Series::new("", way.colour, Shape::Segments(bars.collect())))
-            .with(Series::new(
-                way.name,
-                way.colour,
-                Shape::Points(dots.collect()),
-            ));
+            .with("", way.colour, Shape::Segments(bars.collect()))
+            .with(way.name, way.colour, Shape::Points(dots.collect()));
     }
     figure
 }
-
-type Points = Vec<(f64, f64)>;
-type Band = Vec<(f64, f64, f64)>;
 
 /// Median and 5 % to 95 % of a quantity against the number of poses.
 fn against_poses<'a>(
@@ -237,13 +204,6 @@ fn against_poses<'a>(
         .unzip()
 }
 
-fn with_band(figure: Figure, name: &str, colour: Colour, (line, band): (Points, Band)) -> Figure {
-    figure
-        .with(Series::new("", colour, Shape::Band(band)))
-        .with(Series::new("", colour, Shape::Points(line.clone())))
-        .with(Series::new(name, colour, Shape::Line(line)))
-}
-
 fn position_errors(cases: &[CaseSummary], method: &str) -> Figure {
     let of = |way: &'static Way| {
         cases
@@ -257,9 +217,7 @@ fn position_errors(cases: &[CaseSummary], method: &str) -> Figure {
         series.push((way.name, way.colour, after));
     }
     let ends = series.iter().flat_map(|(.., (_, band))| band);
-    let (low, high) = ends.fold((f64::INFINITY, 0_f64), |(low, high), &(_, from, to)| {
-        (low.min(from), high.max(to))
-    });
+    let (low, high) = range(ends.flat_map(|&(_, from, to)| [from, to]));
     let figure = Figure::new(
         Axis::linear("poses", 5.0, 63.0),
         Axis::logarithmic("position error, mm", low / 1.2, high * 1.2),
@@ -285,11 +243,11 @@ fn number_of_poses(cases: &[CaseSummary], noise_joint_deg: f64) -> Figure {
         Axis::linear("poses", 4.0, 104.0),
         Axis::linear("gain, %", low, 100.0),
     )
-    .with(Series::new(
+    .with(
         "50 poses: the paper sees no improvement beyond",
         Colour::Ink,
         Shape::Dashed(vec![(50.0, low), (50.0, 100.0)]),
-    ));
+    );
     for way in &WAYS {
         let of_way = cases
             .iter()
@@ -315,11 +273,11 @@ fn gains(reproduction: &Reproduction, experiment: &str, method: &str) -> Figure 
         Axis::linear("poses", 5.0, 63.0),
         Axis::linear("gain, %", low, 100.0),
     )
-    .with(Series::new(
+    .with(
         "",
         Colour::Ink,
         Shape::Dashed(vec![(5.0, 0.0), (63.0, 0.0)]),
-    ));
+    );
     for way in &WAYS {
         let of_way = cases
             .iter()
@@ -337,9 +295,5 @@ fn gains(reproduction: &Reproduction, experiment: &str, method: &str) -> Figure 
         .filter(|results| results.experiment.name == experiment)
         .flat_map(|results| results.experiment.paper)
         .filter_map(|value| Some((count(value.poses?), value.gain_percent?)));
-    figure.with(Series::new(
-        "the paper",
-        Colour::Ink,
-        Shape::Diamonds(paper.collect()),
-    ))
+    figure.with("the paper", Colour::Ink, Shape::Diamonds(paper.collect()))
 }

@@ -1,11 +1,15 @@
 //! `report.html` of a reproduction: the paper's numbers beside those found here, and what follows.
 
 mod findings;
+mod shares;
 mod tables;
 
+pub use tables::table;
+
 use super::{NamedFigure, Reproduction, comparisons};
-use crate::plot::PlotError;
-use crate::report::page;
+use crate::render::named_figure::shown;
+use crate::render::page;
+use crate::render::plot::PlotError;
 use maud::{Markup, html};
 
 /// The whole report, one file that opens from disk.
@@ -14,13 +18,7 @@ use maud::{Markup, html};
 /// A figure that cannot be drawn; none is known.
 pub fn render(reproduction: &Reproduction, figures: &[NamedFigure]) -> Result<String, PlotError> {
     let title = "Calibration of Delta robots: the paper's simulations, run again";
-    let shown = |names: &[&str]| -> Result<Markup, PlotError> {
-        Ok(html! {
-            @for named in figures.iter().filter(|named| names.contains(&named.name)) {
-                (page::figure(&named.figure, &named.caption)?)
-            }
-        })
-    };
+    let shown = |names: &[&str]| shown(figures, names);
     let comparisons = comparisons(reproduction);
     let body = html! {
         h1 { (title) }

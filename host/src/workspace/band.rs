@@ -2,8 +2,10 @@
 
 use super::influence::displacements;
 use super::{BoundaryPoint, Workspace};
-use crate::reach::Reach;
-use delta_cal::{Arm, ArmIndex, Parameter, ParameterKind, Robot, Tolerance, standard_normal};
+use crate::geometry::reach::Reach;
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::simulate::standard_normal;
+use delta_cal::{ArmIndex, Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -173,7 +175,7 @@ fn drawn(
     let mut rng =
         Pcg32::seed_from_u64(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(number));
     let mut arm = |arm: &Arm<f64>| {
-        let mut parameters = arm.parameters().data.0[0];
+        let mut parameters = arm.parameters();
         for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {
             *value += tolerance.of(parameter) * standard_normal::<f64, _>(&mut rng);
         }
@@ -188,7 +190,7 @@ fn drawn(
 pub(super) fn predicted(from: &Robot<f64>, to: &Robot<f64>, displacements: &[f64; 24]) -> f64 {
     let values = |robot: &Robot<f64>| {
         let arms = *robot.arms();
-        arms.into_iter().flat_map(|arm| arm.parameters().data.0[0])
+        arms.into_iter().flat_map(|arm| arm.parameters())
     };
     let parameters = ArmIndex::ALL.into_iter().flat_map(|_| Parameter::ALL);
     let changes = values(from)

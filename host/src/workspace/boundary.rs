@@ -2,8 +2,9 @@
 
 use super::face::{self, ByParameters, Face};
 use super::grid::Grid;
-use crate::reach::{Limit, Reach};
-use delta_cal::{ArmIndex, KinematicsError, Robot};
+use crate::geometry::reach::{Limit, Reach};
+use delta_cal::kinematics::KinematicsError;
+use delta_cal::{ArmIndex, Robot};
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 

@@ -1,7 +1,7 @@
 //! How far from singularities the robot is, all over its workspace.
 
 use super::Workspace;
-use delta_cal::Conditioning;
+use delta_cal::kinematics::SingularityDistance;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -11,19 +11,19 @@ pub struct ConditionedPosition {
     /// mm.
     pub position: Vector3<f64>,
     /// Both kinds; 0 at a singularity.
-    pub conditioning: Conditioning<f64>,
+    pub conditioning: SingularityDistance<f64>,
 }
 
 impl ConditionedPosition {
     /// At a position, if it is reachable.
-    pub(super) fn at(workspace: &Workspace, position: Vector3<f64>) -> Option<Self> {
+    pub(crate) fn at(workspace: &Workspace, position: Vector3<f64>) -> Option<Self> {
         let q = workspace
             .reach
             .any_joints(&workspace.robot, &position)
             .ok()?;
         Some(Self {
             position,
-            conditioning: workspace.robot.conditioning(&position, &q),
+            conditioning: workspace.robot.singularity_distance(&position, &q),
         })
     }
 

@@ -8,8 +8,9 @@
 //! | parallel singularity | det(w₁, w₂, w₃) = 0, qᵢ(X) on their branches | towards falling \|det\| |
 //! | elbows' plane upright | ((B₂ − B₁) × (B₃ − B₁))·up = 0, the same | towards falling \|·\| |
 
-use crate::reach::{Limit, Reach, other_elbow};
-use delta_cal::{Arm, ArmIndex, Parameter, Robot};
+use crate::geometry::reach::{Limit, Reach, other_elbow};
+use delta_cal::robot::Arm;
+use delta_cal::{ArmIndex, Parameter, Robot};
 use nalgebra::{SVector, Vector3};
 use std::f64::consts::{PI, TAU};
 

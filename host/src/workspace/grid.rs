@@ -1,13 +1,12 @@
 //! The nodes of a grid of lines, and which of them are reachable.
 
-use super::WorkspaceError;
-use crate::reach::{Limit, Reach};
-use delta_cal::{JointLimits, Robot};
+use super::error::WorkspaceError;
+use crate::geometry::reach::{Limit, Reach};
+use crate::geometry::sweep::{SWEPT, sweep};
+use delta_cal::Robot;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-/// Joint angles of the forward sweep on each joint, both ends included.
-const SWEEP: u32 = 33;
 /// Lines across the longest side, if no spacing is given.
 const LINES: f64 = 80.0;
 /// Nodes beyond the box that the sweep found, at each side; the sweep may miss a little.
@@ -162,29 +161,8 @@ fn swept_box(
         Ok((low, high))
     } else {
         Err(WorkspaceError::Empty {
-            poses: SWEEP.pow(3),
+            poses: SWEPT,
             forearms_forbid,
         })
     }
-}
-
-/// Whether the forearms meet at any pose of the sweep, whatever the ball joints.
-pub(crate) fn reaches_anywhere(robot: &Robot<f64>, limits: &JointLimits<f64>) -> bool {
-    let reach = Reach {
-        limits: *limits,
-        forearm_limit: None,
-    };
-    sweep(&reach).any(|q| robot.forward(&q).is_ok())
-}
-
-/// All combinations of evenly spaced joint angles within the limits, ends included.
-fn sweep(reach: &Reach) -> impl Iterator<Item = [f64; 3]> + '_ {
-    let angle = |part: u32| reach.limits.at(f64::from(part) / f64::from(SWEEP - 1));
-    (0..SWEEP.pow(3)).map(move |cell| {
-        [
-            angle(cell / SWEEP / SWEEP),
-            angle(cell / SWEEP % SWEEP),
-            angle(cell % SWEEP),
-        ]
-    })
 }

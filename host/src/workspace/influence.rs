@@ -23,7 +23,7 @@ pub struct ParameterInfluence {
 
 /// Displacement of each point along its outward normal for each parameter, in the order of the
 /// arms and of [`Parameter::ALL`]: mm per mm, and mm per radian.
-pub(super) fn displacements(workspace: &Workspace) -> Vec<Option<[f64; 24]>> {
+pub(crate) fn displacements(workspace: &Workspace) -> Vec<Option<[f64; 24]>> {
     let of = |point: &super::BoundaryPoint| {
         let arms = point.displacement(&workspace.robot, &workspace.reach)?;
         let mut all = [0.0; 24];
@@ -36,10 +36,10 @@ pub(super) fn displacements(workspace: &Workspace) -> Vec<Option<[f64; 24]>> {
 }
 
 /// A millimetre, or a degree in radians.
-pub(super) fn unit(parameter: Parameter) -> f64 {
+pub(crate) fn unit(parameter: Parameter) -> f64 {
     match parameter.kind() {
-        delta_cal::ParameterKind::Length => 1.0,
-        delta_cal::ParameterKind::Angle => 1f64.to_radians(),
+        delta_cal::robot::ParameterKind::Length => 1.0,
+        delta_cal::robot::ParameterKind::Angle => 1f64.to_radians(),
     }
 }
 

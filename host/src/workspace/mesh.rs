@@ -8,7 +8,7 @@
 //! workspace stay sharp.
 
 use super::{BoundaryPoint, Workspace};
-use crate::reach::Limit;
+use crate::geometry::reach::Limit;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use std::collections::BTreeMap;

@@ -1,10 +1,12 @@
 //! How near a path comes to singularities.
 
 use super::{NearestSingularity, nearest_singularity};
-use crate::reach::Limit;
-use crate::samples_file::{Pose, read_poses};
-use crate::{InputError, InputText, RobotFile};
-use delta_cal::Conditioning;
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{Pose, read_poses};
+use crate::geometry::reach::Limit;
+use delta_cal::kinematics::SingularityDistance;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -16,9 +18,16 @@ pub struct PathPoint {
     /// Radians.
     pub q: [f64; 3],
     /// Both kinds; 0 at a singularity.
-    pub conditioning: Conditioning<f64>,
+    pub conditioning: SingularityDistance<f64>,
     /// The nearest singularity.
     pub nearest: NearestSingularity,
+}
+
+impl PathPoint {
+    /// The conditioning of the arm that is nearest to its singularity.
+    pub fn serial(&self) -> f64 {
+        self.conditioning.serial.into_iter().fold(1.0, f64::min)
+    }
 }
 
 /// One row of the file.
@@ -76,7 +85,7 @@ pub fn distances_of_path(robot: &RobotFile, input: &InputText) -> Result<PathSum
                 point: pose.map(|(position, q)| PathPoint {
                     position,
                     q,
-                    conditioning: robot.robot.conditioning(&position, &q),
+                    conditioning: robot.robot.singularity_distance(&position, &q),
                     nearest: nearest_singularity(&robot.robot, &position, &q),
                 }),
             }

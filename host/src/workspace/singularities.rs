@@ -9,8 +9,9 @@
 
 use super::boundary::bisect;
 use super::face::{determinant, flattest};
-use crate::reach::Limit;
-use delta_cal::{Arm, ArmIndex, Robot};
+use crate::geometry::reach::Limit;
+use delta_cal::robot::Arm;
+use delta_cal::{ArmIndex, Robot};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
@@ -27,7 +28,7 @@ const LAST_TURN: f64 = 1e-5;
 const PRECISION: f64 = 1e-7;
 
 /// The singular configuration nearest to a pose, within the pose's branch of the kinematics. Joint
-/// limits are not looked at.
+/// limits are ignored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearestSingularity {
     /// [`Limit::Serial`] or [`Limit::Parallel`].

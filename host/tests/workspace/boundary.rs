@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 /// Whether the forward model leads to a position from joint angles within the limits. Each arm's
 /// joint angles are sought by scanning and bisecting its constraint; the inverse is not asked.
 pub(super) fn forward_reaches(case: &Case, x: &Vector3<f64>) -> bool {
-    let roots = |arm: &delta_cal::Arm<f64>| {
+    let roots = |arm: &delta_cal::robot::Arm<f64>| {
         let (low, high) = (case.reach.limits.minimum(), case.reach.limits.maximum());
         let f = |q: f64| arm.constraint(x, q);
         let mut roots = Vec::new();

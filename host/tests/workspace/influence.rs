@@ -1,5 +1,6 @@
 use super::robots::{Case, cases, workspace};
-use delta_cal::{Arm, Parameter, ParameterKind, Robot, Tolerance};
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::{Parameter, Robot, Tolerance};
 use delta_cal_host::workspace::{BandOptions, Options, Workspace, band, compare, influence};
 use std::collections::BTreeMap;
 
@@ -7,7 +8,7 @@ use std::collections::BTreeMap;
 fn moved(robot: &Robot<f64>, index: usize, by: f64) -> Robot<f64> {
     let mut arms = *robot.arms();
     let arm = &mut arms[index / 8];
-    let mut parameters = arm.parameters().data.0[0];
+    let mut parameters = arm.parameters();
     parameters[index % 8] += by;
     *arm = Arm::new(parameters).unwrap();
     Robot::new(arms).unwrap()

@@ -1,7 +1,8 @@
 //! The robots of these tests.
 
-use delta_cal::{JointLimits, Robot, SymmetricRobot};
-use delta_cal_host::reach::Reach;
+use delta_cal::kinematics::JointLimits;
+use delta_cal::{Robot, SymmetricRobot};
+use delta_cal_host::geometry::reach::Reach;
 use delta_cal_host::workspace::{Options, Workspace};
 use delta_cal_tests::Spread;
 pub(super) use delta_cal_tests::uniform;

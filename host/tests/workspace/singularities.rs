@@ -1,6 +1,7 @@
 use super::robots::{paper, perturbed, reach, symmetric, uniform};
-use delta_cal::{Robot, random_pose};
-use delta_cal_host::reach::Limit;
+use delta_cal::Robot;
+use delta_cal::simulate::random_pose;
+use delta_cal_host::geometry::reach::Limit;
 use delta_cal_host::workspace::nearest_singularity;
 use nalgebra::Vector3;
 use rand_core::SeedableRng;

@@ -5,7 +5,7 @@ use crate::numbers::{Bits, Source};
 use crate::promises::finite_robot;
 use delta_cal_firmware_example::{Controller, ParameterFlash, nominal};
 use delta_cal_protocol::{
-    ControlLoop, Direction, Origin, Phase, Request, Response, RevertTo, SampleMessage,
+    ControlLoop, Direction, Origin, ParameterSet, Phase, Request, Response, RevertTo, SampleMessage,
 };
 
 /// Background steps after which a calibration must have ended: 3 arms, 40 starts of 50 steps each.
@@ -106,6 +106,14 @@ impl<T: Bits> Bench<T> {
         *answer
     }
 
+    /// Of the parameters in use.
+    pub(crate) fn generation(&mut self) -> u32 {
+        match self.ask(&Request::Parameters(ParameterSet::Current)) {
+            Response::Parameters(parameters) => parameters.generation,
+            answer => panic!("{answer:?}"),
+        }
+    }
+
     /// Background work to its end.
     fn rest(&mut self) {
         let mut left = STEPS;
@@ -143,9 +151,11 @@ impl<T: Bits> Bench<T> {
         let Some(fingerprint) = self.solved else {
             return false;
         };
+        let from = self.generation();
         let answer = self.ask(&Request::Apply {
             session,
             fingerprint,
+            from,
         });
         matches!(answer, Response::Parameters(parameters) if parameters.origin == Origin::Calibration)
     }
@@ -204,7 +214,7 @@ fn session<T: Bits>(source: &mut Source<'_>) {
                 );
             }
             6 => {
-                let from = bench.controller.current().fingerprint;
+                let from = bench.generation();
                 let to = [RevertTo::Previous, RevertTo::Nominal][source.below(2)];
                 bench.send(&frame(
                     Direction::Request,
@@ -215,12 +225,14 @@ fn session<T: Bits>(source: &mut Source<'_>) {
             7 => {
                 if let Some(fingerprint) = bench.solved {
                     let session = u32::from(source.byte() & 1) + 1;
+                    let from = bench.generation();
                     bench.send(&frame(
                         Direction::Request,
                         78,
                         &Request::<T>::Apply {
                             session,
                             fingerprint,
+                            from,
                         },
                     ));
                 }

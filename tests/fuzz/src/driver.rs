@@ -9,7 +9,8 @@ use delta_cal_host::device::{
     Client, DeviceError, Patience, Transport, apply, assumptions, calibrate, calibrate_robot,
     measurements, outcome, robot,
 };
-use delta_cal_host::{CalibrationReport, InputText, Options, RobotFile, SamplesFile, example};
+use delta_cal_host::files::example;
+use delta_cal_host::{CalibrationReport, InputText, Options, RobotFile, SamplesFile};
 use delta_cal_protocol::{ControlLoop, Direction, Request, Response, RevertTo};
 use std::collections::VecDeque;
 use std::io;
@@ -138,7 +139,8 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
         on_the_way: VecDeque::new(),
     };
     let patience = Patience {
-        timeout: Duration::ZERO,
+        timeout: Duration::from_hours(1),
+        deadline: Duration::from_hours(1),
         silent_attempts: 3,
         attempts: 6,
         pause: Duration::ZERO,
@@ -188,12 +190,7 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
             assert!(robot.is_ok(), "{parameters:?}");
         }
     }
-    let from = client
-        .transport_mut()
-        .bench
-        .controller
-        .current()
-        .fingerprint;
+    let from = client.transport_mut().bench.generation();
     if let Some(parameters) = explained(client.revert::<T>(from, RevertTo::Previous))
         && let Ok(robot) = robot::<T, f64>(&parameters.arms)
     {
@@ -213,7 +210,7 @@ fn explained<R>(answer: Result<R, DeviceError>) -> Option<R> {
 }
 
 fn finite_report(report: &CalibrationReport) {
-    finite_outcome(&report.outcome.robot);
+    finite_outcome(&report.outcome.fit);
     for error in [&report.error_before, &report.error_after] {
         assert!(error.rms.is_finite() && error.max.is_finite(), "{error:?}");
     }

@@ -2,7 +2,8 @@
 
 use crate::numbers::Source;
 use crate::promises::finite_robot;
-use delta_cal::{JointLimits, Parameter};
+use delta_cal::Parameter;
+use delta_cal::kinematics::JointLimits;
 use delta_cal_host::campaign::Plan;
 use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, read_joints, read_positions};
 use std::fmt::Write;
@@ -72,7 +73,7 @@ pub fn robot_file(data: &[u8]) {
 /// The same numbers, but for what angles lose in degrees.
 fn alike(a: &RobotFile, b: &RobotFile) -> bool {
     let numbers = |file: &RobotFile| {
-        let arms = file.robot.arms().map(|arm| arm.parameters().data.0[0]);
+        let arms = file.robot.arms().map(|arm| arm.parameters());
         let mut numbers = arms.as_flattened().to_vec();
         numbers.extend([file.limits.minimum(), file.limits.maximum()]);
         numbers.extend(file.forearm_limit);

@@ -79,13 +79,14 @@ pub(crate) fn request<T: Bits>(source: &mut Source<'_>, next: u32) -> Request<T>
         8 => Request::Apply {
             session,
             fingerprint: source.wide(),
+            from: u32::from(source.byte() & 3),
         },
         9 => Request::Revert {
-            from: source.wide(),
+            from: u32::from(source.byte() & 3),
             to: RevertTo::Previous,
         },
         10 => Request::Revert {
-            from: source.wide(),
+            from: u32::from(source.byte() & 3),
             to: RevertTo::Nominal,
         },
         _ => Request::Counters,

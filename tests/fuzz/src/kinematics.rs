@@ -1,9 +1,10 @@
 //! Forward and inverse kinematics and what is computed beside them, of any robot at any pose.
 
 use crate::numbers::{Bits, Source};
-use delta_cal::{
-    JointLimits, Noise, RigidTransform, Robot, SymmetricRobot, random_pose, simulate_sample,
-};
+use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::JointLimits;
+use delta_cal::simulate::{random_pose, simulate_sample};
+use delta_cal::{Noise, Robot, SymmetricRobot};
 use nalgebra::{Matrix3, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -54,7 +55,7 @@ fn poses<T: Bits>(robot: &Robot<T>, source: &mut Source<'_>) {
         pose(robot, &position, &angles);
     }
     // Not a pose of the robot: nothing is promised but an end, and no NaN that counts as clear.
-    let conditioning = robot.conditioning(&position, &joints);
+    let conditioning = robot.singularity_distance(&position, &joints);
     assert!(
         !(conditioning.is_clear()
             && !conditioning.parallel.finite()
@@ -79,7 +80,7 @@ fn poses<T: Bits>(robot: &Robot<T>, source: &mut Source<'_>) {
 
 /// What is computed at a pose of the robot.
 fn pose<T: Bits>(robot: &Robot<T>, position: &Vector3<T>, joints: &[T; 3]) {
-    let conditioning = robot.conditioning(position, joints);
+    let conditioning = robot.singularity_distance(position, joints);
     let figures = conditioning.serial.iter().chain([&conditioning.parallel]);
     for figure in figures {
         assert!(

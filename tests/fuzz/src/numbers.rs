@@ -2,7 +2,9 @@
 //! pattern at all.
 
 use arbitrary::Unstructured;
-use delta_cal::{Arm, GeometryError, Method, Noise, Robot, Sample, Settings, Start, Tolerance};
+use delta_cal::calibration::{Solver, Start};
+use delta_cal::robot::{Arm, GeometryError};
+use delta_cal::{Noise, Robot, Sample, Settings, Tolerance};
 use delta_cal_firmware_example::{Number, nominal};
 use nalgebra::Vector3;
 
@@ -104,9 +106,7 @@ impl<'a> Source<'a> {
 
     /// 24 parameters: as drawn, or each from the bytes.
     pub(crate) fn geometry<T: Bits>(&mut self) -> Result<[[T; 8]; 3], GeometryError> {
-        let drawn = nominal::<f64>()?
-            .arms()
-            .map(|arm| arm.parameters().data.0[0]);
+        let drawn = nominal::<f64>()?.arms().map(|arm| arm.parameters());
         if self.byte() < 0x40 {
             return Ok(drawn.map(|arm| arm.map(T::from_f64)));
         }
@@ -142,25 +142,24 @@ impl<'a> Source<'a> {
             let (length, angle) = (self.number(0.5, 0.5), self.number(3e-3, 3e-3));
             Tolerance::new(length, angle).ok()
         });
-        Settings {
-            noise: noise.flatten(),
-            tolerance: tolerance.flatten(),
-            method: if kind & 4 == 0 {
-                Method::LevenbergMarquardt
+        Settings::default()
+            .with_noise(noise.flatten())
+            .with_tolerance(tolerance.flatten())
+            .with_solver(if kind & 4 == 0 {
+                Solver::LevenbergMarquardt
             } else {
-                Method::GaussNewton
-            },
-            start: if kind & 0x18 == 0x18 {
+                Solver::GaussNewton
+            })
+            .with_start(if kind & 0x18 == 0x18 {
                 Start::Free
             } else {
-                Start::Reference
-            },
-            iteration_limit: if kind & 0x20 == 0 {
+                Start::Nominal
+            })
+            .with_iteration_limit(if kind & 0x20 == 0 {
                 50
             } else {
                 u16::from(self.byte() & 0x3f)
-            },
-        }
+            })
     }
 
     /// Up to `most` measurements of a robot that is nearly the one that was drawn, each number of them
@@ -172,7 +171,7 @@ impl<'a> Source<'a> {
         let truth = nominal::<f64>().and_then(|robot| {
             let [first, second, third] = *robot.arms();
             let moved = |arm: Arm<f64>, part: f64| {
-                let mut parameters = arm.parameters().data.0[0];
+                let mut parameters = arm.parameters();
                 for (value, sign) in parameters.iter_mut().zip([1, -2, 1, 0, 0, 2, -1, 1]) {
                     *value += length * part * f64::from(sign);
                 }

@@ -2,7 +2,8 @@
 
 use crate::numbers::{Bits, Source};
 use crate::promises::finite_outcome;
-use delta_cal::{Loss, RobustRefusal, StoredCalibrator, WeighedSample, robust_fit};
+use delta_cal::classical::StoredCalibrator;
+use delta_cal::robust::{Loss, RobustRefusal, WeighedSample, robust_fit};
 
 /// A fit takes hundreds of times as long as a plain one: few samples.
 const MOST_SAMPLES: usize = 20;
@@ -36,7 +37,7 @@ fn fit<T: Bits>(source: &mut Source<'_>, kind: u8) {
             }
         }
         Ok(outcome) => {
-            finite_outcome(&outcome.robot);
+            finite_outcome(&outcome.fit);
             let weighed = &work[..samples.len()];
             assert_eq!(
                 weighed.iter().filter(|sample| sample.suspected()).count(),

@@ -2,10 +2,9 @@
 
 use crate::numbers::{Bits, Source};
 use crate::promises::finite_outcome;
-use delta_cal::{
-    ArmProblem, Calibrator, Progress, RobotCalibrator, RobotOutcome, RobotSolver, Sample, Settings,
-    Start, StoredCalibrator,
-};
+use delta_cal::calibration::{ArmProblem, RobotCalibrator, Start};
+use delta_cal::classical::StoredCalibrator;
+use delta_cal::{Calibrator, Progress, RobotOutcome, RobotSolver, Sample, Settings};
 
 const MOST_SAMPLES: usize = 40;
 /// Starts of one arm and rounds of balancing the tolerance, at most; the core's tests have the same.
@@ -115,7 +114,7 @@ fn steps<T: Bits>(settings: &Settings<T>) -> u32 {
 /// An iteration from the reference ends no higher than it began, but for rounding: the samples'
 /// residuals are no larger than the reference's.
 fn not_worse<T: Bits>(calibrator: &mut Calibrator<T>, outcome: &RobotOutcome<T>) {
-    if calibrator.settings().start != Start::Reference {
+    if calibrator.settings().start != Start::Nominal {
         return;
     }
     calibrator.flush();
@@ -125,7 +124,7 @@ fn not_worse<T: Bits>(calibrator: &mut Calibrator<T>, outcome: &RobotOutcome<T>)
         let (least, most) = (factor.sum_of_squares(after), factor.sum_of_squares(before));
         // Σ (f/σf)² as the factor's rows round it: each is a sum of terms as large as the unit of
         // length, times a weight.
-        let reference = factor.reference();
+        let reference = factor.nominal();
         let weight = match reference.noise() {
             None => T::ONE,
             Some(noise) => reference.scale() / noise.position(),

@@ -9,9 +9,6 @@ use delta_cal_firmware_example::{PAGE, ParameterFlash, nominal};
 use delta_cal_protocol::{
     Origin, ParameterSet, Request, Response, RevertTo, SampleMessage, fingerprint,
 };
-use embassy_futures::block_on;
-use sequential_storage::cache::Cache;
-use sequential_storage::map::{MapConfig, MapStorage};
 use serde::Serialize;
 
 /// As in `f32`, so in `f64`, whichever the first byte says.
@@ -56,10 +53,8 @@ fn starts<T: Bits>(source: &mut Source<'_>) {
     }
     let before = bench.controller.current();
     let to = [RevertTo::Previous, RevertTo::Nominal][source.below(2)];
-    let answer = bench.ask(&Request::Revert {
-        from: before.fingerprint,
-        to,
-    });
+    let from = bench.generation();
+    let answer = bench.ask(&Request::Revert { from, to });
     let wanted = bench.controller.current();
     if matches!(answer, Response::Fault(_)) {
         assert_eq!(wanted, before);
@@ -73,7 +68,7 @@ fn restarted<T: Bits>(bench: Bench<T>) -> Bench<T> {
 }
 
 fn arms<T: Bits>(robot: &delta_cal::Robot<T>) -> [[T; 8]; 3] {
-    robot.arms().map(|arm| arm.parameters().data.0[0])
+    robot.arms().map(|arm| arm.parameters())
 }
 
 fn drawn<T: Bits>() -> [[T; 8]; 3] {
@@ -91,7 +86,7 @@ fn message<T: Bits>(sample: &delta_cal::Sample<T>) -> SampleMessage<T> {
 
 /// Something of the flash becomes something else.
 fn change<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
-    let place = usize::from(source.word()) % (4 * PAGE);
+    let place = usize::from(source.word()) % (2 * PAGE);
     match source.byte() % 8 {
         0 | 1 => {
             let content = source.bytes();
@@ -113,7 +108,7 @@ fn change<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
             bench.calibrated(&samples);
             *flash = bench.controller.into_flash();
         }
-        _ => write(flash, source, &record::<T>),
+        _ => write::<T>(flash, source),
     }
 }
 
@@ -135,7 +130,7 @@ fn record<T: Bits>(source: &mut Source<'_>) -> Vec<u8> {
     let mut set = |bit: u8| (kind & bit != 0).then(|| source.geometry::<T>().unwrap_or(drawn));
     let (current, previous) = (set(1), set(2));
     let record = Record {
-        version: 1 + u8::from(kind & 0xf0 == 0xf0),
+        version: 2 + u8::from(kind & 0xf0 == 0xf0),
         number: if size_of::<T>() == 4 { 4 } else { 8 },
         nominal: fingerprint(&drawn).wrapping_add(u32::from(kind & 0xf0 == 0xe0)),
         generation: if kind & 4 == 0 {
@@ -152,20 +147,11 @@ fn record<T: Bits>(source: &mut Source<'_>) -> Vec<u8> {
     bytes
 }
 
-/// Stores what `content` makes as the firmware would, in one half or the other.
-fn write(
-    flash: &mut ParameterFlash,
-    source: &mut Source<'_>,
-    content: &dyn Fn(&mut Source<'_>) -> Vec<u8>,
-) {
-    let half = u32::try_from(2 * PAGE).unwrap_or_default();
-    let start = if source.byte() & 1 == 0 { 0 } else { half };
-    let content = content(source);
-    let Ok(config) = MapConfig::try_new(start..start + half) else {
-        return;
-    };
-    let mut map = MapStorage::<u8, _, _>::new(flash, config, Cache::new_uncached());
-    let mut buffer = [0; 512];
-    // A flash that was damaged before may not take it.
-    let _ = block_on(map.store_item(&mut buffer, &1_u8, &content.as_slice()));
+/// Puts a record where the firmware would, in one half or the other.
+fn write<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
+    let start = usize::from(source.byte() & 1) * PAGE;
+    let half = &mut flash.bytes_mut()[start..start + PAGE];
+    let record = record::<T>(source);
+    half.fill(0xff);
+    half[..record.len()].copy_from_slice(&record);
 }

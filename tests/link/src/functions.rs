@@ -4,16 +4,23 @@
 #![allow(clippy::too_many_arguments)]
 
 use core::mem::MaybeUninit;
-use delta_cal::limits::{chi_square_quantile, samples_needed};
-use delta_cal::step_control::{Prospect, StepControl, StepResult, blur};
+use delta_cal::calibration::limits::chi_square_quantile;
+use delta_cal::calibration::step_control::{Prospect, StepControl, StepResult, blur};
+use delta_cal::calibration::{ArmOutcome, ArmSolver, Solver, Start, ToleranceError};
+use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
+use delta_cal::frame::{AlignmentError, RigidTransform};
+use delta_cal::kinematics::{
+    JointLimits, JointLimitsError, KinematicsError, PlatformJacobian, SingularityDistance,
+};
+use delta_cal::robot::{Arm, ArmBasis, GeometryError, ParameterKind};
+use delta_cal::robust::{
+    Loss, RobustOutcome, RobustRefusal, WeighedSample, WeightNormalization, robust_fit,
+};
+use delta_cal::samples::{ArmFactor, MergeError, NoiseError, NominalArm, SampleError};
+use delta_cal::simulate::{PoseError, random_pose, simulate_sample, standard_normal};
 use delta_cal::{
-    AlignmentError, Arm, ArmBasis, ArmFactor, ArmIndex, ArmOutcome, ArmSolver, Calibrator,
-    Conditioning, GeometryError, JointLimits, JointLimitsError, KinematicsError, Loss, MergeError,
-    Method, Noise, NoiseError, Parameter, ParameterKind, PlatformJacobian, PoseError, Progress,
-    Real, Reference, Refusal, RigidTransform, Robot, RobotOutcome, RobotSolver, RobustOutcome,
-    RobustRefusal, Sample, SampleError, Settings, StoredArmSamples, StoredCalibrator, StoredError,
-    SymmetricRobot, Tolerance, ToleranceError, WeighedSample, Worth, random_pose, robust_fit,
-    simulate_sample, standard_normal,
+    ArmIndex, Calibrator, Noise, Parameter, Progress, Real, Refusal, Robot, RobotOutcome,
+    RobotSolver, Sample, Settings, SymmetricRobot, Tolerance,
 };
 use nalgebra::{SVector, Vector3};
 use rand_pcg::Pcg32;
@@ -44,7 +51,7 @@ macro_rules! of_scalar {
                 fn arm_new(parameters: &[$t; 8]) -> Result<Arm<$t>, GeometryError> {
                     Arm::new(*parameters)
                 }
-                fn arm_parameters(arm: &Arm<$t>) -> SVector<$t, 8> { *arm.parameters() }
+                fn arm_parameters(arm: &Arm<$t>) -> [$t; 8] { arm.parameters() }
                 fn arm_get(arm: &Arm<$t>, parameter: Parameter) -> $t { arm.get(parameter) }
                 fn arm_basis(arm: &Arm<$t>) -> ArmBasis<$t> { *arm.basis() }
                 fn arm_d(arm: &Arm<$t>) -> Vector3<$t> { arm.d() }
@@ -59,6 +66,12 @@ macro_rules! of_scalar {
                 fn robot_new(arms: &[Arm<$t>; 3]) -> Result<Robot<$t>, GeometryError> {
                     Robot::new(*arms)
                 }
+                fn robot_from_parameters(
+                    parameters: &[[$t; 8]; 3],
+                ) -> Result<Robot<$t>, GeometryError> {
+                    Robot::from_parameters(*parameters)
+                }
+                fn robot_parameters(robot: &Robot<$t>) -> [[$t; 8]; 3] { robot.parameters() }
                 fn robot_arms(robot: &Robot<$t>) -> [Arm<$t>; 3] { *robot.arms() }
                 fn robot_arm(robot: &Robot<$t>, arm: ArmIndex) -> Arm<$t> { *robot.arm(arm) }
                 fn robot_up(robot: &Robot<$t>) -> Vector3<$t> { robot.up() }
@@ -115,15 +128,15 @@ macro_rules! of_scalar {
                 ) -> Result<PlatformJacobian<$t>, KinematicsError> {
                     robot.platform_jacobian(x, q)
                 }
-                fn conditioning(
+                fn singularity_distance(
                     robot: &Robot<$t>,
                     x: &Vector3<$t>,
                     q: &[$t; 3],
-                ) -> Conditioning<$t> {
-                    robot.conditioning(x, q)
+                ) -> SingularityDistance<$t> {
+                    robot.singularity_distance(x, q)
                 }
-                fn is_clear(conditioning: &Conditioning<$t>) -> bool {
-                    conditioning.is_clear()
+                fn is_clear(distance: &SingularityDistance<$t>) -> bool {
+                    distance.is_clear()
                 }
                 fn constraint(arm: &Arm<$t>, x: &Vector3<$t>, q: $t) -> $t {
                     arm.constraint(x, q)
@@ -158,6 +171,22 @@ macro_rules! of_scalar {
                     tolerance.of(parameter)
                 }
                 fn settings_default() -> Settings<$t> { Settings::default() }
+                fn settings_new() -> Settings<$t> { Settings::new() }
+                fn settings_with(
+                    settings: &Settings<$t>,
+                    noise: Option<Noise<$t>>,
+                    tolerance: Option<Tolerance<$t>>,
+                    solver: Solver,
+                    start: Start,
+                    limit: u16,
+                ) -> Settings<$t> {
+                    settings
+                        .with_noise(noise)
+                        .with_tolerance(tolerance)
+                        .with_solver(solver)
+                        .with_start(start)
+                        .with_iteration_limit(limit)
+                }
                 fn limits_new(
                     minimum: $t,
                     maximum: $t,
@@ -174,26 +203,26 @@ macro_rules! of_scalar {
                 fn sample_check(sample: &Sample<$t>) -> Result<(), SampleError> {
                     sample.check()
                 }
-                fn reference_new(
+                fn nominal_arm_new(
                     arm: &Arm<$t>,
                     centre: &Vector3<$t>,
                     noise: Option<&Noise<$t>>,
-                ) -> Reference<$t> {
-                    Reference::new(arm, centre, noise.copied())
+                ) -> NominalArm<$t> {
+                    NominalArm::new(arm, centre, noise.copied())
                 }
-                fn reference_arm(reference: &Reference<$t>) -> Arm<$t> { *reference.arm() }
-                fn reference_noise(reference: &Reference<$t>) -> Option<Noise<$t>> {
-                    reference.noise().copied()
+                fn nominal_arm_arm(nominal: &NominalArm<$t>) -> Arm<$t> { *nominal.arm() }
+                fn nominal_arm_noise(nominal: &NominalArm<$t>) -> Option<Noise<$t>> {
+                    nominal.noise().copied()
                 }
-                fn reference_scale(reference: &Reference<$t>) -> $t { reference.scale() }
-                fn reference_centre(reference: &Reference<$t>) -> Vector3<$t> {
-                    *reference.centre()
+                fn nominal_arm_scale(nominal: &NominalArm<$t>) -> $t { nominal.scale() }
+                fn nominal_arm_centre(nominal: &NominalArm<$t>) -> Vector3<$t> {
+                    *nominal.centre()
                 }
-                fn factor_new(reference: &Reference<$t>) -> ArmFactor<$t> {
-                    ArmFactor::new(*reference)
+                fn factor_new(nominal: &NominalArm<$t>) -> ArmFactor<$t> {
+                    ArmFactor::new(*nominal)
                 }
-                fn factor_reference(factor: &ArmFactor<$t>) -> Reference<$t> {
-                    *factor.reference()
+                fn factor_nominal_arm(factor: &ArmFactor<$t>) -> NominalArm<$t> {
+                    *factor.nominal()
                 }
                 fn factor_samples(factor: &ArmFactor<$t>) -> u64 { factor.samples() }
                 fn factor_effective_samples(factor: &ArmFactor<$t>) -> $t {
@@ -228,11 +257,11 @@ macro_rules! of_scalar {
                 fn factor_sum_of_squares(factor: &ArmFactor<$t>, arm: &Arm<$t>) -> $t {
                     factor.sum_of_squares(arm)
                 }
-                fn stored_new(reference: &Reference<$t>) -> StoredArmSamples<$t, STORED> {
-                    StoredArmSamples::new(*reference)
+                fn stored_new(nominal: &NominalArm<$t>) -> StoredArmSamples<$t, STORED> {
+                    StoredArmSamples::new(*nominal)
                 }
-                fn stored_reference(stored: &StoredArmSamples<$t, STORED>) -> Reference<$t> {
-                    *stored.reference()
+                fn stored_nominal_arm(stored: &StoredArmSamples<$t, STORED>) -> NominalArm<$t> {
+                    *stored.nominal()
                 }
                 fn stored_len(stored: &StoredArmSamples<$t, STORED>) -> usize { stored.len() }
                 fn stored_is_empty(stored: &StoredArmSamples<$t, STORED>) -> bool {
@@ -278,8 +307,8 @@ macro_rules! of_scalar {
                 }
 
                 // Steps of an iteration
-                fn step_control_new(method: Method) -> StepControl<$t> { StepControl::new(method) }
-                fn step_control_method(control: &StepControl<$t>) -> Method { control.method() }
+                fn step_control_new(method: Solver) -> StepControl<$t> { StepControl::new(method) }
+                fn step_control_solver(control: &StepControl<$t>) -> Solver { control.solver() }
                 fn step_control_damping(control: &StepControl<$t>) -> $t { control.damping() }
                 fn step_control_judge(
                     control: &mut StepControl<$t>,
@@ -421,13 +450,13 @@ macro_rules! of_scalar {
                 fn weighed_suspected(sample: &WeighedSample<$t>) -> bool { sample.suspected() }
                 fn loss_weight(loss: Loss, r: $t) -> $t { loss.weight(r) }
                 fn loss_slope(loss: Loss, r: $t) -> $t { loss.slope(r) }
-                fn loss_worth(loss: Loss, sizes: &[$t], dimensions: $t, stretch: $t) -> Worth<$t> {
-                    loss.worth(sizes.iter().copied(), dimensions, stretch)
+                fn loss_normalization(loss: Loss, sizes: &[$t], dimensions: $t, stretch: $t) -> WeightNormalization<$t> {
+                    loss.normalization(sizes.iter().copied(), dimensions, stretch)
                 }
 
                 // Limits
                 fn quantile(freedom: $t) -> $t { chi_square_quantile(freedom) }
-                fn needed(settings: &Settings<$t>) -> u64 { samples_needed(settings) }
+                fn needed(settings: &Settings<$t>) -> u64 { settings.samples_needed() }
 
                 // Simulation
                 fn normal(rng: &mut Pcg32) -> $t { standard_normal(rng) }

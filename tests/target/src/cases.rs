@@ -6,10 +6,9 @@ use crate::record::Scalar;
 use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt;
 use crc::{CRC_64_XZ, Crc, Digest, NoTable};
-use delta_cal::{
-    ArmOutcome, Calibrator, Method, Noise, Real, Robot, RobotOutcome, Sample, Settings, Start,
-    simulate_sample, standard_normal,
-};
+use delta_cal::calibration::{ArmOutcome, Solver, Start};
+use delta_cal::simulate::{simulate_sample, standard_normal};
+use delta_cal::{Calibrator, Noise, Real, Robot, RobotOutcome, Sample, Settings};
 use heapless::Vec;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -112,13 +111,13 @@ impl<T: Real> Case<T> {
         let count = COUNTS.get(draw(16)).copied().unwrap_or(MOST_SAMPLES);
         let fault = FAULTS.get(draw(16)).copied().unwrap_or(Fault::None);
         let noisy = draw(4) > 0;
-        let mut settings = Settings {
-            noise: (draw(2) == 0).then(noise),
-            tolerance: (draw(3) == 0).then(tolerance),
-            method: [Method::LevenbergMarquardt, Method::GaussNewton][usize::from(draw(8) == 0)],
-            start: [Start::Reference, Start::Free][usize::from(draw(4) == 0)],
-            ..Settings::default()
-        };
+        let mut settings = Settings::default()
+            .with_noise((draw(2) == 0).then(noise))
+            .with_tolerance((draw(3) == 0).then(tolerance))
+            .with_solver(
+                [Solver::LevenbergMarquardt, Solver::GaussNewton][usize::from(draw(8) == 0)],
+            )
+            .with_start([Start::Nominal, Start::Free][usize::from(draw(4) == 0)]);
         let far_from_nominal = draw(8) == 0 || fault == Fault::FewIterations;
         match fault {
             Fault::NoiseOverstated => {

@@ -7,10 +7,11 @@ use crate::measurements::{noise, nominal, samples};
 use crate::record::{Scalar, record};
 use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt::{self, Write};
-use delta_cal::{
-    ArmIndex, ArmProblem, Calibrator, KinematicsError, Method, Noise, RigidTransform,
-    RobotCalibrator, Sample, Settings, Start, StoredCalibrator,
-};
+use delta_cal::calibration::{ArmProblem, RobotCalibrator, Solver, Start};
+use delta_cal::classical::StoredCalibrator;
+use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::KinematicsError;
+use delta_cal::{ArmIndex, Calibrator, Noise, Sample, Settings};
 use nalgebra::{RealField, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -150,10 +151,7 @@ fn frame<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
 #[inline(never)]
 fn built_in_data<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     let samples = samples::<T>();
-    let settings = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise());
     let empty = Calibrator::new(&nominal::<T>(), &settings);
 
     let mut calibrator = empty;
@@ -188,57 +186,27 @@ fn assumptions<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     let tolerance = Some(tolerance());
     for (label, count, settings) in [
         ("no assumptions", samples.len(), defaults),
-        (
-            "no guess",
-            samples.len(),
-            Settings {
-                start: Start::Free,
-                ..defaults
-            },
-        ),
+        ("no guess", samples.len(), defaults.with_start(Start::Free)),
         (
             "no guess, noise",
             16,
-            Settings {
-                start: Start::Free,
-                noise,
-                ..defaults
-            },
+            defaults.with_start(Start::Free).with_noise(noise),
         ),
         (
             "tolerance and noise",
             12,
-            Settings {
-                noise,
-                tolerance,
-                ..defaults
-            },
+            defaults.with_noise(noise).with_tolerance(tolerance),
         ),
-        (
-            "tolerance",
-            12,
-            Settings {
-                tolerance,
-                ..defaults
-            },
-        ),
+        ("tolerance", 12, defaults.with_tolerance(tolerance)),
         (
             "tolerance, few samples",
             3,
-            Settings {
-                noise,
-                tolerance,
-                ..defaults
-            },
+            defaults.with_noise(noise).with_tolerance(tolerance),
         ),
         (
             "Gauss-Newton",
             samples.len(),
-            Settings {
-                noise,
-                method: Method::GaussNewton,
-                ..defaults
-            },
+            defaults.with_noise(noise).with_solver(Solver::GaussNewton),
         ),
     ] {
         let mut calibrator = Calibrator::new(&nominal::<T>(), &settings);
@@ -251,10 +219,7 @@ fn assumptions<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
 /// The form that keeps its samples, filled until it refuses one.
 #[inline(never)]
 fn stored<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
-    let settings = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise());
     let mut calibrator = StoredCalibrator::<T, 24>::new(&nominal(), &settings);
     for (index, sample) in samples::<T>().iter().enumerate() {
         if let Err(error) = calibrator.add(sample) {
@@ -302,10 +267,8 @@ fn refusals<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     add_each(out, &mut calibrator, &[first; 20])?;
     solve(out, format_args!("one pose"), &mut calibrator)?;
 
-    let optimistic = Settings {
-        noise: Some(Noise::new(T::from_f64(1e-3), T::from_f64(1e-6)).expect("a noise")),
-        ..Settings::default()
-    };
+    let optimistic = Settings::default()
+        .with_noise(Noise::new(T::from_f64(1e-3), T::from_f64(1e-6)).expect("a noise"));
     calibrator = Calibrator::new(&nominal::<T>(), &optimistic);
     add_at_once(out, &mut calibrator, &samples::<T>())?;
     solve(out, format_args!("contradicted noise"), &mut calibrator)
@@ -326,11 +289,9 @@ fn simulation<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
         }
         // Every other robot is measured without noise, every third has a prior.
         let noise = (seed % 2 == 0).then(noise);
-        let settings = Settings {
-            noise,
-            tolerance: (seed % 3 == 1).then(|| tolerance()),
-            ..Settings::default()
-        };
+        let settings = Settings::default()
+            .with_noise(noise)
+            .with_tolerance((seed % 3 == 1).then(|| tolerance()));
         let mut calibrator = Calibrator::new(&nominal::<T>(), &settings);
         for _ in 0..count {
             let Some(sample) = measured(&truth, noise.as_ref(), &mut rng) else {

@@ -1,9 +1,9 @@
 //! Robots drawn near the nominal one, and their measurements.
 
-use delta_cal::{
-    Arm, JointLimits, Noise, Parameter, Real, Robot, Sample, Tolerance, random_pose,
-    simulate_sample, standard_normal,
-};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Arm;
+use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
+use delta_cal::{Noise, Parameter, Real, Robot, Sample, Tolerance};
 use rand_pcg::Pcg32;
 
 /// As the parts are made: one σ of 0.5 mm and 0.2°.

@@ -4,9 +4,8 @@ use crate::measurements::{noise, nominal};
 use crate::record::{Scalar, record};
 use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt::{self, Write};
-use delta_cal::{
-    ArmIndex, Calibrator, Gate, HeldOut, Innovation, Memory, Robot, Sample, Settings, Verdict,
-};
+use delta_cal::stream::{Forgetting, Gate, HeldOut, Innovation, Verdict};
+use delta_cal::{ArmIndex, Calibrator, Robot, Sample, Settings};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
@@ -21,12 +20,10 @@ pub(crate) fn run<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
         let mut rng = Pcg32::seed_from_u64(seed);
         let truth = robot_near::<T>(&nominal(), 1.0, &mut rng);
         let changed = robot_near::<T>(&truth, 1.0, &mut rng);
-        let settings = Settings {
-            noise: (seed % 3 != 1).then(noise),
-            tolerance: (seed % 2 == 0).then(tolerance),
-            ..Settings::default()
-        };
-        let memory = (seed == 3).then(|| Memory::new(T::from_f64(20.0)).expect("a memory"));
+        let settings = Settings::default()
+            .with_noise((seed % 3 != 1).then(noise))
+            .with_tolerance((seed % 2 == 0).then(tolerance));
+        let memory = (seed == 3).then(|| Forgetting::new(T::from_f64(20.0)).expect("a memory"));
         gated(
             out,
             seed,
@@ -47,7 +44,7 @@ fn gated<T: Scalar>(
     out: &mut dyn Write,
     seed: u64,
     settings: &Settings<T>,
-    memory: Option<Memory<T>>,
+    memory: Option<Forgetting<T>>,
     truth: &Robot<T>,
     changed: &Robot<T>,
     rng: &mut Pcg32,
@@ -55,7 +52,7 @@ fn gated<T: Scalar>(
     let mut calibrator = Calibrator::new(&nominal::<T>(), settings);
     let mut gate = Gate::new(&mut calibrator);
     if let Some(memory) = memory {
-        gate = gate.with_memory(memory);
+        gate = gate.with_forgetting(memory);
     }
     for index in 0..SAMPLES.0 + SAMPLES.1 {
         let robot = if index < SAMPLES.0 { truth } else { changed };
@@ -161,7 +158,7 @@ fn forgetting<T: Scalar>(
     truth: &Robot<T>,
     rng: &mut Pcg32,
 ) -> fmt::Result {
-    let memory = Memory::new(T::from_f64(30.0)).expect("a memory");
+    let memory = Forgetting::new(T::from_f64(30.0)).expect("a memory");
     let mut calibrator = Calibrator::new(&nominal::<T>(), settings);
     for _ in 0..200 {
         let Some(sample): Option<Sample<T>> = measured(truth, Some(&noise()), rng) else {

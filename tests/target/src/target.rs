@@ -2,7 +2,8 @@
 
 use core::fmt::{self, Write};
 use cortex_m_rt::entry;
-use delta_cal::{ArmIndex, Calibrator, Parameter, ParameterKind, Refusal, RobotOutcome, Settings};
+use delta_cal::robot::ParameterKind;
+use delta_cal::{ArmIndex, Calibrator, Parameter, Refusal, RobotOutcome, Settings};
 use delta_cal_target_tests::console::{self, Console};
 use delta_cal_target_tests::{Scalar, fixture, noise, nominal, samples};
 
@@ -21,10 +22,7 @@ fn report(console: &mut Console) -> fmt::Result {
 
 /// Everything that a controller has to do.
 fn calibrated<T: Scalar>() -> Result<RobotOutcome<T>, Refusal> {
-    let settings = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise());
     let mut calibrator = Calibrator::new(&nominal(), &settings);
     for sample in &samples() {
         // A faulty sample changes nothing; too few good ones are refused below.

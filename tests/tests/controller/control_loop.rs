@@ -1,9 +1,7 @@
-use crate::driver::{Driver, Flash, arms, samples};
-use core::cell::Cell;
+use crate::driver::{Driver, Flash, arms, named, samples};
+use crate::pace::{Clock, PERIOD};
 use delta_cal::{Robot, SymmetricRobot};
-use delta_cal_firmware_example::{
-    BLEND_TURNS, ControlLoop, Handover, NewParameters, Path, TURNS_A_SECOND, Timer,
-};
+use delta_cal_firmware_example::{BLEND_TURNS, ControlLoop, Handover, Path};
 use delta_cal_protocol::{Response, fingerprint};
 use delta_cal_tests::{Spread, generator, paper_robot, perturbed};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,28 +12,6 @@ fn robot(number: u64) -> Robot<f32> {
         .cast()
         .unwrap()
 }
-
-fn named(robot: &Robot<f32>) -> NewParameters<f32> {
-    NewParameters {
-        fingerprint: fingerprint(&arms(robot)),
-        robot: *robot,
-    }
-}
-
-/// A timer that stands still, or is set by hand.
-#[derive(Default)]
-struct Clock(Cell<u32>);
-
-impl Timer for Clock {
-    const TICKS_A_SECOND: u32 = 25_000_000;
-    const MASK: u32 = 0x00ff_ffff;
-
-    fn now(&self) -> u32 {
-        self.0.get() & Self::MASK
-    }
-}
-
-const PERIOD: u32 = Clock::TICKS_A_SECOND / TURNS_A_SECOND;
 
 #[test]
 fn the_whole_path_is_reached() {
@@ -125,85 +101,13 @@ fn an_unreachable_point_leaves_the_joints_where_they_are() {
 }
 
 #[test]
-fn late_and_left_out_turns_are_counted() {
-    let clock = Clock::default();
-    let mut handover = Handover::new();
-    let (mut background, mut foreground) = handover.split(&named(&paper_robot()));
-    let mut late_after = |at: u32| {
-        clock.0.set(at);
-        foreground.turn(&clock, |_| ());
-        background.state().expect("a state").late
-    };
-    // The timer comes around after 671 turns.
-    let mut at = 0x00ff_0000;
-    assert_eq!(late_after(at), 0);
-    for _ in 0..2000 {
-        at += PERIOD;
-        assert_eq!(late_after(at), 0);
-    }
-    // A little early or late is on time.
-    assert_eq!(late_after(at + PERIOD - 3), 0);
-    assert_eq!(late_after(at + 2 * PERIOD + PERIOD / 10), 0);
-    assert_eq!(late_after(at + 3 * PERIOD + PERIOD / 10 + 1), 1);
-    assert_eq!(late_after(at + 4 * PERIOD), 1);
-    // Two left out.
-    assert_eq!(late_after(at + 7 * PERIOD), 3);
-    assert_eq!(late_after(at + 8 * PERIOD), 3);
-}
-
-/// As erasing a page of single-bank flash stops a processor. The timer comes around after 671 ms, so
-/// that 400 are well within what it can tell.
-#[test]
-fn turns_left_out_in_a_long_stop_are_counted() {
-    let clock = Clock::default();
-    let mut handover = Handover::new();
-    let (mut background, mut foreground) = handover.split(&named(&paper_robot()));
-    let mut late_after = |at: u32| {
-        clock.0.set(at);
-        foreground.turn(&clock, |_| ());
-        background.state().expect("a state").late
-    };
-    assert_eq!(late_after(0), 0);
-    assert_eq!(late_after(PERIOD), 0);
-    assert_eq!(late_after(401 * PERIOD), 399);
-    // And a short one after it.
-    assert_eq!(late_after(402 * PERIOD), 399);
-    assert_eq!(late_after(405 * PERIOD), 401);
-}
-
-#[test]
-fn the_longest_turn_is_kept_apart_while_a_calibration_is_at_work() {
-    let clock = Clock::default();
-    let mut handover = Handover::new();
-    let (mut background, mut foreground) = handover.split(&named(&paper_robot()));
-    let mut turns = 0;
-    let mut turn = |calibrating, ticks| {
-        background.set_calibrating(calibrating);
-        turns += 1;
-        clock.0.set(turns * PERIOD);
-        foreground.turn(&clock, |_| clock.0.set(clock.0.get() + ticks));
-        background.state();
-        // A turn says how long the ones before took.
-        turns += 1;
-        clock.0.set(turns * PERIOD);
-        foreground.turn(&clock, |_| ());
-        let state = background.state().expect("a state");
-        (state.longest_ticks, state.longest_ticks_calibrating)
-    };
-    assert_eq!(turn(false, 900), (900, 0));
-    assert_eq!(turn(true, 700), (900, 700));
-    assert_eq!(turn(false, 1000), (1000, 700));
-    assert_eq!(turn(true, 1100), (1100, 1100));
-}
-
-#[test]
 fn the_loop_takes_over_what_was_applied() {
     let mut driver = Driver::<f32, _>::start(Flash::new());
     let mut handover = Handover::new();
     let (mut background, mut foreground) = handover.split(&driver.controller.current());
     let applied = driver.solved(1, &samples(1, 20));
     driver.apply(1, applied);
-    let clock = Clock::default();
+    let clock = <Clock>::default();
     let mut used = Vec::new();
     for _ in 0..2 * BLEND_TURNS {
         if background.ready()
@@ -239,7 +143,7 @@ fn parameters_are_handed_over_whole() {
     let done = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let turning = scope.spawn(|| {
-            let clock = Clock::default();
+            let clock = <Clock>::default();
             let mut seen = 0;
             while !done.load(Ordering::Relaxed) {
                 foreground.turn(&clock, |joints| {

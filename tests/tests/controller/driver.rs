@@ -1,10 +1,10 @@
 //! The other end of the link.
 
 use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
-use delta_cal_firmware_example::{Controller, Number, nominal};
+use delta_cal_firmware_example::{Controller, NewParameters, Number, nominal};
 use delta_cal_protocol::{
     Begin, Direction, Fault, LARGEST_FRAME, ParameterSet, Parameters, Phase, Receiver, Request,
-    Response, RevertTo, SampleMessage, Status, encode,
+    Response, RevertTo, SampleMessage, Status, encode, fingerprint,
 };
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use embedded_storage_async::nor_flash::NorFlash;
@@ -127,14 +127,19 @@ impl<T: Number, F: NorFlash> Driver<T, F> {
         }
     }
 
+    /// In place of what is in use.
     pub(crate) fn apply(&mut self, session: u32, fingerprint: u32) -> Response<T> {
+        let from = self.parameters().generation;
         self.ask(&Request::Apply {
             session,
             fingerprint,
+            from,
         })
     }
 
-    pub(crate) fn revert(&mut self, from: u32, to: RevertTo) -> Response<T> {
+    /// From what is in use.
+    pub(crate) fn revert(&mut self, to: RevertTo) -> Response<T> {
+        let from = self.parameters().generation;
         self.ask(&Request::Revert { from, to })
     }
 
@@ -204,11 +209,9 @@ pub(crate) fn samples<T: Number>(robot: u64, count: usize) -> Vec<Sample<T>> {
 pub(crate) fn on_the_host<T: Number>(samples: &[Sample<T>]) -> Calibrator<T> {
     let (length, angle) = TOLERANCE;
     let (position, joint) = NOISE;
-    let settings = Settings {
-        tolerance: Some(Tolerance::new(T::from_f64(length), T::from_f64(angle)).unwrap()),
-        noise: Some(Noise::new(T::from_f64(position), T::from_f64(joint)).unwrap()),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_tolerance(Tolerance::new(T::from_f64(length), T::from_f64(angle)).unwrap())
+        .with_noise(Noise::new(T::from_f64(position), T::from_f64(joint)).unwrap());
     let mut calibrator = Calibrator::new(&paper_robot::<T>(), &settings);
     for sample in samples {
         calibrator.add(sample).expect("a sample");
@@ -217,7 +220,7 @@ pub(crate) fn on_the_host<T: Number>(samples: &[Sample<T>]) -> Calibrator<T> {
 }
 
 pub(crate) fn arms<T: Number>(robot: &Robot<T>) -> [[T; 8]; 3] {
-    robot.arms().map(|arm| arm.parameters().data.0[0])
+    robot.arms().map(|arm| arm.parameters())
 }
 
 /// CRC-32 (IEEE 802.3), bit by bit.
@@ -230,4 +233,25 @@ pub(crate) fn crc_32(content: &[u8]) -> u32 {
         }
     }
     !crc
+}
+
+/// So many calibrations stored, one after the other; their fingerprints.
+pub(crate) fn stored(count: u64) -> (Flash, Vec<u32>) {
+    let mut flash = Flash::new();
+    let mut driver = Driver::<f32, _>::start(&mut flash);
+    let fingerprints = (1..=count).map(|robot| {
+        let session = u32::try_from(robot).unwrap();
+        let fingerprint = driver.solved(session, &samples(robot, 12));
+        driver.apply(session, fingerprint);
+        fingerprint
+    });
+    let fingerprints = fingerprints.collect();
+    (flash, fingerprints)
+}
+
+pub(crate) fn named(robot: &Robot<f32>) -> NewParameters<f32> {
+    NewParameters {
+        fingerprint: fingerprint(&arms(robot)),
+        robot: *robot,
+    }
 }

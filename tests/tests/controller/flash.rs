@@ -1,4 +1,4 @@
-//! Flash whose power fails.
+//! Flash whose power fails, and flash that cannot be read.
 
 use crate::driver::Flash;
 use delta_cal_firmware_example::{FlashError, PAGE, WORD};
@@ -7,6 +7,7 @@ use embedded_storage_async::nor_flash::{
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
+use std::ops::Range;
 
 /// How much of a write or an erase is done when the power fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +45,12 @@ pub(crate) struct FailingFlash {
     dead: bool,
     /// Words that were written a second time without an erase between.
     pub(crate) rewritten: u32,
+    /// Reads so far.
+    pub(crate) reads: u32,
+    /// Reads that fail, by their numbers.
+    pub(crate) failing_reads: Range<u32>,
+    /// Bytes that none of those reads may touch.
+    pub(crate) unreadable: Range<u32>,
 }
 
 impl FailingFlash {
@@ -54,6 +61,26 @@ impl FailingFlash {
             cut: None,
             dead: false,
             rewritten: 0,
+            reads: 0,
+            failing_reads: 0..0,
+            unreadable: 0..u32::MAX,
+        }
+    }
+
+    /// Reads within these bytes fail for good.
+    pub(crate) fn unreadable(flash: Flash, bytes: Range<u32>) -> Self {
+        Self {
+            failing_reads: 0..u32::MAX,
+            unreadable: bytes,
+            ..Self::new(flash)
+        }
+    }
+
+    /// Reads of these numbers fail, wherever they are.
+    pub(crate) fn failing_reads(flash: Flash, reads: Range<u32>) -> Self {
+        Self {
+            failing_reads: reads,
+            ..Self::new(flash)
         }
     }
 
@@ -90,6 +117,7 @@ impl FailingFlash {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Failure {
     NoPower,
+    Unreadable,
     Access(FlashError),
 }
 
@@ -109,6 +137,12 @@ impl ReadNorFlash for FailingFlash {
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
         if self.dead {
             return Err(Failure::NoPower);
+        }
+        let (number, end) = (self.reads, offset + u32::try_from(bytes.len()).unwrap());
+        self.reads += 1;
+        let touched = offset < self.unreadable.end && self.unreadable.start < end;
+        if touched && self.failing_reads.contains(&number) {
+            return Err(Failure::Unreadable);
         }
         self.flash
             .read(offset, bytes)

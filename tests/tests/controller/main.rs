@@ -8,10 +8,13 @@
 #![allow(clippy::float_cmp)]
 
 mod control_loop;
+mod damage;
 mod driver;
 mod extremes;
 mod flash;
 mod noise_on_the_link;
+mod pace;
+mod parameters;
 mod records;
 mod sessions;
 mod store;

@@ -161,9 +161,8 @@ fn with_checksum(content: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// One valid frame of each kind, of a session that is solved but for the parts that would change
-/// the parameters, and those with another fingerprint.
-fn valid_frames(fingerprint: u32) -> Vec<Vec<u8>> {
+/// One valid frame of each kind; whole, the last but one and the one before would change the parameters.
+fn valid_frames(fingerprint: u32, from: u32) -> Vec<Vec<u8>> {
     let sample = samples::<f32>(1, 1)[0];
     let session = 5;
     [
@@ -184,9 +183,10 @@ fn valid_frames(fingerprint: u32) -> Vec<Vec<u8>> {
         Request::Apply {
             session,
             fingerprint,
+            from,
         },
         Request::Revert {
-            from: fingerprint,
+            from,
             to: RevertTo::Nominal,
         },
         Request::Counters,
@@ -213,7 +213,7 @@ fn a_million_frames_of_noise_change_nothing() {
     let waiting = driver.solved(5, &samples(2, 12));
     driver.controller.take_switch();
     let before = driver.parameters();
-    let valid = valid_frames(waiting);
+    let valid = valid_frames(waiting, before.generation);
     let known = driver.controller_counters();
 
     let mut rng = generator(0x000b_ad11, 1);

@@ -1,7 +1,8 @@
 use crate::driver::{Driver, Flash, arms, begin, on_the_host, samples};
-use delta_cal::{ArmIndex, Real, Refusal, SampleError};
+use delta_cal::samples::SampleError;
+use delta_cal::{ArmIndex, Real, Refusal};
 use delta_cal_firmware_example::Number;
-use delta_cal_protocol::{Begin, Fault, Origin, Phase, Request, Response, RevertTo, fingerprint};
+use delta_cal_protocol::{Begin, Fault, Phase, Request, Response, fingerprint};
 use delta_cal_tests::paper_robot;
 
 /// Sessions of 5 to 200 samples: the controller's result has the bits of the core's.
@@ -33,7 +34,7 @@ fn same_bits_as_the_core<T: Number>(robots: u64) {
                         panic!("no outcome")
                     };
                     assert_eq!(report.arm, arm);
-                    assert_eq!(report.parameters, expected.arm.parameters().data.0[0]);
+                    assert_eq!(report.parameters, expected.arm.parameters());
                     assert_eq!(report.covariance, expected.covariance.map(|c| c.data.0));
                     assert_eq!(report.residual_rms, expected.residual_rms);
                     assert_eq!(report.estimated_noise, expected.estimated_noise);
@@ -85,6 +86,7 @@ fn without_a_session_there_is_nothing_to_do() {
             Request::Apply {
                 session,
                 fingerprint: 0,
+                from: 0,
             },
         ] {
             assert_eq!(driver.fault(&request), Fault::NoSession);
@@ -102,7 +104,15 @@ fn a_begin_that_comes_again_does_not_start_again() {
         driver.sample(3, index, sample);
         assert_eq!(driver.begin(3), index + 1);
     }
-    // Another session does.
+    // One with other settings is another one, though its number is the same.
+    let other = Begin {
+        tolerance: None,
+        ..begin(3)
+    };
+    assert_eq!(driver.begin_with(other), 0);
+    driver.sample(3, 0, &samples[0]);
+    assert_eq!(driver.begin_with(other), 1);
+    // So is one with another number.
     assert_eq!(driver.begin(4), 0);
     assert_eq!(driver.begin(3), 0);
     assert_eq!(driver.status().phase, Phase::Collecting { samples: 0 });
@@ -283,132 +293,6 @@ fn more_samples_may_follow_a_result_and_a_refusal() {
             assert_eq!(driver.fault(&outcome), Fault::NoOutcome);
         }
     }
-}
-
-#[test]
-fn only_the_result_that_is_meant_is_applied() {
-    let mut driver = Driver::<f32, _>::start(Flash::new());
-    let nominal = arms(&paper_robot::<f32>());
-    let fingerprint = driver.solved(9, &samples(8, 20));
-    let other = Request::Apply {
-        session: 9,
-        fingerprint: fingerprint ^ 1,
-    };
-    assert_eq!(
-        driver.fault(&other),
-        Fault::OtherParameters { there: fingerprint }
-    );
-    assert_eq!(driver.parameters().arms, nominal);
-    assert_eq!(driver.parameters().origin, Origin::Nominal);
-    assert!(driver.controller.take_switch().is_none());
-
-    let applied = driver.apply(9, fingerprint);
-    let Response::Parameters(parameters) = applied else {
-        panic!("{applied:?}")
-    };
-    assert_eq!(parameters.origin, Origin::Calibration);
-    assert_eq!(self::fingerprint(&parameters.arms), fingerprint);
-    let switch = driver.controller.take_switch().expect("new parameters");
-    assert_eq!(switch.fingerprint, fingerprint);
-    assert_eq!(arms(&switch.robot), parameters.arms);
-    assert_eq!(driver.parameters(), parameters);
-
-    // Again: the same answer, and nothing happens.
-    assert_eq!(driver.apply(9, fingerprint), applied);
-    assert!(driver.controller.take_switch().is_none());
-}
-
-#[test]
-fn a_calibration_is_expressed_against_nominal_whatever_is_current() {
-    let mut driver = Driver::<f32, _>::start(Flash::new());
-    let (first, second) = (samples::<f32>(8, 20), samples::<f32>(11, 20));
-    let fingerprint = driver.solved(9, &first);
-    driver.apply(9, fingerprint);
-    let expected = on_the_host(&second).solve().expect("a calibration");
-    assert_eq!(
-        driver.solved(10, &second),
-        self::fingerprint(&arms(&expected.robot))
-    );
-}
-
-#[test]
-fn a_refused_calibration_changes_nothing() {
-    let mut driver = Driver::<f32, _>::start(Flash::new());
-    let fingerprint = driver.solved(9, &samples(8, 20));
-    driver.apply(9, fingerprint);
-    let before = driver.parameters();
-    driver.controller.take_switch();
-    let mut reversed = samples::<f32>(12, 40);
-    for sample in &mut reversed {
-        sample.joints[0] = -sample.joints[0];
-    }
-    assert!(matches!(
-        driver.calibrate(10, &reversed),
-        Phase::CalibrationRefused { samples: 40, .. }
-    ));
-    for fingerprint in [0, fingerprint] {
-        let apply = Request::Apply {
-            session: 10,
-            fingerprint,
-        };
-        assert_eq!(driver.fault(&apply), Fault::NoOutcome);
-    }
-    assert_eq!(driver.parameters(), before);
-    assert!(driver.controller.take_switch().is_none());
-}
-
-#[test]
-fn going_back_needs_the_name_of_what_is_there() {
-    let mut driver = Driver::<f32, _>::start(Flash::new());
-    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
-    let first = driver.solved(1, &samples(8, 20));
-    driver.apply(1, first);
-    let second = driver.solved(2, &samples(9, 20));
-    driver.apply(2, second);
-
-    for (from, to, there, origin) in [
-        (second, RevertTo::Previous, first, Origin::Calibration),
-        (first, RevertTo::Previous, second, Origin::Calibration),
-        (second, RevertTo::Nominal, nominal, Origin::Nominal),
-        (nominal, RevertTo::Previous, second, Origin::Calibration),
-    ] {
-        let wrong = Request::Revert { from: there, to };
-        assert_eq!(driver.fault(&wrong), Fault::OtherParameters { there: from });
-        driver.controller.take_switch();
-        let reverted = driver.revert(from, to);
-        let Response::Parameters(parameters) = reverted else {
-            panic!("{reverted:?}")
-        };
-        assert_eq!(fingerprint(&parameters.arms), there);
-        assert_eq!(parameters.origin, origin);
-        let switch = driver.controller.take_switch().expect("new parameters");
-        assert_eq!(switch.fingerprint, there);
-        // The same request again is about parameters that are no longer there.
-        let again = Request::Revert { from, to };
-        assert_eq!(driver.fault(&again), Fault::OtherParameters { there });
-    }
-}
-
-#[test]
-fn a_restart_in_a_session_keeps_the_parameters_and_says_that_the_session_is_gone() {
-    let mut flash = Flash::new();
-    let mut driver = Driver::<f32, _>::start(&mut flash);
-    let first = driver.solved(1, &samples(8, 20));
-    driver.apply(1, first);
-    let before = driver.parameters();
-    let more = samples::<f32>(9, 20);
-    driver.begin(2);
-    for (index, sample) in (0..).zip(&more[..11]) {
-        driver.sample(2, index, sample);
-    }
-
-    let mut driver = Driver::<f32, _>::start(&mut flash);
-    assert_eq!(driver.parameters(), before);
-    assert_eq!(driver.controller.current().fingerprint, first);
-    let sample = crate::driver::message(2, 11, &more[11]);
-    assert_eq!(driver.fault(&sample), Fault::NoSession);
-    let expected = on_the_host(&more).solve().expect("a calibration");
-    assert_eq!(driver.solved(2, &more), fingerprint(&arms(&expected.robot)));
 }
 
 #[test]

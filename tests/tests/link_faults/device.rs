@@ -121,7 +121,7 @@ impl<T: Number> Device<T> {
         let robot = *self.on.as_ref().unwrap().foreground.control_loop().robot();
         robot
             .arms()
-            .map(|arm| arm.parameters().data.0[0].map(|value| value.to_f64().to_bits()))
+            .map(|arm| arm.parameters().map(|value| value.to_f64().to_bits()))
     }
 
     fn look(&mut self) {

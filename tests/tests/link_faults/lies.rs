@@ -1,6 +1,7 @@
 //! Frames that are whole and hold what no controller finds.
 
-use delta_cal::{ArmIndex, StartUsed, Termination};
+use delta_cal::ArmIndex;
+use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal_host::device::{DeviceError, outcome};
 use delta_cal_protocol::ArmReport;
 use delta_cal_tests::paper_robot;
@@ -12,7 +13,7 @@ fn report(arm: ArmIndex) -> ArmReport<f32> {
     }
     ArmReport {
         arm,
-        parameters: paper_robot::<f32>().arm(arm).parameters().data.0[0],
+        parameters: paper_robot::<f32>().arm(arm).parameters(),
         covariance: Some(covariance),
         residual_rms: 0.02,
         estimated_noise: Some(0.02),
@@ -20,7 +21,7 @@ fn report(arm: ArmIndex) -> ArmReport<f32> {
         samples: 20,
         iterations: 5,
         termination: Termination::GradientVanished,
-        start: StartUsed::Reference,
+        start: StartUsed::Nominal,
         condition: 9.0,
         prior_share: [0.1; 8],
     }

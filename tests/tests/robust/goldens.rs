@@ -1,6 +1,8 @@
 //! Against optima that NumPy found, stored with their generator.
 
-use delta_cal::{ArmIndex, Loss, StoredCalibrator, WeighedSample, robust_fit};
+use delta_cal::ArmIndex;
+use delta_cal::classical::StoredCalibrator;
+use delta_cal::robust::{Loss, WeighedSample, robust_fit};
 use delta_cal_tests::goldens::{GoldenInput, number, numbers};
 use delta_cal_tests::paper_robot;
 use serde::Deserialize;
@@ -62,7 +64,7 @@ fn numpys_fixed_point_is_reached_with_its_weights_and_covariance() {
             worst[0] = worst[0].max((sample.weight() - expected).abs());
         }
         for arm in ArmIndex::ALL {
-            let result = &outcome.robot.arms[arm.index()];
+            let result = &outcome.fit.arms[arm.index()];
             let covariance = numbers(&golden.covariance[arm.index()]);
             let sigma: Vec<f64> = (0..8).map(|k| covariance[k * 9].sqrt()).collect();
             let found = result.covariance.unwrap();

@@ -13,17 +13,18 @@ mod goldens;
 mod wrong_rows;
 
 use delta_cal::{Calibrator, Noise, Robot, Sample, Settings};
-use delta_cal_host::{CalibrationMethod, fkm};
+use delta_cal_host::CalibrationMethod;
+use delta_cal_host::fit::fkm;
+
+/// The document with the figures.
+const DIAGNOSIS: &str = "docs/diagnosis.md";
 
 fn noise() -> Noise<f64> {
     Noise::new(0.02, 0.002f64.to_radians()).unwrap()
 }
 
 fn settings(stated: bool) -> Settings<f64> {
-    Settings {
-        noise: stated.then(noise),
-        ..Settings::default()
-    }
+    Settings::default().with_noise(stated.then(noise))
 }
 
 const fn stated_or_not(stated: bool) -> &'static str {
@@ -45,7 +46,7 @@ fn plain(
         }
         CalibrationMethod::Fkm => fkm::calibrate(nominal, samples, settings)
             .ok()
-            .map(|outcome| outcome.robot.robot),
+            .map(|outcome| outcome.fit.robot),
     }
 }
 

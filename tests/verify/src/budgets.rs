@@ -22,8 +22,8 @@ pub(crate) fn check(check: &mut Check) {
         Ok(figures) => {
             tables::budgets(check, &budgets.budgets, &figures);
             tables::rest(&budgets.budgets, &figures);
-            tables::readme(&figures);
-            tables::peers(&budgets.peers, &figures);
+            tables::document(check, &figures);
+            tables::peers(check, &budgets.peers, &figures);
         }
     }
     panic_free::check(check, &directory("firmware"));

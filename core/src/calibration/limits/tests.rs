@@ -1,5 +1,4 @@
-use super::{LARGEST_DEVIATION, chi_square_quantile, samples_needed};
-use crate::{Settings, Start, Tolerance};
+use super::{LARGEST_DEVIATION, chi_square_quantile};
 
 /// P(χ² > x) with an even number of degrees of freedom: e^(−x/2) Σ (x/2)ᵏ/k!, k below half of it.
 fn beyond(x: f64, freedom: u32) -> f64 {
@@ -29,23 +28,4 @@ fn the_quantile_is_where_a_normal_number_exceeds_five() {
     let large = 1e6_f64;
     let expected = large + 5.0 * libm::sqrt(2.0 * large) + 16.0;
     assert!((chi_square_quantile(large) - expected).abs() < 0.1);
-}
-
-#[test]
-fn a_calibration_needs_eight_twelve_or_one_sample() -> Result<(), crate::ToleranceError> {
-    let tolerance = Some(Tolerance::new(0.3, 0.002)?);
-    for (start, tolerance, needed) in [
-        (Start::Reference, None, 8),
-        (Start::Reference, tolerance, 1),
-        (Start::Free, None, 12),
-        (Start::Free, tolerance, 12),
-    ] {
-        let settings = Settings::<f64> {
-            tolerance,
-            start,
-            ..Settings::default()
-        };
-        assert_eq!(samples_needed(&settings), needed);
-    }
-    Ok(())
 }

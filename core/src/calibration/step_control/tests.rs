@@ -1,6 +1,6 @@
 use super::{StepControl, StepResult, blur};
-use crate::Method::{GaussNewton, LevenbergMarquardt};
-use crate::Termination::{GradientVanished, RoundingReached};
+use crate::calibration::Solver::{GaussNewton, LevenbergMarquardt};
+use crate::calibration::Termination::{GradientVanished, RoundingReached};
 
 /// Costs of about 1 from terms of about 1: everything is far above its rounding.
 const TERMS: f64 = 1.0;
@@ -33,7 +33,7 @@ fn the_blur_holds_the_rounding_of_a_sum_of_squares() {
 #[test]
 fn only_rejected_steps_are_damped() {
     let mut control = StepControl::<f64>::new(LevenbergMarquardt);
-    assert_eq!(control.method(), LevenbergMarquardt);
+    assert_eq!(control.solver(), LevenbergMarquardt);
     assert!(control.damping() <= 0.0);
     let prospect = control.judge(0.5, 1.0, TERMS);
     assert!(!prospect.settled);
@@ -98,7 +98,7 @@ fn a_full_step_lost_in_rounding_is_the_end_of_full_steps_only() {
         assert!(rejections < 100);
     };
     assert_eq!(end, StepResult::Finished(RoundingReached));
-    // 1e-3, 8e-3, 0.064, 0.512: the first that is shorter by a tenth and more.
+    // 1e-3, 8e-3, 0.064, 0.512: the first above 0.1.
     assert_eq!(rejections, 4);
 }
 
@@ -170,7 +170,7 @@ fn an_iteration_that_creeps_ends_where_it_no_longer_matters() {
         }
         result
     };
-    // A tenth of a billionth of the cost is a hundred thousandth of a σ.
+    // A gain below 1e-10 of the cost.
     let creeping = StepResult::Finished(RoundingReached);
     assert_eq!(end(&[2e-11, 1e-11], 1.0), creeping);
     assert_eq!(end(&[1.1e-10, 0.9e-10], 1.0), creeping);

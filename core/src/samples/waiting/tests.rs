@@ -1,5 +1,5 @@
 use super::{CAPACITY, Waiting};
-use crate::ArmIndex;
+use crate::robot::ArmIndex;
 use crate::samples::Sample;
 use crate::samples::factor::BLOCK;
 use nalgebra::Vector3;

@@ -6,21 +6,26 @@ use std::path::PathBuf;
 
 const DEVICE_EXIT_CODES: &str = "\
 Exit codes:
-  0  done
-  1  the measurements cannot calibrate this robot (refused), or verify found a difference
-  2  the command line is wrong
-  3  an input file is wrong, or another robot's
-  4  a file could not be written
-  5  the controller, the link to it or its emulation failed
-If refused, and with 2, 3 and 5, no output file is written or changed. Unless --apply or revert came
-to its end, the controller keeps its parameters; with 5, status tells.";
+    0  done
+    1  the measurements cannot calibrate this robot (refused), or verify found a difference
+    2  the command line is wrong
+    3  an input file is wrong, or another robot's
+    4  a file could not be written
+    5  the controller, the link to it or its emulation failed
+  130  ended by Ctrl-C
+If refused, and with 2, 3, 5 and 130, no output file is written or changed. The controller keeps its
+parameters until --apply or revert asks it for others. If the link breaks after that, or Ctrl-C ends
+the command, the controller may use the others; the error says so, and status shows which are in use.
+The same command may be given again: it changes nothing that is done already.";
 
 const DEVICE_HELP: &str = "\
-The port is where the controller is:
+--port says where the controller is:
   /dev/ttyACM0     a serial port (COM3 on Windows)
   tcp:HOST:PORT    a serial server
-  emulate:m4       no board at all: QEMU emulates one with the firmware of firmware-example,
-  emulate:m7         a Cortex-M4F or M7. What it stores is gone at the end without --flash FILE
+  emulate:m4       no board: QEMU emulates a Cortex-M4F with the firmware of
+                   firmware-example. Without --flash FILE it forgets at the end
+                   what it has stored
+  emulate:m7       the same with a Cortex-M7
 
 Examples:
   delta-cal device --port emulate:m4 calibrate --apply
@@ -32,29 +37,39 @@ Examples:
   delta-cal device --port /dev/ttyACM0 revert";
 
 const CALIBRATE_HELP: &str = "\
-The controller solves by itself while its control loop runs on; this command sends the samples and
-shows what came out. Tolerance and noise come from ROBOT.toml, whose geometry must be the nominal
-one of the controller (parameters --nominal --output ROBOT.toml). Files are those of
-delta-cal calibrate (see delta-cal calibrate --help). \"Before\" are the parameters that the
-controller uses now.
+This command sends the samples; the controller solves by itself while its control loop runs on; and \
+the command shows the result. Tolerance and noise come from ROBOT.toml, whose geometry must be the \
+nominal one of the controller (parameters --nominal --output ROBOT.toml). The files are those of \
+delta-cal calibrate (see delta-cal calibrate --help). In the report \"before\" means the parameters \
+that the controller uses now.
 
 Examples:
   delta-cal device --port emulate:m7 calibrate --apply
-  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --json report.json
-  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply --output now.toml";
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv \\
+      --json report.json
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv \\
+      --apply --output now.toml";
 
 const PARAMETERS_HELP: &str = "\
-The controller knows its geometry only. [joints], [tolerance] and [noise] come from ROBOT.toml;
-without one, [joints] is to be corrected by hand.
+The controller knows only its geometry. [joints], [tolerance] and [noise] come from ROBOT.toml. \
+Without ROBOT.toml, correct [joints] in the file that this command writes.
 
 Examples:
   delta-cal device --port /dev/ttyACM0 parameters
   delta-cal device --port /dev/ttyACM0 parameters --nominal --output robot.toml
   delta-cal device --port /dev/ttyACM0 parameters robot.toml --output now.toml";
 
+const REVERT_HELP: &str = "\
+Given again, revert changes nothing: a calibration that was rejected does not come back. To use it
+after all, apply it again with calibrate --apply.
+
+Examples:
+  delta-cal device --port /dev/ttyACM0 revert
+  delta-cal device --port /dev/ttyACM0 revert --nominal";
+
 const VERIFY_HELP: &str = "\
-Both solve the same samples, and every bit of the parameters, their covariance, the residual, the
-condition and so on is compared. Nothing is applied.
+Controller and computer solve the same samples, and the command compares every bit of the \
+parameters, their covariance, the residual, the condition and so on. The controller applies nothing.
 
 Examples:
   delta-cal device --port emulate:m4 verify
@@ -75,13 +90,14 @@ pub(crate) struct LinkArguments {
     /// Where the controller is: /dev/ttyACM0, tcp:HOST:PORT, emulate:m4 or emulate:m7
     #[arg(long, global = true, value_name = "PORT")]
     pub(super) port: Option<Port>,
-    /// Bits a second on a serial port [default: 115200]
+    /// Bits per second on a serial port [default: 115200]
     #[arg(long, global = true, value_name = "RATE")]
     pub(super) baud: Option<u32>,
-    /// emulate: only: this firmware, and not the one built from firmware-example
+    /// emulate: only: this firmware, and not the one built from firmware-example. It runs with
+    /// semihosting, so that it can read and write your files: use only firmware that you trust
     #[arg(long, global = true, value_name = "ELF")]
     pub(super) firmware: Option<PathBuf>,
-    /// emulate: only: the firmware computes in f64, to compare (emulated at eight times the pace)
+    /// emulate: only: let the firmware compute in f64, to compare (emulated at eight times the pace)
     #[arg(long, global = true)]
     pub(super) double: bool,
     /// emulate: only: keep the controller's flash in this file from run to run
@@ -94,15 +110,16 @@ pub(crate) struct LinkArguments {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum DeviceCommand {
-    /// Send measurements, let the controller calibrate itself, show what came out
+    /// Send measurements, let the controller calibrate its robot, and show the result
     #[command(after_help = format!("{CALIBRATE_HELP}\n\n{DEVICE_EXIT_CODES}"))]
     Calibrate(CalibrateArguments),
-    /// What the controller is doing, its control loop and its link
+    /// Show what the controller is doing, and the state of its control loop and its link
     Status(StatusArguments),
-    /// The geometry that the controller uses, as a robot file
+    /// Write the geometry that the controller uses as a robot file
     #[command(after_help = format!("{PARAMETERS_HELP}\n\n{DEVICE_EXIT_CODES}"))]
     Parameters(ParametersArguments),
     /// Go back to the parameters before the last --apply, or to the nominal ones
+    #[command(after_help = format!("{REVERT_HELP}\n\n{DEVICE_EXIT_CODES}"))]
     Revert(RevertArguments),
     /// Solve the same samples on the controller and here, and compare the bits
     #[command(after_help = format!("{VERIFY_HELP}\n\n{DEVICE_EXIT_CODES}"))]
@@ -111,13 +128,13 @@ pub(super) enum DeviceCommand {
 
 #[derive(Debug, Args)]
 pub(super) struct Files {
-    /// The robot as the controller was built for it; without files the built-in example is used
+    /// The nominal robot of the controller. Without files the command uses the built-in example
     #[arg(value_name = "ROBOT.toml", requires = "samples", value_parser = robot_path())]
     pub(super) robot: Option<PathBuf>,
-    /// Joint angles and measured positions; - is standard input
+    /// Joint angles and measured positions; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     pub(super) samples: Option<PathBuf>,
-    /// The robot file is no guess: start without one (needs 12 samples) and accept any geometry
+    /// Do not use the robot file as a start value (needs 12 samples), and accept any geometry
     #[arg(long)]
     pub(super) no_guess: bool,
 }
@@ -138,46 +155,46 @@ pub(super) struct CalibrateArguments {
     /// Store the result in the controller and let its control loop use it
     #[arg(long)]
     pub(super) apply: bool,
-    /// Write the calibrated robot to this file; a file that exists is replaced
+    /// Write the calibrated robot to this file, replacing a file that exists
     #[arg(long, value_name = "CALIBRATED.toml")]
     pub(super) output: Option<PathBuf>,
-    /// Write the report as JSON to this file; with - to standard output in place of the table
+    /// Write the report as JSON to this file, or with - to standard output in place of the table
     #[arg(long, value_name = "REPORT.json")]
     pub(super) json: Option<PathBuf>,
-    /// Write the report with figures to this file: HTML that opens in any browser
+    /// Write the report with figures to this HTML file, which opens in any browser
     #[arg(long, value_name = "REPORT.html")]
     pub(super) report: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub(super) struct StatusArguments {
-    /// Write the report as JSON to this file; with - to standard output in place of the text
+    /// Write the report as JSON to this file, or with - to standard output in place of the text
     #[arg(long, value_name = "REPORT.json")]
     pub(super) json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub(super) struct ParametersArguments {
-    /// Where [joints], [tolerance] and [noise] come from
+    /// The robot file from which to take [joints], [tolerance] and [noise]
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     pub(super) robot: Option<PathBuf>,
-    /// The robot as the controller was built for it, and not the geometry that it uses
+    /// Write the nominal geometry of the controller instead of the geometry that it uses
     #[arg(long)]
     pub(super) nominal: bool,
-    /// Write to this file in place of standard output; a file that exists is replaced
+    /// Write to this file instead of standard output, replacing a file that exists
     #[arg(long, value_name = "ROBOT.toml")]
     pub(super) output: Option<PathBuf>,
-    /// Write the parameters as JSON to this file; with - to standard output in place of TOML
+    /// Write the parameters as JSON to this file, or with - to standard output in place of TOML
     #[arg(long, value_name = "REPORT.json")]
     pub(super) json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub(super) struct RevertArguments {
-    /// To the robot as the controller was built for it, whatever was applied since
+    /// Go back to the nominal geometry of the controller, whatever was applied since
     #[arg(long)]
     pub(super) nominal: bool,
-    /// Write the parameters then in use as JSON to this file; with - to standard output
+    /// Write the parameters that are then in use as JSON to this file, or with - to standard output
     #[arg(long, value_name = "REPORT.json")]
     pub(super) json: Option<PathBuf>,
 }
@@ -186,7 +203,7 @@ pub(super) struct RevertArguments {
 pub(super) struct VerifyArguments {
     #[command(flatten)]
     pub(super) files: Files,
-    /// Write the report as JSON to this file; with - to standard output in place of the text
+    /// Write the report as JSON to this file, or with - to standard output in place of the text
     #[arg(long, value_name = "REPORT.json")]
     pub(super) json: Option<PathBuf>,
 }

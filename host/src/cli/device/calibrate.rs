@@ -1,19 +1,16 @@
 use super::args::{CalibrateArguments, LinkArguments};
 use super::connect::{Device, Task, with_device};
+use super::files::{inputs, publish};
 use super::progress::Bar;
-use super::{inputs, publish};
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, refuse_same, report_path};
-use delta_cal_host::device::report::json::{
-    JsonCalibration, JsonControlLoop, JsonDeviceReport, hexadecimal,
-};
-use delta_cal_host::device::report::text;
+use delta_cal_host::device::report::{json, text};
 use delta_cal_host::device::{
     Finished, Number, apply, assumptions, calibrate_robot, measurements, parameters_of,
 };
-use delta_cal_host::report::json::JsonReport;
-use delta_cal_host::report::{html, table};
-use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile, output};
+use delta_cal_host::files::output;
+use delta_cal_host::report::calibration::{html, table};
+use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile};
 use delta_cal_protocol::fingerprint;
 use std::fmt::Write;
 use std::path::Path;
@@ -107,13 +104,14 @@ impl Task for Calibrate<'_> {
             &finished.status_before.control,
             &finished.status_after.control,
         );
-        let json = JsonCalibration {
-            calibration: JsonReport::new(&report),
-            fingerprint: hexadecimal(result_fingerprint(&finished)),
+        let json = json::calibration(&json::Calibration {
+            report: &report,
+            fingerprint: result_fingerprint(&finished),
             applied: arguments.apply,
-            control_loop: JsonControlLoop::between(before, after, device.pace),
+            control: [before, after],
+            pace: device.pace,
             repeated_requests: client.repetitions(),
-        };
+        });
         let mut shown = String::new();
         if arguments.files.robot.is_none() {
             shown.push_str("The built-in example; its measurements are simulated.\n\n");
@@ -141,7 +139,7 @@ impl Task for Calibrate<'_> {
         files.extend(output.map(|path| (path, toml.as_str())));
         let report_file = arguments.report.as_deref();
         files.extend(report_file.map(|path| (path, page.as_str())));
-        let json = JsonDeviceReport::new(port, &device.identity, json);
+        let json = json::of_device(&port, &device.identity, json);
         publish(&files, arguments.json.as_deref(), &json, shown).map_err(|failure| match failure {
             Failure::Output(cause) if arguments.apply => {
                 Failure::Output(format!("{cause} (the new parameters were applied)"))

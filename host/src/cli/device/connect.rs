@@ -91,12 +91,13 @@ pub(super) fn with_device(link: &LinkArguments, task: impl Task) -> Result<(), F
     let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
     let (port, kind) = open(link)?;
     let pace = pace(link);
-    let patience = Patience {
-        timeout: match kind {
-            Kind::Plain(_) => Patience::default().timeout,
-            Kind::Emulated(_) => EMULATED,
+    let patience = match kind {
+        Kind::Plain(_) => Patience::default(),
+        Kind::Emulated(_) => Patience {
+            timeout: EMULATED,
+            deadline: EMULATED * 20,
+            ..Patience::default()
         },
-        ..Patience::default()
     };
     let seed = getrandom::u64().map_err(|error| Failure::Device {
         cause: format!("the system has no random numbers: {error}"),
@@ -139,7 +140,10 @@ pub(super) fn with_device(link: &LinkArguments, task: impl Task) -> Result<(), F
         }
     };
     match (result, ended) {
-        (Err(_), _) if interrupted.load(Ordering::Relaxed) => Err(Failure::Interrupted),
+        (Err(failure), _) if interrupted.load(Ordering::Relaxed) => Err(match failure {
+            Failure::Device { remedy, .. } => Failure::Interrupted { remedy },
+            failure => failure,
+        }),
         // The link broke because the emulation ended.
         (Err(Failure::Device { .. }), Err(ended @ Failure::Device { .. })) => Err(ended),
         (Err(failure), _) => Err(failure),

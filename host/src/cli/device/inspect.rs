@@ -1,14 +1,11 @@
 use super::args::{LinkArguments, ParametersArguments, RevertArguments, StatusArguments};
 use super::connect::{Device, Task, with_device};
-use super::publish;
+use super::files::publish;
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, refuse_same};
-use crate::cli::print;
-use delta_cal::{JointLimits, JointLimitsError};
-use delta_cal_host::device::report::json::{
-    JsonDeviceReport, JsonParameters, JsonStatus, hexadecimal,
-};
-use delta_cal_host::device::report::text;
+use crate::cli::print::print;
+use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal_host::device::report::{json, text};
 use delta_cal_host::device::{DeviceError, Number, in_use, robot as robot_of};
 use delta_cal_host::{InputText, RobotFile};
 use delta_cal_protocol::{ParameterSet, Parameters, RevertTo, fingerprint};
@@ -23,13 +20,13 @@ impl Task for Status<'_> {
     fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
         let client = &mut device.client;
         let status = client.status::<T>()?;
-        let origin = client.parameters::<T>(ParameterSet::Current)?.origin;
+        let parameters = client.parameters(ParameterSet::Current)?;
         let counters = client.counters::<T>()?;
         let port = device.port.to_string();
         let mut shown = text::identity(&port, &device.identity);
-        shown.push_str(&text::status(&status, origin, &counters, device.pace));
-        let json = JsonStatus::new(&status, origin, &counters, device.pace);
-        let json = JsonDeviceReport::new(port, &device.identity, json);
+        shown.push_str(&text::status(&status, &parameters, &counters, device.pace));
+        let json = json::status(&status, &parameters, &counters, device.pace);
+        let json = json::of_device(&port, &device.identity, json);
         publish(&[], self.0.json.as_deref(), &json, shown)
     }
 }
@@ -80,8 +77,8 @@ impl Task for ReadParameters<'_> {
         let parameters = device.client.parameters::<T>(set)?;
         let toml = robot_file(self.template, name, &parameters, device)?;
         let port = device.port.to_string();
-        let json = JsonParameters::new(name, &parameters);
-        let json = JsonDeviceReport::new(port, &device.identity, json);
+        let json = json::geometry(name, &parameters);
+        let json = json::of_device(&port, &device.identity, json);
         let output = arguments.output.as_deref().filter(|path| !is_stream(path));
         match (output, arguments.json.as_deref()) {
             (None, None) => print(&toml),
@@ -111,7 +108,7 @@ fn robot_file<T: Number>(
         "The {set} geometry of the controller on {}, {}, fingerprint {}.",
         device.port,
         text::origin_in_words(parameters.origin),
-        hexadecimal(fingerprint(&parameters.arms))
+        json::hexadecimal(fingerprint(&parameters.arms))
     );
     let robot = robot_of(&parameters.arms)?;
     let file = if let Some(template) = template {
@@ -158,13 +155,13 @@ impl Task for Revert<'_> {
         } else {
             RevertTo::Previous
         };
-        let after = client.revert::<T>(fingerprint(&before.arms), to)?;
+        let after = client.revert::<T>(before.generation, to)?;
         let after = in_use::<T, _>(client, fingerprint(&after.arms))?;
         let port = device.port.to_string();
         let mut shown = text::identity(&port, &device.identity);
         shown.push_str(&text::reverted(&before, &after));
-        let json = JsonParameters::new("current", &after);
-        let json = JsonDeviceReport::new(port, &device.identity, json);
+        let json = json::geometry("current", &after);
+        let json = json::of_device(&port, &device.identity, json);
         publish(&[], self.0.json.as_deref(), &json, shown)
     }
 }

@@ -1,11 +1,10 @@
 use super::args::{LinkArguments, VerifyArguments};
 use super::connect::{Device, Task, with_device};
+use super::files::{inputs, publish};
 use super::progress::Bar;
-use super::{inputs, publish};
 use crate::cli::failure::Failure;
 use crate::cli::paths::refuse_same;
-use delta_cal_host::device::report::json::{JsonComparison, JsonDeviceReport};
-use delta_cal_host::device::report::text;
+use delta_cal_host::device::report::{json, text};
 use delta_cal_host::device::{Number, verify};
 use delta_cal_host::{RobotFile, SamplesFile};
 
@@ -51,8 +50,8 @@ impl Task for Verify<'_> {
         let port = device.port.to_string();
         let mut shown = text::identity(&port, &device.identity);
         shown.push_str(&text::comparison(verified.calibrated, count, comparison));
-        let json = JsonComparison::new(verified.calibrated, count, comparison);
-        let json = JsonDeviceReport::new(port, &device.identity, json);
+        let json = json::comparison(verified.calibrated, count, comparison);
+        let json = json::of_device(&port, &device.identity, json);
         publish(&[], self.arguments.json.as_deref(), &json, shown)?;
         match comparison.differences.len() {
             0 => Ok(()),

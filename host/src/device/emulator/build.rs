@@ -1,6 +1,5 @@
 //! The example's firmware, built from the workspace that delta-cal is run in.
 
-use super::shown;
 use object::{Architecture, Object};
 use std::error::Error;
 use std::fmt;
@@ -49,13 +48,13 @@ impl fmt::Display for FirmwareError {
             ),
             Self::Failed | Self::NoProgram => formatter.write_str("the firmware's build failed"),
             Self::Unreadable(path, error) => {
-                write!(formatter, "{}: cannot be read: {error}", shown(path))
+                write!(formatter, "{}: cannot be read: {error}", path.display())
             }
             Self::NotFirmware(path) => {
                 write!(
                     formatter,
                     "{}: is not a program for a Cortex-M (ELF)",
-                    shown(path)
+                    path.display()
                 )
             }
         }

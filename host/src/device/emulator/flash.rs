@@ -1,8 +1,7 @@
 //! The controller's flash, which is memory in the emulator, kept in a file from run to run.
 
 use super::monitor::Monitor;
-use super::shown;
-use crate::output::{OutputError, write_bytes};
+use crate::files::output::{OutputError, write_bytes};
 use object::elf::{FileHeader32, PT_LOAD, ProgramHeader32};
 use object::read::elf::FileHeader;
 use object::{LittleEndian, Object, ObjectSection};
@@ -45,7 +44,7 @@ enum Cause {
 
 impl fmt::Display for FlashError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}: ", shown(&self.file))?;
+        write!(formatter, "{}: ", self.file.display())?;
         match &self.cause {
             Cause::Unreadable(error) => write!(formatter, "cannot be read: {error}"),
             Cause::OtherSize { is, needed } => write!(

@@ -1,21 +1,16 @@
 //! The reports for people.
 
 use super::json::hexadecimal;
-use super::{firmware, microseconds, origin, phase, processor, scalar};
+use super::{firmware, microseconds, origin, phase, processor, result_in_use, scalar};
 use crate::device::{Comparison, Number, Pace};
-use anstyle::{AnsiColor, Style};
-use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Status};
-use std::fmt::Write;
-
-const HEADING: Style = Style::new().bold();
-const GOOD: Style = AnsiColor::Green.on_default();
-const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
+use crate::render::section::{Part, Section};
+use crate::render::table::Table;
+use crate::render::terminal::{self, DOUBTFUL, GOOD};
+use anstyle::Style;
+use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Parameters, Status};
 
 /// Differences that are shown one by one.
 const SHOWN: usize = 10;
-
-/// What the instructions of an emulated controller mean.
-const NOT_CYCLES: &str = "  (emulated: instructions, not the cycles of a real core)\n";
 
 /// One line: who is there.
 pub fn identity(port: &str, identity: &Identity) -> String {
@@ -27,16 +22,8 @@ pub fn identity(port: &str, identity: &Identity) -> String {
     )
 }
 
-fn line(text: &mut String, label: &str, value: &str) {
-    let _ = writeln!(text, "  {label:<42}{value:>14}");
-}
-
-fn heading(text: &mut String, title: &str) {
-    let _ = writeln!(text, "{HEADING}{title}{HEADING:#}");
-}
-
 /// A turn of the loop: in instructions if it is emulated, otherwise in time.
-fn turn(text: &mut String, label: &str, ticks: u32, ticks_a_second: u32, pace: Option<Pace>) {
+fn turn(name: &str, ticks: u32, ticks_a_second: u32, pace: Option<Pace>) -> (String, String) {
     let (unit, value) = if let Some(pace) = pace {
         let instructions = pace.instructions(ticks, ticks_a_second);
         ("instructions", instructions.map(|count| count.to_string()))
@@ -45,7 +32,24 @@ fn turn(text: &mut String, label: &str, ticks: u32, ticks_a_second: u32, pace: O
         ("µs", time.map(|time| format!("{time:.2}")))
     };
     let value = value.unwrap_or_else(|| "unknown".to_owned());
-    line(text, &format!("{label}, {unit}"), &value);
+    (format!("{name}, {unit}"), value)
+}
+
+/// Counts and turns of the loop, and what the instructions of an emulated controller mean.
+fn control_loop(
+    title: &str,
+    counts: &[(&str, u32)],
+    turns: impl IntoIterator<Item = (String, String)>,
+    pace: Option<Pace>,
+) -> Section {
+    let counts = counts
+        .iter()
+        .map(|&(name, count)| (name.to_owned(), count.to_string()));
+    let section = Section::new(title).table(Table::facts(counts.chain(turns)));
+    match pace {
+        Some(_) => section.note("(emulated: instructions, not the cycles of a real core)"),
+        None => section,
+    }
 }
 
 /// The control loop while it was calibrated.
@@ -54,71 +58,49 @@ pub fn while_calibrating<T: Number>(
     after: &ControlLoop<T>,
     pace: Option<Pace>,
 ) -> String {
-    let mut text = String::new();
-    heading(
-        &mut text,
-        "The control loop while the controller calibrated",
-    );
-    let turns = after.turns.wrapping_sub(before.turns);
-    line(&mut text, "turns", &turns.to_string());
-    let late = after.late.wrapping_sub(before.late);
-    line(&mut text, "of them late or left out", &late.to_string());
+    let counts = [
+        ("turns", after.turns.wrapping_sub(before.turns)),
+        (
+            "of them late or left out",
+            after.late.wrapping_sub(before.late),
+        ),
+    ];
     let ticks = after.longest_ticks_calibrating;
-    turn(&mut text, "longest turn", ticks, after.ticks_a_second, pace);
-    if pace.is_some() {
-        text.push_str(NOT_CYCLES);
-    }
-    text
+    let longest = turn("longest turn", ticks, after.ticks_a_second, pace);
+    let title = "The control loop while the controller calibrated";
+    control_loop(title, &counts, [longest], pace).to_string()
 }
 
 /// What the controller is doing.
 pub fn status<T: Number>(
     status: &Status<T>,
-    from: Origin,
+    parameters: &Parameters<T>,
     counters: &Counters,
     pace: Option<Pace>,
 ) -> String {
     let control = &status.control;
-    let mut text = String::new();
-    let style = match from {
+    let style = match parameters.origin {
         Origin::NominalStoreDamaged | Origin::CalibrationStoreDamaged => DOUBTFUL,
         _ => Style::new(),
     };
-    let _ = writeln!(
-        text,
-        "Parameters in use: {style}{}{style:#} (fingerprint {})",
-        origin(from),
-        hexadecimal(control.fingerprint)
-    );
-    let _ = writeln!(text, "Calibration: {}\n", phase(&status.phase));
-    heading(&mut text, "The control loop since the controller started");
-    line(&mut text, "turns", &control.turns.to_string());
-    line(&mut text, "late or left out", &control.late.to_string());
-    line(
-        &mut text,
-        "point out of reach",
-        &control.unreachable.to_string(),
-    );
-    line(
-        &mut text,
-        "switches to other parameters",
-        &control.switches.to_string(),
-    );
-    for (label, ticks) in [
+    let counts = [
+        ("turns", control.turns),
+        ("late or left out", control.late),
+        ("point out of reach", control.unreachable),
+        ("switches to other parameters", control.switches),
+    ];
+    let turns = [
         ("longest turn", control.longest_ticks),
         ("during a calibration", control.longest_ticks_calibrating),
-    ] {
-        turn(&mut text, label, ticks, control.ticks_a_second, pace);
-    }
-    if pace.is_some() {
-        text.push_str(NOT_CYCLES);
-    }
+    ]
+    .map(|(name, ticks)| turn(name, ticks, control.ticks_a_second, pace));
     let [x, y, z] = control.point.map(delta_cal::Real::to_f64);
-    let _ = writeln!(text, "  platform at {x:.3}, {y:.3}, {z:.3} mm");
     let [q1, q2, q3] = control.joints.map(|q| q.to_f64().to_degrees());
-    let _ = writeln!(text, "  joints at {q1:.3}, {q2:.3}, {q3:.3} deg\n");
-    heading(&mut text, "The link since the controller started");
-    for (label, count) in [
+    let title = "The control loop since the controller started";
+    let control_loop = control_loop(title, &counts, turns, pace)
+        .text(format!("platform at {x:.3}, {y:.3}, {z:.3} mm"))
+        .text(format!("joints at {q1:.3}, {q2:.3}, {q3:.3} deg"));
+    let link = [
         ("frames received whole", counters.received),
         ("damaged", counters.damaged),
         ("repeated", counters.repeated),
@@ -127,50 +109,50 @@ pub fn status<T: Number>(
         ("whole, and no request", counters.unknown_request),
         ("requests refused", counters.refused),
         ("bytes lost because they came too fast", counters.overrun),
-    ] {
-        line(&mut text, label, &count.to_string());
-    }
-    text
+    ];
+    let link = link.map(|(name, count)| (name, count.to_string()));
+    let result = match result_in_use(&status.phase, parameters) {
+        None => "",
+        Some(true) => "; the result is in use",
+        Some(false) => "; the result is not in use",
+    };
+    format!(
+        "Parameters in use: {style}{}{style:#} (fingerprint {})\nCalibration: {}{result}\n\n{}",
+        origin(parameters.origin),
+        hexadecimal(control.fingerprint),
+        phase(&status.phase),
+        terminal::text([
+            control_loop,
+            Section::new("The link since the controller started").table(Table::facts(link)),
+        ])
+    )
 }
 
 /// A comparison of bits.
 pub fn comparison(calibrated: bool, samples: usize, comparison: &Comparison) -> String {
-    let mut text = String::new();
     let what = if calibrated {
         "calibrated the robot"
     } else {
         "refused the calibration"
     };
     let equal = comparison.figures - comparison.differences.len();
-    let _ = writeln!(
-        text,
+    let section = Section::new("").text(format!(
         "From {samples} samples both {what}; {equal} of {} figures are equal to the bit.",
         comparison.figures
-    );
+    ));
     if comparison.differences.is_empty() {
-        let _ = writeln!(
-            text,
-            "{GOOD}Controller and host agree.{GOOD:#} Nothing was applied."
-        );
-        return text;
+        return section
+            .part(Part::Good("Controller and host agree.".to_owned()))
+            .text("Nothing was applied.")
+            .to_string();
     }
-    heading(
-        &mut text,
-        &format!("{:<34}{:>22}{:>22}", "Different", "controller", "host"),
-    );
-    for difference in comparison.differences.iter().take(SHOWN) {
-        let _ = writeln!(
-            text,
-            "  {:<32}{:>22}{:>22}",
-            difference.figure, difference.device, difference.here
-        );
-    }
-    if let Some(more) = comparison.differences.len().checked_sub(SHOWN)
-        && more > 0
-    {
-        let _ = writeln!(text, "  and {more} more");
-    }
-    text
+    let table = Table::of(&comparison.differences)
+        .column("Different", |difference| difference.figure.clone())
+        .column("controller", |difference| difference.device.clone())
+        .column("host", |difference| difference.here.clone())
+        .table()
+        .at_most(SHOWN, "--json has all");
+    section.table(table).to_string()
 }
 
 /// What became of a calibration. `kept`: the controller outlives the command.
@@ -200,10 +182,7 @@ pub const fn origin_in_words(from: Origin) -> &'static str {
 }
 
 /// What a revert did.
-pub fn reverted<T: Number>(
-    before: &delta_cal_protocol::Parameters<T>,
-    after: &delta_cal_protocol::Parameters<T>,
-) -> String {
+pub fn reverted<T: Number>(before: &Parameters<T>, after: &Parameters<T>) -> String {
     let [from, to] = [before, after].map(|parameters| {
         let fingerprint = delta_cal_protocol::fingerprint(&parameters.arms);
         format!(
@@ -213,7 +192,7 @@ pub fn reverted<T: Number>(
         )
     });
     if from == to {
-        return format!("Parameters in use: {to}, as before: there was nothing to go back to\n");
+        return format!("Parameters in use: {to}, as before: these are the ones to go back to\n");
     }
     format!("Parameters before: {from}\nParameters in use: {GOOD}{to}{GOOD:#}\n")
 }

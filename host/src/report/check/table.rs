@@ -1,21 +1,23 @@
-//! The check for people: plain lines of at most 100 columns.
+//! The check for people at a terminal.
 
-use crate::observability::{Block, Observability};
-use crate::poses::{Expectation, NextPoses};
-use crate::report::plan::table::assumptions;
-use crate::report::table::{heading, small};
-use crate::units::degrees;
-use crate::words::{count, in_file_units};
-use crate::{CalibrationMethod, RobotFile, SamplesFile};
-use std::fmt::Write;
+use crate::files::kinematics::to_csv;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::SamplesFile;
+use crate::fit::options::CalibrationMethod;
+use crate::planning::observability::{Block, Leverage, Observability};
+use crate::planning::poses::{Expectation, NextPoses};
+use crate::render::section::Section;
+use crate::render::table::Table;
+use crate::render::terminal;
+use crate::report::plan::table::with_assumptions;
+use crate::text::numbers::{significant, small};
+use crate::text::units::degrees;
+use crate::text::words::{count, in_file_units};
 
 /// Samples listed; of more, those with the most leverage.
 const LISTED: usize = 30;
 /// A sample beyond this leverage is hardly checked by any other.
 const UNCHECKED: f64 = 0.9;
-
-/// What a line of the table shows of a block.
-type Figure = fn(&Block) -> f64;
 
 /// The whole report.
 pub fn render(
@@ -25,23 +27,22 @@ pub fn render(
     observability: &Observability,
     next: &NextPoses,
 ) -> String {
-    let mut text = String::new();
-    let _ = writeln!(
-        text,
-        "{} of {} for {}, {} method\n{}\n",
+    let summary = Section::new("").text(format!(
+        "{} of {} for {}, {} method",
         count(samples.rows.len(), "sample"),
         samples.name,
         robot.name,
         method.name().to_uppercase(),
-        assumptions(&observability.assumptions),
-    );
-    text.push_str(&verdict(observability));
-    text.push_str("\n\n");
-    singular_values(&mut text, observability);
-    weakest(&mut text, observability);
-    leverages(&mut text, observability);
-    additions(&mut text, next);
-    text
+    ));
+    terminal::text([
+        with_assumptions(summary, &observability.assumptions),
+        Section::new("").text(verdict(observability)),
+        singular_values(&observability.blocks),
+        indices(&observability.blocks),
+        weakest(observability),
+        leverages(observability),
+        additions(next),
+    ])
 }
 
 /// In one sentence.
@@ -53,14 +54,15 @@ pub fn verdict(observability: &Observability) -> String {
     let rank = block.singular_values.len();
     if block.rank < rank {
         format!(
-            "These samples do not determine {}: {} of {rank} combinations of its parameters are not \
-             in them",
+            "These samples do not determine {}: they leave {} of {rank} combinations of its \
+             parameters open",
             name(block),
             rank - block.rank
         )
     } else {
         format!(
-            "These samples do not determine {}: {parameter} of {arm} is known to {} only (one sigma)",
+            "These samples do not determine {}: {parameter} of {arm} is known only to {} (one \
+             sigma)",
             name(block),
             in_file_units(parameter, sigma)
         )
@@ -73,31 +75,33 @@ fn name(block: &Block) -> String {
         .map_or_else(|| "the robot".to_owned(), |arm| arm.to_string())
 }
 
-fn singular_values(text: &mut String, observability: &Observability) {
-    let blocks = &observability.blocks;
-    let names = blocks.iter().fold(String::new(), |mut names, block| {
-        let _ = write!(names, "{:>14}", name(block));
-        names
-    });
-    heading(text, &format!("{:<44}{names}", "Singular values, 1/mm"));
+/// A title, and a column for each block.
+fn of_blocks(title: &str, blocks: &[Block]) -> Table {
+    let names = blocks.iter().map(name);
+    Table::new([title.to_owned()].into_iter().chain(names))
+}
+
+fn singular_values(blocks: &[Block]) -> Section {
     let most = blocks.iter().map(|block| block.singular_values.len()).max();
-    for index in 0..most.unwrap_or(0) {
-        let _ = write!(text, "  {:<42}", index + 1);
-        for block in blocks {
-            let value = block.singular_values.get(index).copied().unwrap_or(0.0);
-            let _ = write!(text, "{:>14}", significant(value));
-        }
-        text.push('\n');
-    }
-    text.push_str(
-        "of the Jacobian, its rows in sigmas of the noise, its columns in mm, angles times the upper\n\
-         arm: each combination of parameters is known to one over its singular value\n\n",
-    );
-    heading(
-        text,
-        &format!("{:<44}{names}", "Observability (larger is better)"),
-    );
-    let figures: [(&str, Figure); 5] = [
+    let table = of_blocks("Singular values, 1/mm", blocks);
+    let table = (0..most.unwrap_or(0)).fold(table, |table, index| {
+        let values = blocks.iter().map(|block| {
+            let value = block.singular_values.get(index).copied();
+            significant(value.unwrap_or(0.0), 4)
+        });
+        table.row((index + 1).to_string(), values)
+    });
+    Section::new("").table(table).note(
+        "These are of the Jacobian with rows in sigmas of the noise and columns in mm, angles times \
+         the upper arm; one over a singular value is one sigma of that combination of parameters.",
+    )
+}
+
+/// What a line of the table shows of a block.
+type Figure = fn(&Block) -> f64;
+
+fn indices(blocks: &[Block]) -> Section {
+    let figures: [(_, Figure); 5] = [
         ("O1  geometric mean / root of the poses", |block| {
             block.indices.o1
         }),
@@ -108,19 +112,15 @@ fn singular_values(text: &mut String, observability: &Observability) {
         ("O4  smallest squared / largest", |block| block.indices.o4),
         ("O5  1 / sum of the inverses", |block| block.indices.o5),
     ];
-    for (title, of) in figures {
-        let _ = write!(text, "  {title:<42}");
-        for block in blocks {
-            let _ = write!(text, "{:>14}", significant(of(block)));
-        }
-        text.push('\n');
-    }
-    text.push('\n');
+    let table = of_blocks("Observability (larger is better)", blocks);
+    Section::new("").table(figures.into_iter().fold(table, |table, (title, of)| {
+        table.row(title, blocks.iter().map(|block| significant(of(block), 4)))
+    }))
 }
 
-fn weakest(text: &mut String, observability: &Observability) {
-    heading(text, "Known worst, by these samples alone");
-    for block in &observability.blocks {
+fn weakest(observability: &Observability) -> Section {
+    let section = Section::new("Determined least, by these samples alone");
+    observability.blocks.iter().fold(section, |section, block| {
         let weakest = &block.weakest;
         let together = if weakest.is_several() {
             "a change together of "
@@ -132,55 +132,50 @@ fn weakest(text: &mut String, observability: &Observability) {
         } else {
             "nothing is known of it".to_owned()
         };
-        let of = if block.arm.is_some() {
-            format!("{}: ", name(block))
-        } else {
-            String::new()
+        let of = match block.arm {
+            Some(arm) => format!("{arm}: "),
+            None => String::new(),
         };
-        let _ = writeln!(text, "  {of}{together}{}; {known}", weakest.in_words());
-    }
-    text.push('\n');
+        section.text(format!("{of}{together}{}; {known}", weakest.in_words()))
+    })
 }
 
-fn leverages(text: &mut String, observability: &Observability) {
+fn leverages(observability: &Observability) -> Section {
     let leverages = &observability.leverages;
     let mut listed: Vec<_> = leverages.iter().collect();
     let title = if listed.len() > LISTED {
         listed.sort_by(|a, b| b.total.total_cmp(&a.total));
         listed.truncate(LISTED);
-        format!("Leverage of the {LISTED} samples that have most")
+        format!("Leverage: the {LISTED} samples with the largest")
     } else {
         "Leverage of each sample".to_owned()
     };
-    heading(
-        text,
-        &format!("{title:<44}{:>8}{:>10}{:>10}", "line", "total", "largest"),
-    );
-    for leverage in listed {
-        let [q1, q2, q3] = leverage.joints.map(degrees);
-        let unchecked = if leverage.largest > UNCHECKED {
-            "  hardly checked by the others"
-        } else {
-            ""
-        };
-        let _ = writeln!(
-            text,
-            "  {:<42}{:>8}{:>10.2}{:>10.2}{unchecked}",
-            format!("{q1:.3}, {q2:.3}, {q3:.3} deg"),
-            leverage.line,
-            leverage.total,
-            leverage.largest
-        );
-    }
+    let joint = |joint: usize| {
+        move |leverage: &&Leverage| format!("{:.3}", degrees(leverage.joints[joint]))
+    };
+    let table = Table::of(listed)
+        .column("line", |leverage| leverage.line)
+        .column("q1, deg", joint(0))
+        .column("q2, deg", joint(1))
+        .column("q3, deg", joint(2))
+        .column("total", |leverage| format!("{:.2}", leverage.total))
+        .column("largest", |leverage| format!("{:.2}", leverage.largest))
+        .column("", |leverage| {
+            if leverage.largest > UNCHECKED {
+                "hardly checked by the others"
+            } else {
+                ""
+            }
+        })
+        .table();
     let total: f64 = leverages.iter().map(|leverage| leverage.total).sum();
-    let _ = writeln!(
-        text,
-        "total: the parameters that a sample decides, {total:.0} in all; largest: of one of its \
-         residuals\n"
-    );
+    Section::new(title).table(table).note(format!(
+        "total: how many of the {total:.0} parameters a sample decides; largest: the same of one of \
+         its residuals"
+    ))
 }
 
-fn additions(text: &mut String, next: &NextPoses) {
+fn additions(next: &NextPoses) -> Section {
     let known = |expectation: &Option<Expectation>| {
         expectation.as_ref().map_or_else(
             || "unknown".to_owned(),
@@ -192,29 +187,10 @@ fn additions(text: &mut String, next: &NextPoses) {
         known(&next.before)
     );
     if next.poses.is_empty() {
-        let _ = writeln!(text, "{now}.");
-        return;
+        return Section::new("").text(format!("{now}."));
     }
-    heading(text, "Best added, one after the other");
-    text.push_str("  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n");
-    for line in crate::kinematics::to_csv(&next.poses).lines().skip(1) {
-        let _ = writeln!(text, "  {line}");
-    }
-    let _ = writeln!(text, "{now}, {} with them.", known(&next.after));
-}
-
-/// Four significant digits.
-fn significant(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e6).contains(&value) {
-        let digits = if value > 0.0 {
-            #[allow(clippy::cast_possible_truncation)] // −3 to 6
-            let magnitude = value.log10().floor() as i32;
-            usize::try_from(3 - magnitude).unwrap_or(0)
-        } else {
-            0
-        };
-        format!("{value:.digits$}")
-    } else {
-        format!("{value:.2e}")
-    }
+    let csv = to_csv(&next.poses);
+    let section = Section::new("Poses that would help most, in this order");
+    let section = csv.lines().fold(section, Section::text);
+    section.text(format!("{now}, {} with them.", known(&next.after)))
 }

@@ -1,28 +1,25 @@
-//! The plan for people: plain lines of at most 100 columns.
+//! The plan for people at a terminal.
 
-use crate::poses::{
-    Assumptions, Criterion, Expectation, MANY, PlanRequest, PosePlan, PosesNeeded, RANDOM_SETS,
+use crate::accuracy::position_uncertainty::PositionSigma;
+use crate::planning::poses::{
+    Assumptions, Criterion, MANY, PlanRequest, PosePlan, PosesNeeded, RANDOM_SETS,
 };
-use crate::position_uncertainty::PositionSigma;
-use crate::report::table::{heading, small};
-use crate::units::degrees;
-use delta_cal::{Parameter, ParameterKind};
-use std::fmt::Write;
+use crate::render::section::Section;
+use crate::render::table::Table;
+use crate::render::terminal;
+use crate::text::numbers::small;
+use crate::text::units::{degrees, in_unit, unit};
+use delta_cal::{ArmIndex, Parameter};
 
 /// The whole report, without the poses themselves.
 pub fn render(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesNeeded>) -> String {
-    let mut text = String::new();
-    summary(&mut text, request, plan);
-    positions(&mut text, plan);
-    parameters(&mut text, &plan.planned, &plan.random);
-    if let Some(needed) = needed {
-        accuracy(&mut text, request, needed);
-    }
-    text
+    let mut parts = vec![summary(request, plan), positions(plan), parameters(plan)];
+    parts.extend(needed.map(|needed| accuracy(request, needed)));
+    terminal::text(parts)
 }
 
-/// What was planned for, in a line or two.
-pub(in crate::report) fn assumptions(assumptions: &Assumptions) -> String {
+/// With what was planned for.
+pub(in crate::report) fn with_assumptions(section: Section, assumptions: &Assumptions) -> Section {
     let noise = &assumptions.noise;
     let stated = if assumptions.noise_stated {
         "stated"
@@ -32,36 +29,34 @@ pub(in crate::report) fn assumptions(assumptions: &Assumptions) -> String {
     let tolerance = assumptions.tolerance.as_ref().map_or_else(
         || "none stated".to_owned(),
         |tolerance| {
-            format!(
-                "{} mm, {}° (stated)",
-                tolerance.of(Parameter::Lb),
-                degrees(tolerance.of(Parameter::Theta))
-            )
+            let length = tolerance.of(Parameter::Lb);
+            let angle = degrees(tolerance.of(Parameter::Theta));
+            format!("{length} mm, {angle}° (stated)")
         },
     );
-    format!(
-        "Noise: {} mm, {}° ({stated})\nTolerance: {tolerance}",
-        noise.position(),
-        degrees(noise.joint()),
-    )
+    let (position, joint) = (noise.position(), degrees(noise.joint()));
+    section
+        .text(format!("Noise: {position} mm, {joint}° ({stated})"))
+        .text(format!("Tolerance: {tolerance}"))
 }
 
-fn summary(text: &mut String, request: &PlanRequest<'_>, plan: &PosePlan) {
-    let criterion = match request.criterion {
-        Criterion::A => "A-optimal: least mean square of the parameter error",
-        Criterion::D => "D-optimal: least volume of the confidence region",
+fn summary(request: &PlanRequest<'_>, plan: &PosePlan) -> Section {
+    let section = Section::new("")
+        .text(format!(
+            "{} poses for {}, {} method",
+            plan.poses.len(),
+            request.robot.name,
+            request.method.name().to_uppercase(),
+        ))
+        .text(match request.criterion {
+            Criterion::A => "A-optimal: least mean square of the parameter error",
+            Criterion::D => "D-optimal: least volume of the confidence region",
+        });
+    let section = with_assumptions(section, &plan.assumptions);
+    let section = match &request.region {
+        Some(region) => section.text(format!("Within: {region} mm")),
+        None => section,
     };
-    let _ = writeln!(
-        text,
-        "{} poses for {}, {} method\n{criterion}",
-        plan.poses.len(),
-        request.robot.name,
-        request.method.name().to_uppercase(),
-    );
-    let _ = writeln!(text, "{}", assumptions(&plan.assumptions));
-    if let Some(region) = &request.region {
-        let _ = writeln!(text, "Within: {region} mm");
-    }
     let margin = &plan.margin;
     let forearms = match request.robot.forearm_limit {
         Some(_) => format!(
@@ -70,101 +65,73 @@ fn summary(text: &mut String, request: &PlanRequest<'_>, plan: &PosePlan) {
         ),
         None => String::new(),
     };
-    let _ = writeln!(
-        text,
-        "Margin, as the real robot is not the nominal one: {:.1}° from the joints' limits,{forearms}\n\
-         forearms {:.1}° from their upper arms' lines",
-        degrees(margin.joints),
-        degrees(margin.serial)
-    );
-    let _ = writeln!(
-        text,
-        "Travel: {:.0}° of the joint that moves furthest ({:.0}° in the order found)\n",
-        degrees(plan.travel),
-        degrees(plan.travel_unordered)
-    );
+    section
+        .text(format!(
+            "Margin, because the real robot differs from the nominal one: {:.1}° from the joints' limits,{forearms} \
+             forearms {:.1}° from their upper arms' lines",
+            degrees(margin.joints),
+            degrees(margin.serial)
+        ))
+        .text(format!(
+            "Travel: {:.0}°, of the joint that moves furthest in each step ({:.0}° before the poses were sorted)",
+            degrees(plan.travel),
+            degrees(plan.travel_unordered)
+        ))
 }
 
-fn positions(text: &mut String, plan: &PosePlan) {
-    let columns = format!("{:>12}{:>12}", "planned", "random");
-    heading(
-        text,
-        &format!(
-            "{:<52}{columns}",
-            "Expected, one sigma after a calibration, mm"
-        ),
-    );
-    let mut line = |name: &str, planned: f64, random: f64| {
-        let _ = writeln!(
-            text,
-            "{name:<52}{:>12}{:>12}",
-            small(planned),
-            small(random)
-        );
-    };
-    let mut position = |place: &str, planned: &PositionSigma, random: &PositionSigma| {
-        line(
-            &format!("Position over the {place}, rms"),
-            planned.rms,
-            random.rms,
-        );
+fn positions(plan: &PosePlan) -> Section {
+    let title = "Expected, one sigma after a calibration, mm";
+    let table = Table::new([title, "planned", "random"]);
+    let position = |table: Table, place: &str, planned: &PositionSigma, random: &PositionSigma| {
         // Not −0.
         let at = planned.max_at.map(|coordinate| coordinate.round() + 0.0);
-        line(
-            &format!("  worst (at {}, {}, {})", at.x, at.y, at.z),
-            planned.max,
-            random.max,
-        );
+        let worst = format!("  worst (at {}, {}, {})", at.x, at.y, at.z);
+        table
+            .row(
+                format!("Position over the {place}, rms"),
+                [planned.rms, random.rms].map(small),
+            )
+            .row(worst, [planned.max, random.max].map(small))
     };
-    position("workspace", &plan.planned.workspace, &plan.random.workspace);
-    if let (Some(planned), Some(random)) = (&plan.planned.region, &plan.random.region) {
-        position("region", planned, random);
-    }
-    line(
+    let (planned, random) = (&plan.planned, &plan.random);
+    let table = position(table, "workspace", &planned.workspace, &random.workspace);
+    let table = match (&planned.region, &random.region) {
+        (Some(planned), Some(random)) => position(table, "region", planned, random),
+        _ => table,
+    };
+    let table = table.row(
         "All parameters, angles times the upper arm",
-        plan.planned.bound,
-        plan.random.bound,
+        [planned.bound, random.bound].map(small),
     );
-    let _ = writeln!(
-        text,
+    let section = Section::new("").table(table).note(format!(
         "random: the median of {RANDOM_SETS} sets of {} random poses",
         plan.poses.len()
-    );
-    if !plan.determined_alone {
-        text.push_str(
-            "These poses do not determine every parameter by themselves: the [tolerance] decides what \
-             they\nleave open. Allow a larger region, wider limits or more poses.\n",
-        );
+    ));
+    if plan.determined_alone {
+        return section;
     }
-    text.push('\n');
+    section.text(
+        "These poses do not determine every parameter by themselves: the [tolerance] decides what \
+         they leave open. Allow a larger region, wider limits or more poses.",
+    )
 }
 
-fn parameters(text: &mut String, planned: &Expectation, random: &Expectation) {
-    heading(
-        text,
-        &format!(
-            "{:<14}{:>33}   {:>33}",
-            "", "planned: arm 1      arm 2      arm 3", "random: arm 1      arm 2      arm 3"
-        ),
-    );
-    for parameter in Parameter::ALL {
-        let (unit, factor) = match parameter.kind() {
-            ParameterKind::Length => ("mm", 1.0),
-            ParameterKind::Angle => ("deg", 1f64.to_degrees()),
-        };
-        let _ = write!(text, "{:<8}{unit:<6}", parameter.symbol());
-        for (gap, expectation) in [("   ", planned), ("   ", random)] {
-            for arm in &expectation.parameters {
-                let _ = write!(text, "{:>11}", small(factor * arm[parameter.index()]));
-            }
-            text.push_str(gap);
+fn parameters(plan: &PosePlan) -> Section {
+    let mut rows = Table::of(Parameter::ALL)
+        .column("", |parameter| parameter.symbol())
+        .column("", |parameter| unit(*parameter));
+    for (name, expectation) in [("planned", &plan.planned), ("random", &plan.random)] {
+        for arm in ArmIndex::ALL {
+            let sigmas = &expectation.parameters[arm.index()];
+            rows = rows.column(format!("{name}\n{arm}"), |parameter| {
+                small(in_unit(*parameter, sigmas[parameter.index()]))
+            });
         }
-        text.truncate(text.trim_end().len());
-        text.push('\n');
     }
+    Section::new("").table(rows.table())
 }
 
-fn accuracy(text: &mut String, request: &PlanRequest<'_>, needed: &PosesNeeded) {
+fn accuracy(request: &PlanRequest<'_>, needed: &PosesNeeded) -> Section {
     let place = if request.region.is_some() {
         "region"
     } else {
@@ -177,12 +144,11 @@ fn accuracy(text: &mut String, request: &PlanRequest<'_>, needed: &PosesNeeded) 
             format!("{count} poses")
         }
     };
-    let _ = writeln!(
-        text,
-        "\nA position known to {} mm (one sigma) takes {} as the rms over the {place},\n{} everywhere \
-         in it.",
+    Section::new("").text(format!(
+        "A position known to {} mm (one sigma) takes {} as the rms over the {place}, {} everywhere in \
+         it.",
         needed.accuracy,
         poses(needed.rms),
         poses(needed.everywhere),
-    );
+    ))
 }

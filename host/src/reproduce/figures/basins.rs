@@ -1,8 +1,8 @@
 //! From how far the methods converge.
 
-use super::{Band, Points, with_band};
+use super::band::{Band, Points, with_band};
 use crate::campaign::CaseSummary;
-use crate::plot::{Axis, Colour, Figure};
+use crate::render::plot::{Axis, Colour, Figure};
 
 fn basin_axes() -> Figure {
     Figure::new(

@@ -1,8 +1,11 @@
 //! What follows from the results, in sentences whose numbers are theirs.
 
-use super::tables::{percent, share};
+use super::shares::{pairs, ratio};
 use crate::campaign::CaseSummary;
+use crate::geometry::range::range;
 use crate::reproduce::{Comparison, Reproduction};
+use crate::text::numbers::{percent, share};
+use crate::text::words::list;
 
 /// The sentences, in the order of the paper.
 pub(super) fn all(reproduction: &Reproduction, comparisons: &[Comparison<'_>]) -> Vec<String> {
@@ -149,18 +152,10 @@ fn other_reading(comparisons: &[Comparison<'_>]) -> Option<String> {
              program's. It cannot be meant: with {} poses plain least squares are at {ratio:.2} times the \
              Cramér–Rao bound, so from random poses no unbiased method is noticeably \
              better.",
-            listed(&below),
+            list(&below),
             most.case().poses,
         )
     })
-}
-
-/// 20, 40 and 60.
-fn listed(words: &[String]) -> String {
-    match words {
-        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
-        words => words.concat(),
-    }
 }
 
 fn small_start_errors(comparisons: &[Comparison<'_>]) -> Option<String> {
@@ -182,28 +177,6 @@ fn small_start_errors(comparisons: &[Comparison<'_>]) -> Option<String> {
     ))
 }
 
-/// FKM and IKM of the same scenario.
-pub(super) fn pairs(cases: &[CaseSummary]) -> Vec<(&CaseSummary, &CaseSummary)> {
-    let same = |a: &CaseSummary, b: &CaseSummary| {
-        (a.case.poses, a.case.planned) == (b.case.poses, b.case.planned)
-            && (a.case.noise_position_mm, a.case.noise_joint_deg)
-                == (b.case.noise_position_mm, b.case.noise_joint_deg)
-    };
-    let of = |method: &'static str| {
-        cases
-            .iter()
-            .filter(move |summary| summary.case.method == method)
-    };
-    of("fkm")
-        .filter_map(|fkm| Some((fkm, of("ikm").find(|ikm| same(fkm, ikm))?)))
-        .collect()
-}
-
-/// Of the parameter errors of the median robots, IKM over FKM.
-pub(super) fn ratio(fkm: &CaseSummary, ikm: &CaseSummary) -> Option<f64> {
-    Some(ikm.parameter_error_mm?.median / fkm.parameter_error_mm?.median)
-}
-
 fn accuracy(cases: &[CaseSummary]) -> Option<String> {
     let pairs = pairs(cases);
     let ratios = |joints: bool| {
@@ -211,18 +184,14 @@ fn accuracy(cases: &[CaseSummary]) -> Option<String> {
             .iter()
             .filter(move |(fkm, _)| (fkm.case.noise_joint_deg > 0.0) == joints)
             .filter_map(|(fkm, ikm)| ratio(fkm, ikm));
-        ratios.fold((f64::INFINITY, 0_f64), |(low, high), r| {
-            (low.min(r), high.max(r))
-        })
+        range(ratios)
     };
     let ((exact_low, exact_high), (low, high)) = (ratios(false), ratios(true));
-    let times: Vec<_> = pairs
+    let times = pairs
         .iter()
-        .filter_map(|(fkm, ikm)| Some(fkm.seconds_per_calibration? / ikm.seconds_per_calibration?))
-        .collect();
-    let slower = times.iter().copied().reduce(f64::min)?;
-    let slowest = times.into_iter().reduce(f64::max)?;
-    Some(format!(
+        .filter_map(|(fkm, ikm)| Some(fkm.seconds_per_calibration? / ikm.seconds_per_calibration?));
+    let (slower, slowest) = range(times);
+    slowest.is_finite().then(|| format!(
         "On the same measurements the FKM method is a little more accurate where the positions are noisy: \
          the IKM method's parameter error is {exact_low:.2} to {exact_high:.2} times the FKM method's with \
          exact joints, and {low:.2} to {high:.2} times with noisy ones. It leaves out that the closure \
@@ -316,9 +285,7 @@ fn times(comparisons: &[Comparison<'_>]) -> Option<String> {
     let factors = comparisons
         .iter()
         .filter_map(|row| Some(row.paper.seconds? / row.best().seconds_per_calibration?));
-    let (low, high) = factors.fold((f64::INFINITY, 0_f64), |(low, high), factor| {
-        (low.min(factor), high.max(factor))
-    });
+    let (low, high) = range(factors);
     high.is_normal().then(|| {
         format!(
             "A calibration takes {low:.0e} to {high:.0e} times less time than the paper states for its own, on \

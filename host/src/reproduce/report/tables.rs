@@ -1,39 +1,17 @@
 //! The tables.
 
-use crate::campaign::{CaseColumns, CaseSummary, Quantiles};
+use super::shares::{pairs, ratio};
+use crate::campaign::{CaseSummary, Quantiles};
+use crate::render::table::{Rows, Table};
+use crate::report::campaign::{NOISE, START_ERROR, or_dash, yes_no};
 use crate::reproduce::{Comparison, Results};
+use crate::text::numbers::{percent, share};
 use maud::{Markup, html};
 
+/// The paper's rows beside this program's.
 pub(super) fn rows(comparisons: &[Comparison<'_>]) -> Markup {
     html! {
-        table.wide {
-            thead { tr {
-                th { "case" } th { "poses" } th { "start error" } th { "noise" }
-                th { "the paper," br; "gain, %" } th { "least squares," br; "gain, %" }
-                th { "noise and tolerance," br; "gain, %" } th { "above" br; "paper" }
-                th { "and planned" br; "poses, gain, %" }
-            } }
-            tbody {
-                @for comparison in comparisons {
-                    @let case = comparison.case();
-                    tr {
-                        th scope="row" { (comparison.experiment.name) }
-                        td { (case.poses) }
-                        (start_and_noise(case))
-                        td {
-                            @match comparison.paper.gain_percent {
-                                Some(gain) => { (percent(gain)) }
-                                None => { (comparison.paper.remark) }
-                            }
-                        }
-                        td { (gain(comparison.as_in_the_paper.gain_percent)) }
-                        td { (comparison.with_prior.map_or_else(dash, |best| gain(best.gain_percent))) }
-                        td { (comparison.above_the_paper().map_or("–", yes_no)) }
-                        td { (comparison.planned.map_or_else(dash, median)) }
-                    }
-                }
-            }
-        }
+        (compared(comparisons, gain).table())
         p.note {
             "Gains: the median robot, in brackets 5 % and 95 % of the robots, over the calibrated ones; what \
             is refused is in the tables below. Above the paper: the median with noise and tolerance from \
@@ -42,47 +20,57 @@ pub(super) fn rows(comparisons: &[Comparison<'_>]) -> Markup {
     }
 }
 
-fn start_and_noise(case: &CaseColumns) -> Markup {
-    html! {
-        td { (case.start_error_mm) " mm/" (case.start_error_deg) "°" }
-        td {
-            @if case.noise_position_mm > 0.0 {
-                @if case.noise_position_mm < 0.01 {
-                    (format!("{:.0} µm/", 1e3 * case.noise_position_mm))
-                } @else {
-                    (case.noise_position_mm) " mm/"
-                }
-                (case.noise_joint_deg) "°"
-            } @else { "none" }
-        }
-    }
+/// The same for people at a terminal, with how long one calibration takes.
+pub fn table(comparisons: &[Comparison<'_>]) -> String {
+    let of_paper = |row: &&Comparison<'_>| or_dash(row.paper.seconds, |s| format!("{s:.3}"));
+    compared(comparisons, median)
+        .column("seconds\nthe paper", of_paper)
+        .column("\nhere", |row| seconds(row.best()))
+        .table()
+        .to_string()
+}
+
+fn compared<'a>(
+    comparisons: &'a [Comparison<'a>],
+    gain: fn(&CaseSummary) -> String,
+) -> Rows<&'a Comparison<'a>> {
+    let known = move |summary: Option<&CaseSummary>| summary.map_or_else(dash, gain);
+    Table::of(comparisons)
+        .column("case", |row| row.experiment.name)
+        .column("poses", |row| row.case().poses)
+        .column(START_ERROR.0, |row| START_ERROR.1(row.case()))
+        .column(NOISE.0, |row| NOISE.1(row.case()))
+        .column("gain, %\nthe paper", |row| {
+            let gain = row.paper.gain_percent;
+            gain.map_or_else(|| row.paper.remark.to_owned(), percent)
+        })
+        .column("\nleast squares", move |row| gain(row.as_in_the_paper))
+        .column("noise and\ntolerance", move |row| known(row.with_prior))
+        .page_column("above\nthe paper", |row| {
+            row.above_the_paper().map_or("–", yes_no)
+        })
+        .column("and planned\nposes", move |row| known(row.planned))
 }
 
 /// How long one calibration takes.
 pub(super) fn times(comparisons: &[Comparison<'_>]) -> Markup {
-    let timed = comparisons
-        .iter()
-        .filter(|comparison| comparison.paper.seconds.is_some());
+    let timed = comparisons.iter().filter(|row| row.paper.seconds.is_some());
+    let table = Table::of(timed)
+        .column("case", |row| row.experiment.name)
+        .column("method", |row| row.case().method.to_uppercase())
+        .column("poses", |row| row.case().poses)
+        .column(START_ERROR.0, |row| START_ERROR.1(row.case()))
+        .column(NOISE.0, |row| NOISE.1(row.case()))
+        .column("the paper, s", |row| {
+            or_dash(row.paper.seconds, |s| format!("{s:.3}"))
+        })
+        .column("here, ms", |row| {
+            let time = row.best().seconds_per_calibration;
+            or_dash(time, |seconds| format!("{:.2}", 1e3 * seconds))
+        })
+        .table();
     html! {
-        table.wide {
-            thead { tr {
-                th { "case" } th { "method" } th { "poses" } th { "start error" } th { "noise" }
-                th { "the paper, s" } th { "here, ms" }
-            } }
-            tbody {
-                @for comparison in timed {
-                    @let case = comparison.case();
-                    tr {
-                        th scope="row" { (comparison.experiment.name) }
-                        td { (case.method.to_uppercase()) }
-                        td { (case.poses) }
-                        (start_and_noise(case))
-                        td { (comparison.paper.seconds.map_or_else(dash, |s| format!("{s:.3}"))) }
-                        td { (milliseconds(comparison.best())) }
-                    }
-                }
-            }
-        }
+        (table)
         p.note {
             "Of one calibration, wall clock: the paper's on its machine, here on one processor of this one \
             while the others calibrate, too."
@@ -91,45 +79,35 @@ pub(super) fn times(comparisons: &[Comparison<'_>]) -> Markup {
 }
 
 /// Every case of an experiment, unasked only if there are few.
-pub(super) fn cases(results: &Results) -> Markup {
-    html! {
-        details {
-            summary { "All " (results.cases.len()) " cases" }
-            table.numbers {
-                thead { tr {
-                    th { "method" } th { "solver" } th { "weights" } th { "prior" } th { "planned" }
-                    th { "poses" } th { "start error" } th { "noise" }
-                    th { "calibrated, %" } th { "returned, %" } th { "gain, %" }
-                    th { "error before, mm" } th { "error after, mm" } th { "error/bound" } th { "s" }
-                } }
-                tbody {
-                    @for summary in &results.cases {
-                        @let case = &summary.case;
-                        tr {
-                            th scope="row" { (case.method) }
-                            td { (case.solver) }
-                            td { (yes_no(case.weights)) }
-                            td { (yes_no(case.prior)) }
-                            td { (yes_no(case.planned)) }
-                            td { (case.poses) }
-                            (start_and_noise(case))
-                            td { (share(summary.converged_percent())) }
-                            td { (share(summary.returned_percent())) }
-                            td { (gain(summary.gain_percent)) }
-                            td { (millimetres(summary.error_before_mm)) }
-                            td { (millimetres(summary.error_after_mm)) }
-                            td { (summary.bound_ratio_rms.map_or_else(dash, |ratio| format!("{ratio:.2}"))) }
-                            td { (seconds(summary)) }
-                        }
-                    }
-                }
-            }
-        }
-    }
+pub(super) fn cases(results: &Results) -> Table {
+    Table::of(&results.cases)
+        .column("method", |summary| summary.case.method)
+        .column("solver", |summary| summary.case.solver)
+        .column("weights", |summary| yes_no(summary.case.weights))
+        .column("prior", |summary| yes_no(summary.case.prior))
+        .column("planned", |summary| yes_no(summary.case.planned))
+        .column("poses", |summary| summary.case.poses)
+        .column(START_ERROR.0, |summary| START_ERROR.1(&summary.case))
+        .column(NOISE.0, |summary| NOISE.1(&summary.case))
+        .column("calibrated, %", |summary| {
+            share(summary.converged_percent())
+        })
+        .column("returned, %", |summary| share(summary.returned_percent()))
+        .column("gain, %", |summary| gain(summary))
+        .column("error before, mm", |summary| {
+            millimetres(summary.error_before_mm)
+        })
+        .column("error after, mm", |summary| {
+            millimetres(summary.error_after_mm)
+        })
+        .column("error/bound", |summary| bound_ratio(summary))
+        .column("s", |summary| seconds(summary))
+        .table()
+        .folded(format!("All {} cases", results.cases.len()), false)
 }
 
 /// Shares of returned robots: start errors down, methods across.
-pub(super) fn basins(cases: &[CaseSummary]) -> Markup {
+pub(super) fn basins(cases: &[CaseSummary]) -> Table {
     let mut columns: Vec<(usize, &str, &str)> = Vec::new();
     let mut starts: Vec<(f64, f64)> = Vec::new();
     for CaseSummary { case, .. } in cases {
@@ -150,58 +128,37 @@ pub(super) fn basins(cases: &[CaseSummary]) -> Markup {
                 && (case.poses, case.method, case.solver) == column
         })
     };
-    html! {
-        details {
-            summary { "Robots returned, %" }
-            table.numbers {
-                thead { tr {
-                    th { "start error" }
-                    @for (poses, method, solver) in &columns {
-                        th { (poses) " poses" br; (method) " " (solver) }
-                    }
-                } }
-                tbody {
-                    @for start in &starts {
-                        tr {
-                            th scope="row" { (start.0) " mm/" (start.1) "°" }
-                            @for column in &columns {
-                                td { (of(*start, *column).map_or_else(dash, |s| share(s.returned_percent()))) }
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
+    let rows = Table::of(starts).column("start error", |(mm, deg)| format!("{mm} mm/{deg}°"));
+    let rows = columns.into_iter().fold(rows, |rows, column| {
+        let (poses, method, solver) = column;
+        rows.column(format!("{poses} poses\n{method} {solver}"), |start| {
+            of(*start, column).map_or_else(dash, |summary| share(summary.returned_percent()))
+        })
+    });
+    rows.table().folded("Robots returned, %", false)
 }
 
 /// Both methods on the same measurements.
 pub(super) fn accuracy(cases: &[CaseSummary]) -> Markup {
-    let pairs = super::findings::pairs(cases);
+    let table = Table::of(pairs(cases))
+        .column("poses", |(fkm, _)| fkm.case.poses)
+        .column(NOISE.0, |(fkm, _)| NOISE.1(&fkm.case))
+        .column("FKM, error, mm", |(fkm, _)| {
+            millimetres(fkm.parameter_error_mm)
+        })
+        .column("IKM, error, mm", |(_, ikm)| {
+            millimetres(ikm.parameter_error_mm)
+        })
+        .column("IKM/FKM", |(fkm, ikm)| {
+            or_dash(ratio(fkm, ikm), |r| format!("{r:.3}"))
+        })
+        .column("FKM, error/bound", |(fkm, _)| bound_ratio(fkm))
+        .column("IKM, error/bound", |(_, ikm)| bound_ratio(ikm))
+        .column("FKM, s", |(fkm, _)| seconds(fkm))
+        .column("IKM, s", |(_, ikm)| seconds(ikm))
+        .table();
     html! {
-        table.wide {
-            thead { tr {
-                th { "poses" } th { "noise" }
-                th { "FKM, error, mm" } th { "IKM, error, mm" } th { "IKM/FKM" }
-                th { "FKM, error/bound" } th { "IKM, error/bound" }
-                th { "FKM, s" } th { "IKM, s" }
-            } }
-            tbody {
-                @for (fkm, ikm) in &pairs {
-                    tr {
-                        th scope="row" { (fkm.case.poses) }
-                        td { (fkm.case.noise_position_mm) " mm/" (fkm.case.noise_joint_deg) "°" }
-                        td { (millimetres(fkm.parameter_error_mm)) }
-                        td { (millimetres(ikm.parameter_error_mm)) }
-                        td { (super::findings::ratio(fkm, ikm).map_or_else(dash, |r| format!("{r:.3}"))) }
-                        td { (fkm.bound_ratio_rms.map_or_else(dash, |ratio| format!("{ratio:.2}"))) }
-                        td { (ikm.bound_ratio_rms.map_or_else(dash, |ratio| format!("{ratio:.2}"))) }
-                        td { (seconds(fkm)) }
-                        td { (seconds(ikm)) }
-                    }
-                }
-            }
-        }
+        (table)
         p.note {
             "Error: of the parameters, ‖Pr − Pc‖ of the median robot. The bound is each method's own \
             Cramér–Rao bound; that of the IKM method is the larger one where positions are noisy."
@@ -209,16 +166,13 @@ pub(super) fn accuracy(cases: &[CaseSummary]) -> Markup {
     }
 }
 
-fn yes_no(yes: bool) -> &'static str {
-    if yes { "yes" } else { "no" }
-}
-
 fn dash() -> String {
     "–".to_owned()
 }
 
-fn gain(quantiles: Option<Quantiles>) -> String {
-    quantiles.map_or_else(dash, |gain| {
+/// Of the median robot, and in brackets of 5 % and 95 % of the robots.
+fn gain(summary: &CaseSummary) -> String {
+    summary.gain_percent.map_or_else(dash, |gain| {
         let [median, low, high] = [gain.median, gain.p05, gain.p95].map(percent);
         if median == low && low == high {
             median
@@ -228,46 +182,26 @@ fn gain(quantiles: Option<Quantiles>) -> String {
     })
 }
 
-/// Two decimals near 100, where they matter.
-pub(super) fn percent(value: f64) -> String {
-    let text = if (99.0..99.995).contains(&value) {
-        format!("{value:.2}")
-    } else {
-        format!("{:.0}", value + 0.0)
-    };
-    text.replace('-', "−")
-}
-
-/// Never rounded up to all of them.
-pub(super) fn share(value: f64) -> String {
-    if value > 99.0 && value < 100.0 {
-        format!("{:.1}", value.min(99.9))
-    } else {
-        format!("{value:.0}")
-    }
+fn median(summary: &CaseSummary) -> String {
+    or_dash(summary.gain_percent.map(|gain| gain.median), percent)
 }
 
 fn millimetres(quantiles: Option<Quantiles>) -> String {
-    quantiles.map_or_else(dash, |error| {
-        if error.median < 1e-4 {
-            format!("{:.0e}", error.median).replace('-', "−")
+    or_dash(quantiles.map(|error| error.median), |error| {
+        if error < 1e-4 {
+            format!("{error:.0e}").replace('-', "−")
         } else {
-            format!("{:.4}", error.median)
+            format!("{error:.4}")
         }
     })
 }
 
-fn milliseconds(summary: &CaseSummary) -> String {
-    let time = summary.seconds_per_calibration;
-    time.map_or_else(dash, |seconds| format!("{:.2}", 1e3 * seconds))
-}
-
-fn median(summary: &CaseSummary) -> String {
-    let gain = summary.gain_percent;
-    gain.map_or_else(dash, |gain| percent(gain.median))
+fn bound_ratio(summary: &CaseSummary) -> String {
+    or_dash(summary.bound_ratio_rms, |ratio| format!("{ratio:.2}"))
 }
 
 fn seconds(summary: &CaseSummary) -> String {
-    let time = summary.seconds_per_calibration;
-    time.map_or_else(dash, |seconds| format!("{seconds:.5}"))
+    or_dash(summary.seconds_per_calibration, |seconds| {
+        format!("{seconds:.5}")
+    })
 }

@@ -1,12 +1,13 @@
 //! Samples one after the other: the gate, held-out validation, forgetting.
 
 use core::mem::MaybeUninit;
-use delta_cal::limits::{chi_square_bound, variance_ratio_bound};
-use delta_cal::{
-    Alarm, ArmIndex, Calibrator, Gate, GateCounts, GateError, HeldOut, HeldOutRefusal, Innovation,
-    Memory, MemoryError, MergeError, RobotOutcome, Sample, SampleError, Untested, Validation,
-    Verdict,
+use delta_cal::calibration::limits::{chi_square_bound, variance_ratio_bound};
+use delta_cal::samples::{MergeError, SampleError};
+use delta_cal::stream::{
+    Alarm, Forgetting, ForgettingError, Gate, GateCounts, GateError, HeldOut, HeldOutRefusal,
+    Innovation, Untested, Validation, Verdict,
 };
+use delta_cal::{ArmIndex, Calibrator, RobotOutcome, Sample};
 
 macro_rules! of_scalar {
     ($module:ident, $prefix:literal, $t:ident) => {
@@ -26,8 +27,8 @@ macro_rules! of_scalar {
                 fn gate_with_sigmas(gate: &Gate<$t>, sigmas: $t) -> Result<Gate<$t>, GateError> {
                     gate.with_sigmas(sigmas)
                 }
-                fn gate_with_memory(gate: &Gate<$t>, memory: &Memory<$t>) -> Gate<$t> {
-                    gate.with_memory(*memory)
+                fn gate_with_forgetting(gate: &Gate<$t>, forgetting: &Forgetting<$t>) -> Gate<$t> {
+                    gate.with_forgetting(*forgetting)
                 }
                 fn gate_add(
                     gate: &mut Gate<$t>,
@@ -94,19 +95,19 @@ macro_rules! of_scalar {
                 }
 
                 // Forgetting
-                fn memory_new(samples: $t) -> Result<Memory<$t>, MemoryError> {
-                    Memory::new(samples)
+                fn forgetting_new(samples: $t) -> Result<Forgetting<$t>, ForgettingError> {
+                    Forgetting::new(samples)
                 }
-                fn memory_samples(memory: &Memory<$t>) -> $t { memory.samples() }
-                fn memory_forgetting_factor(memory: &Memory<$t>) -> $t {
-                    memory.forgetting_factor()
+                fn forgetting_mean_age(forgetting: &Forgetting<$t>) -> $t { forgetting.mean_age() }
+                fn forgetting_factor(forgetting: &Forgetting<$t>) -> $t {
+                    forgetting.factor()
                 }
                 fn calibrator_add_forgetting(
                     calibrator: &mut Calibrator<$t>,
                     sample: &Sample<$t>,
-                    memory: &Memory<$t>,
+                    forgetting: &Forgetting<$t>,
                 ) -> Result<(), SampleError> {
-                    calibrator.add_forgetting(sample, memory)
+                    calibrator.add_forgetting(sample, forgetting)
                 }
             }
         }

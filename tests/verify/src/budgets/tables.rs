@@ -1,7 +1,8 @@
-//! The figures as tables: against their limits, beside other solvers, and as in the README.
+//! The figures as tables: against their limits, beside other solvers, and as in the document.
 
 use super::figures::{Budget, Figure, Figures, Peer};
 use crate::check::Check;
+use std::path::Path;
 
 /// Every budget beside what it was measured at, then and now.
 pub(super) fn budgets(check: &mut Check, budgets: &[Budget], figures: &Figures) {
@@ -48,7 +49,7 @@ pub(super) fn rest(budgets: &[Budget], figures: &Figures) {
     }
 }
 
-/// Rows of the README's table: item without its scalar, and words. The item of double precision
+/// Rows of the document's table: item without its scalar, and words. The item of double precision
 /// may be another.
 const ROWS: [(&str, &str, &str); 9] = [
     ("take in one sample, mean", "add-mean", "add-mean"),
@@ -82,29 +83,65 @@ const ROWS: [(&str, &str, &str); 9] = [
     ("inverse kinematics, the longest", "inverse", "inverse"),
 ];
 
-pub(super) fn readme(figures: &Figures) {
-    println!("\nfor the README:\n");
+/// The document with both tables.
+const PAGE: &str = "docs/benchmarks.md";
+/// What a figure of the document may be off: the compiler decides the last instructions.
+const STALE: f64 = 0.01;
+
+pub(super) fn document(check: &mut Check, figures: &Figures) {
+    println!("\nfor {PAGE}:\n");
     println!(
         "| Cortex-M4F under QEMU, three arms, instructions (not cycles) | f32 | f64 in software |"
     );
     println!("| --- | --- | --- |");
     for (words, single, double) in ROWS {
-        println!(
-            "| {words} | {} | {} |",
-            of(figures, &format!("f32/{single}")),
-            of(figures, &format!("f64/{double}")),
-        );
+        let cells = [format!("f32/{single}"), format!("f64/{double}")];
+        row(check, words, &cells.map(|item| of(figures, &item)));
     }
 }
 
-pub(super) fn peers(peers: &[Peer], figures: &Figures) {
+/// Prints a row of the document, and compares the document's with it.
+fn row(check: &mut Check, words: &str, cells: &[String]) {
+    let row = format!("| {words} | {} |", cells.join(" | "));
+    println!("{row}");
+    let folders = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    let page = folders
+        .map(|folder| folder.join(PAGE))
+        .find(|path| path.is_file());
+    let page = page
+        .and_then(|path| std::fs::read_to_string(path).ok())
+        .unwrap_or_default();
+    let stated = page.lines().find_map(|line| {
+        let cells = line.strip_prefix(&format!("| {words} | "))?;
+        Some(
+            cells
+                .trim_end_matches(" |")
+                .split(" | ")
+                .collect::<Vec<_>>(),
+        )
+    });
+    let number = |text: &str| text.replace(',', "").parse::<f64>().ok();
+    let same = stated.is_some_and(|stated| {
+        stated.len() == cells.len()
+            && stated.iter().zip(cells).all(|(stated, found)| {
+                match (number(stated), number(found)) {
+                    (Some(stated), Some(found)) => (stated / found - 1.0).abs() <= STALE,
+                    _ => *stated == found.as_str(),
+                }
+            })
+    });
+    if !same {
+        check.fail(format!("{PAGE} is stale, the row is now: {row}"));
+    }
+}
+
+pub(super) fn peers(check: &mut Check, peers: &[Peer], figures: &Figures) {
     println!();
     println!("| Cortex-M4F, f32, one arm, exact data, instructions | 20 samples | 60 | 1000 |");
     println!("| --- | --- | --- | --- |");
-    let measured = |words: &str, item: &str| {
-        let [at_20, at_60, at_1000] =
-            [20, 60, 1000].map(|samples| of(figures, &format!("peer/{item}-{samples}")));
-        println!("| {words} | {at_20} | {at_60} | {at_1000} |");
+    let mut measured = |words: &str, item: &str| {
+        let cells = [20, 60, 1000].map(|samples| of(figures, &format!("peer/{item}-{samples}")));
+        row(check, words, &cells);
     };
     measured(
         "this solver, from the last sample to the result",
@@ -125,7 +162,8 @@ pub(super) fn peers(peers: &[Peer], figures: &Figures) {
         at_1000,
     } in peers
     {
-        println!("| {name}, measured elsewhere | {at_20} | {at_60} | {at_1000} |");
+        let cells = [at_20, at_60, at_1000].map(Clone::clone);
+        row(check, &format!("{name}, measured elsewhere"), &cells);
     }
 }
 

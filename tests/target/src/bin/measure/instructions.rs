@@ -111,10 +111,7 @@ fn measure<T: Scalar>(
     truth: &Robot<T>,
     samples: &[Sample<T>],
 ) -> Result<(), Overflow> {
-    let settings = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise());
     let mut calibrator = Calibrator::new(&nominal::<T>(), &settings);
     let mut add = Counts::default();
     for sample in samples {

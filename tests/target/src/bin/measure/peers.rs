@@ -6,7 +6,8 @@ use crate::report::Report;
 use crate::solve::solve;
 use core::fmt;
 use core::hint::black_box;
-use delta_cal::{Arm, Calibrator, Parameter, ParameterKind, Robot, Sample, Settings};
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::{Calibrator, Parameter, Robot, Sample, Settings};
 use delta_cal_target_tests::{Counter, Overflow};
 use delta_cal_target_tests::{measurements_of, nominal};
 use nalgebra_of_peer::Vector3;
@@ -111,7 +112,7 @@ where
             });
             let problem = PeerProblem {
                 rows,
-                parameters: Parameters::from(before.parameters().data.0[0]),
+                parameters: Parameters::from(before.parameters()),
             };
             let mut solved = None;
             let count = counter

@@ -4,10 +4,9 @@ use crate::instructions::Counts;
 use crate::report::Report;
 use core::fmt;
 use core::hint::black_box;
-use delta_cal::{
-    Calibrator, Progress, Refusal, RobotOutcome, RobotSolver, Sample, Settings, Start,
-    simulate_sample,
-};
+use delta_cal::calibration::Start;
+use delta_cal::simulate::simulate_sample;
+use delta_cal::{Calibrator, Progress, Refusal, RobotOutcome, RobotSolver, Sample, Settings};
 use delta_cal_target_tests::{Counter, Overflow};
 use delta_cal_target_tests::{Scalar, measurements_of, noise, nominal, robot_near, tolerance};
 use rand_core::SeedableRng;
@@ -139,12 +138,8 @@ fn stated<T: Scalar>() -> [Settings<T>; 3] {
     let noise = Some(noise());
     [
         defaults,
-        Settings { noise, ..defaults },
-        Settings {
-            noise,
-            tolerance: Some(tolerance()),
-            ..defaults
-        },
+        defaults.with_noise(noise),
+        defaults.with_noise(noise).with_tolerance(tolerance()),
     ]
 }
 
@@ -193,15 +188,9 @@ pub(crate) fn report_single(out: &mut Report<'_>, counter: &mut Counter) -> fmt:
                 at_many.after(counter, calibrator, further)?;
             }
         }
-        let mut settings = Settings {
-            start: Start::Free,
-            ..Settings::default()
-        };
+        let mut settings = Settings::default().with_start(Start::Free);
         free.after(counter, &filled(&settings, &samples[..20])?, further)?;
-        settings = Settings {
-            tolerance: Some(tolerance()),
-            ..Settings::default()
-        };
+        settings = Settings::default().with_tolerance(tolerance());
         tolerance_alone.after(counter, &filled(&settings, &samples[..20])?, further)?;
     }
     let words = "last sample to parameters and covariance, three arms, worst";
@@ -232,10 +221,7 @@ pub(crate) fn report_double(out: &mut Report<'_>, counter: &mut Counter) -> fmt:
     let mut rng = Pcg32::seed_from_u64(0);
     let truth = robot_near(&nominal::<f64>(), 1.0, &mut rng);
     let samples: [_; 60] = measurements_of(&truth, Some(&noise()), &mut rng);
-    let settings = Settings {
-        noise: Some(noise()),
-        ..Settings::default()
-    };
+    let settings = Settings::default().with_noise(noise());
     let calibrator = filled(&settings, &samples[..40])?;
     figures.after(counter, &calibrator, &samples[40..])?;
     figures.write(

@@ -4,7 +4,8 @@ use crate::instructions::Counts;
 use crate::report::Report;
 use core::fmt;
 use core::hint::black_box;
-use delta_cal::{Calibrator, Gate, HeldOut, Memory, Sample, Settings};
+use delta_cal::stream::{Forgetting, Gate, HeldOut};
+use delta_cal::{Calibrator, Sample, Settings};
 use delta_cal_target_tests::{Counter, Overflow};
 use delta_cal_target_tests::{Scalar, measurements_of, noise, nominal, robot_near, tolerance};
 use rand_core::SeedableRng;
@@ -71,11 +72,9 @@ fn measure<T: Scalar>(
     figures: &mut Figures,
     samples: &[Sample<T>],
 ) -> Result<(), Overflow> {
-    let settings = Settings {
-        noise: Some(noise()),
-        tolerance: Some(tolerance()),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_noise(noise())
+        .with_tolerance(tolerance());
     let empty = Calibrator::new(&nominal::<T>(), &settings);
     let mut calibrator = empty;
     let mut gate = Gate::new(&mut calibrator);
@@ -89,7 +88,7 @@ fn measure<T: Scalar>(
     }
     figures.worst_mean = figures.worst_mean.max(add.mean());
 
-    let Ok(memory) = Memory::new(T::from_f64(50.0)) else {
+    let Ok(memory) = Forgetting::new(T::from_f64(50.0)) else {
         return Ok(());
     };
     calibrator = empty;

@@ -1,0 +1,157 @@
+//! A calibration in a robot's own controller, between the turns of its control loop. Everything but
+//! `main` is `no_std` and needs neither allocation nor an operating system; it is the same code on a
+//! Cortex-M. `main` plays the robot and its measuring device.
+//!
+//! ```text
+//! cargo run -p delta-cal --example firmware
+//! ```
+//!
+//! In the firmware's `Cargo.toml`:
+//!
+//! ```toml
+//! [dependencies]
+//! delta-cal = "0.1"
+//!
+//! [profile.release]
+//! opt-level = 3
+//! lto = "fat"
+//! codegen-units = 1
+//! ```
+#![allow(clippy::print_stdout)]
+
+use delta_cal::kinematics::KinematicsError;
+use delta_cal::nalgebra::Vector3;
+use delta_cal::robot::GeometryError;
+use delta_cal::samples::SampleError;
+use delta_cal::{Calibrator, Progress, Refusal, Robot, RobotSolver, Sample, Settings};
+
+/// The robot as drawn, in flash: Dx, Dy, Dz, θ, α, La_x, La_y, Lb of each arm in mm and radians.
+const DRAWN: [[f32; 8]; 3] = [
+    [164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0],
+    [-82.0, 142.028_17, 0.0, 2.094_395_2, 0.0, 260.0, 0.0, 480.0],
+    [-82.0, -142.028_17, 0.0, 4.188_790_3, 0.0, 260.0, 0.0, 480.0],
+];
+
+/// At most so many linearisations for each start: the time for a result is bounded.
+const SETTINGS: Settings<f32> = Settings::new().with_iteration_limit(30);
+
+/// What the controller keeps in static memory. The calibrator is the largest part, some 2 kB in `f32`.
+struct Controller {
+    /// The robot that the control loop computes with.
+    robot: Robot<f32>,
+    calibrator: Calibrator<f32>,
+    /// The calibration that is under way.
+    solver: Option<RobotSolver<f32>>,
+    /// Where the platform is to be.
+    target: Vector3<f32>,
+}
+
+/// What a turn of the control loop has to report.
+enum Report {
+    /// Nothing: the control loop goes on.
+    Nothing,
+    /// The robot was calibrated, and the control loop uses the result from the next turn on.
+    Calibrated,
+    /// The samples cannot calibrate the robot, and why. It keeps its parameters; more samples may help.
+    Refused(Refusal),
+}
+
+impl Controller {
+    fn new() -> Result<Self, GeometryError> {
+        let robot = Robot::from_parameters(DRAWN)?;
+        Ok(Self {
+            robot,
+            calibrator: Calibrator::new(&robot, &SETTINGS),
+            solver: None,
+            target: Vector3::new(0.0, 0.0, -450.0),
+        })
+    }
+
+    /// Takes in one measurement: joint angles in radians, the platform's position in mm.
+    ///
+    /// # Errors
+    /// A number that is not finite, an angle beyond two turns, or a position far outside: nothing has
+    /// changed, and the next sample is welcome.
+    fn measured(&mut self, joints: [f32; 3], position: [f32; 3]) -> Result<(), SampleError> {
+        let position = Vector3::from(position);
+        self.calibrator.add(&Sample { joints, position })
+    }
+
+    /// Starts a calibration from the samples so far.
+    ///
+    /// # Errors
+    /// [`Refusal::TooFewSamples`].
+    fn calibrate(&mut self) -> Result<(), Refusal> {
+        self.solver = Some(RobotSolver::new(&mut self.calibrator)?);
+        Ok(())
+    }
+
+    /// One turn of the control loop, then one bounded step of the calibration.
+    ///
+    /// # Errors
+    /// The target cannot be reached: the drives keep their last angles.
+    fn turn(&mut self) -> Result<([f32; 3], Report), KinematicsError> {
+        let joints = self.robot.inverse(&self.target)?;
+        Ok((joints, self.step()))
+    }
+
+    fn step(&mut self) -> Report {
+        let Some(solver) = &mut self.solver else {
+            return Report::Nothing;
+        };
+        let result = match solver.step(&self.calibrator) {
+            Ok(Progress::Working) => return Report::Nothing,
+            Ok(Progress::Finished) => solver.outcome(),
+            Err(refusal) => Err(refusal),
+        };
+        self.solver = None;
+        match result {
+            Ok(outcome) => {
+                self.robot = outcome.robot;
+                Report::Calibrated
+            }
+            Err(refusal) => Report::Refused(refusal),
+        }
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // The robot that was built: the first forearm is 0.3 mm longer than drawn.
+    let mut built = DRAWN;
+    built[0][7] += 0.3;
+    let built = Robot::from_parameters(built)?;
+
+    let mut controller = Controller::new()?;
+    // A measuring device that lost its reflector: refused, and nothing has changed.
+    if let Err(fault) = controller.measured([0.0; 3], [f32::NAN; 3]) {
+        println!("sample refused: {fault}");
+    }
+    for k in 0..20_u8 {
+        let t = f32::from(k);
+        let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
+        controller.measured(joints, built.forward(&joints)?.into())?;
+        if k == 2 {
+            // Too early: the robot keeps its parameters.
+            if let Err(refusal) = controller.calibrate() {
+                println!("calibration refused: {refusal}");
+            }
+        }
+    }
+
+    controller.calibrate()?;
+    for turn in 1.. {
+        match controller.turn()?.1 {
+            Report::Nothing => {}
+            Report::Refused(refusal) => return Err(refusal.into()),
+            Report::Calibrated => {
+                let [first, ..] = controller.robot.arms();
+                println!(
+                    "calibrated after {turn} turns: forearm 1 is {:.3} mm",
+                    first.lb()
+                );
+                break;
+            }
+        }
+    }
+    Ok(())
+}

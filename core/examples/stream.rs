@@ -1,0 +1,76 @@
+//! Measurements that keep coming, some of them wrong: the gate rejects those before they are taken in, and
+//! says so when the robot itself has changed.
+//!
+//! ```text
+//! cargo run -p delta-cal --features simulate --example stream
+//! ```
+#![allow(clippy::print_stdout)]
+
+use delta_cal::kinematics::JointLimits;
+use delta_cal::simulate::{random_pose, simulate_sample};
+use delta_cal::stream::{Alarm, Gate, Verdict};
+use delta_cal::{Calibrator, Noise, Settings, SymmetricRobot, Tolerance};
+use rand_core::SeedableRng;
+use rand_pcg::Pcg32;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let drawn = SymmetricRobot {
+        base_radius: 194.0,
+        platform_radius: 30.0,
+        upper_arm: 260.0,
+        forearm: 480.0,
+    };
+    let built = SymmetricRobot {
+        upper_arm: 260.4,
+        ..drawn
+    }
+    .robot()?;
+    // After a collision.
+    let bent = SymmetricRobot {
+        upper_arm: 261.4,
+        ..drawn
+    }
+    .robot()?;
+    let drawn = drawn.robot()?;
+
+    // With both stated, the gate can test from the first sample on.
+    let noise = Noise::new(0.02, 0.0)?;
+    let settings = Settings::default()
+        .with_noise(noise)
+        .with_tolerance(Tolerance::new(0.5, 0.003)?);
+    let mut calibrator = Calibrator::new(&drawn, &settings);
+    let mut gate = Gate::new(&mut calibrator);
+
+    let limits = JointLimits::new(-60_f64.to_radians(), 90_f64.to_radians())?;
+    let mut rng = Pcg32::seed_from_u64(1);
+    for number in 0..120 {
+        let robot = if number < 100 { &built } else { &bent };
+        let pose = random_pose(&drawn, &limits, &mut rng)?;
+        let mut sample = simulate_sample(robot, &pose.joints, Some(&noise), &mut rng)?;
+        if number % 30 == 29 {
+            sample.position.x += 5.0; // the reflector slipped
+        }
+        if let Verdict::Rejected(innovation) = gate.add(&mut calibrator, &sample)? {
+            println!(
+                "sample {number} rejected: {} is {:.3} mm off, {:.0} sigma",
+                innovation.arm, innovation.distance, innovation.normalized
+            );
+        }
+        if let Some(Alarm::RobotChanged { first }) = gate.alarm() {
+            println!("the robot has changed before sample {first}: calibrate it anew");
+            break;
+        }
+    }
+
+    let counts = gate.counts();
+    println!(
+        "{} samples taken in, {} rejected",
+        counts.taken, counts.rejected
+    );
+    let outcome = calibrator.solve()?;
+    println!(
+        "upper arms: {:.3} mm",
+        outcome.robot.arms()[0].upper_arm_length()
+    );
+    Ok(())
+}

@@ -1,0 +1,64 @@
+use super::iteration::Iteration;
+use super::limits::{INDISTINGUISHABLE, NEARER, SAME_POINT, TIE};
+use super::outcome::{StartUsed, Termination};
+use super::problem::ArmProblem;
+use crate::Real;
+
+/// Where an iteration ended.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EndPoint<T: Real> {
+    pub(super) iteration: Iteration<T>,
+    pub(super) termination: Termination,
+    pub(super) start: StartUsed,
+    /// What the tolerance was balanced against.
+    pub(super) residual_sigma: T,
+}
+
+impl<T: Real> EndPoint<T> {
+    /// Whether the end of another iteration is to be preferred: a clearly smaller cost, or, where the
+    /// samples cannot tell the two apart, the solution nearer to the nominal arm. Eight samples have
+    /// several exact solutions.
+    #[inline(never)]
+    pub(super) fn is_improved_by<P: ArmProblem<T>>(
+        &self,
+        end: &Iteration<T>,
+        residual_sigma: T,
+        has_tolerance: bool,
+        problem: &P,
+    ) -> bool {
+        // With a tolerance the cost itself prefers the nearer one.
+        let tie = if problem.nominal().noise().is_some() && !has_tolerance {
+            T::from_f64(INDISTINGUISHABLE)
+        } else {
+            // Of two starts that end in the same point the first is kept.
+            T::from_f64(TIE) * self.iteration.cost
+        } + rounding_of_cost(problem);
+        let gained = self.iteration.cost - end.cost;
+        if residual_sigma != self.residual_sigma {
+            // Another balance of samples and tolerance: the later one counts.
+            return true;
+        }
+        let mut apart = end.correction;
+        for (difference, other) in apart.iter_mut().zip(self.iteration.correction) {
+            *difference -= other;
+        }
+        let same_place = self.iteration.length_squared(&apart) <= T::from_f64(SAME_POINT) * tie;
+        if gained.magnitude() <= tie && !same_place {
+            squared_length(&end.correction)
+                < T::from_f64(NEARER) * squared_length(&self.iteration.correction)
+        } else {
+            gained > T::ZERO
+        }
+    }
+}
+
+/// A sum of squares below this is rounding: (32ε)² times the rows that the residuals come from.
+pub(super) fn rounding_of_cost<T: Real, P: ArmProblem<T>>(problem: &P) -> T {
+    problem.rows_squared() * (T::from_f64(32.0) * T::EPSILON).squared()
+}
+
+fn squared_length<T: Real>(values: &[T; 8]) -> T {
+    values
+        .iter()
+        .fold(T::ZERO, |sum, value| sum + value.squared())
+}

@@ -1,0 +1,67 @@
+//! The start without a guess.
+
+use crate::Real;
+use crate::samples::ArmFactor;
+use nalgebra::Vector3;
+
+/// Minimises |R (δc, 1)| over free δc and reads the correction δP off it. `None` if the samples leave a coefficient free or the
+/// coefficients are not those of an arm.
+pub(crate) fn free_start<T: Real>(factor: &ArmFactor<T>) -> Option<[T; 8]> {
+    // A pivot of the size of its column's rounding error carries no information.
+    let rounding = T::from_f64(16.0) * T::EPSILON;
+    let smallest = factor.triangle().column_norms().map(|norm| rounding * norm);
+    let delta = factor.triangle().minimiser(&smallest)?;
+
+    let nominal = factor.nominal();
+    let half = T::HALF;
+    let [d1, d2, d3, _, _, u1, u2, u3, v1, v2, v3, constant]: [T; 12] = delta;
+    let delta_d = Vector3::new(d1, d2, d3) * -half;
+    let u = nominal.u - Vector3::new(u1, u2, u3) * half;
+    let v = nominal.v - Vector3::new(v1, v2, v3) * half;
+
+    // u × v points along the motor axis, which gives both angles.
+    let axis = u.cross(&v);
+    let length_squared = axis.dot(&axis);
+    if !(length_squared > T::ZERO && length_squared.finite()) {
+        return None;
+    }
+    let theta = (-axis.x).angle_over(axis.y);
+    let alpha = axis
+        .z
+        .angle_over((axis.x * axis.x + axis.y * axis.y).square_root());
+    let (sin_theta, cos_theta) = theta.sine_cosine();
+    let (sin_alpha, cos_alpha) = alpha.sine_cosine();
+    let ex = Vector3::new(cos_theta, sin_theta, T::ZERO);
+    let ez = Vector3::new(sin_theta * sin_alpha, -cos_theta * sin_alpha, cos_alpha);
+    // Both u and v hold the upper arm: the mean of the two readings.
+    let la_x = (u.dot(&ex) - v.dot(&ez)) * half;
+    let la_y = (u.dot(&ez) + v.dot(&ex)) * half;
+
+    let (la_x0, la_y0) = nominal.la;
+    let upper_arm_gained = (la_x - la_x0) * (la_x + la_x0) + (la_y - la_y0) * (la_y + la_y0);
+    let d_gained = delta_d.dot(&(nominal.d * T::TWO + delta_d));
+    let lb_squared = nominal.lb * nominal.lb + d_gained + upper_arm_gained - constant;
+    if !(lb_squared > T::ZERO && lb_squared.finite()) {
+        return None;
+    }
+    let [_, _, _, theta0, alpha0, ..] = nominal.arm().parameters();
+    Some([
+        delta_d.x,
+        delta_d.y,
+        delta_d.z,
+        nearest_turn(theta - theta0),
+        alpha - alpha0,
+        la_x - la_x0,
+        la_y - la_y0,
+        lb_squared.square_root() - nominal.lb,
+    ])
+}
+
+/// The same direction within half a turn.
+fn nearest_turn<T: Real>(angle: T) -> T {
+    let turn = T::TWO * T::PI;
+    angle - (angle / turn).nearest_integer() * turn
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,153 @@
+#![allow(clippy::unwrap_used)]
+
+use super::free_start;
+use crate::robot::{Arm, ArmIndex};
+use crate::samples::{ArmFactor, Noise, NominalArm};
+use nalgebra::Vector3;
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+
+/// Points at the forearm's length from the elbow, in any direction, and their joint angles.
+fn exact_samples(arm: &Arm<f64>, count: usize) -> impl Iterator<Item = (Vector3<f64>, f64)> {
+    let mut rng = Pcg32::seed_from_u64(7);
+    let mut uniform = move || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    (0..count).map(move |_| {
+        let q = 1.5 * uniform();
+        let direction = Vector3::new(uniform(), uniform(), uniform() - 1.5).normalize();
+        (arm.elbow(q) + direction * arm.lb(), q)
+    })
+}
+
+fn factor(nominal: &Arm<f64>, truth: &Arm<f64>, count: usize) -> ArmFactor<f64> {
+    let centre = Vector3::new(10.0, -20.0, -430.0);
+    let mut factor = ArmFactor::new(NominalArm::new(nominal, &centre, None));
+    for (x, q) in exact_samples(truth, count) {
+        factor.add(&x, q, ArmIndex::First).unwrap();
+    }
+    factor
+}
+
+const TRUTH: [f64; 8] = [150.0, 30.0, -5.0, 0.7, 0.2, 240.0, 35.0, 470.0];
+
+/// From whatever nominal arm, the linear fit of exact samples is the arm.
+#[test]
+fn exact_samples_give_the_arm_from_any_nominal_arm() {
+    let truth = Arm::new(TRUTH).unwrap();
+    for nominal in [
+        TRUTH,
+        [164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0],
+        [50.0, -80.0, 60.0, -1.5, -0.7, 100.0, -90.0, 900.0],
+        [0.0, 0.0, 0.0, 3.0, 0.9, 10.0, 300.0, 300.0],
+    ] {
+        let nominal = Arm::new(nominal).unwrap();
+        let factor = factor(&nominal, &truth, 40);
+        let correction = free_start(&factor).unwrap();
+        let expected = factor.nominal().correction_to(&truth);
+        for (found, expected) in correction.iter().zip(expected) {
+            // ε times a condition of some thousands.
+            assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        }
+    }
+}
+
+/// An azimuth is the same after a full turn: the correction is the shorter way round.
+#[test]
+fn the_azimuth_is_corrected_the_shorter_way_round() {
+    let at = |theta: f64| {
+        let mut parameters = TRUTH;
+        parameters[3] = theta;
+        Arm::new(parameters).unwrap()
+    };
+    for (nominal, truth, expected) in [
+        (3.1, -3.1, 2.0 * core::f64::consts::PI - 6.2),
+        (-3.1, 3.1, 6.2 - 2.0 * core::f64::consts::PI),
+        (6.2, 0.1, 2.0 * core::f64::consts::PI - 6.1),
+        (-6.2, -0.2, 6.0 - 2.0 * core::f64::consts::PI),
+        (0.5, 3.0, 2.5),
+    ] {
+        let correction = free_start(&factor(&at(nominal), &at(truth), 40)).unwrap();
+        assert!((correction[3] - expected).abs() < 1e-9, "{correction:?}");
+    }
+}
+
+/// With noise the two readings of the upper arm, from u and from v, are averaged: both are as good.
+#[test]
+fn noise_is_averaged_over_both_readings_of_the_upper_arm() {
+    let truth = Arm::new(TRUTH).unwrap();
+    let centre = Vector3::new(10.0, -20.0, -430.0);
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for seed in 0..200 {
+        let mut rng = Pcg32::seed_from_u64(1000 + seed);
+        let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+        let mut factor = ArmFactor::new(NominalArm::new(&truth, &centre, None));
+        for (x, q) in exact_samples(&truth, 40) {
+            let noise = Vector3::new(uniform(), uniform(), uniform()) * 0.1;
+            factor.add(&(x + noise), q, ArmIndex::First).unwrap();
+        }
+        let correction = free_start(&factor).unwrap();
+        sum += correction[5];
+        squares += correction[5] * correction[5];
+    }
+    // Without bias: the mean of 200 within five of its own σ.
+    let sigma = libm::sqrt(squares / 200.0);
+    assert!((sum / 200.0).abs() < 5.0 * sigma / libm::sqrt(200.0));
+}
+
+#[test]
+fn samples_that_leave_a_coefficient_free_give_no_start() {
+    let truth = Arm::new(TRUTH).unwrap();
+    for count in [0, 1, 8, 11] {
+        assert!(free_start(&factor(&truth, &truth, count)).is_none());
+    }
+    assert!(free_start(&factor(&truth, &truth, 12)).is_some());
+    // A joint that stands still.
+    let centre = Vector3::new(10.0, -20.0, -430.0);
+    let mut still = ArmFactor::new(NominalArm::new(&truth, &centre, None));
+    for (x, _) in exact_samples(&truth, 40) {
+        still.add(&x, 0.3, ArmIndex::First).unwrap();
+    }
+    assert!(free_start(&still).is_none());
+}
+
+/// What the samples determine does not depend on how large their weights are.
+#[test]
+fn weights_of_any_size_leave_the_start_as_it_is() {
+    let truth = Arm::new(TRUTH).unwrap();
+    let centre = Vector3::new(10.0, -20.0, -430.0);
+    for sigma in [1e-7, 1e-3, 1e3, 1e9] {
+        let nominal = NominalArm::new(&truth, &centre, Some(Noise::new(sigma, 0.0).unwrap()));
+        let (mut free, mut still) = (ArmFactor::new(nominal), ArmFactor::new(nominal));
+        for (x, q) in exact_samples(&truth, 40) {
+            free.add(&x, q, ArmIndex::First).unwrap();
+            still.add(&x, 0.3, ArmIndex::First).unwrap();
+        }
+        let correction = free_start(&free).unwrap();
+        assert!(correction.iter().all(|delta| delta.abs() < 1e-9));
+        assert!(free_start(&still).is_none(), "{sigma:e}");
+    }
+}
+
+/// Positions that belong to no arm give a finite start or none.
+#[test]
+fn samples_of_no_arm_never_give_a_start_that_is_no_number() {
+    let truth = Arm::new(TRUTH).unwrap();
+    let centre = Vector3::new(10.0, -20.0, -430.0);
+    let (mut none, mut some) = (0, 0);
+    for seed in 0..500 {
+        let mut rng = Pcg32::seed_from_u64(seed);
+        let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+        let mut factor = ArmFactor::new(NominalArm::new(&truth, &centre, None));
+        for _ in 0..14 {
+            let x = Vector3::new(uniform(), uniform(), uniform()) * 400.0;
+            factor.add(&x, uniform(), ArmIndex::First).unwrap();
+        }
+        match free_start(&factor) {
+            Some(correction) => {
+                some += 1;
+                assert!(correction.iter().all(|delta| delta.is_finite()), "{seed}");
+            }
+            None => none += 1,
+        }
+    }
+    assert!(none > 0 && some > 100, "{none} {some}");
+}

@@ -1,0 +1,106 @@
+#![allow(clippy::unwrap_used)]
+
+use super::Iteration;
+use crate::calibration::Solver;
+use crate::calibration::problem::Normal;
+use crate::calibration::step_control::{StepControl, StepResult};
+use nalgebra::{SMatrix, SVector};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+
+/// An iteration at a random linearised problem J δ + r of twenty rows.
+fn iteration(seed: u64) -> (Iteration<f64>, SMatrix<f64, 20, 8>, SVector<f64, 20>) {
+    let mut rng = Pcg32::seed_from_u64(seed);
+    let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    let mut jacobian = SMatrix::<f64, 20, 8>::zeros();
+    for (column, length) in [1.0, 3.0, 0.1, 2.0, 0.5, 7.0, 1.5, 0.2]
+        .into_iter()
+        .enumerate()
+    {
+        for entry in &mut jacobian.column_mut(column) {
+            *entry = uniform() * length;
+        }
+    }
+    let residual = SVector::<f64, 20>::from([(); 20].map(|()| 0.01 * uniform()));
+    let mut iteration = Iteration::unstarted(Solver::LevenbergMarquardt);
+    for (row, right) in jacobian.row_iter().zip(&residual) {
+        let mut block = [[0.0]; 9];
+        for (column, value) in block.iter_mut().zip(row.iter().chain([right])) {
+            *column = [*value];
+        }
+        iteration.normal.absorb(&mut block);
+    }
+    (iteration, jacobian, residual)
+}
+
+/// (JᵀJ + λ D²) δ = −Jᵀ r, D the lengths of the columns (Marquardt 1963).
+#[test]
+fn a_damped_step_is_marquardts() {
+    for seed in 0..20 {
+        let (mut iteration, jacobian, residual) = iteration(seed);
+        let information = jacobian.transpose() * jacobian;
+        let right = -(jacobian.transpose() * residual);
+        let mut control = StepControl::new(Solver::LevenbergMarquardt);
+        for _ in 0..5 {
+            let mut damped = information;
+            for k in 0..8 {
+                damped[(k, k)] *= 1.0 + control.damping();
+            }
+            let expected = damped.try_inverse().unwrap() * right;
+            iteration.control = control;
+            let found = SVector::from(iteration.trial_step().unwrap());
+            assert!((found - expected).norm() < 1e-9 * expected.norm());
+            let prospect = control.judge(0.5, 1.0, 1.0);
+            assert_eq!(control.rejected(&prospect), StepResult::Continue);
+        }
+    }
+}
+
+#[test]
+fn a_step_that_is_too_long_is_taken_by_gauss_newton_alone() {
+    let mut diagonal = [1.0; 8];
+    diagonal[5] = 0.01;
+    let mut iteration = Iteration::<f64>::unstarted(Solver::LevenbergMarquardt);
+    for (right, short) in [(0.002_49, true), (0.002_51, false), (-0.003, false)] {
+        let mut rights = [0.0; 8];
+        rights[5] = right;
+        iteration.normal = Normal::from_diagonal(&diagonal, &rights);
+        iteration.control = StepControl::new(Solver::LevenbergMarquardt);
+        // A quarter of the unit at most.
+        assert_eq!(iteration.trial_step().is_some(), short);
+        iteration.control = StepControl::new(Solver::GaussNewton);
+        let step = iteration.trial_step().unwrap();
+        assert!((step[5] + right / 0.01).abs() < 1e-12);
+    }
+}
+
+/// |J δ|².
+#[test]
+fn the_length_of_a_displacement_is_what_it_adds_to_the_residuals() {
+    for seed in 0..20 {
+        let (iteration, jacobian, _) = iteration(seed);
+        let mut displacement = [0.0; 8];
+        let mut angle = 1.0;
+        for value in &mut displacement {
+            angle += 1.7;
+            *value = libm::sin(angle);
+        }
+        let expected = (jacobian * SVector::from(displacement)).norm_squared();
+        assert!((iteration.length_squared(&displacement) / expected - 1.0).abs() < 1e-12);
+    }
+}
+
+/// A rejected step counts as a linearisation does: the limit holds for both.
+#[test]
+fn rejected_steps_are_counted() {
+    let (mut iteration, _, _) = iteration(0);
+    let prospect = iteration.control.judge(0.5, 1.0, 1.0);
+    for count in 1..4 {
+        assert_eq!(iteration.reject(&prospect), StepResult::Continue);
+        assert_eq!(iteration.iterations, count);
+    }
+    iteration.control = StepControl::new(Solver::GaussNewton);
+    let prospect = iteration.control.judge(0.5, 1.0, 1.0);
+    assert_eq!(iteration.reject(&prospect), StepResult::Failed);
+    assert_eq!(iteration.iterations, 3);
+}

@@ -1,0 +1,154 @@
+use super::limits::SAMPLES_FOR_FREE_START;
+use super::tolerance::Tolerance;
+use crate::Real;
+use crate::samples::Noise;
+
+/// How a step is taken from the linearised problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Solver {
+    /// The full step of the linearised problem, always. It can diverge, and then says so.
+    GaussNewton,
+    /// Damped until the step reduces the sum of squares (Levenberg 1944, Marquardt 1963).
+    #[default]
+    LevenbergMarquardt,
+}
+
+/// Where the iteration starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Start {
+    /// From the nominal robot. With 12 or more samples the start without a guess is tried as
+    /// well if the result fits worse than the samples allow.
+    #[default]
+    Nominal,
+    /// Without a guess, from the linear fit of c(P). Needs 12 samples.
+    Free,
+}
+
+/// What a calibration assumes and how it is solved. The default: no noise weights, no prior,
+/// Levenberg–Marquardt from the nominal robot, at most 50 iterations.
+///
+/// ```
+/// use delta_cal::calibration::{Settings, Solver};
+/// use delta_cal::{Noise, Tolerance};
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// const QUICK: Settings<f32> = Settings::new().with_iteration_limit(15);
+/// let settings = QUICK
+///     .with_noise(Noise::new(0.02, 0.0)?)
+///     .with_tolerance(Tolerance::new(0.5, 0.003)?);
+/// assert_eq!(settings.solver, Solver::LevenbergMarquardt);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        default,
+        deny_unknown_fields,
+        bound(
+            serialize = "T: Real + serde::Serialize",
+            deserialize = "T: Real + serde::Deserialize<'de>"
+        )
+    )
+)]
+#[non_exhaustive]
+pub struct Settings<T> {
+    /// Measurement noise; weights the samples and judges the residual.
+    pub noise: Option<Noise<T>>,
+    /// Manufacturing tolerance; the prior about the nominal robot.
+    pub tolerance: Option<Tolerance<T>>,
+    /// Gauss–Newton or Levenberg–Marquardt.
+    pub solver: Solver,
+    /// Where to start.
+    pub start: Start,
+    /// Linearisations allowed for each start; a solve may make several starts.
+    pub iteration_limit: u16,
+}
+
+impl<T: Real> Default for Settings<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Settings<T> {
+    /// The default settings, also for a constant.
+    pub const fn new() -> Self {
+        Self {
+            noise: None,
+            tolerance: None,
+            solver: Solver::LevenbergMarquardt,
+            start: Start::Nominal,
+            iteration_limit: 50,
+        }
+    }
+
+    /// The same with another measurement noise; `None` for one that is not known.
+    pub fn with_noise(mut self, noise: impl Into<Option<Noise<T>>>) -> Self {
+        self.noise = noise.into();
+        self
+    }
+
+    /// The same with another manufacturing tolerance; `None` for no prior.
+    pub fn with_tolerance(mut self, tolerance: impl Into<Option<Tolerance<T>>>) -> Self {
+        self.tolerance = tolerance.into();
+        self
+    }
+
+    /// The same with another solver.
+    pub const fn with_solver(mut self, solver: Solver) -> Self {
+        self.solver = solver;
+        self
+    }
+
+    /// The same with another start.
+    pub const fn with_start(mut self, start: Start) -> Self {
+        self.start = start;
+        self
+    }
+
+    /// The same with another limit of linearisations for each start.
+    pub const fn with_iteration_limit(mut self, iteration_limit: u16) -> Self {
+        self.iteration_limit = iteration_limit;
+        self
+    }
+
+    /// How many samples a calibration with these settings needs: 8, 12 without a guess, 1 with a
+    /// tolerance.
+    pub const fn samples_needed(&self) -> u64 {
+        match (self.start, &self.tolerance) {
+            (Start::Free, _) => SAMPLES_FOR_FREE_START,
+            (Start::Nominal, None) => 8,
+            (Start::Nominal, Some(_)) => 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Settings, Start};
+    use crate::calibration::tolerance::{Tolerance, ToleranceError};
+
+    #[test]
+    fn a_calibration_needs_eight_twelve_or_one_sample() -> Result<(), ToleranceError> {
+        let tolerance = Some(Tolerance::new(0.3, 0.002)?);
+        for (start, tolerance, needed) in [
+            (Start::Nominal, None, 8),
+            (Start::Nominal, tolerance, 1),
+            (Start::Free, None, 12),
+            (Start::Free, tolerance, 12),
+        ] {
+            let settings = Settings::<f64>::new()
+                .with_tolerance(tolerance)
+                .with_start(start);
+            assert_eq!(settings.samples_needed(), needed);
+        }
+        Ok(())
+    }
+}

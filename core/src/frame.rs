@@ -1,0 +1,248 @@
+//! Cartesian frames: a rigid transform, and the one that takes one set of points to another.
+
+use crate::Real;
+use core::fmt;
+use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
+
+/// A change of Cartesian frame: `y = rotation · x + translation`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigidTransform<T: Real> {
+    /// Proper rotation.
+    pub rotation: Matrix3<T>,
+    /// In the unit of the points.
+    pub translation: Vector3<T>,
+}
+
+/// Why two sets of points do not determine a rigid transform.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum AlignmentError {
+    /// Fewer than three pairs of points.
+    TooFewPoints,
+    /// All points lie on one line.
+    Collinear,
+    /// A coordinate is NaN, infinite, or too large to be squared.
+    NonFinite,
+}
+
+impl fmt::Display for AlignmentError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::TooFewPoints => "a frame needs at least three points",
+            Self::Collinear => "all points lie on one line, which leaves the frame undetermined",
+            Self::NonFinite => "a coordinate is not a finite number",
+        })
+    }
+}
+
+impl core::error::Error for AlignmentError {}
+
+impl<T: Real> Default for RigidTransform<T> {
+    fn default() -> Self {
+        Self::identity()
+    }
+}
+
+impl<T: Real> RigidTransform<T> {
+    /// The transform that changes nothing.
+    pub fn identity() -> Self {
+        Self {
+            rotation: Matrix3::identity(),
+            translation: Vector3::zeros(),
+        }
+    }
+
+    /// `rotation · point + translation`.
+    pub fn apply(&self, point: &Vector3<T>) -> Vector3<T> {
+        self.rotation * point + self.translation
+    }
+
+    /// The transform that undoes this one.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.transpose();
+        Self {
+            rotation,
+            translation: -(rotation * self.translation),
+        }
+    }
+}
+
+impl<T: Real> RigidTransform<T> {
+    /// The proper rotation and translation that take the first point of each pair to the second
+    /// with the least sum of squared distances (Horn 1987, by unit quaternions).
+    ///
+    /// The iterator is run through twice; nothing is stored.
+    ///
+    /// # Errors
+    /// Fewer than three pairs, points on one line, or a coordinate that is not finite.
+    ///
+    /// ```
+    /// use delta_cal::frame::RigidTransform;
+    /// use nalgebra::Vector3;
+    /// # fn main() -> Result<(), delta_cal::frame::AlignmentError> {
+    /// let from = [Vector3::new(0.0, 0.0, 0.0), Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 2.0, 0.0)];
+    /// // A quarter turn about z and a shift by 5 along x.
+    /// let pairs = from.iter().map(|p| (*p, Vector3::new(5.0 - p.y, p.x, p.z)));
+    /// let found: RigidTransform<f64> = RigidTransform::align(pairs)?;
+    /// assert!((found.translation - Vector3::new(5.0, 0.0, 0.0)).norm() < 1e-12);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn align<I>(pairs: I) -> Result<Self, AlignmentError>
+    where
+        I: IntoIterator<Item = (Vector3<T>, Vector3<T>)>,
+        I::IntoIter: Clone,
+    {
+        let pairs = pairs.into_iter();
+        // Counted from the first pair, so that a far origin does not round the sums.
+        let Some((from_first, to_first)) = pairs.clone().next() else {
+            return Err(AlignmentError::TooFewPoints);
+        };
+        let mut count = T::ZERO;
+        let (mut from_sum, mut to_sum) = (Vector3::<T>::zeros(), Vector3::<T>::zeros());
+        for (from, to) in pairs.clone() {
+            count += T::ONE;
+            from_sum += from - from_first;
+            to_sum += to - to_first;
+        }
+        if !(count >= T::from_f64(3.0)) {
+            return Err(AlignmentError::TooFewPoints);
+        }
+        let (from_mean, to_mean) = (from_sum / count, to_sum / count);
+        let mut products = Matrix3::<T>::zeros();
+        let mut spread = T::ZERO;
+        for (from, to) in pairs {
+            let (from, to) = (from - from_first - from_mean, to - to_first - to_mean);
+            products += from * to.transpose();
+            spread += from.dot(&from) + to.dot(&to);
+        }
+        if !(spread * spread).finite() {
+            return Err(AlignmentError::NonFinite);
+        }
+        if !(spread > T::ZERO) {
+            return Err(AlignmentError::Collinear);
+        }
+        let ([largest, second], quaternion) = two_largest(&horn_matrix(&(products / spread)));
+        // For points on one line any turn about it is as good as any other.
+        if !(largest - second > T::EPSILON * T::from_f64(128.0)) {
+            return Err(AlignmentError::Collinear);
+        }
+        let rotation = rotation_of(&quaternion);
+        Ok(Self {
+            rotation,
+            translation: to_first + (to_mean - rotation * (from_first + from_mean)),
+        })
+    }
+}
+
+/// The symmetric matrix whose eigenvector of the largest eigenvalue is the quaternion (w, x, y, z) of
+/// the rotation that maximises Σ to · R from (Horn 1987), from Σ from · toᵀ.
+fn horn_matrix<T: Real>(s: &Matrix3<T>) -> Matrix4<T> {
+    let (xx, xy, xz) = (s.m11, s.m12, s.m13);
+    let (yx, yy, yz) = (s.m21, s.m22, s.m23);
+    let (zx, zy, zz) = (s.m31, s.m32, s.m33);
+    Matrix4::new(
+        xx + yy + zz,
+        yz - zy,
+        zx - xz,
+        xy - yx,
+        yz - zy,
+        xx - yy - zz,
+        xy + yx,
+        zx + xz,
+        zx - xz,
+        xy + yx,
+        yy - xx - zz,
+        yz + zy,
+        xy - yx,
+        zx + xz,
+        yz + zy,
+        zz - xx - yy,
+    )
+}
+
+/// Every pair of rows of a 4 × 4 matrix.
+const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
+/// Jacobi's method converges quadratically; a 4 × 4 matrix needs some five sweeps.
+const SWEEPS: usize = 12;
+
+/// The two largest eigenvalues of a symmetric matrix, and the eigenvector of the largest, by Jacobi's
+/// cyclic rotations.
+fn two_largest<T: Real>(matrix: &Matrix4<T>) -> ([T; 2], Vector4<T>) {
+    let mut matrix = *matrix;
+    let mut vectors = Matrix4::<T>::identity();
+    for _ in 0..SWEEPS {
+        for (p, q) in PAIRS {
+            let at = |i: usize, j: usize| {
+                let entry: Option<&T> = matrix.get((i, j));
+                entry.copied().unwrap_or(T::ZERO)
+            };
+            let (diagonal_p, diagonal_q, off) = (at(p, p), at(q, q), at(p, q));
+            if !(off.magnitude() > T::SMALLEST_SQUARE) {
+                continue;
+            }
+            // tan of the rotation angle, the smaller root of t² + 2t cot 2φ − 1 = 0.
+            let cotangent = (diagonal_q - diagonal_p) / (T::TWO * off);
+            let root = (cotangent.squared() + T::ONE).square_root();
+            let tangent = if cotangent < T::ZERO {
+                -T::ONE / (root - cotangent)
+            } else {
+                T::ONE / (root + cotangent)
+            };
+            let cosine = T::ONE / (tangent.squared() + T::ONE).square_root();
+            let sine = tangent * cosine;
+            turn_columns(&mut matrix, p, q, cosine, sine);
+            matrix.transpose_mut();
+            turn_columns(&mut matrix, p, q, cosine, sine);
+            turn_columns(&mut vectors, p, q, cosine, sine);
+        }
+    }
+    let mut largest = [-T::INFINITY; 2];
+    let mut vector = Vector4::new(T::ONE, T::ZERO, T::ZERO, T::ZERO);
+    for (value, column) in matrix.diagonal().iter().zip(vectors.column_iter()) {
+        let [first, second] = largest;
+        if *value > first {
+            largest = [*value, first];
+            vector = column.into_owned();
+        } else if *value > second {
+            largest = [first, *value];
+        }
+    }
+    (largest, vector)
+}
+
+/// Columns p and q turned in their plane.
+fn turn_columns<T: Real>(matrix: &mut Matrix4<T>, p: usize, q: usize, cosine: T, sine: T) {
+    for row in 0..4 {
+        let (Some(a), Some(b)) = (matrix.get((row, p)).copied(), matrix.get((row, q)).copied())
+        else {
+            continue;
+        };
+        if let Some(entry) = matrix.get_mut((row, p)) {
+            *entry = cosine * a - sine * b;
+        }
+        if let Some(entry) = matrix.get_mut((row, q)) {
+            *entry = sine * a + cosine * b;
+        }
+    }
+}
+
+/// The rotation matrix of a quaternion of any length.
+fn rotation_of<T: Real>(quaternion: &Vector4<T>) -> Matrix3<T> {
+    let unit = quaternion / quaternion.dot(quaternion).square_root();
+    let (w, x, y, z) = (unit.x, unit.y, unit.z, unit.w);
+    let two = T::TWO;
+    Matrix3::new(
+        T::ONE - two * (y * y + z * z),
+        two * (x * y - w * z),
+        two * (x * z + w * y),
+        two * (x * y + w * z),
+        T::ONE - two * (x * x + z * z),
+        two * (y * z - w * x),
+        two * (x * z - w * y),
+        two * (y * z + w * x),
+        T::ONE - two * (x * x + y * y),
+    )
+}

@@ -1,0 +1,112 @@
+use super::arm::Arm;
+use super::arm_index::ArmIndex;
+use super::geometry_error::GeometryError;
+use crate::Real;
+use nalgebra::Vector3;
+
+/// A Delta robot: three arms that meet in the platform point. `3 × 8 = 24` parameters.
+///
+/// Lengths are in any one unit; every length that comes out is in the same one.
+///
+/// ```
+/// use delta_cal::{Robot, SymmetricRobot};
+/// # fn main() -> Result<(), delta_cal::robot::GeometryError> {
+/// let robot: Robot<f64> = SymmetricRobot {
+///     base_radius: 194.0,
+///     platform_radius: 30.0,
+///     upper_arm: 260.0,
+///     forearm: 480.0,
+/// }
+/// .robot()?;
+/// assert_eq!(robot.arms()[0].d().x, 164.0);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Robot<T: Real> {
+    arms: [Arm<T>; 3],
+}
+
+impl<T: Real> Robot<T> {
+    /// Three arms, in the order of their joints.
+    ///
+    /// # Errors
+    /// [`GeometryError::NoCommonUp`] if the sum of the arms' up directions is shorter than 0.3
+    /// (it is 3 for a robot whose motor axes lie in the base plane).
+    pub fn new(arms: [Arm<T>; 3]) -> Result<Self, GeometryError> {
+        let robot = Self { arms };
+        let up = robot.up();
+        if !(up.dot(&up) > T::from_f64(0.09)) {
+            return Err(GeometryError::NoCommonUp);
+        }
+        Ok(robot)
+    }
+
+    /// The robot of 24 parameters, eight an arm in the order of [`Parameter::ALL`](crate::Parameter::ALL):
+    /// lengths, and θ and α in radians.
+    ///
+    /// The table can stand in a controller's flash as a constant. The robot itself cannot: it holds the
+    /// sines and cosines of the table's angles, which Rust does not compute at compile time, and it is
+    /// checked when it is made.
+    ///
+    /// # Errors
+    /// As [`Arm::new`] and [`Robot::new`].
+    ///
+    /// ```
+    /// use delta_cal::Robot;
+    /// // Dx, Dy, Dz, θ, α, La_x, La_y, Lb of each arm, mm and radians.
+    /// const AS_DRAWN: [[f32; 8]; 3] = [
+    ///     [164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0],
+    ///     [-82.0, 142.02817, 0.0, 2.0943952, 0.0, 260.0, 0.0, 480.0],
+    ///     [-82.0, -142.02817, 0.0, 4.1887903, 0.0, 260.0, 0.0, 480.0],
+    /// ];
+    /// let robot = Robot::from_parameters(AS_DRAWN)?;
+    /// assert_eq!(robot.parameters(), AS_DRAWN);
+    /// # Ok::<(), delta_cal::robot::GeometryError>(())
+    /// ```
+    pub fn from_parameters(parameters: [[T; 8]; 3]) -> Result<Self, GeometryError> {
+        let [first, second, third] = parameters;
+        Self::new([Arm::new(first)?, Arm::new(second)?, Arm::new(third)?])
+    }
+
+    /// All 24 parameters, as [`from_parameters`](Self::from_parameters) takes them.
+    pub const fn parameters(&self) -> [[T; 8]; 3] {
+        let [first, second, third] = &self.arms;
+        [first.parameters(), second.parameters(), third.parameters()]
+    }
+
+    /// Three arms that were a robot before.
+    pub(crate) const fn of_valid(arms: [Arm<T>; 3]) -> Self {
+        Self { arms }
+    }
+
+    /// The three arms, in the order of their joints.
+    pub const fn arms(&self) -> &[Arm<T>; 3] {
+        &self.arms
+    }
+
+    /// One arm.
+    pub const fn arm(&self, arm: ArmIndex) -> &Arm<T> {
+        let [first, second, third] = &self.arms;
+        match arm {
+            ArmIndex::First => first,
+            ArmIndex::Second => second,
+            ArmIndex::Third => third,
+        }
+    }
+
+    /// ez₁ + ez₂ + ez₃: the platform is on the other side of the elbows' plane.
+    pub fn up(&self) -> Vector3<T> {
+        let [first, second, third] = &self.arms;
+        first.basis().ez + second.basis().ez + third.basis().ez
+    }
+
+    /// The same robot in another scalar type; `f64` to `f32` rounds each parameter to nearest.
+    ///
+    /// # Errors
+    /// A [`GeometryError`] if a parameter overflows or vanishes in the narrower type.
+    pub fn cast<U: Real>(&self) -> Result<Robot<U>, GeometryError> {
+        let [first, second, third] = &self.arms;
+        Robot::new([first.cast()?, second.cast()?, third.cast()?])
+    }
+}

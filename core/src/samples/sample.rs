@@ -1,0 +1,96 @@
+use crate::Real;
+use crate::robot::ArmIndex;
+use core::fmt;
+use nalgebra::Vector3;
+
+/// Joint angles beyond ±4π are refused: no joint of a Delta turns twice, and an angle in degrees
+/// that was taken for radians shows itself here.
+const LARGEST_JOINT_ANGLE_TURNS: f64 = 2.0;
+
+/// One measurement: where the platform was at known joint angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Sample<T: Real> {
+    /// q₁, q₂, q₃ in radians.
+    pub joints: [T; 3],
+    /// X, in the robot's unit of length and frame.
+    pub position: Vector3<T>,
+}
+
+/// Why a sample is not taken in. The factor or store that refused it is unchanged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum SampleError {
+    /// A coordinate is NaN, infinite, or too large to be squared.
+    PositionNonFinite,
+    /// The position is more than some 10,000 of this arm's forearms away from the robot.
+    PositionTooFar(ArmIndex),
+    /// This arm's joint angle is NaN or infinite.
+    JointNonFinite(ArmIndex),
+    /// This arm's joint angle is beyond ±4π rad.
+    JointTooLarge(ArmIndex),
+}
+
+impl fmt::Display for SampleError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::PositionNonFinite => formatter.write_str("the position is not a finite point"),
+            Self::PositionTooFar(arm) => write!(
+                formatter,
+                "the position is thousands of forearms of {arm} away from the robot"
+            ),
+            Self::JointNonFinite(arm) => {
+                write!(formatter, "the joint angle of {arm} is not a finite number")
+            }
+            Self::JointTooLarge(arm) => write!(
+                formatter,
+                "the joint angle of {arm} is beyond two turns; joint angles are in radians"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SampleError {}
+
+/// All zeros, to fill a buffer with.
+impl<T: Real> Default for Sample<T> {
+    fn default() -> Self {
+        Self {
+            joints: [T::ZERO; 3],
+            position: Vector3::zeros(),
+        }
+    }
+}
+
+impl<T: Real> Sample<T> {
+    /// Whether every number is usable.
+    ///
+    /// # Errors
+    /// The first fault found, joint angles first.
+    pub fn check(&self) -> Result<(), SampleError> {
+        for (q, arm) in self.joints.into_iter().zip(ArmIndex::ALL) {
+            check_joint(q, arm)?;
+        }
+        check_position(&self.position)
+    }
+}
+
+pub(super) fn check_position<T: Real>(x: &Vector3<T>) -> Result<(), SampleError> {
+    if x.dot(x).finite() {
+        Ok(())
+    } else {
+        Err(SampleError::PositionNonFinite)
+    }
+}
+
+pub(super) fn check_joint<T: Real>(q: T, arm: ArmIndex) -> Result<(), SampleError> {
+    if !q.finite() {
+        return Err(SampleError::JointNonFinite(arm));
+    }
+    if !(q.magnitude() <= T::from_f64(LARGEST_JOINT_ANGLE_TURNS * 2.0) * T::PI) {
+        return Err(SampleError::JointTooLarge(arm));
+    }
+    Ok(())
+}

@@ -1,0 +1,89 @@
+//! `Serialize` and `Deserialize` of the types that are valid by construction: what is read goes through
+//! their constructors, and is refused as there. The others derive both.
+
+use crate::Real;
+use crate::calibration::Tolerance;
+use crate::kinematics::JointLimits;
+use crate::robot::{Arm, Parameter, Robot};
+use crate::samples::Noise;
+use crate::stream::Forgetting;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Eight numbers, in the order of [`Parameter::ALL`].
+impl<T: Real + Serialize> Serialize for Arm<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.parameters().serialize(serializer)
+    }
+}
+
+impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Arm<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::new(Deserialize::deserialize(deserializer)?).map_err(Error::custom)
+    }
+}
+
+/// Three times eight numbers, as of [`Robot::parameters`].
+impl<T: Real + Serialize> Serialize for Robot<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.parameters().serialize(serializer)
+    }
+}
+
+impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Robot<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::from_parameters(Deserialize::deserialize(deserializer)?).map_err(Error::custom)
+    }
+}
+
+/// Implements both for a type of two numbers by its constructor and two functions that give them back.
+macro_rules! two_numbers {
+    ($type:ident, $name:literal, $first:ident: $get_first:expr, $second:ident: $get_second:expr) => {
+        const _: () = {
+            #[derive(Serialize, Deserialize)]
+            #[serde(rename = $name, deny_unknown_fields)]
+            struct Fields<T> {
+                $first: T,
+                $second: T,
+            }
+
+            impl<T: Real + Serialize> Serialize for $type<T> {
+                fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                    let fields = Fields {
+                        $first: $get_first(self),
+                        $second: $get_second(self),
+                    };
+                    fields.serialize(serializer)
+                }
+            }
+
+            impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for $type<T> {
+                fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                    let fields = Fields::deserialize(deserializer)?;
+                    Self::new(fields.$first, fields.$second).map_err(Error::custom)
+                }
+            }
+        };
+    };
+}
+
+two_numbers!(Noise, "Noise", position: Noise::position, joint: Noise::joint);
+two_numbers!(
+    Tolerance, "Tolerance",
+    length: |tolerance: &Tolerance<T>| tolerance.of(Parameter::Lb),
+    angle: |tolerance: &Tolerance<T>| tolerance.of(Parameter::Alpha)
+);
+two_numbers!(JointLimits, "JointLimits", minimum: JointLimits::minimum, maximum: JointLimits::maximum);
+
+/// The mean age, one number.
+impl<T: Real + Serialize> Serialize for Forgetting<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.mean_age().serialize(serializer)
+    }
+}
+
+impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Forgetting<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::new(Deserialize::deserialize(deserializer)?).map_err(Error::custom)
+    }
+}

@@ -1,0 +1,106 @@
+//! Simulated measurements: what a tracker would have seen of a robot whose parameters are known.
+
+use crate::Real;
+use crate::kinematics::{JointLimits, KinematicsError};
+use crate::robot::Robot;
+use crate::samples::{Noise, Sample};
+use core::fmt;
+use rand_core::Rng;
+
+/// No pose was found: the robot has no reachable, well-conditioned pose within its joint limits,
+/// or hardly any.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PoseError;
+
+impl fmt::Display for PoseError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("no usable pose within the joint limits in 10,000 draws")
+    }
+}
+
+impl core::error::Error for PoseError {}
+
+/// A number from the standard normal distribution (Marsaglia's polar method).
+pub fn standard_normal<T: Real, R: Rng + ?Sized>(rng: &mut R) -> T {
+    // Accepts π/4 of the draws: 64 failures in a row have probability 1e-43. The bound keeps a
+    // generator that is stuck from hanging a controller.
+    for _ in 0..64 {
+        let a = T::TWO * uniform::<T, R>(rng) - T::ONE;
+        let b = T::TWO * uniform::<T, R>(rng) - T::ONE;
+        let squared = a * a + b * b;
+        if squared > T::ZERO && squared < T::ONE {
+            return a * (-T::TWO * squared.natural_logarithm() / squared).square_root();
+        }
+    }
+    T::ZERO
+}
+
+/// A number from [0, 1), in steps of 2⁻²⁴ so that both scalar types hold it exactly.
+fn uniform<T: Real, R: Rng + ?Sized>(rng: &mut R) -> T {
+    T::from_count(u64::from(rng.next_u32() >> 8)) * T::from_f64(1.0 / 16_777_216.0)
+}
+
+/// Joint angles drawn evenly within the limits, kept if the platform can be there and is clear of
+/// singularities, as the inverse-kinematics Jacobian shows ([`SingularityDistance`](crate::kinematics::SingularityDistance)):
+/// |det| of the forearms' unit vectors at least 0.05 (type 2), and each forearm at least 6° away from
+/// its upper arm's line (type 1).
+///
+/// # Errors
+/// [`PoseError`] after 10,000 draws.
+pub fn random_pose<T: Real, R: Rng + ?Sized>(
+    robot: &Robot<T>,
+    limits: &JointLimits<T>,
+    rng: &mut R,
+) -> Result<Sample<T>, PoseError> {
+    for _ in 0..10_000 {
+        let joints = [(); 3].map(|()| limits.at(uniform(rng)));
+        if let Ok(position) = robot.forward(&joints)
+            && robot.singularity_distance(&position, &joints).is_clear()
+        {
+            return Ok(Sample { joints, position });
+        }
+    }
+    Err(PoseError)
+}
+
+/// The pose as it would be measured: with noise on the position and on the joint angles.
+///
+/// # Errors
+/// Fails only if the pose is not one of the robot's: the exact position is computed anew from the
+/// exact joint angles.
+///
+/// ```
+/// use delta_cal::{Noise, SymmetricRobot};
+/// use delta_cal::kinematics::JointLimits;
+/// use delta_cal::simulate::{random_pose, simulate_sample};
+/// use rand_core::SeedableRng;
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
+///     .robot()?;
+/// let limits = JointLimits::new(-60f64.to_radians(), 90f64.to_radians())?;
+/// let mut rng = rand_pcg::Pcg32::seed_from_u64(1);
+/// let pose = random_pose(&robot, &limits, &mut rng)?;
+/// let measured = simulate_sample(&robot, &pose.joints, Some(&Noise::new(0.01, 0.0)?), &mut rng)?;
+/// assert!((measured.position - pose.position).norm() < 0.1);
+/// # Ok(())
+/// # }
+/// ```
+pub fn simulate_sample<T: Real, R: Rng + ?Sized>(
+    robot: &Robot<T>,
+    joints: &[T; 3],
+    noise: Option<&Noise<T>>,
+    rng: &mut R,
+) -> Result<Sample<T>, KinematicsError> {
+    let position = robot.forward(joints)?;
+    let Some(noise) = noise else {
+        return Ok(Sample {
+            joints: *joints,
+            position,
+        });
+    };
+    Ok(Sample {
+        joints: joints.map(|q| q + noise.joint() * standard_normal::<T, R>(rng)),
+        position: position.map(|c| c + noise.position() * standard_normal::<T, R>(rng)),
+    })
+}

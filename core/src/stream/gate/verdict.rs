@@ -1,0 +1,128 @@
+//! What the gate says.
+
+use crate::robot::ArmIndex;
+use core::fmt;
+
+/// A sample against what was predicted of one arm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Innovation<T> {
+    /// Which arm: of the three the one whose sample is furthest off.
+    pub arm: ArmIndex,
+    /// By how much the sample is off along the forearm, f/(2 Lb). Length.
+    pub distance: T,
+    /// The innovation over its σ, which contains that of the prediction. Without a stated noise the
+    /// innovation over its estimated σ is distributed as Student's t; this is then the value of a normal
+    /// distribution that is as improbable.
+    pub normalized: T,
+}
+
+/// Why a sample was not tested.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Untested {
+    /// There is neither a prior (a stated tolerance and a stated noise to weigh it with) nor a solved
+    /// estimate; see [`Gate::wants_estimate`](crate::stream::Gate::wants_estimate).
+    NoEstimate,
+    /// The noise is not stated, and too few samples are left over to estimate it from.
+    NoNoise,
+}
+
+/// What became of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Verdict<T> {
+    /// It agrees, and was taken in.
+    Taken(Innovation<T>),
+    /// It could not be tested, and was taken in.
+    Untested(Untested),
+    /// It disagrees, and was not taken in.
+    Rejected(Innovation<T>),
+}
+
+/// What a run of rejections means: [`REJECTIONS_OF_A_CHANGE`](crate::calibration::limits::REJECTIONS_OF_A_CHANGE) in a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Alarm {
+    /// The robot has changed, or its measuring frame. Before the run so many samples agreed with each
+    /// other that they determine an arm and are still more than the run's.
+    RobotChanged {
+        /// The run's first sample, counted from 0 over all that came.
+        first: u64,
+    },
+    /// Too few samples came before the run to decide which are right: those samples, together with the
+    /// stated robot and tolerance, or the samples of the run.
+    EarlySamplesWrong {
+        /// The run's first sample, counted from 0 over all that came.
+        first: u64,
+    },
+}
+
+impl Alarm {
+    /// The run's first sample, counted from 0 over all that came.
+    pub const fn first(&self) -> u64 {
+        match self {
+            Self::RobotChanged { first } | Self::EarlySamplesWrong { first } => *first,
+        }
+    }
+}
+
+impl fmt::Display for Alarm {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RobotChanged { first } => write!(
+                formatter,
+                "the robot, or its measuring frame, has changed before sample {first}"
+            ),
+            Self::EarlySamplesWrong { first } => write!(
+                formatter,
+                "the samples before sample {first}, or the stated robot and tolerance, are wrong, \
+                 or the robot has changed since"
+            ),
+        }
+    }
+}
+
+/// How many samples came to what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct GateCounts {
+    /// Samples taken in, untested ones included.
+    pub taken: u64,
+    /// Of them, those that could not be tested.
+    pub untested: u64,
+    /// Samples rejected.
+    pub rejected: u64,
+    /// By each arm; a sample that several reject counts for each.
+    pub rejected_by_arm: [u64; 3],
+    /// Rejected samples since the last that was taken.
+    pub run: u64,
+    /// The longest such run.
+    pub longest_run: u64,
+}
+
+/// Why a number is not a gate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum GateError {
+    /// The gate must be a finite number of σ greater than 0.
+    Sigmas,
+}
+
+impl fmt::Display for GateError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("the gate must be a finite number of sigma greater than 0")
+    }
+}
+
+impl core::error::Error for GateError {}

@@ -1,0 +1,206 @@
+//! What a calibration was worth, where the true robot is known: in simulation.
+//!
+//! Parameters of different kinds are compared in one unit, the length's: angles are multiplied by
+//! the true upper arm's length.
+
+use crate::accuracy::information::{ARM, PARAMETERS, closure_rows, tolerance_weights, units};
+use crate::fit::fkm;
+use crate::fit::options::CalibrationMethod;
+use delta_cal::{Noise, Parameter, Robot, Sample, Tolerance};
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+/// A true robot, the robot of the file and the calibrated one.
+#[derive(Debug, Clone, Copy)]
+pub struct Evaluation<'a> {
+    /// Pr: the robot that was measured.
+    pub truth: &'a Robot<f64>,
+    /// Pn: the robot before calibration.
+    pub before: &'a Robot<f64>,
+    /// Pc: the calibrated robot.
+    pub after: &'a Robot<f64>,
+}
+
+/// Over points that were not measured: how far the platform is from where a robot's geometry says it
+/// is, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldOutError {
+    /// √ of the mean square; NaN if the geometry reaches none of the points.
+    pub rms: f64,
+    /// The largest; NaN if the geometry reaches none of the points.
+    pub max: f64,
+    /// Points that the geometry does not reach, left out of the other two.
+    pub unreachable: usize,
+}
+
+impl Evaluation<'_> {
+    /// G = 100 (‖Pr − Pn‖ − ‖Pr − Pc‖) / ‖Pr − Pn‖, percent (4.1). NaN if the robot before was the
+    /// true one.
+    pub fn gain(&self) -> f64 {
+        gain(self.error_before(), self.error_after())
+    }
+
+    /// The same of every parameter by itself: each arm's in the order of [`Parameter::ALL`]. NaN
+    /// where the parameter was right before.
+    pub fn parameter_gains(&self) -> [[f64; 8]; 3] {
+        let before = differences(self.before, self.truth);
+        let after = differences(self.after, self.truth);
+        [0, 1, 2].map(|arm| {
+            [0, 1, 2, 3, 4, 5, 6, 7].map(|parameter| {
+                let index = 8 * arm + parameter;
+                gain(before[index].abs(), after[index].abs())
+            })
+        })
+    }
+
+    /// ‖Pr − Pn‖, mm.
+    pub fn error_before(&self) -> f64 {
+        differences(self.before, self.truth).norm()
+    }
+
+    /// ‖Pr − Pc‖, mm.
+    pub fn error_after(&self) -> f64 {
+        differences(self.after, self.truth).norm()
+    }
+
+    /// The position error before, at joint angles (radians) that the true robot can reach.
+    pub fn position_error_before(&self, joints: &[[f64; 3]]) -> HeldOutError {
+        position_error(self.truth, self.before, joints)
+    }
+
+    /// The position error after.
+    pub fn position_error_after(&self, joints: &[[f64; 3]]) -> HeldOutError {
+        position_error(self.truth, self.after, joints)
+    }
+}
+
+fn gain(before: f64, after: f64) -> f64 {
+    100.0 * ((before - after) / before)
+}
+
+/// All 24 differences of parameters, a − truth: mm, angles times the true upper arm's length.
+pub fn differences(a: &Robot<f64>, truth: &Robot<f64>) -> SVector<f64, PARAMETERS> {
+    let units = units(truth);
+    let mut differences = SVector::zeros();
+    for (arm, (a, truth)) in a.arms().iter().zip(truth.arms()).enumerate() {
+        for parameter in Parameter::ALL {
+            let mut difference = a.get(parameter) - truth.get(parameter);
+            if parameter == Parameter::Theta {
+                // 359° and −1° are the same azimuth.
+                let turn = std::f64::consts::TAU;
+                difference -= (difference / turn).round() * turn;
+            }
+            let index = 8 * arm + parameter.index();
+            differences[index] = difference * units[index];
+        }
+    }
+    differences
+}
+
+fn position_error(truth: &Robot<f64>, robot: &Robot<f64>, joints: &[[f64; 3]]) -> HeldOutError {
+    let (mut squares, mut count, mut max) = (0.0, 0.0, f64::NAN);
+    let mut unreachable = 0;
+    for q in joints {
+        let (Ok(is), Ok(said)) = (truth.forward(q), robot.forward(q)) else {
+            unreachable += 1;
+            continue;
+        };
+        let distance = (said - is).norm();
+        squares += distance * distance;
+        count += 1.0;
+        max = f64::max(max, distance);
+    }
+    HeldOutError {
+        rms: f64::sqrt(squares / count),
+        max,
+        unreachable,
+    }
+}
+
+/// The Cramér–Rao bound: the least covariance that unbiased estimates of the parameters can have,
+/// the inverse of the residuals' information at the true robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CramerRaoBound {
+    /// Arm by arm in the order of [`Parameter::ALL`]: mm², angles times the upper arm's length.
+    pub covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
+}
+
+impl CramerRaoBound {
+    /// The bound of a method from measurements of `truth` at these joint angles (radians).
+    ///
+    /// The IKM method knows of each arm the variance of its closure error and not its correlation
+    /// with the other arms'; its information is that of three separate arms. The information of the
+    /// FKM method's residuals is that of the measurements themselves. With a tolerance that of the
+    /// prior is added, and the bound is that of the mean over robots drawn from it (van Trees).
+    ///
+    /// `None` if the poses do not determine the robot, or the true robot is singular at or does not
+    /// reach one of them.
+    pub fn new(
+        method: CalibrationMethod,
+        truth: &Robot<f64>,
+        joints: &[[f64; 3]],
+        noise: &Noise<f64>,
+        tolerance: Option<&Tolerance<f64>>,
+    ) -> Option<Self> {
+        let poses = joints
+            .iter()
+            .map(|q| {
+                let position = truth.forward(q).ok()?;
+                Some(Sample {
+                    joints: *q,
+                    position,
+                })
+            })
+            .collect::<Option<Vec<_>>>()?;
+        let covariance = match method {
+            CalibrationMethod::Ikm => of_separate_arms(truth, &poses, noise, tolerance)?,
+            CalibrationMethod::Fkm => fkm::covariance_at(truth, &poses, noise, tolerance)?,
+        };
+        Some(Self { covariance })
+    }
+
+    /// The covariance of the parameters as they are: mm, radians and their products. `truth` is the
+    /// robot that the bound is of.
+    pub fn of_parameters(&self, truth: &Robot<f64>) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+        let units = units(truth);
+        self.covariance.component_div(&(units * units.transpose()))
+    }
+
+    /// √ of the trace, mm: the least rms of ‖Pr − Pc‖.
+    pub fn error(&self) -> f64 {
+        self.covariance.trace().sqrt()
+    }
+}
+
+/// The inverse of each arm's information Σ (∂f/∂P)ᵀ(∂f/∂P)/σf², by the triangle of its rows.
+fn of_separate_arms(
+    truth: &Robot<f64>,
+    poses: &[Sample<f64>],
+    noise: &Noise<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+    let measured: Vec<_> = poses
+        .iter()
+        .map(|pose| closure_rows(truth, pose, noise))
+        .collect();
+    let prior = tolerance_weights(truth, tolerance);
+    let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+    for arm in 0..3 {
+        let first = ARM * arm;
+        let mut rows = DMatrix::<f64>::zeros(poses.len() + ARM, ARM);
+        for (mut row, gradients) in rows.row_iter_mut().zip(&measured) {
+            row.copy_from(&gradients[arm].transpose());
+        }
+        for parameter in 0..ARM {
+            rows[(poses.len() + parameter, parameter)] = prior[first + parameter];
+        }
+        let triangle: SMatrix<f64, 8, 8> = rows.qr().r().fixed_view::<8, 8>(0, 0).into_owned();
+        let inverse = triangle.solve_upper_triangular(&SMatrix::<f64, 8, 8>::identity())?;
+        covariance
+            .fixed_view_mut::<8, 8>(first, first)
+            .copy_from(&(inverse * inverse.transpose()));
+    }
+    covariance
+        .iter()
+        .all(|entry| entry.is_finite())
+        .then_some(covariance)
+}

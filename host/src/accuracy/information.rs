@@ -1,0 +1,88 @@
+//! What one pose says about the parameters: the rows of the weighted Jacobian, in one unit.
+//!
+//! Every parameter is in mm, angles times the upper arm's length, and every row in σ of its own
+//! noise: a row `g` adds `g gᵀ` to the information of the parameters.
+
+use crate::fit::fkm;
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
+use nalgebra::{SMatrix, SVector};
+
+/// Number of parameters of Model 24.
+pub(crate) const PARAMETERS: usize = 24;
+/// Of one arm.
+pub(crate) const ARM: usize = 8;
+
+/// Which of the 24 parameters that is.
+pub(crate) fn parameter_at(index: usize) -> (ArmIndex, Parameter) {
+    let arm = ArmIndex::ALL.get(index / ARM).copied();
+    (arm.unwrap_or(ArmIndex::Third), Parameter::ALL[index % ARM])
+}
+
+/// What a parameter is multiplied by: 1, or the upper arm's length.
+pub(crate) fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
+    let mut units = SVector::repeat(1.0);
+    for (arm, geometry) in robot.arms().iter().enumerate() {
+        for parameter in Parameter::ALL {
+            units[ARM * arm + parameter.index()] = unit(geometry, parameter);
+        }
+    }
+    units
+}
+
+/// The same of one parameter.
+pub(crate) fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
+    match parameter.kind() {
+        ParameterKind::Length => 1.0,
+        ParameterKind::Angle => arm.upper_arm_length(),
+    }
+}
+
+/// 1/tolerance of every parameter; zero without one.
+pub(crate) fn tolerance_weights(
+    robot: &Robot<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> SVector<f64, PARAMETERS> {
+    let units = units(robot);
+    let mut weights = SVector::zeros();
+    if let Some(tolerance) = tolerance {
+        for index in 0..PARAMETERS {
+            let parameter = Parameter::ALL[index % ARM];
+            weights[index] = 1.0 / (tolerance.of(parameter) * units[index]);
+        }
+    }
+    weights
+}
+
+/// One row an arm, of the IKM method: (∂f/∂P)/σf, the closure error's variance being
+/// σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq².
+pub(crate) fn closure_rows(
+    robot: &Robot<f64>,
+    pose: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> [SVector<f64, ARM>; 3] {
+    let units = units(robot);
+    ArmIndex::ALL.map(|index| {
+        let arm = robot.arm(index);
+        let (x, q) = (&pose.position, pose.joints[index.index()]);
+        let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
+        let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
+        let sigma = (by_position.squared() + by_joint.squared()).square_root();
+        let own_units = units.fixed_rows::<ARM>(ARM * index.index());
+        arm.constraint_by_parameters(x, q).component_div(&own_units) / sigma
+    })
+}
+
+/// Three rows of all parameters, of the FKM method: L⁻¹ ∂X/∂P, with the position's covariance
+/// L Lᵀ = σx² I + σq² J_q J_qᵀ. `None` at a singular pose.
+pub(crate) fn position_rows(
+    robot: &Robot<f64>,
+    pose: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> Option<SMatrix<f64, 3, PARAMETERS>> {
+    let mut rows = fkm::weighted_jacobian(robot, pose, noise)?;
+    for (mut column, unit) in rows.column_iter_mut().zip(&units(robot)) {
+        column /= *unit;
+    }
+    Some(rows)
+}

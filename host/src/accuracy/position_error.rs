@@ -1,0 +1,130 @@
+//! How far the measured positions are from where a geometry says they are.
+
+use crate::files::samples_file::Row;
+use crate::fit::outlier::OUTLIER;
+use crate::fit::weights::SampleWeight;
+use delta_cal::{Robot, Sample};
+
+/// How far the measured positions are from where a robot's geometry says they are, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PositionError {
+    /// √ of the mean square distance over the samples that the geometry can reach; NaN if there
+    /// is none, as are the other distances.
+    pub rms: f64,
+    /// The median distance, which an outlier does not move.
+    pub median: f64,
+    /// The largest distance.
+    pub max: f64,
+    /// The line in the samples file of the sample with the largest distance.
+    pub max_at_line: Option<u64>,
+    /// Samples whose joint angles have no position in this geometry; not part of the two figures.
+    pub unreachable: usize,
+}
+
+/// How far one measured position is from where the geometry says it is, before and after, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampleErrors {
+    /// The sample's line in the samples file.
+    pub line: u64,
+    /// The joint angles and the measured position in the robot's frame.
+    pub measured: Sample<f64>,
+    /// With the robot file's parameters; `None` where they cannot reach the joint angles.
+    pub before: Option<f64>,
+    /// With the calibrated ones.
+    pub after: Option<f64>,
+    /// The latter in σ of the [noise](crate::calibration::report::CalibrationReport::noise) at this pose, a joint's noise
+    /// carried over to the position: 1 is expected. `None` also where no noise is known.
+    pub after_in_sigmas: Option<f64>,
+    /// What it counted in the fit: 1 with the squared loss.
+    pub weight: SampleWeight,
+}
+
+/// |X − FK(q)| of every sample; `None` where the geometry cannot reach the joint angles.
+pub(crate) fn distances(robot: &Robot<f64>, samples: &[Sample<f64>]) -> Vec<Option<f64>> {
+    samples
+        .iter()
+        .map(|sample| {
+            let position = robot.forward(&sample.joints).ok()?;
+            Some((sample.position - position).norm())
+        })
+        .collect()
+}
+
+/// The known distances with their lines, the smallest first.
+pub(crate) fn sorted<T>(distances: &[Option<f64>], rows: &[Row<T>]) -> Vec<(f64, u64)> {
+    let mut known: Vec<_> = distances
+        .iter()
+        .zip(rows)
+        .filter_map(|(distance, row)| Some(((*distance)?, row.line)))
+        .collect();
+    known.sort_by(|a, b| a.0.total_cmp(&b.0));
+    known
+}
+
+/// The median of sorted distances; NaN of none.
+pub(crate) fn median(sorted: &[(f64, u64)]) -> f64 {
+    let middle = sorted.get(sorted.len() / 2);
+    middle.map_or(f64::NAN, |(distance, _)| *distance)
+}
+
+/// Measured positions further than this part of the forearm from where the robot should be are in
+/// another frame, another unit or of other joints.
+const ELSEWHERE: f64 = 0.05;
+
+impl PositionError {
+    /// Whether the measured points lie where another frame, unit or order of joints would put them.
+    pub(crate) fn lies_elsewhere(&self, robot: &Robot<f64>) -> bool {
+        let [arm, ..] = robot.arms();
+        !(self.median <= ELSEWHERE * arm.lb())
+    }
+
+    /// Whether a sample this far off is an outlier among the others.
+    pub(crate) fn is_outlier(&self, distance: f64) -> bool {
+        distance > OUTLIER * self.median
+    }
+
+    /// The sample that is much further off than the others, if there is one.
+    pub(crate) fn outlier(&self) -> Option<String> {
+        let line = self.max_at_line?;
+        self.is_outlier(self.max).then(|| {
+            format!(
+                "the sample in line {line} is {:.3} mm from where the robot would be, while half of \
+             the samples are off by less than {:.3} mm",
+                self.max, self.median
+            )
+        })
+    }
+
+    /// Over the samples that are not suspected.
+    pub(crate) fn of_counted<T>(
+        distances: &[Option<f64>],
+        rows: &[Row<T>],
+        weights: &[SampleWeight],
+    ) -> Self {
+        let (distances, rows): (Vec<_>, Vec<_>) = distances
+            .iter()
+            .zip(rows)
+            .zip(weights)
+            .filter(|(_, weight)| !weight.suspected)
+            .map(|((distance, row), _)| {
+                let (line, value) = (row.line, ());
+                (*distance, Row { line, value })
+            })
+            .unzip();
+        Self::of(&distances, &rows)
+    }
+
+    pub(crate) fn of<T>(distances: &[Option<f64>], rows: &[Row<T>]) -> Self {
+        let known = sorted(distances, rows);
+        let reached = known.iter().fold(0.0, |count, _| count + 1.0);
+        let squares: f64 = known.iter().map(|(distance, _)| distance.powi(2)).sum();
+        let last = known.last();
+        Self {
+            rms: (squares / reached).sqrt(),
+            median: median(&known),
+            max: last.map_or(f64::NAN, |(distance, _)| *distance),
+            max_at_line: last.map(|(_, line)| *line),
+            unreachable: distances.len() - known.len(),
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! From two files to a calibration that is good, or to the reasons why it is not.
+//!
+//! ```text
+//! RobotFile, SamplesFile, Options ─→ Case ─→ attempt: fit ─→ judge ─→ CalibrationReport
+//!                                               └→ Objection ─→ investigate ─→ Explainer ─→ Reason
+//! and, whatever comes of it, diagnose ─→ Diagnosis
+//! ```
+
+mod advice;
+mod attempt;
+mod calibrate;
+pub(crate) mod case;
+pub mod diagnosis;
+pub mod error;
+mod investigation;
+mod judgement;
+pub mod noise_test;
+mod objection;
+mod outliers;
+mod plausibility;
+pub mod reason;
+mod refusal;
+pub mod report;
+pub(crate) mod thresholds;
+mod warnings;
+
+pub(crate) use calibrate::calibrated_elsewhere;
+pub use calibrate::{calibrate, read_samples};

@@ -1,0 +1,147 @@
+//! What is to be calibrated, from what, and how.
+
+use super::advice::{SPREAD, joined};
+use super::reason::{Reason, Refused};
+use crate::accuracy::position_error::{PositionError, distances};
+use crate::files::input_error::InputError;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{Row, SamplesFile};
+use crate::fit::options::{Frame, Options};
+use crate::fit::sensor_frame;
+use delta_cal::frame::RigidTransform;
+use delta_cal::{Sample, Settings};
+
+/// What is to be calibrated, from what, and how.
+pub(crate) struct Case<'a> {
+    /// The nominal robot: the centre of the tolerance and the start of the fit.
+    pub(crate) robot: &'a RobotFile,
+    /// The robot as it is in use; of a controller it may be calibrated already.
+    pub(crate) before: &'a RobotFile,
+    pub(crate) samples: &'a SamplesFile,
+    pub(crate) options: Options,
+    /// The samples in the robot's frame.
+    pub(crate) measured: Vec<Sample<f64>>,
+    /// From the robot's frame to the sensor's, if that was looked for.
+    pub(crate) sensor_frame: Option<RigidTransform<f64>>,
+    /// Of the nominal robot.
+    pub(crate) error_before: PositionError,
+    /// Whether the samples went to a controller, so that advice on options names the other command.
+    on_controller: bool,
+}
+
+impl<'a> Case<'a> {
+    /// A calibration on this computer. Finds the sensor's frame, if that is asked for.
+    ///
+    /// # Errors
+    /// Options that exclude each other, or points that do not fix the sensor's frame.
+    pub(crate) fn new(
+        robot: &'a RobotFile,
+        samples: &'a SamplesFile,
+        options: Options,
+    ) -> Result<Self, Reason> {
+        options.check()?;
+        let sensor_frame = match options.frame {
+            Frame::Base => None,
+            Frame::Sensor => Some(
+                sensor_frame::find(robot, samples, options)
+                    .map_err(|cause| unknown_frame(samples, &cause))?,
+            ),
+        };
+        let case = Self::in_frame(robot, robot, samples, options, sensor_frame);
+        case.settings()?;
+        Ok(case)
+    }
+
+    /// A calibration on a controller.
+    pub(crate) fn on_controller(
+        robot: &'a RobotFile,
+        before: &'a RobotFile,
+        samples: &'a SamplesFile,
+        options: Options,
+    ) -> Self {
+        Self {
+            on_controller: true,
+            ..Self::in_frame(robot, before, samples, options, None)
+        }
+    }
+
+    fn in_frame(
+        robot: &'a RobotFile,
+        before: &'a RobotFile,
+        samples: &'a SamplesFile,
+        options: Options,
+        sensor_frame: Option<RigidTransform<f64>>,
+    ) -> Self {
+        let measured = in_robot_frame(&samples.rows, sensor_frame.as_ref());
+        Self {
+            error_before: PositionError::of(&distances(&robot.robot, &measured), &samples.rows),
+            robot,
+            before,
+            samples,
+            options,
+            measured,
+            sensor_frame,
+            on_controller: false,
+        }
+    }
+
+    /// What the core is told.
+    pub(crate) fn settings(&self) -> Result<Settings<f64>, InputError> {
+        settings(self.robot, self.options)
+    }
+
+    /// An option as it is to be typed.
+    pub(crate) fn command(&self, option: &str) -> String {
+        if self.on_controller {
+            format!("delta-cal calibrate {option}")
+        } else {
+            option.to_owned()
+        }
+    }
+}
+
+/// What the core is told.
+///
+/// # Errors
+/// A tolerance about a robot that is no guess.
+pub(crate) fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f64>, InputError> {
+    if options.no_guess && robot.tolerance.is_some() {
+        let cause = "the [tolerance] is about the values of the robot file, but --no-guess says \
+                     not to use them";
+        return Err(InputError::new(&robot.name, cause)
+            .at_key("[tolerance]")
+            .with_remedy("leave out --no-guess, or delete the section [tolerance]"));
+    }
+    Ok(Settings::default()
+        .with_noise(robot.noise)
+        .with_tolerance(robot.tolerance)
+        .with_solver(options.solver)
+        .with_start(options.start()))
+}
+
+fn in_robot_frame(
+    rows: &[Row<Sample<f64>>],
+    sensor_frame: Option<&RigidTransform<f64>>,
+) -> Vec<Sample<f64>> {
+    let to_robot = sensor_frame.map(RigidTransform::inverse);
+    rows.iter()
+        .map(|row| match &to_robot {
+            Some(transform) => Sample {
+                position: transform.apply(&row.value.position),
+                ..row.value
+            },
+            None => row.value,
+        })
+        .collect()
+}
+
+/// The points do not fix the sensor's frame.
+fn unknown_frame(samples: &SamplesFile, cause: &str) -> Refused {
+    Refused {
+        cause: format!("{}: {cause}", samples.name),
+        remedy: joined(&[
+            samples.unit_hint(),
+            Some(format!("measure more poses and {SPREAD}")),
+        ]),
+    }
+}

@@ -1,0 +1,238 @@
+//! How well the samples agree with the robot file if a fault is undone.
+
+use super::hypothesis::{Fault, are_two, faults, undone};
+use crate::calibration::attempt::position_error_after;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::SamplesFile;
+use crate::fit::options::{Frame, Options};
+use crate::fit::sensor_frame::degenerate;
+use crate::geometry::joint_limits::outside_limits;
+use delta_cal::Sample;
+use delta_cal::frame::RigidTransform;
+use nalgebra::Vector3;
+
+/// An explanation must bring the samples this many times nearer to the robot of the file.
+const CLEARLY: f64 = 4.0;
+/// Explanations within this factor of the best are as good.
+const ALIKE: f64 = 2.0;
+/// With an explanation half of the samples are within this part of the forearm from where the robot
+/// of the file would be.
+const NEAR: f64 = 0.1;
+/// Samples nearer than this part of the forearm need no explanation.
+const RIGHT: f64 = 1e-3;
+/// A frame that stands anywhere has six unknowns, and explains a little of everything: it must do
+/// better, and be of use.
+const FRAME_CLEARLY: f64 = 8.0;
+const FRAME_NEAR: f64 = 0.02;
+const FRAME_FAR: f64 = 0.1;
+/// Fewer samples agree with too much.
+const SAMPLES_NEEDED: usize = 4;
+/// The same if the frame is to be found.
+const SAMPLES_FOR_A_FRAME: usize = 8;
+/// So many samples, spread over the file, are compared.
+const COMPARED: usize = 64;
+/// Of so many samples one may be outside the joint limits: a mistyped digit.
+const ONE_OUTSIDE_IN: usize = 8;
+
+/// Faults that explain the samples together.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Scored {
+    pub(super) faults: Vec<Fault>,
+    /// The median distance between measured points and the robot of the file without the faults, mm.
+    pub(super) median: f64,
+}
+
+/// What the hypotheses are compared by.
+pub(super) struct Evidence<'a> {
+    robot: &'a RobotFile,
+    frame: Frame,
+    in_millimetres: bool,
+    compared: Vec<Sample<f64>>,
+    forearm: f64,
+}
+
+impl<'a> Evidence<'a> {
+    /// `None` if there are too few samples to tell.
+    pub(super) fn new(
+        robot: &'a RobotFile,
+        samples: &SamplesFile,
+        options: Options,
+    ) -> Option<Self> {
+        let count = samples.rows.len();
+        let needed = match options.frame {
+            Frame::Base => SAMPLES_NEEDED,
+            Frame::Sensor => SAMPLES_FOR_A_FRAME,
+        };
+        let compared = samples
+            .rows
+            .iter()
+            .step_by(count.div_ceil(COMPARED).max(1))
+            .map(|row| row.value)
+            .collect();
+        let [arm, ..] = robot.robot.arms();
+        (count >= needed).then(|| Self {
+            robot,
+            frame: options.frame,
+            in_millimetres: samples.in_millimetres,
+            compared,
+            forearm: arm.lb(),
+        })
+    }
+
+    /// With these faults undone: the median distance of the compared points from the robot of the
+    /// file, mm. Infinite if it reaches less than half, or the joint limits exclude them.
+    pub(super) fn median(&self, faults: &[Fault]) -> f64 {
+        let Some((robot, samples)) = undone(faults, &self.robot.robot, &self.compared) else {
+            return f64::INFINITY;
+        };
+        if faults.iter().any(Fault::is_of_joints) {
+            let outside = samples.iter().filter(|sample| {
+                let limits = &self.robot.limits;
+                let joints = sample.joints.iter();
+                joints.copied().any(|q| outside_limits(q, limits).is_some())
+            });
+            if outside.count() * ONE_OUTSIDE_IN > samples.len() {
+                return f64::INFINITY;
+            }
+        }
+        let aligned = self.frame == Frame::Sensor || faults.contains(&Fault::Elsewhere);
+        if aligned && samples.len() < SAMPLES_FOR_A_FRAME {
+            return f64::INFINITY;
+        }
+        let expected: Vec<_> = samples
+            .iter()
+            .map(|sample| robot.forward(&sample.joints).ok())
+            .collect();
+        // Points that another unit draws together fit everywhere.
+        if aligned {
+            let reached: Vec<_> = expected.iter().flatten().copied().collect();
+            let measured: Vec<_> = samples.iter().map(|sample| sample.position).collect();
+            let forearm = self.forearm;
+            if [reached, measured]
+                .iter()
+                .any(|points| degenerate(points.iter().copied(), forearm).is_some())
+            {
+                return f64::INFINITY;
+            }
+        }
+        median_distance(&expected, &samples, aligned).unwrap_or(f64::INFINITY)
+    }
+
+    /// What explains the samples, the best first; nothing if they need no explanation. Two faults are
+    /// considered only where one does not do.
+    pub(super) fn explanations(&self, as_they_are: f64) -> Vec<Scored> {
+        if !(as_they_are > RIGHT * self.forearm) {
+            return Vec::new();
+        }
+        let kinds = faults(self.frame, self.in_millimetres);
+        let single = kinds.iter().flatten().map(|fault| vec![*fault]);
+        let found = self.select(as_they_are, single.map(|faults| self.scored(faults)));
+        // A calibration can mend what is wrong by less than that.
+        if !found.is_empty() || !(as_they_are > NEAR * self.forearm) {
+            return found;
+        }
+        let pairs = kinds.iter().enumerate().flat_map(|(index, firsts)| {
+            let others = kinds.iter().skip(index + 1).flatten();
+            others.flat_map(move |second| {
+                let firsts = firsts.iter().filter(|first| are_two(first, second));
+                firsts.map(|first| vec![*first, *second])
+            })
+        });
+        self.select(as_they_are, pairs.map(|faults| self.scored(faults)))
+    }
+
+    fn scored(&self, faults: Vec<Fault>) -> Scored {
+        Scored {
+            median: self.median(&faults),
+            faults,
+        }
+    }
+
+    fn select(&self, as_they_are: f64, all: impl Iterator<Item = Scored>) -> Vec<Scored> {
+        let elsewhere = |scored: &Scored| scored.faults.contains(&Fault::Elsewhere);
+        let explains = |scored: &Scored| {
+            let (clearly, near, far) = if elsewhere(scored) {
+                (FRAME_CLEARLY, FRAME_NEAR, FRAME_FAR)
+            } else {
+                (CLEARLY, NEAR, 0.0)
+            };
+            scored.median * clearly <= as_they_are
+                && scored.median <= near * self.forearm
+                && as_they_are >= far * self.forearm
+        };
+        let explaining = all.filter(explains);
+        let (frames, exact): (Vec<_>, Vec<_>) = explaining.partition(elsewhere);
+        let (frames, exact) = (alike(frames), alike(exact));
+        match (frames.first(), exact.first()) {
+            (Some(frame), Some(best))
+                if frame.median * CLEARLY < best.median
+                    && best.median > FRAME_NEAR * self.forearm =>
+            {
+                frames
+            }
+            (Some(_), None) => frames,
+            _ => exact,
+        }
+    }
+}
+
+/// The best and those that are as good.
+fn alike(mut all: Vec<Scored>) -> Vec<Scored> {
+    all.sort_by(|a, b| a.median.total_cmp(&b.median));
+    let best = all.first().map_or(0.0, |scored| scored.median);
+    all.retain(|scored| scored.median <= ALIKE * best);
+    all
+}
+
+fn median_distance(
+    expected: &[Option<Vector3<f64>>],
+    samples: &[Sample<f64>],
+    aligned: bool,
+) -> Option<f64> {
+    let pairs = expected.iter().zip(samples);
+    let transform = if aligned {
+        let known = pairs
+            .clone()
+            .filter_map(|(expected, sample)| Some(((*expected)?, sample.position)));
+        RigidTransform::align(known).ok()?
+    } else {
+        RigidTransform::identity()
+    };
+    let mut distances: Vec<_> = pairs
+        .map(|(expected, sample)| {
+            expected.map_or(f64::INFINITY, |point| {
+                (sample.position - transform.apply(&point)).norm()
+            })
+        })
+        .collect();
+    distances.sort_by(f64::total_cmp);
+    distances.get(distances.len() / 2).copied()
+}
+
+/// A calibration of what the file would hold without the faults.
+pub(super) fn calibrated(
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+    faults: &[Fault],
+) -> Option<f64> {
+    let values: Vec<_> = samples.rows.iter().map(|row| row.value).collect();
+    let (without, values) = undone(faults, &robot.robot, &values)?;
+    let robot = RobotFile {
+        robot: without,
+        ..robot.clone()
+    };
+    let mut samples = samples.clone();
+    for (row, value) in samples.rows.iter_mut().zip(values) {
+        row.value = value;
+    }
+    let options = Options {
+        frame: if faults.contains(&Fault::Elsewhere) {
+            Frame::Sensor
+        } else {
+            options.frame
+        },
+        ..options
+    };
+    position_error_after(&robot, &samples, options)
+}

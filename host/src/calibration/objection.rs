@@ -1,0 +1,75 @@
+//! What speaks against a calibration, before it is put into words.
+
+use super::noise_test::NoiseTest;
+use crate::accuracy::position_error::PositionError;
+use crate::accuracy::workspace_comparison::WorkspaceComparison;
+use crate::fit::stream::StreamRefusal;
+use delta_cal::Refusal;
+use delta_cal::robust::RobustRefusal;
+use delta_cal::samples::SampleError;
+use delta_cal::stream::{Alarm, HeldOutRefusal};
+
+/// What speaks against a calibration.
+#[derive(Debug, Clone)]
+pub(crate) enum Objection {
+    /// The sample at this index is impossible.
+    Sample(usize, SampleError),
+    /// The fit is refused.
+    Fit(Refusal),
+    /// The robust fit is refused.
+    Robust(RobustRefusal),
+    /// The held-out samples disagree with the fit, or cannot judge it.
+    HeldOut(HeldOutRefusal),
+    /// The gate rejected a run of samples; so many were taken in before.
+    Alarm { alarm: Alarm, before: u64, run: u64 },
+    /// Without a tolerance, a change that is no error of manufacture, in words.
+    Implausible(String),
+    /// The calibrated robot does not come to the measured points.
+    NotReproduced(PositionError),
+    /// The calibration would make the robot worse.
+    Worse(WorkspaceComparison, PositionError),
+    /// Without a stated noise, residuals that the tolerance does not explain.
+    NoiseBeyondTolerance(NoiseTest),
+}
+
+impl Objection {
+    /// Whether wrong samples may be behind it, so that they are worth looking for.
+    pub(crate) fn may_be_wrong_samples(&self) -> bool {
+        match self {
+            Self::Sample(..) | Self::HeldOut(_) | Self::Alarm { .. } => false,
+            Self::Fit(refusal) => !matches!(refusal, Refusal::TooFewSamples { .. }),
+            Self::Robust(refusal) => !matches!(refusal, RobustRefusal::TooFewSamples { .. }),
+            Self::Implausible(_)
+            | Self::NotReproduced(_)
+            | Self::Worse(..)
+            | Self::NoiseBeyondTolerance(_) => true,
+        }
+    }
+}
+
+impl From<Refusal> for Objection {
+    fn from(refusal: Refusal) -> Self {
+        Self::Fit(refusal)
+    }
+}
+
+impl From<RobustRefusal> for Objection {
+    fn from(refusal: RobustRefusal) -> Self {
+        match refusal {
+            RobustRefusal::Fit(refusal) => Self::Fit(refusal),
+            RobustRefusal::Sample(index, error) => Self::Sample(index, error),
+            other => Self::Robust(other),
+        }
+    }
+}
+
+impl From<StreamRefusal> for Objection {
+    fn from(refusal: StreamRefusal) -> Self {
+        match refusal {
+            StreamRefusal::Sample(index, error) => Self::Sample(index, error),
+            StreamRefusal::Fit(refusal) => Self::Fit(refusal),
+            StreamRefusal::HeldOut(refusal) => Self::HeldOut(refusal),
+            StreamRefusal::Alarm { alarm, before, run } => Self::Alarm { alarm, before, run },
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! From an objection to the words.
+
+use crate::calibration::advice::{CHECK, joined};
+use crate::calibration::case::Case;
+use crate::calibration::reason::{Reason, Refused};
+
+use crate::calibration::investigation::Findings;
+use crate::calibration::objection::Objection;
+use crate::fit::options::Frame;
+use crate::text::words::{count, in_lines};
+
+/// What was to be calibrated, and what was found out about samples that did not fit.
+pub(crate) struct Explainer<'a> {
+    pub(crate) case: &'a Case<'a>,
+    pub(crate) findings: &'a Findings,
+}
+
+impl Explainer<'_> {
+    /// The reason for the user.
+    pub(crate) fn explain(&self, objection: &Objection) -> Reason {
+        match objection {
+            Objection::Sample(index, error) => {
+                Reason::Input(self.case.samples.fault(*index, error.to_string()))
+            }
+            Objection::Fit(refusal) => self.fit(refusal).into(),
+            Objection::Robust(refusal) => self.robust(refusal).into(),
+            Objection::HeldOut(refusal) => self.held_out(*refusal).into(),
+            Objection::Alarm { alarm, before, run } => self.alarm(*alarm, *before, *run).into(),
+            Objection::Implausible(change) => self.implausible(change).into(),
+            Objection::NotReproduced(error) => self.not_reproduced(error).into(),
+            Objection::Worse(comparison, error) => self.worse(comparison, error).into(),
+            Objection::NoiseBeyondTolerance(test) => self.noise_beyond_tolerance(test).into(),
+        }
+    }
+
+    /// A refusal of what the core computed, with what the findings say.
+    pub(super) fn refused(&self, cause: &str, remedy: String) -> Refused {
+        let median = self.case.error_before.median;
+        let elsewhere = !self.case.options.no_guess
+            && self
+                .case
+                .error_before
+                .lies_elsewhere(&self.case.robot.robot);
+        let worst = self.findings.worst_samples.clone();
+        let hints = if elsewhere {
+            let frame = match self.case.options.frame {
+                Frame::Base => format!(
+                    "half of the measured points are more than {median:.0} mm from where the robot \
+                     of the file would be; if they are in the sensor's own frame, use {}; \
+                     otherwise {CHECK}",
+                    self.find_frame()
+                ),
+                Frame::Sensor => format!(
+                    "even in the best sensor frame half of the measured points are more than \
+                     {median:.0} mm from where the robot of the file would be; {CHECK}"
+                ),
+            };
+            [Some(frame), worst, None]
+        } else {
+            let far_before = || {
+                let outlier = self.case.error_before.outlier()?;
+                Some(format!("{outlier}: measure that one again or leave it out"))
+            };
+            [None, worst.or_else(far_before), Some(remedy)]
+        };
+        let [first, second, third] = hints;
+        let robust = self.without_wrong_samples();
+        Refused {
+            cause: format!("{}: {cause}", self.case.samples.name),
+            remedy: joined(&[self.case.samples.unit_hint(), first, second, robust, third]),
+        }
+    }
+
+    /// That a robust fit calibrates the robot, where one was tried and does.
+    pub(super) fn without_wrong_samples(&self) -> Option<String> {
+        let lines = self.findings.disagreeing.as_ref()?;
+        let samples = self.case.measured.len();
+        let (does, them) = if lines.len() == 1 {
+            ("does", "it")
+        } else {
+            ("do", "them")
+        };
+        Some(format!(
+            "{} of {} agree with each other, and {} {does} not: {} calibrates the robot \
+                 without {them}",
+            samples - lines.len(),
+            count(samples, "sample"),
+            in_lines(lines),
+            self.case.command("--loss tukey"),
+        ))
+    }
+
+    pub(super) fn find_frame(&self) -> String {
+        self.case.command("--frame sensor")
+    }
+
+    pub(super) fn or_state_tolerance(&self) -> &'static str {
+        if self.case.robot.tolerance.is_none() && !self.case.options.no_guess {
+            ", or state the robot's manufacturing [tolerance] in the robot file"
+        } else {
+            ""
+        }
+    }
+}

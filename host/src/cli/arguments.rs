@@ -1,0 +1,65 @@
+//! The commands.
+
+use super::calibrate::{self, CalibrateArguments};
+use super::check::{self, CheckArguments};
+use super::device::DeviceArguments;
+use super::exit_codes::EXIT_CODES;
+use super::kinematics::{self, KinematicsArguments};
+use super::plan::{self, PlanArguments};
+use super::reproduce::{self, ReproduceArguments};
+use super::simulate::{self, SimulateArguments};
+use super::workspace::WorkspaceArguments;
+use clap::{Parser, Subcommand};
+
+const EXAMPLES: &str = "\
+Examples:
+  delta-cal calibrate
+      the built-in, simulated example
+  delta-cal calibrate robot.toml samples.csv --output calibrated.toml
+  delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
+  delta-cal forward calibrated.toml angles.csv
+  delta-cal inverse calibrated.toml < positions.csv > angles.csv
+  delta-cal plan robot.toml --count 12 --output poses.csv
+  delta-cal check robot.toml samples.csv
+  delta-cal simulate
+  delta-cal reproduce
+  delta-cal workspace robot.toml --output workspace
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
+
+/// Calibrates Delta robots from measured positions
+#[derive(Debug, Parser)]
+#[command(name = "delta-cal", version, max_term_width = 100)]
+#[command(after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"))]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Find the robot's 24 geometric parameters from measured positions
+    #[command(after_help = format!("{}\n\n{EXIT_CODES}", calibrate::HELP))]
+    Calibrate(CalibrateArguments),
+    /// Compute where the platform is at given joint angles
+    #[command(after_help = format!("{}\n\n{}", kinematics::FORWARD_HELP, kinematics::EXIT_CODES))]
+    Forward(KinematicsArguments),
+    /// Compute the joint angles at which the platform is at given positions
+    #[command(after_help = format!("{}\n\n{}", kinematics::INVERSE_HELP, kinematics::EXIT_CODES))]
+    Inverse(KinematicsArguments),
+    /// Choose the best poses to measure, and predict the accuracy they give
+    #[command(after_help = plan::HELP)]
+    Plan(PlanArguments),
+    /// Check whether samples determine the robot, and propose poses to add
+    #[command(after_help = check::HELP)]
+    Check(CheckArguments),
+    /// Calibrate many simulated robots, to predict how accurate a calibration will be
+    #[command(after_help = simulate::help())]
+    Simulate(SimulateArguments),
+    /// Run every simulation of the paper, and compare its results with this program's
+    #[command(after_help = reproduce::HELP)]
+    Reproduce(ReproduceArguments),
+    /// Compute the robot's workspace: boundary, volume, cylinders, singularities, effect of errors
+    Workspace(WorkspaceArguments),
+    /// Let a controller calibrate its robot, over the controller's serial link
+    Device(DeviceArguments),
+}

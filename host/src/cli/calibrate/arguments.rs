@@ -1,0 +1,135 @@
+//! The options of `delta-cal calibrate`.
+
+use crate::cli::choices::{FrameArgument, LossArgument, MethodArgument, SolverArgument};
+use crate::cli::paths::robot_path;
+use clap::builder::TypedValueParser;
+use clap::{Args, value_parser};
+use delta_cal_host::{Options, Streaming};
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+
+pub(crate) const HELP: &str = "\
+ROBOT.toml:
+  [nominal]                # or three [[arm]] tables with dx_mm, dy_mm, dz_mm,
+  base_radius_mm = 194     #   theta_deg, alpha_deg, la_x_mm, la_y_mm, lb_mm
+  platform_radius_mm = 30
+  upper_arm_mm = 260
+  forearm_mm = 480
+  [joints]
+  min_deg = -60
+  max_deg = 90
+  [tolerance]              # optional: one sigma of each parameter about its
+  length_mm = 0.5          #   nominal value. With it fewer than 8 samples are
+  angle_deg = 0.2          #   enough
+  [noise]                  # optional: one sigma of a measurement. It weights
+  position_mm = 0.02       #   the samples and tells whether the residuals are
+  joint_deg = 0.002        #   credible
+
+SAMPLES.csv:
+  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm,_point
+  10.0,20.0,30.0,41.151,25.265,-338.742,P1
+
+Columns may stand in any order and in other units (q1_rad..., x_m...). A # begins a comment. The \
+program ignores columns whose name begins with _, such as _point or _time.
+
+With --frame sensor the program chooses the robot's frame so that ROBOT.toml fits the measured \
+points best. It then cannot detect a cyclic exchange of the joint columns (q2,q3,q1 for q1,q2,q3), \
+because a Delta has threefold symmetry.
+
+Without a [tolerance] the program refuses a result that differs from ROBOT.toml by more than 10 % of \
+the forearm or by more than 10 degrees. With --no-guess it accepts any geometry.
+
+With --loss huber or tukey the program leaves out wrong rows: a reflector slipped, a joint was still \
+moving, a digit was mistyped. The fit starts from the rows that agree best, estimates the scale of \
+the residuals from their median, and leaves out every row that is off by 4.7 scales or more; the \
+report names these rows with their residual in sigma. At most 40 % of the rows may be wrong, and \
+fewer of a short file: 4 of 16 rows, 6 of 20, 8 of 24, 11 of 30. A file that is wrong as a whole is \
+refused as without this option.
+
+--gate, --held-out and --forget need the rows in the order in which they were measured. With --gate \
+the program compares each row with what the rows before it and the [tolerance] predict, and leaves \
+it out if it is off by 4.7 sigma or more. Eight such rows in succession mean that the robot has \
+changed, and the calibration is refused. With --held-out K the program fits the robot without every \
+K-th row, and refuses the fit if those rows contradict it; if they agree, all rows make the result. \
+With --forget N each row counts N/(N+1) times as much as the next one, so that the result follows a \
+robot that warms up; it lags N rows behind. Firmware can do the same with the library's functions of \
+these names.
+
+Examples:
+  delta-cal calibrate
+      the built-in, simulated example
+  delta-cal calibrate robot.toml samples.csv --output calibrated.toml
+  delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
+  delta-cal calibrate robot.toml samples.csv --loss tukey
+  delta-cal calibrate robot.toml samples.csv --gate --forget 50
+  delta-cal calibrate robot.toml samples.csv --report report.html
+  delta-cal calibrate robot.toml samples.csv --json - | jq .position_error_mm";
+
+#[derive(Debug, Args)]
+pub(crate) struct CalibrateArguments {
+    /// The robot before calibration. Without files the program calibrates its built-in example
+    #[arg(value_name = "ROBOT.toml", requires = "samples", value_parser = robot_path())]
+    pub(crate) robot: Option<PathBuf>,
+    /// Joint angles and measured positions; - reads standard input
+    #[arg(value_name = "SAMPLES.csv")]
+    pub(crate) samples: Option<PathBuf>,
+    /// How the parameters are estimated
+    #[arg(long, value_enum, default_value_t = MethodArgument::Ikm)]
+    pub(crate) method: MethodArgument,
+    /// How the equations are solved
+    #[arg(long, value_enum, default_value_t = SolverArgument::Lm)]
+    pub(crate) solver: SolverArgument,
+    /// How much a sample counts that disagrees with the others
+    #[arg(long, value_enum, default_value_t = LossArgument::Squared)]
+    pub(crate) loss: LossArgument,
+    /// Compare each sample with those before it in the file, and leave it out if it disagrees
+    #[arg(long)]
+    pub(crate) gate: bool,
+    /// Fit the robot without every K-th sample, and refuse the fit if those samples contradict it
+    #[arg(long, value_name = "K", value_parser = held_out(), conflicts_with_all = ["gate", "forget"])]
+    pub(crate) held_out: Option<NonZeroU32>,
+    /// Let older samples count less, with a memory of N samples, to find the robot as it is at the
+    /// end of the file
+    #[arg(long, value_name = "N")]
+    pub(crate) forget: Option<NonZeroU32>,
+    /// The frame of the measured positions
+    #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
+    pub(crate) frame: FrameArgument,
+    /// Do not use the robot file as a start value (needs 12 samples), and accept any geometry
+    #[arg(long)]
+    pub(crate) no_guess: bool,
+    /// Write the calibrated robot to this file, replacing a file that exists
+    #[arg(long, value_name = "CALIBRATED.toml")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write the report as JSON to this file, or with - to standard output in place of the table; a
+    /// refusal is then written there as well
+    #[arg(long, value_name = "REPORT.json")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write the report with figures to this HTML file, which opens in any browser
+    #[arg(long, value_name = "REPORT.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Let --output replace ROBOT.toml itself
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
+}
+
+fn held_out() -> impl TypedValueParser<Value = NonZeroU32> {
+    value_parser!(u32).range(2..).try_map(NonZeroU32::try_from)
+}
+
+impl CalibrateArguments {
+    pub(crate) fn options(&self) -> Options {
+        Options {
+            method: self.method.method(),
+            solver: self.solver.solver(),
+            frame: self.frame.frame(),
+            loss: self.loss.loss(),
+            streaming: Streaming {
+                gate: self.gate,
+                held_out: self.held_out,
+                forget: self.forget,
+            },
+            no_guess: self.no_guess,
+        }
+    }
+}

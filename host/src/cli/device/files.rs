@@ -1,0 +1,47 @@
+//! What the subcommands read and write.
+
+use super::args::Files;
+use crate::cli::failure::Failure;
+use crate::cli::paths::{is_stream, read};
+use crate::cli::print::print;
+use delta_cal_host::files::{example, output};
+use delta_cal_host::render::json;
+use delta_cal_host::{CalibrateError, InputText, RobotFile, SamplesFile, read_samples};
+use serde_json::Value;
+use std::fmt::Write;
+use std::path::Path;
+
+/// The two files, or the built-in example.
+pub(super) fn inputs(files: &Files) -> Result<(RobotFile, SamplesFile), CalibrateError> {
+    let (Some(robot), Some(samples)) = (&files.robot, &files.samples) else {
+        return Ok(example::load()?);
+    };
+    let robot = RobotFile::read(&InputText::from_file(robot)?)?;
+    let samples = read_samples(&read(samples)?, &robot, files.options())?;
+    Ok((robot, samples))
+}
+
+/// Writes the files and the JSON report, and prints the report for people unless JSON takes its
+/// place.
+pub(super) fn publish(
+    files: &[(&Path, &str)],
+    json_path: Option<&Path>,
+    report: &Value,
+    mut text: String,
+) -> Result<(), Failure> {
+    let json_text = json::text(report);
+    let mut files = files.to_vec();
+    files.extend(
+        json_path
+            .filter(|path| !is_stream(path))
+            .map(|path| (path, json_text.as_str())),
+    );
+    output::write_all(&files)?;
+    if json_path.is_some_and(is_stream) {
+        return print(&json_text);
+    }
+    for (path, _) in &files {
+        let _ = writeln!(text, "Written: {}", path.display());
+    }
+    print(&text)
+}

@@ -1,0 +1,88 @@
+//! What is wrong with an input file, where, and what to do about it.
+
+use std::error::Error;
+use std::fmt;
+
+/// One fault in an input file. Displayed as `file:line: column x_mm: cause`, in one line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InputError {
+    file: Box<str>,
+    line: Option<u64>,
+    place: Option<Place>,
+    cause: String,
+    remedy: Option<String>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Place {
+    Column(String),
+    Key(String),
+}
+
+impl InputError {
+    /// A fault of the file as a whole.
+    pub fn new(file: impl Into<String>, cause: impl Into<String>) -> Self {
+        Self {
+            file: file.into().into(),
+            line: None,
+            place: None,
+            cause: cause.into(),
+            remedy: None,
+        }
+    }
+
+    /// The line at fault, counted from 1.
+    #[must_use]
+    pub fn at_line(mut self, line: u64) -> Self {
+        self.line = Some(line);
+        self
+    }
+
+    /// The CSV column at fault.
+    #[must_use]
+    pub fn at_column(mut self, column: impl Into<String>) -> Self {
+        self.place = Some(Place::Column(column.into()));
+        self
+    }
+
+    /// The TOML key at fault.
+    #[must_use]
+    pub fn at_key(mut self, key: impl Into<String>) -> Self {
+        self.place = Some(Place::Key(key.into()));
+        self
+    }
+
+    /// What to do next.
+    #[must_use]
+    pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
+        self.remedy = Some(remedy.into());
+        self
+    }
+
+    /// The line at fault, if it is one.
+    pub fn line(&self) -> Option<u64> {
+        self.line
+    }
+
+    /// What to do next, if that is not plain from the cause.
+    pub fn remedy(&self) -> Option<&str> {
+        self.remedy.as_deref()
+    }
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}:", self.file)?;
+        if let Some(line) = self.line {
+            write!(formatter, "{line}:")?;
+        }
+        match &self.place {
+            Some(Place::Column(name)) => write!(formatter, " column {name}:")?,
+            Some(Place::Key(name)) => write!(formatter, " {name}:")?,
+            None => {}
+        }
+        write!(formatter, " {}", self.cause)
+    }
+}
+
+impl Error for InputError {}

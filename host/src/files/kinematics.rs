@@ -1,0 +1,105 @@
+//! Forward and inverse kinematics of whole files.
+
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{Row, read_joints, read_positions};
+use crate::geometry::joint_limits::outside_limits;
+use crate::text::units::degrees;
+use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
+use delta_cal::{ArmIndex, Sample};
+use std::fmt::Write;
+
+/// Where the platform is at each row's joint angles.
+///
+/// # Errors
+/// The first faulty row, or the first whose pose does not exist.
+pub fn forward(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
+    read_joints(input, &robot.limits)?
+        .into_iter()
+        .map(|row| {
+            let position = robot
+                .robot
+                .forward(&row.value)
+                .map_err(|error| no_pose(input, &row, error))?;
+            Ok(Sample {
+                joints: row.value,
+                position,
+            })
+        })
+        .collect()
+}
+
+/// The joint angles at which the platform is at each row's position.
+///
+/// # Errors
+/// The first faulty row, or the first that no joint angles within the limits reach.
+pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
+    read_positions(input)?
+        .into_iter()
+        .map(|row| {
+            let joints = robot
+                .robot
+                .inverse(&row.value)
+                .map_err(|error| no_pose(input, &row, error))?;
+            check_limits(input, &row, joints, &robot.limits)?;
+            Ok(Sample {
+                joints,
+                position: row.value,
+            })
+        })
+        .collect()
+}
+
+/// The columns of a samples file, in degrees and millimetres, rounded to 9 decimals.
+pub fn to_csv(samples: &[Sample<f64>]) -> String {
+    let mut csv = String::from("q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n");
+    for sample in samples {
+        let [q1, q2, q3] = sample.joints.map(|q| rounded(degrees(q)));
+        let [x, y, z] = sample.position.data.0[0].map(rounded);
+        let _ = writeln!(csv, "{q1},{q2},{q3},{x},{y},{z}");
+    }
+    csv
+}
+
+/// To 9 decimals, without trailing zeros.
+fn rounded(value: f64) -> String {
+    let text = format!("{value:.9}");
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0" } else { short }.to_owned()
+}
+
+fn check_limits<T>(
+    input: &InputText,
+    row: &Row<T>,
+    joints: [f64; 3],
+    limits: &JointLimits<f64>,
+) -> Result<(), InputError> {
+    for (angle, arm) in joints.into_iter().zip(ArmIndex::ALL) {
+        if let Some(outside) = outside_limits(angle, limits) {
+            let cause = format!("unreachable for {arm}: its joint angle {outside}");
+            return Err(InputError::new(input.name(), cause)
+                .at_line(row.line)
+                .with_remedy("check the position, its frame and [joints] in the robot file"));
+        }
+    }
+    Ok(())
+}
+
+fn no_pose<T>(input: &InputText, row: &Row<T>, error: KinematicsError) -> InputError {
+    let remedy = match error {
+        KinematicsError::Unreachable(_) => {
+            "the robot cannot be there; check the numbers, their units and the robot file"
+        }
+        KinematicsError::Singular(_, Singularity::Serial) => {
+            "this is the edge of the workspace; move the position inwards"
+        }
+        KinematicsError::Singular(_, Singularity::Parallel) => {
+            "at a singularity the joints do not hold the platform; choose another pose"
+        }
+        _ => "the number is too large to compute with",
+    };
+    InputError::new(input.name(), error.to_string())
+        .at_line(row.line)
+        .with_remedy(remedy)
+}

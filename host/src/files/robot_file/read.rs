@@ -1,0 +1,265 @@
+use super::RobotFile;
+use super::messages::{SECTIONS, syntax, with_section};
+use super::schema::{
+    ARM_KEYS, ArmToml, JointsToml, NoiseToml, NominalToml, Number, RobotToml, SensorFrameToml,
+    ToleranceToml,
+};
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::geometry::sweep::reaches_anywhere;
+use crate::text::words::count;
+use delta_cal::calibration::ToleranceError;
+use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::robot::{Arm, GeometryError, ParameterKind};
+use delta_cal::samples::NoiseError;
+use delta_cal::{Noise, Parameter, Robot, SymmetricRobot, Tolerance};
+use nalgebra::{Matrix3, Vector3};
+use toml::Spanned;
+
+const IMPOSSIBLE: &str = "check the number and its unit: lengths are in mm, angles in degrees";
+
+/// A rotation read from a file may be off by its rounding, not by more than this.
+const ROTATION_ERROR: f64 = 1e-6;
+
+impl RobotFile {
+    /// Reads a robot file.
+    ///
+    /// # Errors
+    /// The first fault: TOML that does not parse, an unknown or missing key, a number that is not
+    /// finite or not possible, a robot that reaches no pose within its joint limits.
+    pub fn read(input: &InputText) -> Result<Self, InputError> {
+        let toml: RobotToml = toml::from_str(input.text()).map_err(|e| syntax(input, &e))?;
+        let (robot, line) = match (&toml.nominal, toml.arm.as_deref()) {
+            (Some(nominal), None) => (
+                symmetric(input, nominal.as_ref())?,
+                input.line_at(nominal.span().start),
+            ),
+            (None, Some([first, second, third])) => (
+                from_arms(input, [first, second, third])?,
+                input.line_at(first.span().start),
+            ),
+            (None, Some(arms)) => {
+                let line = arms.last().map_or(1, |arm| input.line_at(arm.span().start));
+                let found = count(arms.len(), "section");
+                let cause = format!("{found} [[arm]] where there must be three");
+                return Err(fault(input, line, "[[arm]]", cause));
+            }
+            (Some(nominal), Some(_)) => {
+                let line = input.line_at(nominal.span().start);
+                let cause = "the file has both [nominal] and [[arm]]";
+                return Err(fault(input, line, "[nominal]", cause)
+                    .with_remedy("keep the one that describes the robot and delete the other"));
+            }
+            (None, None) => {
+                let cause = "the file has neither [nominal] nor [[arm]]: the robot has no geometry";
+                return Err(InputError::new(input.name(), cause)
+                    .at_line(1)
+                    .with_remedy(SECTIONS));
+            }
+        };
+        let limits = joint_limits(input, &toml.joints)?;
+        let forearm_limit = match &toml.joints.as_ref().forearm_max_deg {
+            Some(number) => Some(forearm_limit(input, number)?),
+            None => None,
+        };
+        if !reaches_anywhere(&robot, &limits) {
+            let cause = "the geometry is impossible: the forearms do not meet anywhere within the \
+                         joint limits";
+            return Err(InputError::new(input.name(), cause)
+                .at_line(line)
+                .with_remedy("check the lengths (in mm), the arms' azimuths and the [joints]"));
+        }
+        Ok(Self {
+            name: input.name().to_owned(),
+            robot,
+            limits,
+            forearm_limit,
+            tolerance: toml
+                .tolerance
+                .map(|section| tolerance(input, &section))
+                .transpose()?,
+            noise: toml
+                .noise
+                .map(|section| noise(input, &section))
+                .transpose()?,
+            sensor_frame: toml
+                .sensor_frame
+                .map(|section| sensor_frame(input, &section))
+                .transpose()?,
+        })
+    }
+}
+
+fn fault(input: &InputText, line: u64, key: &str, cause: impl Into<String>) -> InputError {
+    InputError::new(input.name(), cause)
+        .at_line(line)
+        .at_key(with_section(input, line, key))
+        .with_remedy(SECTIONS)
+}
+
+fn fault_at(input: &InputText, number: &Number, key: &str, cause: impl Into<String>) -> InputError {
+    fault(input, input.line_at(number.span().start), key, cause)
+}
+
+fn finite(input: &InputText, key: &str, number: &Number) -> Result<f64, InputError> {
+    let value = *number.as_ref();
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        let cause = format!("{value} is not a finite number");
+        Err(fault_at(input, number, key, cause))
+    }
+}
+
+fn symmetric(input: &InputText, nominal: &NominalToml) -> Result<Robot<f64>, InputError> {
+    let geometry = SymmetricRobot {
+        base_radius: finite(input, "base_radius_mm", &nominal.base_radius_mm)?,
+        platform_radius: finite(input, "platform_radius_mm", &nominal.platform_radius_mm)?,
+        upper_arm: finite(input, "upper_arm_mm", &nominal.upper_arm_mm)?,
+        forearm: finite(input, "forearm_mm", &nominal.forearm_mm)?,
+    };
+    geometry.robot().map_err(|error| {
+        let (key, number) = match error {
+            GeometryError::RadiusInvalid if geometry.base_radius < 0.0 => {
+                ("base_radius_mm", &nominal.base_radius_mm)
+            }
+            GeometryError::RadiusInvalid => ("platform_radius_mm", &nominal.platform_radius_mm),
+            GeometryError::NotPositive(Parameter::Lb) | GeometryError::NonFinite(Parameter::Lb) => {
+                ("forearm_mm", &nominal.forearm_mm)
+            }
+            GeometryError::NonFinite(Parameter::Dx | Parameter::Dy) => {
+                ("base_radius_mm", &nominal.base_radius_mm)
+            }
+            _ => ("upper_arm_mm", &nominal.upper_arm_mm),
+        };
+        fault_at(input, number, key, impossible(error)).with_remedy(IMPOSSIBLE)
+    })
+}
+
+fn from_arms(input: &InputText, arms: [&Spanned<ArmToml>; 3]) -> Result<Robot<f64>, InputError> {
+    let [first, second, third] = arms.map(|section| arm(input, section));
+    Robot::new([first?, second?, third?]).map_err(|error| {
+        let [section, ..] = arms;
+        let line = input.line_at(section.span().start);
+        fault(input, line, "[[arm]]", impossible(error))
+    })
+}
+
+fn arm(input: &InputText, section: &Spanned<ArmToml>) -> Result<Arm<f64>, InputError> {
+    let mut parameters = [0.0; 8];
+    let numbers = section.as_ref().numbers();
+    for (parameter, value) in Parameter::ALL.into_iter().zip(&mut parameters) {
+        let index = parameter.index();
+        let number = finite(input, ARM_KEYS[index], numbers[index])?;
+        *value = match parameter.kind() {
+            ParameterKind::Length => number,
+            ParameterKind::Angle => number.to_radians(),
+        };
+    }
+    Arm::new(parameters).map_err(|error| {
+        let parameter = match error {
+            GeometryError::NonFinite(parameter) | GeometryError::NotPositive(parameter) => {
+                parameter
+            }
+            GeometryError::TiltTooLarge => Parameter::Alpha,
+            _ => Parameter::Theta,
+        };
+        let index = parameter.index();
+        fault_at(input, numbers[index], ARM_KEYS[index], impossible(error)).with_remedy(IMPOSSIBLE)
+    })
+}
+
+fn impossible(error: GeometryError) -> String {
+    match error {
+        GeometryError::NonFinite(_) => "the geometry is impossible: the number is too large".into(),
+        GeometryError::NotPositive(Parameter::LaX) => {
+            "the geometry is impossible: the upper arm's length must be greater than 0".into()
+        }
+        GeometryError::NotPositive(_) => {
+            "the geometry is impossible: the length must be greater than 0".into()
+        }
+        error => format!("the geometry is impossible: {error}"),
+    }
+}
+
+fn joint_limits(
+    input: &InputText,
+    section: &Spanned<JointsToml>,
+) -> Result<JointLimits<f64>, InputError> {
+    let joints = section.as_ref();
+    let minimum = finite(input, "min_deg", &joints.min_deg)?;
+    let maximum = finite(input, "max_deg", &joints.max_deg)?;
+    JointLimits::new(minimum.to_radians(), maximum.to_radians()).map_err(|error| {
+        let cause = match error {
+            JointLimitsError::Empty => {
+                format!("the largest joint angle, {maximum}, is not above the smallest, {minimum}")
+            }
+            error => error.to_string(),
+        };
+        fault_at(input, &joints.max_deg, "max_deg", cause)
+    })
+}
+
+fn forearm_limit(input: &InputText, number: &Number) -> Result<f64, InputError> {
+    let degrees = finite(input, "forearm_max_deg", number)?;
+    if degrees > 0.0 && degrees <= 90.0 {
+        return Ok(degrees.to_radians());
+    }
+    let cause = format!("{degrees} is not an angle above 0 and up to 90 degrees");
+    Err(fault_at(input, number, "forearm_max_deg", cause)
+        .with_remedy("if the ball joints have no limit, delete the line"))
+}
+
+fn tolerance(input: &InputText, section: &ToleranceToml) -> Result<Tolerance<f64>, InputError> {
+    let length = finite(input, "length_mm", &section.length_mm)?;
+    let angle = finite(input, "angle_deg", &section.angle_deg)?;
+    Tolerance::new(length, angle.to_radians()).map_err(|error| {
+        let (key, number) = match error {
+            ToleranceError::Angle => ("angle_deg", &section.angle_deg),
+            _ => ("length_mm", &section.length_mm),
+        };
+        fault_at(input, number, key, error.to_string())
+            .with_remedy("if the tolerance is not known, delete the whole section [tolerance]")
+    })
+}
+
+fn noise(input: &InputText, section: &NoiseToml) -> Result<Noise<f64>, InputError> {
+    let position = finite(input, "position_mm", &section.position_mm)?;
+    let joint = finite(input, "joint_deg", &section.joint_deg)?;
+    Noise::new(position, joint.to_radians()).map_err(|error| {
+        let (key, number) = match error {
+            NoiseError::Joint => ("joint_deg", &section.joint_deg),
+            _ => ("position_mm", &section.position_mm),
+        };
+        fault_at(input, number, key, error.to_string())
+            .with_remedy("if the noise is not known, delete the whole section [noise]")
+    })
+}
+
+fn sensor_frame(
+    input: &InputText,
+    section: &Spanned<SensorFrameToml>,
+) -> Result<RigidTransform<f64>, InputError> {
+    let frame = section.as_ref();
+    let mut rotation = Matrix3::zeros();
+    let mut translation = Vector3::zeros();
+    for (i, row) in frame.rotation.iter().enumerate() {
+        for (j, number) in row.iter().enumerate() {
+            rotation[(i, j)] = finite(input, "rotation", number)?;
+        }
+        translation[i] = finite(input, "translation_mm", &frame.translation_mm[i])?;
+    }
+    let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
+    if !(off <= ROTATION_ERROR && rotation.determinant() > 0.0) {
+        let [[first, ..], ..] = &frame.rotation;
+        let cause = "the matrix is not a rotation: its rows must be orthogonal, of length 1, and \
+                     right-handed";
+        return Err(fault_at(input, first, "rotation", cause)
+            .with_remedy("delete [sensor_frame]; `calibrate --frame sensor` finds it again"));
+    }
+    Ok(RigidTransform {
+        rotation,
+        translation,
+    })
+}

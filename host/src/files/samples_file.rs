@@ -1,0 +1,163 @@
+//! The samples file: joint angles and measured positions, one row a pose.
+
+mod columns;
+mod records;
+mod row;
+
+pub use row::Row;
+
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::text::units::degrees;
+use columns::{Quantity, Table};
+use delta_cal::Sample;
+use delta_cal::kinematics::JointLimits;
+use nalgebra::Vector3;
+
+/// Degrees and millimetres that are all below this look like radians and metres…
+const OTHER_UNIT: f64 = 2.0;
+/// …if there are so many rows.
+const ROWS_TO_TELL_UNITS: usize = 8;
+
+/// What a samples file says: at least one sample.
+///
+/// The columns are `q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm`, or `_rad` and `_m`, in any order.
+/// Columns whose name begins with `_` are ignored. Lines that begin with `#` are comments.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SamplesFile {
+    /// The file's name, for messages.
+    pub name: String,
+    /// Joint angles in radians and positions in millimetres.
+    pub rows: Vec<Row<Sample<f64>>>,
+    /// Whether the header states the joint angles in degrees, all three.
+    pub in_degrees: bool,
+    /// Whether the header states the positions in millimetres, all three coordinates.
+    pub in_millimetres: bool,
+}
+
+impl SamplesFile {
+    /// Reads a samples file of a robot with these joint limits.
+    ///
+    /// # Errors
+    /// The first fault: a missing, unknown or doubled column, a short or long row, a number that
+    /// does not parse or is not finite, a joint angle more than 1° outside the limits, no rows.
+    pub fn read(input: &InputText, limits: &JointLimits<f64>) -> Result<Self, InputError> {
+        Self::read_within(input, Some(limits))
+    }
+
+    /// As [`read`](Self::read), whatever the joint angles.
+    pub(crate) fn read_any(input: &InputText) -> Result<Self, InputError> {
+        Self::read_within(input, None)
+    }
+
+    fn read_within(
+        input: &InputText,
+        limits: Option<&JointLimits<f64>>,
+    ) -> Result<Self, InputError> {
+        let table = Table::parse(input)?;
+        table.require(&Quantity::JOINTS)?;
+        table.require(&Quantity::COORDINATES)?;
+        let rows = table.rows(|row| {
+            Ok(Sample {
+                joints: match limits {
+                    Some(limits) => row.joints(limits)?,
+                    None => row.numbers(Quantity::JOINTS)?,
+                },
+                position: Vector3::from(row.numbers(Quantity::COORDINATES)?),
+            })
+        })?;
+        Ok(Self {
+            name: input.name().to_owned(),
+            rows,
+            in_degrees: table.in_usual_units(&Quantity::JOINTS),
+            in_millimetres: table.in_usual_units(&Quantity::COORDINATES),
+        })
+    }
+
+    /// Whether the numbers look like another unit than the header states, in words.
+    pub(crate) fn unit_hint(&self) -> Option<String> {
+        if self.rows.len() < ROWS_TO_TELL_UNITS {
+            return None;
+        }
+        let angles = self.rows.iter().flat_map(|row| row.value.joints);
+        let radians = self.in_degrees && angles.map(degrees).all(|q| q.abs() < OTHER_UNIT);
+        let positions = self
+            .rows
+            .iter()
+            .flat_map(|row| row.value.position.data.0[0]);
+        let metres = self.in_millimetres && positions.into_iter().all(|x| x.abs() < OTHER_UNIT);
+        let angles = "the joint angles are all below 2° and look like radians: then name their \
+                      columns q1_rad,q2_rad,q3_rad";
+        let positions = "the positions are all below 2 mm and look like metres: then name their \
+                         columns x_m,y_m,z_m";
+        match (radians, metres) {
+            (true, true) => Some(format!("{angles}; {positions}")),
+            (true, false) => Some(angles.to_owned()),
+            (false, true) => Some(positions.to_owned()),
+            (false, false) => None,
+        }
+    }
+
+    /// The fault of the sample at `index`, in its line.
+    pub(crate) fn fault(&self, index: usize, cause: impl Into<String>) -> InputError {
+        let error = InputError::new(&self.name, cause)
+            .with_remedy("check the row and the units in the header (_mm or _m, _deg or _rad)");
+        match self.rows.get(index) {
+            Some(row) => error.at_line(row.line),
+            None => error,
+        }
+    }
+}
+
+/// Reads the joint angles (radians) of a file; positions may be there too and are ignored.
+///
+/// # Errors
+/// As [`SamplesFile::read`].
+pub fn read_joints(
+    input: &InputText,
+    limits: &JointLimits<f64>,
+) -> Result<Vec<Row<[f64; 3]>>, InputError> {
+    let table = Table::parse(input)?;
+    table.require(&Quantity::JOINTS)?;
+    table.rows(|row| row.joints(limits))
+}
+
+/// Reads the positions (millimetres) of a file; joint angles may be there too and are not looked
+/// at.
+///
+/// # Errors
+/// As [`SamplesFile::read`].
+pub fn read_positions(input: &InputText) -> Result<Vec<Row<Vector3<f64>>>, InputError> {
+    let table = Table::parse(input)?;
+    table.require(&Quantity::COORDINATES)?;
+    table.rows(|row| row.numbers(Quantity::COORDINATES).map(Vector3::from))
+}
+
+/// What a row of a path says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Pose {
+    /// Joint angles, radians.
+    Joints([f64; 3]),
+    /// A position, mm.
+    Position(Vector3<f64>),
+}
+
+/// Reads the joint angles of a file that has them, otherwise its positions.
+///
+/// # Errors
+/// As [`SamplesFile::read`].
+pub(crate) fn read_poses(
+    input: &InputText,
+    limits: &JointLimits<f64>,
+) -> Result<Vec<Row<Pose>>, InputError> {
+    let table = Table::parse(input)?;
+    let joints = table.require(&Quantity::JOINTS);
+    if joints.is_err() && table.require(&Quantity::COORDINATES).is_ok() {
+        return table.rows(|row| {
+            let position = row.numbers(Quantity::COORDINATES).map(Vector3::from);
+            position.map(Pose::Position)
+        });
+    }
+    joints?;
+    table.rows(|row| row.joints(limits).map(Pose::Joints))
+}

@@ -1,0 +1,50 @@
+//! What a fit returns.
+
+use delta_cal::RobotOutcome;
+use nalgebra::SMatrix;
+
+/// A robot calibrated by either method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The robot and each arm's share of the result.
+    ///
+    /// Of the FKM method residual and noise are the whole robot's, in each coordinate of the
+    /// position; an arm's condition is the rms, over its parameters, of how much worse each is known
+    /// because the others are not.
+    pub fit: RobotOutcome<f64>,
+    /// Covariance of all 24 parameters, arm by arm: the arms' covariances are its diagonal blocks,
+    /// and all there is to it for the IKM method. `None` where theirs are.
+    pub covariance: Option<SMatrix<f64, 24, 24>>,
+}
+
+impl Outcome {
+    /// One σ of the measured position in each coordinate, mm, as the residuals have it: of the arms'
+    /// variances the mean, weighted with their degrees of freedom. `None` with a stated noise, or if
+    /// no sample is left over.
+    pub fn estimated_noise(&self) -> Option<f64> {
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for arm in &self.fit.arms {
+            if let Some(sigma) = arm.estimated_noise {
+                squares += arm.degrees_of_freedom * sigma * sigma;
+                freedom += arm.degrees_of_freedom;
+            }
+        }
+        (freedom > 0.0).then(|| (squares / freedom).sqrt())
+    }
+}
+
+impl From<RobotOutcome<f64>> for Outcome {
+    /// Three arms that know nothing of each other.
+    fn from(fit: RobotOutcome<f64>) -> Self {
+        let mut covariance = Some(SMatrix::zeros());
+        for (arm, outcome) in fit.arms.iter().enumerate() {
+            covariance = covariance.zip(outcome.covariance).map(
+                |(mut all, own): (SMatrix<f64, 24, 24>, _)| {
+                    all.fixed_view_mut::<8, 8>(8 * arm, 8 * arm).copy_from(&own);
+                    all
+                },
+            );
+        }
+        Self { fit, covariance }
+    }
+}

@@ -1,0 +1,167 @@
+//! What every HTML report has: one file that opens from disk, with everything it needs in it.
+
+use super::section::{Part, Section};
+use super::table::{Column, Table};
+use crate::render::plot::{Figure, PlotError};
+use crate::text::words::capitalised;
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
+
+const STYLE: &str = include_str!("page/style.css");
+
+/// A view that its own script draws from data within the page.
+pub(crate) struct View<'a> {
+    pub style: &'a str,
+    pub script: &'a str,
+    /// JSON that the script finds in the element of the id `data`.
+    pub data: &'a str,
+}
+
+/// The page around a report.
+pub(crate) fn render(title: &str, body: &Markup) -> String {
+    around(title, body, None)
+}
+
+/// The page around a report with a view that can be turned.
+pub(crate) fn render_with_view(title: &str, body: &Markup, view: &View) -> String {
+    around(title, body, Some(view))
+}
+
+fn around(title: &str, body: &Markup, view: Option<&View>) -> String {
+    let scripts = if view.is_some() {
+        "; script-src 'unsafe-inline'"
+    } else {
+        ""
+    };
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="generator" content={ "delta-cal " (env!("CARGO_PKG_VERSION")) };
+                meta http-equiv="Content-Security-Policy"
+                    content={ "default-src 'none'; style-src 'unsafe-inline'" (scripts) };
+                title { (title) }
+                style { (PreEscaped(STYLE)) @if let Some(view) = view { (PreEscaped(view.style)) } }
+            }
+            body {
+                main {
+                    (body)
+                    footer { "delta-cal " (env!("CARGO_PKG_VERSION")) }
+                }
+                @if let Some(view) = view {
+                    script #data type="application/json" { (PreEscaped(view.data)) }
+                    script { (PreEscaped(view.script)) }
+                }
+            }
+        }
+    };
+    page.into_string() + "\n"
+}
+
+/// A figure with what is to be seen in it.
+pub(crate) fn figure(figure: &Figure, caption: &str) -> Result<Markup, PlotError> {
+    let svg = figure.to_svg()?;
+    Ok(html! {
+        figure {
+            (PreEscaped(svg))
+            figcaption { (caption) }
+        }
+    })
+}
+
+/// A number to be seen first, and what there is to say of it.
+pub(crate) fn tile(name: &str, value: &str, note: &str) -> Markup {
+    html! {
+        div.tile {
+            div.name { (name) }
+            div.value { (value) }
+            div.was { (note) }
+        }
+    }
+}
+
+impl Render for Section {
+    fn render(&self) -> Markup {
+        html! {
+            section {
+                h2 { (self.title) }
+                @if !self.lead.is_empty() { p { (capitalised(&self.lead)) "." } }
+                @for part in &self.parts { (part) }
+            }
+        }
+    }
+}
+
+impl Render for Part {
+    fn render(&self) -> Markup {
+        html! {
+            @match self {
+                Self::Text(text) => p { (text) },
+                Self::Note(text) => p.note { (text) },
+                Self::Good(text) => p.good { (text) },
+                Self::Doubts(text, doubts) => div.doubtful {
+                    p { (text) }
+                    @if !doubts.is_empty() { ul { @for doubt in doubts { li { (doubt) } } } }
+                },
+                Self::List(items) => ul { @for item in items { li { (item) } } },
+                Self::Table(table) => (table),
+                Self::Page(markup) => (markup),
+            }
+        }
+    }
+}
+
+/// Tables of more columns are set smaller.
+const WIDE: usize = 8;
+
+impl Render for Table {
+    fn render(&self) -> Markup {
+        let rows: Vec<_> = (0..self.rows()).collect();
+        let group = self.group.unwrap_or(usize::MAX);
+        let table = html! {
+            table.wide[self.columns.len() > WIDE].groups[self.group.is_some()] {
+                @if self.has_headings() {
+                    thead { tr { @for column in &self.columns { (heading(column)) } } }
+                }
+                @for rows in rows.chunks(group) {
+                    tbody {
+                        @for row in rows {
+                            tr.outlying[self.standing_out.contains(row)] {
+                                @for (place, column) in self.columns.iter().enumerate() {
+                                    (cell(column, *row, place == 0))
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        };
+        match &self.folded {
+            Some((line, open)) => html! { details open[*open] { summary { (line) } (table) } },
+            None => table,
+        }
+    }
+}
+
+fn heading(column: &Column) -> Markup {
+    html! {
+        th.words[column.is_words()] {
+            @for (index, line) in column.heading.lines().enumerate() {
+                @if index > 0 { br; }
+                (line)
+            }
+        }
+    }
+}
+
+fn cell(column: &Column, row: usize, first: bool) -> Markup {
+    let cell = &column.cells[row];
+    html! {
+        @if first {
+            th scope="row" { (cell) }
+        } @else {
+            td.words[column.is_words()].much[column.standing_out.contains(&row)] { (cell) }
+        }
+    }
+}

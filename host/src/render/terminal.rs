@@ -1,0 +1,130 @@
+//! Reports on a terminal: plain lines of at most 100 columns, with colour as ANSI codes that the
+//! printer strips where they are not wanted.
+
+use super::section::{Part, Section};
+use super::table::{Column, Table};
+use anstyle::{AnsiColor, Style};
+use std::fmt::{self, Display, Formatter};
+
+const HEADING: Style = Style::new().bold();
+pub(crate) const GOOD: Style = AnsiColor::Green.on_default();
+pub(crate) const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
+const WIDTH: usize = 100;
+
+/// Sections, one after the other.
+pub(crate) fn text(sections: impl IntoIterator<Item = Section>) -> String {
+    let shown: Vec<_> = sections
+        .into_iter()
+        .map(|section| section.to_string())
+        .collect();
+    shown.join("\n")
+}
+
+impl Display for Section {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        let heading = match (self.title.as_str(), self.lead.as_str()) {
+            ("", lead) => lead.to_owned(),
+            (title, "") => title.to_owned(),
+            (title, lead) => format!("{title}: {lead}"),
+        };
+        if !heading.is_empty() {
+            writeln!(formatter, "{HEADING}{}{HEADING:#}", wrapped(&heading, ""))?;
+        }
+        self.parts.iter().try_for_each(|part| part.fmt(formatter))
+    }
+}
+
+impl Display for Part {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) | Self::Note(text) => writeln!(formatter, "{}", wrapped(text, "")),
+            Self::Good(text) => writeln!(formatter, "{GOOD}{}{GOOD:#}", wrapped(text, "")),
+            Self::Doubts(text, doubts) => {
+                writeln!(formatter, "{DOUBTFUL}{}{DOUBTFUL:#}", wrapped(text, ""))?;
+                list(formatter, doubts)
+            }
+            Self::List(items) => list(formatter, items),
+            Self::Table(table) => table.fmt(formatter),
+            Self::Page(_) => Ok(()),
+        }
+    }
+}
+
+fn list(formatter: &mut Formatter<'_>, items: &[String]) -> fmt::Result {
+    items
+        .iter()
+        .try_for_each(|item| writeln!(formatter, "  - {}", wrapped(item, "    ")))
+}
+
+/// Lines of at most [`WIDTH`] columns; all but the first begin with `indent`, and the first is
+/// expected behind as much.
+fn wrapped(text: &str, indent: &str) -> String {
+    let mut lines = String::new();
+    let mut column = indent.len();
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if column > indent.len() {
+            if column + 1 + length > WIDTH {
+                lines.push('\n');
+                lines.push_str(indent);
+                column = indent.len();
+            } else {
+                lines.push(' ');
+                column += 1;
+            }
+        }
+        lines.push_str(word);
+        column += length;
+    }
+    lines
+}
+
+impl Display for Table {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        let shown: Vec<_> = self
+            .columns
+            .iter()
+            .filter(|column| !column.only_in_page)
+            .map(|column| (column, width(column), column.is_words()))
+            .collect();
+        let line = |cell: &dyn Fn(&Column) -> String| {
+            let cells: Vec<_> = shown
+                .iter()
+                .map(|&(column, width, words)| {
+                    let cell = cell(column);
+                    if words {
+                        format!("{cell:<width$}")
+                    } else {
+                        format!("{cell:>width$}")
+                    }
+                })
+                .collect();
+            cells.join("  ").trim_end().to_owned()
+        };
+        let heads = self.columns.iter().map(|c| c.heading.lines().count()).max();
+        for above in (0..heads.unwrap_or(0)).rev() {
+            let heading = line(&|column| {
+                let mut from_below = column.heading.lines().rev();
+                from_below.nth(above).unwrap_or_default().to_owned()
+            });
+            writeln!(formatter, "{HEADING}{heading}{HEADING:#}")?;
+        }
+        let (most, where_else) = self.most.unwrap_or((usize::MAX, ""));
+        for row in 0..self.rows().min(most) {
+            if row > 0 && self.group.is_some_and(|rows| row.is_multiple_of(rows)) {
+                writeln!(formatter)?;
+            }
+            writeln!(formatter, "{}", line(&|column| column.cells[row].clone()))?;
+        }
+        match self.rows().saturating_sub(most) {
+            0 => Ok(()),
+            others => writeln!(formatter, "and {others} more; {where_else}"),
+        }
+    }
+}
+
+fn width(column: &Column) -> usize {
+    let cells = column.cells.iter().map(String::as_str);
+    let texts = cells.chain(column.heading.lines());
+    texts.map(|text| text.chars().count()).max().unwrap_or(0)
+}

@@ -1,0 +1,12 @@
+//! A [`CalibrationReport`](crate::calibration::report::CalibrationReport) for people and for programs.
+
+mod comparison;
+pub mod html;
+pub mod json;
+mod names;
+mod next;
+mod sections;
+pub mod stream;
+mod suspected;
+pub mod table;
+mod uncertain;

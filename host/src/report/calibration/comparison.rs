@@ -1,0 +1,46 @@
+//! Parameters before and after.
+
+use crate::calibration::report::CalibrationReport;
+use crate::text::units::{degrees, in_unit, unit};
+use delta_cal::Parameter;
+use delta_cal::robot::ParameterKind;
+
+/// One parameter before and after, in the unit of the reports.
+pub(super) struct Comparison {
+    /// 0, 1 or 2.
+    pub(super) arm: usize,
+    pub(super) parameter: Parameter,
+    pub(super) unit: &'static str,
+    pub(super) before: f64,
+    pub(super) after: f64,
+    pub(super) change: f64,
+    pub(super) sigma: Option<f64>,
+    pub(super) prior_share: f64,
+}
+
+/// All 24 parameters, arm by arm.
+pub(super) fn comparisons(report: &CalibrationReport) -> Vec<Comparison> {
+    let before = report.before.robot.arms().iter();
+    let arms = before.zip(&report.outcome.fit.arms).enumerate();
+    arms.flat_map(|(arm, (before, outcome))| {
+        Parameter::ALL.map(|parameter| {
+            let (from, to) = (before.get(parameter), outcome.arm.get(parameter));
+            let in_file = |value| match parameter.kind() {
+                ParameterKind::Length => value,
+                ParameterKind::Angle => degrees(value),
+            };
+            let sigma = outcome.standard_deviation(parameter);
+            Comparison {
+                arm,
+                parameter,
+                unit: unit(parameter),
+                before: in_file(from),
+                after: in_file(to),
+                change: in_unit(parameter, to - from),
+                sigma: sigma.map(|sigma| in_unit(parameter, sigma)),
+                prior_share: outcome.prior_share[parameter.index()],
+            }
+        })
+    })
+    .collect()
+}

@@ -1,0 +1,245 @@
+//! The report as one HTML file that opens from disk: everything it needs is in it.
+
+mod figures;
+mod poses;
+mod uncertainty;
+
+use super::names::solver_name;
+use super::next::advice;
+use super::suspected::{self, loss_name};
+use super::{sections, stream};
+use crate::accuracy::position_error::SampleErrors;
+use crate::accuracy::position_uncertainty::UncertaintyMap;
+use crate::calibration::report::CalibrationReport;
+use crate::fit::options::{CalibrationMethod, Frame};
+use crate::fit::outlier::OUTLIER;
+use crate::render::page::{self, figure, tile};
+use crate::render::plot::PlotError;
+use crate::render::section::{Part, Section};
+use crate::render::table::Table;
+use crate::text::numbers::{millimetres, small_or};
+use crate::text::units::degrees;
+use crate::text::words::count;
+use maud::{Markup, html};
+
+/// So many samples or fewer are shown without being asked for.
+const SHOWN: usize = 40;
+
+/// The whole report. `origin` says what the report itself cannot know: that the samples are
+/// simulated, or where the calibration was computed.
+///
+/// # Errors
+/// A figure that cannot be drawn; none is known.
+pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String, PlotError> {
+    let title = format!("Calibration of {}", report.before.name);
+    let mut parts: Vec<_> = suspected::section(report).into_iter().collect();
+    parts.extend(stream::sections(report));
+    parts.extend([
+        parameters(report)?,
+        residuals(report)?,
+        views(report)?,
+        conditions(report)?,
+    ]);
+    if let Some(map) = &report.uncertainty {
+        parts.push(uncertain(map)?);
+    }
+    let joints = figure(
+        &figures::joints(report),
+        "Joint angles of the samples within the joint limits.",
+    )?;
+    parts.push(
+        Section::new("What to measure next")
+            .part(Part::List(advice(report)))
+            .in_page(joints),
+    );
+    parts.extend(sections::sensor_frame(report));
+    let body = html! {
+        h1 { (title) }
+        (how(report, origin))
+        (tiles(report))
+        (sections::doubts(report))
+        @for part in &parts { (part) }
+    };
+    Ok(page::render(&title, &body))
+}
+
+fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
+    let options = &report.options;
+    html! {
+        p {
+            b { (report.before.name) } " from the " (count(report.samples, "sample")) " of "
+            b { (report.samples_file) }
+            @if report.distinct_poses < report.samples {
+                " (" (count(report.distinct_poses, "distinct pose")) ")"
+            }
+            ", measured in the "
+            (match options.frame { Frame::Base => "robot's", Frame::Sensor => "sensor's" })
+            " frame. "
+            (match options.method { CalibrationMethod::Ikm => "IKM method", CalibrationMethod::Fkm => "FKM method" })
+            ", " (solver_name(options.solver))
+            @if options.no_guess { ", without a guess" }
+            @if options.loss.is_some() { ", loss " (loss_name(options.loss)) }
+            ". "
+            @match &report.before.tolerance {
+                Some(tolerance) => {
+                    "Tolerance: " (tolerance.of(delta_cal::Parameter::Lb)) " mm and "
+                    (degrees(tolerance.of(delta_cal::Parameter::Theta))) "°. "
+                }
+                None => { "No tolerance stated. " }
+            }
+            @match &report.before.noise {
+                Some(noise) => {
+                    "Noise: " (noise.position()) " mm and "
+                    (degrees(noise.joint())) "°."
+                }
+                None => {
+                    "No noise is stated; with it this report would say whether the residuals are \
+                     credible."
+                    @if let Some(test) = &report.noise_test {
+                        " They say that it is " (test.estimate()) ", and the σ are from it."
+                    }
+                }
+            }
+        }
+        @if let Some(origin) = origin { p.origin { (origin) } }
+    }
+}
+
+fn tiles(report: &CalibrationReport) -> Markup {
+    let over_samples = |name: &str, before: f64, after: f64| {
+        let before = format!("before: {}", millimetres(before));
+        tile(name, &millimetres(after), &before)
+    };
+    let (before, after) = (&report.error_before, &report.error_after);
+    let (expected, note) = report.workspace.map_or_else(
+        || {
+            let unknown = "too few samples are left over to estimate it";
+            ("unknown".to_owned(), unknown.to_owned())
+        },
+        |comparison| {
+            let change = millimetres(comparison.change);
+            let note = format!("the calibration moves positions by {change} rms");
+            (millimetres(comparison.sigma), note)
+        },
+    );
+    html! {
+        div.tiles {
+            (over_samples("Position error over the samples, rms", before.rms, after.rms))
+            (over_samples("Position error over the samples, max", before.max, after.max))
+            (tile("Expected position error, one sigma over the workspace", &expected, &note))
+        }
+    }
+}
+
+fn parameters(report: &CalibrationReport) -> Result<Section, PlotError> {
+    let section = sections::parameters(report);
+    Ok(match figures::parameters(report) {
+        Some((changes, caption)) => section.after(figure(&changes, caption)?),
+        None => section,
+    })
+}
+
+fn residuals(report: &CalibrationReport) -> Result<Section, PlotError> {
+    let mut section = Section::new("Position error of each sample");
+    if let Some(residuals) = figures::residuals(report) {
+        let caption = format!(
+            "Distance between the measured position and the one computed from the joint angles; \
+             ringed: more than {OUTLIER:.0} times as far off as the median sample."
+        );
+        section = section.in_page(figure(&residuals, &caption)?);
+    }
+    if let Some(in_sigmas) = figures::residuals_in_sigmas(report) {
+        let noise = match report.before.noise {
+            Some(_) => "stated",
+            None => "estimated",
+        };
+        let caption = format!(
+            "The same after the calibration, in σ of the {noise} noise at each pose; 1 is expected. \
+             Beyond the upper line is one sample in three million, if the noise is right."
+        );
+        section = section.in_page(figure(&in_sigmas, &caption)?);
+    }
+    let section = section.table(sections::positions(report));
+    Ok(section.table(samples(report)))
+}
+
+fn samples(report: &CalibrationReport) -> Table {
+    let joint = |joint: usize| {
+        move |sample: &&SampleErrors| format!("{:.3}", degrees(sample.measured.joints[joint]))
+    };
+    let coordinate = |axis: usize| {
+        move |sample: &&SampleErrors| format!("{:.3}", sample.measured.position[axis])
+    };
+    Table::of(&report.sample_errors)
+        .column("line", |sample| sample.line)
+        .column("q1, °", joint(0))
+        .column("q2, °", joint(1))
+        .column("q3, °", joint(2))
+        .column("x, mm", coordinate(0))
+        .column("y, mm", coordinate(1))
+        .column("z, mm", coordinate(2))
+        .column("before, mm", |sample| {
+            small_or("out of reach", sample.before)
+        })
+        .column("after, mm", |sample| small_or("out of reach", sample.after))
+        .column_if(report.noise.is_some(), "after, σ", |sample| {
+            let sigmas = sample.after_in_sigmas;
+            sigmas.map_or_else(String::new, |sigmas| format!("{sigmas:.2}"))
+        })
+        .column("", |sample| {
+            if sample.weight.suspected {
+                "suspected"
+            } else if report.stands_out(sample) {
+                "stands out"
+            } else {
+                ""
+            }
+        })
+        .rows_standing_out(|sample| report.stands_out(sample))
+        .table()
+        .folded(
+            format!("All {} samples", report.samples),
+            report.samples <= SHOWN,
+        )
+}
+
+fn views(report: &CalibrationReport) -> Result<Section, PlotError> {
+    let views = poses::views(report);
+    let views = html! {
+        div.views { @for view in &views { (figure(&view.figure, view.caption)?) } }
+    };
+    Ok(Section::new("Poses").in_page(views).note(
+        "Measured positions in the robot's frame. Reachable: the convex hull of what the calibrated \
+         robot reaches within the joint limits.",
+    ))
+}
+
+fn conditions(report: &CalibrationReport) -> Result<Section, PlotError> {
+    let conditions = figure(
+        &figures::conditions(report),
+        "A condition below 100 is good. Beyond 1000 the \
+                                                   poses hardly distinguish some parameters.",
+    )?;
+    let section = sections::solution(report).after(conditions);
+    Ok(match (&report.before.noise, &report.noise_test) {
+        (Some(noise), Some(test)) => section.note(format!("Noise: {}.", test.found(noise))),
+        _ => section,
+    })
+}
+
+fn uncertain(map: &UncertaintyMap) -> Result<Section, PlotError> {
+    let (rms, max, at) = (map.sigma.rms, map.sigma.max, map.sigma.max_at);
+    let slices = html! {
+        p {
+            "One sigma of the position, from the covariance of the parameters, over all poses clear \
+            of singularities: " b { (millimetres(rms)) } " rms, " b { (millimetres(max)) }
+            (format!(" at worst, at x {:.0}, y {:.0}, z {:.0} mm.", at.x, at.y, at.z))
+        }
+        div.views {
+            @for (slice, caption) in uncertainty::slices(map) { (figure(&slice, &caption)?) }
+        }
+    };
+    Ok(Section::new("How uncertain the calibrated positions are")
+        .in_page(slices)
+        .note("Shades: one sigma of the position in mm, the same in all figures."))
+}

@@ -1,0 +1,199 @@
+//! The report for programs. Lengths in millimetres, angles in degrees; `null` where a figure is
+//! unknown.
+
+mod diagnosis;
+mod noise;
+
+use super::comparison::{Comparison, comparisons};
+use super::names::{solver_name, start_name, termination_name};
+use super::suspected::{self, loss_name};
+use crate::accuracy::position_error::PositionError;
+use crate::accuracy::position_uncertainty::{Plane, Slice, UncertaintyMap};
+use crate::calibration::error::CalibrateError;
+use crate::calibration::report::CalibrationReport;
+use crate::fit::options::Frame;
+use crate::render::json;
+use delta_cal::calibration::ArmOutcome;
+use serde_json::{Value, json};
+
+/// Changes whenever a field changes its name or meaning or is removed.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The report of a calibration.
+pub fn report(report: &CalibrationReport) -> Value {
+    let suspected = suspected::rows(report).into_iter();
+    let suspected = suspected.filter(|sample| sample.weight.suspected);
+    let suspected = suspected.map(|sample| {
+        json!({
+            "line": sample.line,
+            // These three as `error_after_sigma`, `error_after_mm` and `weight` of the sample.
+            "residual_sigma": sample.after_in_sigmas,
+            "residual_mm": sample.after,
+            "weight": sample.weight.weight,
+        })
+    });
+    let samples = report.sample_errors.iter().map(|sample| {
+        json!({
+            "line": sample.line,
+            // `null` if the parameters cannot reach the joint angles.
+            "error_before_mm": sample.before,
+            "error_after_mm": sample.after,
+            // The latter in σ of the stated noise, or else of the estimated, at this pose: the rms
+            // over three coordinates, 1 is expected; `null` if no noise is known.
+            "error_after_sigma": sample.after_in_sigmas,
+            // What the sample counted in the fit: 1 with the squared loss, 0 if it is suspected.
+            "weight": sample.weight.weight,
+        })
+    });
+    let contents = json!({
+        "robot_file": report.before.name,
+        "samples_file": report.samples_file,
+        // `ikm` or `fkm`.
+        "method": report.options.method.name(),
+        // `levenberg-marquardt` or `gauss-newton`.
+        "solver": solver_name(report.options.solver),
+        "frame": match report.options.frame {
+            Frame::Base => "base",
+            Frame::Sensor => "sensor",
+        },
+        // Whether the robot file was no guess.
+        "no_guess": report.options.no_guess,
+        // `squared`, `huber` or `tukey`.
+        "loss": loss_name(report.options.loss),
+        "sample_count": report.samples,
+        // The samples that a robust fit did not count, the farthest off first; they are no part of
+        // `position_error_mm`.
+        "suspected_samples": suspected.collect::<Vec<_>>(),
+        // What came of the samples because they came in an order.
+        "stream": super::stream::json(report),
+        "arms": arms(report),
+        // Distance between measured and computed positions over the samples.
+        "position_error_mm": {
+            "before": position_error(&report.error_before),
+            "after": position_error(&report.error_after),
+        },
+        // The same for every sample, in the file's order.
+        "samples": samples.collect::<Vec<_>>(),
+        // What the calibration means over a grid of poses within the joint limits; `null` if the
+        // uncertainty is unknown.
+        "workspace": report.workspace.map(|comparison| json!({
+            // Of the grid.
+            "poses": comparison.poses,
+            // rms standard deviation of the calibrated positions.
+            "position_sigma_mm": comparison.sigma,
+            // rms distance by which the calibration moved the positions.
+            "change_mm": comparison.change,
+        })),
+        "position_uncertainty": report.uncertainty.as_ref().map(uncertainty),
+        // X_sensor = rotation · X_robot + translation_mm; `null` with `--frame base`.
+        "sensor_frame": report.after.sensor_frame.map(|frame| json!({
+            // Row by row.
+            "rotation": frame.rotation.transpose().data.0,
+            "translation_mm": frame.translation.data.0[0],
+        })),
+        // What the residuals say of the noise; `null` if no sample is left over.
+        "noise": report.noise_test.as_ref().map(|test| noise::json(test, report.before.noise.as_ref())),
+        // What would explain the samples better; `null` if nothing is wrong with them as a whole.
+        "diagnosis": report.diagnosis.as_ref().map(diagnosis::json),
+        // Anything doubtful, in plain words.
+        "warnings": report.warnings,
+    });
+    json::report(SCHEMA_VERSION, contents)
+}
+
+/// A calibration that is refused.
+pub fn refusal(error: &CalibrateError) -> Value {
+    let contents = json!({
+        // Why there is no calibration.
+        "refused": error.to_string(),
+        // What to do next.
+        "remedy": error.remedy().unwrap_or_default(),
+        // What would explain the samples; `null` if nothing is wrong with them as a whole, or
+        // nothing explains it.
+        "diagnosis": error.diagnosis.as_deref().map(diagnosis::json),
+    });
+    json::report(SCHEMA_VERSION, contents)
+}
+
+fn arms(report: &CalibrationReport) -> Vec<Value> {
+    let parameters = comparisons(report);
+    let arms = report.outcome.fit.arms.iter().zip(parameters.chunks(8));
+    let stated_noise = report.before.noise.is_some();
+    arms.map(|(outcome, parameters)| arm(outcome, parameters, stated_noise))
+        .collect()
+}
+
+fn arm(outcome: &ArmOutcome<f64>, parameters: &[Comparison], stated_noise: bool) -> Value {
+    let number = parameters.first().map(|parameter| parameter.arm + 1);
+    let parameters = parameters.iter().map(|c| {
+        json!({
+            "symbol": c.parameter.symbol(),
+            // `mm` or `deg`.
+            "unit": c.unit,
+            "before": c.before,
+            "after": c.after,
+            "change": c.change,
+            // One standard deviation.
+            "sigma": c.sigma,
+            // The part, 0 to 1, that the stated tolerance decided and not the samples.
+            "prior_share": c.prior_share,
+        })
+    });
+    json!({
+        // 1, 2 or 3.
+        "arm": number,
+        // All eight, in the order Dx, Dy, Dz, theta, alpha, La_x, La_y, Lb.
+        "parameters": parameters.collect::<Vec<_>>(),
+        // Condition number of the scaled problem, 1 at best.
+        "condition": outcome.condition,
+        // rms of the residuals; the whole robot's with `fkm`.
+        "residual": outcome.residual_rms,
+        // σ of the stated noise, or mm without one: along the forearm (`ikm`), in each coordinate
+        // of the position (`fkm`).
+        "residual_unit": if stated_noise { "sigma" } else { "mm" },
+        // One σ, of the same, estimated from the residuals; `null` with a stated noise.
+        "estimated_noise_mm": outcome.estimated_noise,
+        // Samples less the parameters that they and not the tolerance determine.
+        "degrees_of_freedom": outcome.degrees_of_freedom,
+        // Linearisations.
+        "iterations": outcome.iterations,
+        // `converged` or `rounding limit`.
+        "termination": termination_name(outcome.termination),
+        // `robot file`, `without a guess`, `search` or `IKM solution`.
+        "start": start_name(outcome.start),
+    })
+}
+
+fn position_error(error: &PositionError) -> Value {
+    json!({
+        // √ of the mean square; `null` if no sample is reachable.
+        "rms": error.rms,
+        "max": error.max,
+        // The line in the samples file of the sample that has it.
+        "max_at_line": error.max_at_line,
+        // Samples left out because the geometry cannot reach their joint angles.
+        "unreachable": error.unreachable,
+    })
+}
+
+/// One σ of the calibrated positions, √tr of their covariance, place by place, where the robot is
+/// clear of singularities.
+fn uncertainty(map: &UncertaintyMap) -> Value {
+    let slice = |slice: &Slice| {
+        let (rms, max) = slice.rms_and_max()?;
+        let z = match slice.plane {
+            Plane::Horizontal(z) => Some(z),
+            Plane::Vertical => None,
+        };
+        // `z_mm` is `null` for the vertical plane at y = 0.
+        Some(json!({ "z_mm": z, "rms_mm": rms, "max_mm": max }))
+    };
+    json!({
+        // Over a grid of joint angles.
+        "rms_mm": map.sigma.rms,
+        "max_mm": map.sigma.max,
+        "max_at_mm": map.sigma.max_at.data.0[0],
+        // Planes through the workspace, each over a grid of positions in it.
+        "slices": map.slices.iter().filter_map(slice).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,5 @@
+//! Numbers and lists in sentences.
+
+pub(crate) mod numbers;
+pub(crate) mod units;
+pub(crate) mod words;

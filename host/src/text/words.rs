@@ -1,0 +1,61 @@
+//! Numbers in sentences.
+
+use delta_cal::Parameter;
+use delta_cal::robot::ParameterKind;
+
+/// "1 sample", "2 samples".
+pub(crate) fn count(number: usize, singular: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {singular}{plural}")
+}
+
+/// With a large first letter.
+pub(crate) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+/// "a", "a and b", "a, b and c".
+pub(crate) fn list(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// Lines that a sentence names.
+const LINES_NAMED: usize = 8;
+
+/// "line 7", "lines 7 and 9", "lines 7, 9, ... and 24 (and 3 more)".
+pub(crate) fn in_lines(lines: &[u64]) -> String {
+    let named = lines.iter().take(LINES_NAMED).map(u64::to_string);
+    let others = match lines.len().saturating_sub(LINES_NAMED) {
+        0 => String::new(),
+        others => format!(" (and {others} more)"),
+    };
+    let noun = if lines.len() == 1 { "line" } else { "lines" };
+    format!("{noun} {}{others}", list(&named.collect::<Vec<_>>()))
+}
+
+/// Millimetres or degrees, of a parameter in millimetres or radians.
+pub(crate) fn in_file_units(parameter: Parameter, value: f64) -> String {
+    match parameter.kind() {
+        ParameterKind::Length => format!("{value:.3} mm"),
+        ParameterKind::Angle => format!("{:.3}°", value.to_degrees()),
+    }
+}
+
+/// The number that a text like `-12,5` means.
+pub(crate) fn decimal_comma(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    let (whole, fraction) = text.split_once(',')?;
+    let unsigned = whole.trim_start_matches(['-', '+']);
+    if !(digits(unsigned) && fraction.starts_with(|c: char| c.is_ascii_digit())) {
+        return None;
+    }
+    format!("{whole}.{fraction}").parse().ok()
+}

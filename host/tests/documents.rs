@@ -1,0 +1,103 @@
+//! What the documents show of the command is what it prints.
+
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use support::Folder;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The README and every page of `docs`.
+fn pages() -> Vec<(String, String)> {
+    let docs = std::fs::read_dir(root().join("docs")).unwrap();
+    let pages = docs.map(|entry| entry.unwrap().path());
+    pages
+        .filter(|path| path.extension().is_some_and(|end| end == "md"))
+        .chain([root().join("README.md")])
+        .map(|path| {
+            let text = std::fs::read_to_string(&path).unwrap();
+            (path.display().to_string(), text)
+        })
+        .collect()
+}
+
+/// The contents of the fenced blocks of a kind.
+fn blocks<'a>(page: &'a str, kind: &str) -> Vec<&'a str> {
+    let opening = format!("```{kind}\n");
+    let mut blocks = Vec::new();
+    for part in page.split(&opening).skip(1) {
+        blocks.push(part.split("```").next().unwrap());
+    }
+    blocks
+}
+
+fn words(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A folder as the documents assume it: the robot file of the README, measurements, the repository's
+/// examples.
+fn folder(readme: &str) -> Folder {
+    let folder = Folder::new();
+    folder.write("robot.toml", blocks(readme, "toml")[0]);
+    std::fs::create_dir(folder.path("host")).unwrap();
+    std::os::unix::fs::symlink(root().join("host/examples"), folder.path("host/examples")).unwrap();
+    folder
+}
+
+/// The standard output and then the standard error of the commands.
+fn printed(folder: &Folder, commands: &str) -> String {
+    let program = Path::new(env!("CARGO_BIN_EXE_delta-cal"));
+    let path = std::env::var("PATH").unwrap();
+    let path = format!("{}:{path}", program.parent().unwrap().display());
+    let run = Command::new("sh")
+        .args(["-c", commands])
+        .env("PATH", path)
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap();
+    let mut text = String::from_utf8(run.stdout).unwrap();
+    text.push_str(&String::from_utf8(run.stderr).unwrap());
+    text
+}
+
+/// Every `console` block: its commands print what stands below them, `…` standing for anything, and
+/// however the lines are broken.
+#[test]
+fn documents_show_what_the_commands_print() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let (mut compared, mut wrong) = (0, String::new());
+    for (page, text) in pages() {
+        for block in blocks(&text, "console") {
+            let folder = folder(&readme);
+            let (commands, shown): (Vec<_>, Vec<_>) =
+                block.lines().partition(|line| line.starts_with("$ "));
+            let commands: Vec<_> = commands.iter().map(|line| &line[2..]).collect();
+            let printed = words(&printed(&folder, &commands.join("\n")));
+            let mut rest = printed.as_str();
+            for part in shown.join("\n").split('…').map(words) {
+                match rest.split_once(&part) {
+                    Some((_, after)) => rest = after,
+                    None => writeln!(wrong, "{page} shows\n{part}\nof\n{printed}\n").unwrap(),
+                }
+            }
+            compared += 1;
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+    assert!(compared >= 5, "{compared}");
+}
+
+/// The README is a front page, and stays one.
+#[test]
+fn the_readme_has_at_most_200_lines() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    assert!(readme.lines().count() <= 200);
+}

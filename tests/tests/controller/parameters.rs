@@ -1,0 +1,211 @@
+//! What is in use: applied, gone back from, and kept over restarts.
+
+use crate::driver::{Driver, Flash, arms, on_the_host, samples};
+use delta_cal_protocol::{Fault, Origin, Phase, Request, Response, RevertTo, fingerprint};
+use delta_cal_tests::paper_robot;
+
+#[test]
+fn only_the_result_that_is_meant_is_applied() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let nominal = arms(&paper_robot::<f32>());
+    let fingerprint = driver.solved(9, &samples(8, 20));
+    let other = Request::Apply {
+        session: 9,
+        fingerprint: fingerprint ^ 1,
+        from: 0,
+    };
+    assert_eq!(
+        driver.fault(&other),
+        Fault::OtherParameters { there: fingerprint }
+    );
+    assert_eq!(driver.parameters().arms, nominal);
+    assert_eq!(driver.parameters().origin, Origin::Nominal);
+    assert!(driver.controller.take_switch().is_none());
+
+    let applied = driver.apply(9, fingerprint);
+    let Response::Parameters(parameters) = applied else {
+        panic!("{applied:?}")
+    };
+    assert_eq!(parameters.origin, Origin::Calibration);
+    assert_eq!(self::fingerprint(&parameters.arms), fingerprint);
+    let switch = driver.controller.take_switch().expect("new parameters");
+    assert_eq!(switch.fingerprint, fingerprint);
+    assert_eq!(arms(&switch.robot), parameters.arms);
+    assert_eq!(driver.parameters(), parameters);
+
+    // Again: the same answer, and nothing happens.
+    assert_eq!(driver.apply(9, fingerprint), applied);
+    assert!(driver.controller.take_switch().is_none());
+}
+
+#[test]
+fn a_calibration_is_expressed_against_nominal_whatever_is_current() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let (first, second) = (samples::<f32>(8, 20), samples::<f32>(11, 20));
+    let fingerprint = driver.solved(9, &first);
+    driver.apply(9, fingerprint);
+    let expected = on_the_host(&second).solve().expect("a calibration");
+    assert_eq!(
+        driver.solved(10, &second),
+        self::fingerprint(&arms(&expected.robot))
+    );
+}
+
+#[test]
+fn a_refused_calibration_changes_nothing() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let fingerprint = driver.solved(9, &samples(8, 20));
+    driver.apply(9, fingerprint);
+    let before = driver.parameters();
+    driver.controller.take_switch();
+    let mut reversed = samples::<f32>(12, 40);
+    for sample in &mut reversed {
+        sample.joints[0] = -sample.joints[0];
+    }
+    assert!(matches!(
+        driver.calibrate(10, &reversed),
+        Phase::CalibrationRefused { samples: 40, .. }
+    ));
+    for fingerprint in [0, fingerprint] {
+        let apply = Request::Apply {
+            session: 10,
+            fingerprint,
+            from: before.generation,
+        };
+        assert_eq!(driver.fault(&apply), Fault::NoOutcome);
+    }
+    assert_eq!(driver.parameters(), before);
+    assert!(driver.controller.take_switch().is_none());
+}
+
+/// Two calibrations, one applied after the other; their fingerprints.
+fn applied_twice() -> (Driver<f32, Flash>, [u32; 2]) {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let fingerprints = [(1, 8), (2, 9)].map(|(session, robot)| {
+        let fingerprint = driver.solved(session, &samples(robot, 20));
+        driver.apply(session, fingerprint);
+        fingerprint
+    });
+    (driver, fingerprints)
+}
+
+#[test]
+fn going_back_needs_the_number_of_what_is_there() {
+    let (mut driver, [first, second]) = applied_twice();
+    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let mut in_use = second;
+    for (to, there, origin) in [
+        (RevertTo::Previous, first, Origin::Calibration),
+        (RevertTo::Nominal, nominal, Origin::Nominal),
+        // What was in use before the last calibration was applied.
+        (RevertTo::Previous, first, Origin::Calibration),
+    ] {
+        let from = driver.parameters().generation;
+        for wrong in [from.wrapping_sub(1), from + 1] {
+            let fault = driver.fault(&Request::Revert { from: wrong, to });
+            assert_eq!(fault, Fault::OtherParameters { there: in_use });
+        }
+        driver.controller.take_switch();
+        let reverted = driver.ask(&Request::Revert { from, to });
+        let Response::Parameters(parameters) = reverted else {
+            panic!("{reverted:?}")
+        };
+        assert_eq!(fingerprint(&parameters.arms), there);
+        assert_eq!(parameters.origin, origin);
+        let switch = driver.controller.take_switch().expect("new parameters");
+        assert_eq!(switch.fingerprint, there);
+        in_use = there;
+    }
+}
+
+/// The help says so, and after a broken link the advice is to start again.
+#[test]
+fn going_back_twice_is_going_back_once() {
+    for to in [RevertTo::Previous, RevertTo::Nominal] {
+        let (mut driver, [_, second]) = applied_twice();
+        let from = driver.parameters().generation;
+        let once = driver.revert(to);
+        assert!(matches!(once, Response::Parameters(_)), "{once:?}");
+        assert_ne!(driver.controller.current().fingerprint, second);
+        driver.controller.take_switch();
+        // Asked for once more, and the same request again whose answer was lost.
+        assert_eq!(driver.revert(to), once);
+        assert_eq!(driver.ask(&Request::Revert { from, to }), once);
+        assert!(driver.controller.take_switch().is_none());
+        let mut driver = Driver::<f32, _>::start(driver.controller.into_flash());
+        assert_eq!(driver.revert(to), once);
+    }
+}
+
+/// A link may hold a request back and deliver it when everybody has forgotten it, also when the parameters
+/// that it was to replace are in use again.
+#[test]
+fn requests_that_come_late_change_nothing() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let result = driver.solved(1, &samples(8, 20));
+    let nominal = driver.controller.current().fingerprint;
+    let apply = Request::Apply {
+        session: 1,
+        fingerprint: result,
+        from: driver.parameters().generation,
+    };
+    let applied = driver.ask(&apply);
+    assert_eq!(driver.ask(&apply), applied);
+    let revert = Request::Revert {
+        from: driver.parameters().generation,
+        to: RevertTo::Previous,
+    };
+    let reverted = driver.ask(&revert);
+    let late = driver.fault(&apply);
+    assert_eq!(late, Fault::OtherParameters { there: nominal });
+    let before = driver.parameters();
+    assert_eq!(Response::Parameters(before), reverted);
+    assert_eq!(before.origin, Origin::Nominal);
+    // Applied after all: now the revert comes again.
+    driver.apply(1, result);
+    assert_eq!(driver.controller.current().fingerprint, result);
+    let late = driver.fault(&revert);
+    assert_eq!(late, Fault::OtherParameters { there: result });
+    assert_eq!(driver.controller.current().fingerprint, result);
+}
+
+/// Between the look at a result and its use somebody else has changed what is in use.
+#[test]
+fn a_result_replaces_only_what_it_was_compared_with() {
+    let (mut driver, [_, second]) = applied_twice();
+    let result = driver.solved(3, &samples(10, 20));
+    let from = driver.parameters().generation;
+    driver.revert(RevertTo::Nominal);
+    driver.revert(RevertTo::Previous);
+    let there = driver.controller.current().fingerprint;
+    assert!(there != second && there != result);
+    let request = Request::Apply {
+        session: 3,
+        fingerprint: result,
+        from,
+    };
+    assert_eq!(driver.fault(&request), Fault::OtherParameters { there });
+    assert_eq!(driver.controller.current().fingerprint, there);
+}
+
+#[test]
+fn a_restart_in_a_session_keeps_the_parameters_and_says_that_the_session_is_gone() {
+    let mut flash = Flash::new();
+    let mut driver = Driver::<f32, _>::start(&mut flash);
+    let first = driver.solved(1, &samples(8, 20));
+    driver.apply(1, first);
+    let before = driver.parameters();
+    let more = samples::<f32>(9, 20);
+    driver.begin(2);
+    for (index, sample) in (0..).zip(&more[..11]) {
+        driver.sample(2, index, sample);
+    }
+
+    let mut driver = Driver::<f32, _>::start(&mut flash);
+    assert_eq!(driver.parameters(), before);
+    assert_eq!(driver.controller.current().fingerprint, first);
+    let sample = crate::driver::message(2, 11, &more[11]);
+    assert_eq!(driver.fault(&sample), Fault::NoSession);
+    let expected = on_the_host(&more).solve().expect("a calibration");
+    assert_eq!(driver.solved(2, &more), fingerprint(&arms(&expected.robot)));
+}

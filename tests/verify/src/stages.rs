@@ -98,6 +98,11 @@ pub(crate) const QUICK: &[Stage] = &[
     FORMAT,
     STRUCTURE,
     Stage {
+        name: "pages",
+        about: "links and code blocks of every page",
+        run: docs::pages,
+    },
+    Stage {
         name: "clippy",
         about: "clippy on the host",
         run: clippy,

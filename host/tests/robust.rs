@@ -44,9 +44,11 @@ fn wrong_rows_are_named_by_line_with_residual_and_weight() {
         spoilt(&folder, tolerance);
         for how in ["", "--method fkm", "--solver gn", "--frame sensor"] {
             for loss in ["tukey", "huber"] {
+                // The page takes a second, and is the same however the fit was made.
+                let paged = how.is_empty();
+                let page = if paged { "--report report.html" } else { "" };
                 let run = folder.run(&format!(
-                    "calibrate robot.toml samples.csv --loss {loss} {how} --json report.json \
-                     --report report.html"
+                    "calibrate robot.toml samples.csv --loss {loss} {how} --json report.json {page}"
                 ));
                 assert_eq!(run.code, 0, "{how} {loss}: {}", run.stderr);
                 let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
@@ -57,6 +59,9 @@ fn wrong_rows_are_named_by_line_with_residual_and_weight() {
                     assert!(row["residual_sigma"].as_f64().unwrap() > 4.685);
                 }
                 assert!(run.stdout.contains("8 of 40 samples suspected"));
+                if !paged {
+                    continue;
+                }
                 let page = folder.read("report.html");
                 assert!(page.contains("Suspected samples"), "{how} {loss}");
                 for (line, ..) in WRONG {

@@ -1,5 +1,21 @@
 //! Figures that a document states and a test prints are the same.
 
+use crate::is_long;
+
+/// As [`print_documented`], of a campaign that has a short size: the document states what the long one
+/// gives.
+///
+/// # Panics
+/// In the long campaign, if the document does not state it.
+#[track_caller]
+pub fn print_campaign(page: &str, line: &str) {
+    if is_long() {
+        print_documented(page, line);
+    } else {
+        println!("{line}");
+    }
+}
+
 /// Prints a row or a sentence that a document of this project states; wherever the document breaks
 /// its lines.
 ///

@@ -32,6 +32,17 @@ pub fn paper_limits<T: Real>() -> JointLimits<T> {
     .expect("the limits are valid")
 }
 
+/// The size of a campaign: the short one finds what the campaign is there for; `cargo verify long` runs
+/// the long one, whose figures stand in the documents.
+pub fn size<T>(short: T, long: T) -> T {
+    if is_long() { long } else { short }
+}
+
+/// Whether campaigns have their full size.
+pub fn is_long() -> bool {
+    std::env::var("DELTA_CAL_CAMPAIGNS").is_ok_and(|size| size == "long")
+}
+
 /// A generator for one robot of one campaign; campaigns do not share streams.
 pub fn generator(campaign: u64, robot: u64) -> Pcg32 {
     Pcg32::seed_from_u64(campaign.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ robot)

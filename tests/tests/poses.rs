@@ -11,8 +11,8 @@ use delta_cal_host::planning::poses::{Criterion, PlanRequest, length, plan};
 use delta_cal_host::{CalibrationMethod, RobotFile};
 use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{
-    Spread, generator, largest_difference, paper_limits, paper_robot, parameter_differences,
-    perturbed,
+    Spread, generator, is_long, largest_difference, paper_limits, paper_robot,
+    parameter_differences, perturbed,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -128,8 +128,13 @@ fn median_of_random(
 /// Whatever the noise is made of, for both methods and with several seeds. A document shows some of it.
 #[test]
 fn twelve_planned_poses_are_as_good_as_sixty_random_and_twenty_three_times_better_than_twenty() {
+    // The document's, and the noise and method that are least like it.
+    let short = [(METHODS[0], NOISES[1]), (METHODS[1], NOISES[3])];
     for method in METHODS {
         for level in NOISES {
+            if !is_long() && !short.contains(&(method, level)) {
+                continue;
+            }
             let noise = noise(level);
             let file = paper_file(noise, None);
             println!(

@@ -15,14 +15,12 @@ use delta_cal_host::device::{
 use delta_cal_host::files::example;
 use delta_cal_host::{Options, RobotFile, SamplesFile};
 use delta_cal_protocol::{Origin, ParameterSet, Phase, RevertTo, fingerprint};
+use delta_cal_tests::size;
 use device::Cut;
 use link::{Bench, Harm, Harms, Link, WAYS, Way};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
-
-/// Bits that are flipped in a byte: one, several, all; and any that make it a delimiter.
-const MASKS: [u8; 4] = [0x01, 0x80, 0x5a, 0xff];
 
 /// A damaged link needs many attempts, and nothing here takes time.
 const PATIENCE: Patience = Patience {
@@ -123,13 +121,29 @@ fn assert_nothing_else_used<T: Number>(bench: &Rc<RefCell<Bench<T>>>, expected: 
     assert!(used.iter().all(|set| known.contains(set)), "{used:?}");
 }
 
+/// What becomes of a byte.
+const HARMS: [Harm; 8] = [
+    Harm::Dropped,
+    Harm::Duplicated,
+    Harm::Flipped(0x01),
+    Harm::Flipped(0x80),
+    Harm::Flipped(0x5a),
+    Harm::Flipped(0xff),
+    Harm::Preceded(0),
+    Harm::Preceded(0x80),
+];
+
+/// Every byte of the session is harmed, in one of the ways: the forty frames of samples have the same
+/// bytes, so that each of them is harmed in each way. The long campaign harms every byte in every way.
 fn every_byte<T: Number>(harms: &[Harm]) {
     let files = example::load().unwrap();
     let (expected, bytes, _) = undisturbed::<T>(&files);
+    let ways = size(HARMS.len(), 1);
     let mut faults = 0;
     for (way, count) in WAYS.into_iter().zip(bytes) {
-        for index in 0..count {
-            for harm in harms {
+        for harm in harms {
+            let number = HARMS.iter().position(|other| other == harm).unwrap();
+            for index in (number % ways..count).step_by(ways) {
                 let (outcome, bench) = run::<T>(Harms::One(way, index, *harm), None, 1, &files);
                 let what = format!("{harm:?}, byte {index} {way:?}");
                 assert_eq!(bench.borrow().harmed, 1, "{what}");
@@ -145,27 +159,22 @@ fn every_byte<T: Number>(harms: &[Harm]) {
         "{harms:?}: {faults} sessions, each with one fault, in one of {to_device} bytes to the \
          controller and {to_client} from it; all came out the same"
     );
-    assert_eq!(faults, (to_device + to_client) * harms.len());
+    assert!(faults * ways + 2 * ways * harms.len() >= (to_device + to_client) * harms.len());
 }
 
 #[test]
-fn every_byte_dropped_once() {
-    every_byte::<f32>(&[Harm::Dropped]);
-}
-
-#[test]
-fn every_byte_duplicated_once() {
-    every_byte::<f32>(&[Harm::Duplicated]);
+fn every_byte_dropped_or_duplicated_once() {
+    every_byte::<f32>(&HARMS[..2]);
 }
 
 #[test]
 fn every_byte_flipped_once() {
-    every_byte::<f32>(&MASKS.map(Harm::Flipped));
+    every_byte::<f32>(&HARMS[2..6]);
 }
 
 #[test]
 fn every_byte_turned_into_a_delimiter_or_preceded_by_one() {
-    every_byte::<f32>(&[Harm::Preceded(0), Harm::Preceded(0x80)]);
+    every_byte::<f32>(&HARMS[6..]);
 }
 
 fn controller_restarts<T: Number>() {
@@ -227,9 +236,10 @@ fn client_restarted_at_every_request() {
 fn random_faults_at_several_rates() {
     let files = example::load().unwrap();
     let (expected, ..) = undisturbed::<f32>(&files);
+    let sessions = size(25, 100);
     for parts_per_million in [300, 1000, 3000, 6000] {
         let mut faults = 0;
-        for seed in 0..100 {
+        for seed in 0..sessions {
             let harms = Harms::random(parts_per_million, seed);
             let (outcome, bench) = run::<f32>(harms, None, seed, &files);
             let what = format!("{parts_per_million} in a million, seed {seed}");
@@ -239,7 +249,7 @@ fn random_faults_at_several_rates() {
             faults += bench.borrow().harmed;
         }
         println!(
-            "{parts_per_million} faults in a million bytes: 100 sessions, {faults} faults; all \
+            "{parts_per_million} faults in a million bytes: {sessions} sessions, {faults} faults; all \
              came out the same"
         );
     }

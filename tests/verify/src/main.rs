@@ -23,7 +23,7 @@ Runs every check, in stages; all failures are collected and summed up at the end
 
 Usage: cargo verify [quick | STAGE...]
 
-  quick       a minute: format, structure, clippy on the host, unit tests of core and host
+  quick       a minute: format, structure, links, clippy on the host, unit tests
   STAGE...    run only these, in the order given
   --list      list the stages
   --help      print this

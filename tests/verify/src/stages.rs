@@ -98,6 +98,11 @@ pub(crate) const QUICK: &[Stage] = &[
     FORMAT,
     STRUCTURE,
     Stage {
+        name: "pages",
+        about: "links and code blocks of every page",
+        run: docs::pages,
+    },
+    Stage {
         name: "clippy",
         about: "clippy on the host",
         run: clippy,
@@ -162,8 +167,8 @@ fn lint(check: &mut Check) {
 }
 
 fn units(check: &mut Check) {
-    // Of core, protocol and host. The same packages as for all tests, so that nothing is built twice.
-    check.chosen_tests(3, "cargo test --lib");
+    // Of core and host. The same packages as for all tests, so that nothing is built twice.
+    check.chosen_tests(2, "cargo test --lib");
 }
 
 fn tests(check: &mut Check) {

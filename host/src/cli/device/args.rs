@@ -7,15 +7,17 @@ use std::path::PathBuf;
 const DEVICE_EXIT_CODES: &str = "\
 Exit codes:
     0  done
-    1  the measurements cannot calibrate this robot (refused), or verify found a difference
+    1  the measurements cannot calibrate this robot (refused), or verify found a
+       difference
     2  the command line is wrong
     3  an input file is wrong, or another robot's
     4  a file could not be written
     5  the controller, the link to it or its emulation failed
   130  ended by Ctrl-C
-If refused, and with 2, 3, 5 and 130, no output file is written or changed. The controller keeps its
-parameters until --apply or revert asks it for others. If the link breaks after that, or Ctrl-C ends
-the command, the controller may use the others; the error says so, and status shows which are in use.
+
+After a refusal, and with exit codes 2, 3, 5 and 130, no output file is written or changed. The controller \
+keeps its parameters until --apply or revert asks it for others. If the link breaks after that, or Ctrl-C \
+ends the command, the controller may use the others; the error says so, and status shows which are in use. \
 The same command may be given again: it changes nothing that is done already.";
 
 const DEVICE_HELP: &str = "\
@@ -60,7 +62,7 @@ Examples:
   delta-cal device --port /dev/ttyACM0 parameters robot.toml --output now.toml";
 
 const REVERT_HELP: &str = "\
-Given again, revert changes nothing: a calibration that was rejected does not come back. To use it
+Given again, revert changes nothing: a calibration that was rejected does not come back. To use it \
 after all, apply it again with calibrate --apply.
 
 Examples:

@@ -13,10 +13,10 @@ Exit codes:
     4  a file could not be written
     5  the controller, the link to it or its emulation failed
   130  ended by Ctrl-C
-If refused, and with 2, 3, 5 and 130, no output file is written or changed. The controller keeps its
-parameters until --apply or revert asks it for others. If the link breaks after that, or Ctrl-C ends
-the command, the controller may use the others; the error says so, and status shows which are in use.
-The same command may be given again: it changes nothing that is done already.";
+If refused, and with 2, 3, 5 and 130, no output file is written or changed. The controller keeps
+its parameters until --apply or revert asks it for others. If the link breaks after that, or Ctrl-C
+ends the command, the controller may use the others. The error says so, and status shows which are
+in use. The same command may be given again: it changes nothing that is done already.";
 
 const DEVICE_HELP: &str = "\
 The port is where the controller is:
@@ -109,7 +109,7 @@ pub(super) enum DeviceCommand {
     /// Send measurements, let the controller calibrate itself, show what came out
     #[command(after_help = format!("{CALIBRATE_HELP}\n\n{DEVICE_EXIT_CODES}"))]
     Calibrate(CalibrateArguments),
-    /// What the controller is doing, its control loop and its link
+    /// What the controller is doing, whether its last result is in use, and its control loop and link
     Status(StatusArguments),
     /// The geometry that the controller uses, as a robot file
     #[command(after_help = format!("{PARAMETERS_HELP}\n\n{DEVICE_EXIT_CODES}"))]

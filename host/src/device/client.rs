@@ -121,15 +121,18 @@ impl<L: Transport> Client<L> {
         let frame = encode(Direction::Request, self.sequence, request)
             .map_err(|_| DeviceError::RequestTooLarge)?;
         let (mut attempts, mut silent) = (0, 0);
-        let deadline = self.transport.now() + self.patience.deadline;
-        while attempts < self.patience.attempts && self.transport.now() < deadline {
+        let start = self.transport.now();
+        while attempts < self.patience.attempts {
+            let left = self.patience.deadline.saturating_sub(self.elapsed(start));
+            if left.is_zero() {
+                break;
+            }
             if attempts > 0 {
                 self.repetitions = self.repetitions.saturating_add(1);
             }
             attempts += 1;
             self.transport.write(&frame)?;
-            let until = self.transport.now() + self.patience.timeout;
-            match self.receive(until.min(deadline))? {
+            match self.receive(left.min(self.patience.timeout))? {
                 Received::Answer(Response::Fault(Fault::UnknownVersion { spoken })) => {
                     return Err(DeviceError::OtherVersion { spoken });
                 }
@@ -144,8 +147,13 @@ impl<L: Transport> Client<L> {
         Err(DeviceError::Unusable { attempts })
     }
 
+    fn elapsed(&self, since: Instant) -> Duration {
+        self.transport.now().saturating_duration_since(since)
+    }
+
     /// Waits for the answer to the last request.
-    fn receive<T: Number>(&mut self, until: Instant) -> Result<Received<T>, DeviceError> {
+    fn receive<T: Number>(&mut self, timeout: Duration) -> Result<Received<T>, DeviceError> {
+        let start = self.transport.now();
         let mut buffer = [0; 256];
         loop {
             while let Some(byte) = self.pending.pop_front() {
@@ -177,7 +185,7 @@ impl<L: Transport> Client<L> {
                     }
                 }
             }
-            let left = until.saturating_duration_since(self.transport.now());
+            let left = timeout.saturating_sub(self.elapsed(start));
             if left.is_zero() {
                 return Ok(Received::Nothing);
             }

@@ -249,9 +249,7 @@ pub fn apply<T: Number, L: Transport>(
             from: calibration.parameters_before.generation,
         };
         match client.change(&request)? {
-            Response::Parameters(_) => {
-                return in_use(client, fingerprint).map_err(DeviceError::unconfirmed);
-            }
+            Response::Parameters(_) => return in_use(client, fingerprint),
             Response::Fault(Fault::NoSession) => {}
             other => return Err(unexpected(&other)),
         }
@@ -259,7 +257,8 @@ pub fn apply<T: Number, L: Transport>(
         if let Ok(parameters) = in_use(client, fingerprint) {
             return Ok(parameters);
         }
-        let again = calibrate(client, assumptions, measurements, &mut |_| {})?;
+        let again = calibrate(client, assumptions, measurements, &mut |_| {})
+            .map_err(DeviceError::unconfirmed)?;
         if !again
             .result
             .is_ok_and(|arms| fingerprint_of(&parameters_of(&arms)) == fingerprint)
@@ -271,18 +270,22 @@ pub fn apply<T: Number, L: Transport>(
     Err(DeviceError::SessionsLost { sessions: SESSIONS })
 }
 
-/// The current parameters, once the control loop uses them, if they are the expected ones.
+/// The current parameters after a change, once the control loop uses them, if they are the expected
+/// ones.
 ///
 /// # Errors
-/// As [`Client::ask`]; [`DeviceError::NotInUse`].
+/// As [`Client::ask`]; [`DeviceError::NotInUse`], [`DeviceError::Unconfirmed`].
 pub fn in_use<T: Number, L: Transport>(
     client: &mut Client<L>,
     expected: u32,
 ) -> Result<Parameters<T>, DeviceError> {
-    let parameters: Parameters<T> = client.parameters(ParameterSet::Current)?;
+    let parameters: Parameters<T> = client
+        .parameters(ParameterSet::Current)
+        .map_err(DeviceError::unconfirmed)?;
     if fingerprint_of(&parameters.arms) == expected {
         for _ in 0..LOOKS_AT_SWITCH {
-            if client.status::<T>()?.control.fingerprint == expected {
+            let status = client.status::<T>().map_err(DeviceError::unconfirmed)?;
+            if status.control.fingerprint == expected {
                 return Ok(parameters);
             }
             std::thread::sleep(client.patience().pause);

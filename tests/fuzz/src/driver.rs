@@ -139,8 +139,8 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
         on_the_way: VecDeque::new(),
     };
     let patience = Patience {
-        timeout: Duration::from_hours(1),
-        deadline: Duration::from_hours(1),
+        timeout: Duration::from_secs(3600),
+        deadline: Duration::from_secs(3600),
         silent_attempts: 3,
         attempts: 6,
         pause: Duration::ZERO,

@@ -478,7 +478,7 @@ fn messages_name_what_is_at_fault() {
     }
     says(&GateError::Sigmas, &["sigma", "greater than 0"]);
     says(&ForgettingError::TooShort, &["one sample or more"]);
-    says(&ForgettingError::TooLong, &["too long"]);
+    says(&ForgettingError::TooLong, &["mean age", "too large"]);
     let changed = Alarm::RobotChanged { first: 17 };
     let early = Alarm::EarlySamplesWrong { first: 5 };
     assert!(changed.to_string().contains("17") || changed.to_string().contains("18"));

@@ -37,7 +37,7 @@ pub enum ForgettingError {
 impl fmt::Display for ForgettingError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
-            Self::TooShort => "the mean age of the samples must be 1 or more",
+            Self::TooShort => "the mean age of the samples must be one sample or more",
             Self::TooLong => "the mean age of the samples is too large for this arithmetic: add the samples without forgetting",
         })
     }

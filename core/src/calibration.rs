@@ -4,31 +4,54 @@
 //! minimise  Σ (f(P; Xₖ, qₖ)/σf,ₖ)²  +  Σ ((pⱼ − pⱼ,nominal)/toleranceⱼ)²
 //! ```
 
+mod arm_problem;
 mod arm_solver;
 mod calibrator;
 mod end_point;
+mod free_frame;
 mod free_start;
 mod identifiability;
+mod instrument;
 mod iteration;
+mod joint_calibrator;
+mod joint_problem;
+mod joint_solver;
 mod judgement;
 pub mod limits;
+mod means;
+mod minimizer;
 mod outcome;
 mod problem;
 mod refusal;
 mod robot_solver;
-pub(crate) mod row_by_row;
 mod settings;
 pub mod step_control;
 mod tolerance;
 
-pub use arm_solver::{ArmSolver, Progress};
+pub use crate::samples::Triangle;
+pub use arm_problem::ArmProblem;
+#[cfg(any(feature = "classical", test))]
+pub(crate) use arm_problem::problem_of_an_arm;
+pub(crate) use arm_problem::{Linearize, Normal};
+pub use arm_solver::ArmSolver;
+#[cfg(any(feature = "classical", test))]
 pub(crate) use calibrator::nominal_arms;
 pub use calibrator::{Calibrator, RobotCalibrator};
-pub(crate) use free_start::free_start;
+pub use free_frame::{FreeFrame, Motion};
+#[cfg(any(feature = "classical", test))]
+pub(crate) use free_start::{SPREAD_STARTS, free_start, spread_start};
 pub(crate) use identifiability::Identifiability;
-pub use outcome::{ArmOutcome, RobotOutcome, StartUsed, Termination};
-pub use problem::ArmProblem;
-pub(crate) use problem::{Linearize, Means, Normal};
+pub use instrument::Instrument;
+pub use joint_calibrator::JointCalibrator;
+pub use joint_problem::JointNormal;
+pub use joint_solver::JointSolver;
+pub(crate) use joint_solver::tolerance_weights;
+#[cfg(any(feature = "classical", test))]
+pub(crate) use means::{Means, spread};
+pub use minimizer::{Minimizer, Progress};
+pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, Termination};
+pub(crate) use problem::damp_rows;
+pub use problem::{Piece, Prior, Problem, sum_of_squares};
 pub use refusal::Refusal;
 pub use robot_solver::RobotSolver;
 pub use settings::{Settings, Solver, Start};

@@ -3,6 +3,7 @@
 //! memory nor its time.
 
 mod calibrator;
+mod row_by_row;
 mod samples;
 
 pub use calibrator::StoredCalibrator;

@@ -230,7 +230,7 @@ fn turn_columns<T: Real>(matrix: &mut Matrix4<T>, p: usize, q: usize, cosine: T,
 }
 
 /// The rotation matrix of a quaternion of any length.
-fn rotation_of<T: Real>(quaternion: &Vector4<T>) -> Matrix3<T> {
+pub(crate) fn rotation_of<T: Real>(quaternion: &Vector4<T>) -> Matrix3<T> {
     let unit = quaternion / quaternion.dot(quaternion).square_root();
     let (w, x, y, z) = (unit.x, unit.y, unit.z, unit.w);
     let two = T::TWO;

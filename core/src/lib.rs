@@ -46,6 +46,7 @@
 //! | [`kinematics`] | where the platform is at given joint angles, and back; singularities, joint limits |
 //! | [`samples`] | measurements, their noise, and the factor that keeps what they say |
 //! | [`calibration`] | settings, calibrator, solver, outcome, refusal |
+//! | [`observations`] | heights, distances and single coordinates, and the calibration from them |
 //! | [`stream`] | gate, forgetting and held-out samples, for samples that keep coming |
 //! | [`robust`] | a fit of stored samples of which some are wrong |
 //!
@@ -71,6 +72,7 @@ pub mod classical;
 mod format;
 pub mod frame;
 pub mod kinematics;
+pub mod observations;
 mod real;
 pub mod robot;
 pub mod robust;

@@ -67,13 +67,37 @@ macro_rules! two_numbers {
     };
 }
 
-two_numbers!(Noise, "Noise", position: Noise::position, joint: Noise::joint);
 two_numbers!(
     Tolerance, "Tolerance",
     length: |tolerance: &Tolerance<T>| tolerance.of(Parameter::Lb),
     angle: |tolerance: &Tolerance<T>| tolerance.of(Parameter::Alpha)
 );
 two_numbers!(JointLimits, "JointLimits", minimum: JointLimits::minimum, maximum: JointLimits::maximum);
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "Noise", deny_unknown_fields)]
+struct NoiseFields<T> {
+    position: [T; 3],
+    joint: T,
+}
+
+/// σx, σy, σz and σq.
+impl<T: Real + Serialize> Serialize for Noise<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        NoiseFields {
+            position: self.position_by_axis(),
+            joint: self.joint(),
+        }
+        .serialize(serializer)
+    }
+}
+
+impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Noise<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let fields = NoiseFields::deserialize(deserializer)?;
+        Self::by_axis(fields.position, fields.joint).map_err(Error::custom)
+    }
+}
 
 /// The mean age, one number.
 impl<T: Real + Serialize> Serialize for Forgetting<T> {

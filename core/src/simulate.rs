@@ -5,6 +5,7 @@ use crate::kinematics::{JointLimits, KinematicsError};
 use crate::robot::Robot;
 use crate::samples::{Noise, Sample};
 use core::fmt;
+use nalgebra::Vector3;
 use rand_core::Rng;
 
 /// No pose was found: the robot has no reachable, well-conditioned pose within its joint limits,
@@ -101,6 +102,8 @@ pub fn simulate_sample<T: Real, R: Rng + ?Sized>(
     };
     Ok(Sample {
         joints: joints.map(|q| q + noise.joint() * standard_normal::<T, R>(rng)),
-        position: position.map(|c| c + noise.position() * standard_normal::<T, R>(rng)),
+        position: position.zip_map(&Vector3::from(noise.position_by_axis()), |c, sigma| {
+            c + sigma * standard_normal::<T, R>(rng)
+        }),
     })
 }

@@ -119,12 +119,15 @@ fn what_no_constructor_takes_is_refused_with_its_cause() {
     refused::<Robot<f64>>(&format!("[{},{}]", arm("480.0"), arm("480.0")), "length");
     // Its square is beyond the range of single precision.
     refused::<Robot<f32>>(&format!("[{}]", vec![arm("1e30"); 3].join(",")), "Lb");
-    refused::<Noise<f64>>(r#"{"position":0.0,"joint":0.0}"#, "position noise");
+    refused::<Noise<f64>>(
+        r#"{"position":[0.0,0.1,0.1],"joint":0.0}"#,
+        "position noise",
+    );
     refused::<Tolerance<f64>>(r#"{"length":0.5,"angle":-1.0}"#, "angles");
     refused::<JointLimits<f64>>(r#"{"minimum":1.0,"maximum":-1.0}"#, "below the largest");
     refused::<Forgetting<f32>>("1e6", "too large");
     refused::<Settings<f64>>(
-        r#"{"noise":{"position":-1.0,"joint":0.0}}"#,
+        r#"{"noise":{"position":[0.1,-1.0,0.1],"joint":0.0}}"#,
         "position noise",
     );
     refused::<Settings<f64>>(r#"{"tolerence":null}"#, "tolerence");

@@ -1,7 +1,7 @@
 //! From two files to a calibration that is good, or to the reasons why it is not.
 //!
 //! ```text
-//! RobotFile, SamplesFile, Options ─→ Case ─→ attempt: fit ─→ judge ─→ CalibrationReport
+//! RobotFile, SamplesFile, Options ─→ Case ─→ attempt: fit ─→ noise, causes ─→ judge ─→ CalibrationReport
 //!                                               └→ Objection ─→ investigate ─→ Explainer ─→ Reason
 //! and, whatever comes of it, diagnose ─→ Diagnosis
 //! ```
@@ -10,19 +10,24 @@ mod advice;
 mod attempt;
 mod calibrate;
 pub(crate) mod case;
+pub mod causes;
 pub mod diagnosis;
 pub mod error;
 mod investigation;
 mod judgement;
 pub mod noise_test;
 mod objection;
+pub mod observations;
 mod outliers;
 mod plausibility;
+pub mod prior_test;
 pub mod reason;
 mod refusal;
 pub mod report;
+pub mod shift;
+mod target;
 pub(crate) mod thresholds;
 mod warnings;
 
 pub(crate) use calibrate::calibrated_elsewhere;
-pub use calibrate::{calibrate, read_samples};
+pub use calibrate::{Accepted, accepted, calibrate, read_samples};

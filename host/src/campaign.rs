@@ -14,6 +14,7 @@ mod error;
 mod file;
 mod folder;
 mod merge;
+mod mixing;
 mod plan;
 mod planned;
 mod quantiles;

@@ -1,5 +1,7 @@
 //! What is read and written: the robot file, the samples file, and the faults that they can have.
 
+pub mod columns;
+mod decode;
 pub mod example;
 pub mod input_error;
 pub mod input_text;

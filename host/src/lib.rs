@@ -57,18 +57,26 @@ pub mod reproduce;
 mod text;
 pub mod workspace;
 
+pub use accuracy::expected_error::ExpectedError;
 pub use accuracy::position_error::{PositionError, SampleErrors};
 pub use accuracy::workspace_comparison::WorkspaceComparison;
+pub use calibration::causes::{Alternative, ArmResiduals, Cause, CauseKind, Causes};
 pub use calibration::diagnosis::{Diagnosis, DiagnosisEvidence, Explanation};
 pub use calibration::error::CalibrateError;
 pub use calibration::noise_test::{Estimate, NoiseTest, NoiseVerdict, StatedNoise};
+pub use calibration::observations::{ObservationsReport, calibrate_observations};
+pub use calibration::prior_test::PriorTest;
 pub use calibration::reason::{Reason, Refused};
 pub use calibration::report::CalibrationReport;
-pub use calibration::{calibrate, read_samples};
+pub use calibration::{Accepted, accepted, calibrate, read_samples};
+pub use files::columns::ColumnMapping;
 pub use files::input_error::InputError;
 pub use files::input_text::InputText;
-pub use files::robot_file::RobotFile;
-pub use files::samples_file::{Row, SamplesFile, read_joints, read_positions};
+pub use files::robot_file::{InstrumentFacts, RobotFile};
+pub use files::samples_file::{
+    Measurements, ObservationsFile, PosesToCheck, PositionUnit, Row, SamplesFile, read_joints,
+    read_positions,
+};
 pub use fit::options::{CalibrationMethod, Frame, Options, OptionsError, Streaming};
 pub use fit::outcome::Outcome;
 pub use fit::robust::calibrate_robust;

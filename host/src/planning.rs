@@ -1,4 +1,6 @@
 //! Which poses to measure, and whether measured ones suffice.
 
+mod design;
+pub mod measurements;
 pub mod observability;
 pub mod poses;

@@ -4,7 +4,7 @@
 
 mod support;
 
-use support::{NOMINAL, assert_fails, good_samples};
+use support::{Folder, NOMINAL, assert_fails, good_samples};
 
 #[test]
 #[allow(clippy::too_many_lines)] // a table
@@ -167,12 +167,30 @@ fn robot_files_that_are_wrong_are_named_by_line_and_key() {
 
 #[test]
 fn a_robot_file_that_is_no_text_is_told_as_such() {
-    let utf8 = [NOMINAL.as_bytes(), b"\xff"].concat();
+    let cut = b"\xff\xfe#\0\n\0\x00\xd8]\0".to_vec();
     let nul = [NOMINAL.as_bytes(), b"\0"].concat();
     for (robot, expected) in [
-        (utf8, "robot.toml:10: the file is not UTF-8 text"),
+        (cut, "robot.toml:2: the UTF-16 text has half a character"),
         (nul, "robot.toml: is not a text file"),
+        (
+            vec![b'#'; (1 << 20) + 1],
+            "robot.toml: the file is larger than 1 MB",
+        ),
     ] {
         assert_fails(&robot, good_samples().as_bytes(), 3, &[expected]);
+    }
+}
+
+/// Comments and names may have letters of any language, in any encoding of text.
+#[test]
+fn a_robot_file_may_be_latin1_or_utf16() {
+    let robot = format!("# Länge\n{NOMINAL}");
+    let latin1 = robot.chars().map(|c| u8::try_from(u32::from(c)).unwrap());
+    let utf16 = robot.encode_utf16().flat_map(u16::to_le_bytes);
+    for robot in [latin1.collect::<Vec<u8>>(), utf16.collect()] {
+        let folder = Folder::new();
+        folder.write("robot.toml", robot);
+        folder.write("samples.csv", good_samples());
+        folder.run("calibrate robot.toml samples.csv").ok();
     }
 }

@@ -142,11 +142,11 @@ fn json_and_calibrated_file_are_both_written_and_the_table_names_them() {
             .contains("Written: out.toml\nWritten: report.json")
     );
     assert!(run.stdout.contains("Tip: state the [noise]"));
-    let header = "# Options: --method ikm --solver lm --frame base; tolerance not stated, noise \
+    let header = "# Options: --method joint --solver lm --frame base; tolerance not stated, noise \
                   not stated.\n";
     assert!(folder.read("out.toml").contains(header));
     let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
-    assert_eq!(report["method"], "ikm");
+    assert_eq!(report["method"], "joint");
     assert_eq!(
         folder.names(),
         ["out.toml", "report.json", "robot.toml", "samples.csv"]
@@ -273,15 +273,76 @@ fn five_samples_with_a_tolerance_calibrate_and_say_what_the_tolerance_decided() 
     }
 }
 
+/// Terminal and JSON, and every key of it, state the same number.
 #[test]
-fn eight_samples_without_noise_leave_sigma_unknown() {
-    let folder = folder(NOMINAL, &exact(&true_arms(), 8));
-    let run = folder.run("calibrate robot.toml samples.csv").ok();
+fn the_expected_error_is_one_number() {
+    let robot = format!("{NOMINAL}{TOLERANCE}\n[noise]\nposition_mm = 0.02\njoint_deg = 0\n");
+    // Uniform errors of up to 0.034 mm have a σ of 0.02 mm.
+    let folder = folder(&robot, &noisy(&true_arms(), 30, 0.034));
+    let run = folder
+        .run("calibrate robot.toml samples.csv --json report.json")
+        .ok();
+    let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    let expected = &report["expected_error"];
+    let rms = number(&expected["absolute_rms_mm"]);
+    assert!((number(&report["workspace"]["position_sigma_mm"]) / rms - 1.0).abs() < 1e-9);
+    let map = &report["position_uncertainty"];
+    assert_eq!(map["rms_mm"], expected["absolute_rms_mm"]);
+    let worst = number(&expected["absolute_worst_mm"]);
+    assert_eq!(map["max_mm"], expected["absolute_worst_mm"]);
     assert!(
         run.stdout
-            .contains("the sigma of the parameters is not known")
+            .contains(&format!("calibrated robot: {rms:.4} mm")),
+        "{}",
+        run.stdout
     );
-    assert!(run.stdout.contains("8 samples are few"));
+    assert!(
+        run.stdout.contains(&format!("at worst {worst:.4} mm")),
+        "{}",
+        run.stdout
+    );
+    let intrinsic = number(&expected["intrinsic_rms_mm"]);
+    assert!(0.0 < intrinsic && intrinsic < rms);
+    assert!(intrinsic < number(&expected["intrinsic_worst_mm"]));
+    assert!(number(&report["workspace"]["chance_of_harm"]) < 0.005);
+}
+
+#[test]
+fn too_few_samples_to_know_the_error_are_refused() {
+    for (samples, robot, cause) in [
+        (
+            8,
+            NOMINAL.to_owned(),
+            "neither a [noise] nor a [tolerance] is stated",
+        ),
+        (
+            10,
+            NOMINAL.to_owned(),
+            "10 samples are too few to estimate the noise",
+        ),
+        (
+            8,
+            format!("{NOMINAL}\n[noise]\nposition_mm = 0.02\njoint_deg = 0\n"),
+            "fit several robots exactly",
+        ),
+    ] {
+        let folder = folder(&robot, &exact(&true_arms(), samples));
+        // Three residuals a sample tell the joint method the noise from ten samples.
+        let run = folder.run("calibrate robot.toml samples.csv --method ikm --output out.toml");
+        assert_eq!(run.code, 1, "{}", run.stdout);
+        for part in [
+            cause,
+            "measure 12 poses or more",
+            "state the robot's manufacturing",
+        ] {
+            assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
+        }
+        assert_eq!(folder.names(), ["robot.toml", "samples.csv"]);
+    }
+    let folder = folder(NOMINAL, &exact(&true_arms(), 11));
+    let run = folder.run("calibrate robot.toml samples.csv").ok();
+    assert!(run.stdout.contains("11 samples are few"), "{}", run.stdout);
 }
 
 #[test]

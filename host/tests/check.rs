@@ -89,7 +89,7 @@ fn too_few_poses_and_repeated_poses_are_refused_and_the_rank_is_stated() {
     let repeated: Vec<_> = (0..14).map(|index| samples[index % 7]).collect();
     for (few, rank) in [(&samples[..5], 5), (&samples[..7], 7), (&repeated[..], 7)] {
         folder.write("few.csv", csv(few));
-        let (code, found) = json(&folder, "robot.toml few.csv");
+        let (code, found) = json(&folder, "robot.toml few.csv --method ikm");
         assert_eq!(code, 1);
         assert_eq!(found["determined"], false);
         for block in found["blocks"].as_array().unwrap() {
@@ -97,7 +97,7 @@ fn too_few_poses_and_repeated_poses_are_refused_and_the_rank_is_stated() {
             assert_eq!(block["weakest"]["sigma_mm"], Value::Null);
         }
         assert!((sum(&found["leverages"], "total") - 3.0 * f64::from(rank)).abs() < 1e-6);
-        let run = folder.run("check robot.toml few.csv");
+        let run = folder.run("check robot.toml few.csv --method ikm");
         assert!(
             run.stderr
                 .contains("refused: These samples do not determine arm 1")
@@ -215,4 +215,37 @@ fn wrong_input_is_refused_with_its_place() {
         "{}",
         run.stderr
     );
+}
+
+/// Ball joints of half the range leave no pose to propose within them; what was measured is judged all the same.
+#[test]
+fn samples_are_judged_even_if_no_pose_can_be_proposed() {
+    let folder = folder();
+    folder.write(
+        "ball.toml",
+        ROBOT.replace("max_deg = 90\n", "max_deg = 90\nforearm_max_deg = 0.001\n"),
+    );
+    let (_, expected) = json(&folder, "robot.toml samples.csv");
+    let (code, found) = json(&folder, "ball.toml samples.csv");
+    assert_eq!(code, 0);
+    assert_eq!(found["blocks"], expected["blocks"]);
+    assert_eq!(found["next"].as_array().unwrap().len(), 0);
+    assert!(
+        found["no_next"]
+            .as_str()
+            .unwrap()
+            .contains("no usable pose")
+    );
+    assert_eq!(expected["no_next"], Value::Null);
+    let run = folder.run("check ball.toml samples.csv").ok();
+    assert!(
+        run.stdout.contains("No pose can be proposed in addition"),
+        "{}",
+        run.stdout
+    );
+    // What is missing is still said.
+    folder.write("few.csv", csv(&exact(&nominal_arms(), 20)[..5]));
+    let run = folder.run("check ball.toml few.csv");
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(!run.stderr.contains("proposed poses"), "{}", run.stderr);
 }

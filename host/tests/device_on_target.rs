@@ -8,7 +8,7 @@ mod support;
 mod on_target {
     use crate::support::{Arm, Point, arms_of, distance, nominal_arms, platform, rows_of};
     use object::{Object, ObjectSegment, ObjectSymbol};
-    use std::path::{Path, PathBuf};
+    use std::path::PathBuf;
     use std::process::{Command, Stdio};
     use tempfile::TempDir;
 
@@ -164,7 +164,7 @@ mod on_target {
 
     #[test]
     fn same_bits_on_controller_and_host_in_double_precision() {
-        let firmware = firmware("firmware-double", &["--features", "double"]);
+        let firmware = firmware(true);
         let firmware = firmware.to_str().unwrap();
         for port in ["emulate:m4", "emulate:m7"] {
             assert_same_bits(&["--port", port, "--double", "--firmware", firmware], "f64");
@@ -175,7 +175,7 @@ mod on_target {
     #[test]
     fn a_fault_ends_the_run_and_is_reported() {
         let folder = TempDir::new().unwrap();
-        let mut program = std::fs::read(firmware("firmware-single", &[])).unwrap();
+        let mut program = std::fs::read(firmware(false)).unwrap();
         let at = {
             let elf = object::File::parse(&*program).unwrap();
             let mut symbols = elf.symbols();
@@ -202,32 +202,8 @@ mod on_target {
         }
     }
 
-    /// The firmware, in a target directory of its own.
-    fn firmware(directory: &str, features: &[&str]) -> PathBuf {
-        const TARGET: &str = "thumbv7em-none-eabihf";
-        const PACKAGE: &str = "delta-cal-firmware-example";
-        const PROFILE: &str = "firmware";
-        let directory = Path::new(env!("CARGO_TARGET_TMPDIR"))
-            .parent()
-            .unwrap()
-            .join(directory);
-        let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-            .current_dir(WORKSPACE)
-            .args([
-                "build",
-                "--quiet",
-                "--profile",
-                PROFILE,
-                "--package",
-                PACKAGE,
-            ])
-            .args(["--target", TARGET])
-            .args(features)
-            .arg("--target-dir")
-            .arg(&directory)
-            .status()
-            .unwrap();
-        assert!(built.success());
-        directory.join(TARGET).join(PROFILE).join(PACKAGE)
+    /// The firmware, where the command builds it, so that nothing is built twice.
+    fn firmware(double: bool) -> PathBuf {
+        delta_cal_host::device::build(double, || ()).unwrap()
     }
 }

@@ -183,7 +183,7 @@ fn refusals_have_the_same_kinds_and_words() {
     let mut one_wrong = exact(&arms, 30);
     one_wrong[10].1 = [100.0, 0.0, -700.0];
     let mut other_arms = arms;
-    other_arms[1][7] += 6.0;
+    other_arms[1][7] += 12.0;
     let mut implausible = arms;
     implausible[0][7] += 60.0;
     let upside_down: Vec<_> = exact(&arms, 30)
@@ -216,7 +216,7 @@ fn refusals_have_the_same_kinds_and_words() {
         (
             "",
             noisy(&nominal_arms(), 12, 0.5),
-            "is expected to make the robot worse",
+            "may make the robot worse",
         ),
         (
             "",

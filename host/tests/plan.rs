@@ -18,6 +18,22 @@ fn folder() -> Folder {
     folder
 }
 
+/// Joint angles and nominal positions of a plan, whose cells to fill in are empty.
+fn planned(csv: &str) -> Vec<Vec<f64>> {
+    let mut lines = csv.lines();
+    assert_eq!(
+        lines.next(),
+        Some("q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm,_nominal_x_mm,_nominal_y_mm,_nominal_z_mm")
+    );
+    let row = |line: &str| {
+        let cells: Vec<_> = line.split(',').collect();
+        assert_eq!(cells[3..6], ["", "", ""], "{line}");
+        let numbers = cells[..3].iter().chain(&cells[6..]);
+        numbers.map(|cell| cell.parse().unwrap()).collect()
+    };
+    lines.map(row).collect()
+}
+
 #[test]
 fn the_poses_are_a_samples_file_of_the_nominal_robot() {
     let folder = folder();
@@ -25,7 +41,7 @@ fn the_poses_are_a_samples_file_of_the_nominal_robot() {
         .run("plan robot.toml --count 12 --output poses.csv")
         .ok();
     assert!(run.stdout.contains("Written: poses.csv"), "{}", run.stdout);
-    let rows = rows_of(&folder.read("poses.csv"));
+    let rows = planned(&folder.read("poses.csv"));
     assert_eq!(rows.len(), 12);
     for row in &rows {
         let joints = [row[0], row[1], row[2]];
@@ -37,9 +53,19 @@ fn the_poses_are_a_samples_file_of_the_nominal_robot() {
         assert!(off < 1e-6, "{row:?}: {off}");
         assert!(joints.iter().all(|q| (-59.0..=89.0).contains(q)), "{row:?}");
     }
-    // What is measured at exactly these positions calibrates the robot to what it is.
+    // What is measured at these positions calibrates the robot to what it is, and nothing was measured yet.
+    let run = folder.run("calibrate robot.toml poses.csv");
+    assert_eq!(run.code, 3, "{}", run.stderr);
+    assert!(
+        run.stderr
+            .contains("poses.csv:2: nothing was measured in this row"),
+        "{}",
+        run.stderr
+    );
+    let exact = folder.run("forward robot.toml poses.csv").ok().stdout;
+    folder.write("exact.csv", exact);
     folder
-        .run("calibrate robot.toml poses.csv --output calibrated.toml")
+        .run("calibrate robot.toml exact.csv --output calibrated.toml")
         .ok();
     folder.run("check robot.toml poses.csv").ok();
 }
@@ -51,7 +77,7 @@ fn every_number_reads_back_as_it_is_in_the_json() {
         .run("plan robot.toml --count 20 --output poses.csv --json plan.json")
         .ok();
     let json: serde_json::Value = serde_json::from_str(&folder.read("plan.json")).unwrap();
-    let rows = rows_of(&folder.read("poses.csv"));
+    let rows = planned(&folder.read("poses.csv"));
     for (row, pose) in rows.iter().zip(json["poses"].as_array().unwrap()) {
         for (index, value) in row.iter().enumerate() {
             let key = if index < 3 {
@@ -97,13 +123,13 @@ fn poses_stay_within_a_box_and_within_a_cylinder() {
     let poses = folder.run(&format!(
         "plan robot.toml --count 12 --within {box_} --output -"
     ));
-    for row in rows_of(&poses.ok().stdout) {
+    for row in planned(&poses.ok().stdout) {
         assert!((-100.0..=80.0).contains(&row[3]), "{row:?}");
         assert!((-50.0..=100.0).contains(&row[4]), "{row:?}");
         assert!((-500.0..=-400.0).contains(&row[5]), "{row:?}");
     }
     let poses = folder.run("plan robot.toml --count 12 --within r=90,z=-450..-350 --output -");
-    for row in rows_of(&poses.ok().stdout) {
+    for row in planned(&poses.ok().stdout) {
         assert!(row[3].hypot(row[4]) <= 90.0, "{row:?}");
         assert!((-450.0..=-350.0).contains(&row[5]), "{row:?}");
     }
@@ -128,14 +154,14 @@ fn measured_positions_are_replaced_only_by_force() {
     folder.run(plan).ok();
     folder.run(&format!("{plan} --seed 2")).ok();
     let planned = folder.read("poses.csv");
-    // A tenth of a millimetre in one of the coordinates, and a row that is not finished.
+    // A row that is measured, and one that is not finished.
     let (header, rows) = planned.split_once('\n').unwrap();
-    let last = rows.trim_end().rsplit(',').next().unwrap();
-    let off = last.parse::<f64>().unwrap() + 0.1;
-    let measured = planned.replace(last, &off.to_string());
+    let measured = planned.replacen(",,,,", ",1.5,2.5,-450.5,", 1);
+    assert_ne!(measured, planned);
+    assert!(!rows.is_empty());
     for text in [
         measured,
-        format!("{header}\n10,20,30,,,\n"),
+        format!("{header}\n10,20,30,5,,,1,2,3\n"),
         "notes".to_owned(),
     ] {
         folder.write("poses.csv", &text);
@@ -183,7 +209,7 @@ fn a_forearm_limit_is_kept_with_a_margin() {
     let words: Vec<_> = run.stdout.split_whitespace().collect();
     let words = words.join(" ");
     assert!(words.contains("from the forearms' limit"), "{words}");
-    for row in rows_of(&folder.read("poses.csv")) {
+    for row in planned(&folder.read("poses.csv")) {
         for (arm, azimuth) in [0_f64, 120.0, 240.0].into_iter().enumerate() {
             // Out of the arm's plane the forearm reaches what the platform does.
             let (sin, cos) = azimuth.to_radians().sin_cos();

@@ -181,9 +181,9 @@ fn every_sample_is_drawn_in_every_view() {
                 .count()
         })
         .collect();
-    // With those of the legends: parameters, before and after, in σ those after only, four views,
-    // conditions, four maps without any, joints.
-    let mut expected = vec![24 + 3, 60 + 2, 31, 31, 31, 31, 31, 3 + 1];
+    // With those of the legends: parameters, before and after, in σ those after only, three arms'
+    // closure errors without legends, four views, conditions, four maps without any, joints.
+    let mut expected = vec![24 + 3, 60 + 2, 31, 30, 30, 30, 31, 31, 31, 31, 3 + 1];
     expected.extend([0; 4]);
     expected.push(90 + 1);
     assert_eq!(discs, expected);

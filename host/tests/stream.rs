@@ -230,6 +230,33 @@ fn forgetting_follows_a_robot_that_warms_up() {
     );
 }
 
+/// The newest row counts 1, the one before λ = N/(N + 1), and so on.
+#[test]
+fn with_forgetting_the_position_error_is_that_of_what_is_remembered() {
+    let folder = folder(&measured());
+    let run = folder
+        .run("calibrate robot.toml samples.csv --json report.json --forget 20")
+        .ok();
+    assert!(run.stdout.contains("as far as they are remembered"));
+    let report = json(&folder);
+    let samples = report["samples"].as_array().unwrap();
+    let (mut squares, mut sum) = (0.0, 0.0);
+    let mut largest = 0.0_f64;
+    for (age, sample) in (0..).zip(samples.iter().rev()) {
+        let weight = (20.0_f64 / 21.0).powi(age);
+        let error = sample["error_after_mm"].as_f64().unwrap();
+        assert!((sample["weight"].as_f64().unwrap() - weight).abs() < 1e-12);
+        squares += weight * error * error;
+        sum += weight;
+        // 20/21 to the power of 61 is 0.051.
+        largest = largest.max(error);
+    }
+    assert_eq!(samples.len(), 60);
+    let after = &report["position_error_mm"]["after"];
+    assert!((after["rms"].as_f64().unwrap() - (squares / sum).sqrt()).abs() < 1e-12);
+    assert!((after["max"].as_f64().unwrap() - largest).abs() < 1e-12);
+}
+
 #[test]
 fn options_that_exclude_each_other_are_refused() {
     let folder = folder(&measured());
@@ -238,8 +265,6 @@ fn options_that_exclude_each_other_are_refused() {
         "--forget 20 --held-out 4",
         "--held-out 1",
         "--forget 0",
-        "--gate --method fkm",
-        "--gate --loss tukey",
     ] {
         let run = folder.run(&format!("calibrate robot.toml samples.csv {options}"));
         assert_eq!(run.code, 2, "{options}: {}", run.stdout);
@@ -262,38 +287,33 @@ fn options_that_exclude_each_other_are_refused_where_they_are_computed_with() {
         streaming,
         ..Options::default()
     };
-    let plain = OptionsError::StreamNeedsPlainIkm;
     let all = OptionsError::HeldOutNeedsAllSamples;
-    for (options, expected) in [
-        (
-            Options {
-                method: CalibrationMethod::Fkm,
-                ..alone(gate)
-            },
-            plain,
-        ),
-        (
-            Options {
-                loss: Some(Loss::Tukey),
-                ..alone(held_out)
-            },
-            plain,
-        ),
-        (
-            alone(Streaming {
-                gate: true,
-                ..held_out
-            }),
-            all,
-        ),
-        (alone(Streaming { forget, ..held_out }), all),
+    for streaming in [
+        Streaming {
+            gate: true,
+            ..held_out
+        },
+        Streaming { forget, ..held_out },
     ] {
-        let error = calibrate(&robot, &samples, options).unwrap_err();
-        assert_eq!(error.reason, Reason::Options(expected), "{options:?}");
+        let error = calibrate(&robot, &samples, alone(streaming)).unwrap_err();
+        assert_eq!(error.reason, Reason::Options(all), "{streaming:?}");
         assert_eq!(error.diagnosis, None);
     }
     for streaming in [gate, held_out, Streaming { forget, ..gate }] {
-        let report = calibrate(&robot, &samples, alone(streaming)).unwrap();
-        assert_eq!(report.stream.map(|stream| stream.asked), Some(streaming));
+        for method in [
+            CalibrationMethod::Joint,
+            CalibrationMethod::Ikm,
+            CalibrationMethod::Fkm,
+        ] {
+            for loss in [None, Some(Loss::Tukey)] {
+                let options = Options {
+                    method,
+                    loss,
+                    ..alone(streaming)
+                };
+                let report = calibrate(&robot, &samples, options).unwrap();
+                assert_eq!(report.stream.map(|stream| stream.asked), Some(streaming));
+            }
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Microseconds to calibrate one arm: this solver (sines, factor, solve, covariance) beside the
+//! Microseconds to calibrate a robot by each method, and one arm: this solver (sines, factor, solve, covariance) beside the
 //! `levenberg-marquardt` crate (sines precomputed, no covariance), on the same exact samples from a
 //! start error of 1 cm and 1°.
 //!
@@ -7,9 +7,9 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use delta_cal::calibration::ArmSolver;
+use delta_cal::calibration::{ArmSolver, JointCalibrator};
 use delta_cal::samples::{ArmFactor, NominalArm};
-use delta_cal::{ArmIndex, Calibrator, Noise, Progress, Sample, Settings};
+use delta_cal::{ArmIndex, Calibrator, Noise, Progress, Robot, Sample, Settings};
 use delta_cal_host::fit::fkm;
 use delta_cal_tests::peer::{Parameters, PeerProblem, Row};
 use delta_cal_tests::{
@@ -39,6 +39,26 @@ fn take_in(reference: &NominalArm<f64>, samples: &[Sample<f64>]) -> ArmFactor<f6
     factor
 }
 
+/// Its sines are computed beforehand.
+fn peer(nominal: &Robot<f64>, arm: ArmIndex, samples: &[Sample<f64>]) -> PeerProblem {
+    let start = Parameters::from(nominal.arm(arm).parameters());
+    let row = |sample: &Sample<f64>| {
+        let (sine, cosine) = sample.joints[arm.index()].sin_cos();
+        Row {
+            x: Vector3::from(sample.position.data.0[0]),
+            sine,
+            cosine,
+            weight: 1.0,
+        }
+    };
+    PeerProblem {
+        rows: samples.iter().map(row).collect(),
+        prior: Parameters::zeros(),
+        nominal: start,
+        parameters: start,
+    }
+}
+
 fn solvers(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("one arm");
     for count in [20, 60, 1000] {
@@ -65,21 +85,7 @@ fn solvers(criterion: &mut Criterion) {
             },
         );
 
-        let start = Parameters::from(nominal.arm(ARM).parameters());
-        let problem = PeerProblem {
-            rows: samples
-                .iter()
-                .map(|sample| Row {
-                    x: Vector3::from(sample.position.data.0[0]),
-                    sine: sample.joints[0].sin(),
-                    cosine: sample.joints[0].cos(),
-                    weight: 1.0,
-                })
-                .collect(),
-            prior: Parameters::zeros(),
-            nominal: start,
-            parameters: start,
-        };
+        let problem = peer(&nominal, ARM, &samples);
         // Both must have solved the same problem, or the times mean nothing.
         let expected = truth.arm(ARM).lb();
         assert!((solve(&factor) - expected).abs() < 1e-8);
@@ -96,17 +102,23 @@ fn solvers(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The whole robot by both methods, with noise, weights and covariance, from 1 cm and 1°.
+/// The whole robot by every method, with noise, weights and covariance, from 1 cm and 1°. The peer solves
+/// its three arms one after the other, without weights or covariance.
 fn methods(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("robot");
     let degree = 1f64.to_radians();
     let noise = Noise::new(0.01, 0.001 * degree).unwrap();
     let settings = Settings::default().with_noise(noise);
-    for count in [20, 60] {
+    for count in [20, 60, 1000] {
         let mut rng = generator(8, count as u64);
         let nominal = paper_robot();
         let truth = perturbed(&nominal, 10.0, degree, Spread::Uniform, &mut rng);
         let samples = measurements(&truth, count, Some(&noise), &mut rng);
+        let joint = |samples: &[Sample<f64>]| {
+            let mut calibrator = JointCalibrator::new(&nominal, &settings);
+            calibrator.add_many(samples).unwrap();
+            calibrator.solve().unwrap().robot
+        };
         let ikm = |samples: &[Sample<f64>]| {
             let mut calibrator = Calibrator::new(&nominal, &settings);
             calibrator.add_many(samples).unwrap();
@@ -116,22 +128,40 @@ fn methods(criterion: &mut Criterion) {
             let outcome = fkm::calibrate(&nominal, samples, &settings).unwrap();
             outcome.fit.robot
         };
-        // Both must have found the robot, or the times mean nothing; no parameter's σ is above 1 mm.
-        for found in [ikm(&samples), fkm(&samples)] {
+        let peers = ArmIndex::ALL.map(|arm| peer(&nominal, arm, &samples));
+        // All must have found the robot, or the times mean nothing; no parameter's σ is above 1 mm.
+        for found in [joint(&samples), ikm(&samples), fkm(&samples)] {
             assert!(largest_difference(&found, &truth) < 5.0);
         }
+        for (problem, arm) in peers.iter().zip(truth.arms()) {
+            assert!((problem.clone().solve().unwrap()[7] - arm.lb()).abs() < 5.0);
+        }
+        let mut of_robot = |name: &str, method: &dyn Fn(&[Sample<f64>]) -> Robot<f64>| {
+            group.bench_with_input(BenchmarkId::new(name, count), &samples, |bench, samples| {
+                bench.iter(|| method(black_box(samples)));
+            });
+        };
+        of_robot("joint", &joint);
+        of_robot("IKM", &ikm);
+        of_robot("FKM", &fkm);
+        let mut taken_in = JointCalibrator::new(&nominal, &settings);
+        taken_in.add_many(&samples).unwrap();
         group.bench_with_input(
-            BenchmarkId::new("IKM", count),
-            &samples,
-            |bench, samples| {
-                bench.iter(|| ikm(black_box(samples)));
+            BenchmarkId::new("joint solve", count),
+            &taken_in,
+            |bench, calibrator| {
+                bench.iter(|| black_box(*calibrator).solve().unwrap().robot);
             },
         );
         group.bench_with_input(
-            BenchmarkId::new("FKM", count),
-            &samples,
-            |bench, samples| {
-                bench.iter(|| fkm(black_box(samples)));
+            BenchmarkId::new("levenberg-marquardt", count),
+            &peers,
+            |bench, peers| {
+                bench.iter(|| {
+                    black_box(peers)
+                        .each_ref()
+                        .map(|problem| problem.clone().solve().unwrap())
+                });
             },
         );
     }

@@ -1,21 +1,24 @@
-"""Independent robust fits of the IKM problem, computed with NumPy.
+"""Independent robust fits of the joint problem, computed with NumPy.
 
-Nothing here is shared with the Rust code but the definitions: weights of Huber's loss (k = 1.345, nothing
-from 4.685 on) and of Tukey's (c = 4.685); the scale is the largest of the arms' median|r|/0.6745 *
-sqrt(n/(n - 8)), 1 or more with a stated noise; a sample that one arm rejects counts in none. The fits start from the truth, so
-that no search for a start is needed, and are repeated until weights and scales stand still. Jacobians
-are central differences. The covariance is Huber's (1981, section 7.6), mean psi^2 / (mean psi')^2 (J^T J)^-1,
-with J^T J from the weighted rows, and sigma as stated or estimated.
+Nothing here is shared with the Rust code but the definitions: d = |W f| of a sample's three closures, W from
+their dense covariance at the nominal robot; weights of Huber's loss (k = 1.345, nothing from 4.685 on) and of
+Tukey's (c = 4.685), wider by what the length of three residuals asks for; the scale is median d / 1.538172 *
+sqrt(n/(n - 12)), 1 or more with a stated noise. The fits start from the truth, so that no search for a start
+is needed, and are repeated until weights and scale stand still. Jacobians are central differences. The
+covariance is Huber's (1981, section 7.6) of vectors of three, mean psi^2 / (mean psi')^2 (J^T J)^-1, with J^T J
+from the weighted rows, and sigma as stated or estimated.
 
     pip install numpy==2.4.6 scipy==1.17.1
     python3 tests/goldens/generate_robust.py > tests/goldens/numpy_robust.json
 """
 
 import numpy as np
-from generate import DEGREE, basis, bits_of, elbow, elbow_derivative, forward, nominal_robot, write
+from generate import DEGREE, bits_of, forward, nominal_robot, write
+from generate_joint import SCALE, closures, jacobian, whitening
 
 K, C = 1.345, 4.685
-SCALE = np.array([100.0] * 3 + [1.0] * 2 + [100.0] * 3)
+STRETCH = {"huber": 1.210396, "tukey": 1.171878}
+MEDIAN = 1.538172
 
 
 def weight(loss, r):
@@ -32,61 +35,45 @@ def slope(loss, r):
     return np.where(r <= K, 1.0, 0.0)
 
 
-def residuals(p, xs, qs, by_sigma):
-    ex, ez = basis(p)
-    u = p[5] * ex + p[6] * ez
-    v = p[6] * ex - p[5] * ez
-    w = xs - (p[:3] + np.outer(np.cos(qs), u) + np.outer(np.sin(qs), v))
-    return (np.sum(w * w, axis=1) - p[7] ** 2) * by_sigma
-
-
-def jacobian(p, xs, qs, by_sigma):
-    columns = []
-    for h in np.diag(SCALE * 1e-6):
-        ahead, behind = (residuals(p + s * h, xs, qs, by_sigma) for s in (1, -1))
-        columns.append((ahead - behind) / (2 * h.sum()))
-    return np.column_stack(columns)
-
-
-def weighted_fit(p, xs, qs, by_sigma, w):
-    root = np.sqrt(w)
+def weighted_fit(p, xs, joints, whiten, w):
+    root = np.sqrt(np.repeat(w, 3))
     for _ in range(3):
-        r = residuals(p, xs, qs, by_sigma) * root
-        j = jacobian(p, xs, qs, by_sigma) * root[:, None]
+        r = closures(p, xs, joints, whiten) * root
+        j = jacobian(p, xs, joints, whiten) * root[:, None]
         p = p - SCALE * np.linalg.lstsq(j * SCALE, r, rcond=None)[0]
     return p
 
 
-def robust(truth, xs, joints, by_sigma, stated, loss, good):
-    arms = [weighted_fit(truth[k], xs, joints[:, k], by_sigma[k], good.astype(float)) for k in range(3)]
+def robust(truth, xs, joints, whiten, stated, loss, good):
     n = len(xs)
+    p = weighted_fit(truth, xs, joints, whiten, good.astype(float))
     previous = None
     for _ in range(100):
-        rs = [residuals(arms[k], xs, joints[:, k], by_sigma[k]) for k in range(3)]
-        scale = max(np.median(np.abs(r)) for r in rs) / 0.6745 * np.sqrt(n / (n - 8))
+        d = np.linalg.norm(closures(p, xs, joints, whiten).reshape(n, 3), axis=1)
+        scale = np.median(d) / MEDIAN * np.sqrt(n / (n - 12))
         if stated:
             scale = max(scale, 1.0)
-        rejected = np.any([np.abs(r) >= C * scale for r in rs], axis=0)
-        ws = [np.where(rejected, 0.0, weight(loss, r / scale)) for r in rs]
-        if previous is not None and max(np.max(np.abs(a - b)) for a, b in zip(ws, previous)) < 1e-9:
+        unit = scale * STRETCH[loss]
+        w = weight(loss, d / unit)
+        if previous is not None and np.max(np.abs(w - previous)) < 1e-9:
             break
-        previous = ws
-        arms = [weighted_fit(arms[k], xs, joints[:, k], by_sigma[k], ws[k]) for k in range(3)]
+        previous = w
+        p = weighted_fit(p, xs, joints, whiten, w)
     else:
         return None
-    covariances = []
-    for k in range(3):
-        kept = ws[k] > 0
-        r, w = (rs[k] / scale)[kept], ws[k][kept]
-        variance = np.mean(w * r**2) / np.mean(slope(loss, r))
-        kappa = np.mean((w * r) ** 2) * np.mean(w) / np.mean(slope(loss, r)) ** 2 / variance
-        j = jacobian(arms[k], xs, joints[:, k], by_sigma[k])
-        covariance = np.linalg.inv((j * ws[k][:, None]).T @ j) * kappa
-        if not stated:
-            worth = np.sum(slope(loss, r)) / kappa
-            covariance = covariance * np.sum(ws[k] * rs[k] ** 2) / kappa / (worth - 8 - 2)
-        covariances.append(covariance)
-    return arms, ws, rejected, covariances
+    kept = w > 0
+    r, wk = (d / scale)[kept], w[kept]
+    # The slope of psi along the residual, and psi/r in the two directions across it.
+    slopes = (slope(loss, (d / unit)[kept]) + 2 * wk) / 3
+    variance = np.mean(wk * r**2) / 3 / np.mean(slopes)
+    kappa = np.mean((wk * r) ** 2) / 3 * np.mean(wk) / np.mean(slopes) ** 2 / variance
+    j = jacobian(p, xs, joints, whiten) * SCALE
+    information = (j * np.repeat(w, 3)[:, None]).T @ j
+    covariance = np.linalg.inv(information) * np.outer(SCALE, SCALE) * kappa
+    if not stated:
+        worth = np.sum(slopes) / kappa
+        covariance = covariance * np.sum(w * d**2) / kappa / (3 * worth - 24 - 2)
+    return p, w, ~kept, covariance
 
 
 def main():
@@ -124,19 +111,11 @@ def main():
                 else:
                     direction = rng.standard_normal(3)
                     positions[index] += rng.uniform(5, 50) * direction / np.linalg.norm(direction)
-            by_sigma = []
-            for k in range(3):
-                if not stated:
-                    by_sigma.append(np.ones(count) / (2 * nominal[k][7]))
-                    continue
-                by_position = 2 * nominal[k][7] * sigma_x
-                by_joint = [
-                    2 * (x - elbow(nominal[k], q)) @ elbow_derivative(nominal[k], q) * sigma_q * DEGREE
-                    for x, q in zip(positions, joints[:, k])
-                ]
-                by_sigma.append(1 / np.hypot(by_position, by_joint))
-            found = robust(truth, positions, joints, by_sigma, stated, loss, good)
-        arms, weights, rejected, covariances = found
+            noise = (sigma_x, sigma_q * DEGREE) if stated else (1.0, 0.0)
+            whiten = whitening(nominal, positions, joints, (noise[0],) * 3, noise[1])
+            truth = np.concatenate(truth)
+            found = robust(truth, positions, joints, whiten, stated, loss, good)
+        parameters, weights, rejected, covariance = found
         cases.append(
             {
                 "joints": bits_of(joints),
@@ -144,10 +123,10 @@ def main():
                 "noise": bits_of((sigma_x, sigma_q * DEGREE)) if stated else None,
                 "tolerance": None,
                 "loss": loss,
-                "parameters": [bits_of(p) for p in arms],
-                "weights": bits_of(np.min(weights, axis=0)),
+                "parameters": bits_of(parameters),
+                "weights": bits_of(weights),
                 "rejected": [bool(r) for r in rejected],
-                "covariance": [bits_of(c) for c in covariances],
+                "covariance": bits_of(covariance),
             }
         )
     write("generate_robust.py", cases, np)

@@ -10,6 +10,9 @@ pub struct GoldenInput {
     joints: Vec<String>,
     positions: Vec<String>,
     noise: Option<[String; 2]>,
+    /// σx, σy, σz and σq.
+    #[serde(default)]
+    noise_by_axis: Option<[String; 4]>,
     tolerance: Option<[String; 2]>,
 }
 
@@ -42,10 +45,15 @@ impl GoldenInput {
     /// Noise and tolerance as stated, the rest by default.
     pub fn settings(&self) -> Settings<f64> {
         let pair = |[first, second]: &[String; 2]| (number(first), number(second));
+        let alike = self.noise.as_ref().map(pair).map(|(position, joint)| {
+            Noise::new(position, joint).expect("the golden noise is valid")
+        });
+        let by_axis = self.noise_by_axis.as_ref().map(|sigmas| {
+            let [x, y, z, joint] = sigmas.each_ref().map(|sigma| number(sigma));
+            Noise::by_axis([x, y, z], joint).expect("the golden noise is valid")
+        });
         Settings::default()
-            .with_noise(self.noise.as_ref().map(pair).map(|(position, joint)| {
-                Noise::new(position, joint).expect("the golden noise is valid")
-            }))
+            .with_noise(alike.or(by_axis))
             .with_tolerance(self.tolerance.as_ref().map(pair).map(|(length, angle)| {
                 Tolerance::new(length, angle).expect("the golden tolerance is valid")
             }))

@@ -8,7 +8,9 @@
 #[doc = include_str!("../../README.md")]
 struct Readme;
 
+pub mod closures;
 pub mod documents;
+pub mod geometries;
 pub mod goldens;
 pub mod noisy_campaign;
 pub mod outliers;

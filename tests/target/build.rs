@@ -15,7 +15,7 @@ const COLUMNS: [&str; 6] = ["q1_deg", "q2_deg", "q3_deg", "x_mm", "y_mm", "z_mm"
 const MEMORY: &str = "\
 MEMORY
 {
-  FLASH : ORIGIN = 0x00000000, LENGTH = 512K
+  FLASH : ORIGIN = 0x00000000, LENGTH = 1024K
   STACK : ORIGIN = 0x20000000, LENGTH = 112K
   RAM   : ORIGIN = 0x2001C000, LENGTH = 16K
 }

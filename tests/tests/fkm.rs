@@ -131,7 +131,7 @@ fn a_start_that_does_not_reach_the_samples_is_replaced() {
                 .any(|sample| short.forward(&sample.joints).is_err())
         );
         let outcome = fkm::calibrate(&short, &samples, &Settings::default()).unwrap();
-        assert_eq!(outcome.fit.arms[0].start, StartUsed::Ikm);
+        assert_eq!(outcome.fit.arms[0].start, StartUsed::Joint);
         let error = differences(&outcome.fit.robot, &truth).amax();
         assert!(error < 1e-6, "robot {robot}: {error:e} mm");
     }

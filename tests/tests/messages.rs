@@ -128,7 +128,10 @@ fn refusals_name_the_arm_and_their_figures() {
             &["50"],
         ),
         (
-            Refusal::ResidualContradictsNoise { arm, ratio: 12.34 },
+            Refusal::ResidualContradictsNoise {
+                arm: Some(arm),
+                ratio: 12.34,
+            },
             &["12.3"],
         ),
         (

@@ -7,7 +7,9 @@ use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample};
 use delta_cal_host::accuracy::evaluation::CramerRaoBound;
 use delta_cal_host::accuracy::position_uncertainty::PositionUncertainty;
 use delta_cal_host::planning::observability::{Combination, Indices, Observability};
-use delta_cal_host::{CalibrationMethod, RobotFile, Row, SamplesFile};
+use delta_cal_host::{
+    CalibrationMethod, InstrumentFacts, PositionUnit, RobotFile, Row, SamplesFile,
+};
 use delta_cal_tests::{generator, measurements, paper_limits, paper_robot};
 use nalgebra::{DMatrix, SMatrix};
 
@@ -20,6 +22,7 @@ fn file(noise: Noise<f64>) -> RobotFile {
         tolerance: None,
         noise: Some(noise),
         sensor_frame: None,
+        instruments: InstrumentFacts::default(),
     }
 }
 
@@ -31,7 +34,7 @@ fn samples_file(samples: Vec<Sample<f64>>) -> SamplesFile {
             .map(|(line, value)| Row { line, value })
             .collect(),
         in_degrees: true,
-        in_millimetres: true,
+        positions_in: PositionUnit::Millimetre,
     }
 }
 

@@ -3,18 +3,19 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Arm;
 use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::{Calibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
 use delta_cal_host::accuracy::evaluation::CramerRaoBound;
 use delta_cal_host::fit::fkm;
 use delta_cal_host::planning::poses::{Criterion, PlanRequest, length, plan};
-use delta_cal_host::{CalibrationMethod, RobotFile};
+use delta_cal_host::{CalibrationMethod, InstrumentFacts, RobotFile};
 use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{
     Spread, generator, is_long, largest_difference, paper_limits, paper_robot,
     parameter_differences, perturbed,
 };
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 
 const METHODS: [CalibrationMethod; 2] = [CalibrationMethod::Ikm, CalibrationMethod::Fkm];
 /// Position and joint noise, mm and degrees: the paper's, a tracker's, of the position alone, coarse.
@@ -31,6 +32,7 @@ fn paper_file(noise: Noise<f64>, tolerance: Option<Tolerance<f64>>) -> RobotFile
         tolerance,
         noise: Some(noise),
         sensor_frame: None,
+        instruments: InstrumentFacts::default(),
     }
 }
 
@@ -43,54 +45,97 @@ fn planned(request: &PlanRequest<'_>) -> Vec<[f64; 3]> {
     plan.poses.iter().map(|pose| pose.joints).collect()
 }
 
-/// ∂f/∂P and ∂f/∂X, ∂f/∂q of one arm by central differences of the constraint, |X − B|² − Lb².
+/// |X − B|² − Lb² of one arm.
 fn constraint(parameters: &[f64; 8], x: &Vector3<f64>, q: f64) -> f64 {
-    let arm = delta_cal::robot::Arm::new(*parameters).unwrap();
+    let arm = Arm::new(*parameters).unwrap();
     (x - arm.elbow(q)).norm_squared() - arm.lb().powi(2)
 }
 
-/// √tr of the inverse information by brute force: finite differences, JᵀJ, a general inverse.
+/// √tr of the inverse information by brute force: finite differences, JᵀJ, a general inverse. Per arm the
+/// rows are the constraint's; together they are the forward kinematics'.
 fn brute_force_bound(
+    method: CalibrationMethod,
     joints: &[[f64; 3]],
     noise: &Noise<f64>,
     tolerance: Option<&Tolerance<f64>>,
 ) -> f64 {
-    let robot: Robot<f64> = paper_robot();
-    let step = 1e-4;
-    let mut trace = 0.0;
-    for (index, arm) in robot.arms().iter().enumerate() {
-        let parameters = arm.parameters();
-        let mut information = DMatrix::<f64>::zeros(8, 8);
-        for q in joints {
-            let x = robot.forward(q).unwrap();
-            let q = q[index];
-            let mut gradient = DVector::zeros(8);
-            for parameter in 0..8 {
-                let angle = parameter == 3 || parameter == 4;
-                let (unit, step) = if angle { (260.0, 1e-6) } else { (1.0, step) };
-                let (mut up, mut down) = (parameters, parameters);
-                up[parameter] += step;
-                down[parameter] -= step;
-                gradient[parameter] =
-                    (constraint(&up, &x, q) - constraint(&down, &x, q)) / (2.0 * step * unit);
-            }
-            let by_joint = (constraint(&parameters, &x, q + 1e-6)
-                - constraint(&parameters, &x, q - 1e-6))
-                / 2e-6;
-            let variance =
-                (2.0 * arm.lb() * noise.position()).powi(2) + (by_joint * noise.joint()).powi(2);
-            information += &gradient * gradient.transpose() / variance;
-        }
-        if let Some(tolerance) = tolerance {
-            for parameter in Parameter::ALL {
-                let index = parameter.index();
-                let unit = if index == 3 || index == 4 { 260.0 } else { 1.0 };
-                information[(index, index)] += (tolerance.of(parameter) * unit).powi(-2);
-            }
-        }
-        trace += information.try_inverse().unwrap().trace();
+    let mut information = DMatrix::<f64>::zeros(24, 24);
+    for q in joints {
+        let (rows, covariance) = match method {
+            CalibrationMethod::Ikm => constraint_rows(q, noise),
+            CalibrationMethod::Joint | CalibrationMethod::Fkm => position_rows(q, noise),
+        };
+        information += rows.transpose() * covariance.try_inverse().unwrap() * rows;
     }
-    trace.sqrt()
+    for index in 0..24 {
+        let sigma = tolerance.map(|tolerance| tolerance.of(Parameter::ALL[index % 8]));
+        let weight = sigma.map_or(0.0, |sigma| (sigma * unit_of(index)).powi(-2));
+        information[(index, index)] += weight;
+    }
+    information.try_inverse().unwrap().trace().sqrt()
+}
+
+/// mm per unit of the parameter.
+fn unit_of(index: usize) -> f64 {
+    if matches!(index % 8, 3 | 4) {
+        260.0
+    } else {
+        1.0
+    }
+}
+
+const STEP: f64 = 1e-4;
+
+/// ∂f/∂P of the three constraints, and their variances with what the arms share left out.
+fn constraint_rows(q: &[f64; 3], noise: &Noise<f64>) -> (SMatrix<f64, 3, 24>, Matrix3<f64>) {
+    let robot: Robot<f64> = paper_robot();
+    let x = robot.forward(q).unwrap();
+    let (mut rows, mut covariance) = (SMatrix::zeros(), Matrix3::zeros());
+    for (index, arm) in robot.arms().iter().enumerate() {
+        let (parameters, q) = (arm.parameters(), q[index]);
+        for parameter in 0..8 {
+            let unit = unit_of(parameter);
+            let [up, down] = [STEP, -STEP].map(|step| {
+                let mut moved = parameters;
+                moved[parameter] += step / unit;
+                constraint(&moved, &x, q)
+            });
+            rows[(index, 8 * index + parameter)] = (up - down) / (2.0 * STEP);
+        }
+        let by_joint =
+            (constraint(&parameters, &x, q + 1e-6) - constraint(&parameters, &x, q - 1e-6)) / 2e-6;
+        covariance[(index, index)] =
+            (2.0 * arm.lb() * noise.position()).powi(2) + (by_joint * noise.joint()).powi(2);
+    }
+    (rows, covariance)
+}
+
+/// ∂X/∂P of the position, and its covariance.
+fn position_rows(q: &[f64; 3], noise: &Noise<f64>) -> (SMatrix<f64, 3, 24>, Matrix3<f64>) {
+    let robot: Robot<f64> = paper_robot();
+    let mut rows = SMatrix::<f64, 3, 24>::zeros();
+    for index in 0..24 {
+        let [up, down] = [STEP, -STEP].map(|step| {
+            let mut arms = robot.arms().map(|arm| arm.parameters());
+            arms[index / 8][index % 8] += step / unit_of(index);
+            Robot::new(arms.map(|arm| Arm::new(arm).unwrap()))
+                .unwrap()
+                .forward(q)
+                .unwrap()
+        });
+        rows.set_column(index, &((up - down) / (2.0 * STEP)));
+    }
+    let by_joints = Matrix3::from_columns(&[0, 1, 2].map(|joint| {
+        let [up, down] = [1e-6, -1e-6].map(|step| {
+            let mut moved = *q;
+            moved[joint] += step;
+            robot.forward(&moved).unwrap()
+        });
+        (up - down) / 2e-6
+    }));
+    let covariance = Matrix3::identity() * noise.position().powi(2)
+        + by_joints * by_joints.transpose() * noise.joint().powi(2);
+    (rows, covariance)
 }
 
 fn bound(
@@ -193,18 +238,21 @@ fn with_a_tolerance_twelve_planned_poses_are_as_good_as_sixty_random() {
 fn the_expected_parameter_error_is_that_of_brute_force() {
     let noise = noise((0.02, 0.002));
     let tolerance = Tolerance::new(0.5, 0.2f64.to_radians()).unwrap();
-    for (count, tolerance) in [(8, None), (12, Some(tolerance)), (20, None)] {
-        let file = paper_file(noise, tolerance);
-        let plan = plan(&PlanRequest {
-            count,
-            ..PlanRequest::new(&file)
-        })
-        .unwrap();
-        let joints: Vec<_> = plan.poses.iter().map(|pose| pose.joints).collect();
-        let expected = brute_force_bound(&joints, &noise, tolerance.as_ref());
-        // The steps of the differences leave a relative error of some 1e-8.
-        let off = (plan.planned.bound / expected - 1.0).abs();
-        assert!(off < 1e-6, "{count} poses: {off:e}");
+    for method in [CalibrationMethod::Ikm, CalibrationMethod::Joint] {
+        for (count, tolerance) in [(8, None), (12, Some(tolerance)), (20, None)] {
+            let file = paper_file(noise, tolerance);
+            let plan = plan(&PlanRequest {
+                count,
+                method,
+                ..PlanRequest::new(&file)
+            })
+            .unwrap();
+            let joints: Vec<_> = plan.poses.iter().map(|pose| pose.joints).collect();
+            let expected = brute_force_bound(method, &joints, &noise, tolerance.as_ref());
+            // The steps of the differences leave a relative error of some 1e-8.
+            let off = (plan.planned.bound / expected - 1.0).abs();
+            assert!(off < 1e-6, "{method:?}, {count} poses: {off:e}");
+        }
     }
 }
 

@@ -8,15 +8,14 @@
     clippy::cast_precision_loss
 )]
 
-use delta_cal::classical::StoredCalibrator;
-use delta_cal::robot::Arm;
 use delta_cal::robust::{Loss, RobustOutcome, RobustRefusal, WeighedSample, robust_fit};
 use delta_cal::samples::SampleError;
 use delta_cal::{ArmIndex, Noise, Refusal, Robot, Sample, Settings};
+use delta_cal_tests::closures::{by_parameters, closures, covariance, inverse_of};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
 };
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 const POSITION: f64 = 0.02;
 const JOINT: f64 = 5e-5;
@@ -73,26 +72,39 @@ fn fit(
     (outcome, work)
 }
 
-/// f/σf of an arm at a sample, σf at the robot before calibration.
-fn residual(arm: &Arm<f64>, index: ArmIndex, sample: &Sample<f64>, noise: &Noise<f64>) -> f64 {
-    let q = sample.joints[index.index()];
-    arm.constraint(&sample.position, q) / deviation(index, sample, noise)
+/// |W f| of every sample at a robot, W at the robot before calibration.
+fn distances(robot: &Robot<f64>, samples: &[Sample<f64>], noise: &Noise<f64>) -> Vec<f64> {
+    let distance = |sample: &Sample<f64>| {
+        let closures = closures(robot, sample);
+        (closures.transpose() * information(sample, noise) * closures)[0].sqrt()
+    };
+    samples.iter().map(distance).collect()
 }
 
-fn deviation(index: ArmIndex, sample: &Sample<f64>, noise: &Noise<f64>) -> f64 {
-    let nominal = *paper_robot::<f64>().arm(index);
-    let q = sample.joints[index.index()];
-    (2.0 * nominal.lb() * noise.position())
-        .hypot(nominal.constraint_by_joint(&sample.position, q) * noise.joint())
+/// WᵀW.
+fn information(sample: &Sample<f64>, noise: &Noise<f64>) -> Matrix3<f64> {
+    covariance(&paper_robot(), sample, noise)
+        .try_inverse()
+        .unwrap()
 }
 
-/// The scale: the median of |r| over that of a normal number, with eight degrees of freedom lost.
-fn scale(residuals: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+/// The scale: the median of the lengths over that of three normal numbers, with 24 degrees of freedom of
+/// three residuals a sample lost.
+fn scale(distances: &[f64]) -> f64 {
+    let mut sizes = distances.to_vec();
     sizes.sort_by(f64::total_cmp);
     let count = sizes.len();
     let median = f64::midpoint(sizes[(count - 1) / 2], sizes[count / 2]);
-    median / 0.6745 * (count as f64 / (count as f64 - 8.0)).sqrt()
+    median / 2.365_973_88_f64.sqrt() * (count as f64 / (count as f64 - 12.0)).sqrt()
+}
+
+/// By how much a loss is wider for the length of three numbers than for one, at the same efficiency of
+/// 95 %.
+const fn stretch(loss: Loss) -> f64 {
+    match loss {
+        Loss::Huber => 1.210_396,
+        Loss::Tukey => 1.171_878,
+    }
 }
 
 fn psi_over_r(loss: Loss, r: f64) -> f64 {
@@ -118,9 +130,7 @@ fn exact_samples_return_the_robot_and_name_the_wrong_ones() {
                 assert!(outcome.settled || settings.noise.is_none());
                 assert!(!outcome.settled || (2..60).contains(&outcome.rounds));
                 assert!(outcome.rounds <= 80);
-                for arm in &outcome.fit.arms {
-                    assert_eq!(arm.samples, (count - wrong) as u64);
-                }
+                assert_eq!(outcome.fit.estimate.samples, (count - wrong) as u64);
                 for (index, weighed) in work.iter().enumerate() {
                     assert_eq!(weighed.suspected(), is_wrong(index, wrong), "{index}");
                     assert_eq!(weighed.weight() > 0.0, !weighed.suspected());
@@ -145,76 +155,63 @@ fn weights_residuals_and_gradient_are_those_of_the_estimate() {
             let (outcome, work) = fit(&samples, &stated(times), loss);
             let outcome = outcome.unwrap();
             assert!(outcome.settled);
-            let mut weights = vec![1.0; count];
-            let mut largest = vec![(ArmIndex::First, -1.0); count];
-            let mut all = Vec::new();
-            for index in ArmIndex::ALL {
-                let arm = outcome.fit.robot.arm(index);
-                let residuals: Vec<f64> = samples
-                    .iter()
-                    .map(|sample| residual(arm, index, sample, &noise(times)))
-                    .collect();
-                all.push((index, residuals));
-            }
-            // The largest of the arms' scales; the stated noise keeps it at 1 or above.
-            let scale = all
+            let robot = &outcome.fit.robot;
+            let distances = distances(robot, &samples, &noise(times));
+            // The stated noise keeps it at 1 or above.
+            let scale = scale(&distances).max(1.0);
+            let unit = scale * stretch(loss);
+            let weights: Vec<f64> = distances
                 .iter()
-                .map(|(_, residuals)| scale(residuals))
-                .fold(1.0, f64::max);
-            for (index, residuals) in &all {
-                for (k, r) in residuals.iter().enumerate() {
-                    weights[k] = f64::min(weights[k], psi_over_r(loss, r / scale));
-                    if r.abs() > largest[k].1 {
-                        largest[k] = (*index, r.abs());
-                    }
-                }
-            }
-            // They have settled to √ε; after half of the rounds at scales that stay as they are.
+                .map(|distance| psi_over_r(loss, distance / unit))
+                .collect();
+            // They have settled to √ε; after half of the rounds at a scale that stays as it is.
             let close = if outcome.rounds < 40 { 1e-6 } else { 1e-3 };
             for (k, weighed) in work.iter().enumerate() {
                 assert!((weighed.weight() - weights[k]).abs() < close, "{k}");
-                assert_eq!(weighed.residual().0, largest[k].0);
-                assert!((weighed.residual().1 / largest[k].1 - 1.0).abs() < 1e-5);
+                assert!((weighed.residual() / distances[k] - 1.0).abs() < 1e-5);
                 assert_eq!(weighed.suspected(), weights[k] <= 0.0);
             }
-            for (index, residuals) in &all {
-                let arm = outcome.fit.robot.arm(*index);
-                let mut gradient = SVector::<f64, 8>::zeros();
-                let mut information = SMatrix::<f64, 8, 8>::zeros();
-                let (mut weight, mut influence, mut moment, mut slope) = (0.0, 0.0, 0.0, 0.0);
-                for ((sample, r), counted) in samples.iter().zip(residuals).zip(&weights) {
-                    if *counted <= 0.0 {
-                        continue;
+            let mut gradient = SVector::<f64, 24>::zeros();
+            let mut curvature = SMatrix::<f64, 24, 24>::zeros();
+            let (mut weight, mut influence, mut moment, mut slope) = (0.0, 0.0, 0.0, 0.0);
+            for ((sample, distance), w) in samples.iter().zip(&distances).zip(&weights) {
+                if *w <= 0.0 {
+                    continue;
+                }
+                let by_parameters = by_parameters(robot, sample);
+                let weighted = by_parameters.transpose() * information(sample, &noise(times)) * *w;
+                gradient += weighted * closures(robot, sample);
+                curvature += weighted * by_parameters;
+                let r = distance / scale;
+                // ψ of a vector of three: one slope along it, and ψ/r across it twice.
+                let along = match loss {
+                    Loss::Huber => f64::from(distance / unit <= 1.345),
+                    Loss::Tukey => {
+                        let u = (distance / unit / 4.685).powi(2);
+                        (1.0 - u) * (1.0 - 5.0 * u)
                     }
-                    let q = sample.joints[index.index()];
-                    let row = arm.constraint_by_parameters(&sample.position, q)
-                        / deviation(*index, sample, &noise(times));
-                    let w = psi_over_r(loss, r / scale);
-                    gradient += row * (w * r);
-                    information += row * row.transpose() * w;
-                    weight += w;
-                    influence += (w * r).powi(2);
-                    moment += w * r * r;
-                    slope += match loss {
-                        Loss::Huber => f64::from(r.abs() / scale <= 1.345),
-                        Loss::Tukey => {
-                            let u = (r / scale / 4.685).powi(2);
-                            (1.0 - u) * (1.0 - 5.0 * u)
-                        }
-                    };
+                };
+                weight += w;
+                influence += (w * r).powi(2) / 3.0;
+                moment += w * r * r / 3.0;
+                slope += (along + 2.0 * w) / 3.0;
+            }
+            let inverse = inverse_of(&curvature).unwrap();
+            // The Newton step from there: a ten thousandth of a σ.
+            let step = inverse * gradient;
+            for k in 0..24 {
+                assert!(step[k].abs() < close.max(1e-4) * inverse[(k, k)].sqrt());
+            }
+            // mean ψ² · mean w / (mean ψ r · mean ψ′) times (JᵀWJ)⁻¹.
+            let factor = influence * weight / (moment * slope);
+            assert!((0.55..1.3).contains(&factor), "{factor}");
+            let found = outcome.fit.estimate.covariance.unwrap();
+            for row in 0..24 {
+                for column in 0..24 {
+                    let unit = (inverse[(row, row)] * inverse[(column, column)]).sqrt() * factor;
+                    let off = found[(row, column)] - inverse[(row, column)] * factor;
+                    assert!(off.abs() < 1e-3 * unit, "{row} {column}");
                 }
-                let covariance = information.try_inverse().unwrap();
-                // The Newton step from there: a ten thousandth of a σ.
-                let step = covariance * gradient;
-                for k in 0..8 {
-                    assert!(step[k].abs() < close.max(1e-4) * covariance[(k, k)].sqrt());
-                }
-                // mean ψ² · mean w / (mean ψ r · mean ψ′) times (JᵀWJ)⁻¹.
-                let factor = influence * weight / (moment * slope);
-                assert!((0.55..1.3).contains(&factor), "{factor}");
-                let found = outcome.fit.arms[index.index()].covariance.unwrap();
-                let expected = covariance * factor;
-                assert!((found - expected).norm() < 1e-3 * expected.norm());
             }
         }
     }
@@ -228,57 +225,31 @@ fn without_a_stated_noise_residuals_are_in_units_of_the_estimated_one() {
         let (_, samples) = case(21, 80, 8, Some(&position_only));
         let (outcome, work) = fit(&samples, &Settings::default(), loss);
         let outcome = outcome.unwrap();
-        let mut largest = vec![0.0_f64; samples.len()];
-        let mut weights = vec![1.0_f64; samples.len()];
-        let mut all = Vec::new();
-        for (index, calibrated) in ArmIndex::ALL.into_iter().zip(&outcome.fit.arms) {
-            let sigma = calibrated.estimated_noise.unwrap();
-            // 72 good samples: a few tenths of 20 µm, and a robust one is a little less sure.
-            assert!((sigma / POSITION - 1.0).abs() < 0.35, "{sigma}");
-            let distances: Vec<f64> = samples
-                .iter()
-                .map(|sample| {
-                    let q = sample.joints[index.index()];
-                    calibrated.arm.constraint(&sample.position, q)
-                        / (2.0 * paper_robot::<f64>().arm(index).lb())
-                })
-                .collect();
-            all.push((sigma, distances));
-        }
-        let scale = all
-            .iter()
-            .map(|(_, distances)| scale(distances))
-            .fold(0.0, f64::max);
-        for (sigma, distances) in &all {
-            for (k, distance) in distances.iter().enumerate() {
-                largest[k] = largest[k].max((distance / sigma).abs());
-                weights[k] = weights[k].min(psi_over_r(loss, distance / scale));
-            }
-        }
-        for (k, weighed) in work.iter().enumerate() {
-            assert!((weighed.residual().1 / largest[k] - 1.0).abs() < 1e-5);
-            assert!((weighed.weight() - weights[k]).abs() < 1e-6);
+        let sigma = outcome.fit.estimate.estimated_noise.unwrap();
+        // 72 good samples: a few tenths of 20 µm, and a robust one is a little less sure.
+        assert!((sigma / POSITION - 1.0).abs() < 0.35, "{sigma}");
+        let millimetre = Noise::new(1.0, 0.0).unwrap();
+        let distances = distances(&outcome.fit.robot, &samples, &millimetre);
+        let unit = scale(&distances) * stretch(loss);
+        for (weighed, distance) in work.iter().zip(&distances) {
+            assert!((weighed.residual() * sigma / distance - 1.0).abs() < 1e-5);
+            assert!((weighed.weight() - psi_over_r(loss, distance / unit)).abs() < 1e-6);
         }
     }
 }
 
 #[test]
-fn stored_samples_give_the_same_fit() {
+fn a_work_space_without_room_is_refused() {
     let (_, samples) = case(31, 30, 4, Some(&noise(1.0)));
-    for settings in [Settings::default(), stated(1.0)] {
-        let (outcome, work) = fit(&samples, &settings, Loss::Tukey);
-        let mut calibrator = StoredCalibrator::<f64, 30>::new(&paper_robot(), &settings);
-        for sample in &samples {
-            calibrator.add(sample).unwrap();
-        }
-        let mut other = vec![WeighedSample::vacant(); 30];
-        assert_eq!(calibrator.solve_robust(Loss::Tukey, &mut other), outcome);
-        assert_eq!(other, work);
-        assert_eq!(
-            calibrator.solve_robust(Loss::Tukey, &mut other[..29]),
-            Err(RobustRefusal::NoRoom { samples: 30 })
-        );
-    }
+    let mut work = vec![WeighedSample::vacant(); 29];
+    let outcome = robust_fit(
+        &paper_robot(),
+        &stated(1.0),
+        &samples,
+        Loss::Tukey,
+        &mut work,
+    );
+    assert_eq!(outcome, Err(RobustRefusal::NoRoom { samples: 30 }));
 }
 
 #[test]

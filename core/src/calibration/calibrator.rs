@@ -1,4 +1,4 @@
-use super::problem::ArmProblem;
+use super::arm_problem::ArmProblem;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
@@ -41,7 +41,7 @@ pub type Calibrator<T> = RobotCalibrator<T, ArmFactor<T>>;
 
 /// A point of the workspace from which positions are counted: the platform at equal joint angles.
 #[inline(never)]
-fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
+pub(super) fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
     for degrees in [20.0_f32, 0.0, 45.0, -20.0, 70.0] {
         let q = T::from_f64(f64::from(degrees)) * (T::PI / T::from_f64(180.0));
         if let Ok(x) = robot.forward(&[q; 3]) {
@@ -74,6 +74,7 @@ impl<'a, T: Real> NominalArms<'a, T> {
 }
 
 /// What a robot's samples are expressed against.
+#[cfg(any(feature = "classical", test))]
 pub(crate) fn nominal_arms<T: Real>(
     robot: &Robot<T>,
     settings: &Settings<T>,
@@ -146,6 +147,34 @@ impl<T: Real> Calibrator<T> {
                 .iter()
                 .map(|sample| (&sample.position, sample.joints[arm.index()]));
             factor.add_many(arm_samples, arm)?;
+        }
+        self.arms = updated;
+        Ok(())
+    }
+
+    /// Takes in samples, the sums of whose squared residuals are multiplied by their weights, and sets
+    /// the effective number of all samples. For fits that weigh stored samples.
+    ///
+    /// # Errors
+    /// The first faulty sample's position in the sequence, and its fault; nothing is taken in.
+    pub fn add_weighted<'a, I>(
+        &mut self,
+        samples: I,
+        effective_samples: T,
+    ) -> Result<(), (usize, SampleError)>
+    where
+        I: IntoIterator<Item = (&'a Sample<T>, T)>,
+    {
+        self.flush();
+        let mut updated = self.arms;
+        for (index, (sample, weight)) in samples.into_iter().enumerate() {
+            self.check(sample).map_err(|error| (index, error))?;
+            for (factor, q) in updated.iter_mut().zip(sample.joints) {
+                factor.absorb_weighted(&sample.position, q, weight);
+            }
+        }
+        for factor in &mut updated {
+            factor.count_as(effective_samples);
         }
         self.arms = updated;
         Ok(())

@@ -1,51 +1,51 @@
-use super::iteration::Iteration;
+use super::iteration::Point;
 use super::limits::{INDISTINGUISHABLE, NEARER, SAME_POINT, TIE};
 use super::outcome::{StartUsed, Termination};
-use super::problem::ArmProblem;
+use super::problem::Problem;
 use crate::Real;
 
 /// Where an iteration ended.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct EndPoint<T: Real> {
-    pub(super) iteration: Iteration<T>,
+pub(super) struct EndPoint<T: Real, const N: usize, const M: usize, const E: usize> {
+    pub(super) point: Point<T, N, M, E>,
     pub(super) termination: Termination,
     pub(super) start: StartUsed,
     /// What the tolerance was balanced against.
     pub(super) residual_sigma: T,
 }
 
-impl<T: Real> EndPoint<T> {
+impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, E> {
     /// Whether the end of another iteration is to be preferred: a clearly smaller cost, or, where the
-    /// samples cannot tell the two apart, the solution nearer to the nominal arm. Eight samples have
-    /// several exact solutions.
+    /// samples cannot tell the two apart, the solution nearer to the nominal parameters. Eight samples
+    /// have several exact solutions.
     #[inline(never)]
-    pub(super) fn is_improved_by<P: ArmProblem<T>>(
+    pub(super) fn is_improved_by<P: Problem<T, N, M, E>>(
         &self,
-        end: &Iteration<T>,
+        end: &Point<T, N, M, E>,
         residual_sigma: T,
         has_tolerance: bool,
         problem: &P,
     ) -> bool {
         // With a tolerance the cost itself prefers the nearer one.
-        let tie = if problem.nominal().noise().is_some() && !has_tolerance {
+        let tie = if problem.noise_stated() && !has_tolerance {
             T::from_f64(INDISTINGUISHABLE)
         } else {
             // Of two starts that end in the same point the first is kept.
-            T::from_f64(TIE) * self.iteration.cost
+            T::from_f64(TIE) * self.point.cost
         } + rounding_of_cost(problem);
-        let gained = self.iteration.cost - end.cost;
+        let gained = self.point.cost - end.cost;
         if residual_sigma != self.residual_sigma {
             // Another balance of samples and tolerance: the later one counts.
             return true;
         }
         let mut apart = end.correction;
-        for (difference, other) in apart.iter_mut().zip(self.iteration.correction) {
+        for (difference, other) in apart.iter_mut().zip(self.point.correction) {
             *difference -= other;
         }
-        let same_place = self.iteration.length_squared(&apart) <= T::from_f64(SAME_POINT) * tie;
+        let same_place = self.point.length_squared(&apart) <= T::from_f64(SAME_POINT) * tie;
         if gained.magnitude() <= tie && !same_place {
             squared_length(&end.correction)
-                < T::from_f64(NEARER) * squared_length(&self.iteration.correction)
+                < T::from_f64(NEARER) * squared_length(&self.point.correction)
         } else {
             gained > T::ZERO
         }
@@ -53,11 +53,20 @@ impl<T: Real> EndPoint<T> {
 }
 
 /// A sum of squares below this is rounding: (32ε)² times the rows that the residuals come from.
-pub(super) fn rounding_of_cost<T: Real, P: ArmProblem<T>>(problem: &P) -> T {
+pub(super) fn rounding_of_cost<
+    T: Real,
+    P: Problem<T, N, M, E>,
+    const N: usize,
+    const M: usize,
+    const E: usize,
+>(
+    problem: &P,
+) -> T {
     problem.rows_squared() * (T::from_f64(32.0) * T::EPSILON).squared()
 }
 
-fn squared_length<T: Real>(values: &[T; 8]) -> T {
+#[inline(never)]
+fn squared_length<T: Real>(values: &[T]) -> T {
     values
         .iter()
         .fold(T::ZERO, |sum, value| sum + value.squared())

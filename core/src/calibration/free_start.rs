@@ -1,20 +1,25 @@
-//! The start without a guess.
+//! The starts without a guess: the linear fit, and arms that only the spread of the samples decides.
 
+use super::means::Means;
 use crate::Real;
-use crate::samples::ArmFactor;
+use crate::samples::{ArmFactor, NominalArm};
 use nalgebra::Vector3;
 
-/// Minimises |R (δc, 1)| over free δc and reads the correction δP off it. `None` if the samples leave a coefficient free or the
-/// coefficients are not those of an arm.
+/// Minimises |R (δc, 1)| over free δc and reads the correction δP off it. `None` if the samples leave a
+/// coefficient free or the coefficients are not those of an arm.
 pub(crate) fn free_start<T: Real>(factor: &ArmFactor<T>) -> Option<[T; 8]> {
     // A pivot of the size of its column's rounding error carries no information.
     let rounding = T::from_f64(16.0) * T::EPSILON;
     let smallest = factor.triangle().column_norms().map(|norm| rounding * norm);
     let delta = factor.triangle().minimiser(&smallest)?;
+    correction_of(factor.nominal(), &delta)
+}
 
-    let nominal = factor.nominal();
+/// Reads the correction δP off the difference δc of the coefficients.
+#[inline(never)]
+pub(super) fn correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -> Option<[T; 8]> {
     let half = T::HALF;
-    let [d1, d2, d3, _, _, u1, u2, u3, v1, v2, v3, constant]: [T; 12] = delta;
+    let [d1, d2, d3, _, _, u1, u2, u3, v1, v2, v3, constant] = *delta;
     let delta_d = Vector3::new(d1, d2, d3) * -half;
     let u = nominal.u - Vector3::new(u1, u2, u3) * half;
     let v = nominal.v - Vector3::new(v1, v2, v3) * half;
@@ -54,6 +59,52 @@ pub(crate) fn free_start<T: Real>(factor: &ArmFactor<T>) -> Option<[T; 8]> {
         la_x - la_x0,
         la_y - la_y0,
         lb_squared.square_root() - nominal.lb,
+    ])
+}
+
+/// Azimuths of the arms that [`spread_start`] gives.
+pub(crate) const SPREAD_STARTS: u8 = 6;
+/// Upper arm and forearm of these arms, in units of the rms distance of the samples from their mean.
+const UPPER_ARM: f64 = 0.7;
+const FOREARM: f64 = 1.2;
+
+/// The correction to one of [`SPREAD_STARTS`] arms, for samples from which the linear fit finds none: few
+/// distinct joint angles determine the eight parameters of an arm, but not twelve coefficients.
+///
+/// The arms' azimuths are a sixth of a turn apart, their motor axes horizontal. The lengths are in proportion to the
+/// spread s of the samples, La = 0.7 s and Lb = 1.2 s, and the forearm hangs down to the mean sample at
+/// the mean joint angle: D = X̄ + Lb ez − (u cos q + v sin q). `None` if the samples have no spread.
+pub(crate) fn spread_start<T: Real>(
+    nominal: &NominalArm<T>,
+    means: &Means<T>,
+    index: u8,
+) -> Option<[T; 8]> {
+    if !(means.spread > T::ZERO && means.spread.finite()) {
+        return None;
+    }
+    let (la, lb) = (
+        T::from_f64(UPPER_ARM) * means.spread,
+        T::from_f64(FOREARM) * means.spread,
+    );
+    let turn = T::TWO * T::PI;
+    let theta = turn / T::from_count(u64::from(SPREAD_STARTS)) * T::from_count(u64::from(index));
+    let (sine, cosine) = theta.sine_cosine();
+    let outwards = la * means.cosine;
+    let up = lb + la * means.sine;
+    let d = means.x + Vector3::new(-(outwards * cosine), -(outwards * sine), up);
+
+    let [_, _, _, theta0, alpha0, ..] = nominal.arm().parameters();
+    let delta_d = d - nominal.d;
+    let (la_x0, la_y0) = nominal.la;
+    Some([
+        delta_d.x,
+        delta_d.y,
+        delta_d.z,
+        nearest_turn(theta - theta0),
+        -alpha0,
+        la - la_x0,
+        -la_y0,
+        lb - nominal.lb,
     ])
 }
 

@@ -1,42 +1,139 @@
 //! What the triangular factor of the Jacobian says about the parameters.
 
-use super::problem::Normal;
 use crate::Real;
+use crate::samples::Triangle;
 use core::hint::black_box;
 use nalgebra::SMatrix;
 
-/// The inverse of the factor's 8 × 8 part and its condition.
-pub(crate) struct Identifiability<T: Real> {
+/// Parameters of an arm.
+const ARM: usize = 8;
+/// What a piece of the inverse may cost, in multiplications; a column more is begun before.
+const PIECE: usize = 2500;
+/// What a row of a column costs beside its multiplications.
+const OF_A_ROW: usize = 26;
+
+/// The inverse of the factor's N × N part, column by column, and what it tells.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Identifiability<T: Real, const N: usize> {
     /// (JᵀJ)⁻¹ in internal units.
-    pub(crate) covariance: SMatrix<T, 8, 8>,
-    /// ‖A‖‖A⁻¹‖/8 in Frobenius norms, A = J with columns of unit length.
-    pub(crate) condition: T,
+    pub(crate) covariance: SMatrix<T, N, N>,
+    /// Each variance over what it would be if the other parameters were known.
+    inflation: [T; N],
     /// Index of the parameter with the largest part in the weakest combination.
     pub(crate) weakest: usize,
+    /// How many columns are inverted.
+    inverted: usize,
 }
 
-impl<T: Real> Identifiability<T> {
-    /// γ = 8 − Σ priorⱼ² Cⱼⱼ: how many parameters the samples determine and not the prior.
-    pub(crate) fn determined_parameters(&self, prior: &[T; 8]) -> T {
-        let mut determined = T::from_f64(8.0);
-        for (weight, variance) in prior.iter().zip(self.covariance.diagonal().iter()) {
-            determined -= weight.squared() * *variance;
+impl<T: Real, const N: usize> Identifiability<T, N> {
+    /// Before the first piece.
+    pub(crate) fn unstarted() -> Self {
+        Self {
+            covariance: SMatrix::zeros(),
+            inflation: [T::ZERO; N],
+            weakest: 0,
+            inverted: 0,
         }
-        determined
+    }
+
+    /// As before the first piece, which clears what is left of an earlier one.
+    pub(crate) const fn restart(&mut self) {
+        self.inverted = 0;
+    }
+
+    /// Of a factor, in one go.
+    #[inline(never)]
+    pub(crate) fn of<const M: usize, const E: usize>(normal: &Triangle<T, M, E>) -> Self {
+        let mut whole = Self::unstarted();
+        while whole.invert(normal) {}
+        whole
+    }
+
+    /// Inverts a few columns; whether there are more to do. W = T⁻¹ column by column, and W Wᵀ as the sum
+    /// of its columns' products, of which both halves are the same sums: symmetric to the bit.
+    #[inline(never)]
+    pub(crate) fn invert<const M: usize, const E: usize>(
+        &mut self,
+        normal: &Triangle<T, M, E>,
+    ) -> bool {
+        let mut cost = 0;
+        if self.inverted == 0 {
+            self.covariance.as_mut_slice().fill(T::ZERO);
+        }
+        while self.inverted < N && cost < PIECE {
+            self.inverted += 1;
+            let mut column = [T::ZERO; N];
+            let column = column.get_mut(..self.inverted).unwrap_or_default();
+            normal.inverse_column(column);
+            add_square(column, self.covariance.as_mut_slice(), N);
+            cost += self.inverted * (self.inverted * 3 / 2 + OF_A_ROW);
+        }
+        if self.inverted < N {
+            return true;
+        }
+        self.compare(normal);
+        false
+    }
+
+    /// An exactly singular or not finite factor inflates infinitely.
+    fn compare<const M: usize, const E: usize>(&mut self, normal: &Triangle<T, M, E>) {
+        // The parameters' columns; the last is the residual, which may well be zero.
+        let norms = normal.column_norms();
+        let mut largest = T::ZERO;
+        for (index, ((inflation, norm), variance)) in self
+            .inflation
+            .iter_mut()
+            .zip(norms)
+            .zip(self.covariance.as_slice().iter().step_by(N + 1))
+            .enumerate()
+        {
+            let scaled = *variance * norm.squared();
+            *inflation = if scaled.finite() && norm > T::ZERO {
+                scaled
+            } else {
+                T::INFINITY
+            };
+            if *inflation > largest {
+                largest = *inflation;
+                self.weakest = index;
+            }
+        }
+        if !largest.finite() {
+            self.weakest = weakest_of_singular::<T, N, M, E>(normal, &norms);
+        }
+    }
+
+    /// ‖A‖‖A⁻¹‖/8 in Frobenius norms, A = J with columns of unit length, if the problem is one arm's; of
+    /// several arms that of each, whose mean square is that of all.
+    pub(crate) fn condition(&self, arm: usize) -> T {
+        let mut total = T::ZERO;
+        for inflation in self.inflation.iter().skip(ARM * arm).take(ARM) {
+            total += *inflation;
+        }
+        (total / T::from_f64(8.0)).square_root()
+    }
+
+    /// The condition of the arm, or of eight unknowns behind the arms, that has the largest.
+    pub(crate) fn largest_condition(&self) -> T {
+        let mut largest = T::ZERO;
+        for arm in 0..N.div_ceil(ARM) {
+            largest = largest.larger(self.condition(arm));
+        }
+        largest
     }
 
     /// The combination of parameters, of unit length in internal units, that the samples determine
     /// least: three steps of inverse iteration on JᵀJ.
     #[inline(never)]
-    pub(crate) fn weakest_direction(&self) -> [T; 8] {
-        let mut direction = [T::ZERO; 8];
+    pub(crate) fn weakest_direction(&self) -> [T; N] {
+        let mut direction = [T::ZERO; N];
         if let Some(entry) = direction.get_mut(self.weakest) {
             *entry = T::ONE;
         }
         // Hidden from the optimiser, which would write the step out three times.
         for _ in 0..black_box(3) {
-            let mut product = [T::ZERO; 8];
-            for (column, part) in self.covariance.as_slice().chunks_exact(8).zip(direction) {
+            let mut product = [T::ZERO; N];
+            for (column, part) in self.covariance.as_slice().chunks_exact(N).zip(direction) {
                 add_multiple(column, part, &mut product);
             }
             let squared = product
@@ -44,53 +141,49 @@ impl<T: Real> Identifiability<T> {
                 .fold(T::ZERO, |sum, part| sum + part.squared());
             let length = squared.square_root();
             if !(length > T::ZERO && length.finite()) {
-                return [T::ZERO; 8];
+                return [T::ZERO; N];
             }
             direction = product.map(|part| part / length);
         }
         direction
     }
-
-    /// An exactly singular or not finite factor gives an infinite condition.
-    #[inline(never)]
-    pub(crate) fn of(normal: &Normal<T>) -> Self {
-        // The parameters' columns; the ninth is the residual, which may well be zero.
-        let [norms @ .., _] = normal.column_norms();
-        let mut covariance = SMatrix::<T, 8, 8>::zeros();
-        // W = T⁻¹ column by column, and W Wᵀ as the sum of its columns' products, of which both halves are
-        // the same sums: symmetric to the bit.
-        for length in 1..=8 {
-            let mut column = [T::ZERO; 8];
-            let column = column.get_mut(..length).unwrap_or_default();
-            normal.inverse_column(column);
-            add_square(column, covariance.as_mut_slice());
-        }
-        let mut total = T::ZERO;
-        let mut weakest = (0, T::ZERO);
-        for ((j, norm), variance) in norms.iter().enumerate().zip(&covariance.diagonal()) {
-            let scaled = *variance * norm.squared();
-            total += scaled;
-            if !(scaled <= weakest.1) {
-                weakest = (j, scaled);
-            }
-        }
-        let condition = if total.finite() && norms.iter().all(|norm| *norm > T::ZERO) {
-            (total / T::from_f64(8.0)).square_root()
-        } else {
-            T::INFINITY
-        };
-        Self {
-            covariance,
-            condition,
-            weakest: weakest.0,
-        }
-    }
 }
 
-/// Adds v vᵀ to a matrix given by columns; v may be shorter, zeros behind it.
+/// The parameter with the largest part, times its column's norm, in the combination that leaves the
+/// residuals as they are: T y = 0 with y = 1 where T's first vanishing pivot is.
+#[cold]
 #[inline(never)]
-fn add_square<T: Real>(vector: &[T], matrix: &mut [T]) {
-    for (column, part) in matrix.chunks_exact_mut(8).zip(vector) {
+fn weakest_of_singular<T: Real, const N: usize, const M: usize, const E: usize>(
+    normal: &Triangle<T, M, E>,
+    norms: &[T; M],
+) -> usize {
+    let vanishes = |index: usize| {
+        let pivot = normal.row(index).first().copied().unwrap_or(T::ZERO);
+        !(T::ONE / pivot.squared()).finite()
+    };
+    // Hidden from the optimiser, which would write out the rows one after another.
+    let Some(first) = (0..black_box(N)).find(|index| vanishes(*index)) else {
+        return 0;
+    };
+    let mut combination = [T::ZERO; N];
+    if let Some(part) = combination.get_mut(first) {
+        *part = T::ONE;
+    }
+    normal.complete_column(combination.get_mut(..=first).unwrap_or_default());
+    let mut weakest = (first, norms.get(first).copied().unwrap_or(T::ZERO));
+    for (index, (part, norm)) in combination.iter().zip(norms).enumerate() {
+        let scaled = part.magnitude() * *norm;
+        if scaled > weakest.1 {
+            weakest = (index, scaled);
+        }
+    }
+    weakest.0
+}
+
+/// Adds v vᵀ to a matrix of that many rows given by columns; v may be shorter, zeros behind it.
+#[inline(never)]
+fn add_square<T: Real>(vector: &[T], matrix: &mut [T], rows: usize) {
+    for (column, part) in matrix.chunks_exact_mut(rows).zip(vector) {
         add_multiple(vector, *part, column);
     }
 }

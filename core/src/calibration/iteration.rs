@@ -1,118 +1,93 @@
-//! One iteration of Gauss–Newton or Levenberg–Marquardt on an arm's problem.
+//! One iteration of Gauss–Newton or Levenberg–Marquardt.
 
-use super::problem::{ArmProblem, Normal};
+use super::problem::{Prior, Problem};
 use super::settings::Solver;
 use super::step_control::{self, LONGEST_STEP, Prospect, StepControl, StepResult};
 use crate::Real;
-use crate::samples::Displacement;
+use crate::samples::Triangle;
 
 /// State of an iteration: a correction, and the problem linearised there.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Iteration<T: Real> {
+pub(crate) struct Iteration<T: Real, A, const N: usize, const M: usize, const E: usize> {
     control: StepControl<T>,
-    pub(crate) correction: [T; 8],
-    pub(crate) normal: Normal<T>,
-    /// Σ (f/σf)² at the correction, and with the prior's share.
+    pub(crate) point: Point<T, N, M, E>,
+    pub(crate) iterations: u16,
+    work: Work<T, A, N, M, E>,
+}
+
+/// A correction, the problem linearised there, and its cost.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Point<T: Real, const N: usize, const M: usize, const E: usize> {
+    pub(crate) correction: [T; N],
+    pub(crate) normal: Triangle<T, M, E>,
+    /// Σ r² at the correction, and with the prior's share.
     pub(crate) sum_of_squares: T,
     pub(crate) cost: T,
-    pub(crate) iterations: u16,
 }
 
-/// Prior rows: weight and distance from the nominal arm.
-fn prior_cost<T: Real>(prior: &[T; 8], correction: &[T; 8]) -> T {
-    let mut sum = T::ZERO;
-    for (weight, delta) in prior.iter().zip(correction) {
-        sum += (*weight * *delta).squared();
+/// What is interrupted between two pieces.
+#[derive(Debug, Clone, Copy)]
+enum Work<T: Real, A, const N: usize, const M: usize, const E: usize> {
+    /// Nothing: the next step is to be tried.
+    None,
+    /// Linearising at the correction; what the step then came to.
+    Linearizing {
+        at: A,
+        piece: usize,
+        then: StepResult,
+    },
+    /// Summing up the residuals at the correction that is tried.
+    Trying {
+        trial: Trial<T, A, N>,
+        piece: usize,
+        prospect: Prospect<T>,
+    },
+    /// Damping the step that is to be tried.
+    Damping {
+        damped: Triangle<T, M, E>,
+        piece: usize,
+        prospect: Prospect<T>,
+    },
+}
+
+/// A correction that may be the next, and Σ r² there as far as it was summed up.
+#[derive(Debug, Clone, Copy)]
+struct Trial<T, A, const N: usize> {
+    correction: [T; N],
+    at: A,
+    sum_of_squares: T,
+}
+
+/// The weight of the prior: σ of the residuals, and its rows.
+pub(crate) struct Weighted<'a, T, R> {
+    pub(crate) prior: &'a R,
+    pub(crate) sigma: T,
+}
+
+impl<T: Real, R> Weighted<'_, T, R> {
+    fn cost<const N: usize, const M: usize, const E: usize>(&self, correction: &[T; N]) -> T
+    where
+        R: Prior<T, N, M, E>,
+    {
+        self.prior.cost(correction) * self.sigma.squared()
     }
-    sum
 }
 
-impl<T: Real> Iteration<T> {
-    /// Before its [`restart`](Self::restart).
-    pub(crate) const fn unstarted(solver: Solver) -> Self {
+impl<T: Real, const N: usize, const M: usize, const E: usize> Point<T, N, M, E> {
+    const fn unstarted() -> Self {
         Self {
-            control: StepControl::new(solver),
-            correction: [T::ZERO; 8],
-            normal: Normal::zero(),
+            correction: [T::ZERO; N],
+            normal: Triangle::zero(),
             sum_of_squares: T::ZERO,
             cost: T::ZERO,
-            iterations: 0,
         }
-    }
-
-    /// Begins anew from a correction. In place: copies of this state are what fills a small stack.
-    #[inline(never)]
-    pub(crate) fn restart<P: ArmProblem<T>>(
-        &mut self,
-        problem: &P,
-        prior: &[T; 8],
-        correction: &[T; 8],
-    ) {
-        self.correction = *correction;
-        self.control = StepControl::new(self.control.solver());
-        self.iterations = 0;
-        let at = Displacement::new(problem.nominal(), correction);
-        self.linearize(problem, prior, &at);
-    }
-
-    /// Linearises at the correction, whose displacement the caller has at hand.
-    #[inline(never)]
-    fn linearize<P: ArmProblem<T>>(&mut self, problem: &P, prior: &[T; 8], at: &Displacement<T>) {
-        let mut rights = [T::ZERO; 8];
-        for ((right, weight), delta) in rights.iter_mut().zip(prior).zip(&self.correction) {
-            *right = *weight * *delta;
-        }
-        // The prior's rows are a triangle already; the samples' rows are absorbed into it.
-        self.normal = Normal::from_diagonal(prior, &rights);
-        self.sum_of_squares = problem.linearize(at, &mut self.normal);
-        self.cost = self.sum_of_squares + prior_cost(prior, &self.correction);
-        self.iterations = self.iterations.saturating_add(1);
-    }
-
-    /// One trial step, and a linearisation if it is taken. A bounded amount of work for the
-    /// constant-memory form; proportional to the samples for the stored one.
-    #[inline(never)]
-    pub(crate) fn step<P: ArmProblem<T>>(&mut self, problem: &P, prior: &[T; 8]) -> StepResult {
-        // All that the linearised problem promises to gain: the part of |r|² within J's range.
-        let mut gain = T::ZERO;
-        for row in self.normal.rows().take(8) {
-            if let Some(right) = row.last() {
-                gain += right.squared();
-            }
-        }
-        if !(gain.finite() && self.cost.finite()) {
-            return StepResult::Failed;
-        }
-        let prospect = self.control.judge(gain, self.cost, problem.terms_squared());
-
-        let Some(step) = self.trial_step() else {
-            return self.reject(&prospect);
-        };
-        let mut trial = self.correction;
-        for (value, delta) in trial.iter_mut().zip(&step) {
-            *value += *delta;
-        }
-        let at = Displacement::new(problem.nominal(), &trial);
-        let sum_of_squares = problem.sum_of_squares(&at);
-        let cost = sum_of_squares + prior_cost(prior, &trial);
-        if !self.control.accepts(&prospect, cost) {
-            return self.reject(&prospect);
-        }
-        self.correction = trial;
-        if prospect.settled {
-            self.sum_of_squares = sum_of_squares;
-            self.cost = cost;
-        } else {
-            self.linearize(problem, prior, &at);
-        }
-        self.control.accepted(&prospect)
     }
 
     /// |T δ|²: by how much a displacement from a minimum raises the cost.
     #[inline(never)]
-    pub(crate) fn length_squared(&self, displacement: &[T; 8]) -> T {
+    pub(crate) fn length_squared(&self, displacement: &[T; N]) -> T {
         let mut sum = T::ZERO;
-        for (index, row) in self.normal.rows().take(8).enumerate() {
+        for (index, row) in self.normal.rows().take(N).enumerate() {
             let mut entry = T::ZERO;
             let below = displacement.get(index..).unwrap_or_default();
             for (factor, delta) in row.iter().zip(below) {
@@ -122,10 +97,248 @@ impl<T: Real> Iteration<T> {
         }
         sum
     }
+}
+
+impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteration<T, A, N, M, E> {
+    /// Before its [`restart`](Self::restart).
+    pub(crate) const fn unstarted(solver: Solver) -> Self {
+        Self {
+            control: StepControl::new(solver),
+            point: Point::unstarted(),
+            iterations: 0,
+            work: Work::None,
+        }
+    }
+
+    /// Begins anew from a correction, where the first [`step`](Self::step) linearises. In place: copies
+    /// of this state are what fills a small stack.
+    #[inline(never)]
+    pub(crate) fn restart<P, R>(
+        &mut self,
+        problem: &P,
+        prior: &Weighted<'_, T, R>,
+        correction: &[T; N],
+    ) where
+        P: Problem<T, N, M, E, At = A>,
+        R: Prior<T, N, M, E>,
+    {
+        self.point.correction = *correction;
+        self.control = StepControl::new(self.control.solver());
+        self.iterations = 0;
+        let at = problem.displaced(correction);
+        self.linearize(prior, at, StepResult::Continue);
+        if !P::PIECEWISE {
+            self.finish_pieces(problem, prior);
+        }
+    }
+
+    /// Whether the correction's cost is still being computed.
+    pub(crate) const fn is_linearizing(&self) -> bool {
+        matches!(self.work, Work::Linearizing { .. })
+    }
+
+    #[inline(never)]
+    fn linearize<R: Prior<T, N, M, E>>(
+        &mut self,
+        prior: &Weighted<'_, T, R>,
+        at: A,
+        then: StepResult,
+    ) {
+        // The prior's rows are a triangle already; the samples' rows are absorbed into it.
+        self.point.normal = prior.prior.rows(prior.sigma, &self.point.correction);
+        self.point.sum_of_squares = T::ZERO;
+        self.iterations = self.iterations.saturating_add(1);
+        self.work = Work::Linearizing { at, piece: 0, then };
+    }
+
+    fn finish_pieces<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>) -> StepResult
+    where
+        P: Problem<T, N, M, E, At = A>,
+        R: Prior<T, N, M, E>,
+    {
+        loop {
+            if let Some(result) = self.piece(problem, prior) {
+                return result;
+            }
+        }
+    }
+
+    /// A bounded amount of work for a problem in constant memory: a trial step, or a piece of a
+    /// linearisation. `None` if the step is not at its end.
+    #[inline(never)]
+    pub(crate) fn step<P, R>(
+        &mut self,
+        problem: &P,
+        prior: &Weighted<'_, T, R>,
+    ) -> Option<StepResult>
+    where
+        P: Problem<T, N, M, E, At = A>,
+        R: Prior<T, N, M, E>,
+    {
+        if P::PIECEWISE {
+            self.piece(problem, prior)
+        } else {
+            Some(self.finish_pieces(problem, prior))
+        }
+    }
+
+    fn piece<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>) -> Option<StepResult>
+    where
+        P: Problem<T, N, M, E, At = A>,
+        R: Prior<T, N, M, E>,
+    {
+        match &mut self.work {
+            Work::None => self.propose(problem, prior),
+            Work::Linearizing { at, piece, then } => {
+                let Point {
+                    normal,
+                    sum_of_squares,
+                    ..
+                } = &mut self.point;
+                let done = problem.linearize(at, normal, *piece);
+                *sum_of_squares += done.sum_of_squares;
+                *piece += 1;
+                if done.more {
+                    return None;
+                }
+                let then = *then;
+                self.work = Work::None;
+                self.point.cost = self.point.sum_of_squares + prior.cost(&self.point.correction);
+                Some(then)
+            }
+            Work::Trying {
+                trial,
+                piece,
+                prospect,
+            } => {
+                let (trial, piece, prospect) = (trial.clone(), *piece, *prospect);
+                self.work = Work::None;
+                self.try_piece(problem, prior, trial, piece, &prospect)
+            }
+            Work::Damping {
+                damped,
+                piece,
+                prospect,
+            } => {
+                let diagonal = damping_rows(&self.point.normal, self.control.damping());
+                if problem.damp(damped, &diagonal, *piece) {
+                    *piece += 1;
+                    return None;
+                }
+                let prospect = *prospect;
+                let step = damped.minimiser(&[T::ZERO; M]);
+                self.work = Work::None;
+                self.attempt(problem, prior, step, &prospect)
+            }
+        }
+    }
+
+    /// Judges the step that is to be tried, and tries it unless it is to be damped first.
+    #[inline(never)]
+    fn propose<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>) -> Option<StepResult>
+    where
+        P: Problem<T, N, M, E, At = A>,
+        R: Prior<T, N, M, E>,
+    {
+        // All that the linearised problem promises to gain: the part of |r|² within J's range.
+        let mut gain = T::ZERO;
+        for row in self.point.normal.rows().take(N) {
+            if let Some(right) = row.last() {
+                gain += right.squared();
+            }
+        }
+        let cost = self.point.cost;
+        if !(gain.finite() && cost.finite()) {
+            return Some(StepResult::Failed);
+        }
+        let prospect = self.control.judge(gain, cost, problem.terms_squared());
+        if self.control.damping() > T::ZERO {
+            self.work = Work::Damping {
+                damped: self.point.normal,
+                piece: 0,
+                prospect,
+            };
+            return None;
+        }
+        let step = self.point.normal.minimiser(&[T::ZERO; M]);
+        self.attempt(problem, prior, step, &prospect)
+    }
+
+    /// Takes a step, and begins a linearisation, if the step is good.
+    #[inline(never)]
+    fn attempt<P, R>(
+        &mut self,
+        problem: &P,
+        prior: &Weighted<'_, T, R>,
+        step: Option<[T; N]>,
+        prospect: &Prospect<T>,
+    ) -> Option<StepResult>
+    where
+        P: Problem<T, N, M, E, At = A>,
+        R: Prior<T, N, M, E>,
+    {
+        let Some(step) = step.filter(|step| self.usable(step)) else {
+            return Some(self.reject(prospect));
+        };
+        let mut trial = self.point.correction;
+        for (value, delta) in trial.iter_mut().zip(&step) {
+            *value += *delta;
+        }
+        let at = problem.displaced(&trial);
+        let trial = Trial {
+            correction: trial,
+            at,
+            sum_of_squares: T::ZERO,
+        };
+        self.try_piece(problem, prior, trial, 0, prospect)
+    }
+
+    /// A piece of the residuals at a trial; after the last the trial is taken or rejected.
+    fn try_piece<P, R>(
+        &mut self,
+        problem: &P,
+        prior: &Weighted<'_, T, R>,
+        mut trial: Trial<T, A, N>,
+        piece: usize,
+        prospect: &Prospect<T>,
+    ) -> Option<StepResult>
+    where
+        P: Problem<T, N, M, E, At = A>,
+        R: Prior<T, N, M, E>,
+    {
+        let done = problem.sum_of_squares(&trial.at, piece);
+        trial.sum_of_squares += done.sum_of_squares;
+        if done.more {
+            self.work = Work::Trying {
+                trial,
+                piece: piece + 1,
+                prospect: *prospect,
+            };
+            return None;
+        }
+        let Trial {
+            correction,
+            at,
+            sum_of_squares,
+        } = trial;
+        let cost = sum_of_squares + prior.cost(&correction);
+        if !self.control.accepts(prospect, cost) {
+            return Some(self.reject(prospect));
+        }
+        self.point.correction = correction;
+        if prospect.settled {
+            self.point.sum_of_squares = sum_of_squares;
+            self.point.cost = cost;
+            return Some(self.control.accepted(prospect));
+        }
+        let then = self.control.accepted(prospect);
+        self.linearize(prior, at, then);
+        None
+    }
 
     /// How much of the cost may be rounding.
-    pub(crate) fn blur<P: ArmProblem<T>>(&self, problem: &P) -> T {
-        step_control::blur(self.cost, problem.terms_squared())
+    pub(crate) fn blur<P: Problem<T, N, M, E>>(&self, problem: &P) -> T {
+        step_control::blur(self.point.cost, problem.terms_squared())
     }
 
     fn reject(&mut self, prospect: &Prospect<T>) -> StepResult {
@@ -136,33 +349,26 @@ impl<T: Real> Iteration<T> {
         result
     }
 
-    /// δ that minimises |T δ + b|² + λ|D δ|², D the column norms; `None` if it does not exist or,
-    /// for Levenberg–Marquardt, is too long.
-    #[inline(never)]
-    fn trial_step(&self) -> Option<[T; 8]> {
-        let mut normal = self.normal;
-        let damping = self.control.damping();
-        if damping > T::ZERO {
-            let root = damping.square_root();
-            // As many rows as a linearisation has, so that both share one reduction.
-            let mut block = [[T::ZERO; 12]; 9];
-            for (index, (column, norm)) in
-                block.iter_mut().zip(self.normal.column_norms()).enumerate()
-            {
-                if let Some(entry) = column.get_mut(index) {
-                    *entry = root * norm;
-                }
-            }
-            normal.absorb(&mut block);
-        }
-        let step = normal.minimiser(&[T::ZERO; 9])?;
+    fn usable(&self, step: &[T; N]) -> bool {
         let longest = T::from_f64(LONGEST_STEP);
-        let usable = match self.control.solver() {
+        match self.control.solver() {
             Solver::GaussNewton => step.iter().all(|delta| delta.finite()),
             Solver::LevenbergMarquardt => step.iter().all(|delta| delta.magnitude() <= longest),
-        };
-        usable.then_some(step)
+        }
     }
+}
+
+/// √λ D, D the lengths of the columns.
+fn damping_rows<T: Real, const N: usize, const M: usize, const E: usize>(
+    normal: &Triangle<T, M, E>,
+    damping: T,
+) -> [T; N] {
+    let root = damping.square_root();
+    let mut rows = [T::ZERO; N];
+    for (row, norm) in rows.iter_mut().zip(normal.column_norms()) {
+        *row = root * norm;
+    }
+    rows
 }
 
 #[cfg(test)]

@@ -1,146 +1,179 @@
 //! Whether the end point of an iteration is a calibration: it is good, or refused with the cause.
 
 use super::identifiability::Identifiability;
-use super::iteration::Iteration;
+use super::iteration::Point;
 use super::limits::{
     CONDITION_OF_A_VALLEY, LARGEST_SIGMA, LARGEST_TOLERANCES, LEAST_FREEDOM, NOISE_MARGIN,
     chi_square_quantile,
 };
-use super::outcome::{ArmOutcome, StartUsed, Termination};
-use super::problem::ArmProblem;
+use super::outcome::{Estimate, StartUsed, Termination};
+use super::problem::{Prior, Problem};
 use super::refusal::Refusal;
 use crate::Real;
 use crate::robot::{ArmIndex, Parameter, ParameterKind};
-use crate::samples::{NominalArm, corrected_arm};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
+
+/// Of an arm.
+const PARAMETERS: usize = 8;
+/// Of three arms; what comes behind them is no robot's.
+const OF_ROBOT: usize = 24;
 
 /// An end point, and what it is judged by.
-pub(super) struct Judgement<'a, T: Real> {
-    pub(super) arm: ArmIndex,
-    pub(super) iteration: &'a Iteration<T>,
+pub(super) struct Judgement<'a, T: Real, R, const N: usize, const M: usize, const E: usize> {
+    /// The arm of the first eight parameters.
+    pub(super) first_arm: ArmIndex,
+    pub(super) point: &'a Point<T, N, M, E>,
+    pub(super) identifiability: &'a Identifiability<T, N>,
     /// How the iteration ended and where it had started; `None` if it did not settle.
     pub(super) end: Option<(Termination, StartUsed)>,
-    /// 1/tolerance in internal units, zero without a tolerance.
-    pub(super) tolerance_weights: &'a [T; 8],
-    /// The same as weighted against the residuals.
-    pub(super) prior: [T; 8],
-    pub(super) has_tolerance: bool,
+    pub(super) prior: &'a R,
+    /// What the prior is weighted by against the residuals.
+    pub(super) residual_sigma: T,
     pub(super) iterations: u16,
 }
 
-impl<T: Real> Judgement<'_, T> {
+impl<T, R, const N: usize, const M: usize, const E: usize> Judgement<'_, T, R, N, M, E>
+where
+    T: Real,
+    R: Prior<T, N, M, E>,
+{
     #[inline(never)]
-    pub(super) fn outcome<P: ArmProblem<T>>(&self, problem: &P) -> Result<ArmOutcome<T>, Refusal> {
-        let arm = self.arm;
-        let mut identifiability = Identifiability::of(&self.iteration.normal);
+    pub(super) fn estimate<P: Problem<T, N, M, E>>(
+        &self,
+        problem: &P,
+    ) -> Result<Estimate<T, N>, Refusal> {
+        if !self.point.cost.finite() {
+            return Err(Refusal::NonFinite {
+                arm: self.first_arm,
+            });
+        }
         // Beyond this no digit of the weakest combination survives the arithmetic.
         let largest_condition = T::ONE / (T::from_f64(64.0) * T::EPSILON);
-        if !(identifiability.condition < largest_condition) {
-            return Err(identifiability.undetermined(arm));
+        if !(self.identifiability.largest_condition() < largest_condition) {
+            return Err(self.undetermined(problem));
         }
-        let nominal = problem.nominal();
-        let samples = problem.effective_samples();
-        let stated = nominal.noise().is_some();
+        let stated = problem.noise_stated();
         let Some((termination, start)) = self.end else {
-            return Err(self.not_converged(problem, &mut identifiability));
+            return Err(self.not_converged(problem));
         };
         if stated {
-            self.check_residual(samples)?;
+            self.check_residual(problem)?;
         }
         self.check_tolerances()?;
 
-        let degrees_of_freedom =
-            (samples - identifiability.determined_parameters(&self.prior)).larger(T::ZERO);
-        let sum = self.iteration.sum_of_squares;
+        let covariance = &self.identifiability.covariance;
+        let mut prior_share = [T::ZERO; N];
+        let mut determined = T::from_count(N as u64);
+        for (parameter, share) in prior_share.iter_mut().enumerate() {
+            let part =
+                self.prior.share(covariance.as_slice(), parameter) * self.residual_sigma.squared();
+            determined -= part;
+            *share = part.larger(T::ZERO);
+            if *share > T::ONE {
+                *share = T::ONE;
+            }
+        }
+        let residuals = problem.residuals();
+        let degrees_of_freedom = (residuals - determined).larger(T::ZERO);
+        let sum = self.point.sum_of_squares;
         let estimated_noise = (!stated && degrees_of_freedom >= T::HALF)
-            .then(|| (sum / degrees_of_freedom).square_root());
-        let residual_sigma = if stated {
+            .then(|| (sum / degrees_of_freedom).square_root() * problem.unit());
+        let sigma = if stated {
             Some(T::ONE)
         } else {
             let spare = degrees_of_freedom - T::from_f64(LEAST_FREEDOM);
             (spare > T::from_f64(1e-2)).then(|| (sum / spare).square_root())
         };
-        let mut prior_share = SVector::<T, 8>::zeros();
-        for ((share, weight), variance) in prior_share
-            .iter_mut()
-            .zip(self.prior)
-            .zip(identifiability.covariance.diagonal().iter())
-        {
-            *share = (weight.squared() * *variance).larger(T::ZERO);
-            if *share > T::ONE {
-                *share = T::ONE;
-            }
-        }
-        let covariance = &mut identifiability.covariance;
-        if let Some(sigma) = residual_sigma {
-            to_units(covariance, nominal, sigma);
-            self.check_sigmas(covariance, nominal.arm().upper_arm_length())?;
-        }
-        let residual_unit = if stated { T::ONE } else { nominal.scale() };
-        Ok(ArmOutcome {
-            arm: corrected_arm(nominal, &self.iteration.correction)
-                .map_err(|error| Refusal::ImpossibleGeometry { arm, error })?,
-            covariance: residual_sigma.map(|_| identifiability.covariance),
-            residual_rms: (sum / samples).square_root() * residual_unit,
-            estimated_noise: estimated_noise.map(|noise| noise * nominal.scale()),
+        let unit = if stated { T::ONE } else { problem.unit() };
+        let [first, second, third] = [0, 1, 2].map(|arm| self.identifiability.condition(arm));
+        // Brought into units where it is to stay: a copy of a covariance is long.
+        let mut estimate = Estimate {
+            correction: self.point.correction,
+            covariance: sigma.map(|_| *covariance),
+            residual_rms: (sum / residuals).square_root() * unit,
+            estimated_noise,
             degrees_of_freedom,
+            effective_samples: problem.effective_samples(),
             samples: problem.samples(),
             iterations: self.iterations,
             termination,
             start,
-            condition: identifiability.condition,
+            conditions: [first, second, third],
             prior_share,
-        })
+        };
+        if let (Some(covariance), Some(sigma)) = (&mut estimate.covariance, sigma) {
+            to_units(covariance, problem, sigma);
+            self.check_sigmas(covariance, problem)?;
+        }
+        Ok(estimate)
     }
 
     /// Why an iteration did not settle: along a flat valley it is the poses, or the stated noise,
     /// that leave it no firm minimum.
     #[inline(never)]
-    fn not_converged<P: ArmProblem<T>>(
-        &self,
-        problem: &P,
-        identifiability: &mut Identifiability<T>,
-    ) -> Refusal {
-        if !(identifiability.condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
-            return identifiability.undetermined(self.arm);
+    fn not_converged<P: Problem<T, N, M, E>>(&self, problem: &P) -> Refusal {
+        let condition = self.identifiability.largest_condition();
+        if !(condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
+            return self.undetermined(problem);
         }
-        let nominal = problem.nominal();
-        if nominal.noise().is_some() {
-            to_units(&mut identifiability.covariance, nominal, T::ONE);
-            let upper_arm = nominal.arm().upper_arm_length();
-            if let Err(uncertain) = self.check_sigmas(&identifiability.covariance, upper_arm) {
+        if problem.noise_stated() {
+            let mut covariance = self.identifiability.covariance;
+            to_units(&mut covariance, problem, T::ONE);
+            if let Err(uncertain) = self.check_sigmas(&covariance, problem) {
                 return uncertain;
             }
         }
         Refusal::NotConverged {
-            arm: self.arm,
+            arm: self.place(self.identifiability.weakest).0,
             iterations: self.iterations,
         }
     }
 
-    /// χ² test of the whole cost: with a prior it has as many degrees of freedom as there are
-    /// samples, without one eight fewer.
-    fn check_residual(&self, samples: T) -> Result<(), Refusal> {
-        let freedom = if self.has_tolerance {
-            samples
-        } else {
-            samples - T::from_f64(8.0)
+    /// The refusal of a problem whose Jacobian is singular, or nearly so.
+    fn undetermined<P: Problem<T, N, M, E>>(&self, problem: &P) -> Refusal {
+        let weakest = self.identifiability.weakest;
+        if let Some(instrument) = problem.instrument_of(weakest) {
+            return Refusal::UndeterminedInstrument(instrument);
         }
-        .larger(T::ONE);
-        let Iteration {
+        let (arm, parameter) = self.place(weakest);
+        Refusal::Undetermined {
+            arm,
+            parameter,
+            condition: to_single(self.identifiability.condition(weakest / PARAMETERS)),
+        }
+    }
+
+    /// Which parameter of which arm that is.
+    fn place(&self, index: usize) -> (ArmIndex, Parameter) {
+        let arm = ArmIndex::ALL.get(self.first_arm.index() + index / PARAMETERS);
+        let parameter = Parameter::ALL.get(index % PARAMETERS);
+        (
+            arm.copied().unwrap_or(self.first_arm),
+            parameter.copied().unwrap_or(Parameter::Dx),
+        )
+    }
+
+    /// χ² test of the whole cost: of its degrees of freedom, as many as there are residuals, every
+    /// combination of parameters that the prior does not hold takes one.
+    fn check_residual<P: Problem<T, N, M, E>>(&self, problem: &P) -> Result<(), Refusal> {
+        let residuals = problem.residuals();
+        let unheld = T::from_count(self.prior.unheld() as u64);
+        let freedom = (residuals - unheld).larger(T::ONE);
+        let Point {
             cost,
             sum_of_squares,
             ..
-        } = *self.iteration;
+        } = *self.point;
         if cost <= chi_square_quantile(freedom) * T::from_f64(NOISE_MARGIN) {
             return Ok(());
         }
+        let ratio = to_single((sum_of_squares / freedom).square_root());
         Err(if cost - sum_of_squares > sum_of_squares {
             self.far_from_nominal()
         } else {
             Refusal::ResidualContradictsNoise {
-                arm: self.arm,
-                ratio: to_single((sum_of_squares / freedom).square_root()),
+                arm: (N == PARAMETERS).then_some(self.first_arm),
+                ratio,
             }
         })
     }
@@ -154,15 +187,21 @@ impl<T: Real> Judgement<'_, T> {
     }
 
     #[inline(never)]
-    fn check_sigmas(&self, covariance: &SMatrix<T, 8, 8>, upper_arm: T) -> Result<(), Refusal> {
-        for (parameter, variance) in Parameter::ALL.into_iter().zip(&covariance.diagonal()) {
+    fn check_sigmas<P: Problem<T, N, M, E>>(
+        &self,
+        covariance: &SMatrix<T, N, N>,
+        problem: &P,
+    ) -> Result<(), Refusal> {
+        let variances = covariance.as_slice().iter().step_by(N + 1);
+        for (index, variance) in variances.enumerate().take(OF_ROBOT) {
+            let (arm, parameter) = self.place(index);
             let unit = match parameter.kind() {
-                ParameterKind::Length => upper_arm,
+                ParameterKind::Length => problem.upper_arm(index),
                 ParameterKind::Angle => T::ONE,
             };
             if !(variance.square_root() <= T::from_f64(LARGEST_SIGMA) * unit) {
                 return Err(Refusal::Uncertain {
-                    arm: self.arm,
+                    arm,
                     parameter,
                     sigma: to_single(variance.square_root()),
                 });
@@ -173,15 +212,10 @@ impl<T: Real> Judgement<'_, T> {
 
     /// The parameter furthest from nominal, in tolerances; 0 without a tolerance.
     #[inline(never)]
-    fn farthest(&self) -> (Parameter, T) {
-        let mut farthest = (Parameter::Dx, T::ZERO);
-        for ((weight, delta), parameter) in self
-            .tolerance_weights
-            .iter()
-            .zip(self.iteration.correction)
-            .zip(Parameter::ALL)
-        {
-            let tolerances = (*weight * delta).magnitude();
+    fn farthest(&self) -> (usize, T) {
+        let mut farthest = (0, T::ZERO);
+        for parameter in 0..N.min(OF_ROBOT) {
+            let tolerances = self.prior.distance(&self.point.correction, parameter);
             if tolerances > farthest.1 {
                 farthest = (parameter, tolerances);
             }
@@ -190,34 +224,31 @@ impl<T: Real> Judgement<'_, T> {
     }
 
     fn far_from_nominal(&self) -> Refusal {
-        let (parameter, tolerances) = self.farthest();
+        let (index, tolerances) = self.farthest();
+        let (arm, parameter) = self.place(index);
         Refusal::FarFromNominal {
-            arm: self.arm,
+            arm,
             parameter,
             tolerances: to_single(tolerances),
         }
     }
 }
 
-impl<T: Real> Identifiability<T> {
-    /// The refusal of a problem whose Jacobian is singular, or nearly so.
-    pub(super) fn undetermined(&self, arm: ArmIndex) -> Refusal {
-        Refusal::Undetermined {
-            arm,
-            parameter: Parameter::ALL
-                .get(self.weakest)
-                .copied()
-                .unwrap_or(Parameter::Dx),
-            condition: to_single(self.condition),
-        }
-    }
-}
-
 /// Brings a covariance into the user's units and multiplies it by σ².
 #[inline(never)]
-fn to_units<T: Real>(covariance: &mut SMatrix<T, 8, 8>, nominal: &NominalArm<T>, sigma: T) {
-    let units = Parameter::ALL.map(|parameter| nominal.unit_of(parameter) * sigma);
-    for (column, unit) in covariance.as_mut_slice().chunks_exact_mut(8).zip(units) {
+fn to_units<T, P, const N: usize, const M: usize, const E: usize>(
+    covariance: &mut SMatrix<T, N, N>,
+    problem: &P,
+    sigma: T,
+) where
+    T: Real,
+    P: Problem<T, N, M, E>,
+{
+    let mut units = [T::ZERO; N];
+    for (index, unit) in units.iter_mut().enumerate() {
+        *unit = problem.unit_of(index) * sigma;
+    }
+    for (column, unit) in covariance.as_mut_slice().chunks_exact_mut(N).zip(units) {
         scale_column(column, unit, &units);
     }
 }

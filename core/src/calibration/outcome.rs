@@ -1,5 +1,5 @@
 use crate::Real;
-use crate::robot::{Arm, Parameter, Robot};
+use crate::robot::{Arm, ArmIndex, Parameter, Robot};
 use nalgebra::{SMatrix, SVector};
 
 /// Why the iteration stopped.
@@ -24,8 +24,37 @@ pub enum StartUsed {
     Free,
     /// Beside an earlier solution, along the combination that the samples determine least.
     Search,
-    /// The IKM method's solution, from which another method starts.
-    Ikm,
+    /// The solution of the joint calibration, from which another method starts.
+    Joint,
+}
+
+/// N parameters as they were estimated, and how far they can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate<T: Real, const N: usize> {
+    /// The parameters' distances from nominal, in the problem's units.
+    pub correction: [T; N],
+    /// Their covariance in the caller's units; see [`ArmOutcome::covariance`].
+    pub covariance: Option<SMatrix<T, N, N>>,
+    /// √(Σ r² / residuals): in σ with a stated noise, otherwise length.
+    pub residual_rms: T,
+    /// One σ of a residual: length. `None` with a stated noise, or if no sample is left over.
+    pub estimated_noise: Option<T>,
+    /// Residuals less parameters, as far as the samples and not the prior determine them.
+    pub degrees_of_freedom: T,
+    /// The effective number of samples.
+    pub effective_samples: T,
+    /// Samples taken in.
+    pub samples: u64,
+    /// Linearisations of all starts together.
+    pub iterations: u16,
+    /// Why the iteration stopped.
+    pub termination: Termination,
+    /// Where it had started.
+    pub start: StartUsed,
+    /// The condition of each arm's parameters; see [`ArmOutcome::condition`].
+    pub conditions: [T; 3],
+    /// The part of each parameter that the prior decided; see [`ArmOutcome::prior_share`].
+    pub prior_share: [T; N],
 }
 
 /// One calibrated arm and how far it can be trusted.
@@ -66,6 +95,24 @@ pub struct ArmOutcome<T: Real> {
 }
 
 impl<T: Real> ArmOutcome<T> {
+    /// Of an estimate of this arm alone.
+    pub(super) fn of(arm: Arm<T>, estimate: &Estimate<T, 8>) -> Self {
+        let [condition, ..] = estimate.conditions;
+        Self {
+            arm,
+            covariance: estimate.covariance,
+            residual_rms: estimate.residual_rms,
+            estimated_noise: estimate.estimated_noise,
+            degrees_of_freedom: estimate.degrees_of_freedom,
+            samples: estimate.samples,
+            iterations: estimate.iterations,
+            termination: estimate.termination,
+            start: estimate.start,
+            condition,
+            prior_share: SVector::from(estimate.prior_share),
+        }
+    }
+
     /// One σ of a parameter: length or radians. `None` where the covariance is.
     pub fn standard_deviation(&self, parameter: Parameter) -> Option<T> {
         let index = parameter.index();
@@ -84,4 +131,73 @@ pub struct RobotOutcome<T: Real> {
     pub robot: Robot<T>,
     /// Each arm's result.
     pub arms: [ArmOutcome<T>; 3],
+}
+
+/// A robot whose arms were calibrated together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointOutcome<T: Real> {
+    /// The calibrated robot.
+    pub robot: Robot<T>,
+    /// All 24 parameters, eight an arm, and how far they can be trusted. Residual and noise are those of
+    /// each coordinate of the position, in the directions in which the noise propagates.
+    pub estimate: Estimate<T, 24>,
+}
+
+impl<T: Real> From<&JointOutcome<T>> for RobotOutcome<T> {
+    /// What it says of each arm; what it says of two arms together is left out.
+    fn from(outcome: &JointOutcome<T>) -> Self {
+        let [first, second, third] = ArmIndex::ALL;
+        Self {
+            robot: outcome.robot,
+            arms: [outcome.arm(first), outcome.arm(second), outcome.arm(third)],
+        }
+    }
+}
+
+impl<T: Real> JointOutcome<T> {
+    /// What the calibration says of one arm. Residual and noise are the robot's; the degrees of freedom
+    /// are the samples less the arm's parameters.
+    pub fn arm(&self, arm: ArmIndex) -> ArmOutcome<T> {
+        let first = 8 * arm.index();
+        let estimate = &self.estimate;
+        let block = |all: &SMatrix<T, 24, 24>| {
+            SMatrix::<T, 8, 8>::from_fn(|row, column| {
+                let entry = all.get((first + row, first + column));
+                entry.copied().unwrap_or(T::ZERO)
+            })
+        };
+        let mut prior_share = SVector::<T, 8>::zeros();
+        let mut determined = T::from_f64(8.0);
+        for (own, share) in prior_share
+            .iter_mut()
+            .zip(estimate.prior_share.iter().skip(first))
+        {
+            *own = *share;
+            determined -= *share;
+        }
+        let condition = estimate.conditions.get(arm.index());
+        ArmOutcome {
+            arm: *self.robot.arm(arm),
+            covariance: estimate.covariance.as_ref().map(block),
+            residual_rms: estimate.residual_rms,
+            estimated_noise: estimate.estimated_noise,
+            degrees_of_freedom: (estimate.effective_samples - determined).larger(T::ZERO),
+            samples: estimate.samples,
+            iterations: estimate.iterations,
+            termination: estimate.termination,
+            start: estimate.start,
+            condition: condition.copied().unwrap_or(T::INFINITY),
+            prior_share,
+        }
+    }
+
+    /// One σ of a parameter: length or radians. `None` where the covariance is.
+    pub fn standard_deviation(&self, arm: ArmIndex, parameter: Parameter) -> Option<T> {
+        let index = 8 * arm.index() + parameter.index();
+        self.estimate
+            .covariance
+            .as_ref()
+            .and_then(|covariance| covariance.get((index, index)))
+            .map(|variance| variance.square_root())
+    }
 }

@@ -1,164 +1,165 @@
-use super::free_start::free_start;
+use super::instrument::Instrument;
 use crate::Real;
-use crate::robot::ArmIndex;
-use crate::samples::{ArmFactor, Displacement, NominalArm, Triangle, Waiting};
-use nalgebra::Vector3;
+use crate::samples::{Triangle, put_row};
 
-/// The triangular factor of an arm's linearised problem: eight columns ∂r/∂P and the residual r.
-pub(crate) type Normal<T> = Triangle<T, 9, 45>;
+/// What a [`Minimizer`](super::Minimizer) works on: weighted residuals r of N parameters, M = N + 1, and
+/// E = M (M + 1)/2 the numbers of the triangle of a linearised problem. Corrections and residuals are in
+/// the problem's own units.
+///
+/// Implemented for the three arms' samples each by itself ([`ArmProblem`](super::ArmProblem)), for the
+/// samples of all arms ([`JointFactor`](crate::samples::JointFactor)), and by whoever has other
+/// residuals of the 24 parameters.
+pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
+    /// What is computed once for each correction.
+    type At: Clone;
+    /// Whether a solver's step ends after each piece of a linearisation, so that it stays short.
+    const PIECEWISE: bool;
+    /// Residuals of a sample.
+    const RESIDUALS: u8;
+    /// How many starts without a guess there are.
+    const FREE_STARTS: u8;
 
-/// The samples of one arm, held either way: what a solver works on. Sealed: implemented by
-/// [`ArmFactor`] and by the forms of this crate that store every sample.
-pub trait ArmProblem<T: Real>: Linearize<T> {
-    /// What the samples are expressed against.
-    fn nominal(&self) -> &NominalArm<T>;
+    /// The parameters at a correction of the nominal ones.
+    fn displaced(&self, correction: &[T; N]) -> Self::At;
+    /// A piece of Σ r²; not finite where there is no such robot.
+    fn sum_of_squares(&self, at: &Self::At, piece: usize) -> Piece<T>;
+    /// Takes a piece of the rows (∂r/∂P, r) into `normal`, the first of piece 0.
+    fn linearize(&self, at: &Self::At, normal: &mut Triangle<T, M, E>, piece: usize) -> Piece<T>;
+    /// Takes a piece of the rows of a diagonal matrix into a triangle; whether there are more.
+    fn damp(&self, damped: &mut Triangle<T, M, E>, diagonal: &[T; N], piece: usize) -> bool;
+    /// A correction from which to start without a guess, the best first; `None` if the samples do not give
+    /// that one.
+    fn free_start(&self, index: u8) -> Option<[T; N]>;
+    /// A sum of squares that no parameters undercut.
+    fn least_sum_of_squares(&self) -> T;
+    /// The squared size of the rows that the residuals are summed up from.
+    fn rows_squared(&self) -> T;
+    /// The squared size of the terms that a residual is summed up from: its rounding is ε times that.
+    fn terms_squared(&self) -> T;
     /// How many samples were taken in.
     fn samples(&self) -> u64;
-    /// The effective number of samples after forgetting.
+    /// The effective number of samples after forgetting or weighting.
     fn effective_samples(&self) -> T;
-}
+    /// Whether the residuals are in σ of a stated noise.
+    fn noise_stated(&self) -> bool;
+    /// The length of a residual of 1 if no noise is stated.
+    fn unit(&self) -> T;
+    /// What a correction of 1 is in the caller's units.
+    fn unit_of(&self, parameter: usize) -> T;
+    /// The length of the upper arm that a parameter belongs to.
+    fn upper_arm(&self, parameter: usize) -> T;
 
-/// The half of [`ArmProblem`] that speaks of the solver's internals.
-#[allow(unreachable_pub)] // the seal: nameable by no other crate
-pub trait Linearize<T: Real> {
-    /// Takes the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
-    #[doc(hidden)]
-    fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T;
-    /// Takes in the block of samples that waits for this arm.
-    #[doc(hidden)]
-    fn absorb_waiting(&mut self, waiting: &Waiting<T>, arm: ArmIndex);
-    /// Σ (f/σf)² at a correction.
-    #[doc(hidden)]
-    fn sum_of_squares(&self, at: &Displacement<T>) -> T;
-    /// Weighted means over the samples: X in internal units, sin q and cos q.
-    #[doc(hidden)]
-    fn means(&self) -> Means<T>;
-    /// The correction that the linear fit gives without a guess.
-    #[doc(hidden)]
-    fn free_start(&self) -> Option<[T; 8]>;
-    /// The least Σ (f/σf)² that any coefficients whatever could leave.
-    #[doc(hidden)]
-    fn least_sum_of_squares(&self) -> T;
-    /// Σ (1 + f(P₀)²)/σf², the squared size of what residuals are summed up from.
-    #[doc(hidden)]
-    fn rows_squared(&self) -> T;
-    /// The squared size of the terms that a residual is summed up from: its rounding is ε times
-    /// that.
-    #[doc(hidden)]
-    fn terms_squared(&self) -> T;
-}
-
-/// The mean sample of an arm.
-#[allow(unreachable_pub)] // part of the seal
-#[derive(Debug, Clone, Copy)]
-pub struct Means<T: Real> {
-    pub(crate) x: Vector3<T>,
-    pub(crate) sine: T,
-    pub(crate) cosine: T,
-}
-
-/// Columns of the features x, cos q and 1 in the factor.
-const COORDINATES: usize = 0;
-const COSINE: usize = 3;
-const SINE: usize = 4;
-const ONE: usize = 11;
-
-impl<T: Real> ArmProblem<T> for ArmFactor<T> {
-    fn nominal(&self) -> &NominalArm<T> {
-        self.nominal()
+    /// Whose place a parameter belongs to that is none of the robot's.
+    fn instrument_of(&self, _parameter: usize) -> Option<Instrument> {
+        None
     }
-    fn samples(&self) -> u64 {
-        self.samples()
-    }
-    fn effective_samples(&self) -> T {
-        self.effective_samples()
+
+    /// The effective number of residuals.
+    fn residuals(&self) -> T {
+        self.effective_samples() * T::from_count(u64::from(Self::RESIDUALS))
     }
 }
 
-impl<T: Real> Linearize<T> for ArmFactor<T> {
-    fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
-        let (residual, sum) = self.residual(at);
-        let jacobian = at.coefficient_jacobian();
-        let mut block = [[T::ZERO; 12]; 9];
-        for (index, row) in self.triangle().rows().take(12).enumerate() {
-            let mut product = [T::ZERO; 8];
-            let below = jacobian.get(index..).unwrap_or_default();
-            for (factor, derivatives) in row.iter().zip(below) {
-                for (entry, derivative) in product.iter_mut().zip(derivatives) {
-                    *entry += *factor * *derivative;
-                }
-            }
-            for (column, value) in block.iter_mut().zip(product) {
-                if let Some(entry) = column.get_mut(index) {
-                    *entry = value;
-                }
-            }
-        }
-        let [.., last] = &mut block;
-        *last = residual;
-        normal.absorb(&mut block);
-        sum
-    }
-
-    fn sum_of_squares(&self, at: &Displacement<T>) -> T {
-        self.residual(at).1
-    }
-
-    fn free_start(&self) -> Option<[T; 8]> {
-        free_start(self)
-    }
-
-    fn least_sum_of_squares(&self) -> T {
-        self.least_sum_of_squares()
-    }
-
-    fn absorb_waiting(&mut self, waiting: &Waiting<T>, arm: ArmIndex) {
-        self.absorb_checked(waiting.block(arm));
-    }
-
-    /// RᵀR holds the sums of products of features: those with the feature 1 are weighted sums.
-    fn means(&self) -> Means<T> {
-        let sum = |column: usize| product_of_columns(self.triangle(), column, ONE);
-        let weight = sum(ONE);
-        Means {
-            x: Vector3::new(sum(COORDINATES), sum(COORDINATES + 1), sum(COORDINATES + 2)) / weight,
-            sine: sum(SINE) / weight,
-            cosine: sum(COSINE) / weight,
-        }
-    }
-
-    /// The residual at a correction is f(P₀) and a difference that cancels it.
-    fn terms_squared(&self) -> T {
-        let mut sum = T::ZERO;
-        for row in self.triangle().rows() {
-            if let Some(entry) = row.last() {
-                sum += entry.squared();
-            }
-        }
-        sum
-    }
-
-    fn rows_squared(&self) -> T {
-        // The last two columns: the feature 1 and f(P₀).
-        let mut sum = T::ZERO;
-        for row in self.triangle().rows() {
-            for entry in row.iter().rev().take(2) {
-                sum += entry.squared();
-            }
-        }
-        sum
-    }
-}
-
-/// An entry of RᵀR; `left` is not after `right`.
-#[inline(never)]
-fn product_of_columns<T: Real>(triangle: &Triangle<T, 13, 91>, left: usize, right: usize) -> T {
+/// Σ r², all pieces together; not finite where there is no such robot.
+pub fn sum_of_squares<T, P, const N: usize, const M: usize, const E: usize>(
+    problem: &P,
+    at: &P::At,
+) -> T
+where
+    T: Real,
+    P: Problem<T, N, M, E>,
+{
     let mut sum = T::ZERO;
-    for index in 0..=left {
-        let row = triangle.row(index);
-        if let (Some(left), Some(right)) = (row.get(left - index), row.get(right - index)) {
-            sum += *left * *right;
+    for piece in 0.. {
+        let done = problem.sum_of_squares(at, piece);
+        sum += done.sum_of_squares;
+        if !done.more {
+            break;
         }
     }
     sum
+}
+
+/// Rows of a diagonal that are reduced in one piece.
+const ROWS: usize = 4;
+
+/// A piece of the rows of a diagonal matrix, four rows of N; whether there are more.
+#[inline(never)]
+pub(crate) fn damp_rows<T: Real, const N: usize, const M: usize, const E: usize>(
+    damped: &mut Triangle<T, M, E>,
+    diagonal: &[T; N],
+    piece: usize,
+) -> bool {
+    let first = ROWS * piece;
+    let mut block = [[T::ZERO; ROWS]; M];
+    let columns = block.get_mut(first..).unwrap_or_default();
+    for (index, value) in diagonal.iter().skip(first).take(ROWS).enumerate() {
+        put_row(columns, index, index, &[*value]);
+    }
+    let pivots = columns.len();
+    damped.eliminate(columns, pivots);
+    first + ROWS < diagonal.len()
+}
+
+/// A piece of a linearisation, or of a sum of squares.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece<T> {
+    /// Σ r² of its rows.
+    pub sum_of_squares: T,
+    /// Whether there are more.
+    pub more: bool,
+}
+
+/// What is known of the parameters beside the samples: a quadratic cost |U δ|² of the correction δ,
+/// which is weighted by the variance of the residuals.
+pub trait Prior<T: Real, const N: usize, const M: usize, const E: usize>: Clone {
+    /// The rows (σ U, σ U δ) as a triangle.
+    fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E>;
+    /// |U δ|².
+    fn cost(&self, correction: &[T; N]) -> T;
+    /// How many combinations of parameters it says nothing of.
+    fn unheld(&self) -> usize;
+    /// A parameter's distance from nominal, in tolerances.
+    fn distance(&self, correction: &[T; N], parameter: usize) -> T;
+    /// (UᵀU C)ⱼⱼ: the part of a parameter that the prior decides, C the covariance of all, by columns.
+    fn share(&self, covariance: &[T], parameter: usize) -> T;
+}
+
+/// 1/tolerance of each parameter in the problem's units; zero without a tolerance.
+impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E> for [T; N] {
+    fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E> {
+        let weights = self.map(|weight| weight * sigma);
+        let mut rights = [T::ZERO; N];
+        for ((right, weight), delta) in rights.iter_mut().zip(&weights).zip(correction) {
+            *right = *weight * *delta;
+        }
+        Triangle::from_diagonal(&weights, &rights)
+    }
+
+    #[inline(never)]
+    fn cost(&self, correction: &[T; N]) -> T {
+        let mut sum = T::ZERO;
+        for (weight, delta) in self.iter().zip(correction) {
+            sum += (*weight * *delta).squared();
+        }
+        sum
+    }
+
+    fn unheld(&self) -> usize {
+        self.iter().filter(|weight| **weight == T::ZERO).count()
+    }
+
+    fn distance(&self, correction: &[T; N], parameter: usize) -> T {
+        match (self.get(parameter), correction.get(parameter)) {
+            (Some(weight), Some(delta)) => (*weight * *delta).magnitude(),
+            _ => T::ZERO,
+        }
+    }
+
+    fn share(&self, covariance: &[T], parameter: usize) -> T {
+        match (self.get(parameter), covariance.get(parameter * (N + 1))) {
+            (Some(weight), Some(variance)) => weight.squared() * *variance,
+            _ => T::ZERO,
+        }
+    }
 }

@@ -1,3 +1,4 @@
+use super::instrument::Instrument;
 use crate::robot::{ArmIndex, GeometryError, Parameter};
 use core::fmt;
 
@@ -47,8 +48,8 @@ pub enum Refusal {
     },
     /// The fit leaves residuals that the stated noise cannot produce.
     ResidualContradictsNoise {
-        /// Which arm.
-        arm: ArmIndex,
+        /// Which arm; `None` where the residuals of all arms are judged together.
+        arm: Option<ArmIndex>,
         /// rms of the residuals over what the noise allows.
         ratio: f32,
     },
@@ -74,6 +75,17 @@ pub enum Refusal {
     /// elbows, where [`Robot::forward`](crate::Robot::forward) never puts it: the measuring frame is
     /// upside down or left-handed against the robot's.
     WrongSide,
+    /// An instrument has fewer readings than its place has unknowns.
+    TooFewObservations {
+        /// Whose place is unknown.
+        instrument: Instrument,
+        /// How many readings there are.
+        observations: u64,
+        /// How many are needed.
+        needed: u64,
+    },
+    /// The poses leave the place of an instrument free, or nearly so.
+    UndeterminedInstrument(Instrument),
     /// The arithmetic overflowed.
     NonFinite {
         /// Which arm.
@@ -91,11 +103,15 @@ impl Refusal {
             | Self::Undetermined { arm, .. }
             | Self::Uncertain { arm, .. }
             | Self::NotConverged { arm, .. }
-            | Self::ResidualContradictsNoise { arm, .. }
             | Self::FarFromNominal { arm, .. }
             | Self::ImpossibleGeometry { arm, .. }
             | Self::NonFinite { arm } => Some(*arm),
-            Self::ImpossibleRobot(_) | Self::WrongSide | Self::Unfinished => None,
+            Self::ResidualContradictsNoise { arm, .. } => *arm,
+            Self::ImpossibleRobot(_)
+            | Self::WrongSide
+            | Self::TooFewObservations { .. }
+            | Self::UndeterminedInstrument(_)
+            | Self::Unfinished => None,
         }
     }
 }
@@ -130,9 +146,16 @@ impl fmt::Display for Refusal {
                 formatter,
                 "the fit of {arm} did not converge in {iterations} iterations"
             ),
-            Self::ResidualContradictsNoise { arm, ratio } => write!(
+            Self::ResidualContradictsNoise {
+                arm: Some(arm),
+                ratio,
+            } => write!(
                 formatter,
                 "the residuals of {arm} are {ratio:.1} times what the stated noise allows"
+            ),
+            Self::ResidualContradictsNoise { arm: None, ratio } => write!(
+                formatter,
+                "the residuals are {ratio:.1} times what the stated noise allows"
             ),
             Self::FarFromNominal {
                 arm,
@@ -151,6 +174,17 @@ impl fmt::Display for Refusal {
             Self::WrongSide => formatter.write_str(
                 "the platform was measured above its elbows: the frame is upside down or left-handed",
             ),
+            Self::TooFewObservations {
+                instrument,
+                observations,
+                needed,
+            } => write!(
+                formatter,
+                "{instrument} has {observations} readings and needs {needed}"
+            ),
+            Self::UndeterminedInstrument(instrument) => {
+                write!(formatter, "the poses do not determine where {instrument} is")
+            }
             Self::NonFinite { arm } => {
                 write!(formatter, "the samples of {arm} overflow the arithmetic")
             }

@@ -1,11 +1,14 @@
-use super::arm_solver::{ArmSolver, Progress, enough_samples};
+use super::arm_problem::ArmProblem;
+use super::arm_solver::ArmSolver;
 use super::calibrator::RobotCalibrator;
+use super::means::Means;
+use super::minimizer::{Progress, enough_samples};
 use super::outcome::{ArmOutcome, RobotOutcome};
-use super::problem::ArmProblem;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
+use crate::samples::NominalArm;
 use nalgebra::Vector3;
 
 impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
@@ -103,7 +106,9 @@ impl<T: Real> RobotSolver<T> {
         problem: &P,
         settings: &Settings<T>,
     ) -> Result<(), Refusal> {
-        let solver = self.solver.insert(ArmSolver::unstarted(self.arm, settings));
+        let solver = self
+            .solver
+            .insert(ArmSolver::of_arm(problem, self.arm, settings));
         let begun = solver.begin(problem);
         if begun.is_err() {
             self.solver = None;
@@ -122,29 +127,17 @@ impl<T: Real> RobotSolver<T> {
         outcome.map(|_| ())
     }
 
-    /// The constraints hold on both sides of the elbows' plane, forward kinematics only below it:
-    /// the mean measured point must lie below the plane of the mean elbows.
     #[inline(never)]
     fn check_side<P: ArmProblem<T>>(
         &self,
         calibrator: &RobotCalibrator<T, P>,
     ) -> Result<(), Refusal> {
-        let robot = self.robot()?;
-        let mut elbows = [Vector3::zeros(); 3];
-        let mut point = Vector3::zeros();
-        for ((elbow, arm), problem) in elbows.iter_mut().zip(robot.arms()).zip(calibrator.arms()) {
-            let (means, nominal) = (problem.means(), problem.nominal());
-            *elbow = arm.d() + arm.basis().u * means.cosine + arm.basis().v * means.sine;
-            point = means.x * nominal.scale() + nominal.centre();
-        }
-        let [first, second, third] = elbows;
-        let normal = (second - first).cross(&(third - first));
-        let above = normal.dot(&(point - first)) * normal.dot(&robot.up());
-        if above < T::ZERO {
-            Ok(())
-        } else {
-            Err(Refusal::WrongSide)
-        }
+        let [first, second, third] = calibrator.arms();
+        check_side(
+            &self.robot()?,
+            [first.nominal(), second.nominal(), third.nominal()],
+            [first.means(), second.means(), third.means()],
+        )
     }
 
     /// The calibrated robot.
@@ -170,5 +163,34 @@ impl<T: Real> RobotSolver<T> {
             }
             _ => Err(Refusal::Unfinished),
         }
+    }
+}
+
+/// The constraints hold on both sides of the elbows' plane, forward kinematics only below it: the mean
+/// measured point must lie below the plane of the mean elbows.
+#[inline(never)]
+pub(super) fn check_side<T: Real>(
+    robot: &Robot<T>,
+    nominal_arms: [&NominalArm<T>; 3],
+    means: [Means<T>; 3],
+) -> Result<(), Refusal> {
+    let mut elbows = [Vector3::zeros(); 3];
+    let mut point = Vector3::zeros();
+    for (((elbow, arm), means), nominal) in elbows
+        .iter_mut()
+        .zip(robot.arms())
+        .zip(&means)
+        .zip(nominal_arms)
+    {
+        *elbow = arm.d() + arm.basis().u * means.cosine + arm.basis().v * means.sine;
+        point = means.x * nominal.scale() + nominal.centre();
+    }
+    let [first, second, third] = elbows;
+    let normal = (second - first).cross(&(third - first));
+    let above = normal.dot(&(point - first)) * normal.dot(&robot.up());
+    if above < T::ZERO {
+        Ok(())
+    } else {
+        Err(Refusal::WrongSide)
     }
 }

@@ -2,7 +2,6 @@ use super::samples::{StoredArmSamples, StoredError};
 use crate::Real;
 use crate::calibration::{RobotCalibrator, Settings, nominal_arms};
 use crate::robot::{ArmIndex, Robot};
-use crate::robust::{Loss, RobustOutcome, RobustRefusal, WeighedSample, fit, places};
 use crate::samples::Sample;
 
 /// Calibration of a robot from up to `N` stored samples.
@@ -30,31 +29,5 @@ impl<T: Real, const N: usize> StoredCalibrator<T, N> {
             stored.add(&sample.position, q, arm)?;
         }
         Ok(())
-    }
-}
-
-impl<T: Real, const N: usize> StoredCalibrator<T, N> {
-    /// As [`robust_fit`](crate::robust::robust_fit), of the stored samples. Only this form can: the constant-memory one has
-    /// no sample left to weigh again.
-    ///
-    /// # Errors
-    /// As [`robust_fit`](crate::robust::robust_fit).
-    pub fn solve_robust(
-        &self,
-        loss: Loss,
-        work: &mut [WeighedSample<T>],
-    ) -> Result<RobustOutcome<T>, RobustRefusal> {
-        let [first, second, third] = self.arms();
-        let work = places(work, first.len())?;
-        let stored = first
-            .samples()
-            .iter()
-            .zip(second.samples())
-            .zip(third.samples());
-        for (place, ((one, two), three)) in work.iter_mut().zip(stored) {
-            *place = WeighedSample::new([*one, *two, *three]);
-        }
-        let nominal_arms = [first.nominal(), second.nominal(), third.nominal()];
-        fit(self.settings(), nominal_arms, loss, work)
     }
 }

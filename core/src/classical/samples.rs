@@ -1,6 +1,10 @@
+use super::row_by_row;
 use crate::Real;
-use crate::calibration::{ArmProblem, Linearize, Means, Normal, free_start, row_by_row};
-use crate::robot::ArmIndex;
+use crate::calibration::{
+    ArmProblem, Linearize, Means, Normal, Piece, Problem, SPREAD_STARTS, free_start,
+    problem_of_an_arm, spread_start,
+};
+use crate::robot::{ArmIndex, Parameter};
 use crate::samples::{ArmFactor, ArmSample, Displacement, NominalArm, SampleError, Waiting};
 use core::fmt;
 use nalgebra::Vector3;
@@ -126,13 +130,9 @@ impl<T: Real, const N: usize> ArmProblem<T> for StoredArmSamples<T, N> {
     fn nominal(&self) -> &NominalArm<T> {
         self.nominal()
     }
-    fn samples(&self) -> u64 {
-        self.len() as u64
-    }
-    fn effective_samples(&self) -> T {
-        T::from_count(self.len() as u64)
-    }
 }
+
+problem_of_an_arm!(StoredArmSamples<T, N>, N);
 
 impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
     fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
@@ -141,6 +141,14 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
 
     fn sum_of_squares(&self, at: &Displacement<T>) -> T {
         row_by_row::sum_of_squares(self.counted(), at)
+    }
+
+    fn taken_in(&self) -> u64 {
+        self.len() as u64
+    }
+
+    fn effective(&self) -> T {
+        T::from_count(self.len() as u64)
     }
 
     fn means(&self) -> Means<T> {
@@ -159,7 +167,7 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
     }
 
     fn terms_squared(&self) -> T {
-        self.rows_squared()
+        Linearize::rows_squared(self)
     }
 
     fn rows_squared(&self) -> T {

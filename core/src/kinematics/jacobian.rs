@@ -85,7 +85,7 @@ impl<T: Real> Robot<T> {
     }
 
     /// The columns of (∂f/∂X)⁻¹, whose rows are 2wᵢ with wᵢ = X − Bᵢ, by cross products.
-    fn inverse_by_position(
+    pub(crate) fn inverse_by_position(
         &self,
         x: &Vector3<T>,
         q: &[T; 3],

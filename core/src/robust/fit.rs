@@ -1,13 +1,13 @@
-use super::arms::Arms;
 use super::loss::Loss;
 use super::outcome::{RobustOutcome, RobustRefusal};
+use super::robot::Fits;
+use super::sample::WeighedSample;
 use super::start::least_trimmed;
-use super::weighted::WeighedSample;
 use crate::Real;
 use crate::calibration::limits::{LARGEST_SUSPECTED, SAMPLES_FOR_ROBUST_FIT, SUSPECTED};
-use crate::calibration::{RobotCalibrator, RobotOutcome, Settings, nominal_arms};
-use crate::robot::{ArmIndex, Robot};
-use crate::samples::{NominalArm, Sample};
+use crate::calibration::{JointCalibrator, Settings};
+use crate::robot::Robot;
+use crate::samples::Sample;
 
 /// Rounds of reweighting at most; after half of them the scales stay, and what is rejected. Most fits
 /// take 25 to 30.
@@ -18,6 +18,8 @@ const ROUNDS: u16 = 80;
 /// (graduated non-convexity, Blake and Zisserman 1987).
 const WIDENED: f64 = 20.0;
 const NARROWED: f64 = 0.7;
+/// Residuals of a sample, whose length is weighed.
+const DIMENSIONS: f64 = 3.0;
 
 /// Calibrates a robot from samples of which some may be wrong. `work` has room for as many; its first
 /// places hold afterwards what became of each sample, in their order.
@@ -54,71 +56,54 @@ pub fn robust_fit<T: Real>(
     loss: Loss,
     work: &mut [WeighedSample<T>],
 ) -> Result<RobustOutcome<T>, RobustRefusal> {
-    let nominal_arms = nominal_arms(robot, settings);
-    let work = places(work, samples.len())?;
-    for (index, (place, sample)) in work.iter_mut().zip(samples).enumerate() {
-        *place = WeighedSample::vacant();
-        for ((weighed, nominal), (q, arm)) in place
-            .arms
-            .iter_mut()
-            .zip(&nominal_arms)
-            .zip(sample.joints.into_iter().zip(ArmIndex::ALL))
-        {
-            weighed.sample = nominal
-                .sample(&sample.position, q, arm)
-                .map_err(|error| RobustRefusal::Sample(index, error))?;
-        }
-    }
-    let [first, second, third] = &nominal_arms;
-    fit(settings, [first, second, third], loss, work)
-}
-
-pub(crate) fn places<T: Real>(
-    work: &mut [WeighedSample<T>],
-    samples: usize,
-) -> Result<&mut [WeighedSample<T>], RobustRefusal> {
-    if samples < SAMPLES_FOR_ROBUST_FIT {
+    if samples.len() < SAMPLES_FOR_ROBUST_FIT {
         return Err(RobustRefusal::TooFewSamples {
-            samples,
+            samples: samples.len(),
             needed: SAMPLES_FOR_ROBUST_FIT,
         });
     }
-    work.get_mut(..samples)
-        .ok_or(RobustRefusal::NoRoom { samples })
+    let weighed = work.get_mut(..samples.len()).ok_or(RobustRefusal::NoRoom {
+        samples: samples.len(),
+    })?;
+    let fits = Fits {
+        settings,
+        samples,
+        empty: *JointCalibrator::new(robot, settings).factor(),
+    };
+    for (index, (place, sample)) in weighed.iter_mut().zip(samples).enumerate() {
+        *place = WeighedSample::vacant();
+        fits.empty
+            .check(sample)
+            .map_err(|error| RobustRefusal::Sample(index, error))?;
+    }
+    fit(&fits, loss, weighed)
 }
 
-pub(crate) fn fit<T: Real>(
-    settings: &Settings<T>,
-    nominal_arms: [&NominalArm<T>; 3],
+fn fit<T: Real>(
+    fits: &Fits<'_, T>,
     loss: Loss,
     samples: &mut [WeighedSample<T>],
 ) -> Result<RobustOutcome<T>, RobustRefusal> {
-    let arms = Arms {
-        settings,
-        nominal_arms,
-    };
-    let mut effective = [T::from_count(samples.len() as u64); 3];
+    let mut effective = T::from_count(samples.len() as u64);
     let (mut rounds, mut settled) = (0, false);
-    if let Some(corrections) = least_trimmed(&arms, samples) {
-        arms.residuals(&corrections, samples);
-        let mut scales = [T::ZERO; 3];
+    if let Some(correction) = least_trimmed(fits, samples) {
+        fits.measure(&correction, samples);
+        let mut scale = T::ZERO;
         let mut width = T::from_f64(WIDENED);
         while rounds < ROUNDS && !settled {
             let late = rounds >= ROUNDS / 2;
             if !late {
-                scales = arms.scales(samples).map(|scale| scale * width);
+                scale = fits.scale(samples) * width;
             }
-            let change = weigh(loss, &scales, late, samples);
+            let change = weigh(loss, scale, late, samples);
             settled = width <= T::ONE && change <= T::EPSILON.square_root();
             rounds += 1;
             width = T::ONE.larger(width * T::from_f64(NARROWED));
-            for (effective, arm) in effective.iter_mut().zip(ArmIndex::ALL) {
-                *effective = normalise(loss, &scales, arm, samples);
-            }
-            let Some(corrections) = arms.fits(samples, &effective) else {
+            effective = normalise(loss, scale, samples);
+            let Some(correction) = fits.fit(samples, effective) else {
                 break;
             };
-            arms.residuals(&corrections, samples);
+            fits.measure(&correction, samples);
         }
     }
     let suspected = samples.iter().filter(|sample| sample.suspected).count();
@@ -130,75 +115,61 @@ pub(crate) fn fit<T: Real>(
             samples: samples.len(),
         });
     }
-    let problems = ArmIndex::ALL.map(|arm| arms.problem(arm, samples, &effective));
-    let fit = RobotCalibrator::of_arms(settings, problems).solve()?;
-    if settings.noise.is_none() {
-        in_sigmas(&fit, nominal_arms, samples);
+    let fit = fits.outcome(samples, effective)?;
+    if let Some(noise) = fit.estimate.estimated_noise {
+        // Residuals in σ, of the noise that they have.
+        let factor = fits.empty.unit() / noise;
+        for sample in samples.iter_mut() {
+            sample.distance *= factor;
+        }
     }
     Ok(RobustOutcome {
         fit,
+        effective_samples: effective,
         suspected,
         rounds,
         settled,
     })
 }
 
-/// Weighs every sample by its residuals; returns the largest change of a weight. Late in the rounds
-/// what was suspected stays so, for the rounds to come to an end.
-fn weigh<T: Real>(loss: Loss, scales: &[T; 3], late: bool, samples: &mut [WeighedSample<T>]) -> T {
+/// Weighs every sample by its distance; returns the largest change of a weight. Late in the rounds what
+/// was suspected stays so, for the rounds to come to an end.
+fn weigh<T: Real>(loss: Loss, scale: T, late: bool, samples: &mut [WeighedSample<T>]) -> T {
+    let unit = scale * stretch(loss);
     let mut largest = T::ZERO;
     for sample in samples {
-        let mut suspected = late && sample.suspected;
-        for (own, scale) in sample.arms.iter().zip(scales) {
-            suspected |= !(own.residual.magnitude() < T::from_f64(SUSPECTED) * *scale);
-        }
-        sample.suspected = suspected;
-        for (own, scale) in sample.arms.iter_mut().zip(scales) {
-            let weight = if suspected {
-                T::ZERO
-            } else {
-                loss.weight(own.residual / *scale)
-            };
-            largest = largest.larger((weight - own.weight).magnitude());
-            own.weight = weight;
-        }
+        sample.suspected =
+            (late && sample.suspected) || !(sample.distance < T::from_f64(SUSPECTED) * unit);
+        let weight = if sample.suspected {
+            T::ZERO
+        } else {
+            loss.weight(sample.distance / unit)
+        };
+        largest = largest.larger((weight - sample.weight).magnitude());
+        sample.weight = weight;
     }
     largest
 }
 
-/// Divides an arm's weights by κ of [`WeightNormalization`](super::loss::WeightNormalization); returns the
+/// Divides the weights by κ of [`WeightNormalization`](super::loss::WeightNormalization); returns the
 /// effective number of samples.
-fn normalise<T: Real>(
-    loss: Loss,
-    scales: &[T; 3],
-    arm: ArmIndex,
-    samples: &mut [WeighedSample<T>],
-) -> T {
-    let scale = scales.get(arm.index()).copied().unwrap_or(T::ONE);
-    let counted = samples.iter().map(|sample| sample.of(arm));
-    let sizes = counted
-        .filter(|own| own.weight > T::ZERO)
-        .map(|own| own.residual.magnitude() / scale);
-    let normalization = loss.normalization(sizes, T::ONE, T::ONE);
+fn normalise<T: Real>(loss: Loss, scale: T, samples: &mut [WeighedSample<T>]) -> T {
+    let sizes = samples
+        .iter()
+        .filter(|sample| sample.weight > T::ZERO)
+        .map(|sample| sample.distance / scale);
+    let normalization = loss.normalization(sizes, T::from_f64(DIMENSIONS), stretch(loss));
     for sample in samples.iter_mut() {
-        let own = sample.of_mut(arm);
-        own.root = (own.weight / normalization.divisor).square_root();
+        sample.factor = sample.weight / normalization.divisor;
     }
     normalization.effective_samples
 }
 
-/// Residuals in σ, of the noise that each arm's residuals have.
-fn in_sigmas<T: Real>(
-    fit: &RobotOutcome<T>,
-    nominal_arms: [&NominalArm<T>; 3],
-    samples: &mut [WeighedSample<T>],
-) {
-    for ((outcome, nominal), arm) in fit.arms.iter().zip(nominal_arms).zip(ArmIndex::ALL) {
-        let sigma = outcome.estimated_noise.unwrap_or(T::ONE);
-        let factor = nominal.scale() / sigma;
-        for sample in samples.iter_mut() {
-            let own = sample.of_mut(arm);
-            own.residual *= factor;
-        }
-    }
+/// By how much a loss is wider for the length of three residuals than for one, so that it has 95 % of the
+/// squared loss's efficiency here as well: k = 1.628, c = 5.490.
+fn stretch<T: Real>(loss: Loss) -> T {
+    T::from_f64(match loss {
+        Loss::Huber => 1.210_396,
+        Loss::Tukey => 1.171_878,
+    })
 }

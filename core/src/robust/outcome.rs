@@ -1,17 +1,18 @@
 use crate::Real;
-use crate::calibration::{Refusal, RobotOutcome};
+use crate::calibration::{JointOutcome, Refusal};
 use crate::samples::SampleError;
 use core::fmt;
 
 /// A robot calibrated by a robust fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RobustOutcome<T: Real> {
     /// As of the plain fit, with the samples' weights: their number is that of the samples with a
     /// weight above 0, and the covariance is the M-estimate's, mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹, with the
     /// noise as stated or as estimated from the weighted residuals (see [`WeightNormalization`](crate::robust::WeightNormalization)).
-    pub fit: RobotOutcome<T>,
+    pub fit: JointOutcome<T>,
+    /// What the samples are worth together, by which the weighted sum of squares is divided.
+    pub effective_samples: T,
     /// How many samples are [suspected](crate::robust::WeighedSample::suspected).
     pub suspected: usize,
     /// Rounds of reweighting.
@@ -26,7 +27,7 @@ pub struct RobustOutcome<T: Real> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum RobustRefusal {
-    /// Half of the samples must determine an arm.
+    /// Half of the samples must determine the robot.
     TooFewSamples {
         /// How many there are.
         samples: usize,

@@ -116,6 +116,39 @@ impl<T: Real> Displacement<T> {
         (gradient * sample.weight, self.weighted_constraint(sample))
     }
 
+    /// Features, in the order of [`NominalArm`]'s φ, times ∂c/∂P:
+    ///
+    /// ```text
+    /// ∂(φᵀc)/∂D = 2 (φc u + φs v + φ₁ D − φx)    ∂(φᵀc)/∂u = 2 (φc D − φxc)    ∂(φᵀc)/∂v = 2 (φs D − φxs)
+    /// ```
+    ///
+    /// u and v turn with θ and α and grow with the upper arm, of which |u|² depends on its length alone.
+    pub(crate) fn gradient_of(&self, features: &[T; 12]) -> [T; 8] {
+        let [x, y, z, cosine, sine, xc, yc, zc, xs, ys, zs, one] = *features;
+        let two = T::TWO;
+        let (la_x, la_y) = self.la;
+        let sin_alpha = self.ey.z;
+        let by_d = self.u * cosine + self.v * sine + self.d * one - Vector3::new(x, y, z);
+        let by_u = self.d * cosine - Vector3::new(xc, yc, zc);
+        let by_v = self.d * sine - Vector3::new(xs, ys, zs);
+        let along_tangent = |by: &Vector3<T>| self.ex.x * by.y - self.ex.y * by.x;
+        let (u_x, v_x) = (self.ex.dot(&by_u), self.ex.dot(&by_v));
+        let (u_z, v_z) = (self.ez.dot(&by_u), self.ez.dot(&by_v));
+        let theta = la_x * (along_tangent(&by_u) - sin_alpha * v_x)
+            + la_y * (along_tangent(&by_v) + sin_alpha * u_x);
+        let alpha = la_x * self.ey.dot(&by_v) - la_y * self.ey.dot(&by_u);
+        [
+            by_d.x * two,
+            by_d.y * two,
+            by_d.z * two,
+            theta * two,
+            alpha * two,
+            (u_x - v_z + la_x * one) * two,
+            (u_z + v_x + la_y * one) * two,
+            -(self.lb * one * two),
+        ]
+    }
+
     /// ∂c/∂P, twelve rows of eight.
     pub(crate) fn coefficient_jacobian(&self) -> [[T; 8]; 12] {
         let two = T::TWO;
@@ -178,9 +211,21 @@ pub(crate) fn corrected_arm<T: Real>(
     nominal: &NominalArm<T>,
     correction: &[T; 8],
 ) -> Result<Arm<T>, GeometryError> {
-    let mut parameters = nominal.arm().parameters();
-    for ((value, delta), parameter) in parameters.iter_mut().zip(correction).zip(Parameter::ALL) {
-        *value += *delta * nominal.unit_of(parameter);
+    let mut displacement = *correction;
+    for (delta, parameter) in displacement.iter_mut().zip(Parameter::ALL) {
+        *delta *= nominal.unit_of(parameter);
+    }
+    moved_arm(nominal.arm(), &displacement)
+}
+
+/// The arm whose parameters differ by a displacement, in the user's unit.
+pub(crate) fn moved_arm<T: Real>(
+    arm: &Arm<T>,
+    displacement: &[T; 8],
+) -> Result<Arm<T>, GeometryError> {
+    let mut parameters = arm.parameters();
+    for (value, delta) in parameters.iter_mut().zip(displacement) {
+        *value += *delta;
     }
     let [_, _, _, theta, .., lb] = &mut parameters;
     *lb = lb.magnitude();
@@ -252,6 +297,30 @@ mod tests {
             for ((row, above), below) in jacobian.iter().zip(at(step)).zip(at(-step)) {
                 // step² · c‴/6 + ε/step ≈ 1e-10.
                 assert!((row[parameter] - (above - below) / (2.0 * step)).abs() < 1e-9);
+            }
+        }
+    }
+
+    /// Features times ∂c/∂P, the product written out, with any features.
+    #[test]
+    fn gradient_of_features_is_their_product_with_the_coefficient_jacobian() {
+        let at = Displacement::new(&nominal(), &CORRECTION);
+        let jacobian = at.coefficient_jacobian();
+        for seed in 0..20 {
+            let mut angle = f64::from(seed);
+            let features = [(); 12].map(|()| {
+                angle += 1.7;
+                libm::sin(angle)
+            });
+            let found = at.gradient_of(&features);
+            for (parameter, found) in found.iter().enumerate() {
+                let expected: f64 = features
+                    .iter()
+                    .zip(&jacobian)
+                    .map(|(feature, row)| feature * row[parameter])
+                    .sum();
+                // Sums of a dozen products of about 1: a few ε.
+                assert!((found - expected).abs() < 1e-14, "{parameter}");
             }
         }
     }

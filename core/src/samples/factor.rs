@@ -1,7 +1,8 @@
+use super::count::SampleCount;
 use super::displacement::Displacement;
 use super::nominal_arm::{ArmSample, COLUMNS, NominalArm};
 use super::sample::SampleError;
-use super::triangle::Triangle;
+use super::triangle::{Triangle, put_row};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex};
 use core::fmt;
@@ -45,10 +46,7 @@ pub(crate) const BLOCK: usize = 4;
 pub struct ArmFactor<T: Real> {
     nominal: NominalArm<T>,
     triangle: Triangle<T, COLUMNS, 91>,
-    seen: u64,
-    /// Samples since the last call of `forget`, and the weight of those before it.
-    recent: u64,
-    remembered: T,
+    count: SampleCount<T>,
 }
 
 /// Why two factors do not merge.
@@ -74,9 +72,7 @@ impl<T: Real> ArmFactor<T> {
         Self {
             nominal,
             triangle: Triangle::zero(),
-            seen: 0,
-            recent: 0,
-            remembered: T::ZERO,
+            count: SampleCount::none(),
         }
     }
 
@@ -87,12 +83,12 @@ impl<T: Real> ArmFactor<T> {
 
     /// How many samples were taken in, forgotten ones included.
     pub const fn samples(&self) -> u64 {
-        self.seen
+        self.count.seen()
     }
 
     /// The effective number of samples: each counts λ for every time it was forgotten by λ.
     pub fn effective_samples(&self) -> T {
-        self.remembered + T::from_count(self.recent)
+        self.count.effective()
     }
 
     /// Takes in one sample: platform position `x` (length) at joint angle `q` (radians).
@@ -114,16 +110,25 @@ impl<T: Real> ArmFactor<T> {
         let mut columns = [[T::ZERO; BLOCK]; COLUMNS];
         let mut count = 0;
         for (index, (x, q)) in samples.take(BLOCK).enumerate() {
-            put_row(&mut columns, index, &self.nominal.prepare(x, q));
+            put_row(&mut columns, index, 0, &self.nominal.prepare(x, q).row());
             count += 1;
         }
         self.triangle.absorb(&mut columns);
-        self.count(count);
+        self.count.add(count);
     }
 
-    fn count(&mut self, samples: u64) {
-        self.seen = self.seen.saturating_add(samples);
-        self.recent = self.recent.saturating_add(samples);
+    /// Takes in a sample that was checked, its squared residual multiplied by a weight.
+    pub(crate) fn absorb_weighted(&mut self, x: &Vector3<T>, q: T, weight: T) {
+        if weight > T::ZERO {
+            let mut sample = self.nominal.prepare(x, q);
+            sample.weight *= weight.square_root();
+            self.absorb_block::<1>(&[sample]);
+        }
+    }
+
+    /// Sets what all samples are worth together.
+    pub(crate) fn count_as(&mut self, effective_samples: T) {
+        self.count.set_effective(effective_samples);
     }
 
     /// Takes in a prepared sample.
@@ -141,10 +146,10 @@ impl<T: Real> ArmFactor<T> {
     fn absorb_block<const K: usize>(&mut self, samples: &[ArmSample<T>]) {
         let mut columns = [[T::ZERO; K]; COLUMNS];
         for (index, sample) in samples.iter().enumerate() {
-            put_row(&mut columns, index, sample);
+            put_row(&mut columns, index, 0, &sample.row());
         }
         self.triangle.absorb(&mut columns);
-        self.count(samples.len() as u64);
+        self.count.add(samples.len() as u64);
     }
 
     /// Takes in many samples, in blocks; a block costs less than its samples one by one.
@@ -186,9 +191,7 @@ impl<T: Real> ArmFactor<T> {
             return Err(MergeError::DifferentNominal);
         }
         self.triangle.merge(&other.triangle);
-        self.seen = self.seen.saturating_add(other.seen);
-        self.recent = self.recent.saturating_add(other.recent);
-        self.remembered += other.remembered;
+        self.count.merge(&other.count);
         Ok(())
     }
 
@@ -200,13 +203,12 @@ impl<T: Real> ArmFactor<T> {
         }
         let lambda = lambda.larger(T::ZERO);
         self.triangle.scale(lambda.square_root());
-        self.remembered = self.effective_samples() * lambda;
-        self.recent = 0;
+        self.count.forget(lambda);
     }
 
     /// Samples since it last forgot.
     pub(crate) const fn recent(&self) -> u64 {
-        self.recent
+        self.count.recent()
     }
 
     /// Σ (f(P)/σf)² over everything seen, for any parameters; without a stated noise σf = 2 Lb and
@@ -250,18 +252,5 @@ impl<T: Real> ArmFactor<T> {
     /// The square triangular part of the features, and the right-hand side.
     pub(crate) fn triangle(&self) -> &Triangle<T, COLUMNS, 91> {
         &self.triangle
-    }
-}
-
-/// Writes a sample's row into a block given by columns.
-fn put_row<T: Real, const K: usize>(
-    columns: &mut [[T; K]; COLUMNS],
-    index: usize,
-    sample: &ArmSample<T>,
-) {
-    for (column, value) in columns.iter_mut().zip(sample.row()) {
-        if let Some(entry) = column.get_mut(index) {
-            *entry = value;
-        }
     }
 }

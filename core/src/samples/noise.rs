@@ -1,11 +1,12 @@
 use crate::Real;
 use core::fmt;
 
-/// Measurement noise: one standard deviation, the same for every sample.
+/// Measurement noise: one standard deviation, the same for every sample. The position's may differ by
+/// axis, as that of a tracker whose distances are better than its angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Noise<T> {
-    position: T,
+    position: [T; 3],
     joint: T,
 }
 
@@ -18,6 +19,10 @@ pub enum NoiseError {
     Position,
     /// The joint noise must be a finite number, 0 or greater.
     Joint,
+    /// The noise of a height must be a finite number greater than 0.
+    Height,
+    /// The noise of a distance must be a finite number greater than 0.
+    Distance,
 }
 
 impl fmt::Display for NoiseError {
@@ -25,6 +30,8 @@ impl fmt::Display for NoiseError {
         formatter.write_str(match self {
             Self::Position => "the position noise must be a finite number greater than 0",
             Self::Joint => "the joint noise must be a finite number, 0 or greater",
+            Self::Height => "the noise of a height must be a finite number greater than 0",
+            Self::Distance => "the noise of a distance must be a finite number greater than 0",
         })
     }
 }
@@ -43,7 +50,25 @@ impl<T: Real> Noise<T> {
     /// assert!(Noise::new(0.0, 1e-4).is_err());
     /// ```
     pub fn new(position: T, joint: T) -> Result<Self, NoiseError> {
-        if !(position > T::ZERO && position.finite()) {
+        Self::by_axis([position; 3], joint)
+    }
+
+    /// σx, σy, σz of the position (length), and σq of each joint angle (radians).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    ///
+    /// ```
+    /// use delta_cal::Noise;
+    /// let noise = Noise::by_axis([0.02, 0.02, 0.1], 0.0)?;
+    /// assert!(noise.isotropic().is_none() && noise.position() > 0.06);
+    /// # Ok::<(), delta_cal::samples::NoiseError>(())
+    /// ```
+    pub fn by_axis(position: [T; 3], joint: T) -> Result<Self, NoiseError> {
+        if !position
+            .iter()
+            .all(|sigma| *sigma > T::ZERO && sigma.finite())
+        {
             return Err(NoiseError::Position);
         }
         if !(joint >= T::ZERO && joint.finite()) {
@@ -52,9 +77,23 @@ impl<T: Real> Noise<T> {
         Ok(Self { position, joint })
     }
 
-    /// σx of each coordinate. Length.
+    /// σx of each coordinate; where it differs by axis, the root mean square. Length.
     pub fn position(&self) -> T {
+        self.isotropic().unwrap_or_else(|| {
+            let [x, y, z] = self.position.map(T::squared);
+            ((x + y + z) / T::from_f64(3.0)).square_root()
+        })
+    }
+
+    /// σx, σy, σz. Length.
+    pub const fn position_by_axis(&self) -> [T; 3] {
         self.position
+    }
+
+    /// The position's σ if it is the same in every direction. Length.
+    pub fn isotropic(&self) -> Option<T> {
+        let [x, y, z] = self.position;
+        (x == y && y == z).then_some(x)
     }
 
     /// σq of each joint angle. Radians.

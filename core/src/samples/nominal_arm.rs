@@ -10,6 +10,10 @@ pub(crate) const COLUMNS: usize = 13;
 /// Squares of squares of such distances, times the largest weight, stay finite in single precision.
 const FARTHEST_SQUARED: f64 = 1e8;
 
+/// The nominal forearm's direction may be off by so much, in radians: near a singularity, where the
+/// three forearms lie in a plane, a closure's variance claims no more than that allows.
+const DIRECTION: f64 = 0.01;
+
 /// What an arm's samples are expressed against: the arm before calibration, a centre and a unit of
 /// length near those of the workspace, and the noise that weights the samples.
 ///
@@ -49,6 +53,25 @@ pub(crate) struct ArmSample<T: Real> {
     pub(crate) weight: T,
     /// f(P₀) in units of the scale squared, not weighted.
     pub(crate) constraint: T,
+}
+
+/// One arm's closure f at the nominal arm, and what its error is made of.
+pub(super) struct Closure<T: Real> {
+    pub(super) sample: ArmSample<T>,
+    /// ∂f/∂X times the σ of the position, by axis: what the arms share.
+    by_position: Vector3<T>,
+    /// The variance of what they do not.
+    pub(super) own: T,
+}
+
+impl<T: Real> Closure<T> {
+    pub(super) fn variance(&self) -> T {
+        self.by_position.dot(&self.by_position) + self.own
+    }
+
+    pub(super) fn covariance(&self, other: &Self) -> T {
+        self.by_position.dot(&other.by_position)
+    }
 }
 
 impl<T: Real> NominalArm<T> {
@@ -103,31 +126,76 @@ impl<T: Real> NominalArm<T> {
     /// half an ε of the position and of about 4ε in f, and is added: no stated noise, however
     /// small, claims more than the scalar type can hold.
     pub(crate) fn prepare(&self, x: &Vector3<T>, q: T) -> ArmSample<T> {
-        let (sine, cosine) = q.sine_cosine();
-        let position_rounding_squared =
-            x.dot(x) * (T::HALF * T::EPSILON * self.inverse_scale).squared();
-        let x = (x - self.centre) * self.inverse_scale;
-        let forearm = x - (self.d + self.u * cosine + self.v * sine);
-        let constraint = forearm.dot(&forearm) - self.lb * self.lb;
-        let weight = match &self.noise {
+        let (mut sample, forearm) = self.place(x, q);
+        sample.weight = match &self.noise {
             None => T::HALF / self.lb,
             Some(noise) => {
-                let by_position_squared = (T::TWO * self.lb).squared()
-                    * ((noise.position() * self.inverse_scale).squared()
-                        + position_rounding_squared);
-                let by_joint =
-                    T::TWO * forearm.dot(&(self.v * cosine - self.u * sine)) * noise.joint();
-                let rounding = T::from_f64(4.0) * T::EPSILON * self.lb * self.lb;
-                (by_position_squared + by_joint.squared() + rounding.squared())
+                let two_lb_squared = (T::TWO * self.lb).squared();
+                let rounding = self.position_rounding_squared(x);
+                let by_position_squared = if let Some(position) = noise.isotropic() {
+                    two_lb_squared * ((position * self.inverse_scale).squared() + rounding)
+                } else {
+                    let by_axis = self.by_position(&forearm, &noise.position_by_axis());
+                    by_axis.dot(&by_axis) + two_lb_squared * rounding
+                };
+                let by_joint = self.by_joint(&sample, &forearm) * noise.joint();
+                (by_position_squared + by_joint.squared() + self.constraint_rounding_squared())
                     .inverse_square_root()
             }
         };
-        ArmSample {
+        sample
+    }
+
+    /// Centres and scales one sample, its weight 1; beside it X − B.
+    fn place(&self, x: &Vector3<T>, q: T) -> (ArmSample<T>, Vector3<T>) {
+        let (sine, cosine) = q.sine_cosine();
+        let x = (x - self.centre) * self.inverse_scale;
+        let forearm = x - (self.d + self.u * cosine + self.v * sine);
+        let sample = ArmSample {
             x,
             sine,
             cosine,
-            weight,
-            constraint,
+            weight: T::ONE,
+            constraint: forearm.dot(&forearm) - self.lb * self.lb,
+        };
+        (sample, forearm)
+    }
+
+    /// ∂f/∂X times σ, by axis.
+    fn by_position(&self, forearm: &Vector3<T>, sigma: &[T; 3]) -> Vector3<T> {
+        forearm.component_mul(&(Vector3::from(*sigma) * self.inverse_scale)) * T::TWO
+    }
+
+    /// −∂f/∂q.
+    fn by_joint(&self, sample: &ArmSample<T>, forearm: &Vector3<T>) -> T {
+        T::TWO * forearm.dot(&(self.v * sample.cosine - self.u * sample.sine))
+    }
+
+    fn position_rounding_squared(&self, x: &Vector3<T>) -> T {
+        x.dot(x) * (T::HALF * T::EPSILON * self.inverse_scale).squared()
+    }
+
+    fn constraint_rounding_squared(&self) -> T {
+        (T::from_f64(4.0) * T::EPSILON * self.lb * self.lb).squared()
+    }
+
+    /// Centres and scales one sample, and tells what the closure's error is made of at the nominal arm.
+    /// Without a stated noise it is that of a position of which every coordinate has σ = `unit`.
+    pub(super) fn closure(&self, x: &Vector3<T>, q: T, unit: T) -> Closure<T> {
+        let (sample, forearm) = self.place(x, q);
+        let (position, joint) = match &self.noise {
+            None => ([unit; 3], T::ZERO),
+            Some(noise) => (noise.position_by_axis(), noise.joint()),
+        };
+        let sigma = Vector3::from(position) * self.inverse_scale;
+        let of_directions = sigma.dot(&sigma) * T::from_f64(DIRECTION * DIRECTION / 3.0);
+        let by_joint = self.by_joint(&sample, &forearm) * joint;
+        Closure {
+            by_position: self.by_position(&forearm, &position),
+            own: (T::TWO * self.lb).squared() * (of_directions + self.position_rounding_squared(x))
+                + by_joint.squared()
+                + self.constraint_rounding_squared(),
+            sample,
         }
     }
 

@@ -24,7 +24,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
     }
 
     /// The rows, each from its diagonal entry on: lengths N, N − 1, … 1.
-    pub(crate) fn rows(&self) -> impl Iterator<Item = &[T]> {
+    pub fn rows(&self) -> impl Iterator<Item = &[T]> {
         let mut rest = self.entries.as_slice();
         (0..N).map_while(move |row| {
             let (head, tail) = rest.split_at_checked(N - row)?;
@@ -55,11 +55,20 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
 
     /// The last column of the inverse of the leading rows and columns, as many as `column` is long.
     pub(crate) fn inverse_column(&self, column: &mut [T]) {
-        inverse_column(&self.entries, N, column);
+        let pivot = column.len().checked_sub(1).map(|last| self.row(last));
+        if let (Some([pivot, ..]), Some(last)) = (pivot, column.last_mut()) {
+            *last = T::ONE / *pivot;
+        }
+        substitute(&self.entries, N, column);
+    }
+
+    /// Completes a column whose last entry is given, so that the rows above that entry give zero.
+    pub(crate) fn complete_column(&self, column: &mut [T]) {
+        substitute(&self.entries, N, column);
     }
 
     /// Puts numbers on the diagonal of an empty triangle, and beside them into the last column.
-    pub(crate) fn from_diagonal(diagonal: &[T], last_column: &[T]) -> Self {
+    pub fn from_diagonal(diagonal: &[T], last_column: &[T]) -> Self {
         let mut triangle = Self::zero();
         let mut rest = triangle.entries.as_mut_slice();
         for (row, (value, right)) in diagonal.iter().zip(last_column).enumerate() {
@@ -77,18 +86,25 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         triangle
     }
 
-    /// Leaves nothing in the last column.
-    pub(crate) fn clear_last_column(&mut self) {
+    /// The same with another last column, and nothing in its last row.
+    pub(crate) fn with_last_column(mut self, values: &[T]) -> Self {
         let mut rest = self.entries.as_mut_slice();
+        let mut values = values.iter();
         for row in 0..N {
             let Some((head, tail)) = rest.split_at_mut_checked(N - row) else {
-                return;
+                break;
             };
             if let Some(entry) = head.last_mut() {
-                *entry = T::ZERO;
+                *entry = values.next().copied().unwrap_or(T::ZERO);
             }
             rest = tail;
         }
+        self
+    }
+
+    /// Leaves nothing in the last column.
+    pub(crate) fn clear_last_column(&mut self) {
+        *self = self.with_last_column(&[]);
     }
 
     /// Multiplies every entry.
@@ -105,62 +121,112 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
     /// about 2KN² multiplications and additions, N square roots.
     #[inline(never)]
     pub(crate) fn absorb<const K: usize>(&mut self, block: &mut [[T; K]; N]) {
-        let mut rest = self.entries.as_mut_slice();
-        let mut columns = block.as_mut_slice();
-        for row in 0..N {
-            let Some((head, tail)) = rest.split_at_mut_checked(N - row) else {
-                return;
-            };
-            rest = tail;
-            let (Some((diagonal, right)), Some((column, later))) =
-                (head.split_first_mut(), columns.split_first_mut())
-            else {
-                return;
-            };
-            columns = later;
-            let below = dot(column, column);
-            // Nothing to eliminate, or less than squares can hold without underflow: what is left of
-            // a column by rounding alone when the block has fewer rows than columns.
-            if !(below > T::SMALLEST_SQUARE) {
-                continue;
-            }
-            let squared = *diagonal * *diagonal + below;
-            let inverse_norm = squared.inverse_square_root();
-            // The reflection v = (r ∓ norm, column) that keeps the sign of r (Parlett 1971): in a long
-            // stream every entry of R is moved by a small correction, whose rounding is small too. The
-            // usual sign would turn R over at every block, and round all of it.
-            let sum = diagonal.magnitude() + squared * inverse_norm;
-            let growth = below / sum;
-            let growth = if *diagonal < T::ZERO { -growth } else { growth };
-            let pivot = -growth;
-            let scale = sum * inverse_norm / below;
-            *diagonal += growth;
-            for (entry, other) in right.iter_mut().zip(columns.iter_mut()) {
-                let projection = (pivot * *entry + dot(column, other)) * scale;
-                *entry -= projection * pivot;
-                for (target, source) in other.iter_mut().zip(column.iter()) {
-                    *target -= projection * *source;
-                }
-            }
-        }
+        reduce(&mut self.entries, N, block.as_mut_slice(), N);
+    }
+
+    /// Takes in K rows that are zero left of some column, given by the columns from there on, as far as
+    /// the first `pivots` of these columns go. What is left of the rows stands in the other columns.
+    #[inline(never)]
+    pub fn eliminate<const K: usize>(&mut self, columns: &mut [[T; K]], pivots: usize) {
+        let size = columns.len();
+        reduce(self.entries_from(size), size, columns, pivots);
+    }
+
+    /// The rows from that on whose length is `size`.
+    fn entries_from(&mut self, size: usize) -> &mut [T] {
+        let start = LENGTH.saturating_sub(size * (size + 1) / 2);
+        self.entries.get_mut(start..).unwrap_or_default()
     }
 
     /// Takes in another triangle: its rows become a block.
     pub(crate) fn merge(&mut self, other: &Self) {
         let mut block = [[T::ZERO; N]; N];
         for (index, row) in other.rows().enumerate() {
-            for (column, value) in block.iter_mut().skip(index).zip(row) {
-                if let Some(entry) = column.get_mut(index) {
-                    *entry = *value;
-                }
-            }
+            put_row(&mut block, index, index, row);
         }
         self.absorb(&mut block);
+    }
+
+    /// The same, four rows at a time: slower, and on a small stack.
+    pub(crate) fn merge_by_rows(&mut self, other: &Self) {
+        for first in (0..N).step_by(4) {
+            let mut block = [[T::ZERO; 4]; N];
+            for index in 0..4 {
+                if first + index < N {
+                    put_row(&mut block, index, first + index, other.row(first + index));
+                }
+            }
+            let columns = block.get_mut(first..).unwrap_or_default();
+            let pivots = columns.len();
+            self.eliminate(columns, pivots);
+        }
     }
 }
 
 // The functions on slices are shared by triangles of all sizes: each size of its own would be unrolled
 // into more flash than its speed is worth. For the same reason one length is hidden from the optimiser.
+
+/// Writes a row that begins at a column into a block given by columns.
+pub(crate) fn put_row<T: Copy, const K: usize>(
+    columns: &mut [[T; K]],
+    index: usize,
+    start: usize,
+    row: &[T],
+) {
+    for (column, value) in columns.iter_mut().skip(start).zip(row) {
+        if let Some(entry) = column.get_mut(index) {
+            *entry = *value;
+        }
+    }
+}
+
+/// Householder reflections of the leading columns of a triangle of `size` columns with a block of rows.
+#[allow(clippy::inline_always)] // the sizes of each caller are constants that unroll it
+#[inline(always)]
+fn reduce<T: Real, const K: usize>(
+    entries: &mut [T],
+    size: usize,
+    mut columns: &mut [[T; K]],
+    pivots: usize,
+) {
+    let mut rest = entries;
+    for row in 0..pivots {
+        let Some((head, tail)) = rest.split_at_mut_checked(size - row) else {
+            return;
+        };
+        rest = tail;
+        let (Some((diagonal, right)), Some((column, later))) =
+            (head.split_first_mut(), columns.split_first_mut())
+        else {
+            return;
+        };
+        columns = later;
+        let below = dot(column, column);
+        // Nothing to eliminate, or less than squares can hold without underflow: what is left of
+        // a column by rounding alone when the block has fewer rows than columns.
+        if !(below > T::SMALLEST_SQUARE) {
+            continue;
+        }
+        let squared = *diagonal * *diagonal + below;
+        let inverse_norm = squared.inverse_square_root();
+        // The reflection v = (r ∓ norm, column) that keeps the sign of r (Parlett 1971): in a long
+        // stream every entry of R is moved by a small correction, whose rounding is small too. The
+        // usual sign would turn R over at every block, and round all of it.
+        let sum = diagonal.magnitude() + squared * inverse_norm;
+        let growth = below / sum;
+        let growth = if *diagonal < T::ZERO { -growth } else { growth };
+        let pivot = -growth;
+        let scale = sum * inverse_norm / below;
+        *diagonal += growth;
+        for (entry, other) in right.iter_mut().zip(columns.iter_mut()) {
+            let projection = (pivot * *entry + dot(column, other)) * scale;
+            *entry -= projection * pivot;
+            for (target, source) in other.iter_mut().zip(column.iter()) {
+                *target -= projection * *source;
+            }
+        }
+    }
+}
 
 fn packed_row<T>(entries: &[T], size: usize, row: usize) -> &[T] {
     let above = row.saturating_sub(1) * row / 2;
@@ -220,16 +286,14 @@ fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -
 }
 
 #[inline(never)]
-fn inverse_column<T: Real>(entries: &[T], size: usize, column: &mut [T]) {
-    let mut right = T::ONE;
-    for row in (0..black_box(column.len())).rev() {
+fn substitute<T: Real>(entries: &[T], size: usize, column: &mut [T]) {
+    for row in (0..black_box(column.len().saturating_sub(1))).rev() {
         let ([pivot, row @ ..], Some([target, known @ ..])) =
             (packed_row(entries, size, row), column.get_mut(row..))
         else {
             return;
         };
-        let mut value = right;
-        right = T::ZERO;
+        let mut value = T::ZERO;
         for (entry, known) in row.iter().zip(known.iter()) {
             value -= *entry * *known;
         }

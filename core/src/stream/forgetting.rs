@@ -1,5 +1,5 @@
 use crate::Real;
-use crate::calibration::Calibrator;
+use crate::calibration::{Calibrator, JointCalibrator};
 use crate::robot::ArmIndex;
 use crate::samples::{BLOCK, Sample, SampleError};
 use core::fmt;
@@ -143,6 +143,52 @@ impl<T: Real> Calibrator<T> {
         if let Some(arm) = due {
             self.take_in_block(arm);
         }
+        Ok(())
+    }
+}
+
+impl<T: Real> JointCalibrator<T> {
+    /// Takes in one sample and lets those before it fade, as [`Calibrator::add_forgetting`] does; here a
+    /// pair at a time.
+    ///
+    /// ```
+    /// use delta_cal::calibration::JointCalibrator;
+    /// use delta_cal::stream::Forgetting;
+    /// use delta_cal::{Sample, Settings, SymmetricRobot};
+    /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+    /// let robot = |forearm| SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm };
+    /// let forgetting = Forgetting::new(20.0)?;
+    /// let mut calibrator = JointCalibrator::new(&robot(480.0).robot()?, &Settings::default());
+    /// for k in 0..400 {
+    ///     let t = f64::from(k);
+    ///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
+    ///     // The forearms grow by a micrometre a sample.
+    ///     let truth = robot(480.0 + 0.001 * t).robot()?;
+    ///     calibrator.add_forgetting(&Sample { joints, position: truth.forward(&joints)? }, &forgetting)?;
+    /// }
+    /// // Σ λᵏ = N + 1, and what came since the last pair.
+    /// assert!((calibrator.factor().effective_samples() - 21.0).abs() < 2.0);
+    /// // Without forgetting it would be half of all samples behind, 0.2 mm.
+    /// let behind = 480.399 - calibrator.solve()?.robot.arms()[0].lb();
+    /// assert!(behind.abs() < 0.1, "{behind}");
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`add`](Self::add).
+    pub fn add_forgetting(
+        &mut self,
+        sample: &Sample<T>,
+        forgetting: &Forgetting<T>,
+    ) -> Result<(), SampleError> {
+        self.check(sample)?;
+        let recent = self.factor().recent();
+        // Samples that a solve did not leave waiting are to be forgotten too.
+        if self.begins_next() || (recent >= BLOCK as u64 && !self.has_begun()) {
+            self.factor_mut().forget(forgetting.after(recent));
+        }
+        self.push(sample);
         Ok(())
     }
 }

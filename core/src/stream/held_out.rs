@@ -345,7 +345,7 @@ impl<T: Real> ResidualNoise<T> {
 /// tr(H C Hᵀ) in units of the residuals' variance, H a triangular factor of the held-out Jacobian.
 #[inline(never)]
 fn spread<T: Real>(fit: &Normal<T>, held_out: &Normal<T>) -> T {
-    let covariance = Identifiability::of(fit).covariance;
+    let covariance = Identifiability::<T, 8>::of(fit).covariance;
     let mut sum = T::ZERO;
     for (index, row) in held_out.rows().take(8).enumerate() {
         for (i, left) in (index..8).zip(row) {

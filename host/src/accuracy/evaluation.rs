@@ -3,11 +3,14 @@
 //! Parameters of different kinds are compared in one unit, the length's: angles are multiplied by
 //! the true upper arm's length.
 
-use crate::accuracy::information::{ARM, PARAMETERS, closure_rows, tolerance_weights, units};
+use crate::accuracy::information::{
+    ARM, PARAMETERS, closure_rows, closures_by_position, tolerance_weights, units,
+};
+use crate::accuracy::rigid_motion::RigidMotions;
 use crate::fit::fkm;
 use crate::fit::options::CalibrationMethod;
 use delta_cal::{Noise, Parameter, Robot, Sample, Tolerance};
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 
 /// A true robot, the robot of the file and the calibrated one.
 #[derive(Debug, Clone, Copy)]
@@ -28,7 +31,10 @@ pub struct HeldOutError {
     pub rms: f64,
     /// The largest; NaN if the geometry reaches none of the points.
     pub max: f64,
-    /// Points that the geometry does not reach, left out of the other two.
+    /// √ of the mean square after the rigid motion that explains most of the errors; NaN also with
+    /// fewer than three points.
+    pub intrinsic_rms: f64,
+    /// Points that the geometry does not reach, left out of the other figures.
     pub unreachable: usize,
 }
 
@@ -97,22 +103,25 @@ pub fn differences(a: &Robot<f64>, truth: &Robot<f64>) -> SVector<f64, PARAMETER
 }
 
 fn position_error(truth: &Robot<f64>, robot: &Robot<f64>, joints: &[[f64; 3]]) -> HeldOutError {
-    let (mut squares, mut count, mut max) = (0.0, 0.0, f64::NAN);
-    let mut unreachable = 0;
+    let mut errors = Vec::with_capacity(joints.len());
     for q in joints {
-        let (Ok(is), Ok(said)) = (truth.forward(q), robot.forward(q)) else {
-            unreachable += 1;
-            continue;
-        };
-        let distance = (said - is).norm();
-        squares += distance * distance;
-        count += 1.0;
-        max = f64::max(max, distance);
+        if let (Ok(is), Ok(said)) = (truth.forward(q), robot.forward(q)) {
+            errors.push((is, said - is));
+        }
     }
+    let count = errors.iter().fold(0.0, |count, _| count + 1.0);
+    let rms = |squares: f64| f64::sqrt(squares / count);
+    let lengths = errors.iter().map(|(_, error)| error.norm());
+    let intrinsic =
+        RigidMotions::of(errors.iter().map(|(point, _)| *point)).map_or(f64::NAN, |motions| {
+            let left = motions.removed(&errors);
+            left.iter().map(Vector3::norm_squared).sum()
+        });
     HeldOutError {
-        rms: f64::sqrt(squares / count),
-        max,
-        unreachable,
+        rms: rms(lengths.clone().map(|length| length * length).sum()),
+        max: lengths.fold(f64::NAN, f64::max),
+        intrinsic_rms: rms(intrinsic),
+        unreachable: joints.len() - errors.len(),
     }
 }
 
@@ -129,7 +138,7 @@ impl CramerRaoBound {
     ///
     /// The IKM method knows of each arm the variance of its closure error and not its correlation
     /// with the other arms'; its information is that of three separate arms. The information of the
-    /// FKM method's residuals is that of the measurements themselves. With a tolerance that of the
+    /// other methods' residuals is that of the measurements themselves. With a tolerance that of the
     /// prior is added, and the bound is that of the mean over robots drawn from it (van Trees).
     ///
     /// `None` if the poses do not determine the robot, or the true robot is singular at or does not
@@ -153,9 +162,46 @@ impl CramerRaoBound {
             .collect::<Option<Vec<_>>>()?;
         let covariance = match method {
             CalibrationMethod::Ikm => of_separate_arms(truth, &poses, noise, tolerance)?,
-            CalibrationMethod::Fkm => fkm::covariance_at(truth, &poses, noise, tolerance)?,
+            CalibrationMethod::Joint | CalibrationMethod::Fkm => {
+                fkm::covariance_at(truth, &poses, noise, tolerance)?
+            }
         };
         Some(Self { covariance })
+    }
+
+    /// The same with the covariance between the arms that estimates of separate arms have, because their
+    /// closure errors share the noise of the position:
+    ///
+    /// ```text
+    /// Cᵢⱼ = Cᵢ (Σ gᵢ ρᵢⱼ gⱼᵀ) Cⱼ,   ρᵢⱼ = (∂fᵢ/∂X)(∂fⱼ/∂X)ᵀ σx² / (σfᵢ σfⱼ),   g = (∂f/∂P)/σf.
+    /// ```
+    ///
+    /// The arms' own covariances stay as they are. `None` if the true robot does not reach a pose.
+    pub fn with_shared_noise(
+        &self,
+        truth: &Robot<f64>,
+        joints: &[[f64; 3]],
+        noise: &Noise<f64>,
+    ) -> Option<Self> {
+        let mut shared = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+        for q in joints {
+            let position = truth.forward(q).ok()?;
+            let pose = Sample {
+                joints: *q,
+                position,
+            };
+            let rows = closure_rows(truth, &pose, noise);
+            let by_position = closures_by_position(truth, &pose, noise);
+            for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+                let correlation = by_position[i].dot(&by_position[j]);
+                let mut block = shared.fixed_view_mut::<ARM, ARM>(ARM * i, ARM * j);
+                block += rows[i] * rows[j].transpose() * correlation;
+            }
+        }
+        let shared = shared + shared.transpose();
+        Some(Self {
+            covariance: self.covariance + self.covariance * shared * self.covariance,
+        })
     }
 
     /// The covariance of the parameters as they are: mm, radians and their products. `truth` is the

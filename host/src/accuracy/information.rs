@@ -6,7 +6,7 @@
 use crate::fit::fkm;
 use delta_cal::robot::{Arm, ParameterKind};
 use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector3};
 
 /// Number of parameters of Model 24.
 pub(crate) const PARAMETERS: usize = 24;
@@ -65,12 +65,31 @@ pub(crate) fn closure_rows(
     ArmIndex::ALL.map(|index| {
         let arm = robot.arm(index);
         let (x, q) = (&pose.position, pose.joints[index.index()]);
-        let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
-        let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
-        let sigma = (by_position.squared() + by_joint.squared()).square_root();
         let own_units = units.fixed_rows::<ARM>(ARM * index.index());
-        arm.constraint_by_parameters(x, q).component_div(&own_units) / sigma
+        let gradient = arm.constraint_by_parameters(x, q).component_div(&own_units);
+        gradient / closure_sigma(arm, x, q, noise)
     })
+}
+
+/// Of each arm (∂f/∂X) σx/σf: what the position's noise has of its closure error. The dot product of two
+/// is the correlation of their errors.
+pub(crate) fn closures_by_position(
+    robot: &Robot<f64>,
+    pose: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> [Vector3<f64>; 3] {
+    ArmIndex::ALL.map(|index| {
+        let arm = robot.arm(index);
+        let (x, q) = (&pose.position, pose.joints[index.index()]);
+        let gradient = arm.constraint_by_position(x, q);
+        gradient * noise.position() / closure_sigma(arm, x, q, noise)
+    })
+}
+
+fn closure_sigma(arm: &Arm<f64>, x: &Vector3<f64>, q: f64, noise: &Noise<f64>) -> f64 {
+    let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
+    let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
+    (by_position.squared() + by_joint.squared()).square_root()
 }
 
 /// Three rows of all parameters, of the FKM method: L⁻¹ ∂X/∂P, with the position's covariance

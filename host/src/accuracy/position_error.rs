@@ -9,15 +9,17 @@ use delta_cal::{Robot, Sample};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionError {
     /// √ of the mean square distance over the samples that the geometry can reach; NaN if there
-    /// is none, as are the other distances.
+    /// is none, as are the other distances. With forgetting each sample counts as much as the estimate
+    /// remembers of it.
     pub rms: f64,
     /// The median distance, which an outlier does not move.
     pub median: f64,
-    /// The largest distance.
+    /// The largest distance; with forgetting of the samples of which at least a twentieth is
+    /// remembered.
     pub max: f64,
     /// The line in the samples file of the sample with the largest distance.
     pub max_at_line: Option<u64>,
-    /// Samples whose joint angles have no position in this geometry; not part of the two figures.
+    /// Samples whose joint angles have no position in this geometry; not part of the other figures.
     pub unreachable: usize,
 }
 
@@ -37,6 +39,16 @@ pub struct SampleErrors {
     pub after_in_sigmas: Option<f64>,
     /// What it counted in the fit: 1 with the squared loss.
     pub weight: SampleWeight,
+}
+
+/// A weight below it is noteworthy.
+const LITTLE: f64 = 0.5;
+
+impl SampleErrors {
+    /// Whether it counts less than half of what the others do, but counts.
+    pub(crate) fn counts_little(&self) -> bool {
+        !self.weight.suspected && self.weight.weight < LITTLE
+    }
 }
 
 /// |X − FK(q)| of every sample; `None` where the geometry cannot reach the joint angles.
@@ -71,6 +83,9 @@ pub(crate) fn median(sorted: &[(f64, u64)]) -> f64 {
 /// another frame, another unit or of other joints.
 const ELSEWHERE: f64 = 0.05;
 
+/// A sample of which less than this part is remembered is forgotten.
+const FORGOTTEN: f64 = 0.05;
+
 impl PositionError {
     /// Whether the measured points lie where another frame, unit or order of joints would put them.
     pub(crate) fn lies_elsewhere(&self, robot: &Robot<f64>) -> bool {
@@ -95,23 +110,35 @@ impl PositionError {
         })
     }
 
-    /// Over the samples that are not suspected.
+    /// Over the samples that are not suspected, each as far as it is remembered.
     pub(crate) fn of_counted<T>(
         distances: &[Option<f64>],
         rows: &[Row<T>],
         weights: &[SampleWeight],
     ) -> Self {
-        let (distances, rows): (Vec<_>, Vec<_>) = distances
+        let counted: Vec<_> = distances
             .iter()
             .zip(rows)
             .zip(weights)
             .filter(|(_, weight)| !weight.suspected)
-            .map(|((distance, row), _)| {
-                let (line, value) = (row.line, ());
-                (*distance, Row { line, value })
-            })
+            .map(|((distance, row), weight)| (*distance, row.line, weight.remembered))
+            .collect();
+        let (mut squares, mut reached) = (0.0, 0.0);
+        for (distance, _, remembered) in &counted {
+            if let Some(distance) = distance {
+                squares += remembered * distance * distance;
+                reached += remembered;
+            }
+        }
+        let (distances, rows): (Vec<_>, Vec<_>) = counted
+            .into_iter()
+            .filter(|(.., remembered)| *remembered >= FORGOTTEN)
+            .map(|(distance, line, _)| (distance, Row { line, value: () }))
             .unzip();
-        Self::of(&distances, &rows)
+        Self {
+            rms: f64::sqrt(squares / reached),
+            ..Self::of(&distances, &rows)
+        }
     }
 
     pub(crate) fn of<T>(distances: &[Option<f64>], rows: &[Row<T>]) -> Self {

@@ -1,77 +1,110 @@
 //! What a calibration means for positions all over the workspace, not only where it was measured.
 
-use crate::accuracy::position_uncertainty::{PositionUncertainty, joint_grid};
+use crate::accuracy::evaluation::differences;
+use crate::accuracy::improvement::Change;
+use crate::accuracy::information::units;
+use crate::accuracy::position_uncertainty::PositionUncertainty;
+use crate::accuracy::workspace_poses::inside;
+use crate::fit::options::CalibrationMethod;
 use crate::fit::outcome::Outcome;
-use delta_cal::Robot;
-use delta_cal::kinematics::JointLimits;
-
-/// Joint angles of the grid: in the middle of this many equal parts of the joints' range.
-const PARTS: u32 = 4;
+use crate::geometry::reach::Reach;
+use delta_cal::{Robot, Settings};
+use nalgebra::SMatrix;
 
 /// A change of less than this part of its own uncertainty is none.
 const UNCHANGED: f64 = 0.1;
 /// An uncertainty below this, in mm, is that of the arithmetic.
 const NEGLIGIBLE: f64 = 1e-6;
+/// A calibration that is more likely than this to make the robot worse is expected to do so.
+const LARGEST_CHANCE: f64 = 0.005;
 
-/// How far the calibration moves the platform over a grid of poses within the joint limits, and
-/// how uncertain the calibrated positions are there.
+/// How far the calibration moves the platform over poses evenly spread in joint space
+/// ([`inside`](crate::accuracy::workspace_poses::WorkspacePoses::inside)), and how uncertain the
+/// calibrated positions are there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorkspaceComparison {
-    /// Poses of the grid that both robots reach.
+    /// Poses that both robots reach.
     pub poses: u32,
     /// rms distance between the calibrated and the original robot's positions, mm.
     pub change: f64,
-    /// rms standard deviation of the calibrated positions, mm: √ of the mean of tr(J C Jᵀ).
+    /// rms standard deviation of the calibrated positions, mm: √ of the mean of tr(J C Jᵀ) over all
+    /// poses that the calibrated robot reaches.
     pub sigma: f64,
+    /// The probability that the rms position error is larger after the calibration than before.
+    /// `None` if the noise is neither stated nor known well enough from the residuals.
+    pub chance_of_harm: Option<f64>,
 }
 
 impl WorkspaceComparison {
-    /// `None` if the covariance is not known, or no pose of the grid is reached by both robots.
-    pub fn of(before: &Robot<f64>, outcome: &Outcome, limits: &JointLimits<f64>) -> Option<Self> {
+    /// `settings` and `method` are those of the fit. `None` if the covariance is not known, or no pose is reached
+    /// by both robots.
+    pub(crate) fn of(
+        before: &Robot<f64>,
+        outcome: &Outcome,
+        reach: &Reach,
+        settings: &Settings<f64>,
+        method: CalibrationMethod,
+    ) -> Option<Self> {
         let covariance = outcome.covariance.as_ref()?;
         let after = &outcome.fit.robot;
         let uncertainty = PositionUncertainty {
             robot: after,
             covariance,
         };
-        let mut poses = 0;
-        let (mut change_squared, mut variance) = (0.0, 0.0);
-        for q in joint_grid(limits, PARTS) {
-            if let Ok(from) = before.forward(&q)
-                && let Ok(to) = after.forward(&q)
-                && let Some(at_pose) = uncertainty.covariance(&to, &q)
-            {
+        let (mut known, mut poses) = (0, 0);
+        let mut change_squared = 0.0;
+        let mut sensitivity = SMatrix::<f64, 24, 24>::zeros();
+        for pose in inside(after, reach) {
+            let Some(jacobian) = uncertainty.jacobian(&pose.position, &pose.joints) else {
+                continue;
+            };
+            known += 1;
+            sensitivity.gemm_tr(1.0, &jacobian, &jacobian, 1.0);
+            if let Ok(from) = before.forward(&pose.joints) {
                 poses += 1;
-                change_squared += (to - from).norm_squared();
-                variance += at_pose.trace();
+                change_squared += (pose.position - from).norm_squared();
             }
         }
-        (poses > 0).then(|| Self {
+        if poses == 0 {
+            return None;
+        }
+        sensitivity /= f64::from(known);
+        let units = units(before);
+        let products = units * units.transpose();
+        let noise_freedom = || {
+            let arms = outcome.fit.arms.iter().map(|arm| arm.degrees_of_freedom);
+            if method == CalibrationMethod::Ikm {
+                // Each arm has its own estimate.
+                arms.fold(f64::INFINITY, f64::min)
+            } else {
+                arms.sum()
+            }
+        };
+        let change = Change {
+            difference: differences(after, before),
+            covariance: covariance.component_mul(&products),
+            sensitivity: sensitivity.component_div(&products),
+            has_tolerance: settings.tolerance.is_some(),
+            degrees_of_freedom: settings.noise.is_none().then(noise_freedom),
+        };
+        Some(Self {
             poses,
             change: (change_squared / f64::from(poses)).sqrt(),
-            sigma: (variance / f64::from(poses)).sqrt(),
+            sigma: covariance.component_mul(&sensitivity).sum().sqrt(),
+            chance_of_harm: change.chance_of_harm(),
         })
     }
 
-    /// rms position error that the robot is expected to have without calibration, mm: what the
-    /// change is beyond the part that its own uncertainty explains.
-    pub fn expected_error_before(&self) -> f64 {
-        (self.change.powi(2) - self.sigma.powi(2)).max(0.0).sqrt()
-    }
-
-    /// rms position error that the calibrated robot is expected to have, mm.
-    pub fn expected_error_after(&self) -> f64 {
-        self.sigma
-    }
-
-    /// Whether the calibrated robot is expected to be further off than the robot was before.
+    /// Whether the calibrated robot may well be further off than the robot was before.
     ///
     /// Not if the calibration leaves the robot where it was, nor for exact samples of a robot that
     /// is exact already.
-    pub fn expected_worse(&self) -> bool {
+    pub fn may_be_worse(&self) -> bool {
         !self.unchanged()
             && self.sigma > NEGLIGIBLE
-            && self.expected_error_before() < self.expected_error_after()
+            && self
+                .chance_of_harm
+                .is_some_and(|chance| chance > LARGEST_CHANCE)
     }
 
     /// Whether the calibration leaves the robot where it was, as the same samples calibrated again

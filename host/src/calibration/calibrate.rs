@@ -5,38 +5,148 @@ use super::case::Case;
 use super::diagnosis::diagnose;
 use super::error::CalibrateError;
 use super::investigation::{Findings, investigate};
-use super::judgement::judge;
 use super::objection::Objection;
-use super::reason::Reason;
+use super::reason::{Reason, Refused};
 use super::refusal::Explainer;
 use super::report::CalibrationReport;
+use super::shift::Shift;
 use super::warnings::warnings;
+use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_error::SampleErrors;
-use crate::accuracy::position_uncertainty::UncertaintyMap;
+use crate::accuracy::position_uncertainty::PositionUncertainty;
+use crate::accuracy::sampled::MANY;
+use crate::accuracy::uncertainty_map::UncertaintyMap;
+use crate::accuracy::workspace_poses::WorkspacePoses;
+use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::SamplesFile;
+use crate::files::samples_file::{Measurements, Row, SamplesFile, is_planned};
 use crate::fit::fkm;
-use crate::fit::options::Options;
+use crate::fit::options::{Frame, Options};
 use crate::fit::outcome::Outcome;
+use crate::fit::shared_noise;
 use crate::fit::weights::Fit;
-use delta_cal::{Noise, Refusal, RobotOutcome, Sample};
+use crate::text::words::in_lines;
+use delta_cal::frame::RigidTransform;
+use delta_cal::{Noise, Refusal, RobotOutcome, Sample, Settings};
+use nalgebra::Vector3;
 
 /// Reads the samples of a robot that is to be calibrated. Where joint angles are outside its limits,
 /// what would explain the file as a whole is said.
 ///
 /// # Errors
-/// As [`SamplesFile::read`].
+/// As [`Measurements::read`].
 pub fn read_samples(
     input: &InputText,
     robot: &RobotFile,
     options: Options,
-) -> Result<SamplesFile, CalibrateError> {
-    SamplesFile::read(input, &robot.limits).map_err(|error| {
+) -> Result<Measurements, CalibrateError> {
+    let measurements = Measurements::read(input, &robot.limits).map_err(|error| {
         let diagnosis = SamplesFile::read_any(input)
             .ok()
             .and_then(|samples| diagnose(robot, &samples, options));
         CalibrateError::new(error, diagnosis)
+    })?;
+    check_rows(robot, &measurements)?;
+    Ok(of_the_platform_point(robot, measurements, options)?)
+}
+
+/// That the rows were measured, each by itself.
+fn check_rows(robot: &RobotFile, measurements: &Measurements) -> Result<(), Reason> {
+    let planned = |joints: [f64; 3], position: [Option<f64>; 3]| {
+        let [Some(x), Some(y), Some(z)] = position else {
+            return false;
+        };
+        let position = Vector3::new(x, y, z);
+        is_planned(&robot.robot, &Sample { joints, position })
+    };
+    let (name, count, identical, planned): (_, _, _, Vec<_>) = match measurements {
+        Measurements::Positions(samples) => {
+            let planned = samples.rows.iter().filter(|row| {
+                let Sample { joints, position } = row.value;
+                planned(joints, position.data.0[0].map(Some))
+            });
+            let planned = planned.map(|row| row.line).collect();
+            (
+                &samples.name,
+                samples.rows.len(),
+                identical(&samples.rows),
+                planned,
+            )
+        }
+        Measurements::Observations(file) => {
+            let planned = file
+                .rows
+                .iter()
+                .filter(|row| planned(row.value.joints, row.value.position));
+            let planned = planned.map(|row| row.line).collect();
+            (&file.name, file.rows.len(), identical(&file.rows), planned)
+        }
+    };
+    if identical {
+        return Err(Reason::Refused(Refused {
+            cause: format!("{name}: all {count} rows are identical, so they are one measurement"),
+            remedy: "measure different poses, and write each into a row of its own".to_owned(),
+        }));
+    }
+    let Some(first) = planned.first() else {
+        return Ok(());
+    };
+    let are = if planned.len() == 1 {
+        "this row is still as planned, not measured: its x, y and z are".to_owned()
+    } else {
+        let lines = in_lines(&planned);
+        format!(
+            "{} rows are still as planned, not measured ({lines}): their x, y and z are",
+            planned.len()
+        )
+    };
+    let cause = format!("{are} those of {} to the last digit", robot.name);
+    Err(InputError::new(name, cause)
+        .at_line(*first)
+        .with_remedy(
+            "write the measured x, y and z into the row, or delete the rows that were not measured",
+        )
+        .into())
+}
+
+fn identical<T: PartialEq>(rows: &[Row<T>]) -> bool {
+    rows.len() > 1 && rows.windows(2).all(|pair| pair[0].value == pair[1].value)
+}
+
+/// Positions of the platform point in place of those of the [target], which the core knows nothing of.
+fn of_the_platform_point(
+    robot: &RobotFile,
+    measurements: Measurements,
+    options: Options,
+) -> Result<Measurements, InputError> {
+    let Some(target) = robot.instruments.target else {
+        return Ok(measurements);
+    };
+    if options.frame == Frame::Sensor {
+        let cause = "with --frame sensor the sensor's frame takes in the target's place, since the \
+                     platform does not turn";
+        return Err(InputError::new(&robot.name, cause)
+            .at_key("[target]")
+            .with_remedy("delete the section [target], or leave out --frame sensor"));
+    }
+    let frame = robot.sensor_frame.as_ref();
+    let shift = frame.map_or(target, |frame| frame.rotation * target);
+    Ok(match measurements {
+        Measurements::Positions(mut samples) => {
+            for row in &mut samples.rows {
+                row.value.position -= shift;
+            }
+            Measurements::Positions(samples)
+        }
+        Measurements::Observations(mut file) => {
+            for row in &mut file.rows {
+                for (coordinate, shift) in row.value.position.iter_mut().zip(shift.iter()) {
+                    *coordinate = coordinate.map(|value| value - shift);
+                }
+            }
+            Measurements::Observations(file)
+        }
     })
 }
 
@@ -61,6 +171,34 @@ pub fn calibrate(
     diagnosed(result, || diagnose(robot, samples, options))
 }
 
+/// A calibration that is accepted, without a report.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Accepted {
+    /// The method's result.
+    pub outcome: Outcome,
+    /// As the report states it; `None` if the uncertainty is not known.
+    pub expected: Option<ExpectedError>,
+    /// From the robot's frame to the sensor's, if that was looked for.
+    pub sensor_frame: Option<RigidTransform<f64>>,
+}
+
+/// As [`calibrate`], for campaigns: only what it decides and expects. `None` where it refuses.
+pub fn accepted(robot: &RobotFile, samples: &SamplesFile, options: Options) -> Option<Accepted> {
+    let case = Case::new(robot, samples, options).ok()?;
+    let attempt = attempt(&case, &case.settings().ok()?).ok()?;
+    let outcome = attempt.fit.outcome;
+    let expected = outcome.covariance.as_ref().and_then(|covariance| {
+        let (robot, reach) = (&outcome.fit.robot, robot.reach());
+        let uncertainty = PositionUncertainty { robot, covariance };
+        ExpectedError::of(&uncertainty, &reach, &WorkspacePoses::within(robot, &reach))
+    });
+    Some(Accepted {
+        outcome,
+        expected,
+        sensor_frame: case.sensor_frame,
+    })
+}
+
 /// The report of what a controller found from the same samples: `before` is its current geometry,
 /// `robot` the file with its nominal one.
 ///
@@ -75,13 +213,12 @@ pub(crate) fn calibrated_elsewhere(
 ) -> Result<CalibrationReport, CalibrateError> {
     let case = Case::on_controller(robot, before, samples, options);
     let judged = result.map_err(Objection::Fit).and_then(|outcome| {
-        let fit = Fit::plain(Outcome::from(outcome), case.measured.len());
-        let judgement = judge(&case, &fit)?;
-        Ok(Attempt {
-            fit,
-            stream: None,
-            judgement,
-        })
+        let mut fit = Fit::plain(Outcome::from(outcome), case.measured.len());
+        shared_noise::complete(&mut fit, &case.measured, robot.noise.as_ref());
+        let settings = Settings::default()
+            .with_noise(robot.noise)
+            .with_tolerance(robot.tolerance);
+        Attempt::of(&case, &settings, fit, None)
     });
     let result = judged
         .map(|attempt| report(&case, attempt))
@@ -91,7 +228,7 @@ pub(crate) fn calibrated_elsewhere(
 
 fn explained(case: &Case<'_>, objection: &Objection) -> Reason {
     let findings = match case.settings() {
-        Ok(settings) if objection.may_be_wrong_samples() => investigate(case, &settings),
+        Ok(settings) if objection.may_be_wrong_samples() => investigate(case, &settings, objection),
         _ => Findings::default(),
     };
     let explainer = Explainer {
@@ -117,7 +254,10 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
     let Attempt {
         fit,
         stream,
+        causes,
+        widening,
         judgement,
+        widened,
     } = attempt;
     let outcome = fit.outcome;
     let estimated_noise = || Noise::new(outcome.estimated_noise()?, 0.0).ok();
@@ -154,6 +294,11 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
             },
         )
         .collect();
+    let lines = case.samples.rows.iter().map(|row| row.line);
+    let shift = case
+        .options
+        .loss
+        .and_then(|_| Shift::find(&after.robot, &case.measured, lines, &fit.samples));
     let mut report = CalibrationReport {
         options: case.options,
         before: case.before.clone(),
@@ -166,11 +311,17 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
         error_after: judgement.error_after,
         noise,
         noise_test: judgement.noise_test,
+        causes,
+        widening,
+        prior_test: widened.or(judgement.prior_test),
+        tolerance_widened: widened.is_some(),
         sample_errors,
+        sampled: None,
         workspace: judgement.workspace,
         uncertainty,
         stream,
         diagnosis: None,
+        shift,
         warnings: Vec::new(),
     };
     report.warnings = warnings(&report);
@@ -181,7 +332,7 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
                 .to_owned(),
         );
     }
-    report
+    report.with_at_most(MANY)
 }
 
 fn in_sigmas(

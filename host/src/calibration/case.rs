@@ -26,7 +26,7 @@ pub(crate) struct Case<'a> {
     /// Of the nominal robot.
     pub(crate) error_before: PositionError,
     /// Whether the samples went to a controller, so that advice on options names the other command.
-    on_controller: bool,
+    pub(crate) on_controller: bool,
 }
 
 impl<'a> Case<'a> {
@@ -42,10 +42,18 @@ impl<'a> Case<'a> {
         options.check()?;
         let sensor_frame = match options.frame {
             Frame::Base => None,
-            Frame::Sensor => Some(
-                sensor_frame::find(robot, samples, options)
-                    .map_err(|cause| unknown_frame(samples, &cause))?,
-            ),
+            Frame::Sensor => {
+                let frame = sensor_frame::find(robot, samples, options)
+                    .map_err(|cause| unknown_frame(samples, &cause))?;
+                let settings = settings(robot, options)?;
+                let measured: Vec<_> = samples.rows.iter().map(|row| row.value).collect();
+                let refined = sensor_frame::refined;
+                Some(if options.no_guess {
+                    frame
+                } else {
+                    refined(frame, &robot.robot, &measured, &settings, options.loss)
+                })
+            }
         };
         let case = Self::in_frame(robot, robot, samples, options, sensor_frame);
         case.settings()?;
@@ -103,7 +111,7 @@ impl<'a> Case<'a> {
 /// What the core is told.
 ///
 /// # Errors
-/// A tolerance about a robot that is no guess.
+/// A tolerance about a robot that is no guess; a noise by axis whose axes are unknown.
 pub(crate) fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f64>, InputError> {
     if options.no_guess && robot.tolerance.is_some() {
         let cause = "the [tolerance] is about the values of the robot file, but --no-guess says \
@@ -111,6 +119,16 @@ pub(crate) fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f
         return Err(InputError::new(&robot.name, cause)
             .at_key("[tolerance]")
             .with_remedy("leave out --no-guess, or delete the section [tolerance]"));
+    }
+    if options.frame == Frame::Sensor
+        && let Some(noise) = &robot.noise
+        && noise.isotropic().is_none()
+    {
+        let cause = "the three numbers are along the axes of the robot's frame, and with --frame \
+                     sensor the program does not know how these lie in the sensor's frame";
+        return Err(InputError::new(&robot.name, cause)
+            .at_key("position_mm")
+            .with_remedy("state one number, or give the positions in the robot's frame"));
     }
     Ok(Settings::default()
         .with_noise(robot.noise)

@@ -4,9 +4,11 @@ use super::case::Case;
 use super::noise_test::NoiseTest;
 use super::objection::Objection;
 use super::plausibility;
+use super::prior_test::PriorTest;
 use crate::accuracy::position_error::{PositionError, distances};
 use crate::accuracy::workspace_comparison::WorkspaceComparison;
 use crate::fit::weights::Fit;
+use delta_cal::Settings;
 
 /// What a fit was judged by.
 pub(crate) struct Judgement {
@@ -18,13 +20,20 @@ pub(crate) struct Judgement {
     pub(crate) error_after: PositionError,
     pub(crate) workspace: Option<WorkspaceComparison>,
     pub(crate) noise_test: Option<NoiseTest>,
+    /// Of the stated tolerance.
+    pub(crate) prior_test: Option<PriorTest>,
 }
 
-/// Judges a fit.
+/// Judges a fit with these settings, of whose residuals `noise_test` tells.
 ///
 /// # Errors
 /// What speaks against it.
-pub(crate) fn judge(case: &Case<'_>, fit: &Fit) -> Result<Judgement, Objection> {
+pub(crate) fn judge(
+    case: &Case<'_>,
+    settings: &Settings<f64>,
+    fit: &Fit,
+    noise_test: Option<NoiseTest>,
+) -> Result<Judgement, Objection> {
     let robot = case.robot;
     let calibrated = fit.outcome.fit.robot;
     let error_of =
@@ -33,7 +42,7 @@ pub(crate) fn judge(case: &Case<'_>, fit: &Fit) -> Result<Judgement, Objection> 
     let distances_after = distances(&calibrated, &case.measured);
     let error_after = error_of(&distances_after);
     // A stated tolerance already keeps what is not known near where it was.
-    let credible_by_itself = robot.tolerance.is_some() || case.options.no_guess;
+    let credible_by_itself = settings.tolerance.is_some() || case.options.no_guess;
     if !credible_by_itself
         && let Some(change) = plausibility::implausible(&robot.robot, &calibrated)
     {
@@ -42,19 +51,45 @@ pub(crate) fn judge(case: &Case<'_>, fit: &Fit) -> Result<Judgement, Objection> 
     if error_after.lies_elsewhere(&calibrated) {
         return Err(Objection::NotReproduced(error_after));
     }
-    let workspace = WorkspaceComparison::of(&case.before.robot, &fit.outcome, &robot.limits);
-    if robot.tolerance.is_none()
-        && let Some(comparison) = &workspace
-        && comparison.expected_worse()
-    {
-        return Err(Objection::Worse(*comparison, error_after));
-    }
-    let noise_test = NoiseTest::of(
-        case.before,
-        case.options.method,
+    let workspace = WorkspaceComparison::of(
+        &case.before.robot,
         &fit.outcome,
-        &case.measured,
+        &robot.reach(),
+        settings,
+        case.options.method,
     );
+    if settings.tolerance.is_none() {
+        let arms = fit.outcome.fit.arms.iter();
+        if arms.map(|arm| arm.degrees_of_freedom).sum::<f64>() < 1.0 {
+            return Err(Objection::UnknownError);
+        }
+        match &workspace {
+            Some(comparison) if comparison.may_be_worse() => {
+                return Err(Objection::Worse(*comparison, error_after));
+            }
+            Some(comparison) if comparison.chance_of_harm.is_some() => {}
+            _ if settings.noise.is_none() => return Err(Objection::UnknownError),
+            _ => {}
+        }
+    }
+    let prior_test = settings.tolerance.as_ref().and_then(|tolerance| {
+        let (nominal, noise) = (&robot.robot, settings.noise.as_ref());
+        let outcome = &fit.outcome;
+        PriorTest::of(
+            nominal,
+            tolerance,
+            outcome,
+            &case.measured,
+            &fit.samples,
+            noise,
+        )
+    });
+    if let Some(test) = &prior_test
+        && test.contradicts()
+        && !(case.on_controller && test.samples_decide())
+    {
+        return Err(Objection::BeyondTolerance(*test));
+    }
     if let Some(test) = &noise_test
         && test.beyond_tolerance()
     {
@@ -67,5 +102,6 @@ pub(crate) fn judge(case: &Case<'_>, fit: &Fit) -> Result<Judgement, Objection> 
         error_after,
         workspace,
         noise_test,
+        prior_test,
     })
 }

@@ -117,11 +117,10 @@ impl NoiseTest {
             return None;
         }
         let stated = before.noise;
-        let shared = match method {
-            CalibrationMethod::Fkm => 1.0,
-            CalibrationMethod::Ikm => {
-                independent_share(&outcome.fit.robot, measured, stated.as_ref())
-            }
+        let shared = if method.separates_arms() {
+            independent_share(&outcome.fit.robot, measured, stated.as_ref())
+        } else {
+            1.0
         };
         let independent = (shared * freedom).max(1.0);
         let tolerated = tolerated(before, measured);
@@ -134,13 +133,13 @@ impl NoiseTest {
                 tolerated,
             });
         };
-        // Σ(r/σ)²: the arms' sums; with the FKM method each is a third of the robot's.
+        // Σ(r/σ)²: the arms' sums; with the other methods each is a third of the robot's.
         let squares: f64 = arms
             .iter()
             .map(|arm| effective_samples(arm) * arm.residual_rms.powi(2))
             .sum();
         let ratio = (squares / freedom).sqrt();
-        let worst = (method == CalibrationMethod::Ikm).then(|| {
+        let worst = method.separates_arms().then(|| {
             ArmIndex::ALL
                 .into_iter()
                 .zip(arms)
@@ -194,6 +193,19 @@ impl NoiseTest {
         })
     }
 
+    /// By what to multiply every σ that was computed with a stated noise: by how many times the
+    /// residuals exceed it, if that is no chance or has a cause that was found; otherwise 1. An
+    /// estimated noise holds its lack of fit already.
+    pub(crate) fn widening(&self, cause_found: bool) -> f64 {
+        self.stated.map_or(1.0, |stated| {
+            if cause_found || stated.verdict == NoiseVerdict::Understated {
+                stated.ratio.value.max(1.0)
+            } else {
+                1.0
+            }
+        })
+    }
+
     /// Whether residuals that are taken for noise, as none is stated, are larger than the tolerance
     /// lets the robot be off. They would keep any robot near where it was, whatever the samples are.
     pub(crate) fn beyond_tolerance(&self) -> bool {
@@ -218,7 +230,12 @@ impl NoiseTest {
 
     /// What contradicts the stated noise, what follows for the calibration, and what to do; `None` if
     /// nothing does.
-    pub(crate) fn doubt(&self, noise: &Noise<f64>, has_tolerance: bool) -> Option<String> {
+    pub(crate) fn doubt(
+        &self,
+        noise: &Noise<f64>,
+        has_tolerance: bool,
+        cause_found: bool,
+    ) -> Option<String> {
         let stated = self.stated.as_ref()?;
         let ratio = stated.ratio.value;
         let found = self.found(noise);
@@ -234,11 +251,19 @@ impl NoiseTest {
                 } else {
                     ""
                 };
+                let look = if cause_found {
+                    String::new()
+                } else {
+                    format!(
+                        ". Either the noise is understated, or samples are outliers, or the robot \
+                         has an error that the model does not hold. Look for outliers and play; if \
+                         there are none, state {state}"
+                    )
+                };
                 Some(format!(
                     "the robot: the residuals are {ratio:.1} times the stated [noise]{most}: \
-                     {found}. So the sigmas above are {ratio:.1} times too small{tolerance}. \
-                     Either the noise is understated, or samples are outliers, or the robot has \
-                     play. Look for outliers and play; if there are none, state {state}"
+                     {found}. So every sigma above is widened at least {ratio:.1} times\
+                     {tolerance}{look}"
                 ))
             }
             NoiseVerdict::Overstated => {

@@ -1,6 +1,7 @@
 //! What speaks against a calibration, before it is put into words.
 
 use super::noise_test::NoiseTest;
+use super::prior_test::PriorTest;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::workspace_comparison::WorkspaceComparison;
 use crate::fit::stream::StreamRefusal;
@@ -20,6 +21,8 @@ pub(crate) enum Objection {
     Robust(RobustRefusal),
     /// The held-out samples disagree with the fit, or cannot judge it.
     HeldOut(HeldOutRefusal),
+    /// The gate rejected so many of all samples.
+    TooManyRejected { rejected: u64, samples: u64 },
     /// The gate rejected a run of samples; so many were taken in before.
     Alarm { alarm: Alarm, before: u64, run: u64 },
     /// Without a tolerance, a change that is no error of manufacture, in words.
@@ -28,21 +31,40 @@ pub(crate) enum Objection {
     NotReproduced(PositionError),
     /// The calibration would make the robot worse.
     Worse(WorkspaceComparison, PositionError),
+    /// Neither a tolerance nor enough samples, so that nobody knows how good the result is.
+    UnknownError,
     /// Without a stated noise, residuals that the tolerance does not explain.
     NoiseBeyondTolerance(NoiseTest),
+    /// Parameters that are further from nominal than the tolerance allows.
+    BeyondTolerance(PriorTest),
 }
 
 impl Objection {
     /// Whether wrong samples may be behind it, so that they are worth looking for.
     pub(crate) fn may_be_wrong_samples(&self) -> bool {
         match self {
-            Self::Sample(..) | Self::HeldOut(_) | Self::Alarm { .. } => false,
+            Self::Sample(..)
+            | Self::HeldOut(_)
+            | Self::Alarm { .. }
+            | Self::TooManyRejected { .. }
+            | Self::UnknownError => false,
             Self::Fit(refusal) => !matches!(refusal, Refusal::TooFewSamples { .. }),
             Self::Robust(refusal) => !matches!(refusal, RobustRefusal::TooFewSamples { .. }),
             Self::Implausible(_)
             | Self::NotReproduced(_)
             | Self::Worse(..)
-            | Self::NoiseBeyondTolerance(_) => true,
+            | Self::NoiseBeyondTolerance(_)
+            | Self::BeyondTolerance(_) => true,
+        }
+    }
+
+    /// How many times the stated noise the residuals are, if they are too large to be noise; 1 if none
+    /// is stated.
+    pub(crate) fn times_the_noise(&self) -> Option<f64> {
+        match self {
+            Self::Fit(Refusal::ResidualContradictsNoise { ratio, .. }) => Some(f64::from(*ratio)),
+            Self::NoiseBeyondTolerance(_) => Some(1.0),
+            _ => None,
         }
     }
 }
@@ -69,6 +91,9 @@ impl From<StreamRefusal> for Objection {
             StreamRefusal::Sample(index, error) => Self::Sample(index, error),
             StreamRefusal::Fit(refusal) => Self::Fit(refusal),
             StreamRefusal::HeldOut(refusal) => Self::HeldOut(refusal),
+            StreamRefusal::TooManyRejected { rejected, samples } => {
+                Self::TooManyRejected { rejected, samples }
+            }
             StreamRefusal::Alarm { alarm, before, run } => Self::Alarm { alarm, before, run },
         }
     }

@@ -1,10 +1,15 @@
 //! A calibration and what there is to know of it.
 
+use crate::accuracy::distribution::Sampled;
 use crate::accuracy::position_error::{PositionError, SampleErrors};
-use crate::accuracy::position_uncertainty::UncertaintyMap;
+use crate::accuracy::sampled::{evenly, shown};
+use crate::accuracy::uncertainty_map::UncertaintyMap;
 use crate::accuracy::workspace_comparison::WorkspaceComparison;
+use crate::calibration::causes::Causes;
 use crate::calibration::diagnosis::Diagnosis;
 use crate::calibration::noise_test::NoiseTest;
+use crate::calibration::prior_test::PriorTest;
+use crate::calibration::shift::Shift;
 use crate::calibration::thresholds::FEW_SAMPLES;
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::Options;
@@ -39,8 +44,23 @@ pub struct CalibrationReport {
     pub noise: Option<Noise<f64>>,
     /// What the residuals say of the noise; `None` if no sample is left over.
     pub noise_test: Option<NoiseTest>,
-    /// Every sample by itself, in the file's order.
+    /// What the residuals show that the model does not hold.
+    pub causes: Causes,
+    /// By what every σ of parameters and positions is multiplied: √(χ²/f + (b/s)²), the first term 1
+    /// unless the residuals exceed the stated noise, b being [`Causes::position_error`] and s the σ of
+    /// the positions over the same poses before. 1 if nothing is amiss.
+    pub widening: f64,
+    /// What the robot says of the stated tolerance; `None` without one, or if the samples determine
+    /// nothing better than it does.
+    pub prior_test: Option<PriorTest>,
+    /// Whether the calibration used a wider tolerance than the stated one, because the robot
+    /// contradicts it and the samples determine all parameters: the stated one times
+    /// [`PriorTest::ratio`].
+    pub tolerance_widened: bool,
+    /// Every sample by itself, in the file's order; of many, some.
     pub sample_errors: Vec<SampleErrors>,
+    /// How all samples are distributed; `None` if `sample_errors` holds all.
+    pub sampled: Option<Sampled>,
     /// Over the workspace; `None` if the uncertainty is not known.
     pub workspace: Option<WorkspaceComparison>,
     /// How uncertain the calibrated robot's positions are, place by place; `None` as above.
@@ -49,6 +69,8 @@ pub struct CalibrationReport {
     pub stream: Option<StreamReport>,
     /// What would explain the samples clearly better than the robot of the file as they are.
     pub diagnosis: Option<Diagnosis>,
+    /// Of a robust fit, if the samples that disagree are those before or after some row.
+    pub shift: Option<Shift>,
     /// Anything doubtful, in plain words.
     pub warnings: Vec<String>,
 }
@@ -59,6 +81,50 @@ impl CalibrationReport {
         let samples = self.sample_errors.iter();
         samples.filter(|sample| sample.weight.suspected)
     }
+
+    /// How many samples a robust fit does not count.
+    pub fn suspected_count(&self) -> usize {
+        match &self.sampled {
+            Some(all) => all.suspected,
+            None => self.suspected().count(),
+        }
+    }
+
+    /// Where the rows are that a terminal does not name.
+    pub(crate) const fn others_in(&self) -> &'static str {
+        if self.sampled.is_some() {
+            "--json and --report name more"
+        } else {
+            "--json and --report name all"
+        }
+    }
+
+    /// With at most so many single samples: those farthest off, and others spread evenly.
+    pub(crate) fn with_at_most(mut self, most: usize) -> Self {
+        let samples = &self.sample_errors;
+        let size = |index: usize| samples[index].after.unwrap_or(f64::INFINITY);
+        let Some(shown) = shown(samples.len(), most, size) else {
+            return self;
+        };
+        self.sampled = self.sampled.or_else(|| Some(Sampled::of(samples)));
+        self.sample_errors = shown.into_iter().map(|index| samples[index]).collect();
+        for arm in &mut self.causes.arms {
+            arm.points = evenly(&arm.points);
+        }
+        let gate = self.stream.as_mut().and_then(|stream| stream.gate.as_mut());
+        if let Some(gate) = gate {
+            gate.rejected = evenly(&gate.rejected);
+        }
+        self
+    }
+
+    /// Whether the estimate forgets samples.
+    pub(crate) fn forgets(&self) -> bool {
+        self.stream
+            .as_ref()
+            .is_some_and(|stream| stream.asked.forget.is_some())
+    }
+
     /// Whether a sample stands out after the calibration.
     pub(crate) fn stands_out(&self, sample: &SampleErrors) -> bool {
         let outlying = |distance| self.error_after.is_outlier(distance);

@@ -2,8 +2,10 @@
 
 use crate::calibration::plausibility::doubtful;
 use crate::calibration::report::CalibrationReport;
+use crate::calibration::target::beside_the_platform_point;
 use crate::calibration::thresholds::{FEW_SAMPLES, GOOD_CONDITION, MOSTLY};
 use crate::fit::options::Frame;
+use crate::text::numbers::significant;
 use crate::text::words::{count, in_lines};
 use delta_cal::calibration::{ArmOutcome, StartUsed};
 use delta_cal::{ArmIndex, Parameter};
@@ -11,7 +13,15 @@ use delta_cal::{ArmIndex, Parameter};
 /// Every doubt, the gravest first.
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
     let mut found = Vec::new();
+    found.extend(report.shift.map(|shift| shift.to_string()));
+    let measured = report.sample_errors.iter().map(|sample| &sample.measured);
+    found.extend(beside_the_platform_point(
+        &report.before,
+        report.options.frame,
+        measured,
+    ));
     suspected_samples(report, &mut found);
+    causes(report, &mut found);
     position_error(report, &mut found);
     large_changes(report, &mut found);
     few_samples(report, &mut found);
@@ -19,15 +29,39 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
     for (arm, outcome) in ArmIndex::ALL.into_iter().zip(&report.outcome.fit.arms) {
         arm_warnings(report, arm, outcome, &mut found);
     }
+    if let Some(test) = &report.prior_test
+        && test.contradicts()
+    {
+        let so = if report.tolerance_widened {
+            format!(
+                ", so the result was computed with {:.1} times the stated tolerance",
+                test.ratio
+            )
+        } else {
+            String::new()
+        };
+        let frame = match report.options.frame {
+            Frame::Base => "; if the samples' frame is not exactly the robot's, use --frame sensor",
+            Frame::Sensor => "",
+        };
+        found.push(format!(
+            "{}. The samples determine all parameters better than the tolerance does{so}. Check the \
+             robot file{frame}; if the robot really is that far off, {}",
+            test.found(),
+            test.statement(report.before.tolerance.as_ref())
+        ));
+    }
     if let Some(comparison) = &report.workspace
-        && comparison.expected_worse()
+        && comparison.may_be_worse()
         && report.before.tolerance.is_some()
     {
         found.push(format!(
             "the samples add little to the robot file: the calibration moves the positions by \
              {:.3} mm (rms over the workspace), and the new positions are themselves uncertain by \
-             {:.3} mm",
-            comparison.change, comparison.sigma
+             {:.3} mm. With a probability of {} % the robot becomes worse",
+            comparison.change,
+            comparison.sigma,
+            significant(100.0 * comparison.chance_of_harm.unwrap_or(1.0), 2)
         ));
     }
     if let Some(comparison) = &report.workspace
@@ -65,6 +99,15 @@ fn suspected_samples(report: &CalibrationReport, found: &mut Vec<String>) {
             "the fit left out {}, because {they} with the others: {}",
             count(lines.len(), "sample"),
             in_lines(&lines)
+        ));
+    }
+}
+
+fn causes(report: &CalibrationReport, found: &mut Vec<String>) {
+    for cause in &report.causes.found {
+        found.push(format!(
+            "{cause}. The 24 parameters do not hold such an error; it spoils them as well: {}",
+            cause.remedy()
         ));
     }
 }
@@ -137,7 +180,9 @@ fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
             count(samples, "sample")
         ));
     }
-    if report.options.frame == Frame::Sensor && samples < FEW_SAMPLES {
+    let frame_taken_for_granted =
+        report.options.frame == Frame::Sensor && report.options.method.separates_arms();
+    if frame_taken_for_granted && samples < FEW_SAMPLES {
         found.push(format!(
             "the sigmas do not contain the uncertainty of the sensor's frame, which has six more \
              unknowns; with only {} that matters",
@@ -170,7 +215,11 @@ fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
 /// The residuals against the stated noise.
 fn residual_warnings(report: &CalibrationReport, found: &mut Vec<String>) {
     if let (Some(noise), Some(test)) = (&report.before.noise, &report.noise_test) {
-        found.extend(test.doubt(noise, report.before.tolerance.is_some()));
+        found.extend(test.doubt(
+            noise,
+            report.before.tolerance.is_some(),
+            !report.causes.found.is_empty(),
+        ));
     }
     if let Some(test) = &report.noise_test {
         found.extend(test.says_little());
@@ -209,9 +258,9 @@ fn arm_warnings(
             "{arm}: the fit that started from the robot file did not find the solution, but the \
              fit without a start value did. The geometry of the robot file is far off"
         )),
-        StartUsed::Ikm => found.push(format!(
+        StartUsed::Joint => found.push(format!(
             "{arm}: the fit that started from the robot file did not find the best solution, but \
-             the fit that started from the result of the IKM method did"
+             the fit that started from the result of the joint method did"
         )),
         StartUsed::Search => found.push(format!(
             "{arm}: several solutions fit the samples. This is the one that fits best or, of \

@@ -10,6 +10,15 @@ use std::fmt::Write;
 /// How a simulated robot is calibrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CampaignMethod {
+    /// The joint calibration in double precision: all 24 parameters at once.
+    #[serde(rename = "joint")]
+    Joint,
+    /// The joint calibration in single precision, as a controller computes it.
+    #[serde(rename = "joint-f32")]
+    JointSingle,
+    /// The joint calibration in double precision, without a start guess.
+    #[serde(rename = "joint-no-guess")]
+    JointNoGuess,
     /// The IKM method in double precision: each arm by itself.
     #[serde(rename = "ikm")]
     Ikm,
@@ -31,6 +40,9 @@ impl CampaignMethod {
     /// As in the campaign file.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Joint => "joint",
+            Self::JointSingle => "joint-f32",
+            Self::JointNoGuess => "joint-no-guess",
             Self::Ikm => "ikm",
             Self::IkmSingle => "ikm-f32",
             Self::IkmNoGuess => "ikm-no-guess",
@@ -39,9 +51,10 @@ impl CampaignMethod {
         }
     }
 
-    /// Which of the two, whatever the precision.
+    /// Which method, whatever the precision.
     pub(super) const fn calibration_method(self) -> CalibrationMethod {
         match self {
+            Self::Joint | Self::JointSingle | Self::JointNoGuess => CalibrationMethod::Joint,
             Self::Ikm | Self::IkmSingle | Self::IkmNoGuess => CalibrationMethod::Ikm,
             Self::Fkm | Self::FkmNoGuess => CalibrationMethod::Fkm,
         }
@@ -50,15 +63,17 @@ impl CampaignMethod {
     /// Where its iteration begins.
     pub(super) const fn start(self) -> Start {
         match self {
-            Self::Ikm | Self::IkmSingle | Self::Fkm => Start::Nominal,
-            Self::IkmNoGuess | Self::FkmNoGuess => Start::Free,
+            Self::Joint | Self::JointSingle | Self::Ikm | Self::IkmSingle | Self::Fkm => {
+                Start::Nominal
+            }
+            Self::JointNoGuess | Self::IkmNoGuess | Self::FkmNoGuess => Start::Free,
         }
     }
 
     /// A parameter error below this is that of the arithmetic, mm.
     pub(super) const fn exact(self) -> f64 {
         match self {
-            Self::IkmSingle => 5e-3,
+            Self::IkmSingle | Self::JointSingle => 5e-3,
             _ => 1e-6,
         }
     }

@@ -5,7 +5,8 @@ use super::simulation::SimulatedRobot;
 use super::status::Status;
 use crate::accuracy::evaluation::{CramerRaoBound, Evaluation};
 use crate::fit::fkm;
-use delta_cal::calibration::{ArmOutcome, StartUsed};
+use crate::fit::options::CalibrationMethod;
+use delta_cal::calibration::{ArmOutcome, JointCalibrator, StartUsed};
 use delta_cal::{
     Calibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings, Tolerance,
 };
@@ -55,8 +56,14 @@ pub(super) fn calibrate(
     let nominal = &plan.robot.robot;
     let begin = Instant::now();
     let result = match variant.method {
-        CampaignMethod::Ikm | CampaignMethod::IkmNoGuess => ikm(nominal, samples, &settings),
-        CampaignMethod::IkmSingle => ikm_single(plan, scenario, variant, samples),
+        CampaignMethod::Joint
+        | CampaignMethod::JointNoGuess
+        | CampaignMethod::Ikm
+        | CampaignMethod::IkmNoGuess => solve(variant.method, nominal, samples, &settings)
+            .map(|outcome| calibrated(&outcome, &outcome.robot)),
+        CampaignMethod::JointSingle | CampaignMethod::IkmSingle => {
+            single(plan, scenario, variant, samples)
+        }
         CampaignMethod::Fkm | CampaignMethod::FkmNoGuess => {
             fkm::calibrate(nominal, samples, &settings)
                 .map(|outcome| calibrated(&outcome.fit, &outcome.fit.robot))
@@ -118,17 +125,8 @@ pub(super) fn bound(scenario: &Scenario, robot: &SimulatedRobot, variant: Varian
         .map(|bound| bound.error())
 }
 
-fn ikm(
-    nominal: &Robot<f64>,
-    samples: &[Sample<f64>],
-    settings: &Settings<f64>,
-) -> Result<Calibrated, Status> {
-    let outcome = solve(nominal, samples, settings)?;
-    Ok(calibrated(&outcome, &outcome.robot))
-}
-
 /// Everything rounded to single precision first, as a controller would have it.
-fn ikm_single(
+fn single(
     plan: &Plan,
     scenario: &Scenario,
     variant: Variant,
@@ -146,8 +144,8 @@ fn ikm_single(
         .noise
         .filter(|_| variant.weights)
         .and_then(|noise| {
-            Noise::new(
-                f32::from_f64(noise.position()),
+            Noise::by_axis(
+                noise.position_by_axis().map(f32::from_f64),
                 f32::from_f64(noise.joint()),
             )
             .ok()
@@ -162,17 +160,26 @@ fn ikm_single(
         .with_tolerance(tolerance)
         .with_solver(variant.solver.calibration_solver());
     let nominal = nominal.map_err(|error| Status::of(&Refusal::ImpossibleRobot(error)))?;
-    let outcome = solve(&nominal, &samples, &settings)?;
+    let outcome = solve(variant.method, &nominal, &samples, &settings)?;
     let robot = outcome.robot.cast::<f64>();
     let robot = robot.map_err(|error| Status::of(&Refusal::ImpossibleRobot(error)))?;
     Ok(calibrated(&outcome, &robot))
 }
 
 fn solve<T: Real>(
+    method: CampaignMethod,
     nominal: &Robot<T>,
     samples: &[Sample<T>],
     settings: &Settings<T>,
 ) -> Result<RobotOutcome<T>, Status> {
+    if method.calibration_method() == CalibrationMethod::Joint {
+        let mut calibrator = JointCalibrator::new(nominal, settings);
+        calibrator
+            .add_many(samples)
+            .map_err(|_| Status::FAULTY_SAMPLE)?;
+        let outcome = calibrator.solve().map_err(|refusal| Status::of(&refusal))?;
+        return Ok(RobotOutcome::from(&outcome));
+    }
     let mut calibrator = Calibrator::new(nominal, settings);
     calibrator
         .add_many(samples)

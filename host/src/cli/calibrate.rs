@@ -11,10 +11,10 @@ use delta_cal::calibration::Solver;
 use delta_cal::robust::Loss;
 use delta_cal_host::files::{example, output};
 use delta_cal_host::render::json;
-use delta_cal_host::report::calibration::{self, html, stream, table};
+use delta_cal_host::report::calibration::{self, html, observations, stream, table};
 use delta_cal_host::{
-    CalibrateError, CalibrationReport, Frame, InputText, RobotFile, SamplesFile, calibrate,
-    read_samples,
+    CalibrateError, CalibrationReport, Frame, InputText, Measurements, ObservationsFile, RobotFile,
+    calibrate, calibrate_observations, read_samples,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -25,7 +25,14 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
     arguments.options().check().map_err(CalibrateError::from)?;
     let simulated = arguments.robot.is_none();
-    let (robot, samples) = inputs(arguments)?;
+    let (robot, samples) = match inputs(arguments) {
+        Ok((robot, Measurements::Positions(samples))) => (robot, samples),
+        Ok((robot, Measurements::Observations(samples))) => {
+            return observed(arguments, &robot, &samples);
+        }
+        Err(error) if error.refused() => return Err(refusal(arguments, error)),
+        Err(error) => return Err(error.into()),
+    };
     let report = match calibrate(&robot, &samples, arguments.options()) {
         Err(error) if error.refused() => return Err(refusal(arguments, error)),
         result => result?,
@@ -39,26 +46,6 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         String::new()
     };
     let toml = report.after.to_toml(&comment(&report, simulated));
-    let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));
-    let mut files: Vec<(&Path, &str)> = Vec::new();
-    files.extend(
-        arguments
-            .output
-            .as_deref()
-            .map(|path| (path, toml.as_str())),
-    );
-    files.extend(json_file.map(|path| (path, json.as_str())));
-    files.extend(
-        arguments
-            .report
-            .as_deref()
-            .map(|path| (path, page.as_str())),
-    );
-    output::write_all(&files)?;
-
-    if arguments.json.is_some() && json_file.is_none() {
-        return print(&json);
-    }
     let mut text = String::new();
     if simulated {
         text.push_str(
@@ -67,10 +54,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         );
     }
     text.push_str(&table::render(&report));
-    for (path, _) in &files {
-        let _ = writeln!(text, "Written: {}", path.display());
-    }
-    print(&text)
+    deliver(arguments, &toml, &json, &page, text)
 }
 
 /// A refusal writes no file; a program that reads standard output is told there as well.
@@ -107,13 +91,73 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     )
 }
 
-fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), CalibrateError> {
+fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, Measurements), CalibrateError> {
     let (Some(robot), Some(samples)) = (&arguments.robot, &arguments.samples) else {
-        return Ok(example::load()?);
+        let (robot, samples) = example::load()?;
+        return Ok((robot, Measurements::Positions(samples)));
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = read_samples(&read(samples)?, &robot, arguments.options())?;
+    let samples = read_samples(
+        &read(samples, &arguments.columns)?,
+        &robot,
+        arguments.options(),
+    )?;
     Ok((robot, samples))
+}
+
+/// From heights, distances and single coordinates.
+fn observed(
+    arguments: &CalibrateArguments,
+    robot: &RobotFile,
+    samples: &ObservationsFile,
+) -> Result<(), Failure> {
+    let report = match calibrate_observations(robot, samples, arguments.options()) {
+        Err(error) if error.refused() => return Err(refusal(arguments, error)),
+        result => result?,
+    };
+    let json = json::text(&observations::json(&report));
+    let page = match arguments.report {
+        Some(_) => observations::html(&report),
+        None => String::new(),
+    };
+    let comment = format!(
+        "Calibrated by delta-cal {} from {} and {}:\n{} rows of heights, distances or coordinates.",
+        env!("CARGO_PKG_VERSION"),
+        robot.name,
+        samples.name,
+        samples.rows.len(),
+    );
+    let toml = report.after.to_toml(&comment);
+    let text = observations::text(&report);
+    deliver(arguments, &toml, &json, &page, text)
+}
+
+/// Writes the files that were asked for, all or none, and prints the report or the JSON.
+fn deliver(
+    arguments: &CalibrateArguments,
+    toml: &str,
+    json: &str,
+    page: &str,
+    mut text: String,
+) -> Result<(), Failure> {
+    let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));
+    let files = [
+        (arguments.output.as_deref(), toml),
+        (json_file, json),
+        (arguments.report.as_deref(), page),
+    ];
+    let files: Vec<(&Path, &str)> = files
+        .into_iter()
+        .filter_map(|(path, text)| Some((path?, text)))
+        .collect();
+    output::write_all(&files)?;
+    if arguments.json.is_some() && json_file.is_none() {
+        return print(json);
+    }
+    for (path, _) in &files {
+        let _ = writeln!(text, "Written: {}", path.display());
+    }
+    print(&text)
 }
 
 fn comment(report: &CalibrationReport, simulated: bool) -> String {

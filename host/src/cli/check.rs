@@ -2,7 +2,7 @@
 
 use super::choices::MethodArgument;
 use super::failure::Failure;
-use super::paths::{is_stream, read, refuse_same, robot_path};
+use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
 use super::print::print;
 use clap::Args;
 use delta_cal_host::files::output;
@@ -10,12 +10,13 @@ use delta_cal_host::planning::observability::Observability;
 use delta_cal_host::planning::poses::{PlanRequest, Region, next_poses};
 use delta_cal_host::render::json;
 use delta_cal_host::report::check;
-use delta_cal_host::{InputText, RobotFile, SamplesFile};
+use delta_cal_host::{InputText, PosesToCheck, RobotFile};
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
 The program looks only at the joint angles, so SAMPLES.csv may hold measured positions in any frame, \
-or the nominal ones of delta-cal plan. It assumes the [noise] of ROBOT.toml, or 0.02 mm and 0.002 \
+or the poses of delta-cal plan. Rows that hold no measurement yet count like the others, and the \
+program names their lines. It assumes the [noise] of ROBOT.toml, or 0.02 mm and 0.002 \
 degrees if none is stated. It ignores the [tolerance], except when it proposes poses to add.
 
 Observability indices, of the singular values s1 >= ... >= sL of the weighted Jacobian of n poses:
@@ -56,8 +57,10 @@ pub(crate) struct CheckArguments {
     /// Joint angles and positions; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     samples: PathBuf,
+    #[command(flatten)]
+    columns: ColumnsArgument,
     /// The method with which the robot will be calibrated
-    #[arg(long, value_enum, default_value_t = MethodArgument::Ikm)]
+    #[arg(long, value_enum, default_value_t = MethodArgument::Joint)]
     method: MethodArgument,
     /// The number of poses to propose in addition
     #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(0..=100))]
@@ -80,7 +83,11 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
         refuse_same("--json", json_file, other, "give the output another name")?;
     }
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
-    let samples = SamplesFile::read(&read(&arguments.samples)?, &robot.limits)?;
+    let text = read(&arguments.samples, &arguments.columns)?;
+    let PosesToCheck {
+        samples,
+        unmeasured,
+    } = PosesToCheck::read(&text, &robot)?;
     let method = arguments.method.method();
     let observability = Observability::new(&robot, &samples, method)?;
     let request = PlanRequest {
@@ -91,7 +98,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     };
     let next = next_poses(&request, &observability.poses)
         .map_err(|error| super::plan::failure(&robot, error))?;
-    let report = check::json::report(&robot, &samples, method, &observability, &next);
+    let report = check::json::report(&robot, &samples, &unmeasured, method, &observability, &next);
     let json = json::text(&report);
     match json_file {
         Some(path) if is_stream(path) => print(&json)?,
@@ -99,20 +106,25 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
         None => {}
     }
     if !json_file.is_some_and(is_stream) {
-        let report = check::table::render(&robot, &samples, method, &observability, &next);
+        let report =
+            check::table::render(&robot, &samples, &unmeasured, method, &observability, &next);
         print(&report)?;
     }
     if observability.determined() {
         return Ok(());
     }
-    let remedy = if robot.tolerance.is_some() {
-        "measure the proposed poses as well; without them the [tolerance] decides what the samples \
-         leave open"
+    let more = if next.poses.is_empty() {
+        "measure more poses, at other joint angles"
     } else {
-        "measure the proposed poses as well, or state a [tolerance]"
+        "measure the proposed poses as well"
+    };
+    let remedy = if robot.tolerance.is_some() {
+        format!("{more}; without them the [tolerance] decides what the samples leave open")
+    } else {
+        format!("{more}, or state a [tolerance]")
     };
     Err(Failure::NotDetermined {
-        cause: check::table::verdict(&observability),
-        remedy: remedy.to_owned(),
+        cause: check::table::verdict(&observability, &samples, &unmeasured),
+        remedy,
     })
 }

@@ -7,6 +7,8 @@ use delta_cal_host::{CalibrationMethod, Frame};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum MethodArgument {
+    /// Fit all 24 parameters at once, from the closures of all arms and their common noise
+    Joint,
     /// Fit each arm by itself, from the closure of its kinematic chain
     Ikm,
     /// Fit all 24 parameters at once, to the distances between measured and computed positions
@@ -42,6 +44,7 @@ pub(crate) enum FrameArgument {
 impl MethodArgument {
     pub(crate) const fn method(self) -> CalibrationMethod {
         match self {
+            Self::Joint => CalibrationMethod::Joint,
             Self::Ikm => CalibrationMethod::Ikm,
             Self::Fkm => CalibrationMethod::Fkm,
         }

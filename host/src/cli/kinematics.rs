@@ -1,7 +1,7 @@
 //! `delta-cal forward` and `delta-cal inverse`.
 
 use super::failure::Failure;
-use super::paths::{is_stream, read, refuse_same, robot_path};
+use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
 use super::print::print;
 use clap::Args;
 use delta_cal::Sample;
@@ -46,6 +46,8 @@ pub(crate) struct KinematicsArguments {
     /// The rows to compute; without it, or with -, the program reads standard input
     #[arg(value_name = "FILE.csv")]
     pub(crate) file: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) columns: ColumnsArgument,
     /// Write to this file instead of standard output, replacing a file that exists
     #[arg(long, value_name = "OUT.csv")]
     pub(crate) output: Option<PathBuf>,
@@ -70,7 +72,7 @@ fn run(arguments: &KinematicsArguments, solve: Solve) -> Result<(), Failure> {
     refuse_same("--output", output, ("the input file", Some(input)), remedy)?;
 
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
-    let csv = kinematics::to_csv(&solve(&robot, &read(input)?)?);
+    let csv = kinematics::to_csv(&solve(&robot, &read(input, &arguments.columns)?)?);
     match output {
         Some(path) => Ok(output::write_all(&[(path, &csv)])?),
         None => print(&csv),

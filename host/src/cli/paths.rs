@@ -1,6 +1,7 @@
 use super::failure::Failure;
+use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use delta_cal_host::{InputError, InputText};
+use delta_cal_host::{ColumnMapping, InputError, InputText};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -20,10 +21,28 @@ pub(crate) fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
-/// A file, or standard input for `-`.
-pub(crate) fn read(path: &Path) -> Result<InputText, InputError> {
+/// What the columns of a table hold.
+#[derive(Debug, Args)]
+pub(crate) struct ColumnsArgument {
+    /// Read these columns of the CSV file, where their names do not say what they hold. Before each =
+    /// stands what the column holds and its unit, as q1_deg or x_in; after it the column's name in the
+    /// file. The program ignores other columns that it does not know
+    #[arg(long, value_name = "q1_deg=A1,x_mm=X,...")]
+    columns: Option<ColumnMapping>,
+}
+
+/// A table in a file, or in standard input for `-`.
+pub(crate) fn read(path: &Path, columns: &ColumnsArgument) -> Result<InputText, InputError> {
+    let text = table(path)?;
+    Ok(match &columns.columns {
+        Some(columns) => text.with_columns(columns.clone()),
+        None => text,
+    })
+}
+
+fn table(path: &Path) -> Result<InputText, InputError> {
     if !is_stream(path) {
-        return InputText::from_file(path);
+        return InputText::from_table(path);
     }
     let stdin = std::io::stdin().lock();
     if stdin.is_terminal() {

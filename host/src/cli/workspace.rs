@@ -1,7 +1,7 @@
 //! `delta-cal workspace`.
 
 use super::failure::Failure;
-use super::paths::{is_stream, read, refuse_same, robot_path};
+use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
 use super::print::print;
 use clap::Args;
 use delta_cal_host::files::output;
@@ -80,6 +80,8 @@ pub(crate) struct WorkspaceArguments {
     /// input
     #[arg(long, value_name = "PATH.csv")]
     path: Option<PathBuf>,
+    #[command(flatten)]
+    columns: ColumnsArgument,
     /// The largest distance of a computed boundary point from the true boundary
     #[arg(long, value_name = "MM", default_value_t = 0.01, value_parser = length, allow_negative_numbers = true)]
     tolerance: f64,
@@ -124,7 +126,7 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
     let bar = Bar::new();
     bar.show("path");
     let path = match &arguments.path {
-        Some(path) => Some(distances_of_path(&robot, &read(path)?)?),
+        Some(path) => Some(distances_of_path(&robot, &read(path, &arguments.columns)?)?),
         None => None,
     };
     let analysis = Analysis::compute(&robot, other.as_ref(), path, &options, &band, &mut |step| {

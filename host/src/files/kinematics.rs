@@ -5,6 +5,7 @@ use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Row, read_joints, read_positions};
 use crate::geometry::joint_limits::outside_limits;
+use crate::text::numbers::rounded;
 use crate::text::units::degrees;
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
 use delta_cal::{ArmIndex, Sample};
@@ -51,6 +52,20 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
         .collect()
 }
 
+/// A samples file to fill in, in degrees and millimetres: joint angles, empty positions, and in columns that are
+/// ignored where the nominal robot is then.
+pub fn to_fill_in(samples: &[Sample<f64>]) -> String {
+    let mut csv = String::from(
+        "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm,_nominal_x_mm,_nominal_y_mm,_nominal_z_mm\n",
+    );
+    for sample in samples {
+        let [q1, q2, q3] = sample.joints.map(|q| rounded(degrees(q)));
+        let [x, y, z] = sample.position.data.0[0].map(rounded);
+        let _ = writeln!(csv, "{q1},{q2},{q3},,,,{x},{y},{z}");
+    }
+    csv
+}
+
 /// The columns of a samples file, in degrees and millimetres, rounded to 9 decimals.
 pub fn to_csv(samples: &[Sample<f64>]) -> String {
     let mut csv = String::from("q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n");
@@ -60,13 +75,6 @@ pub fn to_csv(samples: &[Sample<f64>]) -> String {
         let _ = writeln!(csv, "{q1},{q2},{q3},{x},{y},{z}");
     }
     csv
-}
-
-/// To 9 decimals, without trailing zeros.
-fn rounded(value: f64) -> String {
-    let text = format!("{value:.9}");
-    let short = text.trim_end_matches('0').trim_end_matches('.');
-    if short == "-0" { "0" } else { short }.to_owned()
 }
 
 fn check_limits<T>(

@@ -1,9 +1,12 @@
 //! The robot file: geometry, joint limits, and what is known of tolerance and noise.
 
+mod instruments;
 mod messages;
 mod read;
 mod schema;
 mod write;
+
+pub use instruments::{InstrumentFacts, KnownPlane, NamedPoint};
 
 use crate::geometry::reach::Reach;
 use delta_cal::frame::RigidTransform;
@@ -32,8 +35,26 @@ use delta_cal::{Noise, Robot, Tolerance};
 /// angle_deg = 0.2
 ///
 /// [noise]                      # optional: one σ of a measurement; the weights
-/// position_mm = 0.02
+/// position_mm = 0.02           # or [0.02, 0.02, 0.1]: along x, y and z of the robot's frame
 /// joint_deg = 0.002
+/// height_mm = 0.02             # of a height above a plane; with it or
+/// distance_mm = 0.005          # a distance, position_mm may be left out
+///
+/// [planes.NAME]                # optional: a plane that crosses the z axis at a known height
+/// z_mm = -560
+/// sigma_mm = 0.05
+///
+/// [points.NAME]                # optional: a point that distances begin at
+/// x_mm = 100                   # x_mm, y_mm, z_mm and sigma_mm, if its place is known
+/// y_mm = 0
+/// z_mm = -600
+/// sigma_mm = 0.1
+/// offset = "unknown"           # its sensor reads a constant too much that is not known
+///
+/// [target]                     # optional: the point that is measured, from the platform point
+/// x_mm = 0
+/// y_mm = 0
+/// z_mm = -40
 ///
 /// [sensor_frame]               # written by a calibration in the sensor's frame
 /// rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]     # X_sensor = rotation · X_robot + translation
@@ -56,6 +77,8 @@ pub struct RobotFile {
     pub noise: Option<Noise<f64>>,
     /// From the robot's frame to the sensor's, if an earlier calibration found it.
     pub sensor_frame: Option<RigidTransform<f64>>,
+    /// What is known of other instruments.
+    pub instruments: InstrumentFacts,
 }
 
 impl RobotFile {

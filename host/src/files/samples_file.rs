@@ -1,18 +1,26 @@
 //! The samples file: joint angles and measured positions, one row a pose.
 
-mod columns;
+mod header;
+mod number;
+mod observations;
+mod planned;
 mod records;
 mod row;
+mod table;
 
+pub use observations::{Measurements, ObservationsFile, Reading, ReadingFrom};
+pub(crate) use planned::is_planned;
+pub use planned::{PosesToCheck, is_unmeasured_plan};
 pub use row::Row;
 
+use crate::files::columns::{Quantity, Unit};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::text::units::degrees;
-use columns::{Quantity, Table};
 use delta_cal::Sample;
 use delta_cal::kinematics::JointLimits;
 use nalgebra::Vector3;
+use table::Table;
 
 /// Degrees and millimetres that are all below this look like radians and metres…
 const OTHER_UNIT: f64 = 2.0;
@@ -21,8 +29,9 @@ const ROWS_TO_TELL_UNITS: usize = 8;
 
 /// What a samples file says: at least one sample.
 ///
-/// The columns are `q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm`, or `_rad` and `_m`, in any order.
-/// Columns whose name begins with `_` are ignored. Lines that begin with `#` are comments.
+/// The columns are `q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm`, or in other units, in any order, separated by
+/// commas, semicolons, tabs or spaces. Columns whose name begins with `_` are ignored. Lines that begin
+/// with `#` are comments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SamplesFile {
     /// The file's name, for messages.
@@ -31,8 +40,40 @@ pub struct SamplesFile {
     pub rows: Vec<Row<Sample<f64>>>,
     /// Whether the header states the joint angles in degrees, all three.
     pub in_degrees: bool,
-    /// Whether the header states the positions in millimetres, all three coordinates.
-    pub in_millimetres: bool,
+    /// In which unit the header states the positions, all three coordinates.
+    pub positions_in: PositionUnit,
+}
+
+/// In which unit positions are stated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PositionUnit {
+    /// Millimetres.
+    Millimetre,
+    /// Metres.
+    Metre,
+    /// Centimetres, inches, micrometres, or not all three the same.
+    Other,
+}
+
+/// Why a table of positions was not read.
+enum Stop {
+    Fault(InputError),
+    /// A cell of x, y or z is empty.
+    Gap(InputError),
+}
+
+impl From<InputError> for Stop {
+    fn from(fault: InputError) -> Self {
+        Self::Fault(fault)
+    }
+}
+
+impl From<Stop> for InputError {
+    fn from(stop: Stop) -> Self {
+        match stop {
+            Stop::Fault(fault) | Stop::Gap(fault) => fault,
+        }
+    }
 }
 
 impl SamplesFile {
@@ -54,24 +95,50 @@ impl SamplesFile {
         input: &InputText,
         limits: Option<&JointLimits<f64>>,
     ) -> Result<Self, InputError> {
-        let table = Table::parse(input)?;
+        Ok(Self::of_table(&Table::parse(input)?, input, limits)?)
+    }
+
+    fn of_table(
+        table: &Table<'_>,
+        input: &InputText,
+        limits: Option<&JointLimits<f64>>,
+    ) -> Result<Self, Stop> {
         table.require(&Quantity::JOINTS)?;
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
-            Ok(Sample {
-                joints: match limits {
-                    Some(limits) => row.joints(limits)?,
-                    None => row.numbers(Quantity::JOINTS)?,
-                },
-                position: Vector3::from(row.numbers(Quantity::COORDINATES)?),
+            let joints = match limits {
+                Some(limits) => row.joints(limits)?,
+                None => row.numbers(Quantity::JOINTS)?,
+            };
+            let position = row.numbers(Quantity::COORDINATES).map_err(|fault| {
+                if row.has_gap(Quantity::COORDINATES) {
+                    Stop::Gap(fault)
+                } else {
+                    Stop::Fault(fault)
+                }
+            })?;
+            Ok::<_, Stop>(Sample {
+                joints,
+                position: Vector3::from(position),
             })
         })?;
         Ok(Self {
-            name: input.name().to_owned(),
             rows,
-            in_degrees: table.in_usual_units(&Quantity::JOINTS),
-            in_millimetres: table.in_usual_units(&Quantity::COORDINATES),
+            ..Self::without_rows(table, input)
         })
+    }
+
+    fn without_rows(table: &Table<'_>, input: &InputText) -> Self {
+        Self {
+            name: input.name().to_owned(),
+            rows: Vec::new(),
+            in_degrees: table.unit_of(&Quantity::JOINTS) == Some(Unit::Degree),
+            positions_in: match table.unit_of(&Quantity::COORDINATES) {
+                Some(Unit::Millimetre) => PositionUnit::Millimetre,
+                Some(Unit::Metre) => PositionUnit::Metre,
+                _ => PositionUnit::Other,
+            },
+        }
     }
 
     /// Whether the numbers look like another unit than the header states, in words.
@@ -85,7 +152,8 @@ impl SamplesFile {
             .rows
             .iter()
             .flat_map(|row| row.value.position.data.0[0]);
-        let metres = self.in_millimetres && positions.into_iter().all(|x| x.abs() < OTHER_UNIT);
+        let in_millimetres = self.positions_in == PositionUnit::Millimetre;
+        let metres = in_millimetres && positions.into_iter().all(|x| x.abs() < OTHER_UNIT);
         let angles = "the joint angles are all below 2° and look like radians: then name their \
                       columns q1_rad,q2_rad,q3_rad";
         let positions = "the positions are all below 2 mm and look like metres: then name their \

@@ -8,35 +8,28 @@
 //!
 //! Forward kinematics may not exist at a trial step: such a step is rejected and a shorter one tried.
 
-mod judgement;
 mod linearization;
-mod normal;
 mod problem;
-pub(crate) mod robust;
-mod search;
-mod solver;
 
 pub use crate::fit::outcome::Outcome;
 pub use linearization::Linearization;
+pub(crate) use problem::whitening;
 
-use delta_cal::calibration::{Start, StartUsed};
-use delta_cal::{
-    ArmIndex, Calibrator, Noise, Refusal, Robot, RobotOutcome, Sample, Settings, Tolerance,
-};
-use nalgebra::SMatrix;
-use normal::Vector24;
-use problem::Problem;
-use search::Search;
+use crate::fit::joint;
+use crate::fit::options::Frame;
+use crate::fit::weights::Weights;
+use delta_cal::calibration::{JointOutcome, Problem as _, Start, StartUsed, Triangle};
+use delta_cal::{Noise, Refusal, Robot, Sample, Settings, Tolerance};
+use nalgebra::{SMatrix, Vector3};
+use problem::{ALL, Problem};
 
 /// Calibrates a robot, which is the nominal of the tolerance and the start of the iteration.
 ///
-/// The IKM method's solution is a second start, taken if the first leads nowhere or to a worse fit;
-/// with fewer than twelve samples, which may have several solutions, also if it leads to one that is
-/// nearer to the robot.
+/// The solution of the joint calibration is a second start, taken if the first leads nowhere or to a worse
+/// fit.
 ///
 /// # Errors
-/// Every [`Refusal`] that the IKM method has. A refusal that concerns the whole robot names the arm
-/// that has the largest part in it.
+/// Every [`Refusal`] that the joint calibration has.
 ///
 /// ```
 /// use delta_cal::{Sample, Settings, SymmetricRobot};
@@ -59,39 +52,54 @@ pub fn calibrate(
     samples: &[Sample<f64>],
     settings: &Settings<f64>,
 ) -> Result<Outcome, Refusal> {
-    let (count, needed) = (samples.len() as u64, settings.samples_needed());
-    if count < needed {
-        return Err(Refusal::TooFewSamples {
-            arm: ArmIndex::First,
-            samples: count,
-            needed,
-        });
-    }
-    let ikm = ikm_solution(robot, samples, settings);
-    if let Err(refusal @ (Refusal::WrongSide | Refusal::NonFinite { .. })) = ikm {
+    calibrate_weighted(robot, samples, None, settings, Frame::Base)
+}
+
+/// The same of samples that count as a robust fit or a stream has them.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_weighted(
+    robot: &Robot<f64>,
+    samples: &[Sample<f64>],
+    weights: Option<&Weights>,
+    settings: &Settings<f64>,
+    frame: Frame,
+) -> Result<Outcome, Refusal> {
+    let joint = joint::calibrate_weighted(robot, samples, weights, settings, frame);
+    if let Err(
+        refusal @ (Refusal::TooFewSamples { .. } | Refusal::WrongSide | Refusal::NonFinite { .. }),
+    ) = joint
+    {
         return Err(refusal);
     }
-    let weights = match (settings.start, &ikm) {
+    let weights_at = match (settings.start, &joint) {
         (Start::Nominal, _) => *robot,
-        (Start::Free, Ok(solution)) => solution.robot,
+        (Start::Free, Ok(solution)) => solution.fit.robot,
         (Start::Free, Err(refusal)) => return Err(*refusal),
     };
-    let problem = Problem::new(
-        robot,
-        &weights,
-        samples,
-        settings.noise.as_ref(),
-        settings.tolerance.as_ref(),
-    );
-    let mut search = Search::new(&problem, settings);
-    if settings.start == Start::Nominal {
-        search.start(&Vector24::zeros(), StartUsed::Nominal);
+    // The robot need not reach a sample that does not count.
+    let (samples, factors): (Vec<_>, Vec<_>) = match weights {
+        None => (samples.to_vec(), Vec::new()),
+        Some(weights) => samples
+            .iter()
+            .zip(weights.factors.iter().copied())
+            .filter(|(_, factor)| *factor > 0.0)
+            .unzip(),
+    };
+    let mut problem = Problem::new(robot, &weights_at, &samples, settings.noise.as_ref());
+    if let Some(weights) = weights {
+        problem = problem.weighted(&factors, weights.effective_samples);
     }
-    if let Ok(solution) = &ikm {
-        search.second_start(solution);
+    if let Ok(solution) = &joint {
+        problem = problem.started_from(&solution.fit.robot);
     }
-    search.balance_tolerance();
-    search.outcome(ikm.err())
+    let mut estimate = joint::estimate(&problem, robot, settings, frame)?;
+    if estimate.start == StartUsed::Free && settings.start == Start::Nominal {
+        estimate.start = StartUsed::Joint;
+    }
+    let robot = problem.robot(&estimate.correction)?;
+    Ok(Outcome::from(JointOutcome { robot, estimate }))
 }
 
 /// How far each sample is off, in σ of the noise as it is where the robot stands, √(|L⁻¹ (X − FK)|²/3):
@@ -116,10 +124,24 @@ pub(crate) fn covariance_at(
     noise: &Noise<f64>,
     tolerance: Option<&Tolerance<f64>>,
 ) -> Option<SMatrix<f64, 24, 24>> {
-    let problem = Problem::new(robot, robot, samples, Some(noise), tolerance);
-    problem
-        .linearize(&Vector24::zeros(), &problem.tolerance_weights)?
-        .covariance()
+    let problem = Problem::new(robot, robot, samples, Some(noise));
+    let prior = joint::tolerance_weights(&problem, tolerance);
+    let mut normal = Triangle::from_diagonal(&prior, &[0.0; ALL]);
+    let sum = problem
+        .linearize(&Some(*robot), &mut normal, 0)
+        .sum_of_squares;
+    let mut factor = SMatrix::<f64, ALL, ALL>::zeros();
+    for (index, row) in normal.rows().take(ALL).enumerate() {
+        for (column, entry) in (index..ALL).zip(row) {
+            factor[(index, column)] = *entry;
+        }
+    }
+    let mut inverse = factor.solve_upper_triangular(&SMatrix::<f64, ALL, ALL>::identity())?;
+    for (parameter, mut row) in inverse.row_iter_mut().enumerate() {
+        row *= problem.upper_arm(parameter);
+    }
+    let covariance = inverse * inverse.transpose();
+    (sum.is_finite() && covariance.iter().all(|entry| entry.is_finite())).then_some(covariance)
 }
 
 /// L⁻¹ ∂X/∂P of one pose of a robot: rows in σ of the position's noise, columns per mm and radian.
@@ -133,15 +155,13 @@ pub(crate) fn weighted_jacobian(
     Some(problem::whitening(robot, pose, noise) * at.jacobian())
 }
 
-fn ikm_solution(
+/// L⁻¹ (X − FK) of a sample, in σ of the position's noise. `None` where the robot does not reach the
+/// joint angles.
+pub(crate) fn weighted_residual(
     robot: &Robot<f64>,
-    samples: &[Sample<f64>],
-    settings: &Settings<f64>,
-) -> Result<RobotOutcome<f64>, Refusal> {
-    let mut calibrator = Calibrator::new(robot, settings);
-    let overflow = |_| Refusal::NonFinite {
-        arm: ArmIndex::First,
-    };
-    calibrator.add_many(samples).map_err(overflow)?;
-    calibrator.solve()
+    sample: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> Option<Vector3<f64>> {
+    let position = robot.forward(&sample.joints).ok()?;
+    Some(problem::whitening(robot, sample, noise) * (sample.position - position))
 }

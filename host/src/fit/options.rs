@@ -9,17 +9,36 @@ use std::num::NonZeroU32;
 /// How the parameters are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CalibrationMethod {
-    /// Each arm's eight parameters from the closure of its own kinematic chain.
+    /// All 24 parameters at once from the closures of all three arms, which share the noise of the
+    /// position: the least error that the measurements allow.
     #[default]
+    Joint,
+    /// Each arm's eight parameters from the closure of its own kinematic chain, as if the arms' errors
+    /// were independent.
     Ikm,
     /// All 24 parameters at once from the distances between measured and computed positions.
     Fkm,
 }
 
 impl CalibrationMethod {
-    /// As it is written: `ikm` or `fkm`.
+    /// In a sentence: "{} method".
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Joint => "joint",
+            Self::Ikm => "IKM",
+            Self::Fkm => "FKM",
+        }
+    }
+
+    /// Whether every arm is estimated by itself.
+    pub const fn separates_arms(self) -> bool {
+        matches!(self, Self::Ikm)
+    }
+
+    /// As it is written: `joint`, `ikm` or `fkm`.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Joint => "joint",
             Self::Ikm => "ikm",
             Self::Fkm => "fkm",
         }
@@ -45,8 +64,7 @@ pub struct Options {
     pub solver: Solver,
     /// How residuals count; `None` is the squared loss, the plain least squares.
     pub loss: Option<Loss>,
-    /// What is done because the samples came one after the other; of the IKM method alone, and with
-    /// the squared loss ([`Options::check`]).
+    /// What is done because the samples came one after the other.
     pub streaming: Streaming,
     /// The frame of the measured positions.
     pub frame: Frame,
@@ -79,8 +97,6 @@ impl Streaming {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum OptionsError {
-    /// A gate, held-out samples or forgetting, with the FKM method or a robust loss.
-    StreamNeedsPlainIkm,
     /// Held-out samples together with a gate or with forgetting.
     HeldOutNeedsAllSamples,
 }
@@ -88,10 +104,6 @@ pub enum OptionsError {
 impl fmt::Display for OptionsError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
-            Self::StreamNeedsPlainIkm => {
-                "--gate, --held-out and --forget process the samples one after the other, which \
-                 only --method ikm with --loss squared can do"
-            }
             Self::HeldOutNeedsAllSamples => {
                 "--held-out judges the fit to all other samples, so it cannot be used with --gate \
                  or --forget"
@@ -106,9 +118,6 @@ impl OptionsError {
     /// What to do next.
     pub const fn remedy(self) -> &'static str {
         match self {
-            Self::StreamNeedsPlainIkm => {
-                "leave out --method and --loss, or leave out --gate, --held-out and --forget"
-            }
             Self::HeldOutNeedsAllSamples => "leave out --held-out, or --gate and --forget",
         }
     }
@@ -125,10 +134,6 @@ impl Options {
             held_out,
             forget,
         } = self.streaming;
-        let plain = self.method == CalibrationMethod::Ikm && self.loss.is_none();
-        if self.streaming.asked() && !plain {
-            return Err(OptionsError::StreamNeedsPlainIkm);
-        }
         if held_out.is_some() && (gate || forget.is_some()) {
             return Err(OptionsError::HeldOutNeedsAllSamples);
         }

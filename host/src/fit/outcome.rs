@@ -1,6 +1,7 @@
 //! What a fit returns.
 
 use delta_cal::RobotOutcome;
+use delta_cal::calibration::JointOutcome;
 use nalgebra::SMatrix;
 
 /// A robot calibrated by either method.
@@ -8,12 +9,12 @@ use nalgebra::SMatrix;
 pub struct Outcome {
     /// The robot and each arm's share of the result.
     ///
-    /// Of the FKM method residual and noise are the whole robot's, in each coordinate of the
+    /// Of the joint and the FKM method residual and noise are the whole robot's, in each coordinate of the
     /// position; an arm's condition is the rms, over its parameters, of how much worse each is known
     /// because the others are not.
     pub fit: RobotOutcome<f64>,
-    /// Covariance of all 24 parameters, arm by arm: the arms' covariances are its diagonal blocks,
-    /// and all there is to it for the IKM method. `None` where theirs are.
+    /// Covariance of all 24 parameters, arm by arm: the arms' covariances are its diagonal blocks.
+    /// `None` where theirs are.
     pub covariance: Option<SMatrix<f64, 24, 24>>,
 }
 
@@ -30,6 +31,26 @@ impl Outcome {
             }
         }
         (freedom > 0.0).then(|| (squares / freedom).sqrt())
+    }
+
+    /// With every σ of the parameters, and so of the positions, multiplied by a factor.
+    pub(crate) fn widened(mut self, factor: f64) -> Self {
+        let variance = factor * factor;
+        for arm in &mut self.fit.arms {
+            arm.covariance = arm.covariance.map(|covariance| covariance * variance);
+        }
+        self.covariance = self.covariance.map(|covariance| covariance * variance);
+        self
+    }
+}
+
+impl From<JointOutcome<f64>> for Outcome {
+    /// Three arms that were estimated together.
+    fn from(outcome: JointOutcome<f64>) -> Self {
+        Self {
+            fit: RobotOutcome::from(&outcome),
+            covariance: outcome.estimate.covariance,
+        }
     }
 }
 

@@ -4,13 +4,17 @@
 use crate::files::samples_file::Row;
 use crate::fit::options::Streaming;
 use crate::fit::outcome::Outcome;
-use crate::fit::weights::{Fit, SampleWeight};
+use crate::fit::weights::Weights;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{
     Alarm, Forgetting, Gate, GateCounts, HeldOut, HeldOutRefusal, Innovation, Validation, Verdict,
 };
 use delta_cal::{Calibrator, Refusal, Robot, RobotOutcome, Sample, Settings};
 use std::num::NonZeroU32;
+
+/// One sample in so many may be wrong by accident. Where the gate rejects more, it is the model that does
+/// not hold, or the stated noise, and the samples that it took are those that happen to agree.
+const MOST_REJECTED: u64 = 5;
 
 /// A sample that the gate did not take in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +53,11 @@ pub(crate) enum StreamRefusal {
     Sample(usize, SampleError),
     Fit(Refusal),
     HeldOut(HeldOutRefusal),
+    /// The gate rejected so many of all samples that it is not known which are wrong.
+    TooManyRejected {
+        rejected: u64,
+        samples: u64,
+    },
     /// A run of rejections, and how many samples were taken in before.
     Alarm {
         alarm: Alarm,
@@ -69,19 +78,31 @@ impl From<HeldOutRefusal> for StreamRefusal {
     }
 }
 
-/// Calibrates from samples in their order.
-pub(crate) fn calibrate(
+/// What the samples count because of their order, and what there is to say of it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Streamed {
+    pub(crate) weights: Weights,
+    pub(crate) report: StreamReport,
+    /// Of each sample, whether the gate rejected it.
+    pub(crate) rejected: Vec<bool>,
+    /// The three arms' calibration that the decisions come from, as firmware has it.
+    pub(crate) arms: Outcome,
+}
+
+/// Decides, in the order of the samples, which of them count, and what. Gate and validation are the core's,
+/// of the three arms' calibration.
+pub(crate) fn weigh(
     robot: &Robot<f64>,
     settings: &Settings<f64>,
     measured: &[Sample<f64>],
     rows: &[Row<Sample<f64>>],
     asked: Streaming,
-) -> Result<(Fit, StreamReport), StreamRefusal> {
+) -> Result<Streamed, StreamRefusal> {
     let mut calibrator = Calibrator::new(robot, settings);
     let memory = asked
         .forget
         .and_then(|samples| Forgetting::new(f64::from(samples.get())).ok());
-    let mut weights = vec![SampleWeight::FULL; measured.len()];
+    let mut rejected = vec![false; measured.len()];
     let mut report = StreamReport {
         asked,
         gate: None,
@@ -92,13 +113,8 @@ pub(crate) fn calibrate(
         report.held_out = Some(arms);
         outcome
     } else if asked.gate {
-        report.gate = Some(gated(
-            &mut calibrator,
-            measured,
-            rows,
-            memory,
-            &mut weights,
-        )?);
+        let gate = gated(&mut calibrator, measured, rows, memory, &mut rejected)?;
+        report.gate = Some(gate);
         calibrator.solve()?
     } else {
         for (index, sample) in measured.iter().enumerate() {
@@ -110,12 +126,25 @@ pub(crate) fn calibrate(
         }
         calibrator.solve()?
     };
-    let fit = Fit {
-        outcome: Outcome::from(outcome),
-        samples: weights,
-        settled: true,
-    };
-    Ok((fit, report))
+    Ok(Streamed {
+        weights: Weights::of(faded(&rejected, memory.as_ref())),
+        report,
+        rejected,
+        arms: Outcome::from(outcome),
+    })
+}
+
+/// λ to the power of the samples that came after each and were taken in; 0 for one that was not.
+fn faded(rejected: &[bool], memory: Option<&Forgetting<f64>>) -> Vec<f64> {
+    let mut factors = vec![0.0; rejected.len()];
+    let mut factor = 1.0;
+    for (target, rejected) in factors.iter_mut().zip(rejected).rev() {
+        if !rejected {
+            *target = factor;
+            factor *= memory.map_or(1.0, Forgetting::factor);
+        }
+    }
+    factors
 }
 
 fn validated(
@@ -141,7 +170,7 @@ fn gated(
     measured: &[Sample<f64>],
     rows: &[Row<Sample<f64>>],
     memory: Option<Forgetting<f64>>,
-    weights: &mut [SampleWeight],
+    marks: &mut [bool],
 ) -> Result<GateReport, StreamRefusal> {
     let mut gate = Gate::new(calibrator);
     if let Some(memory) = memory {
@@ -149,7 +178,7 @@ fn gated(
     }
     let (mut tested_from, mut rejected) = (None, Vec::new());
     let mut before = 0;
-    for (index, ((sample, row), weight)) in measured.iter().zip(rows).zip(weights).enumerate() {
+    for (index, ((sample, row), mark)) in measured.iter().zip(rows).zip(marks).enumerate() {
         let verdict = gate
             .add(calibrator, sample)
             .map_err(|error| StreamRefusal::Sample(index, error))?;
@@ -157,10 +186,7 @@ fn gated(
             tested_from = tested_from.or(Some(row.line));
         }
         if let Verdict::Rejected(innovation) = verdict {
-            *weight = SampleWeight {
-                weight: 0.0,
-                suspected: true,
-            };
+            *mark = true;
             rejected.push(RejectedSample {
                 line: row.line,
                 innovation,
@@ -175,6 +201,12 @@ fn gated(
         }
     }
     let counts = *gate.counts();
+    if gate.alarm().is_none() && counts.rejected * MOST_REJECTED > counts.taken + counts.rejected {
+        return Err(StreamRefusal::TooManyRejected {
+            rejected: counts.rejected,
+            samples: counts.taken + counts.rejected,
+        });
+    }
     match gate.alarm() {
         None => Ok(GateReport {
             counts,

@@ -102,7 +102,7 @@ impl Observability {
                 CalibrationMethod::Ikm => closure_rows(&robot.robot, &pose, &assumptions.noise)
                     .map(|row| DMatrix::from_row_slice(1, ARM, row.as_slice()))
                     .to_vec(),
-                CalibrationMethod::Fkm => {
+                CalibrationMethod::Joint | CalibrationMethod::Fkm => {
                     let rows = position_rows(&robot.robot, &pose, &assumptions.noise)
                         .ok_or_else(|| fault("the pose is singular".to_owned()))?;
                     vec![DMatrix::from_fn(3, PARAMETERS, |row, column| {
@@ -127,7 +127,7 @@ impl Observability {
             let own: Vec<_> = rows.iter().map(|rows| &rows[block]).collect();
             let arm = match method {
                 CalibrationMethod::Ikm => ArmIndex::ALL.get(block).copied(),
-                CalibrationMethod::Fkm => None,
+                CalibrationMethod::Joint | CalibrationMethod::Fkm => None,
             };
             blocks.push(Block::new(robot, arm, &own, &mut leverages));
         }

@@ -127,7 +127,7 @@ impl Render for Table {
                 @for rows in rows.chunks(group) {
                     tbody {
                         @for row in rows {
-                            tr.outlying[self.standing_out.contains(row)] {
+                            tr.outlying[self.standing_out.binary_search(row).is_ok()] {
                                 @for (place, column) in self.columns.iter().enumerate() {
                                     (cell(column, *row, place == 0))
                                 }
@@ -161,7 +161,7 @@ fn cell(column: &Column, row: usize, first: bool) -> Markup {
         @if first {
             th scope="row" { (cell) }
         } @else {
-            td.words[column.is_words()].much[column.standing_out.contains(&row)] { (cell) }
+            td.words[column.is_words()].much[column.standing_out.binary_search(&row).is_ok()] { (cell) }
         }
     }
 }

@@ -1,10 +1,12 @@
 //! A [`CalibrationReport`](crate::calibration::report::CalibrationReport) for people and for programs.
 
+mod causes;
 mod comparison;
 pub mod html;
 pub mod json;
 mod names;
 mod next;
+pub mod observations;
 mod sections;
 pub mod stream;
 mod suspected;

@@ -55,3 +55,10 @@ pub(crate) fn share(value: f64) -> String {
         format!("{value:.0}")
     }
 }
+
+/// To 9 decimals, without trailing zeros.
+pub(crate) fn rounded(value: f64) -> String {
+    let text = format!("{value:.9}");
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0" } else { short }.to_owned()
+}

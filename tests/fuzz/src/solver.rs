@@ -2,13 +2,15 @@
 
 use crate::numbers::{Bits, Source};
 use crate::promises::finite_outcome;
-use delta_cal::calibration::{ArmProblem, RobotCalibrator, Start};
+use delta_cal::calibration::{ArmProblem, JointCalibrator, JointSolver, RobotCalibrator, Start};
 use delta_cal::classical::StoredCalibrator;
-use delta_cal::{Calibrator, Progress, RobotOutcome, RobotSolver, Sample, Settings};
+use delta_cal::{Calibrator, Progress, Real, Robot, RobotOutcome, RobotSolver, Sample, Settings};
 
 const MOST_SAMPLES: usize = 40;
 /// Starts of one arm and rounds of balancing the tolerance, at most; the core's tests have the same.
 const STARTS: u32 = 40;
+/// Steps of a linearisation, of a damping and a trial; of a covariance there are fewer.
+const JOINT_PIECES: u32 = 16;
 
 /// As in `f32`, so in `f64`, whichever the first byte says.
 pub fn solver(data: &[u8]) {
@@ -48,6 +50,49 @@ fn calibration<T: Bits>(source: &mut Source<'_>) {
         not_worse(&mut calibrator, &outcome);
     }
     let _ = solved(&mut stored);
+    joint(&robot, &settings, &taken, order, forget);
+}
+
+/// All 24 parameters together, of the same samples.
+fn joint<T: Bits>(
+    robot: &Robot<T>,
+    settings: &Settings<T>,
+    samples: &[Sample<T>],
+    order: u8,
+    forget: T,
+) {
+    let mut calibrator = JointCalibrator::new(robot, settings);
+    let (first, rest) = samples.split_at(samples.len() * usize::from(order & 0xf) / 15);
+    for sample in first {
+        assert_eq!(calibrator.add(sample), Ok(()));
+    }
+    if order & 0x10 == 0 {
+        assert_eq!(calibrator.add_many(rest), Ok(()));
+    } else {
+        let mut other = JointCalibrator::new(robot, settings);
+        assert_eq!(other.add_many(rest), Ok(()));
+        assert_eq!(calibrator.merge(&other), Ok(()));
+    }
+    assert_eq!(calibrator.samples(), samples.len() as u64);
+    if order & 0x40 != 0 {
+        calibrator.forget(forget);
+    }
+    let Ok(mut solver) = JointSolver::new(&mut calibrator) else {
+        return;
+    };
+    let mut left = JOINT_PIECES * steps(settings);
+    while solver.step(&calibrator) == Progress::Working {
+        left -= 1;
+        assert!(left > 0, "no end: {settings:?}");
+    }
+    match solver.outcome(&calibrator) {
+        Err(refusal) => assert!(!refusal.to_string().is_empty()),
+        Ok(outcome) => {
+            finite_outcome(&RobotOutcome::from(&outcome));
+            let all = outcome.estimate.covariance.iter().flatten();
+            assert!(all.copied().all(Real::finite), "{outcome:?}");
+        }
+    }
 }
 
 /// One by one, many at once, or by way of another calibrator.

@@ -39,6 +39,8 @@ macro_rules! symbols {
     )*};
 }
 
+mod joint;
+mod observations;
 mod stream;
 
 macro_rules! of_scalar {
@@ -435,18 +437,10 @@ macro_rules! of_scalar {
                 ) -> Result<RobustOutcome<$t>, RobustRefusal> {
                     robust_fit(robot, settings, samples, loss, work)
                 }
-                fn stored_calibrator_solve_robust(
-                    calibrator: &StoredCalibrator<$t, STORED>,
-                    loss: Loss,
-                    work: &mut [WeighedSample<$t>],
-                ) -> Result<RobustOutcome<$t>, RobustRefusal> {
-                    calibrator.solve_robust(loss, work)
-                }
                 fn weighed_vacant() -> WeighedSample<$t> { WeighedSample::vacant() }
                 fn weighed_weight(sample: &WeighedSample<$t>) -> $t { sample.weight() }
-                fn weighed_residual(sample: &WeighedSample<$t>) -> (ArmIndex, $t) {
-                    sample.residual()
-                }
+                fn weighed_factor(sample: &WeighedSample<$t>) -> $t { sample.factor() }
+                fn weighed_residual(sample: &WeighedSample<$t>) -> $t { sample.residual() }
                 fn weighed_suspected(sample: &WeighedSample<$t>) -> bool { sample.suspected() }
                 fn loss_weight(loss: Loss, r: $t) -> $t { loss.weight(r) }
                 fn loss_slope(loss: Loss, r: $t) -> $t { loss.slope(r) }

@@ -1,5 +1,6 @@
 //! One run through the core. Host and target write the same lines, to the bit.
 
+mod joint;
 mod results;
 mod robust;
 
@@ -32,6 +33,7 @@ pub fn run<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
     assumptions::<T>(out)?;
     stored::<T>(out)?;
     robust::run::<T>(out)?;
+    joint::run::<T>(out)?;
     refusals::<T>(out)?;
     simulation::<T>(out)?;
     crate::stream::run::<T>(out)

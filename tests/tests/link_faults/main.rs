@@ -10,7 +10,8 @@ mod stubborn;
 
 use delta_cal_firmware_example::Number;
 use delta_cal_host::device::{
-    Client, DeviceError, DeviceFailure, Patience, apply, assumptions, calibrate_robot, measurements,
+    Client, DeviceError, DeviceFailure, Finished, Patience, apply, assumptions, calibrate,
+    calibrate_robot, check_nominal, measurements,
 };
 use delta_cal_host::files::example;
 use delta_cal_host::{Options, RobotFile, SamplesFile};
@@ -41,12 +42,42 @@ struct Outcome {
     applied: u32,
     /// What the control loop computed with after that.
     in_loop: [[u64; 8]; 3],
-    /// Position errors over the samples before and after.
-    errors: String,
+    /// The parameters before: from these, the arms and the files follows all that the report says.
+    before: String,
     /// Samples of the session.
     samples: u32,
     /// Fingerprint and origin after going back.
     reverted: (u32, Origin),
+}
+
+/// Whether this computer judges what the controller found. That takes ten times as long as all the rest,
+/// asks the controller nothing, and comes out the same if the controller's answers do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Judgement {
+    Made,
+    LeftOut,
+}
+
+/// What `calibrate_robot` does, or asks of the controller.
+fn calibrated<T: Number>(
+    client: &mut Client<Link<T>>,
+    (robot, samples): &(RobotFile, SamplesFile),
+    judgement: Judgement,
+) -> Result<Finished<T>, DeviceFailure> {
+    let options = Options::default();
+    if judgement == Judgement::Made {
+        let judged = calibrate_robot(client, "memory", robot, samples, options, &mut |_| {});
+        return judged.map(|(finished, _)| finished);
+    }
+    let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
+    check_nominal(robot, &nominal.arms)?;
+    let assumptions = assumptions(robot, options);
+    Ok(calibrate(
+        client,
+        &assumptions,
+        &measurements(samples),
+        &mut |_| {},
+    )?)
 }
 
 /// The calibration of the example from the first request to the last: looked at, applied, read
@@ -54,12 +85,13 @@ struct Outcome {
 fn session<T: Number>(
     client: &mut Client<Link<T>>,
     bench: &Rc<RefCell<Bench<T>>>,
-    (robot, samples): &(RobotFile, SamplesFile),
+    files: &(RobotFile, SamplesFile),
+    judgement: Judgement,
 ) -> Result<Outcome, DeviceFailure> {
+    let (robot, samples) = files;
     let options = Options::default();
     client.identity()?;
-    let (finished, report) =
-        calibrate_robot::<T, _>(client, "memory", robot, samples, options, &mut |_| {})?;
+    let finished = calibrated(client, files, judgement)?;
     let applied = apply(
         client,
         &assumptions(robot, options),
@@ -78,7 +110,7 @@ fn session<T: Number>(
         arms: format!("{:?}", finished.result.unwrap()),
         applied,
         in_loop,
-        errors: format!("{:?} {:?}", report.error_before, report.error_after),
+        before: format!("{:?}", finished.parameters_before.arms),
         samples,
         reverted: (fingerprint(&reverted.arms), reverted.origin),
     })
@@ -94,7 +126,7 @@ fn run<T: Number>(
     let bench = Rc::new(RefCell::new(Bench::new(harms)));
     bench.borrow_mut().device.restart_at = restart_at;
     let mut client = Client::new(Link::new(&bench), PATIENCE, seed);
-    let outcome = session(&mut client, &bench, files);
+    let outcome = session(&mut client, &bench, files, Judgement::LeftOut);
     (outcome, bench)
 }
 
@@ -103,6 +135,12 @@ fn undisturbed<T: Number>(files: &(RobotFile, SamplesFile)) -> (Outcome, [usize;
     let (outcome, bench) = run::<T>(Harms::None, None, 1, files);
     let outcome = outcome.unwrap();
     let bench = bench.borrow();
+    // With the judgement, to the byte the same.
+    let judged = Rc::new(RefCell::new(Bench::<T>::new(Harms::None)));
+    let mut client = Client::new(Link::new(&judged), PATIENCE, 1);
+    let with_judgement = session(&mut client, &judged, files, Judgement::Made).unwrap();
+    assert_eq!(with_judgement, outcome);
+    assert_eq!(judged.borrow().sent, bench.sent);
     assert_eq!(outcome.samples, 40);
     assert_eq!(
         bench.device.used,
@@ -214,16 +252,16 @@ fn client_restarted_at_every_request() {
         let mut link = Link::new(&bench);
         link.ends_at = Some(index);
         let mut first = Client::new(link, PATIENCE, 1);
-        let ended = session(&mut first, &bench, &files);
+        let ended = session(&mut first, &bench, &files, Judgement::LeftOut);
         match ended {
             Err(DeviceFailure::Device(DeviceError::Link(_))) => {}
             Err(DeviceFailure::Device(DeviceError::Unconfirmed(_))) => unconfirmed += 1,
             ended => panic!("request {index}: {ended:?}"),
         }
         let mut second = Client::new(Link::new(&bench), PATIENCE, 2);
-        let mut outcome = session(&mut second, &bench, &files).unwrap();
+        let mut outcome = session(&mut second, &bench, &files, Judgement::LeftOut).unwrap();
         // A first client that got to apply its result has left the second one with it.
-        outcome.errors.clone_from(&expected.errors);
+        outcome.before.clone_from(&expected.before);
         assert_eq!(outcome, expected, "request {index}");
         assert_nothing_else_used(&bench, &expected);
     }
@@ -265,10 +303,10 @@ fn a_harmed_link_loses_requests() {
     };
     let bench = Rc::new(RefCell::new(Bench::<f32>::new(Harms::random(400_000, 1))));
     let mut client = Client::new(Link::new(&bench), silent, 1);
-    assert!(session(&mut client, &bench, &files).is_err());
+    assert!(session(&mut client, &bench, &files, Judgement::LeftOut).is_err());
     let harm = Harms::One(Way::ToDevice, 5, Harm::Dropped);
     let bench = Rc::new(RefCell::new(Bench::<f32>::new(harm)));
     let mut client = Client::new(Link::new(&bench), PATIENCE, 1);
-    session(&mut client, &bench, &files).unwrap();
+    session(&mut client, &bench, &files, Judgement::LeftOut).unwrap();
     assert_eq!(client.repetitions(), 1);
 }

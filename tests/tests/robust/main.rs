@@ -12,9 +12,9 @@ mod clean;
 mod goldens;
 mod wrong_rows;
 
-use delta_cal::{Calibrator, Noise, Robot, Sample, Settings};
-use delta_cal_host::CalibrationMethod;
-use delta_cal_host::fit::fkm;
+use delta_cal::{Noise, Robot, Sample, Settings};
+use delta_cal_host::fit::method;
+use delta_cal_host::{CalibrationMethod, Frame};
 
 /// The document with the figures.
 const DIAGNOSIS: &str = "docs/diagnosis.md";
@@ -38,16 +38,9 @@ fn plain(
     settings: &Settings<f64>,
     method: CalibrationMethod,
 ) -> Option<Robot<f64>> {
-    match method {
-        CalibrationMethod::Ikm => {
-            let mut calibrator = Calibrator::new(nominal, settings);
-            calibrator.add_many(samples).unwrap();
-            calibrator.solve().ok().map(|outcome| outcome.robot)
-        }
-        CalibrationMethod::Fkm => fkm::calibrate(nominal, samples, settings)
-            .ok()
-            .map(|outcome| outcome.fit.robot),
-    }
+    method::calibrate(method, nominal, samples, None, settings, Frame::Base)
+        .ok()
+        .map(|outcome| outcome.fit.robot)
 }
 
 /// The value below which that part of the values lies.

@@ -66,9 +66,13 @@ fn campaign(
         };
         let good = spoilt.position_error(&fit(&spoilt.good()), robot);
         let all = spoilt.position_error(&fit(&spoilt.unspoilt), robot);
-        let Ok(fitted) = calibrate_robust(nominal, &spoilt.samples, &settings, method, loss) else {
-            compared.refused += 1;
-            continue;
+        let fitted = match calibrate_robust(nominal, &spoilt.samples, &settings, method, loss) {
+            Ok(fitted) => fitted,
+            Err(refusal) => {
+                println!("robot {robot}, {kind:?}: {refusal}");
+                compared.refused += 1;
+                continue;
+            }
         };
         let robust = spoilt.position_error(&fitted.outcome.fit.robot, robot);
         compared.ratios.push((robust / good).sqrt());
@@ -83,13 +87,21 @@ fn campaign(
 }
 
 /// Every kind of wrong samples, both losses, with and without a stated noise; and what a document says
-/// of all of them.
+/// of all of them. The short campaigns are every third of these: each kind once or twice, each loss and
+/// noise with three kinds, and as many robots as tell the bounds.
 fn every_kind(robots: u64, part: (usize, usize), method: CalibrationMethod) {
     let (mut least, mut most, mut worst) = (f64::INFINITY, 0.0_f64, 0.0_f64);
     let mut recall = f64::INFINITY;
+    let mut number = 0;
     for loss in [Loss::Tukey, Loss::Huber] {
         for stated in [true, false] {
+            // Not the same kinds with each.
+            number += 1;
             for kind in Wrong::ALL {
+                number += 1;
+                if number % size(3, 1) != 0 {
+                    continue;
+                }
                 let known = stated_or_not(stated);
                 let mut compared = campaign(robots, part, kind, loss, stated, method);
                 compared.print_and_check(&format!(
@@ -118,7 +130,7 @@ fn every_kind(robots: u64, part: (usize, usize), method: CalibrationMethod) {
 
 #[test]
 fn ikm_error_stays_within_one_and_a_half_of_the_good_samples() {
-    every_kind(size(40, 200), MANY, CalibrationMethod::Ikm);
+    every_kind(size(20, 200), MANY, CalibrationMethod::Ikm);
 }
 
 #[test]

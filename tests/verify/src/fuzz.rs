@@ -9,7 +9,8 @@ const MANIFEST: &str = include_str!("../../fuzz/Cargo.toml");
 
 /// What `cargo fuzz build -s none` passes to the compiler, of which the stable one takes everything:
 /// coverage for libFuzzer, and the checks of a debug build. The core and everything around it have no
-/// `unsafe` code, so that a sanitizer, which needs the nightly compiler, would find nothing.
+/// `unsafe` code, so that a sanitizer, which needs the nightly compiler, would find nothing. The single
+/// codegen unit is left out: it keeps all cores but one waiting.
 const FLAGS: &[&str] = &[
     "-Cpasses=sancov-module",
     "-Cllvm-args=-sanitizer-coverage-level=4",
@@ -21,7 +22,6 @@ const FLAGS: &[&str] = &[
     "-Cllvm-args=-simplifycfg-branch-fold-threshold=0",
     "-Cllvm-args=-sanitizer-coverage-stack-depth",
     "-Cdebug-assertions",
-    "-Ccodegen-units=1",
 ];
 
 /// Seconds for each target.

@@ -8,6 +8,7 @@ mod fuzz;
 mod licences;
 mod mutants;
 mod package;
+mod programs;
 mod setup;
 mod stages;
 mod structure;

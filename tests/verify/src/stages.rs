@@ -8,6 +8,7 @@ use crate::fuzz;
 use crate::licences;
 use crate::mutants;
 use crate::package;
+use crate::programs::{self, Campaigns};
 use crate::setup;
 use crate::structure;
 use crate::versions;
@@ -168,17 +169,17 @@ fn lint(check: &mut Check) {
 
 fn units(check: &mut Check) {
     // Of core and host. The same packages as for all tests, so that nothing is built twice.
-    check.chosen_tests(2, "cargo test --lib");
+    check.chosen_tests(2, "cargo test --lib --test units");
 }
 
 fn tests(check: &mut Check) {
     // Optimised, but with debug assertions and overflow checks: `profile.test`.
-    check.command("cargo test --no-fail-fast -- --skip on_target::");
+    programs::run(check, Campaigns::Short);
     check.chosen_tests(1, "cargo test --doc --package delta-cal-firmware-example");
 }
 
 fn long(check: &mut Check) {
-    check.command("env DELTA_CAL_CAMPAIGNS=long cargo test --no-fail-fast -- --skip on_target::");
+    programs::run(check, Campaigns::Long);
 }
 
 fn firmware(check: &mut Check) {

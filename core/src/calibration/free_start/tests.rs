@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
-use super::free_start;
+use super::{SPREAD_STARTS, free_start, spread_start};
+use crate::calibration::arm_problem::Linearize;
 use crate::robot::{Arm, ArmIndex};
 use crate::samples::{ArmFactor, Noise, NominalArm};
 use nalgebra::Vector3;
@@ -150,4 +151,76 @@ fn samples_of_no_arm_never_give_a_start_that_is_no_number() {
         }
     }
     assert!(none > 0 && some > 100, "{none} {some}");
+}
+
+/// The arms follow the samples and nothing else: whatever the nominal arm is, and with samples that are moved
+/// and scaled they are moved and scaled as well. The mean sample lies a forearm below the mean elbow.
+#[test]
+fn the_arms_of_the_spread_follow_the_samples_alone() {
+    let truth = Arm::new(TRUTH).unwrap();
+    let centre = Vector3::new(10.0, -20.0, -430.0);
+    let nominals = [TRUTH, [50.0, -80.0, 60.0, -1.5, -0.7, 100.0, -90.0, 900.0]];
+    let arms = |factor: f64, shift: Vector3<f64>, nominal: [f64; 8]| {
+        let nominal = NominalArm::new(&Arm::new(nominal).unwrap(), &centre, None);
+        let mut samples = ArmFactor::new(nominal);
+        for (x, q) in exact_samples(&truth, 12) {
+            samples
+                .add(&(x * factor + shift), q, ArmIndex::First)
+                .unwrap();
+        }
+        let means = samples.means();
+        core::array::from_fn::<_, { SPREAD_STARTS as usize }, _>(|index| {
+            let index = u8::try_from(index).unwrap();
+            let correction = spread_start(&nominal, &means, index).unwrap();
+            crate::samples::corrected_arm(&nominal, &correction).unwrap()
+        })
+    };
+    let shift = Vector3::new(40.0, -30.0, 20.0);
+    let expected = arms(1.0, Vector3::zeros(), nominals[0]);
+    let (mut mean, mut squares) = (Vector3::zeros(), 0.0);
+    for (x, _) in exact_samples(&truth, 12) {
+        mean += x / 12.0;
+    }
+    let (mut cosine, mut sine) = (0.0, 0.0);
+    for (x, q) in exact_samples(&truth, 12) {
+        squares += (x - mean).norm_squared() / 12.0;
+        cosine += libm::cos(q) / 12.0;
+        sine += libm::sin(q) / 12.0;
+    }
+    let spread = libm::sqrt(squares);
+    for (index, arm) in expected.iter().enumerate() {
+        let basis = arm.basis();
+        // ε times lengths of some hundreds.
+        assert!((arm.upper_arm_length() - 0.7 * spread).abs() < 1e-9);
+        assert!((arm.lb() - 1.2 * spread).abs() < 1e-9);
+        assert!(basis.ey.z.abs() < 1e-12);
+        let elbow = arm.d() + basis.u * cosine + basis.v * sine;
+        let below = elbow - Vector3::new(0.0, 0.0, arm.lb());
+        assert!((below - mean).norm() < 1e-9);
+        // Azimuths a sixth of a turn apart.
+        let next = expected[(index + 1) % expected.len()].basis().ex;
+        assert!((basis.ex.dot(&next) - 0.5).abs() < 1e-12);
+    }
+    for nominal in nominals {
+        for (found, expected) in arms(2.0, shift, nominal).iter().zip(&expected) {
+            assert!((found.d() - (expected.d() * 2.0 + shift)).norm() < 1e-9);
+            assert!((found.lb() - 2.0 * expected.lb()).abs() < 1e-9);
+            assert!((found.basis().ex - expected.basis().ex).norm() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn samples_in_one_place_give_no_arm() {
+    let truth = Arm::new(TRUTH).unwrap();
+    let centre = Vector3::new(0.0, 0.0, -500.0);
+    let mut factor = ArmFactor::new(NominalArm::new(&truth, &centre, None));
+    assert!(spread_start(factor.nominal(), &factor.means(), 0).is_none());
+    for _ in 0..12 {
+        factor.add(&centre, 0.3, ArmIndex::First).unwrap();
+    }
+    let means = factor.means();
+    let correction = spread_start(factor.nominal(), &means, 0);
+    // Rounding may leave a spread of √ε of the unit; nothing is larger.
+    assert!(correction.is_none() || means.spread < 1e-7);
 }

@@ -1,10 +1,13 @@
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::cast_precision_loss, clippy::float_cmp, clippy::unwrap_used)]
 
-use super::Identifiability;
-use crate::calibration::problem::Normal;
+use crate::calibration::JointNormal;
+use crate::calibration::arm_problem::Normal;
+use crate::calibration::minimizer::determined_parameters;
 use nalgebra::{SMatrix, SVector};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
+
+type Identifiability = super::Identifiability<f64, 8>;
 
 /// A Jacobian of twenty rows whose columns differ in length, and its triangle.
 fn jacobian(seed: u64) -> (SMatrix<f64, 20, 8>, Normal<f64>) {
@@ -50,7 +53,7 @@ fn covariance_and_condition_are_those_of_the_inverse() {
         let inverse = scaled.try_inverse().unwrap();
         // ‖A‖² = tr AᵀA = 8, ‖A⁻¹‖² = tr (AᵀA)⁻¹.
         let condition = (scaled.trace() * inverse.trace()).sqrt() / 8.0;
-        assert!((found.condition / condition - 1.0).abs() < 1e-10);
+        assert!((found.condition(0) / condition - 1.0).abs() < 1e-10);
         assert_eq!(found.weakest, inverse.diagonal().imax());
     }
 }
@@ -88,7 +91,9 @@ fn a_prior_takes_its_share_of_the_parameters() {
             block[index][index] = weight;
         }
         normal.absorb(&mut block);
-        let found = Identifiability::of(&normal).determined_parameters(&prior);
+        let found = Identifiability::of(&normal);
+        let found =
+            determined_parameters::<_, _, 8, 9, 45>(&prior, 1.0, found.covariance.as_slice());
         // The trace of what maps the true parameters to the estimated ones.
         let information = matrix.transpose() * matrix;
         let mut with_prior = information;
@@ -109,20 +114,22 @@ fn a_parameter_without_any_influence_makes_the_condition_infinite() {
     };
     // Orthogonal columns of any length.
     let orthogonal = diagonal(0.5);
-    assert!((orthogonal.condition - 1.0).abs() < 1e-15);
+    assert!((orthogonal.condition(0) - 1.0).abs() < 1e-15);
     let singular = diagonal(0.0);
-    assert!(singular.condition.is_infinite());
+    assert!(singular.condition(0).is_infinite());
+    assert_eq!(singular.weakest, 3);
     let direction = singular.weakest_direction();
     assert!(direction.iter().all(|part| part.abs() < 1e-30));
 }
 
-/// The second column is the first: exactly singular, with no column that is zero.
+/// The second column is the first: exactly singular, with no column that is zero. The second depends on the
+/// first, and is named, although the last column is the shortest.
 #[test]
 fn equal_columns_make_the_condition_infinite() {
     let mut normal = Normal::<f64>::zero();
     for row in 0..8 {
         let mut block = [[0.0]; 9];
-        block[row] = [1.0];
+        block[row] = [if row == 7 { 1e-3 } else { 1.0 }];
         if row == 0 {
             block[1] = [1.0];
         }
@@ -130,5 +137,84 @@ fn equal_columns_make_the_condition_infinite() {
             normal.absorb(&mut block);
         }
     }
-    assert!(Identifiability::of(&normal).condition.is_infinite());
+    let found = Identifiability::of(&normal);
+    assert!(found.condition(0).is_infinite());
+    assert_eq!(found.weakest, 1);
+}
+
+/// Two columns depend on each other, a ∂/∂p = b ∂/∂q with columns of unit length otherwise: (p, −q) changes no residual,
+/// and none but these two parameters is to blame, wherever they stand.
+#[test]
+fn of_a_singular_problem_a_parameter_of_the_open_combination_is_the_weakest() {
+    for first in 0..8 {
+        for second in first + 1..8 {
+            let mut normal = Normal::<f64>::zero();
+            for row in (0..8).filter(|row| *row != second) {
+                let mut block = [[0.0]; 9];
+                block[row] = [1.0];
+                if row == first {
+                    block[second] = [0.5];
+                }
+                normal.absorb(&mut block);
+            }
+            let found = Identifiability::of(&normal);
+            assert!(found.condition(0).is_infinite());
+            let weakest = found.weakest;
+            assert!(
+                [first, second].contains(&weakest),
+                "{first} {second} {weakest}"
+            );
+        }
+    }
+    // (1, 1, −3) in columns of unit length: the third has the largest part.
+    let mut normal = Normal::<f64>::zero();
+    for row in (0..8).filter(|row| *row != 4) {
+        let mut block = [[0.0]; 9];
+        block[row] = [1.0];
+        block[4] = [match row {
+            2 => 1.0,
+            3 => 3.0,
+            _ => 0.0,
+        }];
+        normal.absorb(&mut block);
+    }
+    // Column 4 is c₂ + 3 c₃, of length √10; the parts times the lengths are 1, 3 and √10.
+    assert_eq!(Identifiability::of(&normal).weakest, 4);
+    let mut normal = Normal::<f64>::zero();
+    for row in (0..8).filter(|row| *row != 5) {
+        let mut block = [[0.0]; 9];
+        block[row] = [1.0];
+        if row == 1 {
+            // Columns 1 and 6 are nearly the same; 5 is their difference and small.
+            block[6] = [1.0];
+        }
+        if row == 6 {
+            block[6] = [0.1];
+            block[5] = [0.1];
+        }
+        normal.absorb(&mut block);
+    }
+    // c₅ = c₆ − c₁: parts 1, 1 and −1, lengths 0.1, 1.005 and 1.
+    assert_eq!(Identifiability::of(&normal).weakest, 6);
+}
+
+/// Of 24 parameters one that depends on another of its own arm: that parameter is the weakest, and its
+/// arm's condition is infinite.
+#[test]
+fn of_three_arms_the_one_with_a_dependent_column_is_found() {
+    for (dependent, on) in [(5, 2), (14, 9), (23, 16)] {
+        let mut normal = JointNormal::<f64>::zero();
+        for row in (0..24).filter(|row| *row != dependent) {
+            let mut block = [[0.0]; 25];
+            block[row] = [1.0 + row as f64];
+            if row == on {
+                block[dependent] = [0.5];
+            }
+            normal.eliminate(&mut block, 25);
+        }
+        let found = super::Identifiability::<f64, 24>::of(&normal);
+        assert_eq!(found.weakest, dependent);
+        assert!(found.condition(dependent / 8).is_infinite());
+        assert!(found.largest_condition().is_infinite());
+    }
 }

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::StoredArmSamples;
-use crate::calibration::{ArmProblem, Linearize, Normal};
+use crate::calibration::{Linearize, Normal};
 use crate::robot::{Arm, ArmIndex};
 use crate::samples::{ArmFactor, Displacement, Noise, NominalArm};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -87,9 +87,15 @@ fn means_are_weighted_by_the_inverse_variances() {
             assert!((x - x_sum / weights).norm() < 1e-9);
             assert!((means.sine - sine / weights).abs() < 1e-12);
             assert!((means.cosine - cosine / weights).abs() < 1e-12);
+            let squares = case.samples.iter().map(|(x, q)| {
+                let sigma = deviation(&case.nominal, x, *q);
+                (x - x_sum / weights).norm_squared() / (sigma * sigma)
+            });
+            let spread = libm::sqrt(squares.sum::<f64>() / weights);
+            assert!((means.spread * case.nominal.scale() - spread).abs() < 1e-9);
         }
-        assert_eq!(ArmProblem::samples(&case.factor), COUNT as u64);
-        assert_eq!(ArmProblem::samples(&case.stored), COUNT as u64);
+        assert_eq!(Linearize::taken_in(&case.factor), COUNT as u64);
+        assert_eq!(Linearize::taken_in(&case.stored), COUNT as u64);
     }
 }
 

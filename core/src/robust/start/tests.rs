@@ -1,4 +1,4 @@
-use super::{Random, Trimmed, choose_nearest, keep_better};
+use super::{Random, choose_nearest};
 use crate::robust::WeighedSample;
 
 /// Marsaglia's own example: of the seed 2463534242 the first number is 723471715.
@@ -40,26 +40,9 @@ fn the_nearest_are_chosen_and_summed_up() {
     // One that the start does not look at.
     samples[5].starting = false;
     let sum = choose_nearest(&mut samples, 4);
-    assert!(sum.is_some_and(|sum| (sum - 7.5).abs() < 1e-14));
-    let chosen = samples.map(|sample| sample.arms.map(|arm| arm.root > 0.0));
-    let expected = [false, true, false, true, true, false, true];
-    assert_eq!(chosen, expected.map(|chosen| [chosen; 3]));
+    assert!(sum.is_some_and(|sum| (sum - 21.25).abs() < 1e-14));
+    let chosen = samples.map(|sample| sample.factor > 0.0);
+    assert_eq!(chosen, [false, true, false, true, true, false, true]);
     samples[1].distance = f64::INFINITY;
     assert_eq!(choose_nearest(&mut samples, 6), None);
-}
-
-#[test]
-fn the_smaller_sum_is_kept() {
-    let fit = |sum: f64| -> Option<Trimmed<f64>> { Some((sum, [[sum; 8]; 3])) };
-    let mut best = None;
-    for (found, expected) in [
-        (None, None),
-        (fit(3.0), fit(3.0)),
-        (fit(4.0), fit(3.0)),
-        (None, fit(3.0)),
-        (fit(2.0), fit(2.0)),
-    ] {
-        keep_better(&mut best, found);
-        assert_eq!(best, expected);
-    }
 }

@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::calibration::step_control::LONGEST_STEP;
-use crate::calibration::{ArmProblem, Linearize, Normal};
+use crate::calibration::{Linearize, Normal};
 use crate::samples::{ArmFactor, ArmSample, Displacement};
 use nalgebra::SVector;
 
@@ -195,7 +195,7 @@ impl<T: Real> Prediction<T> {
         self.normal = Normal::from_diagonal(prior, &rights);
         factor.linearize(&self.at, &mut self.normal);
         self.beyond = ArmFactor::least_sum_of_squares(factor);
-        self.samples = ArmProblem::effective_samples(factor);
+        self.samples = ArmFactor::effective_samples(factor);
         self.since = 0;
         self.lasts = factor.recent() / LASTS;
     }

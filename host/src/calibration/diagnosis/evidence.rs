@@ -3,7 +3,7 @@
 use super::hypothesis::{Fault, are_two, faults, undone};
 use crate::calibration::attempt::position_error_after;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::SamplesFile;
+use crate::files::samples_file::{PositionUnit, SamplesFile};
 use crate::fit::options::{Frame, Options};
 use crate::fit::sensor_frame::degenerate;
 use crate::geometry::joint_limits::outside_limits;
@@ -46,7 +46,7 @@ pub(super) struct Scored {
 pub(super) struct Evidence<'a> {
     robot: &'a RobotFile,
     frame: Frame,
-    in_millimetres: bool,
+    positions_in: PositionUnit,
     compared: Vec<Sample<f64>>,
     forearm: f64,
 }
@@ -73,7 +73,7 @@ impl<'a> Evidence<'a> {
         (count >= needed).then(|| Self {
             robot,
             frame: options.frame,
-            in_millimetres: samples.in_millimetres,
+            positions_in: samples.positions_in,
             compared,
             forearm: arm.lb(),
         })
@@ -124,7 +124,7 @@ impl<'a> Evidence<'a> {
         if !(as_they_are > RIGHT * self.forearm) {
             return Vec::new();
         }
-        let kinds = faults(self.frame, self.in_millimetres);
+        let kinds = faults(self.frame, self.positions_in);
         let single = kinds.iter().flatten().map(|fault| vec![*fault]);
         let found = self.select(as_they_are, single.map(|faults| self.scored(faults)));
         // A calibration can mend what is wrong by less than that.

@@ -1,5 +1,6 @@
 //! What can be wrong with a file of samples as a whole, and how the samples would read without it.
 
+use crate::files::samples_file::PositionUnit;
 use crate::fit::options::Frame;
 use delta_cal::robot::Arm;
 use delta_cal::{Robot, Sample};
@@ -119,17 +120,17 @@ fn axes() -> impl Iterator<Item = Fault> {
 
 /// Every fault that is looked for, kind by kind. In the sensor's frame, which is found, rotations
 /// of it are none, nor is a cyclic exchange, which a Delta's threefold symmetry makes one.
-pub(super) fn faults(frame: Frame, in_millimetres: bool) -> Vec<Vec<Fault>> {
+pub(super) fn faults(frame: Frame, positions_in: PositionUnit) -> Vec<Vec<Fault>> {
     let mut orders: Vec<_> = EXCHANGED.map(Fault::Order).to_vec();
     let reversed = subsets().map(Fault::Reversed).collect();
     let angles = [AngleUnit::Radians, AngleUnit::Degrees]
         .into_iter()
         .flat_map(|unit| subsets().map(move |columns| Fault::Angles(columns, unit)))
         .collect();
-    let lengths = if in_millimetres {
-        MILLIMETRES.map(Fault::Length).to_vec()
-    } else {
-        METRES.map(Fault::Length).to_vec()
+    let lengths = match positions_in {
+        PositionUnit::Millimetre => MILLIMETRES.map(Fault::Length).to_vec(),
+        PositionUnit::Metre => METRES.map(Fault::Length).to_vec(),
+        PositionUnit::Other => Vec::new(),
     };
     let arms = vec![Fault::Arms(0, 1), Fault::Arms(0, 2), Fault::Arms(1, 2)];
     let (axes, elsewhere) = match frame {

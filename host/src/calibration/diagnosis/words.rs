@@ -1,7 +1,7 @@
 //! Faults in sentences.
 
 use super::hypothesis::{AngleUnit, Fault, LengthUnit, handedness};
-use crate::files::samples_file::SamplesFile;
+use crate::files::samples_file::{PositionUnit, SamplesFile};
 use crate::fit::options::Frame;
 use crate::text::words::list;
 
@@ -175,7 +175,7 @@ impl Words<'_> {
     }
 
     fn length(&self, unit: &LengthUnit) -> String {
-        let says = if self.samples.in_millimetres {
+        let says = if self.samples.positions_in == PositionUnit::Millimetre {
             "millimetres"
         } else {
             "metres"

@@ -2,7 +2,9 @@
 
 use crate::calibration::advice::{CHECK, joined};
 use crate::calibration::case::Case;
+use crate::calibration::causes::Cause;
 use crate::calibration::reason::{Reason, Refused};
+use crate::calibration::target::beside_the_platform_point;
 
 use crate::calibration::investigation::Findings;
 use crate::calibration::objection::Objection;
@@ -26,10 +28,15 @@ impl Explainer<'_> {
             Objection::Robust(refusal) => self.robust(refusal).into(),
             Objection::HeldOut(refusal) => self.held_out(*refusal).into(),
             Objection::Alarm { alarm, before, run } => self.alarm(*alarm, *before, *run).into(),
+            Objection::TooManyRejected { rejected, samples } => {
+                self.too_many_rejected(*rejected, *samples).into()
+            }
             Objection::Implausible(change) => self.implausible(change).into(),
             Objection::NotReproduced(error) => self.not_reproduced(error).into(),
             Objection::Worse(comparison, error) => self.worse(comparison, error).into(),
+            Objection::UnknownError => self.unknown_error().into(),
             Objection::NoiseBeyondTolerance(test) => self.noise_beyond_tolerance(test).into(),
+            Objection::BeyondTolerance(test) => self.beyond_tolerance(test).into(),
         }
     }
 
@@ -42,7 +49,9 @@ impl Explainer<'_> {
                 .error_before
                 .lies_elsewhere(&self.case.robot.robot);
         let worst = self.findings.worst_samples.clone();
-        let hints = if elsewhere {
+        let hints = if let Some(target) = self.beside_the_platform_point() {
+            [Some(target), worst, None]
+        } else if elsewhere {
             let frame = match self.case.options.frame {
                 Frame::Base => format!(
                     "half of the measured points are more than {median:.0} mm from where the robot \
@@ -73,7 +82,15 @@ impl Explainer<'_> {
 
     /// That a robust fit calibrates the robot, where one was tried and does.
     pub(super) fn without_wrong_samples(&self) -> Option<String> {
-        let lines = self.findings.disagreeing.as_ref()?;
+        // What explains most of the residuals of all samples makes some of them fit worst.
+        if !self.findings.causes.is_empty() {
+            return None;
+        }
+        let disagreeing = self.findings.disagreeing.as_ref()?;
+        if let Some(shift) = &disagreeing.shift {
+            return Some(shift.to_string());
+        }
+        let lines = &disagreeing.lines;
         let samples = self.case.measured.len();
         let (does, them) = if lines.len() == 1 {
             ("does", "it")
@@ -88,6 +105,38 @@ impl Explainer<'_> {
             in_lines(lines),
             self.case.command("--loss tukey"),
         ))
+    }
+
+    /// What explains the residuals and is not in the model, as the end of a sentence.
+    pub(super) fn unmodelled(&self) -> String {
+        let causes = self.findings.causes.iter();
+        let found: Vec<_> = causes.map(ToString::to_string).collect();
+        if found.is_empty() {
+            String::new()
+        } else {
+            format!(
+                ". Most of the residuals have a cause that the model does not hold: {}",
+                found.join("; ")
+            )
+        }
+    }
+
+    /// What to do about that, before anything else is tried.
+    pub(super) fn mend_first(&self, otherwise: String) -> String {
+        let causes = self.findings.causes.iter();
+        let mut remedies: Vec<_> = causes.map(Cause::remedy).collect();
+        remedies.dedup();
+        if remedies.is_empty() {
+            otherwise
+        } else {
+            format!("{}; otherwise {otherwise}", remedies.join("; "))
+        }
+    }
+
+    /// That a reflector or a tip may be measured.
+    pub(super) fn beside_the_platform_point(&self) -> Option<String> {
+        let (case, measured) = (self.case, self.case.measured.iter());
+        beside_the_platform_point(case.robot, case.options.frame, measured)
     }
 
     pub(super) fn find_frame(&self) -> String {

@@ -79,12 +79,16 @@ impl Explainer<'_> {
         match *refusal {
             Refusal::ResidualContradictsNoise { arm, ratio } => (
                 format!(
-                    "the residuals of {arm} are {ratio:.1} times what the stated [noise] allows{}",
-                    self.residuals_say(f64::from(ratio))
+                    "the residuals{} are {ratio:.1} times what the stated [noise] allows{}{}",
+                    arm.map_or_else(String::new, |arm| format!(" of {arm}")),
+                    self.residuals_say(f64::from(ratio)),
+                    self.unmodelled()
                 ),
-                "look for an outlier, or for a sensor that moved; state the [noise] that repeated \
-                 measurements of one pose show"
-                    .to_owned(),
+                self.mend_first(
+                    "look for an outlier, or for a sensor that moved; state the [noise] that \
+                     repeated measurements of one pose show"
+                        .to_owned(),
+                ),
             ),
             Refusal::FarFromNominal {
                 arm,

@@ -4,8 +4,12 @@ use super::explain::Explainer;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::workspace_comparison::WorkspaceComparison;
 use crate::calibration::advice::{CHECK, SPREAD, joined};
+use crate::calibration::prior_test::PriorTest;
 use crate::calibration::reason::Refused;
+use crate::calibration::thresholds::FEW_SAMPLES;
 use crate::fit::options::Frame;
+use crate::text::numbers::significant;
+use crate::text::words::count;
 
 impl Explainer<'_> {
     /// Without a tolerance, a result that is no error of manufacture.
@@ -21,6 +25,7 @@ impl Explainer<'_> {
             cause: format!("{}: {cause}", self.case.samples.name),
             remedy: joined(&[
                 self.case.samples.unit_hint(),
+                self.beside_the_platform_point(),
                 self.findings.worst_samples.clone(),
                 self.without_wrong_samples(),
                 Some(format!(
@@ -45,18 +50,9 @@ impl Explainer<'_> {
         self.refused(&cause, CHECK.to_owned())
     }
 
-    /// The calibration would make the robot worse.
+    /// The calibration may make the robot worse.
     pub(super) fn worse(&self, comparison: &WorkspaceComparison, after: &PositionError) -> Refused {
         let (change, sigma) = (comparison.change, comparison.sigma);
-        let so = if change <= sigma {
-            "so these samples cannot improve it".to_owned()
-        } else {
-            format!(
-                "so the error expected before is {:.3} mm and after {:.3} mm",
-                comparison.expected_error_before(),
-                comparison.expected_error_after()
-            )
-        };
         let worst = after.max_at_line.map_or(String::new(), |line| {
             format!(
                 "; after it the samples would still be off by {:.3} mm (rms), and the one in line \
@@ -65,14 +61,55 @@ impl Explainer<'_> {
             )
         });
         let cause = format!(
-            "the calibration is expected to make the robot worse: it would move the positions by \
-             {change:.3} mm (rms over the workspace), and the new positions are themselves \
-             uncertain by {sigma:.3} mm, {so}{worst}"
+            "the calibration may make the robot worse, with a probability of {} %: it would move the \
+             positions by {change:.3} mm (rms over the workspace), and the new positions are \
+             themselves uncertain by {sigma:.3} mm (one sigma){worst}",
+            significant(100.0 * comparison.chance_of_harm.unwrap_or(1.0), 2)
         );
         let remedy = format!(
             "if the robot was calibrated before, it is as good as these samples can make it; \
              otherwise measure more poses and {SPREAD}{}",
             self.or_state_tolerance()
+        );
+        self.refused(&cause, remedy)
+    }
+
+    /// Nothing says how uncertain the result is.
+    pub(super) fn unknown_error(&self) -> Refused {
+        let samples = count(self.case.measured.len(), "sample");
+        let (cause, noise) = if self.case.robot.noise.is_some() {
+            (
+                format!(
+                    "no [tolerance] is stated, and {samples} fit several robots exactly. So the \
+                     error of the result is not known"
+                ),
+                "",
+            )
+        } else {
+            (
+                format!(
+                    "neither a [noise] nor a [tolerance] is stated, and {samples} are too few to \
+                     estimate the noise. So the error of the result is not known"
+                ),
+                ", or state the [noise] of the measurements and measure 9 poses or more",
+            )
+        };
+        let remedy = format!(
+            "measure {FEW_SAMPLES} poses or more, 20 if possible{noise}{}",
+            self.or_state_tolerance()
+        );
+        self.refused(&cause, remedy)
+    }
+
+    /// The parameters are further from nominal than the stated tolerance allows.
+    pub(super) fn beyond_tolerance(&self, test: &PriorTest) -> Refused {
+        let cause = format!(
+            "{}, and the samples are too few to do without it",
+            test.found()
+        );
+        let remedy = format!(
+            "{CHECK}; if the robot really is that far off, {}, or measure more poses and {SPREAD}",
+            test.statement(self.case.robot.tolerance.as_ref())
         );
         self.refused(&cause, remedy)
     }

@@ -4,7 +4,6 @@ use super::explain::Explainer;
 use crate::calibration::advice::CHECK;
 use crate::calibration::noise_test::NoiseTest;
 use crate::calibration::reason::Refused;
-use crate::fit::options::CalibrationMethod;
 use crate::text::numbers::significant;
 
 impl Explainer<'_> {
@@ -17,22 +16,24 @@ impl Explainer<'_> {
             "no [noise] is stated, and if the residuals were all noise, it would be {} in each \
              coordinate. But the stated [tolerance] lets the robot be off by only {tolerated} mm. \
              Such samples say nothing about the robot, and the result would be the robot file \
-             itself",
-            test.estimate()
+             itself{}",
+            test.estimate(),
+            self.unmodelled()
         );
         let remedy = format!(
             "{CHECK}; look for wrong samples; if the robot really is that far off, state a larger \
              [tolerance]; if the sensor really is that noisy, state the [noise]"
         );
-        self.refused(&cause, remedy)
+        self.refused(&cause, self.mend_first(remedy))
     }
 
     /// What noise the residuals would be, if they were all noise.
     pub(super) fn residuals_say(&self, ratio: f64) -> String {
         let samples = u32::try_from(self.case.samples.rows.len()).map_or(f64::INFINITY, f64::from);
-        let per_sample = match self.case.options.method {
-            CalibrationMethod::Ikm => 1.0,
-            CalibrationMethod::Fkm => 3.0,
+        let per_sample = if self.case.options.method.separates_arms() {
+            1.0
+        } else {
+            3.0
         };
         let parameters = if self.case.robot.tolerance.is_some() {
             0.0

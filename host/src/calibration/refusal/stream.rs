@@ -42,6 +42,19 @@ impl Explainer<'_> {
         }
     }
 
+    pub(super) fn too_many_rejected(&self, rejected: u64, samples: u64) -> Refused {
+        self.refused(
+            &format!(
+                "the gate rejected {rejected} of {samples} samples: the samples that it took in are \
+                 only those that happen to agree with each other"
+            ),
+            format!(
+                "calibrate without --gate to see what the residuals say; {CHECK}; state a larger \
+                 [noise] if the stated one is too small"
+            ),
+        )
+    }
+
     pub(super) fn held_out(&self, refusal: HeldOutRefusal) -> Refused {
         let remedy = match refusal {
             HeldOutRefusal::Contradicted { .. } => {

@@ -1,7 +1,7 @@
 //! The options of `delta-cal calibrate`.
 
 use crate::cli::choices::{FrameArgument, LossArgument, MethodArgument, SolverArgument};
-use crate::cli::paths::robot_path;
+use crate::cli::paths::{ColumnsArgument, robot_path};
 use clap::builder::TypedValueParser;
 use clap::{Args, value_parser};
 use delta_cal_host::{Options, Streaming};
@@ -29,8 +29,25 @@ SAMPLES.csv:
   q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm,_point
   10.0,20.0,30.0,41.151,25.265,-338.742,P1
 
-Columns may stand in any order and in other units (q1_rad..., x_m...). A # begins a comment. The \
-program ignores columns whose name begins with _, such as _point or _time.
+Columns may stand in any order, in other units (q1_rad, x_m, x_cm, x_in) and as Q1 [deg] or X (mm). \
+Commas, semicolons, tabs or spaces separate them, and decimal commas are read where they are certain. \
+A # begins a comment. The program ignores columns whose name begins with _, such as _point, and \
+columns such as timestamp or comment. --columns q1_deg=A1,x_mm=X names columns of other names. A row \
+that was not measured is an error.
+
+In place of x, y and z a row may hold, and other cells may be empty:
+  x_mm alone, or any two of x_mm, y_mm, z_mm          a camera, a gauge
+  height_mm, and the name of a plane in column plane  a plate; gauge blocks
+  distance_mm, and the name of a point in column point  a ball bar, a wire
+  distance_mm, and to_q1_deg,to_q2_deg,to_q3_deg      between two poses
+[noise] then states height_mm or distance_mm. The places of planes and points are unknown and are \
+found. Without x, y and z the [tolerance] is needed, and heights and distances cannot show that \
+joint columns are exchanged. ROBOT.toml may say more: [planes.NAME] z_mm, sigma_mm; [points.NAME] \
+x_mm, y_mm, z_mm, sigma_mm, offset = \"unknown\"; [target] x_mm, y_mm, z_mm, the measured point from the \
+platform point.
+
+Of more than 10,000 rows the JSON lists those farthest off and others spread evenly, with histograms \
+of all (sampled); the HTML page does so from 2,500 rows on.
 
 With --frame sensor the program chooses the robot's frame so that ROBOT.toml fits the measured \
 points best. It then cannot detect a cyclic exchange of the joint columns (q2,q3,q1 for q1,q2,q3), \
@@ -60,6 +77,7 @@ Examples:
       the built-in, simulated example
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
+  delta-cal calibrate robot.toml touches.csv --report report.html
   delta-cal calibrate robot.toml samples.csv --loss tukey
   delta-cal calibrate robot.toml samples.csv --gate --forget 50
   delta-cal calibrate robot.toml samples.csv --report report.html
@@ -70,11 +88,13 @@ pub(crate) struct CalibrateArguments {
     /// The robot before calibration. Without files the program calibrates its built-in example
     #[arg(value_name = "ROBOT.toml", requires = "samples", value_parser = robot_path())]
     pub(crate) robot: Option<PathBuf>,
-    /// Joint angles and measured positions; - reads standard input
+    /// Joint angles and what was measured there; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     pub(crate) samples: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) columns: ColumnsArgument,
     /// How the parameters are estimated
-    #[arg(long, value_enum, default_value_t = MethodArgument::Ikm)]
+    #[arg(long, value_enum, default_value_t = MethodArgument::Joint)]
     pub(crate) method: MethodArgument,
     /// How the equations are solved
     #[arg(long, value_enum, default_value_t = SolverArgument::Lm)]

@@ -1,4 +1,4 @@
-use crate::cli::paths::robot_path;
+use crate::cli::paths::{ColumnsArgument, robot_path};
 use clap::{Args, Subcommand};
 use delta_cal_host::Options;
 use delta_cal_host::device::Port;
@@ -136,6 +136,8 @@ pub(super) struct Files {
     /// Joint angles and measured positions; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     pub(super) samples: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) columns: ColumnsArgument,
     /// Do not use the robot file as a start value (needs 12 samples), and accept any geometry
     #[arg(long)]
     pub(super) no_guess: bool,

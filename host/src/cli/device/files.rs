@@ -17,7 +17,8 @@ pub(super) fn inputs(files: &Files) -> Result<(RobotFile, SamplesFile), Calibrat
         return Ok(example::load()?);
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = read_samples(&read(samples)?, &robot, files.options())?;
+    let samples =
+        read_samples(&read(samples, &files.columns)?, &robot, files.options())?.positions()?;
     Ok((robot, samples))
 }
 

@@ -7,7 +7,7 @@ use crate::cli::print::print;
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal_host::device::report::{json, text};
 use delta_cal_host::device::{DeviceError, Number, in_use, robot as robot_of};
-use delta_cal_host::{InputText, RobotFile};
+use delta_cal_host::{InputText, InstrumentFacts, RobotFile};
 use delta_cal_protocol::{ParameterSet, Parameters, RevertTo, fingerprint};
 
 pub(super) fn status(link: &LinkArguments, arguments: &StatusArguments) -> Result<(), Failure> {
@@ -115,6 +115,7 @@ fn robot_file<T: Number>(
         RobotFile {
             robot,
             sensor_frame: None,
+            instruments: InstrumentFacts::default(),
             ..template
         }
     } else {
@@ -130,6 +131,7 @@ fn robot_file<T: Number>(
             tolerance: None,
             noise: None,
             sensor_frame: None,
+            instruments: InstrumentFacts::default(),
         }
     };
     Ok(file.to_toml(&comment))

@@ -6,7 +6,8 @@ use crate::files::input_text::InputText;
 use crate::text::words::decimal_comma;
 
 pub(super) const SECTIONS: &str = "a robot file has [nominal] or three [[arm]], then [joints], and may have \
-                        [tolerance], [noise] and [sensor_frame]; `delta-cal calibrate --help` \
+                        [tolerance], [noise], [sensor_frame], [planes.NAME], [points.NAME] \
+                        and [target]; `delta-cal calibrate --help` \
                         shows one";
 
 /// The TOML reader's error, with the section and the key at fault.

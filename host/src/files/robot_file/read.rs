@@ -1,8 +1,9 @@
 use super::RobotFile;
+use super::instruments::{InstrumentFacts, KnownPlane, NamedPoint};
 use super::messages::{SECTIONS, syntax, with_section};
 use super::schema::{
-    ARM_KEYS, ArmToml, JointsToml, NoiseToml, NominalToml, Number, RobotToml, SensorFrameToml,
-    ToleranceToml,
+    ARM_KEYS, ArmToml, ByAxis, JointsToml, NoiseToml, NominalToml, Number, PointToml, RobotToml,
+    SensorFrameToml, ToleranceToml,
 };
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
@@ -70,6 +71,7 @@ impl RobotFile {
                 .at_line(line)
                 .with_remedy("check the lengths (in mm), the arms' azimuths and the [joints]"));
         }
+        let instruments = instruments(input, &toml)?;
         Ok(Self {
             name: input.name().to_owned(),
             robot,
@@ -79,10 +81,11 @@ impl RobotFile {
                 .tolerance
                 .map(|section| tolerance(input, &section))
                 .transpose()?,
-            noise: toml
-                .noise
-                .map(|section| noise(input, &section))
-                .transpose()?,
+            noise: match &toml.noise {
+                Some(section) => noise(input, section)?,
+                None => None,
+            },
+            instruments,
             sensor_frame: toml
                 .sensor_frame
                 .map(|section| sensor_frame(input, &section))
@@ -98,7 +101,12 @@ fn fault(input: &InputText, line: u64, key: &str, cause: impl Into<String>) -> I
         .with_remedy(SECTIONS)
 }
 
-fn fault_at(input: &InputText, number: &Number, key: &str, cause: impl Into<String>) -> InputError {
+fn fault_at<T>(
+    input: &InputText,
+    number: &Spanned<T>,
+    key: &str,
+    cause: impl Into<String>,
+) -> InputError {
     fault(input, input.line_at(number.span().start), key, cause)
 }
 
@@ -224,16 +232,119 @@ fn tolerance(input: &InputText, section: &ToleranceToml) -> Result<Tolerance<f64
     })
 }
 
-fn noise(input: &InputText, section: &NoiseToml) -> Result<Noise<f64>, InputError> {
-    let position = finite(input, "position_mm", &section.position_mm)?;
+/// Of positions; `None` if only other readings have a noise.
+fn noise(
+    input: &InputText,
+    section: &Spanned<NoiseToml>,
+) -> Result<Option<Noise<f64>>, InputError> {
+    let line = input.line_at(section.span().start);
+    let section = section.as_ref();
     let joint = finite(input, "joint_deg", &section.joint_deg)?;
-    Noise::new(position, joint.to_radians()).map_err(|error| {
-        let (key, number) = match error {
-            NoiseError::Joint => ("joint_deg", &section.joint_deg),
-            _ => ("position_mm", &section.position_mm),
+    let Some(stated) = &section.position_mm else {
+        if section.height_mm.is_none() && section.distance_mm.is_none() {
+            let cause = "the key is missing";
+            return Err(fault(input, line, "position_mm", cause));
+        }
+        return Ok(None);
+    };
+    let ByAxis(position) = stated.as_ref();
+    let noise = Noise::by_axis(*position, joint.to_radians()).map_err(|error| {
+        let cause = error.to_string();
+        match error {
+            NoiseError::Joint => fault_at(input, &section.joint_deg, "joint_deg", cause),
+            _ => fault_at(input, stated, "position_mm", cause),
+        }
+        .with_remedy("if the noise is not known, delete the whole section [noise]")
+    })?;
+    Ok(Some(noise))
+}
+
+fn instruments(input: &InputText, toml: &RobotToml) -> Result<InstrumentFacts, InputError> {
+    let mut facts = InstrumentFacts::default();
+    if let Some(section) = &toml.noise {
+        let section = section.as_ref();
+        let of = |key: &str, number: &Option<Number>| match number {
+            Some(number) => positive(input, key, number).map(Some),
+            None => Ok(None),
         };
-        fault_at(input, number, key, error.to_string())
-            .with_remedy("if the noise is not known, delete the whole section [noise]")
+        facts.height_noise = of("height_mm", &section.height_mm)?;
+        facts.distance_noise = of("distance_mm", &section.distance_mm)?;
+        if section.position_mm.is_none() {
+            let joint = finite(input, "joint_deg", &section.joint_deg)?;
+            if !(joint >= 0.0) {
+                let cause = NoiseError::Joint.to_string();
+                return Err(fault_at(input, &section.joint_deg, "joint_deg", cause));
+            }
+            facts.joint_noise = Some(joint.to_radians());
+        }
+    }
+    for (name, plane) in &toml.planes {
+        let own = plane.as_ref();
+        facts.planes.push(KnownPlane {
+            name: name.clone(),
+            line: input.line_at(plane.span().start),
+            height: finite(input, "z_mm", &own.z_mm)?,
+            sigma: positive(input, "sigma_mm", &own.sigma_mm)?,
+        });
+    }
+    for (name, section) in &toml.points {
+        facts.points.push(point(input, name, section)?);
+    }
+    if let Some(target) = &toml.target {
+        facts.target = Some(Vector3::new(
+            finite(input, "x_mm", &target.x_mm)?,
+            finite(input, "y_mm", &target.y_mm)?,
+            finite(input, "z_mm", &target.z_mm)?,
+        ));
+    }
+    Ok(facts)
+}
+
+fn positive(input: &InputText, key: &str, number: &Number) -> Result<f64, InputError> {
+    let value = finite(input, key, number)?;
+    if value > 0.0 {
+        return Ok(value);
+    }
+    let cause = format!("{value} is not greater than 0");
+    Err(fault_at(input, number, key, cause).with_remedy("it is one standard deviation, in mm"))
+}
+
+fn point(
+    input: &InputText,
+    name: &str,
+    section: &Spanned<PointToml>,
+) -> Result<NamedPoint, InputError> {
+    let own = section.as_ref();
+    let line = input.line_at(section.span().start);
+    let place = match (&own.x_mm, &own.y_mm, &own.z_mm, &own.sigma_mm) {
+        (Some(x), Some(y), Some(z), Some(sigma)) => Some((
+            Vector3::new(
+                finite(input, "x_mm", x)?,
+                finite(input, "y_mm", y)?,
+                finite(input, "z_mm", z)?,
+            ),
+            positive(input, "sigma_mm", sigma)?,
+        )),
+        (None, None, None, None) => None,
+        _ => {
+            let cause = "a known place has all four of x_mm, y_mm, z_mm and sigma_mm";
+            return Err(fault(input, line, &format!("[points.{name}]"), cause)
+                .with_remedy("state all four, or none if the place is not known"));
+        }
+    };
+    if let Some(offset) = &own.offset
+        && offset.as_ref() != "unknown"
+    {
+        let cause = format!("\"{}\" is not \"unknown\"", offset.as_ref());
+        return Err(fault_at(input, offset, "offset", cause).with_remedy(
+            "subtract an offset that is known from the distances, and leave out the line",
+        ));
+    }
+    Ok(NamedPoint {
+        name: name.to_owned(),
+        line,
+        place,
+        offset_unknown: own.offset.is_some(),
     })
 }
 

@@ -38,9 +38,14 @@ impl RobotFile {
         }
         if let Some(noise) = &self.noise {
             text.push_str("\n[noise]\n");
-            entry(&mut text, "position_mm", noise.position());
-            entry(&mut text, "joint_deg", degrees(noise.joint()));
+            if let Some(position) = noise.isotropic() {
+                entry(&mut text, "position_mm", position);
+            } else {
+                let [x, y, z] = noise.position_by_axis();
+                let _ = writeln!(text, "position_mm = [{x:?}, {y:?}, {z:?}]");
+            }
         }
+        self.write_instruments(&mut text);
         if let Some(frame) = &self.sensor_frame {
             text.push_str("\n# X_sensor = rotation * X_robot + translation\n[sensor_frame]\n");
             text.push_str("rotation = [\n");
@@ -52,6 +57,54 @@ impl RobotFile {
         }
         text
     }
+
+    /// The rest of `[noise]`, and the sections of the instruments.
+    fn write_instruments(&self, text: &mut String) {
+        let facts = &self.instruments;
+        let others = [
+            ("height_mm", facts.height_noise),
+            ("distance_mm", facts.distance_noise),
+        ];
+        if self.noise.is_none() && others.iter().any(|(_, sigma)| sigma.is_some()) {
+            text.push_str("\n[noise]\n");
+        }
+        for (key, sigma) in others {
+            if let Some(sigma) = sigma {
+                entry(text, key, sigma);
+            }
+        }
+        if let Some(joint) = self.noise.map(|noise| noise.joint()).or(facts.joint_noise) {
+            entry(text, "joint_deg", degrees(joint));
+        }
+        for plane in &facts.planes {
+            let _ = writeln!(text, "\n[planes.{}]", key_of(&plane.name));
+            entry(text, "z_mm", plane.height);
+            entry(text, "sigma_mm", plane.sigma);
+        }
+        for point in &facts.points {
+            let _ = writeln!(text, "\n[points.{}]", key_of(&point.name));
+            if let Some((place, sigma)) = point.place {
+                entry(text, "x_mm", place.x);
+                entry(text, "y_mm", place.y);
+                entry(text, "z_mm", place.z);
+                entry(text, "sigma_mm", sigma);
+            }
+            if point.offset_unknown {
+                text.push_str("offset = \"unknown\"\n");
+            }
+        }
+        if let Some(target) = &facts.target {
+            text.push_str("\n[target]\n");
+            entry(text, "x_mm", target.x);
+            entry(text, "y_mm", target.y);
+            entry(text, "z_mm", target.z);
+        }
+    }
+}
+
+/// A TOML key that may hold anything.
+fn key_of(name: &str) -> String {
+    toml::Value::from(name).to_string()
 }
 
 /// Rust's `{:?}` of an `f64` is the shortest text that reads back as the same number, and TOML.

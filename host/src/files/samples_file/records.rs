@@ -1,134 +1,208 @@
-//! The records of a CSV file, each with its line.
+//! The header and the records of a table, each with its line, however its fields are separated.
 
+use crate::files::columns::ColumnName;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
-use crate::text::words::{count, decimal_comma};
 use csv::{ReaderBuilder, StringRecord};
+use std::borrow::Cow;
 
 /// Columns whose name begins with this are ignored.
 pub(super) const IGNORED: char = '_';
 
-/// Every record with its line, without comments and empty lines.
-pub(super) fn records(input: &InputText) -> Result<Vec<(u64, StringRecord)>, InputError> {
+/// What may separate fields; several spaces are one.
+const SEPARATORS: [(u8, &str); 4] = [
+    (b',', "commas"),
+    (b';', "semicolons"),
+    (b'\t', "tabs"),
+    (b' ', "spaces"),
+];
+
+/// The records below a header.
+pub(super) struct Records<'a> {
+    input: &'a InputText,
+    /// The line of the header.
+    pub(super) header_line: u64,
+    /// Its fields.
+    pub(super) header: Vec<String>,
+    separator: u8,
+    /// What is below it.
+    text: Cow<'a, str>,
+}
+
+impl<'a> Records<'a> {
+    /// `None` if the file has nothing but comments.
+    pub(super) fn new(input: &'a InputText) -> Option<Self> {
+        let (mut end, mut header_line) = (0, 0);
+        let header = input.text().split_inclusive('\n').find(|line| {
+            end += line.len();
+            header_line += 1;
+            !(line.trim().is_empty() || line.trim_start().starts_with('#'))
+        })?;
+        let separator = separator(input, header);
+        let below = input.text().get(end..).unwrap_or_default();
+        Some(Self {
+            input,
+            header_line,
+            header: fields(header, separator),
+            separator,
+            text: match separator {
+                b' ' => Cow::Owned(
+                    below
+                        .split_inclusive('\n')
+                        .map(with_single_spaces)
+                        .collect(),
+                ),
+                _ => Cow::Borrowed(below),
+            },
+        })
+    }
+
+    pub(super) const fn input(&self) -> &'a InputText {
+        self.input
+    }
+
+    /// What stands between two fields.
+    pub(super) fn separator(&self) -> char {
+        self.separator.into()
+    }
+
+    /// Every record with its line, without comments and empty lines.
+    pub(super) fn each<E: From<InputError>>(
+        &self,
+        mut take: impl FnMut(u64, &StringRecord) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let text = self.text.as_bytes();
+        let mut reader = ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .delimiter(self.separator)
+            .comment(Some(b'#'))
+            .from_reader(text);
+        let mut record = StringRecord::new();
+        let mut lines = Lines {
+            text,
+            counted: 0,
+            line: self.header_line + 1,
+        };
+        loop {
+            let start = reader.position().byte();
+            let read = reader.read_record(&mut record).map_err(|error| {
+                InputError::new(self.input.name(), format!("is not CSV: {error}"))
+            })?;
+            if !read {
+                return Ok(());
+            }
+            if record.as_slice().contains('\n') {
+                return Err(self.unclosed_quote(start).into());
+            }
+            // The reader's own position of a record is that of the comments before it. The record ends
+            // where the reader now stands: at the start of the next line or at the end of the text.
+            let line = lines.of_byte_before(reader.position().byte());
+            let comment = || {
+                record
+                    .get(0)
+                    .unwrap_or_default()
+                    .trim_start()
+                    .starts_with('#')
+            };
+            let empty = || record.iter().all(|field| field.trim().is_empty());
+            let first = record.as_slice().as_bytes().first();
+            let number = first.is_some_and(|byte| byte.is_ascii_digit() || *byte == b'-');
+            if number || !(comment() || empty()) {
+                take(line, &record)?;
+            }
+        }
+    }
+
+    /// Numbers do not go over several lines: a field that does begins with a quote that is not closed.
+    /// The record begins in the first line from byte `start` on that is no comment and not empty.
+    fn unclosed_quote(&self, start: u64) -> InputError {
+        let start = usize::try_from(start).unwrap_or(usize::MAX);
+        let (before, rest) = self.text.split_at_checked(start).unwrap_or_default();
+        let blank = |line: &&str| line.trim_end().is_empty() || line.starts_with('#');
+        let lines = before.matches('\n').count() + rest.split('\n').take_while(blank).count();
+        let cause = "this line opens a quote \" and does not close it";
+        InputError::new(self.input.name(), cause)
+            .at_line(self.header_line + 1 + lines as u64)
+            .with_remedy("delete the quotes: numbers need none")
+    }
+
+    /// What other than the header's separates the fields of a row, if that is plain.
+    pub(super) fn separated_otherwise(&self, record: &StringRecord) -> Option<String> {
+        if record.len() > 1 {
+            return None;
+        }
+        let is_own = |(separator, _): &&(u8, &str)| *separator == self.separator;
+        let (_, header) = SEPARATORS.iter().find(is_own)?;
+        let (_, row) = SEPARATORS.iter().find(|other| {
+            !is_own(other) && record.as_slice().trim().contains(char::from(other.0))
+        })?;
+        Some(format!(
+            "the fields of this row are separated by {row}, those of the header by {header}"
+        ))
+    }
+}
+
+/// By which most columns of the header are recognised; otherwise the one that separates anything.
+fn separator(input: &InputText, header: &str) -> u8 {
+    let recognised = |separator: u8| {
+        let fields = fields(header, separator);
+        let known = fields.iter().filter(|field| {
+            input.columns().of_column(field).is_some() || ColumnName::recognise(field).is_some()
+        });
+        known.count()
+    };
+    let [comma, others @ ..] = SEPARATORS.map(|(separator, _)| separator);
+    let mut best = (comma, recognised(comma));
+    for separator in others {
+        let found = recognised(separator);
+        if found > best.1 {
+            best = (separator, found);
+        }
+    }
+    if best.1 > 0 {
+        return best.0;
+    }
+    let separates = |separator: &u8| fields(header, *separator).len() > 1;
+    [b';', b'\t', comma, b' ']
+        .into_iter()
+        .find(separates)
+        .unwrap_or(comma)
+}
+
+fn fields(header: &str, separator: u8) -> Vec<String> {
+    let line = match separator {
+        b' ' => Cow::Owned(with_single_spaces(header)),
+        _ => Cow::Borrowed(header),
+    };
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
-        .flexible(true)
-        .comment(Some(b'#'))
-        .from_reader(input.text().as_bytes());
-    let mut records = Vec::new();
+        .delimiter(separator)
+        .from_reader(line.as_bytes());
     let mut record = StringRecord::new();
-    let mut lines = Lines::new(input.text());
-    loop {
-        let start = reader.position().byte();
-        let read = reader
-            .read_record(&mut record)
-            .map_err(|error| InputError::new(input.name(), format!("is not CSV: {error}")))?;
-        if !read {
-            return Ok(records);
-        }
-        if record.iter().any(|field| field.contains('\n')) {
-            return Err(unclosed_quote(input, start));
-        }
-        record.trim();
-        // The reader's own position of a record is that of the comments before it. The record ends
-        // where the reader now stands: at the start of the next line or at the end of the text.
-        let line = lines.of_byte_before(reader.position().byte());
-        let first = record.get(0).unwrap_or_default();
-        let empty = record.len() == 1 && first.is_empty();
-        if !(empty || first.starts_with('#')) {
-            records.push((line, record.clone()));
+    // What was text before is text now.
+    let _ = reader.read_record(&mut record);
+    let mut fields: Vec<String> = Vec::with_capacity(record.len());
+    for field in &record {
+        match fields.last_mut() {
+            // `q1 [deg]` is one name.
+            Some(last) if separator == b' ' && field.starts_with(['[', '(']) => {
+                last.push(' ');
+                last.push_str(field);
+            }
+            _ => fields.push(field.trim().to_owned()),
         }
     }
+    fields
 }
 
-/// Numbers do not go over several lines: a field that does begins with a quote that is not closed.
-/// The record begins in the first line from byte `start` on that is no comment and not empty.
-fn unclosed_quote(input: &InputText, start: u64) -> InputError {
-    let mut offset = usize::try_from(start).unwrap_or(usize::MAX);
-    let rest = input.text().get(offset..).unwrap_or_default();
-    for line in rest.split_inclusive('\n') {
-        if !(line.trim_end().is_empty() || line.starts_with('#')) {
-            break;
-        }
-        offset += line.len();
+/// Fields that any number of spaces and tabs separate, with one space between them.
+fn with_single_spaces(line: &str) -> String {
+    let mut text = line.split_whitespace().collect::<Vec<_>>().join(" ");
+    if line.ends_with('\n') {
+        text.push('\n');
     }
-    InputError::new(
-        input.name(),
-        "this line opens a quote \" and does not close it",
-    )
-    .at_line(input.line_at(offset))
-    .with_remedy("delete the quotes: numbers need none")
-}
-
-/// Tells a header or row whose fields are separated by something else than commas.
-pub(super) fn check_separator(
-    input: &InputText,
-    line: u64,
-    record: &StringRecord,
-) -> Result<(), InputError> {
-    // The name of an ignored column may hold anything.
-    let alone = record.len() == 1;
-    let holds = |separator: char| {
-        let mut fields = record.iter();
-        fields.any(|field| field.contains(separator) && (alone || !field.starts_with(IGNORED)))
-    };
-    let (name, separator) = if holds(';') {
-        ("semicolons", ';')
-    } else if holds('\t') {
-        ("tabs", '\t')
-    } else {
-        return Ok(());
-    };
-    let index = usize::try_from(line).unwrap_or(usize::MAX);
-    let decimal_commas = input.text().lines().skip(index - 1).any(|line| {
-        line.split(separator)
-            .any(|field| decimal_comma(field).is_some())
-    });
-    let remedy = if decimal_commas {
-        "write commas between the fields, and decimal points in place of the decimal commas"
-    } else {
-        "write commas"
-    };
-    Err(
-        InputError::new(input.name(), format!("the fields are separated by {name}"))
-            .at_line(line)
-            .with_remedy(remedy),
-    )
-}
-
-/// A row must have as many fields as the header has columns of these names.
-pub(super) fn check_length(
-    input: &InputText,
-    line: u64,
-    record: &StringRecord,
-    names: &[&str],
-) -> Result<(), InputError> {
-    let (found, expected) = (record.len(), names.len());
-    if found == expected {
-        return Ok(());
-    }
-    let cause = format!(
-        "the row has {} and the header {expected}",
-        count(found, "field")
-    );
-    let fault = InputError::new(input.name(), cause).at_line(line);
-    let (name, remedy) = if found < expected {
-        (names.get(found), "this is the first column that is missing")
-    } else if record.iter().skip(expected).all(str::is_empty) {
-        (
-            names.last(),
-            "the row continues after this column; look for a comma at its end",
-        )
-    } else {
-        (
-            names.last(),
-            "the row continues after this column; decimal commas have this effect as well",
-        )
-    };
-    Err(match name {
-        Some(name) => fault.at_column(*name).with_remedy(remedy),
-        None => fault,
-    })
+    text
 }
 
 /// Counts lines once through a text.
@@ -138,15 +212,7 @@ struct Lines<'a> {
     line: u64,
 }
 
-impl<'a> Lines<'a> {
-    fn new(text: &'a str) -> Self {
-        Self {
-            text: text.as_bytes(),
-            counted: 0,
-            line: 1,
-        }
-    }
-
+impl Lines<'_> {
     /// The line of the byte before `end`; `end` must not decrease from call to call.
     fn of_byte_before(&mut self, end: u64) -> u64 {
         let end = usize::try_from(end).unwrap_or(usize::MAX);

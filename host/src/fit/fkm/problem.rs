@@ -1,32 +1,40 @@
 //! The residuals X − FK(P; q), weighted, and the prior.
 
 use super::linearization::{Linearization, by_constraints};
-use super::normal::{ARM, Normal, Staircase, Vector24};
-use delta_cal::robot::{Arm, GeometryError, ParameterKind};
-use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, Tolerance};
-use nalgebra::{Matrix3, SVector, Vector3};
+use delta_cal::calibration::{self, JointNormal, Piece};
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::{ArmIndex, Noise, Parameter, Refusal, Robot, Sample};
+use nalgebra::{Matrix3, Vector3};
+
+/// Parameters of one arm, of all arms.
+pub(super) const ARM: usize = 8;
+pub(super) const ALL: usize = 24;
+/// Samples that are reduced together.
+const BLOCK: usize = 4;
 
 /// Rounding of a computed position, in ε of the robot's size.
 const ROUNDING: f64 = 4.0;
 
 /// The samples of a robot, and what they are expressed against.
 ///
-/// Corrections are in mm: lengths as they are, angles times the upper arm's length.
+/// Corrections are in radians: angles as they are, lengths over the upper arm's.
 #[derive(Debug)]
 pub(super) struct Problem<'a> {
-    pub(super) reference: &'a Robot<f64>,
-    pub(super) samples: &'a [Sample<f64>],
+    reference: &'a Robot<f64>,
+    samples: &'a [Sample<f64>],
     /// Lₖ⁻¹, or the identity without a stated noise.
     whitening: Vec<Matrix3<f64>>,
-    /// What a parameter is multiplied by: 1, or the upper arm's length.
-    pub(super) units: Vector24,
-    /// 1/tolerance per unit of correction; zero without a tolerance.
-    pub(super) tolerance_weights: Vector24,
+    /// What a correction of 1 is: 1 rad, or the upper arm's length.
+    units: [f64; ALL],
+    /// Whether the residuals are in σ.
+    noise_stated: bool,
+    /// The correction of the joint calibration, which needs no guess, and the sum of squares there.
+    start: Option<([f64; ALL], f64)>,
     /// The squared size of the terms that a residual is summed up from: its rounding is ε times
     /// that.
-    pub(super) terms_squared: f64,
+    terms_squared: f64,
     /// What the samples are worth: as many as there are, or what a robust fit's weights leave.
-    pub(super) effective_samples: f64,
+    effective_samples: f64,
 }
 
 impl<'a> Problem<'a> {
@@ -36,18 +44,13 @@ impl<'a> Problem<'a> {
         weights: &Robot<f64>,
         samples: &'a [Sample<f64>],
         noise: Option<&Noise<f64>>,
-        tolerance: Option<&Tolerance<f64>>,
     ) -> Self {
-        let mut units = Vector24::repeat(1.0);
-        let mut tolerance_weights = Vector24::zeros();
+        let mut units = [1.0; ALL];
         for (arm, geometry) in reference.arms().iter().enumerate() {
             for parameter in Parameter::ALL {
                 let index = ARM * arm + parameter.index();
-                if parameter.kind() == ParameterKind::Angle {
+                if parameter.kind() == ParameterKind::Length {
                     units[index] = geometry.upper_arm_length();
-                }
-                if let Some(tolerance) = tolerance {
-                    tolerance_weights[index] = 1.0 / (tolerance.of(parameter) * units[index]);
                 }
             }
         }
@@ -67,10 +70,19 @@ impl<'a> Problem<'a> {
             samples,
             whitening,
             units,
-            tolerance_weights,
+            noise_stated: noise.is_some(),
+            start: None,
             terms_squared,
             effective_samples: as_number(samples.len()),
         }
+    }
+
+    /// The same with the solution of the joint calibration as a second start.
+    pub(super) fn started_from(mut self, robot: &Robot<f64>) -> Self {
+        let correction = self.correction_to(robot);
+        let sum = self.sum_of_squares_at(&correction);
+        self.start = Some((correction, sum));
+        self
     }
 
     /// Lets every sample count with its factor in the sum of squares.
@@ -83,133 +95,182 @@ impl<'a> Problem<'a> {
     }
 
     /// The reference moved by a correction.
-    pub(super) fn robot(&self, correction: &Vector24) -> Result<Robot<f64>, ImpossibleRobot> {
-        let parameters = correction.component_div(&self.units);
+    pub(super) fn robot(&self, correction: &[f64; ALL]) -> Result<Robot<f64>, Refusal> {
         let arm = |index: ArmIndex| {
-            let reference = self.reference.arm(index);
-            let mut values = reference.parameters();
-            let own = parameters.fixed_rows::<ARM>(ARM * index.index());
-            for (value, delta) in values.iter_mut().zip(own.iter()) {
-                *value += delta;
+            let first = ARM * index.index();
+            let mut values = self.reference.arm(index).parameters();
+            for (parameter, value) in values.iter_mut().enumerate() {
+                *value += correction[first + parameter] * self.units[first + parameter];
             }
             let theta = &mut values[Parameter::Theta.index()];
             let turn = std::f64::consts::TAU;
             if theta.abs() > turn {
                 *theta -= (*theta / turn).round() * turn;
             }
-            Arm::new(values).map_err(|error| ImpossibleRobot::Arm(index, error))
+            Arm::new(values).map_err(|error| Refusal::ImpossibleGeometry { arm: index, error })
         };
         Robot::new([
             arm(ArmIndex::First)?,
             arm(ArmIndex::Second)?,
             arm(ArmIndex::Third)?,
         ])
-        .map_err(ImpossibleRobot::Robot)
+        .map_err(Refusal::ImpossibleRobot)
     }
 
     /// The correction that leads to a robot.
-    pub(super) fn correction_to(&self, robot: &Robot<f64>) -> Vector24 {
-        let mut correction = Vector24::zeros();
+    fn correction_to(&self, robot: &Robot<f64>) -> [f64; ALL] {
+        let mut correction = [0.0; ALL];
         for (arm, (to, from)) in robot.arms().iter().zip(self.reference.arms()).enumerate() {
-            let mut difference = SVector::from(to.parameters()) - SVector::from(from.parameters());
-            // 359° and −1° are the same azimuth.
-            let (theta, turn) = (Parameter::Theta.index(), std::f64::consts::TAU);
-            difference[theta] -= (difference[theta] / turn).round() * turn;
-            correction
-                .fixed_rows_mut::<ARM>(ARM * arm)
-                .copy_from(&difference);
+            for (parameter, (to, from)) in to.parameters().iter().zip(from.parameters()).enumerate()
+            {
+                let mut difference = to - from;
+                // 359° and −1° are the same azimuth.
+                if parameter == Parameter::Theta.index() {
+                    let turn = std::f64::consts::TAU;
+                    difference -= (difference / turn).round() * turn;
+                }
+                let index = ARM * arm + parameter;
+                correction[index] = difference / self.units[index];
+            }
         }
-        correction.component_mul(&self.units)
+        correction
     }
 
-    /// Lₖ⁻¹ (X − FK) of every sample; `None` if the robot does not reach one.
-    fn residuals(&self, robot: &Robot<f64>) -> Option<Vec<Vector3<f64>>> {
-        self.samples
-            .iter()
-            .zip(&self.whitening)
-            .map(|(sample, whitening)| residual(robot, sample, whitening))
-            .collect()
+    fn sum_of_squares_at(&self, correction: &[f64; ALL]) -> f64 {
+        let robot = self.robot(correction).ok();
+        calibration::sum_of_squares(self, &robot)
     }
 
-    /// Σ |Lₖ⁻¹ (X − FK)|²; infinite where the robot does not exist or does not reach a sample.
-    pub(super) fn sum_of_squares(&self, correction: &Vector24) -> f64 {
-        self.robot(correction)
-            .ok()
-            .and_then(|robot| self.residuals(&robot))
-            .map_or(f64::INFINITY, |residuals| {
-                residuals.iter().map(Vector3::norm_squared).sum()
-            })
-    }
-
-    /// The triangle of all rows, prior included, at a correction that
-    /// [`sum_of_squares`](Self::sum_of_squares) is finite at. `None` with fewer rows than
-    /// parameters.
-    pub(super) fn linearize(&self, correction: &Vector24, prior: &Vector24) -> Option<Normal> {
-        let robot = self.robot(correction).ok()?;
-        let with_prior = prior.iter().any(|weight| *weight > 0.0);
-        let measured = self.samples.len();
-        let mut rows = Staircase::zeros(measured + if with_prior { ARM } else { 0 });
-        for (row, (sample, whitening)) in self.samples.iter().zip(&self.whitening).enumerate() {
-            let at = Linearization::new(&robot, &sample.joints).ok()?;
+    /// Takes the rows of a few samples into a triangle; Σ r² of them. `None` if the robot does not reach
+    /// one.
+    fn absorb(
+        &self,
+        robot: &Robot<f64>,
+        samples: &[(&Sample<f64>, &Matrix3<f64>)],
+        normal: &mut JointNormal<f64>,
+    ) -> Option<f64> {
+        // Rows that begin at the first, the second and the third arm's columns.
+        let mut blocks = [[[0.0; BLOCK]; ALL + 1]; 3];
+        let mut sum = 0.0;
+        for (place, (sample, whitening)) in samples.iter().enumerate() {
+            let at = Linearization::new(robot, &sample.joints).ok()?;
             // Turned so that the first row depends on all arms, the second on two, the last on one.
-            let reflection = (whitening * -at.by_constraints).qr();
-            let mut residual = whitening * (sample.position - at.position);
+            let reflection = (*whitening * -at.by_constraints).qr();
+            let mut residual = *whitening * (sample.position - at.position);
+            sum += residual.norm_squared();
             reflection.q_tr_mul(&mut residual);
             let coupling = reflection.r();
-            for first in 0..3 {
-                let own = rows.rows_of(first);
+            for (first, block) in blocks.iter_mut().enumerate() {
                 for arm in first..3 {
                     let gradient = &at.constraints_by_parameters[arm];
-                    let factor = coupling[(first, arm)];
                     for parameter in 0..ARM {
-                        own[(row, ARM * (arm - first) + parameter)] =
-                            factor * gradient[parameter] / self.units[ARM * arm + parameter];
+                        let index = ARM * arm + parameter;
+                        block[index][place] =
+                            coupling[(first, arm)] * gradient[parameter] * self.units[index];
                     }
                 }
-                own[(row, ARM * (3 - first))] = residual[first];
+                block[ALL][place] = residual[first];
             }
         }
-        if with_prior {
-            for arm in 0..3 {
-                let own = rows.rows_of(arm);
-                for parameter in 0..ARM {
-                    let index = ARM * arm + parameter;
-                    own[(measured + parameter, parameter)] = prior[index];
-                    own[(measured + parameter, ARM * (3 - arm))] = prior[index] * correction[index];
-                }
-            }
+        for (first, block) in blocks.iter_mut().enumerate() {
+            let columns = &mut block[ARM * first..];
+            let pivots = columns.len();
+            normal.eliminate(columns, pivots);
         }
-        rows.reduce()
-    }
-
-    /// The arm along whose forearm the residuals are largest; the first if there are none.
-    pub(super) fn worst_arm(&self, correction: &Vector24) -> ArmIndex {
-        let Ok(robot) = self.robot(correction) else {
-            return ArmIndex::First;
-        };
-        let along = |index: ArmIndex| -> f64 {
-            let arm = robot.arm(index);
-            self.samples
-                .iter()
-                .filter_map(|sample| {
-                    let position = robot.forward(&sample.joints).ok()?;
-                    let forearm = position - arm.elbow(sample.joints[index.index()]);
-                    Some(((sample.position - position).dot(&forearm) / arm.lb()).powi(2))
-                })
-                .sum()
-        };
-        ArmIndex::ALL
-            .into_iter()
-            .max_by(|a, b| along(*a).total_cmp(&along(*b)))
-            .unwrap_or(ArmIndex::First)
+        Some(sum)
     }
 }
 
-/// Why a correction leads to no robot.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum ImpossibleRobot {
-    Arm(ArmIndex, GeometryError),
-    Robot(GeometryError),
+impl calibration::Problem<f64, 24, 25, 325> for Problem<'_> {
+    /// `None` where there is no such robot.
+    type At = Option<Robot<f64>>;
+    const PIECEWISE: bool = false;
+    const RESIDUALS: u8 = 3;
+    const FREE_STARTS: u8 = 1;
+
+    fn displaced(&self, correction: &[f64; ALL]) -> Option<Robot<f64>> {
+        self.robot(correction).ok()
+    }
+
+    /// Infinite where the robot does not reach a sample.
+    fn sum_of_squares(&self, at: &Option<Robot<f64>>, _: usize) -> Piece<f64> {
+        let residuals = at.iter().flat_map(|robot| {
+            let samples = self.samples.iter().zip(&self.whitening);
+            samples.map(|(sample, whitening)| {
+                residual(robot, sample, whitening).map_or(f64::INFINITY, |own| own.norm_squared())
+            })
+        });
+        Piece {
+            sum_of_squares: at.map_or(f64::INFINITY, |_| residuals.sum()),
+            more: false,
+        }
+    }
+
+    fn linearize(
+        &self,
+        at: &Option<Robot<f64>>,
+        normal: &mut JointNormal<f64>,
+        _: usize,
+    ) -> Piece<f64> {
+        let samples: Vec<_> = self.samples.iter().zip(&self.whitening).collect();
+        let sum = at.as_ref().and_then(|robot| {
+            let blocks = samples.chunks(BLOCK);
+            blocks.map(|block| self.absorb(robot, block, normal)).sum()
+        });
+        Piece {
+            sum_of_squares: sum.unwrap_or(f64::INFINITY),
+            more: false,
+        }
+    }
+
+    fn damp(&self, damped: &mut JointNormal<f64>, diagonal: &[f64; ALL], _: usize) -> bool {
+        let mut block = [[0.0; ALL]; ALL + 1];
+        for (index, value) in diagonal.iter().enumerate() {
+            block[index][index] = *value;
+        }
+        damped.eliminate(&mut block, ALL + 1);
+        false
+    }
+
+    fn free_start(&self, _: u8) -> Option<[f64; ALL]> {
+        self.start.map(|(correction, _)| correction)
+    }
+
+    fn least_sum_of_squares(&self) -> f64 {
+        self.start.map_or(0.0, |(_, sum)| sum)
+    }
+
+    fn rows_squared(&self) -> f64 {
+        self.terms_squared
+    }
+
+    fn terms_squared(&self) -> f64 {
+        self.terms_squared
+    }
+
+    fn samples(&self) -> u64 {
+        self.samples.len() as u64
+    }
+
+    fn effective_samples(&self) -> f64 {
+        self.effective_samples
+    }
+
+    fn noise_stated(&self) -> bool {
+        self.noise_stated
+    }
+
+    fn unit(&self) -> f64 {
+        1.0
+    }
+
+    fn unit_of(&self, parameter: usize) -> f64 {
+        self.units[parameter]
+    }
+
+    fn upper_arm(&self, parameter: usize) -> f64 {
+        self.reference.arms()[parameter / ARM].upper_arm_length()
+    }
 }
 
 /// L⁻¹ (X − FK) of a sample; `None` if the robot does not reach it.
@@ -220,16 +281,6 @@ fn residual(
 ) -> Option<Vector3<f64>> {
     let position = robot.forward(&sample.joints).ok()?;
     Some(whitening * (sample.position - position))
-}
-
-/// |L⁻¹ (X − FK)|, in mm without a noise; `None` if the robot does not reach the sample.
-pub(super) fn residual_length(
-    robot: &Robot<f64>,
-    sample: &Sample<f64>,
-    noise: Option<&Noise<f64>>,
-) -> Option<f64> {
-    let whitening = noise.map_or_else(Matrix3::identity, |noise| whitening(robot, sample, noise));
-    Some(residual(robot, sample, &whitening)?.norm())
 }
 
 /// √(|L⁻¹ (X − FK)|²/3); `None` if the robot does not reach the sample, or nothing holds it there.
@@ -250,13 +301,15 @@ fn size_squared(robot: &Robot<f64>, sample: &Sample<f64>) -> f64 {
 
 /// L⁻¹ with L Lᵀ = σx² I + σq² J_q J_qᵀ, J_q = ∂X/∂q at the measured pose. Rounding is a noise too,
 /// and is added: no stated noise claims more than the arithmetic can hold.
-pub(super) fn whitening(
+pub(crate) fn whitening(
     robot: &Robot<f64>,
     sample: &Sample<f64>,
     noise: &Noise<f64>,
 ) -> Matrix3<f64> {
     let rounding = (ROUNDING * f64::EPSILON).powi(2) * size_squared(robot, sample);
-    let mut covariance = Matrix3::identity() * (noise.position().powi(2) + rounding);
+    let mut covariance = Matrix3::from_diagonal(
+        &Vector3::from(noise.position_by_axis()).map(|sigma| sigma.powi(2) + rounding),
+    );
     if noise.joint() > 0.0 {
         let Some(mut by_joints) = by_constraints(robot, sample) else {
             // The joints do not hold the platform here: the sample says nothing.

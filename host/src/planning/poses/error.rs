@@ -13,8 +13,16 @@ use std::fmt;
 pub enum PlanError {
     /// So few poses determine no robot.
     TooFew(usize),
+    /// So few measurements are not worth a plan.
+    TooFewMeasurements(usize),
     /// More than anybody measures.
     TooMany(usize),
+    /// The kinds that are wanted may be measured only so often.
+    TooFewOfAKind(usize),
+    /// Such measurements cannot be taken anywhere.
+    NoMeasurement(&'static str),
+    /// More unknowns of instruments than a plan has room for.
+    TooManyInstruments,
     /// The noise is none.
     Noise(NoiseError),
     /// The limits leave no pose that is clear of singularities.
@@ -47,6 +55,16 @@ impl PlanError {
                 "plan 8 or more, better 12: fewer can be calibrated only with a [tolerance], which \
                  then decides more than they do"
             }
+            Self::TooFewMeasurements(_) => "plan 12 or more: fewer bring little",
+            Self::TooFewOfAKind(_) => {
+                "give a smaller --count, or allow more of a kind: --measure plane,distance=12 allows 12 \
+                 distances at most"
+            }
+            Self::NoMeasurement(_) => {
+                "check where the plane is (--plane), the gauge blocks (--blocks) and the lengths that can be \
+                 measured (--length): the robot must get there within its limits and clear of singularities"
+            }
+            Self::TooManyInstruments => "plan with fewer points",
             Self::TooMany(_) => {
                 "plan fewer; beyond a hundred poses each further one adds hardly \
                                  anything"
@@ -75,8 +93,24 @@ impl fmt::Display for PlanError {
                 "{count} poses cannot determine a robot: each arm has {LEAST_POSES} parameters, \
                  and a pose gives one equation for each arm"
             ),
+            Self::TooFewMeasurements(count) => {
+                write!(formatter, "{count} measurements are fewer than 4")
+            }
+            Self::TooFewOfAKind(count) => write!(
+                formatter,
+                "the kinds that were asked for allow only {count} measurements in all"
+            ),
+            Self::NoMeasurement(kind) => {
+                write!(
+                    formatter,
+                    "the robot cannot be measured so anywhere: {kind}"
+                )
+            }
+            Self::TooManyInstruments => {
+                formatter.write_str("frame, planes and points have more than 24 unknowns together")
+            }
             Self::TooMany(count) => {
-                write!(formatter, "{count} poses are more than {MOST_POSES}")
+                write!(formatter, "{count} are more than {MOST_POSES}")
             }
             Self::Noise(error) => error.fmt(formatter),
             Self::NoPose => formatter.write_str(

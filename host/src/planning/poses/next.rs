@@ -1,6 +1,6 @@
 //! Which poses to add to those that are measured.
 
-use super::candidates::{Margin, Selection};
+use super::candidates::Selection;
 use super::expectation::{Expectation, Yardstick};
 use super::search::Search;
 use super::{Assumptions, PlanError, PlanRequest};
@@ -17,31 +17,44 @@ pub struct NextPoses {
     pub before: Option<Expectation>,
     /// What they give with the new ones.
     pub after: Option<Expectation>,
+    /// Why no pose can be added: the limits or what the candidates tell.
+    pub obstacle: Option<PlanError>,
 }
 
 /// The poses that are best added, `request.count` of them, to poses at these joint angles.
 ///
+/// Limits that leave no pose to add are no error: the poses that are measured are judged all the same.
+///
 /// # Errors
-/// Limits or a region that exclude everything.
+/// A region that excludes everything.
 pub fn next_poses(
     request: &PlanRequest<'_>,
     measured: &[Sample<f64>],
 ) -> Result<NextPoses, PlanError> {
     let assumptions = Assumptions::of(request.robot)?;
-    let margin = Margin::of(request.robot);
-    let selection = Selection::new(request.robot, margin, request.region.as_ref());
+    let selection = Selection::new(request.robot, request.region.as_ref());
     let mut rng = Pcg32::seed_from_u64(request.seed);
     let search = Search {
         request,
         assumptions: &assumptions,
         selection: &selection,
     };
-    let poses = search.added(measured, &mut rng)?;
-    let yardstick = Yardstick::new(request, &selection, &mut rng)?;
+    let (poses, obstacle) = match search.added(measured, &mut rng) {
+        Ok(poses) => (poses, None),
+        Err(error @ (PlanError::NoPose | PlanError::Singular)) => (Vec::new(), Some(error)),
+        Err(error) => return Err(error),
+    };
+    let yardstick = match Yardstick::new(request, &selection, &mut rng) {
+        Ok(yardstick) => Some(yardstick),
+        Err(PlanError::NoPose) => None,
+        Err(error) => return Err(error),
+    };
+    let expected = |poses: &[Sample<f64>]| yardstick.as_ref()?.expectation(poses, &assumptions);
     let all: Vec<_> = measured.iter().chain(&poses).copied().collect();
     Ok(NextPoses {
-        before: yardstick.expectation(measured, &assumptions),
-        after: yardstick.expectation(&all, &assumptions),
+        before: expected(measured),
+        after: expected(&all),
         poses,
+        obstacle,
     })
 }

@@ -1,7 +1,8 @@
 //! Plans poses.
 
 use super::assumptions::Assumptions;
-use super::candidates::{Margin, Selection};
+use super::candidates::Selection;
+use super::clearance::Margin;
 use super::error::PlanError;
 use super::expectation::{Expectation, Yardstick};
 use super::request::{LEAST_POSES, MOST_POSES, PlanRequest};
@@ -19,7 +20,7 @@ pub struct PosePlan {
     pub poses: Vec<Sample<f64>>,
     /// The noise and the tolerance that were planned for.
     pub assumptions: Assumptions,
-    /// By how much the poses are inside the limits.
+    /// By how much the poses are inside the limits, at least.
     pub margin: Margin,
     /// What to expect.
     pub planned: Expectation,
@@ -53,8 +54,7 @@ pub struct PosePlan {
 /// ```
 pub fn plan(request: &PlanRequest<'_>) -> Result<PosePlan, PlanError> {
     let assumptions = Assumptions::of(request.robot)?;
-    let margin = Margin::of(request.robot);
-    let selection = Selection::new(request.robot, margin, request.region.as_ref());
+    let selection = Selection::new(request.robot, request.region.as_ref());
     let mut rng = Pcg32::seed_from_u64(request.seed);
     let (found, planned, yardstick) = chosen(request, &assumptions, &selection, &mut rng)?;
     let random = yardstick.random_median(&selection, &assumptions, &mut rng)?;
@@ -62,7 +62,7 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<PosePlan, PlanError> {
         tolerance: None,
         ..assumptions
     };
-    let by_themselves = yardstick.expectation(&found, &alone);
+    let by_themselves = yardstick.of_nominal(&found, &alone);
     let robot = &request.robot.robot;
     let poses = ordered(&found);
     Ok(PosePlan {
@@ -70,7 +70,7 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<PosePlan, PlanError> {
         travel_unordered: length(&found),
         poses,
         assumptions,
-        margin,
+        margin: Margin::of(request.robot, &found),
         planned,
         determined_alone: by_themselves.is_some_and(|alone| alone.unknown(robot).is_none()),
         random,
@@ -83,8 +83,7 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<PosePlan, PlanError> {
 /// As [`plan`].
 pub fn expected(request: &PlanRequest<'_>) -> Result<Expectation, PlanError> {
     let assumptions = Assumptions::of(request.robot)?;
-    let margin = Margin::of(request.robot);
-    let selection = Selection::new(request.robot, margin, request.region.as_ref());
+    let selection = Selection::new(request.robot, request.region.as_ref());
     let mut rng = Pcg32::seed_from_u64(request.seed);
     chosen(request, &assumptions, &selection, &mut rng).map(|(_, planned, _)| planned)
 }

@@ -3,31 +3,12 @@
 use super::region::Region;
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::CalibrationMethod;
+use crate::planning::design::Criterion;
 
 /// Fewer poses determine no arm: it has eight parameters, and a pose is one equation of each.
 pub const LEAST_POSES: usize = 8;
 /// As many as a plan may have.
 pub const MOST_POSES: usize = 500;
-
-/// What a set of poses is judged by; C is the covariance of the parameters, the prior included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Criterion {
-    /// tr C, angles times the upper arm's length: the mean square of the parameter error.
-    #[default]
-    A,
-    /// det C: the volume of the parameters' confidence region, whatever their units.
-    D,
-}
-
-impl Criterion {
-    /// As it is written: `a` or `d`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::A => "a",
-            Self::D => "d",
-        }
-    }
-}
 
 /// Which poses are wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,7 +28,7 @@ pub struct PlanRequest<'a> {
 }
 
 impl<'a> PlanRequest<'a> {
-    /// Twenty poses anywhere, for the IKM method.
+    /// Twenty poses anywhere, for the joint method.
     pub fn new(robot: &'a RobotFile) -> Self {
         Self {
             robot,

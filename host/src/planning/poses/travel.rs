@@ -29,38 +29,48 @@ pub fn length(poses: &[Sample<f64>]) -> f64 {
 /// turned round as long as that makes it shorter (2-opt; Croes 1958). From several first poses, and
 /// the shortest of these ways.
 pub fn ordered(poses: &[Sample<f64>]) -> Vec<Sample<f64>> {
-    let stride = poses.len().div_ceil(STARTS).max(1);
-    (0..poses.len())
+    ordered_by(poses, |pose| pose)
+}
+
+/// The same of anything that is done at a pose.
+pub(in crate::planning) fn ordered_by<T: Clone>(
+    stops: &[T],
+    pose: impl Fn(&T) -> &Sample<f64>,
+) -> Vec<T> {
+    let apart = |from: &T, to: &T| distance(pose(from), pose(to));
+    let length = |way: &[T]| -> f64 { way.windows(2).map(|pair| apart(&pair[0], &pair[1])).sum() };
+    let stride = stops.len().div_ceil(STARTS).max(1);
+    (0..stops.len())
         .step_by(stride)
         .map(|first| {
-            let mut way = nearest_first(poses, first);
-            turn_round(&mut way);
+            let mut way = nearest_first(stops, first, apart);
+            turn_round(&mut way, apart);
             way
         })
         .min_by(|a, b| length(a).total_cmp(&length(b)))
         .unwrap_or_default()
 }
 
-fn nearest_first(poses: &[Sample<f64>], first: usize) -> Vec<Sample<f64>> {
-    let mut left = poses.to_vec();
+fn nearest_first<T: Clone>(stops: &[T], first: usize, apart: impl Fn(&T, &T) -> f64) -> Vec<T> {
+    let mut left = stops.to_vec();
     let mut here = left.swap_remove(first);
-    let mut way = vec![here];
-    while let Some(next) = (0..left.len())
-        .min_by(|a, b| distance(&here, &left[*a]).total_cmp(&distance(&here, &left[*b])))
+    let mut way = vec![here.clone()];
+    while let Some(next) =
+        (0..left.len()).min_by(|a, b| apart(&here, &left[*a]).total_cmp(&apart(&here, &left[*b])))
     {
         here = left.swap_remove(next);
-        way.push(here);
+        way.push(here.clone());
     }
     way
 }
 
 /// Until no part of the way is shorter turned round.
-fn turn_round(way: &mut [Sample<f64>]) {
-    let step = |way: &[Sample<f64>], from: Option<usize>, to: usize| match (
+fn turn_round<T>(way: &mut [T], apart: impl Fn(&T, &T) -> f64) {
+    let step = |way: &[T], from: Option<usize>, to: usize| match (
         from.and_then(|from| way.get(from)),
         way.get(to),
     ) {
-        (Some(from), Some(to)) => distance(from, to),
+        (Some(from), Some(to)) => apart(from, to),
         // The way is open: nothing leads to its first pose or from its last.
         _ => 0.0,
     };

@@ -1,9 +1,10 @@
 //! Parameters before and after.
 
 use crate::calibration::report::CalibrationReport;
+use crate::fit::outcome::Outcome;
 use crate::text::units::{degrees, in_unit, unit};
-use delta_cal::Parameter;
 use delta_cal::robot::ParameterKind;
+use delta_cal::{Parameter, Robot};
 
 /// One parameter before and after, in the unit of the reports.
 pub(super) struct Comparison {
@@ -20,8 +21,12 @@ pub(super) struct Comparison {
 
 /// All 24 parameters, arm by arm.
 pub(super) fn comparisons(report: &CalibrationReport) -> Vec<Comparison> {
-    let before = report.before.robot.arms().iter();
-    let arms = before.zip(&report.outcome.fit.arms).enumerate();
+    between(&report.before.robot, &report.outcome)
+}
+
+/// The same of a robot and what a calibration made of it.
+pub(super) fn between(before: &Robot<f64>, outcome: &Outcome) -> Vec<Comparison> {
+    let arms = before.arms().iter().zip(&outcome.fit.arms).enumerate();
     arms.flat_map(|(arm, (before, outcome))| {
         Parameter::ALL.map(|parameter| {
             let (from, to) = (before.get(parameter), outcome.arm.get(parameter));

@@ -7,11 +7,12 @@ mod uncertainty;
 use super::names::solver_name;
 use super::next::advice;
 use super::suspected::{self, loss_name};
-use super::{sections, stream};
+use super::{causes, sections, stream};
 use crate::accuracy::position_error::SampleErrors;
-use crate::accuracy::position_uncertainty::UncertaintyMap;
+use crate::accuracy::sampled::{MANY_ON_A_PAGE, in_words};
+use crate::accuracy::uncertainty_map::UncertaintyMap;
 use crate::calibration::report::CalibrationReport;
-use crate::fit::options::{CalibrationMethod, Frame};
+use crate::fit::options::Frame;
 use crate::fit::outlier::OUTLIER;
 use crate::render::page::{self, figure, tile};
 use crate::render::plot::PlotError;
@@ -31,12 +32,14 @@ const SHOWN: usize = 40;
 /// # Errors
 /// A figure that cannot be drawn; none is known.
 pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String, PlotError> {
+    let report = &report.clone().with_at_most(MANY_ON_A_PAGE);
     let title = format!("Calibration of {}", report.before.name);
     let mut parts: Vec<_> = suspected::section(report).into_iter().collect();
     parts.extend(stream::sections(report));
     parts.extend([
         parameters(report)?,
         residuals(report)?,
+        unmodelled(report)?,
         views(report)?,
         conditions(report)?,
     ]);
@@ -75,7 +78,7 @@ fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
             ", measured in the "
             (match options.frame { Frame::Base => "robot's", Frame::Sensor => "sensor's" })
             " frame. "
-            (match options.method { CalibrationMethod::Ikm => "IKM method", CalibrationMethod::Fkm => "FKM method" })
+            (options.method.title()) " method"
             ", " (solver_name(options.solver))
             @if options.no_guess { ", without a guess" }
             @if options.loss.is_some() { ", loss " (loss_name(options.loss)) }
@@ -111,15 +114,15 @@ fn tiles(report: &CalibrationReport) -> Markup {
         tile(name, &millimetres(after), &before)
     };
     let (before, after) = (&report.error_before, &report.error_after);
-    let (expected, note) = report.workspace.map_or_else(
-        || {
-            let unknown = "too few samples are left over to estimate it";
-            ("unknown".to_owned(), unknown.to_owned())
-        },
+    let expected = report.uncertainty.as_ref().map_or_else(
+        || "unknown".to_owned(),
+        |map| millimetres(map.expected.absolute.rms),
+    );
+    let note = report.workspace.map_or_else(
+        || "too few samples are left over to estimate it".to_owned(),
         |comparison| {
             let change = millimetres(comparison.change);
-            let note = format!("the calibration moves positions by {change} rms");
-            (millimetres(comparison.sigma), note)
+            format!("the calibration moves positions by {change} rms")
         },
     );
     html! {
@@ -141,6 +144,10 @@ fn parameters(report: &CalibrationReport) -> Result<Section, PlotError> {
 
 fn residuals(report: &CalibrationReport) -> Result<Section, PlotError> {
     let mut section = Section::new("Position error of each sample");
+    if report.sampled.is_some() {
+        let shown = in_words(report.sample_errors.len(), report.samples);
+        section = section.note(format!("Figures and table show {shown}."));
+    }
     if let Some(residuals) = figures::residuals(report) {
         let caption = format!(
             "Distance between the measured position and the one computed from the joint angles; \
@@ -198,9 +205,36 @@ fn samples(report: &CalibrationReport) -> Table {
         .rows_standing_out(|sample| report.stands_out(sample))
         .table()
         .folded(
-            format!("All {} samples", report.samples),
+            if report.sampled.is_some() {
+                in_words(report.sample_errors.len(), report.samples)
+            } else {
+                format!("All {} samples", report.samples)
+            },
             report.samples <= SHOWN,
         )
+}
+
+fn unmodelled(report: &CalibrationReport) -> Result<Section, PlotError> {
+    let section = causes::page_section(report);
+    let figures = figures::closures(report);
+    if figures.is_empty() {
+        return Ok(section);
+    }
+    let curves = report.causes.arms.iter().any(|arm| !arm.curves.is_empty());
+    let note = if curves {
+        "What is left of each arm's closure error along its forearm, over its joint angle, with the \
+         parameters that fit best beside the causes found. Line: the causes found in this joint, where \
+         the other joints have their mean angles."
+    } else {
+        "What is left of each arm's closure error along its forearm, over its joint angle. A curve in \
+         these points is an error of the joint that the model does not hold."
+    };
+    let panels = html! {
+        div.views {
+            @for (panel, caption) in &figures { (figure(panel, caption)?) }
+        }
+    };
+    Ok(section.in_page(panels).note(note))
 }
 
 fn views(report: &CalibrationReport) -> Result<Section, PlotError> {
@@ -228,12 +262,16 @@ fn conditions(report: &CalibrationReport) -> Result<Section, PlotError> {
 }
 
 fn uncertain(map: &UncertaintyMap) -> Result<Section, PlotError> {
-    let (rms, max, at) = (map.sigma.rms, map.sigma.max, map.sigma.max_at);
+    let absolute = &map.expected.absolute;
+    let (rms, max, at) = (absolute.rms, absolute.max, absolute.max_at);
+    let intrinsic = map.expected.intrinsic.rms;
     let slices = html! {
         p {
             "One sigma of the position, from the covariance of the parameters, over all poses clear \
             of singularities: " b { (millimetres(rms)) } " rms, " b { (millimetres(max)) }
             (format!(" at worst, at x {:.0}, y {:.0}, z {:.0} mm.", at.x, at.y, at.z))
+            " If the robot's place in space does not count, " b { (millimetres(intrinsic)) }
+            " rms remain."
         }
         div.views {
             @for (slice, caption) in uncertainty::slices(map) { (figure(&slice, &caption)?) }

@@ -7,8 +7,11 @@ mod noise;
 use super::comparison::{Comparison, comparisons};
 use super::names::{solver_name, start_name, termination_name};
 use super::suspected::{self, loss_name};
+use crate::accuracy::distribution::Sampled;
+use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_error::PositionError;
-use crate::accuracy::position_uncertainty::{Plane, Slice, UncertaintyMap};
+use crate::accuracy::sampled::Histogram;
+use crate::accuracy::uncertainty_map::{Plane, Slice, UncertaintyMap};
 use crate::calibration::error::CalibrateError;
 use crate::calibration::report::CalibrationReport;
 use crate::fit::options::Frame;
@@ -41,7 +44,8 @@ pub fn report(report: &CalibrationReport) -> Value {
             // The latter in σ of the stated noise, or else of the estimated, at this pose: the rms
             // over three coordinates, 1 is expected; `null` if no noise is known.
             "error_after_sigma": sample.after_in_sigmas,
-            // What the sample counted in the fit: 1 with the squared loss, 0 if it is suspected.
+            // What the sample counted in the fit: 1 with the squared loss, 0 if it is suspected, with
+            // `--forget` what the estimate remembers of it.
             "weight": sample.weight.weight,
         })
     });
@@ -64,16 +68,47 @@ pub fn report(report: &CalibrationReport) -> Value {
         // The samples that a robust fit did not count, the farthest off first; they are no part of
         // `position_error_mm`.
         "suspected_samples": suspected.collect::<Vec<_>>(),
+        // Of a robust fit, the samples before or after some line that all disagree with the others; `null`
+        // if there is no such line.
+        "shift": report.shift.map(|shift| json!({
+            "line": shift.line,
+            // Whether those from this line on disagree, or those before.
+            "after": shift.after,
+            "samples": shift.samples,
+            // Their mean distance from the calibrated robot, in its frame.
+            "mean_mm": shift.mean,
+            // rms about that.
+            "scatter_mm": shift.scatter,
+        })),
         // What came of the samples because they came in an order.
         "stream": super::stream::json(report),
         "arms": arms(report),
-        // Distance between measured and computed positions over the samples.
+        // Distance between measured and computed positions over the samples; with `--forget` each as
+        // far as the estimate remembers it.
         "position_error_mm": {
             "before": position_error(&report.error_before),
             "after": position_error(&report.error_after),
         },
-        // The same for every sample, in the file's order.
+        // The same for every sample, in the file's order; of more than 10,000 for those that `sampled` names.
         "samples": samples.collect::<Vec<_>>(),
+        // Of more than 10,000 samples, of which `samples`, `suspected_samples` and `stream.gate.rejected`
+        // hold some; `null` if they hold all.
+        "sampled": report.sampled.as_ref().map(|all| sampled(report, all)),
+        // The position error that the calibrated robot is expected to have; `null` if the uncertainty
+        // is unknown.
+        "expected_error": report.uncertainty.as_ref().map(|map| expected_error(&map.expected)),
+        // What the robot says of the stated tolerance; `null` without one, or if the samples say
+        // nothing of it.
+        "tolerance": report.prior_test.map(|test| json!({
+            // How many tolerances the parameters are off, rms: 1 is expected.
+            "ratio": test.ratio,
+            // Over how many combinations of parameters.
+            "combinations": test.combinations,
+            // Of a ratio as large, if the tolerance is as stated.
+            "probability": test.probability,
+            // Whether the calibration used the tolerance times `ratio`.
+            "widened": report.tolerance_widened,
+        })),
         // What the calibration means over a grid of poses within the joint limits; `null` if the
         // uncertainty is unknown.
         "workspace": report.workspace.map(|comparison| json!({
@@ -83,6 +118,8 @@ pub fn report(report: &CalibrationReport) -> Value {
             "position_sigma_mm": comparison.sigma,
             // rms distance by which the calibration moved the positions.
             "change_mm": comparison.change,
+            // The probability that the robot is worse after the calibration than before.
+            "chance_of_harm": comparison.chance_of_harm,
         })),
         "position_uncertainty": report.uncertainty.as_ref().map(uncertainty),
         // X_sensor = rotation · X_robot + translation_mm; `null` with `--frame base`.
@@ -93,12 +130,46 @@ pub fn report(report: &CalibrationReport) -> Value {
         })),
         // What the residuals say of the noise; `null` if no sample is left over.
         "noise": report.noise_test.as_ref().map(|test| noise::json(test, report.before.noise.as_ref())),
+        // Errors that the model does not hold, the one that explains most first; `null` if nothing was
+        // looked for.
+        "causes": super::causes::json(&report.causes),
+        // Why nothing was looked for; `null` if something was.
+        "causes_not_tested": report.causes.not_tested,
+        // By how much the causes put the calibrated positions off, rms over the workspace.
+        "causes_position_error_mm": report.causes.position_error,
+        // By what every σ is multiplied because the residuals exceed the stated noise or have a cause
+        // that was found; 1 if neither.
+        "sigma_widened_by": report.widening,
         // What would explain the samples better; `null` if nothing is wrong with them as a whole.
         "diagnosis": report.diagnosis.as_ref().map(diagnosis::json),
         // Anything doubtful, in plain words.
         "warnings": report.warnings,
     });
     json::report(SCHEMA_VERSION, contents)
+}
+
+/// What is known of samples that are not in the report one by one.
+fn sampled(report: &CalibrationReport, all: &Sampled) -> Value {
+    let histogram = |histogram: &Histogram| {
+        json!({
+            // Of each bar; the first begins at 0.
+            "width": histogram.width,
+            "counts": histogram.counts,
+            // Farther off than the last bar, or not known.
+            "beyond": histogram.beyond,
+        })
+    };
+    json!({
+        // How many `samples` holds: those with the largest `error_after_mm`, and others spread evenly.
+        "shown": report.sample_errors.len(),
+        "of": report.samples,
+        // How many a robust fit did not count.
+        "suspected": all.suspected,
+        // Over all samples.
+        "error_after_mm": histogram(&all.after),
+        // `null` if no noise is known.
+        "error_after_sigma": all.after_in_sigmas.as_ref().map(histogram),
+    })
 }
 
 /// A calibration that is refused.
@@ -123,9 +194,9 @@ fn arms(report: &CalibrationReport) -> Vec<Value> {
         .collect()
 }
 
-fn arm(outcome: &ArmOutcome<f64>, parameters: &[Comparison], stated_noise: bool) -> Value {
-    let number = parameters.first().map(|parameter| parameter.arm + 1);
-    let parameters = parameters.iter().map(|c| {
+/// All eight, in the order Dx, Dy, Dz, theta, alpha, La_x, La_y, Lb.
+pub(super) fn parameters_of(comparisons: &[Comparison]) -> Value {
+    let parameters = comparisons.iter().map(|c| {
         json!({
             "symbol": c.parameter.symbol(),
             // `mm` or `deg`.
@@ -139,11 +210,15 @@ fn arm(outcome: &ArmOutcome<f64>, parameters: &[Comparison], stated_noise: bool)
             "prior_share": c.prior_share,
         })
     });
+    parameters.collect()
+}
+
+fn arm(outcome: &ArmOutcome<f64>, parameters: &[Comparison], stated_noise: bool) -> Value {
+    let number = parameters.first().map(|parameter| parameter.arm + 1);
     json!({
         // 1, 2 or 3.
         "arm": number,
-        // All eight, in the order Dx, Dy, Dz, theta, alpha, La_x, La_y, Lb.
-        "parameters": parameters.collect::<Vec<_>>(),
+        "parameters": parameters_of(parameters),
         // Condition number of the scaled problem, 1 at best.
         "condition": outcome.condition,
         // rms of the residuals; the whole robot's with `fkm`.
@@ -190,10 +265,25 @@ fn uncertainty(map: &UncertaintyMap) -> Value {
     };
     json!({
         // Over a grid of joint angles.
-        "rms_mm": map.sigma.rms,
-        "max_mm": map.sigma.max,
-        "max_at_mm": map.sigma.max_at.data.0[0],
+        "rms_mm": map.expected.absolute.rms,
+        "max_mm": map.expected.absolute.max,
+        "max_at_mm": map.expected.absolute.max_at.data.0[0],
         // Planes through the workspace, each over a grid of positions in it.
         "slices": map.slices.iter().filter_map(slice).collect::<Vec<_>>(),
+    })
+}
+
+/// One σ over poses evenly spread in joint space within the limits and clear of singularities, and at
+/// the worst place.
+pub(super) fn expected_error(expected: &ExpectedError) -> Value {
+    let (absolute, intrinsic) = (&expected.absolute, &expected.intrinsic);
+    json!({
+        "absolute_rms_mm": absolute.rms,
+        "absolute_worst_mm": absolute.max,
+        "absolute_worst_at_mm": absolute.max_at.data.0[0],
+        // After the best rigid motion: what counts where the robot's place in space is not measured.
+        "intrinsic_rms_mm": intrinsic.rms,
+        "intrinsic_worst_mm": intrinsic.max,
+        "intrinsic_worst_at_mm": intrinsic.max_at.data.0[0],
     })
 }

@@ -14,7 +14,7 @@ pub(super) fn start_name(start: StartUsed) -> &'static str {
         StartUsed::Nominal => "robot file",
         StartUsed::Free => "without a guess",
         StartUsed::Search => "search",
-        StartUsed::Ikm => "IKM solution",
+        StartUsed::Joint => "joint solution",
     }
 }
 

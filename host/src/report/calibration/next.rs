@@ -67,7 +67,7 @@ fn outlying(report: &CalibrationReport) -> Option<String> {
         _ => ("the samples", "them", "they are far off"),
     };
     let named = in_lines(&lines);
-    let do_without = match report.suspected().count() {
+    let do_without = match report.suspected_count() {
         0 => format!(", or leave {them} out, because {far} all others"),
         _ => format!("; this calibration left {them} out, because {far} all others"),
     };
@@ -187,6 +187,9 @@ fn best_added(report: &CalibrationReport) -> Option<String> {
         .map(|sample| sample.measured)
         .collect();
     let next = next_poses(&request, &measured).ok()?;
+    if next.poses.is_empty() {
+        return None;
+    }
     let named: Vec<_> = next
         .poses
         .iter()

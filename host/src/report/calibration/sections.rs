@@ -1,10 +1,11 @@
 //! What the terminal and the page have in common.
 
-use super::comparison::comparisons;
+use super::comparison::{Comparison, comparisons};
 use super::names::{start_name, termination_name};
 use crate::accuracy::position_error::PositionError;
 use crate::calibration::report::CalibrationReport;
 use crate::calibration::thresholds::MOSTLY;
+use crate::files::robot_file::RobotFile;
 use crate::fit::options::Frame;
 use crate::render::section::{Part, Section};
 use crate::render::table::Table;
@@ -14,8 +15,12 @@ use delta_cal::calibration::ArmOutcome;
 
 /// Every parameter before and after.
 pub(super) fn parameters(report: &CalibrationReport) -> Section {
-    let prior = report.before.tolerance.is_some();
-    let table = Table::of(comparisons(report))
+    parameters_of(comparisons(report), report.before.tolerance.is_some())
+}
+
+/// The same of a calibration with or without a tolerance.
+pub(super) fn parameters_of(comparisons: Vec<Comparison>, prior: bool) -> Section {
+    let table = Table::of(comparisons)
         .column("arm", |c| c.arm + 1)
         .column("parameter", |c| c.parameter.symbol())
         .column("before", |c| format!("{:.4}", c.before))
@@ -42,9 +47,10 @@ pub(super) fn parameters(report: &CalibrationReport) -> Section {
 
 /// The position error before and after.
 pub(super) fn positions(report: &CalibrationReport) -> Table {
-    let title = match report.suspected().count() {
-        0 => "Position error over the samples, mm",
-        _ => "Position error over the others, mm",
+    let title = match (report.forgets(), report.suspected_count()) {
+        (true, _) => "Position error over the samples as far as they are remembered, mm",
+        (false, 0) => "Position error over the samples, mm",
+        (false, _) => "Position error over the others, mm",
     };
     let before = match report.options.frame {
         Frame::Base => "before",
@@ -112,7 +118,12 @@ pub(super) fn solution(report: &CalibrationReport) -> Section {
 
 /// From the robot's frame to the sensor's, if that was asked for.
 pub(super) fn sensor_frame(report: &CalibrationReport) -> Option<Section> {
-    let frame = report.after.sensor_frame.as_ref()?;
+    sensor_frame_of(&report.after)
+}
+
+/// The same of a calibrated robot file.
+pub(super) fn sensor_frame_of(after: &RobotFile) -> Option<Section> {
+    let frame = after.sensor_frame.as_ref()?;
     let rows = frame.rotation.row_iter().zip(frame.translation.iter());
     let rotation = |column: usize| move |row: &[f64; 4]| format!("{:.8}", row[column]);
     let table = Table::of(rows.map(|(row, shift)| [row[0], row[1], row[2], *shift]))
@@ -137,12 +148,14 @@ pub(super) fn sensor_frame(report: &CalibrationReport) -> Option<Section> {
 
 /// Whether anything is doubtful.
 pub(super) fn doubts(report: &CalibrationReport) -> Part {
-    if report.warnings.is_empty() {
+    doubts_of(&report.warnings)
+}
+
+/// The same of these warnings.
+pub(super) fn doubts_of(warnings: &[String]) -> Part {
+    if warnings.is_empty() {
         return Part::Good("Calibrated. Nothing doubtful was found.".to_owned());
     }
-    let doubts = count(report.warnings.len(), "doubt");
-    Part::Doubts(
-        format!("Calibrated, with {doubts}:"),
-        report.warnings.clone(),
-    )
+    let doubts = count(warnings.len(), "doubt");
+    Part::Doubts(format!("Calibrated, with {doubts}:"), warnings.to_vec())
 }

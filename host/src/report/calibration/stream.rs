@@ -94,13 +94,14 @@ pub(super) fn sections(report: &CalibrationReport) -> Vec<Section> {
         Some(_) => "sigma",
         None => "mm",
     };
-    let gate = stream.gate.as_ref().map(gate);
+    let gate = stream.gate.as_ref();
+    let gate = gate.map(|own| self::gate(own, report.others_in()));
     let held_out = stream.held_out.as_ref().map(|arms| held_out(arms, unit));
     let forgetting = stream.asked.forget.map(forgetting);
     [gate, held_out, forgetting].into_iter().flatten().collect()
 }
 
-fn gate(gate: &GateReport) -> Section {
+fn gate(gate: &GateReport, where_else: &'static str) -> Section {
     let counts = &gate.counts;
     let tested = gate.tested_from.map_or_else(
         || "no sample could be tested: state [noise] and [tolerance]".to_owned(),
@@ -122,7 +123,7 @@ fn gate(gate: &GateReport) -> Section {
             format!("{:.3}", sample.innovation.distance)
         })
         .table()
-        .at_most(NAMED, "--json and --report name all");
+        .at_most(NAMED, where_else);
     section.table(table).in_page(html! {
         p.note {
             "These samples disagree with what the samples before them predict, and \

@@ -11,8 +11,6 @@ use maud::html;
 
 /// Rows that a terminal names; the other reports have all.
 const NAMED: usize = 20;
-/// A weight below it is noteworthy.
-const LITTLE: f64 = 0.5;
 
 /// As it is written: `squared`, `huber` or `tukey`.
 pub(super) const fn loss_name(loss: Option<Loss>) -> &'static str {
@@ -23,16 +21,11 @@ pub(super) const fn loss_name(loss: Option<Loss>) -> &'static str {
     }
 }
 
-/// Whether it counts less than half of what the others do, but counts.
-fn counts_little(sample: &SampleErrors) -> bool {
-    !sample.weight.suspected && sample.weight.weight < LITTLE
-}
-
 /// The suspected rows and those that count little: the suspected first, the farthest off first.
 pub(super) fn rows(report: &CalibrationReport) -> Vec<&SampleErrors> {
     let samples = report.sample_errors.iter();
     let mut rows: Vec<_> = samples
-        .filter(|sample| sample.weight.suspected || counts_little(sample))
+        .filter(|sample| sample.weight.suspected || sample.counts_little())
         .collect();
     let size = |sample: &SampleErrors| sample.after_in_sigmas.unwrap_or(f64::INFINITY);
     rows.sort_by(|a, b| {
@@ -44,10 +37,13 @@ pub(super) fn rows(report: &CalibrationReport) -> Vec<&SampleErrors> {
 
 /// How many samples count, count little and do not count.
 fn counts(report: &CalibrationReport) -> String {
-    let suspected = report.suspected().count();
+    let suspected = report.suspected_count();
     let samples = report.sample_errors.iter();
-    let (no_row, little) = (suspected == 0, samples.filter(|s| counts_little(s)).count());
-    let of = if no_row {
+    let little = match &report.sampled {
+        Some(all) => all.counting_little,
+        None => samples.filter(|sample| sample.counts_little()).count(),
+    };
+    let of = if suspected == 0 {
         "no row is suspected".to_owned()
     } else {
         format!(
@@ -71,6 +67,7 @@ pub(super) fn section(report: &CalibrationReport) -> Option<Section> {
     if rows.is_empty() {
         return Some(section);
     }
+    let where_else = report.others_in();
     let table = Table::of(rows)
         .column("line", |sample| sample.line)
         .column("residual, sigma", |sample| {
@@ -80,7 +77,7 @@ pub(super) fn section(report: &CalibrationReport) -> Option<Section> {
         .column("mm", |sample| small_or("out of reach", sample.after))
         .column("weight", |sample| format!("{:.2}", sample.weight.weight))
         .table()
-        .at_most(NAMED, "--json and --report name all");
+        .at_most(NAMED, where_else);
     Some(section.table(table).in_page(html! {
         p.note {
             "No robot fits both the samples of weight 0 and the other samples. All \

@@ -1,7 +1,7 @@
 //! The report for people at a terminal.
 
 use super::names::solver_name;
-use super::{sections, stream, suspected};
+use super::{causes, sections, stream, suspected};
 use crate::calibration::report::CalibrationReport;
 use crate::fit::options::Frame;
 use crate::render::section::Section;
@@ -14,6 +14,7 @@ pub fn render(report: &CalibrationReport) -> String {
     let mut parts = vec![summary(report), sections::parameters(report)];
     parts.extend(suspected::section(report));
     parts.extend(stream::sections(report));
+    parts.extend(causes::section(report));
     parts.push(positions(report));
     parts.push(sections::solution(report));
     parts.extend(sections::sensor_frame(report));
@@ -45,16 +46,16 @@ fn summary(report: &CalibrationReport) -> Section {
                 Frame::Base => "robot's",
                 Frame::Sensor => "sensor's",
             },
-            report.options.method.name().to_uppercase(),
+            report.options.method.title(),
             solver_name(report.options.solver),
         ))
 }
 
 fn positions(report: &CalibrationReport) -> Section {
-    let expected = report.workspace.as_ref().map_or_else(
+    let expected = report.uncertainty.as_ref().map_or_else(
         || "unknown".to_owned(),
-        |comparison| {
-            let sigma = small(comparison.sigma);
+        |map| {
+            let sigma = small(map.expected.absolute.rms);
             format!("{sigma} mm (one sigma, rms over the workspace)")
         },
     );
@@ -63,16 +64,21 @@ fn positions(report: &CalibrationReport) -> Section {
         .text(format!(
             "Expected position error of the calibrated robot: {expected}"
         ));
-    match (&report.workspace, &report.uncertainty) {
-        (Some(_), Some(map)) => {
-            let at = map.sigma.max_at;
-            let most = small(map.sigma.max);
-            section.text(format!(
-                "at worst {most} mm, at x {:.0}, y {:.0}, z {:.0} mm",
-                at.x, at.y, at.z
-            ))
+    match &report.uncertainty {
+        Some(map) => {
+            let at = map.expected.absolute.max_at;
+            let most = small(map.expected.absolute.max);
+            section
+                .text(format!(
+                    "at worst {most} mm, at x {:.0}, y {:.0}, z {:.0} mm",
+                    at.x, at.y, at.z
+                ))
+                .text(format!(
+                    "of this {} mm (rms) remain if the robot's place in space does not count",
+                    small(map.expected.intrinsic.rms)
+                ))
         }
-        _ => section,
+        None => section,
     }
 }
 

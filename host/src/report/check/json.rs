@@ -1,5 +1,6 @@
 //! The check for programs.
 
+use crate::accuracy::sampled::{MANY, shown};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
 use crate::fit::options::CalibrationMethod;
@@ -17,11 +18,19 @@ pub const SCHEMA_VERSION: u32 = 1;
 pub fn report(
     robot: &RobotFile,
     samples: &SamplesFile,
+    unmeasured: &[u64],
     method: CalibrationMethod,
     observability: &Observability,
     next: &NextPoses,
 ) -> Value {
-    let leverages = observability.leverages.iter().map(|leverage| {
+    let leverages = &observability.leverages;
+    let some = shown(leverages.len(), MANY, |index| leverages[index].total);
+    let sampled = some
+        .as_ref()
+        .map(|some| json!({ "shown": some.len(), "of": leverages.len() }));
+    let some = some.unwrap_or_else(|| (0..leverages.len()).collect());
+    let leverages = some.into_iter().map(|index| {
+        let leverage = &leverages[index];
         json!({
             "line": leverage.line,
             "joints_deg": leverage.joints.map(degrees),
@@ -38,20 +47,26 @@ pub fn report(
     let contents = json!({
         "robot_file": robot.name,
         "samples_file": samples.name,
-        // `ikm` or `fkm`.
+        // `joint`, `ikm` or `fkm`.
         "method": method.name(),
         // What the samples were judged for.
         "assumptions": assumptions(&observability.assumptions),
         // Whether they determine every parameter.
         "determined": observability.determined(),
         // In one sentence.
-        "verdict": super::table::verdict(observability),
-        // The three arms, or the whole robot with `fkm`.
+        "verdict": super::table::verdict(observability, samples, unmeasured),
+        // The lines of the rows that hold no measured position.
+        "unmeasured_lines": unmeasured,
+        // The three arms with `ikm`, otherwise the whole robot.
         "blocks": observability.blocks.iter().map(block).collect::<Vec<_>>(),
-        // Each sample's, in the file's order.
+        // Each sample's, in the file's order; of more than 10,000 the largest, and others spread evenly.
         "leverages": leverages.collect::<Vec<_>>(),
+        // How many of how many samples `leverages` holds; `null` if all.
+        "sampled": sampled,
         // The poses that are best added, one after the other.
         "next": next.poses.iter().map(pose).collect::<Vec<_>>(),
+        // Why there is none; `null` where some are proposed or none was asked for.
+        "no_next": next.obstacle.map(|obstacle| obstacle.to_string()),
         // σ of the position over the workspace, rms.
         "position_sigma_mm": sigma(&next.before),
         // The same with the poses that are best added.

@@ -12,7 +12,7 @@ use crate::render::terminal;
 use crate::report::plan::table::with_assumptions;
 use crate::text::numbers::{significant, small};
 use crate::text::units::degrees;
-use crate::text::words::{count, in_file_units};
+use crate::text::words::{count, in_file_units, in_lines};
 
 /// Samples listed; of more, those with the most leverage.
 const LISTED: usize = 30;
@@ -23,6 +23,7 @@ const UNCHECKED: f64 = 0.9;
 pub fn render(
     robot: &RobotFile,
     samples: &SamplesFile,
+    unmeasured: &[u64],
     method: CalibrationMethod,
     observability: &Observability,
     next: &NextPoses,
@@ -32,11 +33,14 @@ pub fn render(
         count(samples.rows.len(), "sample"),
         samples.name,
         robot.name,
-        method.name().to_uppercase(),
+        method.title(),
     ));
     terminal::text([
         with_assumptions(summary, &observability.assumptions),
-        Section::new("").text(verdict(observability)),
+        measured(
+            Section::new("").text(verdict(observability, samples, unmeasured)),
+            unmeasured,
+        ),
         singular_values(&observability.blocks),
         indices(&observability.blocks),
         weakest(observability),
@@ -46,27 +50,44 @@ pub fn render(
 }
 
 /// In one sentence.
-pub fn verdict(observability: &Observability) -> String {
+pub fn verdict(observability: &Observability, samples: &SamplesFile, unmeasured: &[u64]) -> String {
+    let what = match unmeasured.len() {
+        0 => "These samples",
+        lines if lines == samples.rows.len() => "Once measured, these poses",
+        _ => "Once all are measured, these samples",
+    };
     let Some(block) = observability.blocks.iter().find(|block| !block.determined) else {
-        return "These samples determine every parameter.".to_owned();
+        return format!("{what} determine every parameter.");
     };
     let (arm, parameter, sigma) = block.worst;
     let rank = block.singular_values.len();
     if block.rank < rank {
         format!(
-            "These samples do not determine {}: they leave {} of {rank} combinations of its \
+            "{what} do not determine {}: they leave {} of {rank} combinations of its \
              parameters open",
             name(block),
             rank - block.rank
         )
     } else {
         format!(
-            "These samples do not determine {}: {parameter} of {arm} is known only to {} (one \
+            "{what} do not determine {}: {parameter} of {arm} is known only to {} (one \
              sigma)",
             name(block),
             in_file_units(parameter, sigma)
         )
     }
+}
+
+/// Which rows hold nothing that was measured.
+fn measured(section: Section, unmeasured: &[u64]) -> Section {
+    if unmeasured.is_empty() {
+        return section;
+    }
+    let rows = count(unmeasured.len(), "row");
+    section.text(format!(
+        "Not measured yet: {rows}, in {}.",
+        in_lines(unmeasured)
+    ))
 }
 
 fn name(block: &Block) -> String {
@@ -187,7 +208,14 @@ fn additions(next: &NextPoses) -> Section {
         known(&next.before)
     );
     if next.poses.is_empty() {
-        return Section::new("").text(format!("{now}."));
+        let section = Section::new("").text(format!("{now}."));
+        return match &next.obstacle {
+            Some(obstacle) => section.text(format!(
+                "No pose can be proposed in addition: {obstacle}. To have some proposed, {}.",
+                obstacle.remedy()
+            )),
+            None => section,
+        };
     }
     let csv = to_csv(&next.poses);
     let section = Section::new("Poses that would help most, in this order");

@@ -24,10 +24,11 @@ pub fn report(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesN
         "within": request.region.map(|region| region.to_string()),
         // What was planned for.
         "assumptions": assumptions(&plan.assumptions),
+        // The least over all poses.
         "margin_deg": {
             // From the joints' limits.
             "joints": degrees(plan.margin.joints),
-            // From the forearms' limit.
+            // From the forearms' limit; `null` without one.
             "forearms": degrees(plan.margin.forearms),
             // Of a forearm from its upper arm's line.
             "serial": degrees(plan.margin.serial),

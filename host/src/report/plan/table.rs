@@ -46,7 +46,7 @@ fn summary(request: &PlanRequest<'_>, plan: &PosePlan) -> Section {
             "{} poses for {}, {} method",
             plan.poses.len(),
             request.robot.name,
-            request.method.name().to_uppercase(),
+            request.method.title(),
         ))
         .text(match request.criterion {
             Criterion::A => "A-optimal: least mean square of the parameter error",
@@ -67,10 +67,11 @@ fn summary(request: &PlanRequest<'_>, plan: &PosePlan) -> Section {
     };
     section
         .text(format!(
-            "Margin, because the real robot differs from the nominal one: {:.1}° from the joints' limits,{forearms} \
-             forearms {:.1}° from their upper arms' lines",
+            "Margin, because the real robot differs from the nominal one, at least: {:.1}° from the joints' \
+             limits,{forearms} forearms {:.1}° from their upper arms' lines and {:.1}° from one plane",
             degrees(margin.joints),
-            degrees(margin.serial)
+            degrees(margin.serial),
+            degrees(margin.parallel)
         ))
         .text(format!(
             "Travel: {:.0}°, of the joint that moves furthest in each step ({:.0}° before the poses were sorted)",

@@ -49,38 +49,69 @@ pub(super) fn rest(budgets: &[Budget], figures: &Figures) {
     }
 }
 
-/// Rows of the document's table: item without its scalar, and words. The item of double precision
-/// may be another.
-const ROWS: [(&str, &str, &str); 9] = [
-    ("take in one sample, mean", "add-mean", "add-mean"),
+/// Rows of the document's table: words, and items without their scalar, of the arms apart in single and
+/// double precision and of the joint calibration in both.
+const ROWS: [(&str, [&str; 4]); 10] = [
+    (
+        "take in one sample, mean",
+        ["add-mean", "add-mean", "joint-add-mean", "joint-add-mean"],
+    ),
     (
         "take in one sample, the longest",
-        "add-longest",
-        "add-longest",
+        [
+            "add-longest",
+            "add-longest",
+            "joint-add-longest",
+            "joint-add-longest",
+        ],
     ),
-    ("take in one of many at once", "add-many", "add-many"),
+    (
+        "take in one of many at once",
+        ["add-many", "add-many", "joint-add-many", "joint-add-many"],
+    ),
     (
         "test one sample against those before it and take it in, mean",
-        "gate-mean",
-        "gate-mean",
+        ["gate-mean", "gate-mean", "", ""],
     ),
     (
         "test one sample and take it in, the longest",
-        "gate-longest",
-        "gate-longest",
+        ["gate-longest", "gate-longest", "", ""],
     ),
     (
         "from the last sample to parameters and covariance, mean",
-        "outcome-20-mean",
-        "outcome-40-mean",
+        [
+            "outcome-20-mean",
+            "outcome-20-mean",
+            "joint-outcome-20-mean",
+            "joint-outcome-40-mean",
+        ],
     ),
     (
-        "from the last sample to parameters and covariance, the longest (f32: of 40 robots)",
-        "outcome-20",
-        "outcome-40",
+        "from the last sample to parameters and covariance, the longest (f32: of many robots)",
+        [
+            "outcome-20",
+            "outcome-20",
+            "joint-outcome-20",
+            "joint-outcome-40",
+        ],
     ),
-    ("forward kinematics, the longest", "forward", "forward"),
-    ("inverse kinematics, the longest", "inverse", "inverse"),
+    (
+        "the longest step of a solve",
+        [
+            "outcome-20-step",
+            "outcome-20-step",
+            "joint-outcome-20-step",
+            "joint-outcome-40-step",
+        ],
+    ),
+    (
+        "forward kinematics, the longest",
+        ["forward", "forward", "", ""],
+    ),
+    (
+        "inverse kinematics, the longest",
+        ["inverse", "inverse", "", ""],
+    ),
 ];
 
 /// The document with both tables.
@@ -91,11 +122,17 @@ const STALE: f64 = 0.01;
 pub(super) fn document(check: &mut Check, figures: &Figures) {
     println!("\nfor {PAGE}:\n");
     println!(
-        "| Cortex-M4F under QEMU, three arms, instructions (not cycles) | f32 | f64 in software |"
+        "| Cortex-M4F under QEMU, a robot, instructions (not cycles) | arms apart, f32 | f64 in \
+         software | joint, f32 | f64 in software |"
     );
-    println!("| --- | --- | --- |");
-    for (words, single, double) in ROWS {
-        let cells = [format!("f32/{single}"), format!("f64/{double}")];
+    println!("| --- | --- | --- | --- | --- |");
+    for (words, [single, double, joint_single, joint_double]) in ROWS {
+        let cells = [
+            format!("f32/{single}"),
+            format!("f64/{double}"),
+            format!("f32/{joint_single}"),
+            format!("f64/{joint_double}"),
+        ];
         row(check, words, &cells.map(|item| of(figures, &item)));
     }
 }

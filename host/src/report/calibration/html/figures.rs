@@ -221,6 +221,50 @@ pub(super) fn residuals_in_sigmas(report: &CalibrationReport) -> Option<Figure> 
     Some(with_outlying(figure, report, value))
 }
 
+/// The closure errors of each arm over its joint angle, with the curves of what was found; none where
+/// nothing is left over.
+pub(super) fn closures(report: &CalibrationReport) -> Vec<(Figure, String)> {
+    let arms = &report.causes.arms;
+    let sizes = arms.iter().flat_map(|arm| {
+        let curves = arm.curves.iter().flatten();
+        arm.points.iter().chain(curves).map(|point| point.1.abs())
+    });
+    let extent = 1.1 * sizes.fold(0.0, f64::max);
+    let limits = &report.before.limits;
+    let (low, high) = (degrees(limits.minimum()), degrees(limits.maximum()));
+    if !(extent > LEAST) {
+        return Vec::new();
+    }
+    let in_degrees = |points: &[(f64, f64)]| -> Vec<_> {
+        points
+            .iter()
+            .map(|(q, value)| (q.to_degrees(), *value))
+            .collect()
+    };
+    let panels = arms
+        .iter()
+        .zip(ARMS)
+        .enumerate()
+        .map(|(arm, (residuals, colour))| {
+            let mut figure = Figure::new(
+                Axis::linear(format!("q{}, °", arm + 1), low, high),
+                Axis::linear("closure error, mm", -extent, extent),
+            )
+            .sized(420, 300)
+            .with(
+                "",
+                Colour::Ink,
+                Shape::Dashed(vec![(low, 0.0), (high, 0.0)]),
+            )
+            .with("", colour, Shape::Points(in_degrees(&residuals.points)));
+            for curve in &residuals.curves {
+                figure = figure.with("", Colour::Ink, Shape::Line(in_degrees(curve)));
+            }
+            (figure, format!("Arm {}", arm + 1))
+        });
+    panels.collect()
+}
+
 /// The condition of each arm against what is good.
 pub(super) fn conditions(report: &CalibrationReport) -> Figure {
     let conditions = || report.outcome.fit.arms.iter().map(|arm| arm.condition);

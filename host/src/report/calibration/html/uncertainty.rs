@@ -1,6 +1,6 @@
 //! The map of the positions' uncertainty.
 
-use crate::accuracy::position_uncertainty::{Plane, Slice, UncertaintyMap};
+use crate::accuracy::uncertainty_map::{Plane, Slice, UncertaintyMap};
 use crate::geometry::range::range;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::text::numbers::{significant, small};

@@ -14,6 +14,8 @@
 #[cfg(target_os = "none")]
 mod instructions;
 #[cfg(target_os = "none")]
+mod joint;
+#[cfg(target_os = "none")]
 mod memory;
 #[cfg(target_os = "none")]
 mod peer_problem;
@@ -53,6 +55,7 @@ fn main() -> ! {
         solve::report_double(&mut report, &mut counter)?;
         stream::report::<f32>(&mut report, &mut counter)?;
         stream::report::<f64>(&mut report, &mut counter)?;
+        joint::report(&mut report, &mut counter)?;
         memory::report(&mut report)?;
         peers::report(&mut report, &mut counter)
     })

@@ -1,0 +1,91 @@
+use super::joint_calibrator::JointCalibrator;
+use super::minimizer::{Minimizer, Progress};
+use super::outcome::JointOutcome;
+use super::refusal::Refusal;
+use super::settings::Settings;
+use crate::Real;
+use crate::robot::ArmIndex;
+use crate::samples::{JointDisplacement, JointFactor};
+
+impl<T: Real> JointCalibrator<T> {
+    /// Calibrates the robot.
+    ///
+    /// # Errors
+    /// A [`Refusal`]; the robot keeps its parameters.
+    pub fn solve(&mut self) -> Result<JointOutcome<T>, Refusal> {
+        let mut solver = JointSolver::new(self)?;
+        while solver.step(self) == Progress::Working {}
+        solver.outcome(self)
+    }
+}
+
+/// Calibrates a robot's 24 parameters together, one bounded step at a time, so that a control loop can
+/// interleave it: 24 parameters are linearised in nine steps, and their covariance takes five.
+///
+/// ```
+/// use delta_cal::{Progress, Refusal, Settings, SymmetricRobot};
+/// use delta_cal::calibration::{JointCalibrator, JointSolver};
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
+///     .robot()?;
+/// let mut calibrator = JointCalibrator::new(&robot, &Settings::default());
+/// assert!(matches!(JointSolver::new(&mut calibrator), Err(Refusal::TooFewSamples { needed: 8, .. })));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct JointSolver<T: Real> {
+    minimizer: Minimizer<T, JointDisplacement<T>, [T; 24], 24, 25, 325>,
+}
+
+impl<T: Real> JointSolver<T> {
+    /// Takes in the samples that wait, and begins.
+    ///
+    /// # Errors
+    /// [`Refusal::TooFewSamples`].
+    pub fn new(calibrator: &mut JointCalibrator<T>) -> Result<Self, Refusal> {
+        calibrator.flush();
+        let (factor, settings) = (calibrator.factor(), calibrator.settings());
+        let prior = tolerance_weights(factor, settings);
+        // Begun in place: a copy of it costs as much as a step.
+        let mut solver = Self {
+            minimizer: Minimizer::unstarted(ArmIndex::First, prior, settings),
+        };
+        solver.minimizer.begin(factor)?;
+        Ok(solver)
+    }
+
+    /// One step, on the samples that were there at the start and any that were taken in since. Does
+    /// nothing once finished.
+    pub fn step(&mut self, calibrator: &JointCalibrator<T>) -> Progress {
+        self.minimizer.step(calibrator.factor())
+    }
+
+    /// Linearisations so far, all starts together.
+    pub fn iterations(&self) -> u16 {
+        self.minimizer.iterations()
+    }
+
+    /// The calibrated robot, or why there is none.
+    ///
+    /// # Errors
+    /// Every [`Refusal`]; [`Refusal::Unfinished`] before the last step.
+    pub fn outcome(&self, calibrator: &JointCalibrator<T>) -> Result<JointOutcome<T>, Refusal> {
+        let factor = calibrator.factor();
+        JointOutcome::new(factor, &self.minimizer.estimate(factor)?)
+    }
+}
+
+/// 1/tolerance in internal units; zeros without one.
+pub(crate) fn tolerance_weights<T: Real>(
+    factor: &JointFactor<T>,
+    settings: &Settings<T>,
+) -> [T; 24] {
+    let mut weights = [T::ZERO; 24];
+    if let Some(tolerance) = &settings.tolerance {
+        for (own, nominal) in weights.chunks_exact_mut(8).zip(factor.nominal_arms()) {
+            own.copy_from_slice(&tolerance.weights(nominal));
+        }
+    }
+    weights
+}

@@ -1,0 +1,18 @@
+use crate::Real;
+use nalgebra::Vector3;
+
+/// The mean sample of an arm.
+#[allow(unreachable_pub)] // part of the seal
+#[derive(Debug, Clone, Copy)]
+pub struct Means<T: Real> {
+    pub(crate) x: Vector3<T>,
+    /// The rms distance of the samples from x.
+    pub(crate) spread: T,
+    pub(crate) sine: T,
+    pub(crate) cosine: T,
+}
+
+/// √(⟨x²⟩ − ⟨x⟩²): the rms distance from the mean.
+pub(crate) fn spread<T: Real>(mean_square: T, mean: &Vector3<T>) -> T {
+    (mean_square - mean.dot(mean)).larger(T::ZERO).square_root()
+}

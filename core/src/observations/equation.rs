@@ -1,0 +1,195 @@
+//! What an instrument would read, and how that changes.
+
+use super::instruments::{Instruments, OF_ROBOT, PositionFrame};
+use super::observation::{Distance, DistanceFrom, Height, Observation};
+use super::row::READINGS;
+use crate::Real;
+use crate::frame::{RigidTransform, rotation_of};
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// A reading less what is expected, and its derivatives.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Equation<T: Real> {
+    /// Measured less expected. Length.
+    pub(super) residual: T,
+    /// ∂h/∂X.
+    pub(super) by_position: Vector3<T>,
+    /// Whether h depends on the other pose's position too, by the opposite of that.
+    pub(super) between_poses: bool,
+    /// The place of the first unknown that h depends on, among all parameters.
+    pub(super) column: usize,
+    /// ∂h/∂u of the unknowns from there on.
+    pub(super) by_unknowns: [T; 6],
+    /// One σ of the reading alone. Length.
+    pub(super) sigma: T,
+}
+
+/// Where the coordinates' frame is: the rotation by Gibbs' vector w/2, applied after the start's.
+pub(super) fn frame_at<T: Real>(
+    start: &RigidTransform<T>,
+    unknowns: &[T],
+) -> (Vector3<T>, Matrix3<T>, Vector3<T>) {
+    let mut values = [T::ZERO; 6];
+    for (value, unknown) in values.iter_mut().zip(unknowns) {
+        *value = *unknown;
+    }
+    let [x, y, z, a, b, c] = values;
+    let half = Vector3::new(a, b, c) * T::HALF;
+    let turned = rotation_of(&Vector4::new(T::ONE, half.x, half.y, half.z)) * start.rotation;
+    (half, turned, start.translation + Vector3::new(x, y, z))
+}
+
+/// The equations of an observation at positions of the platform and values of the unknowns, which stand at
+/// their places among all parameters.
+pub(super) fn equations<T: Real>(
+    observation: &Observation<T>,
+    instruments: &Instruments<'_, T>,
+    frame: &RigidTransform<T>,
+    unknowns: &[T],
+    position: &Vector3<T>,
+    other: Option<&Vector3<T>>,
+) -> [Option<Equation<T>>; READINGS] {
+    let [x, y, z] = coordinates(observation, instruments, frame, unknowns, position);
+    let height = observation
+        .height
+        .map(|height| of_height(&height, instruments, unknowns, position));
+    let distance = observation
+        .distance
+        .map(|distance| of_distance(&distance, instruments, unknowns, position, other));
+    [x, y, z, height, distance]
+}
+
+fn coordinates<T: Real>(
+    observation: &Observation<T>,
+    instruments: &Instruments<'_, T>,
+    start: &RigidTransform<T>,
+    unknowns: &[T],
+    position: &Vector3<T>,
+) -> [Option<Equation<T>>; 3] {
+    let sensor = instruments.frame == PositionFrame::Sensor;
+    let (half, rotation, translation) = if sensor {
+        frame_at(start, unknowns.get(OF_ROBOT..).unwrap_or_default())
+    } else {
+        (Vector3::zeros(), Matrix3::identity(), Vector3::zeros())
+    };
+    let turned = rotation * position;
+    let expected = turned + translation;
+    // δR = [ω]× R with ω = (δw + w/2 × δw)/(1 + |w/2|²).
+    let spin = T::ONE / (T::ONE + half.dot(&half));
+    let by_turn = [Vector3::x(), Vector3::y(), Vector3::z()]
+        .map(|axis: Vector3<T>| ((axis + half.cross(&axis)) * spin).cross(&turned));
+    let mut equations = [None; 3];
+    let sigmas = instruments.noise.position().position_by_axis();
+    for (axis, ((equation, measured), sigma)) in equations
+        .iter_mut()
+        .zip(observation.position)
+        .zip(sigmas)
+        .enumerate()
+    {
+        let Some(measured) = measured else { continue };
+        let of = |vector: &Vector3<T>| vector.get(axis).copied().unwrap_or(T::ZERO);
+        let mut by_unknowns = [T::ZERO; 6];
+        if sensor {
+            let [a, b, c] = &by_turn;
+            let mut shift = [T::ZERO; 3];
+            if let Some(entry) = shift.get_mut(axis) {
+                *entry = T::ONE;
+            }
+            let [x, y, z] = shift;
+            by_unknowns = [x, y, z, of(a), of(b), of(c)];
+        }
+        *equation = Some(Equation {
+            residual: measured - of(&expected),
+            by_position: rotation.row(axis).transpose(),
+            between_poses: false,
+            column: OF_ROBOT,
+            by_unknowns,
+            sigma,
+        });
+    }
+    equations
+}
+
+fn of_height<T: Real>(
+    height: &Height<T>,
+    instruments: &Instruments<'_, T>,
+    unknowns: &[T],
+    position: &Vector3<T>,
+) -> Equation<T> {
+    let column = instruments.plane_column(height.plane);
+    let [c, a, b] = leading(unknowns, column);
+    // h = (z − c − a x − b y)/√(1 + a² + b²).
+    let squared = T::ONE + a.squared() + b.squared();
+    let inverse = T::ONE / squared.square_root();
+    let expected = (position.z - c - a * position.x - b * position.y) * inverse;
+    let by_slope = |along: T, slope: T| -(along * inverse) - expected * slope / squared;
+    Equation {
+        residual: height.height - expected,
+        by_position: Vector3::new(-a, -b, T::ONE) * inverse,
+        between_poses: false,
+        column,
+        by_unknowns: [
+            -inverse,
+            by_slope(position.x, a),
+            by_slope(position.y, b),
+            T::ZERO,
+            T::ZERO,
+            T::ZERO,
+        ],
+        sigma: instruments.noise.height(),
+    }
+}
+
+fn of_distance<T: Real>(
+    distance: &Distance<T>,
+    instruments: &Instruments<'_, T>,
+    unknowns: &[T],
+    position: &Vector3<T>,
+    other: Option<&Vector3<T>>,
+) -> Equation<T> {
+    let (from, offset, point) = match distance.from {
+        DistanceFrom::Point(point) => {
+            let column = instruments.point_column(point);
+            let [x, y, z, offset] = leading(unknowns, column);
+            let has_offset = instruments
+                .points
+                .get(usize::from(point))
+                .is_some_and(|point| point.offset);
+            let offset = if has_offset { offset } else { T::ZERO };
+            (Vector3::new(x, y, z), offset, Some((column, has_offset)))
+        }
+        DistanceFrom::Pose(_) => (other.copied().unwrap_or(*position), T::ZERO, None),
+    };
+    let difference = position - from;
+    let length = difference.dot(&difference).square_root();
+    let direction = difference / length;
+    let mut by_unknowns = [T::ZERO; 6];
+    if let Some((_, has_offset)) = point {
+        let offset = if has_offset { T::ONE } else { T::ZERO };
+        by_unknowns = [
+            -direction.x,
+            -direction.y,
+            -direction.z,
+            offset,
+            T::ZERO,
+            T::ZERO,
+        ];
+    }
+    Equation {
+        residual: distance.distance - length - offset,
+        by_position: direction,
+        between_poses: point.is_none(),
+        column: point.map_or(OF_ROBOT, |(column, _)| column),
+        by_unknowns,
+        sigma: instruments.noise.distance(),
+    }
+}
+
+/// The unknowns from a place on; zeros where there are no more.
+fn leading<T: Real, const K: usize>(unknowns: &[T], column: usize) -> [T; K] {
+    let mut values = [T::ZERO; K];
+    for (value, unknown) in values.iter_mut().zip(unknowns.iter().skip(column)) {
+        *value = *unknown;
+    }
+    values
+}

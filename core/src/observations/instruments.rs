@@ -1,0 +1,164 @@
+use crate::Real;
+use crate::calibration::Instrument;
+use crate::samples::{Noise, NoiseError};
+use nalgebra::Vector3;
+
+/// Unknowns of the frame, of a plane, and of a point without its offset.
+pub(super) const OF_FRAME: usize = 6;
+pub(super) const OF_PLANE: usize = 3;
+pub(super) const OF_POINT: usize = 3;
+/// Parameters of the robot, which come before the unknowns of the instruments.
+pub(super) const OF_ROBOT: usize = 24;
+
+/// One standard deviation of each kind of reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ObservationNoise<T> {
+    position: Noise<T>,
+    height: T,
+    distance: T,
+}
+
+/// The frame in which coordinates are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PositionFrame {
+    /// The robot's own.
+    #[default]
+    Base,
+    /// One that stands anywhere: six unknowns.
+    Sensor,
+}
+
+/// A plane z = c + a x + b y, whose c (length), a and b (slopes) are unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Plane<T> {
+    /// c and its σ, if something is known of it. Length.
+    pub known: Option<(T, T)>,
+}
+
+/// A fixed point, whose place is unknown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point<T: Real> {
+    /// The place and the σ of its coordinates, if something is known of it. Length.
+    pub known: Option<(Vector3<T>, T)>,
+    /// Whether the sensor there reads a constant too much that is unknown as well.
+    pub offset: bool,
+}
+
+/// What the readings refer to, and how good they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instruments<'a, T: Real> {
+    /// The frame of the coordinates.
+    pub frame: PositionFrame,
+    /// The planes that heights are measured above.
+    pub planes: &'a [Plane<T>],
+    /// The points that distances are measured from.
+    pub points: &'a [Point<T>],
+    /// How good a reading is.
+    pub noise: ObservationNoise<T>,
+}
+
+impl<T: Real> ObservationNoise<T> {
+    /// σ of positions and joint angles, of a height and of a distance (length).
+    ///
+    /// # Errors
+    /// A σ of a height or distance that is not a finite number greater than 0.
+    pub fn new(position: Noise<T>, height: T, distance: T) -> Result<Self, NoiseError> {
+        let usable = |sigma: T| sigma > T::ZERO && sigma.finite();
+        if !usable(height) {
+            return Err(NoiseError::Height);
+        }
+        if !usable(distance) {
+            return Err(NoiseError::Distance);
+        }
+        Ok(Self {
+            position,
+            height,
+            distance,
+        })
+    }
+
+    /// Of positions, and of the joint angles.
+    pub const fn position(&self) -> &Noise<T> {
+        &self.position
+    }
+
+    /// Of a height. Length.
+    pub const fn height(&self) -> T
+    where
+        T: Copy,
+    {
+        self.height
+    }
+
+    /// Of a distance. Length.
+    pub const fn distance(&self) -> T
+    where
+        T: Copy,
+    {
+        self.distance
+    }
+}
+
+impl<T: Real> Default for Point<T> {
+    fn default() -> Self {
+        Self {
+            known: None,
+            offset: false,
+        }
+    }
+}
+
+impl<T: Real> Point<T> {
+    /// How many unknowns it has.
+    pub(super) fn unknowns(&self) -> usize {
+        OF_POINT + usize::from(self.offset)
+    }
+}
+
+impl<T: Real> Instruments<'_, T> {
+    /// How many unknowns there are beside the robot's parameters.
+    pub fn unknowns(&self) -> usize {
+        let points: usize = self.points.iter().map(Point::unknowns).sum();
+        self.frame_unknowns() + OF_PLANE * self.planes.len() + points
+    }
+
+    fn frame_unknowns(&self) -> usize {
+        match self.frame {
+            PositionFrame::Base => 0,
+            PositionFrame::Sensor => OF_FRAME,
+        }
+    }
+
+    /// The place of a plane's first unknown among all parameters.
+    pub(super) fn plane_column(&self, plane: u8) -> usize {
+        OF_ROBOT + self.frame_unknowns() + OF_PLANE * usize::from(plane)
+    }
+
+    /// The place of a point's first unknown among all parameters.
+    pub(super) fn point_column(&self, point: u8) -> usize {
+        let before = self.points.iter().take(usize::from(point));
+        let before: usize = before.map(Point::unknowns).sum();
+        OF_ROBOT + self.frame_unknowns() + OF_PLANE * self.planes.len() + before
+    }
+
+    /// Whose unknown stands at a place among all parameters.
+    pub fn instrument_of(&self, parameter: usize) -> Option<Instrument> {
+        let unknown = parameter.checked_sub(OF_ROBOT)?;
+        let frame = self.frame_unknowns();
+        if unknown < frame {
+            return Some(Instrument::Frame);
+        }
+        let planes = (0..).take(self.planes.len()).map(|plane| {
+            let first = self.plane_column(plane);
+            (first..first + OF_PLANE, Instrument::Plane(plane))
+        });
+        let points = (0..).zip(self.points).map(|(index, point)| {
+            let first = self.point_column(index);
+            (first..first + point.unknowns(), Instrument::Point(index))
+        });
+        planes
+            .chain(points)
+            .find(|(columns, _)| columns.contains(&parameter))
+            .map(|(_, instrument)| instrument)
+    }
+}

@@ -1,0 +1,313 @@
+//! What the rows weigh, and their residuals and derivatives.
+
+use super::equation::{Equation, equations};
+use super::instruments::Instruments;
+use super::row::{ObservationRow, READINGS};
+use super::start::StartValues;
+use crate::Real;
+use crate::robot::{Arm, ArmIndex, Robot};
+use crate::samples::put_row;
+use nalgebra::Vector3;
+
+/// Rounding of a computed position, in ε of the robot's size.
+const ROUNDING: f64 = 4.0;
+/// Poses in which errors of the parameters move the platform by more than this factor are far from where the
+/// nominal robot is linear.
+const STEEP: f64 = 3.0;
+/// Parameters of an arm.
+const ARM: usize = 8;
+
+/// A robot at one set of joint angles.
+#[derive(Debug, Clone, Copy)]
+struct Pose<T: Real> {
+    position: Vector3<T>,
+    /// (∂f/∂X)⁻¹ by columns: the point moves by −cᵢ when the constraint of arm i grows by 1.
+    columns: [Vector3<T>; 3],
+}
+
+impl<T: Real> Pose<T> {
+    /// `None` where the robot has no such pose, or a singular one.
+    fn new(robot: &Robot<T>, joints: &[T; 3]) -> Option<Self> {
+        let position = robot.forward(joints).ok()?;
+        let columns = robot.inverse_by_position(&position, joints).ok()?;
+        Some(Self { position, columns })
+    }
+
+    /// Whether an error along a forearm moves the platform by more than [`STEEP`] times as much.
+    fn is_steep(&self, robot: &Robot<T>) -> bool {
+        // |∂f/∂X| is twice the forearm's length.
+        let mut lengths = self.columns.iter().zip(robot.arms());
+        lengths.any(|(column, arm)| {
+            let moved = column.dot(column).square_root() * T::TWO * arm.lb();
+            moved > T::from_f64(STEEP)
+        })
+    }
+
+    /// How a reading changes with each arm's constraint.
+    fn by_constraints(&self, by_position: &Vector3<T>) -> [T; 3] {
+        self.columns.map(|column| -by_position.dot(&column))
+    }
+}
+
+impl<T: Real> ObservationRow<T> {
+    /// Leaves the row out if a robot does not reach its joint angles; looks whether the platform is nearly in
+    /// line with the forearms there.
+    pub(super) fn look_whether_reached(&mut self, robot: &Robot<T>) {
+        let poses = self.poses(robot);
+        self.left_out = poses.is_none();
+        self.steep = poses.is_some_and(|(own, other)| {
+            own.is_steep(robot) || other.is_some_and(|other| other.is_steep(robot))
+        });
+    }
+
+    /// Takes the weights of the readings from a robot and values of the unknowns.
+    pub(super) fn take_weights<const N: usize>(
+        &mut self,
+        robot: &Robot<T>,
+        instruments: &Instruments<'_, T>,
+        start: &StartValues<T, N>,
+    ) {
+        let Some((own, other)) = self.poses(robot) else {
+            return;
+        };
+        let equations = self.equations(instruments, start, start.unknowns(), &own, other.as_ref());
+        let sigma = instruments.noise.position().joint();
+        let by_joints = |pose: &Pose<T>, joints: &[T; 3], direction: &Vector3<T>| {
+            let mut parts = pose.by_constraints(direction);
+            for ((part, arm), q) in parts.iter_mut().zip(robot.arms()).zip(joints) {
+                *part *= arm.constraint_by_joint(&pose.position, *q) * sigma;
+            }
+            parts
+        };
+        let mut shares = [[T::ZERO; 6]; READINGS];
+        for (share, equation) in shares.iter_mut().zip(&equations) {
+            let Some(equation) = equation else { continue };
+            let [a, b, c] = by_joints(&own, &self.observation.joints, &equation.by_position);
+            let mut opposite = [T::ZERO; 3];
+            if let (true, Some(other), Some(joints)) = (
+                equation.between_poses,
+                &other,
+                self.observation.other_joints(),
+            ) {
+                opposite = by_joints(other, joints, &-equation.by_position);
+            }
+            let [d, e, f] = opposite;
+            *share = [a, b, c, d, e, f];
+        }
+        let [first, ..] = robot.arms();
+        let size = own.position.dot(&own.position) + first.lb().squared();
+        let rounding = (T::from_f64(ROUNDING) * T::EPSILON).squared() * size;
+        let mut covariance = [[T::ZERO; READINGS]; READINGS];
+        for (index, ((row, share), equation)) in covariance
+            .iter_mut()
+            .zip(&shares)
+            .zip(&equations)
+            .enumerate()
+        {
+            for (entry, other) in row.iter_mut().zip(&shares) {
+                *entry = product(share, other);
+            }
+            if let Some(diagonal) = row.get_mut(index) {
+                *diagonal += match equation {
+                    Some(equation) => equation.sigma.squared() + rounding,
+                    None => T::ONE,
+                };
+            }
+        }
+        self.factor = cholesky(&covariance);
+    }
+
+    fn poses(&self, robot: &Robot<T>) -> Option<(Pose<T>, Option<Pose<T>>)> {
+        let own = Pose::new(robot, &self.observation.joints)?;
+        let other = match self.observation.other_joints() {
+            Some(joints) => Some(Pose::new(robot, joints)?),
+            None => None,
+        };
+        Some((own, other))
+    }
+
+    fn equations<const N: usize>(
+        &self,
+        instruments: &Instruments<'_, T>,
+        start: &StartValues<T, N>,
+        unknowns: &[T; N],
+        own: &Pose<T>,
+        other: Option<&Pose<T>>,
+    ) -> [Option<Equation<T>>; READINGS] {
+        equations(
+            &self.observation,
+            instruments,
+            start.frame(),
+            unknowns,
+            &own.position,
+            other.map(|other| &other.position),
+        )
+    }
+
+    /// The readings less what they should be, in σ. `None` where the robot does not reach the joint angles.
+    pub(super) fn residuals<const N: usize>(
+        &self,
+        robot: &Robot<T>,
+        instruments: &Instruments<'_, T>,
+        start: &StartValues<T, N>,
+        unknowns: &[T; N],
+    ) -> Option<[T; READINGS]> {
+        if self.left_out {
+            return Some([T::ZERO; READINGS]);
+        }
+        let own = robot.forward(&self.observation.joints).ok()?;
+        let other = match self.observation.other_joints() {
+            Some(joints) => Some(robot.forward(joints).ok()?),
+            None => None,
+        };
+        let equations = equations(
+            &self.observation,
+            instruments,
+            start.frame(),
+            unknowns,
+            &own,
+            other.as_ref(),
+        );
+        let mut residuals = equations.map(|equation| equation.map_or(T::ZERO, |own| own.residual));
+        self.whiten(&mut residuals);
+        Some(residuals)
+    }
+
+    /// The rows (∂r/∂p, r), by columns, M = N + 1. `None` where the robot has no such pose.
+    pub(super) fn linearized<const N: usize, const M: usize>(
+        &self,
+        robot: &Robot<T>,
+        instruments: &Instruments<'_, T>,
+        start: &StartValues<T, N>,
+        unknowns: &[T; N],
+        units: &[T; N],
+    ) -> Option<[[T; READINGS]; M]> {
+        if self.left_out {
+            return Some([[T::ZERO; READINGS]; M]);
+        }
+        let (own, other) = self.poses(robot)?;
+        let equations = self.equations(instruments, start, unknowns, &own, other.as_ref());
+        let mut columns = [[T::ZERO; READINGS]; M];
+        for (index, equation) in equations.iter().enumerate() {
+            let Some(equation) = equation else { continue };
+            let mut row = [T::ZERO; M];
+            add_by_parameters(
+                &mut row,
+                robot,
+                &own,
+                &self.observation.joints,
+                &equation.by_position,
+            );
+            if let (true, Some(other), Some(joints)) = (
+                equation.between_poses,
+                &other,
+                self.observation.other_joints(),
+            ) {
+                add_by_parameters(&mut row, robot, other, joints, &-equation.by_position);
+            }
+            let from = row.get_mut(equation.column..).unwrap_or_default();
+            for (entry, derivative) in from.iter_mut().zip(equation.by_unknowns) {
+                *entry += derivative;
+            }
+            for (entry, unit) in row.iter_mut().zip(units) {
+                *entry *= -*unit;
+            }
+            if let Some(entry) = row.last_mut() {
+                *entry = equation.residual;
+            }
+            put_row(&mut columns, index, 0, &row);
+        }
+        for column in &mut columns {
+            self.whiten(column);
+        }
+        Some(columns)
+    }
+
+    /// L⁻¹ of a column of readings, times √ of what the row counts.
+    fn whiten(&self, column: &mut [T; READINGS]) {
+        let mut whitened = [T::ZERO; READINGS];
+        for (index, (row, value)) in self.factor.iter().zip(column.iter()).enumerate() {
+            let mut sum = *value;
+            for (entry, known) in row.iter().zip(whitened).take(index) {
+                sum -= *entry * known;
+            }
+            let pivot = row.get(index).copied().unwrap_or(T::ONE);
+            if let Some(target) = whitened.get_mut(index) {
+                *target = sum / pivot;
+            }
+        }
+        *column = whitened.map(|value| value * self.root_weight);
+    }
+
+    /// Σ 1/Lₖₖ² times the squared size of the robot: the size of the terms that the residuals are summed from.
+    pub(super) fn terms_squared(&self, robot: &Robot<T>) -> T {
+        let Some((Pose { position, .. }, _)) = self.poses(robot).filter(|_| !self.left_out) else {
+            return T::ZERO;
+        };
+        let [first, ..] = robot.arms();
+        let mut sum = T::ZERO;
+        for (index, row) in self.factor.iter().enumerate() {
+            let read = match (index, &self.observation.position) {
+                (0..3, position) => position.get(index).is_some_and(Option::is_some),
+                (3, _) => self.observation.height.is_some(),
+                _ => self.observation.distance.is_some(),
+            };
+            if let (true, Some(pivot)) = (read, row.get(index)) {
+                sum += T::ONE / pivot.squared();
+            }
+        }
+        sum * self.root_weight.squared() * (position.dot(&position) + first.lb().squared())
+    }
+}
+
+/// Adds ∂h/∂P of a reading that moves with a pose's position as `by_position`.
+fn add_by_parameters<T: Real>(
+    row: &mut [T],
+    robot: &Robot<T>,
+    pose: &Pose<T>,
+    joints: &[T; 3],
+    by_position: &Vector3<T>,
+) {
+    let parts = pose.by_constraints(by_position);
+    let of_arm = |index: ArmIndex| -> &Arm<T> { robot.arm(index) };
+    for (((own, part), q), index) in row
+        .chunks_exact_mut(ARM)
+        .zip(parts)
+        .zip(joints)
+        .zip(ArmIndex::ALL)
+    {
+        let gradient = of_arm(index).constraint_by_parameters(&pose.position, *q);
+        for (entry, derivative) in own.iter_mut().zip(gradient.iter()) {
+            *entry += part * *derivative;
+        }
+    }
+}
+
+fn product<T: Real>(one: &[T], other: &[T]) -> T {
+    one.iter()
+        .zip(other)
+        .fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
+}
+
+/// L of L Lᵀ, by rows. The diagonal is positive: every reading has a σ of its own.
+fn cholesky<T: Real>(covariance: &[[T; READINGS]; READINGS]) -> [[T; READINGS]; READINGS] {
+    let mut factor = [[T::ZERO; READINGS]; READINGS];
+    for (index, entries) in covariance.iter().enumerate() {
+        let mut own = [T::ZERO; READINGS];
+        for (column, entry) in entries.iter().enumerate().take(index) {
+            let above = factor.get(column).copied().unwrap_or(own);
+            let sum = *entry - product(&own, &above);
+            if let (Some(target), Some(pivot)) = (own.get_mut(column), above.get(column)) {
+                *target = sum / *pivot;
+            }
+        }
+        let squared = entries.get(index).copied().unwrap_or(T::ONE) - product(&own, &own);
+        if let Some(target) = own.get_mut(index) {
+            *target = squared.square_root();
+        }
+        if let Some(row) = factor.get_mut(index) {
+            *row = own;
+        }
+    }
+    factor
+}

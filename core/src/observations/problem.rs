@@ -1,0 +1,415 @@
+use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, PositionFrame};
+use super::observation::ObservationError;
+use super::outcome::ObservationOutcome;
+use super::row::ObservationRow;
+use super::start::StartValues;
+use crate::Real;
+use crate::calibration::{Estimate, Instrument, Piece, Problem, Refusal, damp_rows};
+use crate::robot::{Arm, ArmIndex, Parameter, ParameterKind, Robot};
+use crate::samples::{Triangle, moved_arm};
+
+/// Parameters of an arm.
+const ARM: usize = 8;
+
+/// The calibration from observations: the robot's 24 parameters and the unknowns of the instruments, N
+/// parameters in all or more, M = N + 1, E = M (M + 1)/2. Places that no unknown needs stay where they are.
+///
+/// ```
+/// use delta_cal::calibration::Settings;
+/// use delta_cal::observations::{
+///     Height, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane, PositionFrame,
+/// };
+/// use delta_cal::{Noise, SymmetricRobot, Tolerance};
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// let drawn = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
+/// let built = SymmetricRobot { upper_arm: 260.7, forearm: 479.1, ..drawn }.robot()?;
+/// let drawn = drawn.robot()?;
+///
+/// // Gauge blocks of 0, 60 and 120 mm on a plate that lies somewhere below the robot.
+/// let mut rows = Vec::new();
+/// for k in 0..45 {
+///     let t = f64::from(k);
+///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
+///     let height = built.forward(&joints)?.z + 560.0;
+///     let height = Some(Height { plane: 0, height });
+///     rows.push(ObservationRow::new(Observation { height, ..Observation::at(joints) }));
+/// }
+/// let instruments = Instruments {
+///     frame: PositionFrame::Base,
+///     planes: &[Plane::default()],
+///     points: &[],
+///     noise: ObservationNoise::new(Noise::new(0.02, 0.0)?, 0.02, 0.02)?,
+/// };
+/// let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.0035)?);
+/// let problem = ObservationProblem::<f64, 27>::prepare(&drawn, &instruments, &mut rows)?;
+/// let outcome = problem.solve::<28, 406>(&settings)?;
+///
+/// let joints = [0.1, 0.2, 0.3];
+/// let before = (drawn.forward(&joints)? - built.forward(&joints)?).z;
+/// let [c, ..] = outcome.plane(&instruments, 0);
+/// let after = outcome.robot.forward(&joints)?.z - c - (built.forward(&joints)?.z + 560.0);
+/// assert!(before.abs() > 0.5 && after.abs() < 0.1);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct ObservationProblem<'a, T: Real, const N: usize> {
+    pub(super) robot: &'a Robot<T>,
+    pub(super) instruments: &'a Instruments<'a, T>,
+    pub(super) rows: &'a [ObservationRow<T>],
+    pub(super) start: StartValues<T, N>,
+    /// What a correction of 1 is: 1 rad, or the upper arm's length.
+    pub(super) units: [T; N],
+    pub(super) terms_squared: T,
+    pub(super) readings: T,
+    pub(super) effective_rows: T,
+    /// Whether rows near singularities of the nominal robot do not count.
+    pub(super) clear_alone: bool,
+    /// Where to start if the start from nominal leads nowhere.
+    pub(super) second_start: Option<[T; N]>,
+}
+
+/// A robot and the unknowns of the instruments at a correction.
+#[derive(Debug, Clone, Copy)]
+pub struct InstrumentsAt<T: Real, const N: usize> {
+    /// `None` where there is no such robot.
+    robot: Option<Robot<T>>,
+    unknowns: [T; N],
+}
+
+/// Why observations are no problem to solve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum PrepareError {
+    /// A row is not usable.
+    Row {
+        /// Which, from 0 on.
+        index: usize,
+        /// What is wrong with it.
+        error: ObservationError,
+    },
+    /// An instrument has fewer readings than unknowns.
+    Refused(Refusal),
+    /// N is too small for the unknowns of these instruments.
+    TooManyUnknowns {
+        /// How many there are, the robot's parameters included.
+        parameters: usize,
+    },
+}
+
+impl core::fmt::Display for PrepareError {
+    fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Row { index, error } => write!(formatter, "observation {index}: {error}"),
+            Self::Refused(refusal) => refusal.fmt(formatter),
+            Self::TooManyUnknowns { parameters } => {
+                write!(formatter, "there is no room for {parameters} parameters")
+            }
+        }
+    }
+}
+
+impl core::error::Error for PrepareError {}
+
+impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
+    /// Checks the rows, and computes from the nominal robot where the unknowns start and what each row's
+    /// readings weigh. A row that the nominal robot does not reach is left out.
+    ///
+    /// # Errors
+    /// A row that is not usable, an instrument with fewer readings than unknowns, or more unknowns than fit.
+    pub fn prepare(
+        robot: &'a Robot<T>,
+        instruments: &'a Instruments<'a, T>,
+        rows: &'a mut [ObservationRow<T>],
+    ) -> Result<Self, PrepareError> {
+        let parameters = OF_ROBOT + instruments.unknowns();
+        if parameters > N {
+            return Err(PrepareError::TooManyUnknowns { parameters });
+        }
+        for (index, row) in rows.iter().enumerate() {
+            row.observation()
+                .check(instruments)
+                .map_err(|error| PrepareError::Row { index, error })?;
+        }
+        for row in rows.iter_mut() {
+            row.look_whether_reached(robot);
+        }
+        if let Some((instrument, observations, needed)) = instruments.lacking(rows) {
+            return Err(PrepareError::Refused(Refusal::TooFewObservations {
+                instrument,
+                observations,
+                needed,
+            }));
+        }
+        let start = StartValues::of(robot, instruments, rows)
+            .map_err(|(index, error)| PrepareError::Row { index, error })?;
+        for row in rows.iter_mut() {
+            row.take_weights(robot, instruments, &start);
+        }
+        Ok(Self::new(robot, instruments, rows, start))
+    }
+
+    /// Of rows that were prepared for these instruments and weigh what they weigh now.
+    fn new(
+        robot: &'a Robot<T>,
+        instruments: &'a Instruments<'a, T>,
+        rows: &'a [ObservationRow<T>],
+        start: StartValues<T, N>,
+    ) -> Self {
+        let [first, ..] = robot.arms();
+        let mut units = [first.upper_arm_length(); N];
+        let mut places = units.iter_mut();
+        for arm in robot.arms() {
+            for parameter in Parameter::ALL {
+                if let Some(unit) = places.next() {
+                    *unit = match parameter.kind() {
+                        ParameterKind::Length => arm.upper_arm_length(),
+                        ParameterKind::Angle => T::ONE,
+                    };
+                }
+            }
+        }
+        let mut angles = |column: usize, count: usize| {
+            for unit in units.iter_mut().skip(column).take(count) {
+                *unit = T::ONE;
+            }
+        };
+        if instruments.frame == PositionFrame::Sensor {
+            angles(OF_ROBOT + 3, 3);
+        }
+        for (index, _) in (0..).zip(instruments.planes) {
+            angles(instruments.plane_column(index) + 1, OF_PLANE - 1);
+        }
+        let (mut terms_squared, mut readings, mut effective_rows) = (T::ZERO, T::ZERO, T::ZERO);
+        for row in rows {
+            terms_squared += row.terms_squared(robot);
+            readings += T::from_count(row.observation().readings() as u64) * row.weight();
+            effective_rows += row.weight();
+        }
+        Self {
+            robot,
+            instruments,
+            rows,
+            start,
+            units,
+            terms_squared,
+            readings,
+            effective_rows,
+            clear_alone: false,
+            second_start: None,
+        }
+    }
+
+    /// Whether a row does not count this time.
+    fn passes_over(&self, row: &ObservationRow<T>) -> bool {
+        self.clear_alone && row.is_steep()
+    }
+
+    /// The robot and the unknowns of an estimate.
+    ///
+    /// # Errors
+    /// [`Refusal::ImpossibleGeometry`] or [`Refusal::ImpossibleRobot`].
+    pub fn outcome(&self, estimate: &Estimate<T, N>) -> Result<ObservationOutcome<T, N>, Refusal> {
+        Ok(ObservationOutcome::new(
+            self.robot_at(&estimate.correction)?,
+            *estimate,
+            self.unknowns_at(&estimate.correction),
+            *self.start.frame(),
+        ))
+    }
+
+    /// What the readings refer to.
+    pub const fn instruments(&self) -> &Instruments<'a, T> {
+        self.instruments
+    }
+
+    /// The rows, of which those that the nominal robot does not reach are left out.
+    pub const fn rows(&self) -> &[ObservationRow<T>] {
+        self.rows
+    }
+
+    /// Each reading of a row less what it should be, in σ and with the row's weights: x, y, z, height,
+    /// distance; 0 where nothing was read.
+    pub fn residuals(&self, outcome: &ObservationOutcome<T, N>, row: usize) -> Option<[T; 5]> {
+        self.rows.get(row)?.residuals(
+            &outcome.robot,
+            self.instruments,
+            &self.start,
+            outcome.unknowns(),
+        )
+    }
+
+    /// How the readings of a row change with the parameters at the start, in σ and with the row's weights:
+    /// ∂r/∂p by columns, p in units of [`unit_of`](Problem::unit_of), and as the last of the M = N + 1 columns
+    /// the residuals r. `None` for a row that does not exist.
+    ///
+    /// A column holds x, y, z, height and distance; 0 where nothing was read. JᵀJ over all rows is the
+    /// information that the measurements hold (what is known beforehand is in
+    /// [`prior_weights`](Self::prior_weights)).
+    pub fn linearized<const M: usize>(&self, row: usize) -> Option<[[T; 5]; M]> {
+        self.rows.get(row)?.linearized(
+            self.robot,
+            self.instruments,
+            &self.start,
+            self.start.unknowns(),
+            &self.units,
+        )
+    }
+
+    fn robot_at(&self, correction: &[T; N]) -> Result<Robot<T>, Refusal> {
+        let mut displacements = [[T::ZERO; ARM]; 3];
+        for ((value, unit), target) in correction
+            .iter()
+            .zip(self.units)
+            .zip(displacements.as_flattened_mut())
+        {
+            *target = *value * unit;
+        }
+        let [one, two, three] = displacements;
+        let arm = |index: ArmIndex, displacement: &[T; ARM]| {
+            moved_arm(self.robot.arm(index), displacement)
+                .map_err(|error| Refusal::ImpossibleGeometry { arm: index, error })
+        };
+        Robot::new([
+            arm(ArmIndex::First, &one)?,
+            arm(ArmIndex::Second, &two)?,
+            arm(ArmIndex::Third, &three)?,
+        ])
+        .map_err(Refusal::ImpossibleRobot)
+    }
+
+    fn unknowns_at(&self, correction: &[T; N]) -> [T; N] {
+        let mut values = *self.start.unknowns();
+        for ((value, delta), unit) in values.iter_mut().zip(correction).zip(self.units) {
+            *value += *delta * unit;
+        }
+        values
+    }
+}
+
+impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E>
+    for ObservationProblem<'_, T, N>
+{
+    type At = InstrumentsAt<T, N>;
+    const PIECEWISE: bool = true;
+    const RESIDUALS: u8 = 1;
+    const FREE_STARTS: u8 = 1;
+
+    fn displaced(&self, correction: &[T; N]) -> InstrumentsAt<T, N> {
+        InstrumentsAt {
+            robot: self.robot_at(correction).ok(),
+            unknowns: self.unknowns_at(correction),
+        }
+    }
+
+    /// Of a row. Infinite where the robot does not reach it.
+    fn sum_of_squares(&self, at: &InstrumentsAt<T, N>, piece: usize) -> Piece<T> {
+        let row = self.rows.get(piece).zip(at.robot.as_ref());
+        let residuals = row.and_then(|(row, robot)| {
+            if self.passes_over(row) {
+                return Some([T::ZERO; 5]);
+            }
+            row.residuals(robot, self.instruments, &self.start, &at.unknowns)
+        });
+        Piece {
+            sum_of_squares: residuals.map_or(T::INFINITY, |own| squared_length(&own)),
+            more: residuals.is_some() && piece + 1 < self.rows.len(),
+        }
+    }
+
+    /// The readings of a row.
+    fn linearize(
+        &self,
+        at: &InstrumentsAt<T, N>,
+        normal: &mut Triangle<T, M, E>,
+        piece: usize,
+    ) -> Piece<T> {
+        let row = self.rows.get(piece).zip(at.robot.as_ref());
+        let columns = row.and_then(|(row, robot)| {
+            if self.passes_over(row) {
+                return Some([[T::ZERO; 5]; M]);
+            }
+            row.linearized::<N, M>(
+                robot,
+                self.instruments,
+                &self.start,
+                &at.unknowns,
+                &self.units,
+            )
+        });
+        let Some(mut columns) = columns else {
+            return Piece {
+                sum_of_squares: T::INFINITY,
+                more: false,
+            };
+        };
+        let residuals = columns.last().map_or(T::ZERO, |own| squared_length(own));
+        normal.absorb(&mut columns);
+        Piece {
+            sum_of_squares: residuals,
+            more: piece + 1 < self.rows.len(),
+        }
+    }
+
+    fn damp(&self, damped: &mut Triangle<T, M, E>, diagonal: &[T; N], piece: usize) -> bool {
+        damp_rows(damped, diagonal, piece)
+    }
+
+    fn free_start(&self, _: u8) -> Option<[T; N]> {
+        self.second_start
+    }
+
+    fn least_sum_of_squares(&self) -> T {
+        T::ZERO
+    }
+
+    fn rows_squared(&self) -> T {
+        self.terms_squared
+    }
+
+    fn terms_squared(&self) -> T {
+        self.terms_squared
+    }
+
+    fn samples(&self) -> u64 {
+        self.rows.len() as u64
+    }
+
+    fn effective_samples(&self) -> T {
+        self.effective_rows
+    }
+
+    fn residuals(&self) -> T {
+        self.readings
+    }
+
+    fn noise_stated(&self) -> bool {
+        true
+    }
+
+    fn unit(&self) -> T {
+        T::ONE
+    }
+
+    fn unit_of(&self, parameter: usize) -> T {
+        self.units.get(parameter).copied().unwrap_or(T::ONE)
+    }
+
+    fn upper_arm(&self, parameter: usize) -> T {
+        let arm = self.robot.arms().get(parameter / ARM);
+        arm.map_or(T::ONE, Arm::upper_arm_length)
+    }
+
+    fn instrument_of(&self, parameter: usize) -> Option<Instrument> {
+        self.instruments.instrument_of(parameter)
+    }
+}
+
+fn squared_length<T: Real>(residuals: &[T]) -> T {
+    residuals
+        .iter()
+        .fold(T::ZERO, |sum, residual| sum + residual.squared())
+}
+
+#[cfg(test)]
+mod tests;

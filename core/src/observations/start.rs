@@ -1,0 +1,307 @@
+//! Where the unknowns of the instruments start: closed forms from the nominal robot's forward kinematics.
+
+use super::instruments::{Instruments, PositionFrame};
+use super::observation::{DistanceFrom, ObservationError};
+use super::row::ObservationRow;
+use crate::Real;
+use crate::frame::RigidTransform;
+use crate::robot::Robot;
+use crate::samples::{Triangle, put_row};
+use nalgebra::{Matrix3, Vector3};
+
+/// The start of the unknowns, at their places among N parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StartValues<T: Real, const N: usize> {
+    frame: RigidTransform<T>,
+    unknowns: [T; N],
+    /// Which coordinates were measured at all.
+    axes: [bool; 3],
+}
+
+impl<T: Real, const N: usize> StartValues<T, N> {
+    /// From rows that are checked, those that count.
+    ///
+    /// # Errors
+    /// A distance between two poses in the same place.
+    pub(super) fn of(
+        robot: &Robot<T>,
+        instruments: &Instruments<'_, T>,
+        rows: &[ObservationRow<T>],
+    ) -> Result<Self, (usize, ObservationError)> {
+        let mut axes = [false; 3];
+        for (index, row) in rows.iter().enumerate() {
+            let observation = row.observation();
+            if row.is_left_out() {
+                continue;
+            }
+            if let Some(joints) = observation.other_joints()
+                && let Ok(own) = robot.forward(&observation.joints)
+                && let Ok(other) = robot.forward(joints)
+            {
+                let apart = own - other;
+                let least = T::EPSILON.square_root() * own.dot(&own).square_root();
+                if !(apart.dot(&apart).square_root() > least) {
+                    return Err((index, ObservationError::SamePlace));
+                }
+            }
+            for (seen, coordinate) in axes.iter_mut().zip(&observation.position) {
+                *seen |= coordinate.is_some();
+            }
+        }
+        let mut start = Self {
+            frame: RigidTransform::identity(),
+            unknowns: [T::ZERO; N],
+            axes,
+        };
+        if instruments.frame == PositionFrame::Sensor {
+            start.frame = frame(robot, rows, axes);
+        }
+        for (index, plane) in (0..).zip(instruments.planes) {
+            let height = match plane.known {
+                Some((height, _)) => height,
+                None => mean_height(robot, rows, index),
+            };
+            start.put(instruments.plane_column(index), &[height]);
+        }
+        for (index, point) in (0..).zip(instruments.points) {
+            let column = instruments.point_column(index);
+            if let Some((place, _)) = point.known {
+                start.put(column, place.as_slice());
+            } else if point.offset
+                && let Some([x, y, z, offset, _]) = point_with_offset(robot, rows, index)
+            {
+                start.put(column, &[x, y, z, offset]);
+            } else if let Some([x, y, z, _]) = point_alone(robot, rows, index) {
+                start.put(column, &[x, y, z]);
+            }
+        }
+        Ok(start)
+    }
+
+    fn put(&mut self, column: usize, values: &[T]) {
+        for (entry, value) in self.unknowns.iter_mut().skip(column).zip(values) {
+            *entry = *value;
+        }
+    }
+
+    /// The frame of the coordinates at the start.
+    pub(super) const fn frame(&self) -> &RigidTransform<T> {
+        &self.frame
+    }
+
+    /// The start, at their places among all parameters.
+    pub(super) const fn unknowns(&self) -> &[T; N] {
+        &self.unknowns
+    }
+
+    /// Whether the measured coordinates say nothing of one of the frame's six numbers: of a shift along an
+    /// axis that was not measured, or of a turn about the only axis that was.
+    pub(super) fn is_free(&self, number: usize) -> bool {
+        let [x, y, z] = self.axes;
+        let seen = [x, y, z, y || z, x || z, x || y];
+        !seen.get(number).copied().unwrap_or(false)
+    }
+}
+
+fn counted<T: Real>(
+    rows: &[ObservationRow<T>],
+) -> impl Iterator<Item = &ObservationRow<T>> + Clone {
+    rows.iter().filter(|row| !row.is_left_out())
+}
+
+fn mean_height<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], plane: u8) -> T {
+    let (mut sum, mut count) = (T::ZERO, T::ZERO);
+    for row in counted(rows) {
+        let observation = row.observation();
+        if let Some(height) = observation.height
+            && height.plane == plane
+            && let Ok(position) = robot.forward(&observation.joints)
+        {
+            sum += position.z - height.height;
+            count += T::ONE;
+        }
+    }
+    sum / count.larger(T::ONE)
+}
+
+/// Position of the nominal robot and measured distance of every row from a point, over a length.
+fn distances<'a, T: Real>(
+    robot: &'a Robot<T>,
+    rows: &'a [ObservationRow<T>],
+    point: u8,
+    unit: T,
+) -> impl Iterator<Item = (Vector3<T>, T)> + 'a {
+    counted(rows).filter_map(move |row| {
+        let observation = row.observation();
+        let distance = observation.distance?;
+        if distance.from != DistanceFrom::Point(point) {
+            return None;
+        }
+        let position = robot.forward(&observation.joints).ok()?;
+        Some((position / unit, distance.distance / unit))
+    })
+}
+
+/// |X|² − d² = 2 X·p − k: p and k.
+fn point_alone<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], point: u8) -> Option<[T; 4]> {
+    let [first, ..] = robot.arms();
+    let unit = first.lb();
+    let mut triangle = Triangle::<T, 5, 15>::zero();
+    for (x, d) in distances(robot, rows, point, unit) {
+        let right = d.squared() - x.dot(&x);
+        absorb(
+            &mut triangle,
+            [T::TWO * x.x, T::TWO * x.y, T::TWO * x.z, -T::ONE, right],
+        );
+    }
+    Some(solved(&triangle)?.map(|value| value * unit))
+}
+
+/// |X|² − d² = 2 X·p − 2 d o − k: p, o and k.
+fn point_with_offset<T: Real>(
+    robot: &Robot<T>,
+    rows: &[ObservationRow<T>],
+    point: u8,
+) -> Option<[T; 5]> {
+    let [first, ..] = robot.arms();
+    let unit = first.lb();
+    let mut triangle = Triangle::<T, 6, 21>::zero();
+    for (x, d) in distances(robot, rows, point, unit) {
+        let right = d.squared() - x.dot(&x);
+        absorb(
+            &mut triangle,
+            [
+                T::TWO * x.x,
+                T::TWO * x.y,
+                T::TWO * x.z,
+                -(T::TWO * d),
+                -T::ONE,
+                right,
+            ],
+        );
+    }
+    Some(solved(&triangle)?.map(|value| value * unit))
+}
+
+fn absorb<T: Real, const M: usize, const E: usize>(triangle: &mut Triangle<T, M, E>, row: [T; M]) {
+    let mut block = [[T::ZERO; 1]; M];
+    put_row(&mut block, 0, 0, &row);
+    triangle.absorb(&mut block);
+}
+
+/// The least squares solution, if the rows determine it.
+fn solved<T: Real, const N: usize, const M: usize, const E: usize>(
+    triangle: &Triangle<T, M, E>,
+) -> Option<[T; N]> {
+    let rounding = T::from_f64(64.0) * T::EPSILON;
+    let smallest = triangle.column_norms().map(|norm| rounding * norm);
+    triangle.minimiser(&smallest)
+}
+
+/// The frame in which the nominal robot's positions come nearest to the measured coordinates. Where too few
+/// were measured, the robot's own.
+fn frame<T: Real>(
+    robot: &Robot<T>,
+    rows: &[ObservationRow<T>],
+    axes: [bool; 3],
+) -> RigidTransform<T> {
+    let whole = counted(rows).filter_map(|row| {
+        let [Some(x), Some(y), Some(z)] = row.observation().position else {
+            return None;
+        };
+        let position = robot.forward(&row.observation().joints).ok()?;
+        Some((position, Vector3::new(x, y, z)))
+    });
+    let everything = counted(rows).all(|row| {
+        let measured = row.observation().position.iter().flatten().count();
+        measured == 0 || measured == 3
+    });
+    if everything && let Ok(frame) = RigidTransform::align(whole) {
+        return frame;
+    }
+    let fits = [0, 1, 2].map(|axis| affine(robot, rows, axis));
+    let directions = fits.map(|fit| fit.map(|(direction, _)| direction));
+    let directions = match directions {
+        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+        [Some(x), Some(y), None] => Some([x, y, unit(&x.cross(&y))]),
+        [None, Some(y), Some(z)] => Some([unit(&y.cross(&z)), y, z]),
+        [Some(x), None, Some(z)] => Some([x, unit(&z.cross(&x)), z]),
+        _ => None,
+    };
+    let rotation = directions
+        .and_then(|directions| nearest_rotation(&directions))
+        .unwrap_or_else(Matrix3::identity);
+    let mut translation = Vector3::zeros();
+    for (axis, (entry, seen)) in translation.iter_mut().zip(axes).enumerate() {
+        if seen {
+            *entry = mean_shift(robot, rows, axis, &rotation);
+        }
+    }
+    RigidTransform {
+        rotation,
+        translation,
+    }
+}
+
+fn unit<T: Real>(vector: &Vector3<T>) -> Vector3<T> {
+    vector / vector.dot(vector).square_root()
+}
+
+/// y = a · X + b of one coordinate.
+fn affine<T: Real>(
+    robot: &Robot<T>,
+    rows: &[ObservationRow<T>],
+    axis: usize,
+) -> Option<(Vector3<T>, T)> {
+    let [first, ..] = robot.arms();
+    let length = first.lb();
+    let mut triangle = Triangle::<T, 5, 15>::zero();
+    for row in counted(rows) {
+        let observation = row.observation();
+        if let Some(Some(measured)) = observation.position.get(axis)
+            && let Ok(position) = robot.forward(&observation.joints)
+        {
+            let x = position / length;
+            absorb(
+                &mut triangle,
+                [x.x, x.y, x.z, T::ONE, -(*measured / length)],
+            );
+        }
+    }
+    let [x, y, z, shift] = solved(&triangle)?;
+    Some((Vector3::new(x, y, z), shift * length))
+}
+
+/// The proper rotation nearest to a matrix given by rows.
+fn nearest_rotation<T: Real>(rows: &[Vector3<T>; 3]) -> Option<Matrix3<T>> {
+    let [x, y, z] = rows;
+    let matrix = Matrix3::from_columns(&[*x, *y, *z]).transpose();
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let pairs = axes
+        .into_iter()
+        .flat_map(|axis: Vector3<T>| [axis, -axis])
+        .map(|axis| (axis, matrix * axis));
+    RigidTransform::align(pairs)
+        .ok()
+        .map(|frame| frame.rotation)
+}
+
+fn mean_shift<T: Real>(
+    robot: &Robot<T>,
+    rows: &[ObservationRow<T>],
+    axis: usize,
+    rotation: &Matrix3<T>,
+) -> T {
+    let (mut sum, mut count) = (T::ZERO, T::ZERO);
+    for row in counted(rows) {
+        let observation = row.observation();
+        if let Some(Some(measured)) = observation.position.get(axis)
+            && let Ok(position) = robot.forward(&observation.joints)
+        {
+            let turned = rotation * position;
+            sum += *measured - turned.get(axis).copied().unwrap_or(T::ZERO);
+            count += T::ONE;
+        }
+    }
+    sum / count.larger(T::ONE)
+}

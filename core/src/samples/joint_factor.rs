@@ -1,0 +1,358 @@
+use super::count::SampleCount;
+use super::displacement::Displacement;
+use super::factor::MergeError;
+use super::mean_pose::MeanPose;
+use super::noise::Noise;
+use super::nominal_arm::NominalArm;
+use super::sample::{Sample, SampleError};
+use super::triangle::Triangle;
+use super::whitened_sample::{FEATURES, JointDisplacement, WhitenedSample, residual_of};
+use crate::Real;
+use crate::robot::{ArmIndex, Robot};
+use nalgebra::Vector3;
+
+/// Twelve features of each arm, and the right-hand side.
+pub(crate) const JOINT_COLUMNS: usize = 37;
+
+/// Every sample ever seen of a robot, in constant memory: the 37 × 37 triangular factor R of the
+/// whitened rows of all three closures, 703 numbers.
+///
+/// The closure errors fᵢ of a sample's three arms share the noise of its position:
+///
+/// ```text
+/// cov(f)ᵢⱼ = 4 (X − Bᵢ)ᵀ Σx (X − Bⱼ) + δᵢⱼ (∂fᵢ/∂qᵢ)² σq²        W = L⁻¹,   L Lᵀ = cov(f)
+/// (W f)ₘ   = Σᵢ Wₘᵢ φᵢᵀ (c(Pᵢ) − c(Pᵢ₀)) + Σᵢ Wₘᵢ fᵢ(P₀)
+/// ```
+///
+/// To first order W f are the whitened errors of the position, since ∂f/∂X is invertible: what
+/// [`ArmFactor`](super::ArmFactor) loses by taking the arms for independent is kept here. φᵢ and c are
+/// those of [`NominalArm`]. W is taken at the nominal robot.
+///
+/// ```
+/// use delta_cal::{Sample, SymmetricRobot};
+/// use delta_cal::samples::JointFactor;
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }.robot()?;
+/// let joints = [0.1, 0.3, -0.2];
+/// let mut position = robot.forward(&joints)?;
+/// // A millimetre off, and no noise stated: the residual is that millimetre.
+/// position.x += 1.0;
+/// let mut factor = JointFactor::new(&robot, &robot.forward(&[0.2; 3])?, None);
+/// factor.add(&Sample { joints, position })?;
+/// let residual = f64::sqrt(factor.sum_of_squares(&robot)) * factor.unit();
+/// assert!((residual - 1.0).abs() < 0.01);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointFactor<T: Real> {
+    nominal_arms: [NominalArm<T>; 3],
+    triangle: Triangle<T, JOINT_COLUMNS, 703>,
+    count: SampleCount<T>,
+    mean: MeanPose<T>,
+}
+
+/// What a block of samples leaves when the columns of the first arm are eliminated: a row of each.
+pub(crate) type LeftOver<T, const K: usize> = [[T; K]; JOINT_COLUMNS - FEATURES];
+
+impl<T: Real> JointFactor<T> {
+    /// An empty factor of samples of `robot`, measured about `centre`, a point within the workspace
+    /// (length).
+    pub fn new(robot: &Robot<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
+        let [first, second, third] = robot.arms();
+        Self {
+            nominal_arms: [
+                NominalArm::new(first, centre, noise),
+                NominalArm::new(second, centre, noise),
+                NominalArm::new(third, centre, noise),
+            ],
+            triangle: Triangle::zero(),
+            count: SampleCount::none(),
+            mean: MeanPose::none(),
+        }
+    }
+
+    /// The mean of the samples, by what they count.
+    pub(crate) const fn mean(&self) -> &MeanPose<T> {
+        &self.mean
+    }
+
+    /// What the samples are expressed against.
+    pub const fn nominal_arms(&self) -> &[NominalArm<T>; 3] {
+        &self.nominal_arms
+    }
+
+    /// The stated noise, if any.
+    pub const fn noise(&self) -> Option<&Noise<T>> {
+        let [first, ..] = &self.nominal_arms;
+        first.noise()
+    }
+
+    /// The length of a residual of 1 if no noise is stated.
+    pub const fn unit(&self) -> T {
+        let [first, ..] = &self.nominal_arms;
+        first.scale()
+    }
+
+    /// How many samples were taken in, forgotten ones included.
+    pub const fn samples(&self) -> u64 {
+        self.count.seen()
+    }
+
+    /// The effective number of samples: each counts λ for every time it was forgotten by λ.
+    pub fn effective_samples(&self) -> T {
+        self.count.effective()
+    }
+
+    /// Samples since it last forgot.
+    pub(crate) const fn recent(&self) -> u64 {
+        self.count.recent()
+    }
+
+    /// Whether [`add`](Self::add) would take the sample.
+    ///
+    /// # Errors
+    /// As [`add`](Self::add).
+    pub fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
+        sample.check()?;
+        for (nominal, arm) in self.nominal_arms.iter().zip(ArmIndex::ALL) {
+            nominal.check(&sample.position, arm)?;
+        }
+        Ok(())
+    }
+
+    /// Takes in one sample.
+    ///
+    /// # Errors
+    /// A number that is not finite or out of range; the factor is unchanged.
+    pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
+        self.check(sample)?;
+        self.absorb_one(&self.prepare(sample));
+        Ok(())
+    }
+
+    /// Takes in samples, the sum of whose squared residuals is multiplied by their weights, and sets
+    /// the effective number of all samples. For fits that reweight stored samples.
+    ///
+    /// # Errors
+    /// The first faulty sample's place in the sequence and its fault; the factor is unchanged.
+    pub fn add_weighted<'a, I>(
+        &mut self,
+        samples: I,
+        effective_samples: T,
+    ) -> Result<(), (usize, SampleError)>
+    where
+        I: IntoIterator<Item = (&'a Sample<T>, T)>,
+    {
+        let mut updated = *self;
+        for (index, (sample, weight)) in samples.into_iter().enumerate() {
+            self.check(sample).map_err(|error| (index, error))?;
+            updated.absorb_weighted(sample, weight);
+        }
+        updated.count_as(effective_samples);
+        *self = updated;
+        Ok(())
+    }
+
+    /// Takes in a sample that was checked, its squared residuals multiplied by a weight.
+    pub(crate) fn absorb_weighted(&mut self, sample: &Sample<T>, weight: T) {
+        if weight > T::ZERO {
+            let prepared = self.prepare(sample).weighted(weight.square_root());
+            self.absorb::<1, 2, 3>(&[prepared]);
+        }
+    }
+
+    /// Sets what all samples are worth together.
+    pub(crate) fn count_as(&mut self, effective_samples: T) {
+        self.count.set_effective(effective_samples);
+    }
+
+    /// Takes in many samples, in blocks; a block costs less than its samples one by one.
+    ///
+    /// # Errors
+    /// The first faulty sample's place and its fault; the factor is unchanged.
+    pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
+        for (index, sample) in samples.iter().enumerate() {
+            self.check(sample).map_err(|error| (index, error))?;
+        }
+        let (blocks, rest) = samples.as_chunks::<4>();
+        for block in blocks {
+            self.absorb::<4, 8, 12>(&block.each_ref().map(|sample| self.prepare(sample)));
+        }
+        for sample in rest {
+            self.absorb_one(&self.prepare(sample));
+        }
+        Ok(())
+    }
+
+    /// Takes in a sample that was checked when it came.
+    pub(crate) fn absorb_one(&mut self, sample: &WhitenedSample<T>) {
+        self.absorb::<1, 2, 3>(core::slice::from_ref(sample));
+    }
+
+    /// Centres, scales and whitens a sample. Rounding is a noise too, as for [`NominalArm`].
+    #[inline(never)]
+    pub(crate) fn prepare(&self, sample: &Sample<T>) -> WhitenedSample<T> {
+        let unit = self.unit();
+        let [q1, q2, q3] = sample.joints;
+        let [first, second, third] = &self.nominal_arms;
+        let [c, b, a] = [(first, q1), (second, q2), (third, q3)]
+            .map(|(nominal, q)| nominal.closure(&sample.position, q, unit));
+        // Cholesky's factor and its inverse, from the third arm on. No pivot is less than the own
+        // variance of its closure.
+        let least = |pivot: T, own: T| pivot.larger(own).inverse_square_root();
+        let w_aa = least(a.variance(), a.own);
+        let l_ba = b.covariance(&a) * w_aa;
+        let l_ca = c.covariance(&a) * w_aa;
+        let w_bb = least(b.variance() - l_ba * l_ba, b.own);
+        let l_cb = (c.covariance(&b) - l_ca * l_ba) * w_bb;
+        let w_cc = least(c.variance() - l_ca * l_ca - l_cb * l_cb, c.own);
+        let w_ba = -(l_ba * w_aa * w_bb);
+        let w_cb = -(l_cb * w_bb * w_cc);
+        let w_ca = -((l_ca * w_aa + l_cb * w_ba) * w_cc);
+        let zero = T::ZERO;
+        WhitenedSample {
+            arms: [c.sample, b.sample, a.sample],
+            rows: [[w_cc, w_cb, w_ca], [zero, w_bb, w_ba], [zero, zero, w_aa]],
+            weight: T::ONE,
+        }
+    }
+
+    /// Takes in up to K samples; twice and three times as many rows stand in the columns of the second
+    /// and third arm.
+    #[inline(never)]
+    fn absorb<const K: usize, const K2: usize, const K3: usize>(
+        &mut self,
+        samples: &[WhitenedSample<T>],
+    ) {
+        let left = self.absorb_first::<K>(samples);
+        self.absorb_others::<K, K2, K3>(samples, &left);
+    }
+
+    /// Eliminates the columns of the first arm.
+    #[inline(never)]
+    pub(crate) fn absorb_first<const K: usize>(
+        &mut self,
+        samples: &[WhitenedSample<T>],
+    ) -> LeftOver<T, K> {
+        let mut columns = [[T::ZERO; K]; JOINT_COLUMNS];
+        for (index, sample) in samples.iter().take(K).enumerate() {
+            sample.put(0, &mut columns, index);
+        }
+        self.triangle.eliminate(&mut columns, FEATURES);
+        let [_, _, _, _, _, _, _, _, _, _, _, _, left @ ..] = columns;
+        left
+    }
+
+    /// Eliminates the columns of the others from what is left of the first rows, and from the second
+    /// and third row of each sample.
+    #[inline(never)]
+    pub(crate) fn absorb_others<const K: usize, const K2: usize, const K3: usize>(
+        &mut self,
+        samples: &[WhitenedSample<T>],
+        left: &LeftOver<T, K>,
+    ) {
+        let mut columns = [[T::ZERO; K2]; JOINT_COLUMNS - FEATURES];
+        copy_rows(left, &mut columns);
+        for (index, sample) in samples.iter().take(K).enumerate() {
+            sample.put(1, &mut columns, K + index);
+        }
+        self.triangle.eliminate(&mut columns, FEATURES);
+        let mut last = [[T::ZERO; K3]; JOINT_COLUMNS - 2 * FEATURES];
+        copy_rows(columns.get(FEATURES..).unwrap_or_default(), &mut last);
+        for (index, sample) in samples.iter().take(K).enumerate() {
+            sample.put(2, &mut last, K2 + index);
+        }
+        self.triangle.eliminate(&mut last, FEATURES + 1);
+        self.count.add(samples.len() as u64);
+        for sample in samples {
+            self.mean.add(&sample.pose());
+        }
+    }
+
+    /// Adds everything another factor has seen, as if its samples had been added to this one.
+    ///
+    /// # Errors
+    /// [`MergeError::DifferentNominal`]; the factor is unchanged.
+    pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
+        if self.nominal_arms != other.nominal_arms {
+            return Err(MergeError::DifferentNominal);
+        }
+        self.triangle.merge_by_rows(&other.triangle);
+        self.count.merge(&other.count);
+        self.mean.add(&other.mean);
+        Ok(())
+    }
+
+    /// Lets everything seen so far count λ times as much: the sum of squares is multiplied by λ. λ is
+    /// clamped to [0, 1]; NaN forgets nothing.
+    pub fn forget(&mut self, lambda: T) {
+        if !(lambda < T::ONE) {
+            return;
+        }
+        let lambda = lambda.larger(T::ZERO);
+        self.triangle.scale(lambda.square_root());
+        self.count.forget(lambda);
+        self.mean.weight *= lambda;
+    }
+
+    /// Σ |W f(P)|² over everything seen, for any parameters; without a stated noise in units of
+    /// [`unit`](Self::unit) squared.
+    pub fn sum_of_squares(&self, robot: &Robot<T>) -> T {
+        let [one, two, three] = robot.arms();
+        let [first, second, third] = &self.nominal_arms;
+        let at = self.displaced(&[
+            first.correction_to(one),
+            second.correction_to(two),
+            third.correction_to(three),
+        ]);
+        self.residual_sum(&at)
+    }
+
+    #[inline(never)]
+    pub(crate) fn displaced(&self, corrections: &[[T; 8]; 3]) -> JointDisplacement<T> {
+        let [first, second, third] = &self.nominal_arms;
+        let [one, two, three] = corrections;
+        JointDisplacement {
+            arms: [
+                Displacement::new(first, one),
+                Displacement::new(second, two),
+                Displacement::new(third, three),
+            ],
+        }
+    }
+
+    /// |R (δc, 1)|².
+    #[inline(never)]
+    pub(crate) fn residual_sum(&self, at: &JointDisplacement<T>) -> T {
+        let mut sum = T::ZERO;
+        for (index, row) in self.triangle.rows().enumerate() {
+            sum += residual_of(row, index, at).squared();
+        }
+        sum
+    }
+
+    /// The least sum of squares that any coefficients whatever could leave.
+    pub(crate) fn least_sum_of_squares(&self) -> T {
+        self.triangle
+            .row(JOINT_COLUMNS - 1)
+            .last()
+            .map_or(T::ZERO, |entry| entry.squared())
+    }
+
+    /// The square triangular part of the features, and the right-hand side.
+    pub(crate) const fn triangle(&self) -> &Triangle<T, JOINT_COLUMNS, 703> {
+        &self.triangle
+    }
+}
+
+fn copy_rows<T: Copy, const K: usize, const L: usize>(from: &[[T; K]], to: &mut [[T; L]]) {
+    for (target, source) in to.iter_mut().zip(from) {
+        for (entry, value) in target.iter_mut().zip(source) {
+            *entry = *value;
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

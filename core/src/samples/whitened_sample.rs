@@ -1,0 +1,145 @@
+//! A sample of all arms, whitened by the covariance that their closures share.
+
+use super::displacement::Displacement;
+use super::mean_pose::MeanPose;
+use super::nominal_arm::{ArmSample, COLUMNS};
+use super::triangle::put_row;
+use crate::Real;
+
+/// Features of an arm.
+pub(super) const FEATURES: usize = 12;
+
+/// The three arms moved by their corrections.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
+pub struct JointDisplacement<T: Real> {
+    pub(crate) arms: [Displacement<T>; 3],
+}
+
+/// A sample of all arms, and the rows of W: the first is that of all arms, the second that of the
+/// second and third arm, the third that of the third arm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct WhitenedSample<T: Real> {
+    pub(super) arms: [ArmSample<T>; 3],
+    pub(super) rows: [[T; 3]; 3],
+    /// What it counts.
+    pub(super) weight: T,
+}
+
+impl<T: Real> WhitenedSample<T> {
+    /// A place that holds none.
+    pub(crate) fn vacant() -> Self {
+        Self {
+            arms: [ArmSample::vacant(); 3],
+            rows: [[T::ZERO; 3]; 3],
+            weight: T::ZERO,
+        }
+    }
+
+    /// Writes the sample's row of some arm and those after it into a block that begins at the columns
+    /// of that arm.
+    pub(super) fn put<const K: usize>(&self, first: usize, columns: &mut [[T; K]], index: usize) {
+        let Some(weights) = self.rows.get(first) else {
+            return;
+        };
+        let mut right = T::ZERO;
+        let mut start = 0;
+        for (sample, weight) in self.arms.iter().zip(weights).skip(first) {
+            let weighted = ArmSample {
+                weight: *weight,
+                ..*sample
+            };
+            let [features @ .., constraint]: [T; COLUMNS] = weighted.row();
+            put_row(columns, index, start, &features);
+            right += constraint;
+            start += FEATURES;
+        }
+        put_row(columns, index, start, &[right]);
+    }
+
+    /// W f at a displacement.
+    pub(crate) fn residuals(&self, at: &JointDisplacement<T>) -> [T; 3] {
+        let mut constraints = [T::ZERO; 3];
+        for ((constraint, sample), arm) in constraints.iter_mut().zip(&self.arms).zip(&at.arms) {
+            *constraint = arm.weighted_constraint(sample);
+        }
+        self.rows.map(|weights| {
+            let mut residual = T::ZERO;
+            for (weight, constraint) in weights.iter().zip(&constraints) {
+                residual += *weight * *constraint;
+            }
+            residual
+        })
+    }
+
+    /// W f and its derivatives by the 24 parameters: rows that begin at the first, the second and the third
+    /// arm's parameters.
+    #[cfg(test)]
+    pub(crate) fn linearized(&self, at: &JointDisplacement<T>) -> [[T; 25]; 3] {
+        let residuals = self.residuals(at);
+        let mut rows = [[T::ZERO; 25]; 3];
+        for ((row, weights), residual) in rows.iter_mut().zip(&self.rows).zip(residuals) {
+            for (((own, sample), arm), weight) in row
+                .chunks_exact_mut(8)
+                .zip(&self.arms)
+                .zip(&at.arms)
+                .zip(weights)
+            {
+                let (gradient, _) = arm.constraint_row(sample);
+                for (entry, derivative) in own.iter_mut().zip(gradient.iter()) {
+                    *entry = *derivative * *weight;
+                }
+            }
+            if let Some(last) = row.last_mut() {
+                *last = residual;
+            }
+        }
+        rows
+    }
+
+    /// W.
+    #[cfg(test)]
+    pub(crate) const fn rows(&self) -> &[[T; 3]; 3] {
+        &self.rows
+    }
+
+    /// Lets the sample count so much: `root` squared.
+    pub(super) fn weighted(mut self, root: T) -> Self {
+        for entry in self.rows.iter_mut().flatten() {
+            *entry *= root;
+        }
+        self.weight *= root.squared();
+        self
+    }
+
+    pub(super) fn pose(&self) -> MeanPose<T> {
+        let [.., third] = &self.arms;
+        MeanPose {
+            weight: self.weight,
+            position: third.x,
+            cosines: self.arms.each_ref().map(|arm| arm.cosine),
+            sines: self.arms.each_ref().map(|arm| arm.sine),
+        }
+    }
+}
+
+/// One entry of R (δc, 1), from its row, which begins at that column.
+pub(crate) fn residual_of<T: Real>(row: &[T], index: usize, at: &JointDisplacement<T>) -> T {
+    let Some((right, mut factors)) = row.split_last() else {
+        return T::ZERO;
+    };
+    let mut entry = *right;
+    let mut skipped = index;
+    for arm in &at.arms {
+        let coefficients = arm.coefficients.get(skipped..).unwrap_or_default();
+        skipped = skipped.saturating_sub(FEATURES);
+        let Some((own, others)) = factors.split_at_checked(coefficients.len()) else {
+            break;
+        };
+        for (factor, coefficient) in own.iter().zip(coefficients) {
+            entry += *factor * *coefficient;
+        }
+        factors = others;
+    }
+    entry
+}

@@ -1,0 +1,117 @@
+//! The errors that the model does not hold, each as what it would do to the measured positions.
+
+use super::cause::CauseKind;
+use crate::fit::fkm::Linearization;
+use delta_cal::{ArmIndex, Robot, Sample};
+use nalgebra::{Matrix3, Vector3};
+
+/// Columns of all hypotheses together.
+pub(super) const COLUMNS: usize = 22;
+
+/// One hypothesis: a cause, and its columns among all.
+#[derive(Debug, Clone)]
+pub(super) struct Hypothesis {
+    pub(super) kind: CauseKind,
+    /// `None` of a cause that is not one arm's.
+    pub(super) arm: Option<ArmIndex>,
+    pub(super) columns: Vec<usize>,
+}
+
+/// All of them, in the order of their columns.
+pub(super) fn all() -> Vec<Hypothesis> {
+    let of_arms = CauseKind::OF_JOINTS
+        .into_iter()
+        .flat_map(|kind| ArmIndex::ALL.map(|arm| (kind, Some(arm))));
+    let of_platform = [(CauseKind::Sag, None), (CauseKind::Drift, None)];
+    let mut next = 0;
+    of_arms
+        .chain(of_platform)
+        .map(|(kind, arm)| {
+            let first = next;
+            next += kind.columns();
+            Hypothesis {
+                kind,
+                arm,
+                columns: (first..next).collect(),
+            }
+        })
+        .collect()
+}
+
+/// What a sample's row says of the file as a whole.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// −1 or 1 for each joint: the direction of its last move; 0 before its first.
+    directions: [f64; 3],
+    /// From −½ in the first row to ½ in the last.
+    part: f64,
+    /// The square of the distance from the robot's axis, 1 at the largest of the file.
+    radius_squared: f64,
+}
+
+/// The square of the largest distance from the robot's axis, mm².
+pub(super) fn largest_radius_squared(samples: &[Sample<f64>]) -> f64 {
+    let squares = samples
+        .iter()
+        .map(|sample| sample.position.xy().norm_squared());
+    squares.fold(0.0, f64::max)
+}
+
+/// Of every sample, in the order of the file.
+pub(super) fn places(samples: &[Sample<f64>]) -> Vec<Place> {
+    let radius_squared = |sample: &Sample<f64>| sample.position.xy().norm_squared();
+    let largest = largest_radius_squared(samples);
+    let last = samples.iter().skip(1).fold(0.0, |count, _| count + 1.0);
+    let mut directions = [0.0; 3];
+    let mut before = samples.first().map_or([0.0; 3], |sample| sample.joints);
+    (0..)
+        .map(f64::from)
+        .zip(samples)
+        .map(|(row, sample)| {
+            for ((direction, to), from) in directions.iter_mut().zip(sample.joints).zip(before) {
+                if (to - from).abs() > 0.0 {
+                    *direction = (to - from).signum();
+                }
+            }
+            before = sample.joints;
+            Place {
+                directions,
+                part: if last > 0.0 { row / last - 0.5 } else { 0.0 },
+                radius_squared: if largest > 0.0 {
+                    radius_squared(sample) / largest
+                } else {
+                    0.0
+                },
+            }
+        })
+        .collect()
+}
+
+/// ∂X/∂q at a pose of the robot.
+pub(super) fn by_joints(robot: &Robot<f64>, at: &Linearization, joints: &[f64; 3]) -> Matrix3<f64> {
+    let mut by_joints = at.by_constraints;
+    for ((mut column, arm), q) in by_joints.column_iter_mut().zip(robot.arms()).zip(joints) {
+        column *= arm.constraint_by_joint(&at.position, *q);
+    }
+    by_joints
+}
+
+/// By how much a position moves for one unit of each column: mm per radian, 1, or mm.
+pub(super) fn movements(
+    by_joints: &Matrix3<f64>,
+    joints: &[f64; 3],
+    place: &Place,
+) -> Vec<Vector3<f64>> {
+    let mut movements = Vec::with_capacity(COLUMNS);
+    for kind in CauseKind::OF_JOINTS {
+        for (arm, q) in joints.iter().enumerate() {
+            let (shapes, count) = kind.shapes(*q, place.directions[arm]);
+            for shape in &shapes[..count] {
+                movements.push(by_joints.column(arm) * *shape);
+            }
+        }
+    }
+    movements.push(Vector3::new(0.0, 0.0, -place.radius_squared));
+    movements.extend([0, 1, 2].map(|axis| Vector3::ith(axis, place.part)));
+    movements
+}

@@ -1,0 +1,202 @@
+//! A fitted robot and its residuals, as rows of a regression.
+
+use super::hypotheses::{self, COLUMNS, Place};
+use super::regression::{Regression, Rows};
+use crate::accuracy::evaluation::differences;
+use crate::accuracy::information::{PARAMETERS, tolerance_weights, units};
+use crate::fit::fkm::{self, Linearization};
+use crate::fit::weights::SampleWeight;
+use delta_cal::{Noise, Robot, Sample, Tolerance};
+use nalgebra::{DVector, Matrix3, SMatrix, SVector, Vector3};
+
+/// More samples are not looked at: evenly spread ones stand for all.
+const MOST_SAMPLES: usize = 5000;
+/// A residual of more scales counts as if it were that large, so that one wrong sample is no cause.
+const LARGEST_RESIDUAL: f64 = 4.0;
+/// The median length of a vector of three standard normal numbers.
+const MEDIAN_LENGTH: f64 = 1.538;
+/// Unknowns of the sensor's frame.
+const FRAME: usize = 6;
+/// Without a stated noise: the part of the joints in the noise of the positions that are tried.
+const JOINT_PARTS: [f64; 5] = [0.0, 0.2, 0.5, 0.8, 0.95];
+/// A fitted robot, and what it was fitted to.
+pub(crate) struct Subject<'a> {
+    /// The centre of the tolerance.
+    pub(crate) nominal: &'a Robot<f64>,
+    pub(crate) calibrated: &'a Robot<f64>,
+    pub(crate) samples: &'a [Sample<f64>],
+    /// What the fit made of each sample.
+    pub(crate) weights: &'a [SampleWeight],
+    pub(crate) noise: Option<Noise<f64>>,
+    /// One σ of each coordinate, mm, that the fit estimates where no noise is stated.
+    pub(crate) estimated_noise: Option<f64>,
+    pub(crate) tolerance: Option<Tolerance<f64>>,
+    /// Whether the positions were aligned with the nominal robot.
+    pub(crate) aligned: bool,
+}
+
+/// A sample that counts, at the fitted robot.
+pub(super) struct Counted {
+    pub(super) sample: Sample<f64>,
+    place: Place,
+    weight: f64,
+    pub(super) at: Linearization,
+    by_joints: Matrix3<f64>,
+}
+
+impl Subject<'_> {
+    /// The square of the largest distance from the robot's axis, mm².
+    pub(super) fn radius_squared(&self) -> f64 {
+        hypotheses::largest_radius_squared(self.samples)
+    }
+
+    /// The samples that count.
+    pub(super) fn counted(&self) -> Vec<Counted> {
+        let places = hypotheses::places(self.samples);
+        let every = self.samples.len().div_ceil(MOST_SAMPLES).max(1);
+        self.samples
+            .iter()
+            .zip(places)
+            .zip(self.weights)
+            .step_by(every)
+            .filter(|(_, weight)| !weight.suspected && weight.weight > 0.0)
+            .filter_map(|((sample, place), weight)| {
+                let at = Linearization::new(self.calibrated, &sample.joints).ok()?;
+                let by_joints = hypotheses::by_joints(self.calibrated, &at, &sample.joints);
+                Some(Counted {
+                    sample: *sample,
+                    place,
+                    weight: weight.weight,
+                    at,
+                    by_joints,
+                })
+            })
+            .collect()
+    }
+
+    /// All rows and the σ of a coordinate, mm. Without a stated noise the part of the joints in it is
+    /// the one that makes the residuals most probable.
+    pub(super) fn regression(&self, counted: &[Counted]) -> Option<(Regression, f64)> {
+        if let Some(noise) = self.noise {
+            return Some((self.rows(counted, &noise).0, noise.position()));
+        }
+        let sigma = self.estimated_noise.filter(|sigma| *sigma > 0.0)?;
+        let squares: f64 = counted.iter().map(|c| c.by_joints.norm_squared()).sum();
+        let number = counted.iter().fold(0.0, |count, _| count + 3.0);
+        let by_joint = (squares / number).sqrt();
+        JOINT_PARTS
+            .into_iter()
+            .filter_map(|part: f64| {
+                let joint = sigma * part.sqrt() / by_joint;
+                let noise = Noise::new(sigma * (1.0 - part).sqrt(), joint).ok()?;
+                let (regression, log_whitening) = self.rows(counted, &noise);
+                let solution = regression.solve(&[])?;
+                // The restricted likelihood (Patterson and Thompson 1971).
+                let likelihood = log_whitening
+                    - solution.log_determinant
+                    - 0.5 * solution.freedom * solution.variance().ln();
+                likelihood.is_finite().then_some((likelihood, regression))
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, regression)| (regression, sigma))
+    }
+
+    /// All rows with this noise, and Σ log |Lₖ⁻¹|.
+    fn rows(&self, counted: &[Counted], noise: &Noise<f64>) -> (Regression, f64) {
+        let framed = self.aligned && self.tolerance.is_some();
+        let frame = if framed { FRAME } else { 0 };
+        let mut rows = Rows::new(PARAMETERS + frame, COLUMNS);
+        let whitened: Vec<_> = counted
+            .iter()
+            .map(|c| {
+                let whitening = fkm::whitening(self.calibrated, &c.sample, noise);
+                let residual = whitening * (c.sample.position - c.at.position);
+                (whitening, residual)
+            })
+            .collect();
+        let largest = LARGEST_RESIDUAL * scale(&whitened, self.noise.is_some());
+        let mut log_whitening = 0.0;
+        let units = units(self.calibrated);
+        for (c, (whitening, residual)) in counted.iter().zip(&whitened) {
+            let length = residual.norm();
+            let weight = c.weight
+                * if length > largest {
+                    largest / length
+                } else {
+                    1.0
+                };
+            log_whitening += whitening.determinant().abs().ln();
+            let mut jacobian = c.at.jacobian();
+            for (mut column, unit) in jacobian.column_iter_mut().zip(&units) {
+                column /= *unit;
+            }
+            let jacobian: SMatrix<f64, 3, PARAMETERS> = whitening * jacobian;
+            let mut columns: Vec<Vector3<f64>> = (0..PARAMETERS)
+                .map(|index| jacobian.column(index).into_owned())
+                .collect();
+            if framed {
+                columns.extend(frame_movements(&c.sample.position).map(|by| whitening * by));
+            }
+            let movements = hypotheses::movements(&c.by_joints, &c.sample.joints, &c.place);
+            columns.extend(movements.iter().map(|movement| whitening * movement));
+            columns.push(*residual);
+            for axis in 0..3 {
+                let row = columns.iter().map(|column| column[axis]);
+                rows.add(DVector::from_iterator(columns.len(), row), weight);
+            }
+        }
+        if self.tolerance.is_some() {
+            let weights = tolerance_weights(self.calibrated, self.tolerance.as_ref());
+            let off = differences(self.nominal, self.calibrated);
+            for (index, (weight, off)) in weights.iter().zip(&off).enumerate() {
+                rows.add_prior((index, *weight, weight * off));
+            }
+        }
+        (rows.regression(), log_whitening)
+    }
+
+    /// The parameters' corrections, and the frame's.
+    pub(super) fn corrections(&self, coefficients: &DVector<f64>) -> Corrections {
+        let units = units(self.calibrated);
+        let frame = self.aligned && self.tolerance.is_some();
+        Corrections {
+            parameters: SVector::from_fn(|index, _| coefficients[index] / units[index]),
+            frame: std::array::from_fn(|index| {
+                if frame {
+                    coefficients[PARAMETERS + index]
+                } else {
+                    0.0
+                }
+            }),
+        }
+    }
+}
+
+/// What a fit with causes changes in the parameters and in the sensor's frame.
+pub(super) struct Corrections {
+    pub(super) parameters: SVector<f64, PARAMETERS>,
+    pub(super) frame: [f64; FRAME],
+}
+
+/// By how much a position moves for each unknown of its frame: 1 mm, or the rotation by one radian.
+pub(super) fn frame_movements(position: &Vector3<f64>) -> [Vector3<f64>; FRAME] {
+    std::array::from_fn(|index| {
+        let axis = Vector3::ith(index % 3, 1.0);
+        if index < 3 {
+            axis
+        } else {
+            axis.cross(position)
+        }
+    })
+}
+
+/// The scale of the residuals, which some wrong samples do not change; not below a stated noise.
+fn scale(whitened: &[(Matrix3<f64>, Vector3<f64>)], stated: bool) -> f64 {
+    let mut lengths: Vec<_> = whitened
+        .iter()
+        .map(|(_, residual)| residual.norm())
+        .collect();
+    lengths.sort_by(f64::total_cmp);
+    let median = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
+    (median / MEDIAN_LENGTH).max(if stated { 1.0 } else { 0.0 })
+}

@@ -1,0 +1,114 @@
+//! What measurements determine and what they leave to the tolerance.
+
+use crate::accuracy::expected_error::ExpectedError;
+use crate::files::robot_file::RobotFile;
+use crate::fit::observations::ObservedFit;
+use delta_cal::Parameter;
+use nalgebra::{SMatrix, SVector};
+
+type Matrix24 = SMatrix<f64, 24, 24>;
+
+/// Combinations of parameters that measurements without the robot's frame can determine at most: all
+/// but those of the robot's place in space.
+const INTRINSIC: usize = 18;
+
+/// What the measurements determine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// How many combinations of the 24 parameters the measurements determine better than the tolerance
+    /// does. Without a tolerance all, since a calibration is refused otherwise.
+    pub combinations: usize,
+    /// Whether the measurements say where the robot stands in the frame of its parameters.
+    pub place: bool,
+    /// Whether they say how large it is.
+    pub scale: bool,
+}
+
+/// The place in space is known if the part of the position error that is a rigid motion falls below this part
+/// of what the tolerance allows.
+const PLACE_KNOWN: f64 = 0.5;
+
+/// Of the squared position error the part that is a rigid motion, and its root: mm.
+fn place(expected: &ExpectedError) -> f64 {
+    let (absolute, intrinsic) = (expected.absolute.rms, expected.intrinsic.rms);
+    (absolute * absolute - intrinsic * intrinsic)
+        .max(0.0)
+        .sqrt()
+}
+
+impl Known {
+    /// `before` and `after`: the position errors that the robot is expected to have.
+    pub(super) fn of(
+        robot: &RobotFile,
+        fit: &ObservedFit,
+        before: Option<&ExpectedError>,
+        after: Option<&ExpectedError>,
+    ) -> Self {
+        let everything = Self {
+            combinations: 24,
+            place: true,
+            scale: true,
+        };
+        let (Some(tolerance), Some(covariance)) = (&robot.tolerance, &fit.outcome.covariance)
+        else {
+            return everything;
+        };
+        let scaled = Matrix24::from_fn(|row, column| {
+            let of = |index: usize| tolerance.of(Parameter::ALL[index % 8]);
+            covariance[(row, column)] / (of(row) * of(column))
+        });
+        let Some(inverse) = scaled.try_inverse() else {
+            return everything;
+        };
+        // In tolerances: what the measurements alone say, beside 1 of the tolerance.
+        let measured = inverse - Matrix24::identity();
+        let eigenvalues = measured.symmetric_eigenvalues();
+        let larger = SVector::<f64, 24>::from_fn(|index, _| {
+            let parameter = Parameter::ALL[index % 8];
+            let length = !matches!(parameter, Parameter::Theta | Parameter::Alpha);
+            let value = robot.robot.arms()[index / 8].get(parameter);
+            if length {
+                value / tolerance.of(parameter)
+            } else {
+                0.0
+            }
+        });
+        let size = larger.norm_squared();
+        Self {
+            combinations: eigenvalues.iter().filter(|value| **value > 1.0).count(),
+            place: before
+                .zip(after)
+                .is_none_or(|(before, after)| place(after) < PLACE_KNOWN * place(before)),
+            scale: larger.dot(&(measured * larger)) > size,
+        }
+    }
+
+    /// What remains unknown, in sentences, each with the remedy that costs least.
+    pub fn gaps(&self) -> Vec<String> {
+        let mut gaps = Vec::new();
+        if !self.place {
+            gaps.push(
+                "The place of the robot in space (six numbers) comes from the tolerance alone, since no \
+                 measurement refers to the robot's frame. It does not matter where positions are taught; \
+                 otherwise measure x, y and z of three poses or more."
+                    .to_owned(),
+            );
+        }
+        if !self.scale {
+            gaps.push(
+                "The scale of the robot comes from the tolerance alone: an enlarged robot touches the same \
+                 planes. One known length restores it: touch the top of a gauge block (height_mm = its \
+                 height), or measure one distance between two poses with a calliper."
+                    .to_owned(),
+            );
+        }
+        if self.combinations < INTRINSIC {
+            gaps.push(format!(
+                "The measurements determine {} of the {INTRINSIC} combinations of parameters that relative \
+                 positions depend on better than the tolerance does.",
+                self.combinations
+            ));
+        }
+        gaps
+    }
+}

@@ -1,0 +1,7 @@
+//! What columns of a file hold, and by which names.
+
+mod mapping;
+mod quantity;
+
+pub use mapping::ColumnMapping;
+pub(crate) use quantity::{ColumnName, Quantity, Unit, is_note};

@@ -1,0 +1,257 @@
+//! The header of a table: which column holds what.
+
+use super::records::{IGNORED, Records};
+use crate::files::columns::{ColumnName, Quantity, Unit, is_note};
+use crate::files::input_error::InputError;
+use crate::text::words::{count, list};
+use csv::StringRecord;
+
+pub(super) const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad, and _cm, _m, \
+                                _um, _in), or in place of the last three height_mm,plane or \
+                                distance_mm,point or distance_mm,to_q1_deg,to_q2_deg,to_q3_deg, in any \
+                                order; the program ignores columns whose name begins with _";
+
+/// What is done with the cells of a column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Use {
+    Read(Column),
+    Ignored,
+    /// It has no name, so its cells must be empty.
+    Unnamed,
+}
+
+/// A column that is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Column {
+    /// Counted from 0.
+    pub(super) place: usize,
+    pub(super) quantity: Quantity,
+    pub(super) unit: Unit,
+    /// Whether its name or the command line states the unit.
+    pub(super) stated: bool,
+}
+
+/// A header that was understood.
+pub(super) struct Header {
+    /// The file's name.
+    file: String,
+    line: u64,
+    separator: char,
+    names: Vec<String>,
+    uses: Vec<Use>,
+    /// By the number of their quantity.
+    columns: [Option<Column>; 13],
+}
+
+impl Header {
+    pub(super) fn new(records: &Records<'_>) -> Result<Self, InputError> {
+        let mut header = Self {
+            file: records.input().name().to_owned(),
+            line: records.header_line,
+            separator: records.separator(),
+            names: records.header.clone(),
+            uses: Vec::new(),
+            columns: [None; 13],
+        };
+        header.check_mapping(records)?;
+        for place in 0..header.names.len() {
+            let used = header.use_of(records, place)?;
+            if let Use::Read(column) = used {
+                let own = &mut header.columns[column.quantity as usize];
+                if let Some(other) = own.replace(column) {
+                    let name = header.name(other.place);
+                    let cause = format!("the column repeats column {name} before it");
+                    return Err(header.fault(cause).at_column(header.name(place)));
+                }
+            }
+            header.uses.push(used);
+        }
+        Ok(header)
+    }
+
+    /// Every column of `--columns` is there, once.
+    fn check_mapping(&self, records: &Records<'_>) -> Result<(), InputError> {
+        for mapped in records.input().columns().all() {
+            let named = self.names.iter().filter(|name| **name == mapped.column);
+            let cause = match named.count() {
+                1 => continue,
+                0 => "the header has no such column, which --columns names",
+                _ => "the header has more than one such column, and --columns names it",
+            };
+            let names = list(&self.names);
+            return Err(self
+                .fault(cause)
+                .at_column(&mapped.column)
+                .with_remedy(format!("the columns of the file are {names}")));
+        }
+        Ok(())
+    }
+
+    fn use_of(&self, records: &Records<'_>, place: usize) -> Result<Use, InputError> {
+        let (name, mapping) = (self.name(place), records.input().columns());
+        let read = |name: ColumnName| {
+            Use::Read(Column {
+                place,
+                quantity: name.quantity,
+                unit: name.unit.unwrap_or(name.quantity.usual_unit()),
+                stated: name.unit.is_some(),
+            })
+        };
+        if let Some(mapped) = mapping.of_column(name) {
+            return Ok(read(mapped));
+        }
+        if name.is_empty() {
+            return Ok(Use::Unnamed);
+        }
+        if name.starts_with(IGNORED) {
+            return Ok(Use::Ignored);
+        }
+        match ColumnName::recognise(name) {
+            Some(own) if !mapping.has(own.quantity) => Ok(read(own)),
+            _ if is_note(name) || !mapping.is_empty() => Ok(Use::Ignored),
+            _ => {
+                let (cause, before) = if name.replace(',', ".").parse::<f64>().is_ok() {
+                    let cause = "the first line must name the columns, but this is a number";
+                    (cause, "write a header above the numbers")
+                } else {
+                    let before = "if the program is to ignore the column, write _ before its name; if \
+                                  not, --columns says what it holds";
+                    ("unknown column", before)
+                };
+                Err(self
+                    .fault(cause)
+                    .at_column(name)
+                    .with_remedy(format!("{before}; {KNOWN}")))
+            }
+        }
+    }
+
+    pub(super) fn column(&self, quantity: Quantity) -> Option<&Column> {
+        self.columns[quantity as usize].as_ref()
+    }
+
+    /// As the file has it.
+    pub(super) fn name(&self, place: usize) -> &str {
+        self.names.get(place).map_or("", String::as_str)
+    }
+
+    /// Every one of these quantities must have a column, and lengths a unit.
+    pub(super) fn require(&self, quantities: &[Quantity]) -> Result<(), InputError> {
+        for quantity in quantities {
+            let usual = quantity.column(quantity.usual_unit());
+            let Some(column) = self.column(*quantity) else {
+                let other = if quantity.is_angle() {
+                    quantity.column(Unit::Radian)
+                } else {
+                    quantity.column(Unit::Metre)
+                };
+                return Err(self
+                    .fault("the column is missing")
+                    .at_column(format!("{usual} (or {other})")));
+            };
+            if !(column.stated || quantity.is_angle()) {
+                return Err(self.without_unit(column, "its unit is not stated"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Angles without a unit that may be radians.
+    pub(super) fn check_angles(&self) -> Result<(), InputError> {
+        let mut columns = self.columns.iter().flatten();
+        match columns.find(|column| column.quantity.is_angle() && !column.stated) {
+            Some(column) => Err(self.without_unit(
+                column,
+                "its unit is not stated, and no angle is so large that it must be in degrees",
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn without_unit(&self, column: &Column, cause: &str) -> InputError {
+        let separator = self.separator.to_string();
+        let wanted = self.uses_as_named().join(&separator);
+        let name = self.name(column.place);
+        let usual = column.quantity.column(column.unit);
+        self.fault(cause).at_column(name).with_remedy(format!(
+            "write the units into the header, {wanted} if these are the units, or state them with \
+             --columns, as --columns {usual}={name}"
+        ))
+    }
+
+    /// The header with a unit in every name.
+    fn uses_as_named(&self) -> Vec<String> {
+        let named = self.names.iter().zip(&self.uses);
+        let named = named.map(|(name, used)| match used {
+            Use::Read(column) => column.quantity.column(column.unit),
+            Use::Ignored | Use::Unnamed => name.clone(),
+        });
+        named.collect()
+    }
+
+    /// A row must have as many fields as the header; those without a name are empty or not there.
+    pub(super) fn check_length(
+        &self,
+        records: &Records<'_>,
+        line: u64,
+        record: &StringRecord,
+    ) -> Result<(), InputError> {
+        let (found, expected) = (record.len(), self.names.len());
+        if found == expected && !self.uses.contains(&Use::Unnamed) {
+            return Ok(());
+        }
+        let at_line = |cause: String| InputError::new(&self.file, cause).at_line(line);
+        let missing = self.uses.iter().skip(found);
+        if let Some(place) = missing
+            .enumerate()
+            .find(|(_, used)| **used != Use::Unnamed)
+            .map(|(place, _)| found + place)
+        {
+            if let Some(cause) = records.separated_otherwise(record) {
+                return Err(at_line(cause).with_remedy("separate all fields in the same way"));
+            }
+            let fields = count(found, "field");
+            let cause = format!("the row has {fields} and the header {expected}");
+            return Err(at_line(cause)
+                .at_column(self.name(place))
+                .with_remedy("this is the first column that is missing"));
+        }
+        let unnamed = |place: usize| {
+            self.uses
+                .get(place)
+                .is_none_or(|used| *used == Use::Unnamed)
+        };
+        let mut fields = record.iter().enumerate();
+        let Some((place, field)) =
+            fields.find(|(place, field)| unnamed(*place) && !field.trim().is_empty())
+        else {
+            return Ok(());
+        };
+        if place < expected {
+            let cause = format!(
+                "\"{}\" stands in column {}, which has no name",
+                field.trim(),
+                place + 1
+            );
+            return Err(at_line(cause).with_remedy(KNOWN));
+        }
+        let cause = format!(
+            "the row has {} and the header {expected}",
+            count(found, "field")
+        );
+        let remedy = if self.separator == ',' && found == 2 * expected {
+            "this looks like decimal commas: separate the fields by semicolons, or write decimal points"
+        } else {
+            "the row continues after this column; decimal commas have this effect as well"
+        };
+        Err(at_line(cause)
+            .at_column(self.name(expected - 1))
+            .with_remedy(remedy))
+    }
+
+    fn fault(&self, cause: impl Into<String>) -> InputError {
+        InputError::new(&self.file, cause)
+            .at_line(self.line)
+            .with_remedy(KNOWN)
+    }
+}

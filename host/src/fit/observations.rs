@@ -1,0 +1,274 @@
+//! The fit to heights, distances and single coordinates. The calibration itself is the core's.
+
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom};
+use crate::fit::options::Frame;
+use crate::fit::outcome::Outcome;
+use delta_cal::calibration::{Problem, Solver};
+use delta_cal::frame::RigidTransform;
+use delta_cal::observations::{
+    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationOutcome,
+    ObservationProblem, ObservationRow, Plane, Point, PositionFrame, PrepareError,
+};
+use delta_cal::{Noise, Refusal, Settings};
+use nalgebra::{SMatrix, SVector, Vector3};
+
+/// The robot's parameters and the unknowns of as many instruments as a file may have: a frame and 14
+/// points, for example.
+pub(crate) const PARAMETERS: usize = 72;
+/// Readings of a row: x, y, z, height, distance.
+pub(crate) const READINGS: usize = 5;
+const COLUMNS: usize = PARAMETERS + 1;
+const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
+
+type ObservedProblem<'a> = ObservationProblem<'a, f64, PARAMETERS>;
+
+/// A fit, and where the instruments are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservedFit {
+    /// The robot and the covariance of its parameters.
+    pub outcome: Outcome,
+    /// From the robot's frame to that of the coordinates, if it was unknown.
+    pub frame: Option<RigidTransform<f64>>,
+    /// The planes in the order of the file.
+    pub planes: Vec<PlaneFound>,
+    /// The points in the order of the file.
+    pub points: Vec<PointFound>,
+    /// Each row's readings less what they should be, in σ: x, y, z, height, distance; 0 where nothing was
+    /// read. The readings of a row share the noise of its joints.
+    pub residuals: Vec<[f64; READINGS]>,
+    /// The rows that do not count, because the robot of the file does not reach their joint angles.
+    pub left_out: Vec<usize>,
+    /// How many parameters there are beside the robot's.
+    pub unknowns: usize,
+}
+
+/// Where a plane is: a height above it is `normal · X − offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaneFound {
+    /// Upward, of length 1.
+    pub normal: Vector3<f64>,
+    /// mm.
+    pub offset: f64,
+}
+
+/// Where a point is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointFound {
+    /// mm.
+    pub place: Vector3<f64>,
+    /// What its sensor reads too much, mm.
+    pub offset: f64,
+}
+
+/// Why there is no fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ObservedError {
+    /// A row is not usable.
+    Row(usize, delta_cal::observations::ObservationError),
+    /// The file has more planes and points than there is room for.
+    TooManyInstruments,
+    /// The measurements cannot calibrate this robot.
+    Refused(Refusal),
+}
+
+impl From<Refusal> for ObservedError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl From<PrepareError> for ObservedError {
+    fn from(error: PrepareError) -> Self {
+        match error {
+            PrepareError::Row { index, error } => Self::Row(index, error),
+            PrepareError::Refused(refusal) => Self::Refused(refusal),
+            _ => Self::TooManyInstruments,
+        }
+    }
+}
+
+/// Calibrates a robot, which is the nominal of the tolerance and the start of the iteration. Kinds of
+/// readings that the file holds must have a noise in the robot file.
+///
+/// # Errors
+/// An [`ObservedError`].
+pub fn calibrate(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+    frame: Frame,
+    solver: Solver,
+) -> Result<ObservedFit, ObservedError> {
+    with_problem(robot, file, frame, |problem| {
+        let settings = Settings::new()
+            .with_tolerance(robot.tolerance)
+            .with_solver(solver);
+        let outcome = problem.solve::<COLUMNS, ENTRIES>(&settings)?;
+        Ok(found(problem, file, frame, &outcome))
+    })
+}
+
+fn found(
+    problem: &ObservedProblem<'_>,
+    file: &ObservationsFile,
+    frame: Frame,
+    outcome: &ObservationOutcome<f64, PARAMETERS>,
+) -> ObservedFit {
+    let instruments = problem.instruments();
+    let residuals = (0..file.rows.len()).map(|row| problem.residuals(outcome, row));
+    let rows = problem.rows().iter().enumerate();
+    let left_out = rows.filter(|(_, row)| row.is_left_out());
+    let left_out = left_out.map(|(index, _)| index).collect();
+    let planes = (0..).zip(instruments.planes).map(|(index, _)| {
+        let [c, a, b] = outcome.plane(instruments, index);
+        let up = Vector3::new(-a, -b, 1.0);
+        PlaneFound {
+            normal: up.normalize(),
+            offset: c / up.norm(),
+        }
+    });
+    let points = (0..).zip(instruments.points).map(|(index, _)| {
+        let [x, y, z, offset] = outcome.point(instruments, index);
+        PointFound {
+            place: Vector3::new(x, y, z),
+            offset,
+        }
+    });
+    ObservedFit {
+        frame: (frame == Frame::Sensor).then(|| outcome.frame()),
+        planes: planes.collect(),
+        points: points.collect(),
+        residuals: residuals.map(Option::unwrap_or_default).collect(),
+        left_out,
+        unknowns: instruments.unknowns(),
+        outcome: Outcome::from(outcome.of_robot()),
+    }
+}
+
+/// What measurements say before they are fitted: at the robot of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Linearized {
+    /// Of each row how its readings change with the parameters, transposed: x, y, z, height and distance in σ
+    /// side by side, and the robot's parameters before the unknowns of the instruments.
+    pub(crate) rows: Vec<SMatrix<f64, PARAMETERS, READINGS>>,
+    /// 1/σ of what is known beforehand.
+    pub(crate) prior_weights: SVector<f64, PARAMETERS>,
+    /// What a parameter is counted in: mm or radians.
+    pub(crate) units: SVector<f64, PARAMETERS>,
+    /// How many parameters there are in all.
+    pub(crate) parameters: usize,
+}
+
+/// What measurements say; what was read does not matter, but for where the instruments are.
+///
+/// # Errors
+/// As [`calibrate`], but for refusals of what was measured.
+pub(crate) fn linearized(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+    frame: Frame,
+) -> Result<Linearized, ObservedError> {
+    with_problem(robot, file, frame, |problem| {
+        let settings = Settings::new().with_tolerance(robot.tolerance);
+        let of_row = |row: usize| {
+            let columns = problem.linearized::<COLUMNS>(row);
+            let columns = columns.unwrap_or([[0.0; READINGS]; COLUMNS]);
+            SMatrix::from_fn(|parameter, reading| columns[parameter][reading])
+        };
+        let unit = |parameter: usize, _: usize| {
+            Problem::<f64, PARAMETERS, COLUMNS, ENTRIES>::unit_of(problem, parameter)
+        };
+        Ok(Linearized {
+            rows: (0..file.rows.len()).map(of_row).collect(),
+            prior_weights: problem.prior_weights(&settings).into(),
+            units: SVector::from_fn(unit),
+            parameters: 24 + problem.instruments().unknowns(),
+        })
+    })
+}
+
+fn with_problem<T>(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+    frame: Frame,
+    then: impl FnOnce(&ObservedProblem<'_>) -> Result<T, ObservedError>,
+) -> Result<T, ObservedError> {
+    let (planes, points) = places(robot, file);
+    let instruments = Instruments {
+        frame: match frame {
+            Frame::Base => PositionFrame::Base,
+            Frame::Sensor => PositionFrame::Sensor,
+        },
+        planes: &planes,
+        points: &points,
+        noise: noise(robot).ok_or(ObservedError::Refused(Refusal::Unfinished))?,
+    };
+    let mut rows = Vec::with_capacity(file.rows.len());
+    for row in &file.rows {
+        rows.push(ObservationRow::new(observation(&row.value)?));
+    }
+    then(&ObservationProblem::prepare(
+        &robot.robot,
+        &instruments,
+        &mut rows,
+    )?)
+}
+
+/// The planes and points of a file, with what the robot file knows of them.
+fn places(robot: &RobotFile, file: &ObservationsFile) -> (Vec<Plane<f64>>, Vec<Point<f64>>) {
+    let facts = &robot.instruments;
+    let planes = file.planes.iter().map(|name| {
+        let known = facts.planes.iter().find(|plane| plane.name == *name);
+        Plane {
+            known: known.map(|plane| (plane.height, plane.sigma)),
+        }
+    });
+    let points = file.points.iter().map(|name| {
+        let known = facts.points.iter().find(|point| point.name == *name);
+        Point {
+            known: known.and_then(|point| point.place),
+            offset: known.is_some_and(|point| point.offset_unknown),
+        }
+    });
+    (planes.collect(), points.collect())
+}
+
+/// Of every kind of reading; 1 mm for one that the robot file says nothing of.
+fn noise(robot: &RobotFile) -> Option<ObservationNoise<f64>> {
+    let facts = &robot.instruments;
+    let joint = facts.joint_noise.unwrap_or_default();
+    let position = robot.noise.or_else(|| Noise::new(1.0, joint).ok())?;
+    ObservationNoise::new(
+        position,
+        facts.height_noise.unwrap_or(1.0),
+        facts.distance_noise.unwrap_or(1.0),
+    )
+    .ok()
+}
+
+fn observation(reading: &Reading) -> Result<Observation<f64>, ObservedError> {
+    let index = |index: usize| u8::try_from(index).map_err(|_| ObservedError::TooManyInstruments);
+    let height = match reading.height {
+        Some((plane, height)) => Some(Height {
+            plane: index(plane)?,
+            height,
+        }),
+        None => None,
+    };
+    let distance = match reading.distance {
+        Some((from, distance)) => Some(Distance {
+            from: match from {
+                ReadingFrom::Point(point) => DistanceFrom::Point(index(point)?),
+                ReadingFrom::Pose(joints) => DistanceFrom::Pose(joints),
+            },
+            distance,
+        }),
+        None => None,
+    };
+    Ok(Observation {
+        joints: reading.joints,
+        position: reading.position,
+        height,
+        distance,
+    })
+}

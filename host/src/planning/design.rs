@@ -1,0 +1,10 @@
+//! Optimal experimental design: of many candidates those that together leave least unknown.
+
+mod exchange;
+mod search;
+mod source;
+
+pub use exchange::Criterion;
+pub(super) use exchange::Rows;
+pub(super) use search::{Effort, added, all_over, nearer};
+pub(super) use source::Source;

@@ -1,0 +1,264 @@
+//! How well the robot would be known after measurements.
+
+use super::planned::{Planned, measurements_file};
+use super::setup::Setup;
+use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::position_uncertainty::PositionUncertainty;
+use crate::accuracy::rigid_motion::RigidMotions;
+use crate::accuracy::workspace_poses::{WorkspacePoses, inside};
+use crate::files::robot_file::RobotFile;
+use crate::fit::observations::{Linearized, linearized};
+use crate::planning::poses::{PlanError, made_to_tolerance};
+use delta_cal::{Robot, Sample};
+use nalgebra::{SMatrix, SVector};
+use rand_pcg::Pcg32;
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+/// The robot's parameters and the unknowns of the instruments that a plan may have: a frame, a plane and four
+/// points, for example.
+pub(super) const PARAMETERS: usize = 48;
+/// Combinations of the robot's 24 parameters that relative positions depend on: all but its place in space.
+pub(super) const COMBINATIONS: usize = 18;
+/// The robot's own.
+const OF_ROBOT: usize = 24;
+/// Poses of each robot made to the tolerance that it is judged over.
+const EACH: usize = 400;
+
+type Matrix24 = SMatrix<f64, OF_ROBOT, OF_ROBOT>;
+
+/// The expected position error, one σ, mm: root of the mean square over the workspace and over robots made to
+/// the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Precision {
+    /// In the robot's own frame: the best rigid motion removed.
+    pub intrinsic: f64,
+    /// In the frame of its parameters.
+    pub absolute: f64,
+}
+
+/// What a robot is judged by.
+#[derive(Debug, Clone)]
+struct Robots {
+    file: RobotFile,
+    /// Of the parameters' covariance C: tr(W C) is the mean square of the position error, in the robot's own
+    /// frame and absolute.
+    intrinsic: Matrix24,
+    absolute: Matrix24,
+}
+
+/// What measurements are judged by: over the nominal robot's workspace, and over those of robots as they may
+/// have been made.
+#[derive(Debug, Clone)]
+pub(super) struct Judge {
+    nominal: Robots,
+    /// Robots made to the tolerance; none without one.
+    made: Vec<Robots>,
+    /// L of L Lᵀ = W of the nominal robot's relative positions, in the problem's units.
+    combinations: SMatrix<f64, PARAMETERS, COMBINATIONS>,
+}
+
+impl Judge {
+    /// `poses`: of the nominal robot; the positions that count.
+    pub(super) fn new(
+        file: &RobotFile,
+        poses: &[Sample<f64>],
+        rng: &mut Pcg32,
+    ) -> Result<Self, PlanError> {
+        let nominal = Robots::new(file.clone(), poses).ok_or(PlanError::NoPose)?;
+        let stride = poses.len().div_ceil(EACH).max(1);
+        let few: Vec<_> = poses.iter().step_by(stride).copied().collect();
+        let made = made_to_tolerance(file, rng).into_par_iter();
+        let made = made.filter_map(|file| Robots::new(file, &few)).collect();
+        let units = units(&file.robot);
+        let scaled = Matrix24::from_fn(|row, column| {
+            nominal.intrinsic[(row, column)] * units[row] * units[column]
+        });
+        let eigen = scaled.symmetric_eigen();
+        let mut order: Vec<_> = (0..OF_ROBOT).collect();
+        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+        let mut combinations = SMatrix::<f64, PARAMETERS, COMBINATIONS>::zeros();
+        for (column, index) in order.into_iter().take(COMBINATIONS).enumerate() {
+            let size = eigen.eigenvalues[index].max(0.0).sqrt();
+            let direction = eigen.eigenvectors.column(index) * size;
+            combinations
+                .fixed_view_mut::<OF_ROBOT, 1>(0, column)
+                .copy_from(&direction);
+        }
+        Ok(Self {
+            nominal,
+            made,
+            combinations,
+        })
+    }
+
+    pub(super) const fn combinations(&self) -> &SMatrix<f64, PARAMETERS, COMBINATIONS> {
+        &self.combinations
+    }
+
+    /// Before any measurement; `None` without a tolerance.
+    pub(super) fn before(&self, setup: &Setup) -> Option<Precision> {
+        setup.robot.tolerance.as_ref()?;
+        self.over(|robot| {
+            let information = tolerance_information(&robot.file)?;
+            information.try_inverse()
+        })
+    }
+
+    /// After these measurements. `None` if they cannot be taken, or leave something unknown.
+    pub(super) fn after(&self, setup: &Setup, planned: &[Planned]) -> Option<Precision> {
+        self.over(|robot| covariance(&robot.file, setup, planned))
+    }
+
+    /// The same of one robot made to the tolerance, of the nominal one without.
+    pub(super) fn after_of_one(
+        &self,
+        setup: &Setup,
+        planned: &[Planned],
+        which: usize,
+    ) -> Option<Precision> {
+        let made = self.made.get(which % self.made.len().max(1));
+        let robot = made.unwrap_or(&self.nominal);
+        robot.precision(&covariance(&robot.file, setup, planned)?)
+    }
+
+    /// The covariance of the nominal robot's parameters, and the expected error over its whole workspace with
+    /// the worst places.
+    pub(super) fn nominal(
+        &self,
+        setup: &Setup,
+        planned: &[Planned],
+    ) -> Option<(Matrix24, ExpectedError)> {
+        let file = &self.nominal.file;
+        let covariance = covariance(file, setup, planned)?;
+        let uncertainty = PositionUncertainty {
+            robot: &file.robot,
+            covariance: &covariance,
+        };
+        let poses = WorkspacePoses::of(file);
+        let expected = ExpectedError::of(&uncertainty, &file.reach(), &poses)?;
+        Some((covariance, expected))
+    }
+
+    fn over(&self, of: impl Fn(&Robots) -> Option<Matrix24> + Sync) -> Option<Precision> {
+        let nominal = self.nominal.precision(&of(&self.nominal)?)?;
+        let made: Vec<_> = self
+            .made
+            .par_iter()
+            .filter_map(|robot| robot.precision(&of(robot)?))
+            .collect();
+        if made.is_empty() {
+            return Some(nominal);
+        }
+        #[allow(clippy::cast_precision_loss)] // 64
+        let count = made.len() as f64;
+        let mean = |of: &dyn Fn(&Precision) -> f64| {
+            (made.iter().map(|own| of(own).powi(2)).sum::<f64>() / count).sqrt()
+        };
+        Some(Precision {
+            intrinsic: mean(&|own| own.intrinsic),
+            absolute: mean(&|own| own.absolute),
+        })
+    }
+}
+
+impl Robots {
+    fn new(file: RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
+        let reach = file.reach();
+        let there: Vec<_> = poses
+            .iter()
+            .filter_map(|pose| {
+                let position = reach.clear_position(&file.robot, &pose.joints).ok()?;
+                let uncertainty = PositionUncertainty {
+                    robot: &file.robot,
+                    covariance: &Matrix24::zeros(),
+                };
+                let jacobian = uncertainty.jacobian(&position, &pose.joints)?;
+                Some((position, jacobian))
+            })
+            .collect();
+        let motions = RigidMotions::of(there.iter().map(|(position, _)| *position))?;
+        let explained = motions.explaining(there.iter().copied());
+        let (mut intrinsic, mut absolute) = (Matrix24::zeros(), Matrix24::zeros());
+        for (position, jacobian) in &there {
+            absolute += jacobian.transpose() * jacobian;
+            let left = jacobian - motions.at(position) * explained;
+            intrinsic += left.transpose() * left;
+        }
+        #[allow(clippy::cast_precision_loss)] // 2000
+        let count = there.len() as f64;
+        Some(Self {
+            file,
+            intrinsic: intrinsic / count,
+            absolute: absolute / count,
+        })
+    }
+
+    fn precision(&self, covariance: &Matrix24) -> Option<Precision> {
+        let rms = |weights: &Matrix24| {
+            let variance = weights.dot(covariance);
+            (variance >= 0.0).then(|| variance.sqrt())
+        };
+        Some(Precision {
+            intrinsic: rms(&self.intrinsic)?,
+            absolute: rms(&self.absolute)?,
+        })
+    }
+}
+
+/// Positions of the nominal robot that stand for its whole workspace.
+pub(super) fn workspace(file: &RobotFile) -> Vec<Sample<f64>> {
+    inside(&file.robot, &file.reach())
+}
+
+/// Of the robot's parameters (mm, radians) after measurements of a robot.
+fn covariance(file: &RobotFile, setup: &Setup, planned: &[Planned]) -> Option<Matrix24> {
+    let file = RobotFile {
+        noise: setup.robot.noise,
+        instruments: setup.robot.instruments.clone(),
+        ..file.clone()
+    };
+    let measured = measurements_file(planned, &file.robot, setup)?;
+    let found = linearized(&file, &measured, setup.frame).ok()?;
+    covariance_of(&found, &file.robot)
+}
+
+/// Of the robot's parameters (mm, radians) after measurements.
+fn covariance_of(found: &Linearized, robot: &Robot<f64>) -> Option<Matrix24> {
+    let mut information =
+        SMatrix::<f64, PARAMETERS, PARAMETERS>::from_diagonal(&information_of_prior(found, robot));
+    for rows in &found.rows {
+        let rows = rows.fixed_rows::<PARAMETERS>(0);
+        information += rows * rows.transpose();
+    }
+    let covariance = information.cholesky()?.inverse();
+    Some(Matrix24::from_fn(|row, column| {
+        covariance[(row, column)] * found.units[row] * found.units[column]
+    }))
+}
+
+/// Information before any measurement: what is known, and that no parameter is off by more than a forearm, so
+/// that there always is some.
+pub(super) fn information_of_prior(
+    found: &Linearized,
+    robot: &Robot<f64>,
+) -> SVector<f64, PARAMETERS> {
+    let [arm, ..] = robot.arms();
+    let least = (arm.upper_arm_length() / arm.lb()).powi(2);
+    found
+        .prior_weights
+        .fixed_rows::<PARAMETERS>(0)
+        .map(|weight| weight * weight + least)
+}
+
+fn tolerance_information(file: &RobotFile) -> Option<Matrix24> {
+    let tolerance = file.tolerance.as_ref()?;
+    Some(Matrix24::from_diagonal(&SVector::from_fn(|index, _| {
+        tolerance.of(delta_cal::Parameter::ALL[index % 8]).powi(-2)
+    })))
+}
+
+/// What a correction of 1 is in the core's problem: mm or radians.
+fn units(robot: &Robot<f64>) -> SVector<f64, OF_ROBOT> {
+    let uniform = crate::accuracy::information::units(robot);
+    SVector::from_fn(|index, _| robot.arms()[index / 8].upper_arm_length() / uniform[index])
+}

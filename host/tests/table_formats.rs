@@ -1,0 +1,194 @@
+//! Tables as people have them: the same calibration however the same numbers are written.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+use std::fmt::Write;
+use support::{Folder, HEADER, NOMINAL, TOLERANCE, csv, exact, good_samples, true_arms};
+
+/// Runs on these samples, and returns the report but for the name of the file.
+fn report(folder: &Folder, samples: &[u8], options: &str) -> serde_json::Value {
+    folder.write("samples.csv", samples);
+    let command = format!("calibrate robot.toml samples.csv --json - {options}");
+    serde_json::from_str(&folder.run(&command).ok().stdout).unwrap()
+}
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("robot.toml", format!("{NOMINAL}{TOLERANCE}"));
+    folder
+}
+
+fn utf16(text: &str, bytes: fn(u16) -> [u8; 2]) -> Vec<u8> {
+    text.encode_utf16().flat_map(bytes).collect()
+}
+
+/// With the first line replaced.
+fn under(header: &str, samples: &str) -> String {
+    samples.replace(HEADER, &format!("{header}\n"))
+}
+
+#[test]
+fn the_same_numbers_give_the_same_report_however_they_are_written() {
+    let folder = folder();
+    let samples = good_samples();
+    let expected = report(&folder, samples.as_bytes(), "");
+    let semicolons = samples.replace(',', ";");
+    let mut quoted = HEADER.to_owned();
+    for line in samples.lines().skip(1) {
+        let fields: Vec<_> = line
+            .split(',')
+            .map(|field| field.replace('.', ","))
+            .collect();
+        writeln!(quoted, "\"{}\"", fields.join("\",\"")).unwrap();
+    }
+    let noted: String = samples
+        .lines()
+        .enumerate()
+        .map(|(line, text)| match line {
+            0 => format!("timestamp,{text},Comment\n"),
+            line => format!("2026-11-22T10:{line:02},{text},\"good, or nearly so\"\n"),
+        })
+        .collect();
+    let written = [
+        semicolons.clone(),
+        semicolons.replace('.', ","),
+        samples.replace(',', "\t"),
+        samples.replace(',', "\t").replace('.', ","),
+        samples.replace(',', "   ").replace("\nq", "\n  q"),
+        under(
+            "q1 [deg]  q2 [deg]  q3 [deg]  x [mm]  y [mm]  z [mm]",
+            &samples.replace(',', " \t "),
+        ),
+        quoted,
+        noted,
+        under("Q1,Q2,Q3,X [mm],Y (mm),z/mm", &samples),
+        under("q1 [°],q2 [°],q3 [°],x_mm,y_mm,z_mm", &samples),
+        samples.replace('\n', ",\n"),
+        under("q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm,,", &samples),
+        samples.replace('\n', ",,\n").replacen(",,\n", "\n", 1),
+        format!("{samples},,,,,\n;\n").replace(";\n", ""),
+    ];
+    for text in &written {
+        assert_eq!(report(&folder, text.as_bytes(), ""), expected, "{text}");
+    }
+    let degrees = under("q1 [°],q2 [°],q3 [°],x_mm,y_mm,z_mm", &samples);
+    let latin1: Vec<u8> = degrees
+        .chars()
+        .map(|c| u8::try_from(u32::from(c)).unwrap())
+        .collect();
+    let encoded = [
+        latin1,
+        utf16(&degrees, u16::to_le_bytes),
+        utf16(&degrees, u16::to_be_bytes),
+        utf16(&format!("\u{feff}{degrees}"), u16::to_le_bytes),
+        utf16(&format!("\u{feff}{degrees}"), u16::to_be_bytes),
+    ];
+    for bytes in encoded {
+        assert_eq!(report(&folder, &bytes, ""), expected);
+    }
+}
+
+/// The definitions of the units; 1e-9 mm is far more than the roundings.
+#[test]
+fn lengths_may_be_in_other_units() {
+    let folder = folder();
+    let exact = exact(&true_arms(), 20);
+    let expected = report(&folder, csv(&exact).as_bytes(), "");
+    let error = |report: &serde_json::Value| {
+        report["position_error_mm"]["before"]["rms"]
+            .as_f64()
+            .unwrap()
+    };
+    for (unit, in_mm) in [("cm", 10.0), ("in", 25.4), ("m", 1000.0), ("um", 0.001)] {
+        let scaled: Vec<_> = exact
+            .iter()
+            .map(|(q, x)| (*q, x.map(|c| c / in_mm)))
+            .collect();
+        let header = format!("q1_deg,q2_deg,q3_deg,x_{unit},y_{unit},z_{unit}");
+        let found = report(&folder, under(&header, &csv(&scaled)).as_bytes(), "");
+        assert!((error(&found) - error(&expected)).abs() < 1e-9, "{unit}");
+    }
+}
+
+#[test]
+fn columns_of_any_name_are_read_as_the_command_line_says() {
+    let folder = folder();
+    let samples = good_samples();
+    let expected = report(&folder, samples.as_bytes(), "");
+    let refused = |mapping: &str| {
+        let command = format!("calibrate robot.toml samples.csv --columns {mapping}");
+        let run = folder.run(&command);
+        (run.code, run.stderr)
+    };
+    let foreign = under("A1,A2,A3,X,Y,Z", &samples);
+    for mapping in [
+        "q1_deg=A1,q2_deg=A2,q3_deg=A3,x_mm=X,y_mm=Y,z_mm=Z",
+        // These angles are more than a turn in radians.
+        "q1=A1,q2=A2,q3=A3,x_mm=X,y_mm=Y,z_mm=Z",
+    ] {
+        let options = format!("--columns {mapping}");
+        assert_eq!(report(&folder, foreign.as_bytes(), &options), expected);
+    }
+    // The unit is the column's own; of two columns that may be x, the named one; any other is ignored.
+    let two = samples
+        .replace('\n', ",1,2\n")
+        .replacen("z_mm,1,2", "z_mm,Force,x_mm", 1);
+    let two = two.replace("q3_deg,x_mm", "q3_deg,T_mm");
+    assert_eq!(
+        report(&folder, two.as_bytes(), "--columns x=T_mm"),
+        expected
+    );
+
+    folder.write("samples.csv", foreign);
+    for (mapping, code, cause) in [
+        (
+            "q1_deg=B1",
+            3,
+            "samples.csv:1: column B1: the header has no such column",
+        ),
+        (
+            "q1=A1,q2=A2,q3=A3,x=X,y=Y,z=Z",
+            3,
+            "samples.csv:1: column X: its unit is not stated",
+        ),
+        ("q1_deg", 2, "has no ="),
+        ("x_mm=X_m", 2, "another unit"),
+    ] {
+        let (found, stderr) = refused(mapping);
+        assert_eq!(found, code, "{mapping}: {stderr}");
+        assert!(stderr.contains(cause), "{mapping}: {stderr}");
+    }
+}
+
+/// Every command that reads a table reads it in the same way.
+#[test]
+fn every_command_takes_tables_in_any_form() {
+    let folder = folder();
+    let table = under("A1 A2 A3 X Y Z", &good_samples()).replace(',', " ");
+    let plain = good_samples();
+    folder.write("plain.csv", &plain);
+    folder.write(
+        "table.csv",
+        utf16(&format!("\u{feff}{table}"), u16::to_le_bytes),
+    );
+    let names = "--columns q1_deg=A1,q2_deg=A2,q3_deg=A3,x_mm=X,y_mm=Y,z_mm=Z";
+    for command in [
+        "check robot.toml",
+        "forward robot.toml",
+        "inverse robot.toml",
+        "workspace robot.toml --path",
+    ] {
+        let expected = folder.run(&format!("{command} plain.csv")).ok().stdout;
+        let found = folder
+            .run(&format!("{command} table.csv {names}"))
+            .ok()
+            .stdout;
+        assert_eq!(
+            found.replace("table.csv", "plain.csv"),
+            expected,
+            "{command}"
+        );
+    }
+}

@@ -1,0 +1,169 @@
+//! A robot whose place in the measuring frame is estimated together with its parameters.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_precision_loss
+)]
+
+use delta_cal::calibration::{FreeFrame, JointCalibrator, Prior, Problem};
+use delta_cal::frame::RigidTransform;
+use delta_cal::{Noise, Robot, Sample, Settings, Tolerance};
+use delta_cal_host::Frame;
+use delta_cal_host::fit::joint;
+use delta_cal_tests::geometries::{geometries, position_jacobian};
+use delta_cal_tests::{Spread, generator, measurements, perturbed, size, uniform};
+use nalgebra::{DMatrix, Matrix3, Rotation3, SMatrix, Vector3};
+
+fn noise() -> Noise<f64> {
+    Noise::new(0.02, 0.002f64.to_radians()).unwrap()
+}
+
+fn tolerance() -> Tolerance<f64> {
+    Tolerance::new(0.5, 0.2f64.to_radians()).unwrap()
+}
+
+/// A robot that is nominal and stands elsewhere costs nothing, and the prior says where it stands: the
+/// moved robot is found by calibrating it from exact positions.
+#[test]
+fn a_moved_robot_is_as_near_to_nominal_as_before() {
+    for (index, (name, nominal)) in geometries().into_iter().enumerate() {
+        let mut rng = generator(1500, index as u64);
+        let mut draw = |by: f64| Vector3::from_fn(|_, _| by * uniform(&mut rng));
+        let (translation, rotation) = (draw(0.1), draw(2e-4));
+        let turn = Rotation3::new(rotation);
+        let mut rng = generator(1501, index as u64);
+        let mut samples = measurements(&nominal, 60, None, &mut rng);
+
+        let settings = Settings::default().with_tolerance(tolerance());
+        let plain = Settings::default();
+        let empty = *JointCalibrator::new(&nominal, &plain).factor();
+        let units = std::array::from_fn(|parameter| empty.unit_of(parameter));
+        let free = FreeFrame::new(&nominal, &units, settings.tolerance.as_ref());
+        let centre = free.motion(&[0.0; 24]).centre;
+        for sample in &mut samples {
+            sample.position = turn * (sample.position - centre) + centre + translation;
+        }
+        let mut calibrator = JointCalibrator::new(&nominal, &plain);
+        calibrator.add_many(&samples).unwrap();
+        let correction = calibrator.solve().unwrap().estimate.correction;
+
+        let motion = free.motion(&correction);
+        // Second order: 2e-4² of some hundred millimetres, and of a rad.
+        assert!((motion.translation - translation).norm() < 1e-4, "{name}");
+        assert!((motion.rotation - rotation).norm() < 3e-7, "{name}");
+        let fixed: [f64; 24] = std::array::from_fn(|parameter| {
+            units[parameter] / tolerance().of(delta_cal::Parameter::ALL[parameter % 8])
+        });
+        let cost = Prior::<f64, 24, 25, 325>::cost(&fixed, &correction);
+        assert!(free.cost(&correction) < 1e-5 * cost, "{name}");
+    }
+}
+
+/// 24 parameters and the six numbers of the frame, the prior of the parameters alone: covariance of the
+/// 24, then of the six.
+fn bound(truth: &Robot<f64>, samples: &[Sample<f64>]) -> Option<DMatrix<f64>> {
+    let mut information = DMatrix::<f64>::zeros(30, 30);
+    for sample in samples {
+        let mut by_joints = Matrix3::zeros();
+        for joint in 0..3 {
+            let at = |by: f64| {
+                let mut joints = sample.joints;
+                joints[joint] += by;
+                truth.forward(&joints).ok()
+            };
+            by_joints.set_column(joint, &((at(1e-6)? - at(-1e-6)?) / 2e-6));
+        }
+        let covariance = Matrix3::identity() * noise().position().powi(2)
+            + by_joints * by_joints.transpose() * noise().joint().powi(2);
+        let jacobian = with_frame(truth, &sample.joints)?;
+        information += jacobian.transpose() * covariance.try_inverse()? * jacobian;
+    }
+    for index in 0..24 {
+        let parameter = delta_cal::Parameter::ALL[index % 8];
+        information[(index, index)] += tolerance().of(parameter).powi(-2);
+    }
+    let scale = DMatrix::from_diagonal(&information.diagonal().map(|entry| entry.sqrt().recip()));
+    let inverse = (&scale * &information * &scale).try_inverse()?;
+    Some(&scale * inverse * &scale)
+}
+
+fn with_frame(robot: &Robot<f64>, joints: &[f64; 3]) -> Option<SMatrix<f64, 3, 30>> {
+    let mut jacobian = SMatrix::<f64, 3, 30>::zeros();
+    let parameters = position_jacobian(robot, joints)?;
+    jacobian.fixed_columns_mut::<24>(0).copy_from(&parameters);
+    let x = robot.forward(joints).ok()?;
+    jacobian.fixed_columns_mut::<3>(24).fill_with_identity();
+    // ω × x.
+    jacobian
+        .fixed_columns_mut::<3>(27)
+        .copy_from(&-x.cross_matrix());
+    Some(jacobian)
+}
+
+#[test]
+fn the_error_in_the_sensors_frame_is_at_the_bound_of_thirty_parameters() {
+    for (index, (name, nominal)) in geometries().into_iter().enumerate() {
+        for poses in [5, 8, 20] {
+            let (mut error, mut limit, mut reported) = (0.0, 0.0, 0.0);
+            let mut refused = 0;
+            let robots = size(60, 400);
+            for robot in 0..robots {
+                let mut rng = generator(1510 + index as u64, robot);
+                let angle = tolerance().of(delta_cal::Parameter::Theta);
+                let truth = perturbed(&nominal, 0.5, angle, Spread::Normal, &mut rng);
+                let samples = measurements(&truth, poses, Some(&noise()), &mut rng);
+                let test = measurements(&truth, 20, None, &mut rng);
+                let settings = Settings::default()
+                    .with_noise(noise())
+                    .with_tolerance(tolerance());
+                let Some(covariance) = bound(&truth, &samples) else {
+                    continue;
+                };
+                // As if the frame were not known: from where the nominal robot would be.
+                let Ok(frame) = RigidTransform::align(samples.iter().filter_map(|sample| {
+                    Some((nominal.forward(&sample.joints).ok()?, sample.position))
+                })) else {
+                    continue;
+                };
+                let measured: Vec<_> = samples
+                    .iter()
+                    .map(|sample| Sample {
+                        position: frame.inverse().apply(&sample.position),
+                        ..*sample
+                    })
+                    .collect();
+                let Ok(outcome) =
+                    joint::calibrate_weighted(&nominal, &measured, None, &settings, Frame::Sensor)
+                else {
+                    refused += 1;
+                    continue;
+                };
+                for pose in &test {
+                    let clear = truth
+                        .singularity_distance(&pose.position, &pose.joints)
+                        .is_clear();
+                    let (true, Some(jacobian), Ok(position)) = (
+                        clear,
+                        with_frame(&truth, &pose.joints),
+                        outcome.fit.robot.forward(&pose.joints),
+                    ) else {
+                        continue;
+                    };
+                    error += (frame.apply(&position) - pose.position).norm_squared();
+                    limit += (jacobian * &covariance * jacobian.transpose()).trace();
+                    let own = position_jacobian(&outcome.fit.robot, &pose.joints).unwrap();
+                    let covariance = outcome.covariance.unwrap();
+                    reported += (own * covariance * own.transpose()).trace();
+                }
+            }
+            let (over_bound, over_reported) =
+                (f64::sqrt(error / limit), f64::sqrt(error / reported));
+            println!(
+                "{name}, {poses} poses: error/bound {over_bound:.3}, achieved/reported \
+                 {over_reported:.3}, {refused} of {robots} refused"
+            );
+        }
+    }
+}

@@ -18,6 +18,7 @@ mod mixing;
 mod plan;
 mod planned;
 mod quantiles;
+mod readings;
 mod row;
 mod run;
 mod simulation;
@@ -29,7 +30,8 @@ pub use error::CampaignError;
 pub use folder::{PARAMETERS, PLAN, ROBOTS, SUMMARY, TIMING};
 pub use merge::merge;
 pub use plan::{
-    CampaignMethod, CampaignSolver, LengthAngle, NoiseLevel, Plan, Scenario, Shard, Spread, Variant,
+    CampaignMethod, CampaignSolver, LengthAngle, Measure, NoiseLevel, Plan, Scenario, Shard,
+    Spread, Variant,
 };
 pub use quantiles::Quantiles;
 pub use row::CaseColumns;

@@ -4,6 +4,7 @@
 mod known;
 mod refusal;
 
+pub(crate) use known::COMBINATIONS;
 pub use known::Known;
 
 use super::error::CalibrateError;
@@ -70,7 +71,8 @@ pub fn calibrate_observations(
     Ok(report(robot, samples, options, fit))
 }
 
-fn explained(
+/// The reason in words.
+pub(crate) fn explained(
     robot: &RobotFile,
     samples: &ObservationsFile,
     options: Options,
@@ -113,7 +115,7 @@ fn check_options(samples: &ObservationsFile, options: Options) -> Result<(), Inp
 }
 
 /// Single coordinates cannot be brought from an earlier sensor's frame into the robot's.
-fn check_frame(
+pub(crate) fn check_frame(
     robot: &RobotFile,
     samples: &ObservationsFile,
     frame: Frame,
@@ -185,7 +187,7 @@ fn check_noise(robot: &RobotFile, samples: &ObservationsFile) -> Result<(), Inpu
 }
 
 /// Every plane and point of the robot file must occur.
-fn check_names(robot: &RobotFile, samples: &ObservationsFile) -> Result<(), InputError> {
+pub(crate) fn check_names(robot: &RobotFile, samples: &ObservationsFile) -> Result<(), InputError> {
     let planes = robot.instruments.planes.iter();
     let planes = planes.map(|plane| ("planes", &plane.name, plane.line, &samples.planes));
     let points = robot.instruments.points.iter();
@@ -236,7 +238,7 @@ fn report(
     let expected_before = prior(robot).and_then(|covariance| expected(robot, &covariance));
     let known = Known::of(
         robot,
-        &fit,
+        fit.outcome.covariance.as_ref(),
         expected_before.as_ref(),
         expected_after.as_ref(),
     );
@@ -295,7 +297,7 @@ fn freedom(robot: &RobotFile, samples: &ObservationsFile, fit: &ObservedFit) -> 
 }
 
 /// The covariance of the parameters before any measurement.
-fn prior(robot: &RobotFile) -> Option<SMatrix<f64, 24, 24>> {
+pub(crate) fn prior(robot: &RobotFile) -> Option<SMatrix<f64, 24, 24>> {
     let tolerance = robot.tolerance.as_ref()?;
     let mut covariance = SMatrix::zeros();
     for index in 0..24 {
@@ -305,7 +307,11 @@ fn prior(robot: &RobotFile) -> Option<SMatrix<f64, 24, 24>> {
     Some(covariance)
 }
 
-fn expected(file: &RobotFile, covariance: &SMatrix<f64, 24, 24>) -> Option<ExpectedError> {
+/// The position error that a robot with this covariance of its parameters is expected to have.
+pub(crate) fn expected(
+    file: &RobotFile,
+    covariance: &SMatrix<f64, 24, 24>,
+) -> Option<ExpectedError> {
     let uncertainty = PositionUncertainty {
         robot: &file.robot,
         covariance,

@@ -1,7 +1,7 @@
 //! The campaign file.
 
 use super::plan::{
-    CampaignMethod, CampaignSolver, LengthAngle, NoiseLevel, Plan, Scenario, Spread,
+    CampaignMethod, CampaignSolver, LengthAngle, Measure, NoiseLevel, Plan, Scenario, Spread,
 };
 use crate::files::example;
 use crate::files::input_error::InputError;
@@ -30,6 +30,7 @@ struct CampaignToml {
     seed: Spanned<i64>,
     #[serde(default)]
     spread: Spread,
+    measure: Option<List<String>>,
     poses: List<i64>,
     start_errors: List<LengthAngleToml>,
     noise_levels: List<NoiseToml>,
@@ -98,6 +99,11 @@ impl Plan {
         let weights = reader.axis("weights", toml.weights.as_ref(), true)?;
         let prior = reader.axis("prior", toml.prior.as_ref(), true)?;
         let planned = reader.axis("planned", toml.planned.as_ref(), false)?;
+        let measure = match &toml.measure {
+            None => vec![Measure::Positions],
+            Some(list) => reader.list("measure", list, |name| reader.measure(name))?,
+        };
+        reader.check_joint(&measure, &toml)?;
         if planned.contains(&true) {
             let possible = LEAST_POSES..=MOST_POSES;
             let counts = toml.poses.as_ref().iter().zip(&poses);
@@ -118,6 +124,7 @@ impl Plan {
             spread: toml.spread,
             robot,
             tolerance,
+            measure,
             poses,
             start_errors,
             noise_levels,
@@ -145,8 +152,12 @@ struct Reader<'a>(&'a InputText);
 
 impl Reader<'_> {
     fn fault<T>(&self, at: &Spanned<T>, key: &str, cause: impl Into<String>) -> InputError {
+        self.fault_at(at.span().start, key, cause)
+    }
+
+    fn fault_at(&self, start: usize, key: &str, cause: impl Into<String>) -> InputError {
         InputError::new(self.0.name(), cause)
-            .at_line(self.0.line_at(at.span().start))
+            .at_line(self.0.line_at(start))
             .at_key(key)
             .with_remedy(KEYS)
     }
@@ -234,9 +245,58 @@ impl Reader<'_> {
         }
     }
 
+    fn measure(&self, name: &Spanned<String>) -> Result<Measure, InputError> {
+        let found = Measure::all().find(|own| own.name() == name.as_ref());
+        found.ok_or_else(|| {
+            let names: Vec<_> = Measure::all().map(Measure::name).collect();
+            let cause = format!("there is no instrument \"{}\"", name.as_ref());
+            self.fault(name, "measure", cause)
+                .with_remedy(format!("choose among {}", names.join(", ")))
+        })
+    }
+
+    /// What instruments read is calibrated by the joint method, which needs the noise.
+    fn check_joint(&self, measure: &[Measure], toml: &CampaignToml) -> Result<(), InputError> {
+        let Some(instrument) = measure.iter().find(|own| **own != Measure::Positions) else {
+            return Ok(());
+        };
+        let name = instrument.name();
+        let joint = [CampaignMethod::Joint];
+        let methods = toml.methods.as_ref();
+        let other = methods.is_none_or(|list| {
+            list.as_ref()
+                .iter()
+                .any(|own| !joint.contains(own.as_ref()))
+        });
+        if let (true, Some(at)) = (other, &toml.measure) {
+            let cause =
+                format!("what \"{name}\" reads can only be calibrated by the method \"joint\"");
+            return Err(self
+                .fault_at(
+                    methods.map_or(at.span().start, |list| list.span().start),
+                    "methods",
+                    cause,
+                )
+                .with_remedy("set methods = [\"joint\"]"));
+        }
+        let weights = toml.weights.as_ref();
+        let without = weights.and_then(|list| list.as_ref().iter().find(|own| !*own.as_ref()));
+        if let Some(at) = without {
+            let cause = format!("what \"{name}\" reads cannot be calibrated without the noise");
+            return Err(self
+                .fault(at, "weights", cause)
+                .with_remedy("set weights = [true]"));
+        }
+        Ok(())
+    }
+
     fn scenarios(&self, plan: &Plan, toml: &CampaignToml) -> Result<Vec<Scenario>, InputError> {
         let mut scenarios = Vec::new();
-        for &poses in &plan.poses {
+        let counts = plan
+            .measure
+            .iter()
+            .flat_map(|own| plan.poses.iter().map(move |count| (*own, *count)));
+        for (measure, poses) in counts {
             for (&start_error, entry) in plan.start_errors.iter().zip(toml.start_errors.as_ref()) {
                 let assumed = plan.tolerance.unwrap_or(start_error);
                 let tolerance =
@@ -252,6 +312,7 @@ impl Reader<'_> {
                 for level in &plan.noise_levels {
                     for &planned in &plan.planned {
                         scenarios.push(Scenario {
+                            measure,
                             poses,
                             start_error,
                             noise_level: *level,

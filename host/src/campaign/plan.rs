@@ -2,10 +2,14 @@
 
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::CalibrationMethod;
+use crate::planning::measurements::Instrument;
 use delta_cal::calibration::{Solver, Start};
 use delta_cal::{Noise, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
+
+/// The name of positions.
+const POSITIONS: &str = "xyz";
 
 /// How a simulated robot is calibrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -127,6 +131,30 @@ impl Spread {
     }
 }
 
+/// What is measured of a robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Measure {
+    /// x, y and z in the robot's frame.
+    Positions,
+    /// What an instrument of [`Instrument::ALL`] reads; its noise is the case's.
+    With(Instrument),
+}
+
+impl Measure {
+    /// As in the campaign file: `xyz`, or the instrument's name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Positions => POSITIONS,
+            Self::With(instrument) => instrument.name,
+        }
+    }
+
+    /// All of them.
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        std::iter::once(Self::Positions).chain(Instrument::ALL.map(Self::With))
+    }
+}
+
 /// A length and an angle: a start error, or a tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LengthAngle {
@@ -137,9 +165,11 @@ pub struct LengthAngle {
 }
 
 /// One σ of the simulated measurements; both 0 for exact ones.
+///
+/// Of heights and distances as of coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseLevel {
-    /// Of each coordinate of the position, mm.
+    /// Of each coordinate, height or distance, mm.
     pub position_mm: f64,
     /// Of each joint angle, degrees.
     pub joint_deg: f64,
@@ -149,6 +179,8 @@ pub struct NoiseLevel {
 /// measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scenario {
+    /// What is measured.
+    pub measure: Measure,
     /// Measured poses of each robot.
     pub poses: usize,
     /// How far the robots are from nominal.
@@ -189,6 +221,8 @@ pub struct Plan {
     pub spread: Spread,
     /// The tolerance of every case in place of its start error, if stated.
     pub tolerance: Option<LengthAngle>,
+    /// What is measured.
+    pub measure: Vec<Measure>,
     /// Pose counts.
     pub poses: Vec<usize>,
     /// Start errors.
@@ -212,7 +246,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Poses × start errors × noise levels × random or planned, in the order of the rows.
+    /// What is measured × poses × start errors × noise levels × random or planned, in the order of the rows.
     pub fn scenarios(&self) -> &[Scenario] {
         &self.scenarios
     }
@@ -242,11 +276,15 @@ impl Plan {
     pub fn to_toml(&self, robot_file: &str) -> String {
         let mut text = format!(
             "# Computed by delta-cal {}.\n\nrobot = \"{robot_file}\"\nrobots = {}\nseed = {}\n\
-             spread = \"{}\"\nposes = {:?}\n",
+             spread = \"{}\"\nmeasure = {:?}\nposes = {:?}\n",
             env!("CARGO_PKG_VERSION"),
             self.robots,
             self.seed,
             self.spread.name(),
+            self.measure
+                .iter()
+                .map(|own| own.name())
+                .collect::<Vec<_>>(),
             self.poses
         );
         text.push_str("start_errors = [\n");

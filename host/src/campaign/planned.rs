@@ -1,46 +1,111 @@
-//! The planned poses of a campaign.
+//! Where the robots of a campaign are measured, and with what.
 
 use super::CampaignError;
-use super::plan::{Plan, Scenario};
+use super::plan::{Measure, NoiseLevel, Plan, Scenario};
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
-use crate::planning::poses::{PlanRequest, plan as plan_poses};
+use crate::planning::measurements::{
+    MeasurementRequest, NoiseOf, Planned, Setup, Wishes, plan_measurements,
+};
+use crate::planning::poses::{PlanError, PlanRequest, plan as plan_poses};
+use delta_cal::{Noise, Tolerance};
 
 /// Joint angles (radians) of one plan.
 pub(super) type Joints = Vec<[f64; 3]>;
 
-/// What a plan is made for.
+/// What a calibration takes for the noise of exact readings, mm: it needs one.
+pub(super) const EXACT: f64 = 1e-3;
+
+/// Where the robots of a scenario are measured, and with what.
+#[derive(Debug)]
+pub(super) enum MeasuredAt {
+    /// x, y and z at random poses.
+    RandomPoses,
+    /// x, y and z at the same poses.
+    Poses(Joints),
+    /// What an instrument reads.
+    With(Box<Instrumented>),
+}
+
+/// An instrument, where it stands.
+#[derive(Debug)]
+pub(super) struct Instrumented {
+    pub(super) setup: Setup,
+    pub(super) kinds: Wishes,
+    /// Random ones if `None`.
+    pub(super) planned: Option<Vec<Planned>>,
+}
+
+/// For what a plan is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Purpose {
+    measure: Measure,
     poses: usize,
-    position_mm: f64,
-    joint_deg: f64,
+    noise_level: NoiseLevel,
+    planned: bool,
+    /// Where it matters.
+    tolerance: Option<Tolerance<f64>>,
 }
 
 impl Purpose {
     fn of(scenario: &Scenario) -> Self {
         Self {
+            measure: scenario.measure,
             poses: scenario.poses,
-            position_mm: scenario.noise_level.position_mm,
-            joint_deg: scenario.noise_level.joint_deg,
+            noise_level: scenario.noise_level,
+            planned: scenario.planned,
+            tolerance: match scenario.measure {
+                Measure::Positions => None,
+                Measure::With(_) => scenario.tolerance,
+            },
         }
     }
 }
 
-/// For every number of poses and noise of a campaign the poses that a user would plan: once, for
-/// the nominal robot, the IKM method and the scenario's noise, without a tolerance. All robots of a
-/// scenario are measured at the same joint angles.
+/// Of every scenario of a campaign. Planned poses and measurements are those that a user would plan: once, for the
+/// nominal robot and the scenario's noise; poses for the IKM method and without a tolerance. All robots of a
+/// scenario are measured at the same joint angles then.
 #[derive(Debug, Default)]
-pub(super) struct PlannedPoses(Vec<(Purpose, Joints)>);
+pub(super) struct AllMeasuredAt {
+    known: Vec<(Purpose, MeasuredAt)>,
+    of_scenarios: Vec<usize>,
+}
 
-impl PlannedPoses {
-    /// Plans for the scenarios that ask for it.
+impl AllMeasuredAt {
+    /// Plans what is to be planned.
     pub(super) fn of(plan: &Plan) -> Result<Self, CampaignError> {
-        let mut planned = Self::default();
-        for scenario in plan.scenarios().iter().filter(|scenario| scenario.planned) {
-            if planned.joints(scenario).is_some() {
-                continue;
-            }
+        let mut all = Self::default();
+        for scenario in plan.scenarios() {
+            let purpose = Purpose::of(scenario);
+            let index = all.known.iter().position(|(known, _)| *known == purpose);
+            let index = match index {
+                Some(index) => index,
+                None => {
+                    all.known.push((purpose, measured_at(plan, scenario)?));
+                    all.known.len() - 1
+                }
+            };
+            all.of_scenarios.push(index);
+        }
+        Ok(all)
+    }
+
+    /// Of a scenario, by its index.
+    pub(super) fn scenario(&self, index: usize) -> &MeasuredAt {
+        &self.known[self.of_scenarios[index]].1
+    }
+}
+
+fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, CampaignError> {
+    let failed = |error: PlanError| {
+        CampaignError::Input(
+            InputError::new(&plan.robot.name, format!("planned = [true]: {error}"))
+                .with_remedy(error.remedy()),
+        )
+    };
+    match scenario.measure {
+        Measure::Positions if !scenario.planned => Ok(MeasuredAt::RandomPoses),
+        Measure::Positions => {
             let robot = RobotFile {
                 noise: scenario.noise,
                 tolerance: None,
@@ -51,22 +116,46 @@ impl PlannedPoses {
                 seed: plan.seed,
                 ..PlanRequest::new(&robot)
             };
-            let poses = plan_poses(&request).map_err(|error| {
-                CampaignError::Input(
-                    InputError::new(&robot.name, format!("planned = [true]: {error}"))
-                        .with_remedy(error.remedy()),
-                )
-            })?;
+            let poses = plan_poses(&request).map_err(failed)?;
             let joints = poses.poses.iter().map(|pose| pose.joints).collect();
-            planned.0.push((Purpose::of(scenario), joints));
+            Ok(MeasuredAt::Poses(joints))
         }
-        Ok(planned)
-    }
-
-    /// The poses of a scenario that asks for planned ones; `None` if it does not.
-    pub(super) fn joints(&self, scenario: &Scenario) -> Option<&Joints> {
-        let purpose = Purpose::of(scenario);
-        let known = self.0.iter().find(|(known, _)| *known == purpose);
-        known.filter(|_| scenario.planned).map(|(_, joints)| joints)
+        Measure::With(instrument) => {
+            let sigma = match scenario.noise {
+                Some(_) => scenario.noise_level.position_mm,
+                None => EXACT,
+            };
+            let joint = scenario.noise_level.joint_deg.to_radians();
+            let mut robot = RobotFile {
+                noise: Noise::new(sigma, joint).ok(),
+                tolerance: scenario.tolerance,
+                ..plan.robot.clone()
+            };
+            robot.instruments.height_noise = Some(sigma);
+            robot.instruments.distance_noise = Some(sigma);
+            robot.instruments.joint_noise = Some(joint);
+            let like = MeasurementRequest {
+                seed: plan.seed,
+                ..MeasurementRequest::new(&robot, Wishes::only(instrument.kind), scenario.poses)
+            };
+            let request = MeasurementRequest {
+                noise: Some(NoiseOf {
+                    position: sigma,
+                    height: sigma,
+                    distance: sigma,
+                }),
+                ..instrument.request(&like, scenario.poses)
+            };
+            let planned = if scenario.planned {
+                Some(plan_measurements(&request).map_err(failed)?.measurements)
+            } else {
+                None
+            };
+            Ok(MeasuredAt::With(Box::new(Instrumented {
+                setup: Setup::of(&request),
+                kinds: request.kinds,
+                planned,
+            })))
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! One row of `robots.csv`: one robot, calibrated one way.
 
 use super::plan::{Plan, Scenario, Variant};
-use super::planned::PlannedPoses;
+use super::planned::MeasuredAt;
 use super::simulation::{SimulatedRobot, seed, simulate};
 use super::status::Status;
 use super::trial::{achieved, bound, calibrate, error_before};
@@ -35,6 +35,8 @@ pub struct CaseColumns {
     pub prior: bool,
     /// Whether the poses were chosen.
     pub planned: bool,
+    /// `xyz`, or the instrument that was measured with.
+    pub measure: &'static str,
 }
 
 /// Every case of a campaign: the variants of the first scenario, then of the second.
@@ -63,11 +65,12 @@ fn case(number: usize, scenario: &Scenario, variant: Variant) -> CaseColumns {
         weights: variant.weights,
         prior: variant.prior,
         planned: scenario.planned,
+        measure: scenario.measure.name(),
     }
 }
 
 /// The columns of [`CaseColumns`].
-pub(super) const CASE_COLUMNS: [&str; 11] = [
+pub(super) const CASE_COLUMNS: [&str; 12] = [
     "case",
     "method",
     "solver",
@@ -79,10 +82,11 @@ pub(super) const CASE_COLUMNS: [&str; 11] = [
     "weights",
     "prior",
     "planned",
+    "measure",
 ];
 
 /// The columns of `robots.csv` after those of the case, without each parameter's gain.
-const ROW_COLUMNS: [&str; 13] = [
+const ROW_COLUMNS: [&str; 15] = [
     "robot",
     "seed",
     "status",
@@ -96,6 +100,8 @@ const ROW_COLUMNS: [&str; 13] = [
     "bound_mm",
     "bound_ratio",
     "condition",
+    "relative_before_mm",
+    "relative_after_mm",
 ];
 
 /// With noise, a robot is the true one if its parameter error is below this many times the bound.
@@ -141,6 +147,8 @@ struct Row {
     bound_mm: Option<f64>,
     bound_ratio: Option<f64>,
     condition: Option<f64>,
+    relative_before_mm: Option<f64>,
+    relative_after_mm: Option<f64>,
 }
 
 /// One robot's rows, one for each variant, and how long each calibration took.
@@ -153,13 +161,13 @@ pub(super) struct RobotRows {
 /// Simulates a robot and calibrates it in every way. `first` is the case of the first variant.
 pub(super) fn robot_rows(
     plan: &Plan,
-    planned: &PlannedPoses,
+    at: &MeasuredAt,
     (first, scenario): (usize, &Scenario),
     variants: &[Variant],
     robot: u64,
 ) -> Result<RobotRows, csv::Error> {
     let seed = seed(plan, scenario, robot);
-    let simulated = simulate(plan, scenario, planned.joints(scenario), seed);
+    let simulated = simulate(plan, scenario, at, seed);
     let error_before = simulated.as_ref().map(|robot| error_before(plan, robot));
     let mut bounds = Bounds::default();
     let mut times = Vec::with_capacity(variants.len());
@@ -175,20 +183,26 @@ pub(super) fn robot_rows(
             from_nominal: None,
             iterations: None,
             gain_percent: None,
-            error_before_mm: error_before.filter(|error| error.is_finite()),
+            error_before_mm: error_before
+                .map(|error| error.rms)
+                .filter(|error| error.is_finite()),
             error_after_mm: None,
             parameter_error_mm: None,
             bound_mm: None,
             bound_ratio: None,
             condition: None,
+            relative_before_mm: error_before
+                .map(|error| error.intrinsic_rms)
+                .filter(|error| error.is_finite()),
+            relative_after_mm: None,
         };
         let mut gains = vec![None; if plan.parameters { 24 } else { 0 }];
         let mut time = Duration::ZERO;
         if let Some(simulated) = &simulated {
-            let trial = calibrate(plan, scenario, *variant, &simulated.samples);
+            let trial = calibrate(plan, scenario, *variant, &simulated.read);
             time = trial.time;
             row.status = trial.status;
-            row.bound_mm = bounds.of(scenario, simulated, *variant);
+            row.bound_mm = bounds.of(plan, scenario, simulated, *variant);
             if let Some(calibrated) = &trial.calibrated {
                 let achieved = achieved(plan, simulated, &calibrated.robot);
                 let largest = match scenario.noise {
@@ -204,7 +218,9 @@ pub(super) fn robot_rows(
                 row.condition = Some(calibrated.condition);
                 row.gain_percent = Some(achieved.gain);
                 row.error_after_mm =
-                    Some(achieved.position_error).filter(|error| error.is_finite());
+                    Some(achieved.position_error.rms).filter(|error| error.is_finite());
+                row.relative_after_mm =
+                    Some(achieved.position_error.intrinsic_rms).filter(|error| error.is_finite());
                 row.parameter_error_mm = Some(achieved.parameter_error);
                 row.bound_ratio = row.bound_mm.map(|bound| achieved.parameter_error / bound);
             }
@@ -223,12 +239,18 @@ pub(super) fn robot_rows(
 struct Bounds(Vec<((CalibrationMethod, bool), Option<f64>)>);
 
 impl Bounds {
-    fn of(&mut self, scenario: &Scenario, robot: &SimulatedRobot, variant: Variant) -> Option<f64> {
+    fn of(
+        &mut self,
+        plan: &Plan,
+        scenario: &Scenario,
+        robot: &SimulatedRobot,
+        variant: Variant,
+    ) -> Option<f64> {
         let key = (variant.method.calibration_method(), variant.prior);
         if let Some((_, known)) = self.0.iter().find(|(known, _)| *known == key) {
             return *known;
         }
-        let bound = bound(scenario, robot, variant);
+        let bound = bound(plan, scenario, robot, variant);
         self.0.push((key, bound));
         bound
     }

@@ -3,7 +3,7 @@
 use super::CampaignError;
 use super::folder::{Folder, PARAMETERS, Rows, SUMMARY, TIMING};
 use super::plan::{Plan, Shard};
-use super::planned::PlannedPoses;
+use super::planned::AllMeasuredAt;
 use super::row::{RobotRows, robot_rows};
 use super::summary::{CaseSummary, parameters_csv, summarise, summary_csv, timing_csv};
 use rayon::ThreadPoolBuilder;
@@ -84,7 +84,7 @@ fn compute(
         .num_threads(options.threads)
         .build()
         .map_err(|error| CampaignError::Threads(error.to_string()))?;
-    let planned = pool.install(|| PlannedPoses::of(plan))?;
+    let measured_at = pool.install(|| AllMeasuredAt::of(plan))?;
     let each = shard.robots(plan);
     let total = each * plan.scenarios().len() as u64;
     let variants = plan.variants();
@@ -100,8 +100,9 @@ fn compute(
     };
     let robot = |index: u64| -> Result<RobotRows, CampaignError> {
         let (scenario, first, robot) = place(index);
+        let at = measured_at.scenario(scenario);
         let scenario = &plan.scenarios()[scenario];
-        robot_rows(plan, &planned, (first + 1, scenario), &variants, robot)
+        robot_rows(plan, at, (first + 1, scenario), &variants, robot)
             .map_err(|error| CampaignError::file(Path::new("rows"), error))
     };
     let stopped = || options.interrupted.load(Ordering::Relaxed);

@@ -1,8 +1,9 @@
 //! One simulated robot: its true geometry, what is measured of it, and where it is tested.
 
 use super::mixing::mixed;
-use super::plan::{Plan, Scenario, Spread};
-use super::planned::Joints;
+use super::plan::{Measure, Plan, Scenario, Spread};
+use super::planned::{Joints, MeasuredAt};
+use super::readings::{Readings, readings};
 use delta_cal::robot::{Arm, ParameterKind};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
 use delta_cal::{Parameter, Robot, Sample};
@@ -16,18 +17,24 @@ pub const HELD_OUT_POSES: usize = 100;
 #[derive(Debug, Clone)]
 pub(super) struct SimulatedRobot {
     pub(super) truth: Robot<f64>,
-    /// With noise.
-    pub(super) samples: Vec<Sample<f64>>,
-    /// The exact joint angles of the samples, radians.
-    pub(super) measured: Vec<[f64; 3]>,
+    pub(super) read: Read,
     /// Joint angles that were not measured, radians.
     pub(super) held_out: Vec<[f64; 3]>,
+}
+
+/// What was read of it.
+#[derive(Debug, Clone)]
+pub(super) enum Read {
+    /// Positions, with noise, and the exact joint angles, radians.
+    Positions(Vec<Sample<f64>>, Vec<[f64; 3]>),
+    /// Readings of an instrument.
+    Readings(Box<Readings>),
 }
 
 /// The seed of one robot. It depends on the scenario's values, not on its place in the file: a
 /// longer list adds cases and leaves the others' robots as they were.
 pub(super) fn seed(plan: &Plan, scenario: &Scenario, robot: u64) -> u64 {
-    [
+    let seed = [
         scenario.poses as u64,
         scenario.start_error.length_mm.to_bits(),
         scenario.start_error.angle_deg.to_bits(),
@@ -37,43 +44,66 @@ pub(super) fn seed(plan: &Plan, scenario: &Scenario, robot: u64) -> u64 {
         robot,
     ]
     .into_iter()
-    .fold(mixed(plan.seed), |state, value| mixed(state ^ value))
+    .fold(mixed(plan.seed), |state, value| mixed(state ^ value));
+    match scenario.measure {
+        Measure::Positions => seed,
+        Measure::With(instrument) => instrument
+            .name
+            .bytes()
+            .fold(seed, |state, byte| mixed(state ^ u64::from(byte))),
+    }
 }
 
-/// The robot that a seed stands for, measured at the planned joint angles or at random ones. `None`
+/// The robot that a seed stands for, as it is measured. `None`
 /// if the start error makes no robot of it, one without usable poses within the joint limits, or one
 /// that does not reach the planned ones.
 pub(super) fn simulate(
     plan: &Plan,
     scenario: &Scenario,
-    planned: Option<&Joints>,
+    at: &MeasuredAt,
     seed: u64,
 ) -> Option<SimulatedRobot> {
     let mut rng = Pcg32::seed_from_u64(seed);
     let truth = true_robot(plan, scenario, &mut rng)?;
-    let mut samples = Vec::with_capacity(scenario.poses);
-    let mut measured = Vec::with_capacity(scenario.poses);
-    for index in 0..scenario.poses {
-        let pose = match planned {
-            Some(joints) => simulate_sample(&truth, joints.get(index)?, None, &mut rng).ok()?,
-            None => random_pose(&truth, &plan.robot.limits, &mut rng).ok()?,
-        };
-        measured.push(pose.joints);
-        samples.push(match &scenario.noise {
-            None => pose,
-            noise => simulate_sample(&truth, &pose.joints, noise.as_ref(), &mut rng).ok()?,
-        });
-    }
+    let read = match at {
+        MeasuredAt::With(with) => {
+            Read::Readings(Box::new(readings(&truth, scenario, with, &mut rng)?))
+        }
+        MeasuredAt::RandomPoses => positions(plan, scenario, None, &truth, &mut rng)?,
+        MeasuredAt::Poses(joints) => positions(plan, scenario, Some(joints), &truth, &mut rng)?,
+    };
     let held_out = (0..HELD_OUT_POSES)
         .map(|_| random_pose(&truth, &plan.robot.limits, &mut rng).map(|pose| pose.joints))
         .collect::<Result<_, _>>()
         .ok()?;
     Some(SimulatedRobot {
         truth,
-        samples,
-        measured,
+        read,
         held_out,
     })
+}
+
+fn positions(
+    plan: &Plan,
+    scenario: &Scenario,
+    planned: Option<&Joints>,
+    truth: &Robot<f64>,
+    rng: &mut Pcg32,
+) -> Option<Read> {
+    let mut samples = Vec::with_capacity(scenario.poses);
+    let mut measured = Vec::with_capacity(scenario.poses);
+    for index in 0..scenario.poses {
+        let pose = match planned {
+            Some(joints) => simulate_sample(truth, joints.get(index)?, None, rng).ok()?,
+            None => random_pose(truth, &plan.robot.limits, rng).ok()?,
+        };
+        measured.push(pose.joints);
+        samples.push(match &scenario.noise {
+            None => pose,
+            noise => simulate_sample(truth, &pose.joints, noise.as_ref(), rng).ok()?,
+        });
+    }
+    Some(Read::Positions(samples, measured))
 }
 
 fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot<f64>> {

@@ -31,6 +31,8 @@ impl Status {
             Refusal::ImpossibleRobot(_) => "impossible_robot",
             Refusal::WrongSide => "wrong_side",
             Refusal::NonFinite { .. } => "non_finite",
+            Refusal::TooFewObservations { .. } => "too_few_observations",
+            Refusal::UndeterminedInstrument(_) => "undetermined_instrument",
             _ => "refused",
         })
     }

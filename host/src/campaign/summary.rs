@@ -15,12 +15,14 @@ use std::path::Path;
 
 /// The quantities of which quantiles are stated: the column of `robots.csv`, and how `summary.csv`
 /// names its quantile.
-const QUANTITIES: [(&str, &str); 5] = [
+const QUANTITIES: [(&str, &str); 7] = [
     ("gain_percent", "gain_{}_percent"),
     ("error_before_mm", "error_before_{}_mm"),
     ("error_after_mm", "error_after_{}_mm"),
     ("parameter_error_mm", "parameter_error_{}_mm"),
     ("bound_ratio", "bound_ratio_{}"),
+    ("relative_before_mm", "relative_before_{}_mm"),
+    ("relative_after_mm", "relative_after_{}_mm"),
 ];
 const QUANTILES: [&str; 5] = ["p05", "p25", "median", "p75", "p95"];
 
@@ -51,6 +53,10 @@ pub struct CaseSummary {
     pub parameter_error_mm: Option<Quantiles>,
     /// The parameter error over the Cramér–Rao bound, robot by robot.
     pub bound_ratio: Option<Quantiles>,
+    /// As `error_before_mm`, after the rigid motion that explains most of the errors.
+    pub relative_before_mm: Option<Quantiles>,
+    /// The same after.
+    pub relative_after_mm: Option<Quantiles>,
     /// √(Σ parameter error² / Σ bound²) over all calibrated robots: 1 at the bound.
     pub bound_ratio_rms: Option<f64>,
     /// Wall-clock time of one calibration; not of the simulation around it.
@@ -102,7 +108,7 @@ struct Gathered {
     returned_from_nominal: u64,
     refusals: BTreeMap<String, u64>,
     squares: (f64, f64),
-    finders: [QuantileFinder; 5],
+    finders: [QuantileFinder; 7],
     /// One a parameter, or none.
     parameters: Vec<QuantileFinder>,
 }
@@ -164,8 +170,15 @@ impl Gathered {
     }
 
     fn summary(&self, case: CaseColumns, seconds_per_calibration: Option<f64>) -> CaseSummary {
-        let [gain, before, after, error, ratio] =
-            self.finders.each_ref().map(QuantileFinder::quantiles);
+        let [
+            gain,
+            before,
+            after,
+            error,
+            ratio,
+            relative_before,
+            relative_after,
+        ] = self.finders.each_ref().map(QuantileFinder::quantiles);
         let (errors, bounds) = self.squares;
         CaseSummary {
             case,
@@ -179,6 +192,8 @@ impl Gathered {
             error_after_mm: after,
             parameter_error_mm: error,
             bound_ratio: ratio,
+            relative_before_mm: relative_before,
+            relative_after_mm: relative_after,
             bound_ratio_rms: (bounds > 0.0).then(|| (errors / bounds).sqrt()),
             seconds_per_calibration,
             parameter_gains: self
@@ -324,6 +339,8 @@ pub(super) fn summary_csv(summaries: &[CaseSummary]) -> Result<String, CampaignE
             summary.error_after_mm,
             summary.parameter_error_mm,
             summary.bound_ratio,
+            summary.relative_before_mm,
+            summary.relative_after_mm,
         ]
         .map(|quantiles| quantiles.map_or([None; 5], |quantiles| quantiles.values().map(Some)));
         let refusals: Vec<_> = summary

@@ -1,16 +1,22 @@
 //! `delta-cal check`.
 
-use super::choices::MethodArgument;
+use super::choices::{FrameArgument, MethodArgument};
 use super::failure::Failure;
 use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
 use super::print::print;
+use super::progress::Waiting;
 use clap::Args;
 use delta_cal_host::files::output;
+use delta_cal_host::planning::measurements::{CheckRequest, MeasurementCheck};
 use delta_cal_host::planning::observability::Observability;
 use delta_cal_host::planning::poses::{PlanRequest, Region, next_poses};
 use delta_cal_host::render::json;
-use delta_cal_host::report::check;
-use delta_cal_host::{InputText, PosesToCheck, RobotFile};
+use delta_cal_host::report::check::{json as check_json, measurements, table};
+use delta_cal_host::{
+    InputText, MeasurementsToCheck, ObservationsToCheck, PosesToCheck, RobotFile,
+};
+use serde_json::Value;
+use std::path::Path;
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
@@ -19,7 +25,14 @@ or the poses of delta-cal plan. Rows that hold no measurement yet count like the
 program names their lines. It assumes the [noise] of ROBOT.toml, or 0.02 mm and 0.002 \
 degrees if none is stated. It ignores the [tolerance], except when it proposes poses to add.
 
-Observability indices, of the singular values s1 >= ... >= sL of the weighted Jacobian of n poses:
+Of heights, distances and single coordinates (see delta-cal calibrate --help) the program says which \
+position error a calibration is expected to leave of what the [tolerance] allows, what stays unknown \
+with the remedy that costs least, and which measurements with the same instruments would help most. \
+It fits the file to find the instruments; where nothing is measured yet it puts them where delta-cal \
+plan does.
+
+Observability indices, of the singular values s1 >= ... >= sL of the weighted Jacobian of n poses \
+(for files with x, y and z in every row and nothing else):
   O1  (s1 ... sL)^(1/L) / sqrt(n)  volume of the confidence region
                                    (Borm and Menq 1989, 1991)
   O2  sL / s1                      inverse of the condition
@@ -40,9 +53,11 @@ Examples:
   delta-cal check robot.toml samples.csv
   delta-cal check robot.toml samples.csv --add 8 --within r=200,z=-600..-300
   delta-cal check robot.toml samples.csv --json - | jq .determined
+  delta-cal check robot.toml touches.csv --add 6
 
 Exit codes:
-  0  the samples determine every parameter
+  0  the samples determine every parameter; heights, distances and single
+     coordinates: a calibration is expected to halve the position error
   1  they do not: without a [tolerance] a calibration would be refused, and
      with one the tolerance would decide the rest
   2  the command line is wrong
@@ -62,7 +77,10 @@ pub(crate) struct CheckArguments {
     /// The method with which the robot will be calibrated
     #[arg(long, value_enum, default_value_t = MethodArgument::Joint)]
     method: MethodArgument,
-    /// The number of poses to propose in addition
+    /// The frame of the coordinates, if rows hold less than x, y and z
+    #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
+    frame: FrameArgument,
+    /// The number of poses or measurements to propose in addition
     #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(0..=100))]
     add: u16,
     /// Propose only poses within this box or cylinder, as delta-cal plan does
@@ -84,32 +102,35 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     }
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
     let text = read(&arguments.samples, &arguments.columns)?;
+    match MeasurementsToCheck::read(&text, &robot)? {
+        MeasurementsToCheck::Positions(poses) => positions(arguments, &robot, &poses),
+        MeasurementsToCheck::Observations(samples) => observations(arguments, &robot, &samples),
+    }
+}
+
+/// x, y and z in every row.
+fn positions(
+    arguments: &CheckArguments,
+    robot: &RobotFile,
+    poses: &PosesToCheck,
+) -> Result<(), Failure> {
     let PosesToCheck {
         samples,
         unmeasured,
-    } = PosesToCheck::read(&text, &robot)?;
+    } = poses;
     let method = arguments.method.method();
-    let observability = Observability::new(&robot, &samples, method)?;
+    let observability = Observability::new(robot, samples, method)?;
     let request = PlanRequest {
         count: usize::from(arguments.add),
         method,
         region: arguments.within,
-        ..PlanRequest::new(&robot)
+        ..PlanRequest::new(robot)
     };
     let next = next_poses(&request, &observability.poses)
-        .map_err(|error| super::plan::failure(&robot, error))?;
-    let report = check::json::report(&robot, &samples, &unmeasured, method, &observability, &next);
-    let json = json::text(&report);
-    match json_file {
-        Some(path) if is_stream(path) => print(&json)?,
-        Some(path) => output::write_all(&[(path, &json)])?,
-        None => {}
-    }
-    if !json_file.is_some_and(is_stream) {
-        let report =
-            check::table::render(&robot, &samples, &unmeasured, method, &observability, &next);
-        print(&report)?;
-    }
+        .map_err(|error| super::plan::failure(robot, error))?;
+    let report = check_json::report(robot, samples, unmeasured, method, &observability, &next);
+    let text = table::render(robot, samples, unmeasured, method, &observability, &next);
+    deliver(arguments.json.as_deref(), &report, &text)?;
     if observability.determined() {
         return Ok(());
     }
@@ -118,13 +139,69 @@ pub(crate) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     } else {
         "measure the proposed poses as well"
     };
+    Err(not_determined(
+        robot,
+        table::verdict(&observability, samples, unmeasured),
+        more,
+    ))
+}
+
+/// Heights, distances, single coordinates.
+fn observations(
+    arguments: &CheckArguments,
+    robot: &RobotFile,
+    samples: &ObservationsToCheck,
+) -> Result<(), Failure> {
+    if !matches!(arguments.method, MethodArgument::Joint) {
+        return Err(Failure::Usage {
+            cause: "--method can only be used with files that hold x, y and z in every row and nothing else"
+                .to_owned(),
+            remedy: "leave out the option".to_owned(),
+        });
+    }
+    let request = CheckRequest {
+        frame: arguments.frame.frame(),
+        add: usize::from(arguments.add),
+        region: arguments.within,
+    };
+    let waiting = Waiting::new("looking for measurements to add".to_owned());
+    let check = MeasurementCheck::new(robot, samples, request)?;
+    drop(waiting);
+    let unmeasured = &samples.unmeasured;
+    let report = measurements::json(&check, unmeasured);
+    let text = measurements::text(&check, unmeasured);
+    deliver(arguments.json.as_deref(), &report, &text)?;
+    if check.worthwhile() {
+        return Ok(());
+    }
+    let more = if check.next.is_empty() {
+        "measure more, at other joint angles or with another instrument"
+    } else {
+        "take the proposed measurements as well"
+    };
+    Err(not_determined(
+        robot,
+        measurements::obstacle(&check, unmeasured),
+        more,
+    ))
+}
+
+/// Writes the file that was asked for, and prints the report or the JSON.
+fn deliver(json_file: Option<&Path>, report: &Value, text: &str) -> Result<(), Failure> {
+    let json = json::text(report);
+    match json_file {
+        Some(path) if is_stream(path) => return print(&json),
+        Some(path) => output::write_all(&[(path, &json)])?,
+        None => {}
+    }
+    print(text)
+}
+
+fn not_determined(robot: &RobotFile, cause: String, more: &str) -> Failure {
     let remedy = if robot.tolerance.is_some() {
         format!("{more}; without them the [tolerance] decides what the samples leave open")
     } else {
         format!("{more}, or state a [tolerance]")
     };
-    Err(Failure::NotDetermined {
-        cause: check::table::verdict(&observability, &samples, &unmeasured),
-        remedy,
-    })
+    Failure::NotDetermined { cause, remedy }
 }

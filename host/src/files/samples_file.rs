@@ -10,7 +10,7 @@ mod table;
 
 pub use observations::{Measurements, ObservationsFile, Reading, ReadingFrom};
 pub(crate) use planned::is_planned;
-pub use planned::{PosesToCheck, is_unmeasured_plan};
+pub use planned::{MeasurementsToCheck, ObservationsToCheck, PosesToCheck, is_unmeasured_plan};
 pub use row::Row;
 
 use crate::files::columns::{Quantity, Unit};
@@ -20,7 +20,7 @@ use crate::text::units::degrees;
 use delta_cal::Sample;
 use delta_cal::kinematics::JointLimits;
 use nalgebra::Vector3;
-use table::Table;
+use table::{Table, TableRow};
 
 /// Degrees and millimetres that are all below this look like radians and metres…
 const OTHER_UNIT: f64 = 2.0;
@@ -110,17 +110,8 @@ impl SamplesFile {
                 Some(limits) => row.joints(limits)?,
                 None => row.numbers(Quantity::JOINTS)?,
             };
-            let position = row.numbers(Quantity::COORDINATES).map_err(|fault| {
-                if row.has_gap(Quantity::COORDINATES) {
-                    Stop::Gap(fault)
-                } else {
-                    Stop::Fault(fault)
-                }
-            })?;
-            Ok::<_, Stop>(Sample {
-                joints,
-                position: Vector3::from(position),
-            })
+            let position = position_of(row)?;
+            Ok::<_, Stop>(Sample { joints, position })
         })?;
         Ok(Self {
             rows,
@@ -175,6 +166,17 @@ impl SamplesFile {
             None => error,
         }
     }
+}
+
+fn position_of(row: &TableRow<'_>) -> Result<Vector3<f64>, Stop> {
+    let position = row.numbers(Quantity::COORDINATES).map_err(|fault| {
+        if row.has_gap(Quantity::COORDINATES) {
+            Stop::Gap(fault)
+        } else {
+            Stop::Fault(fault)
+        }
+    })?;
+    Ok(Vector3::from(position))
 }
 
 /// Reads the joint angles (radians) of a file; positions may be there too and are ignored.

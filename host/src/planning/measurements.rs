@@ -6,10 +6,14 @@
 //!                                                                    └→ Precision, beside random ones
 //! ```
 
+mod additions;
 mod candidates;
+mod check;
 mod compare;
+mod draws;
 mod instrument;
 mod kind;
+mod places;
 mod plan;
 mod planned;
 mod precision;
@@ -17,11 +21,14 @@ mod request;
 mod sequence;
 mod setup;
 
+pub use check::MeasurementCheck;
 pub use compare::{COUNTS, Comparison, compare};
+pub use draws::random_measurements;
 pub use instrument::Instrument;
 pub use kind::{Kind, Wish, Wishes};
 pub use plan::{MeasurementPlan, plan_measurements};
 pub use planned::Planned;
 pub use precision::Precision;
-pub use request::{LEAST_MEASUREMENTS, MeasurementRequest, NoiseOf};
-pub use setup::Setup;
+pub(crate) use precision::covariance_after;
+pub use request::{CheckRequest, LEAST_MEASUREMENTS, MeasurementRequest, NoiseOf};
+pub use setup::{PLANE, Setup};

@@ -14,8 +14,9 @@ const REFUSALS_SHOWN: usize = 12;
 type Setting = (&'static str, fn(&CaseColumns) -> String);
 
 /// The axes of a campaign.
-const SETTINGS: [Setting; 9] = [
+const SETTINGS: [Setting; 10] = [
     ("case", |case| case.case.to_string()),
+    ("measure", |case| case.measure.to_owned()),
     ("poses", |case| case.poses.to_string()),
     START_ERROR,
     NOISE,
@@ -59,9 +60,14 @@ pub fn render(summaries: &[CaseSummary]) -> String {
         parts.push(Section::new("").text(words.join(", ")));
     }
     parts.push(Section::new("").table(table(&different, summaries)));
+    let relative = if is_relative(summaries) {
+        "of relative positions (after the best rigid motion), "
+    } else {
+        ""
+    };
     let notes = Section::new("").note(format!(
         "ok: share of the robots that were calibrated and not refused; the other figures are of \
-         these. gain: (4.1), with the values below which 5 % and 95 % of the robots lie. error: rms \
+         these. gain: (4.1), with the values below which 5 % and 95 % of the robots lie. error: {relative}rms \
          over {HELD_OUT_POSES} poses that were not measured, of the median robot. bound: parameter \
          error over the Cramér–Rao bound, rms; it is below 1 where a prior assumes more spread than \
          the robots have. summary.csv holds everything else."
@@ -70,7 +76,15 @@ pub fn render(summaries: &[CaseSummary]) -> String {
     terminal::text(parts)
 }
 
+/// Whether something was measured that does not say where the robot stands.
+fn is_relative(summaries: &[CaseSummary]) -> bool {
+    summaries
+        .iter()
+        .any(|summary| summary.case.measure != "xyz")
+}
+
 fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
+    let relative = is_relative(summaries);
     let gain = |quantile: usize| {
         move |summary: &&CaseSummary| {
             let gain = summary.gain_percent;
@@ -86,10 +100,20 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
         .column("gain, %\nmedian", gain(2))
         .column("95 %", gain(4))
         .column("error, mm\nbefore", |summary| {
-            or_dash(summary.error_before_mm.map(|error| error.median), small)
+            let error = if relative {
+                summary.relative_before_mm
+            } else {
+                summary.error_before_mm
+            };
+            or_dash(error.map(|error| error.median), small)
         })
         .column("after", |summary| {
-            or_dash(summary.error_after_mm.map(|error| error.median), small)
+            let error = if relative {
+                summary.relative_after_mm
+            } else {
+                summary.error_after_mm
+            };
+            or_dash(error.map(|error| error.median), small)
         })
         .column("bound", |summary| {
             or_dash(summary.bound_ratio_rms, |ratio| format!("{ratio:.2}"))
@@ -106,7 +130,8 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
 fn description((heading, of): Setting, case: &CaseColumns) -> Option<String> {
     let cell = of(case);
     Some(match (heading, cell.as_str()) {
-        ("case", _) | ("planned", "no") => return None,
+        ("case", _) | ("planned", "no") | ("measure", "xyz") => return None,
+        ("measure", _) => format!("measured with {cell}"),
         ("poses", _) => format!("{cell} poses"),
         ("method" | "solver", _) => cell,
         ("weights" | "prior", "yes") => format!("with {heading}"),

@@ -2,4 +2,5 @@
 //! people and for programs.
 
 pub mod json;
+pub mod measurements;
 pub mod table;

@@ -25,6 +25,29 @@ fn assert_refused(cases: &[(String, &str, &str)]) {
 }
 
 #[test]
+fn instruments_are_calibrated_by_the_joint_method_and_with_the_noise() {
+    let plate = "poses = [8, 20]\nmeasure = [\"plate\"]";
+    let joint = but("poses = [8, 20]", plate).replace("[\"ikm\", \"fkm\"]", "[\"joint\"]");
+    assert_refused(&[
+        (
+            but("poses = [8, 20]", plate),
+            "7: methods:",
+            "only be calibrated by the method \"joint\"",
+        ),
+        (
+            format!("{joint}weights = [true, false]\n"),
+            "10: weights:",
+            "without the noise",
+        ),
+        (
+            joint.replace("plate", "plait"),
+            "4: measure:",
+            "there is no instrument \"plait\"",
+        ),
+    ]);
+}
+
+#[test]
 fn numbers_that_are_not_possible_are_refused_with_place_and_cause() {
     let length = "length_mm = 1";
     let both = "length_mm = 1, angle_deg = 1";

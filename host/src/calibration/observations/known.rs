@@ -2,7 +2,6 @@
 
 use crate::accuracy::expected_error::ExpectedError;
 use crate::files::robot_file::RobotFile;
-use crate::fit::observations::ObservedFit;
 use delta_cal::Parameter;
 use nalgebra::{SMatrix, SVector};
 
@@ -10,7 +9,7 @@ type Matrix24 = SMatrix<f64, 24, 24>;
 
 /// Combinations of parameters that measurements without the robot's frame can determine at most: all
 /// but those of the robot's place in space.
-const INTRINSIC: usize = 18;
+pub(crate) const COMBINATIONS: usize = 18;
 
 /// What the measurements determine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,10 +36,11 @@ fn place(expected: &ExpectedError) -> f64 {
 }
 
 impl Known {
+    /// `covariance`: of the robot's parameters after the measurements, mm and radians, with the tolerance.
     /// `before` and `after`: the position errors that the robot is expected to have.
-    pub(super) fn of(
+    pub(crate) fn of(
         robot: &RobotFile,
-        fit: &ObservedFit,
+        covariance: Option<&Matrix24>,
         before: Option<&ExpectedError>,
         after: Option<&ExpectedError>,
     ) -> Self {
@@ -49,8 +49,7 @@ impl Known {
             place: true,
             scale: true,
         };
-        let (Some(tolerance), Some(covariance)) = (&robot.tolerance, &fit.outcome.covariance)
-        else {
+        let (Some(tolerance), Some(covariance)) = (&robot.tolerance, covariance) else {
             return everything;
         };
         let scaled = Matrix24::from_fn(|row, column| {
@@ -83,6 +82,11 @@ impl Known {
         }
     }
 
+    /// Whether all that relative positions depend on is known better than the tolerance says.
+    pub(crate) const fn relative_positions(&self) -> bool {
+        self.scale && self.combinations >= COMBINATIONS
+    }
+
     /// What remains unknown, in sentences, each with the remedy that costs least.
     pub fn gaps(&self) -> Vec<String> {
         let mut gaps = Vec::new();
@@ -102,9 +106,9 @@ impl Known {
                     .to_owned(),
             );
         }
-        if self.combinations < INTRINSIC {
+        if self.combinations < COMBINATIONS {
             gaps.push(format!(
-                "The measurements determine {} of the {INTRINSIC} combinations of parameters that relative \
+                "The measurements determine {} of the {COMBINATIONS} combinations of parameters that relative \
                  positions depend on better than the tolerance does.",
                 self.combinations
             ));

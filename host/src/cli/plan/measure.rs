@@ -46,7 +46,7 @@ pub(super) fn measure(
     let waiting = Waiting::new(format!("planning {} measurements", request.count));
     let plan = plan_measurements(&request).map_err(|error| failure(robot, error))?;
     drop(waiting);
-    let csv = measurements::csv(&plan);
+    let csv = measurements::csv(&plan.measurements, &plan.setup);
     let json = json::text(&measurements::json(&request, &plan));
     deliver(arguments, &csv, &json, &measurements::text(&request, &plan))
 }

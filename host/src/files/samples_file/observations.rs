@@ -10,7 +10,7 @@ use crate::text::words::list;
 use delta_cal::kinematics::JointLimits;
 
 /// The name of the plane of a file that names none.
-const ONLY_PLANE: &str = "plane";
+pub(super) const ONLY_PLANE: &str = "plane";
 
 /// What a samples file holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,20 +64,7 @@ impl Measurements {
     /// nowhere, or both at a point and at a pose; a plane or point without a reading.
     pub fn read(input: &InputText, limits: &JointLimits<f64>) -> Result<Self, InputError> {
         let table = Table::parse(input)?;
-        let others = [
-            Quantity::Height,
-            Quantity::Plane,
-            Quantity::Distance,
-            Quantity::Point,
-            Quantity::ToJoint1,
-            Quantity::ToJoint2,
-            Quantity::ToJoint3,
-        ];
-        let readings = [Quantity::Height, Quantity::Distance];
-        let coordinates = Quantity::COORDINATES;
-        let partial = !table.has_any(&coordinates) && table.has_any(&readings);
-        let some = coordinates.iter().filter(|own| table.has_any(&[**own]));
-        if !(table.has_any(&others) || partial || (1..3).contains(&some.count())) {
+        if has_positions_alone(&table) {
             match SamplesFile::of_table(&table, input, Some(limits)) {
                 Ok(samples) => return Ok(Self::Positions(samples)),
                 Err(Stop::Fault(fault)) => return Err(fault),
@@ -108,6 +95,22 @@ impl Measurements {
     }
 }
 
+/// Whether a header names x, y and z, or nothing else in their place.
+pub(super) fn has_positions_alone(table: &Table<'_>) -> bool {
+    let others = [
+        Quantity::Height,
+        Quantity::Plane,
+        Quantity::Distance,
+        Quantity::Point,
+        Quantity::ToJoint1,
+        Quantity::ToJoint2,
+        Quantity::ToJoint3,
+    ];
+    let coordinates = Quantity::COORDINATES.iter();
+    let some = coordinates.filter(|own| table.has_any(&[**own])).count();
+    !table.has_any(&others) && !(1..3).contains(&some)
+}
+
 fn observations(
     table: &Table<'_>,
     input: &InputText,
@@ -115,7 +118,12 @@ fn observations(
 ) -> Result<ObservationsFile, InputError> {
     table.require(&Quantity::JOINTS)?;
     table.require_units()?;
-    let named = table.rows(|row| named(row, limits))?;
+    let rows = table.rows(|row| named(row, limits))?;
+    Ok(with_indices(input, rows))
+}
+
+/// Planes and points by their indices.
+pub(super) fn with_indices(input: &InputText, named: Vec<Row<Named>>) -> ObservationsFile {
     let mut file = ObservationsFile {
         name: input.name().to_owned(),
         rows: Vec::with_capacity(named.len()),
@@ -143,23 +151,23 @@ fn observations(
             },
         });
     }
-    Ok(file)
+    file
 }
 
 /// A row whose plane and point still have names.
-struct Named {
-    joints: [f64; 3],
-    position: [Option<f64>; 3],
-    height: Option<(String, f64)>,
-    distance: Option<(NamedFrom, f64)>,
+pub(super) struct Named {
+    pub(super) joints: [f64; 3],
+    pub(super) position: [Option<f64>; 3],
+    pub(super) height: Option<(String, f64)>,
+    pub(super) distance: Option<(NamedFrom, f64)>,
 }
 
-enum NamedFrom {
+pub(super) enum NamedFrom {
     Point(String),
     Pose([f64; 3]),
 }
 
-fn named(row: &TableRow<'_>, limits: &JointLimits<f64>) -> Result<Named, InputError> {
+pub(super) fn named(row: &TableRow<'_>, limits: &JointLimits<f64>) -> Result<Named, InputError> {
     let mut position = [None; 3];
     for (coordinate, quantity) in position.iter_mut().zip(Quantity::COORDINATES) {
         *coordinate = row.optional(quantity)?;

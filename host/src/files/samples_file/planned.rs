@@ -1,14 +1,16 @@
 //! Rows of a plan in which nothing was measured yet.
 
-use super::SamplesFile;
+use super::observations::{
+    Named, NamedFrom, ONLY_PLANE, ObservationsFile, has_positions_alone, named, with_indices,
+};
 use super::row::Row;
-use super::table::Table;
+use super::table::{Table, TableRow};
+use super::{SamplesFile, Stop, position_of};
 use crate::files::columns::Quantity;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
 use delta_cal::{Robot, Sample};
-use nalgebra::Vector3;
 
 /// Plans state positions to this many to the mm; digits of a nanometre, which nobody measures.
 const STEPS: f64 = 1e6;
@@ -37,6 +39,15 @@ pub(crate) fn is_planned(nominal: &Robot<f64>, sample: &Sample<f64>) -> bool {
 pub fn is_unmeasured_plan(input: &InputText, robot: &RobotFile) -> Result<bool, InputError> {
     let table = Table::parse(input)?;
     table.require(&Quantity::JOINTS)?;
+    let rows = table.rows(|row| Ok::<_, InputError>(has_reading(row)))?;
+    if rows.iter().all(|row| !row.value) {
+        return Ok(true);
+    }
+    let poses = PosesToCheck::of_table(&table, input, robot)?;
+    Ok(poses.unmeasured.len() == poses.samples.rows.len())
+}
+
+fn has_reading(row: &TableRow<'_>) -> bool {
     let readings = [
         Quantity::X,
         Quantity::Y,
@@ -44,15 +55,115 @@ pub fn is_unmeasured_plan(input: &InputText, robot: &RobotFile) -> Result<bool, 
         Quantity::Height,
         Quantity::Distance,
     ];
-    let rows = table.rows(|row| {
-        let read = readings.iter().any(|own| row.text(*own).is_some());
-        Ok::<_, InputError>(read)
-    })?;
-    if rows.iter().all(|row| !row.value) {
-        return Ok(true);
+    readings.iter().any(|own| row.text(*own).is_some())
+}
+
+/// A samples file of which some rows, or all, may still be unmeasured.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MeasurementsToCheck {
+    /// x, y and z, and nothing else.
+    Positions(PosesToCheck),
+    /// Any mixture.
+    Observations(ObservationsToCheck),
+}
+
+impl MeasurementsToCheck {
+    /// Reads the samples file of a robot.
+    ///
+    /// # Errors
+    /// As [`Measurements::read`](super::Measurements::read); an unmeasured row is none.
+    pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
+        let table = Table::parse(input)?;
+        if has_positions_alone(&table) {
+            match PosesToCheck::of_table(&table, input, robot) {
+                Ok(poses) => return Ok(Self::Positions(poses)),
+                Err(Stop::Fault(fault)) => return Err(fault),
+                Err(Stop::Gap(_)) => {}
+            }
+        }
+        ObservationsToCheck::of_table(&table, input, robot).map(Self::Observations)
     }
-    let poses = PosesToCheck::read(input, robot)?;
-    Ok(poses.unmeasured.len() == poses.samples.rows.len())
+}
+
+/// Heights, distances and single coordinates, whether or not they were measured yet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservationsToCheck {
+    /// Every row. What an unmeasured one reads does not matter: its heights are 0, its coordinates the robot's
+    /// own, its distances 1 mm.
+    pub file: ObservationsFile,
+    /// The lines in which nothing was measured.
+    pub unmeasured: Vec<u64>,
+}
+
+impl ObservationsToCheck {
+    fn of_table(
+        table: &Table<'_>,
+        input: &InputText,
+        robot: &RobotFile,
+    ) -> Result<Self, InputError> {
+        table.require(&Quantity::JOINTS)?;
+        table.require_units()?;
+        let mut unmeasured = Vec::new();
+        let mut rows = Vec::new();
+        for row in table.rows(|row| {
+            let measured = has_reading(row);
+            let value = if measured {
+                named(row, &robot.limits)?
+            } else {
+                to_measure(table, row, robot)?
+            };
+            Ok::<_, InputError>((measured, value))
+        })? {
+            let (measured, value) = row.value;
+            if !measured {
+                unmeasured.push(row.line);
+            }
+            rows.push(Row {
+                line: row.line,
+                value,
+            });
+        }
+        Ok(Self {
+            file: with_indices(input, rows),
+            unmeasured,
+        })
+    }
+}
+
+/// What is to be measured in a row that has no reading: a distance if it says where one begins, a height if it
+/// names a plane, otherwise what the header has columns for.
+fn to_measure(
+    table: &Table<'_>,
+    row: &TableRow<'_>,
+    robot: &RobotFile,
+) -> Result<Named, InputError> {
+    let mut own = Named {
+        joints: row.joints(&robot.limits)?,
+        position: [None; 3],
+        height: None,
+        distance: None,
+    };
+    let height = |plane: &str| Some((plane.to_owned(), 0.0));
+    if let Some(point) = row.text(Quantity::Point) {
+        own.distance = Some((NamedFrom::Point(point.to_owned()), 1.0));
+    } else if row.text(Quantity::ToJoint1).is_some() {
+        let to = row.joints_in(Quantity::TO_JOINTS, &robot.limits)?;
+        own.distance = Some((NamedFrom::Pose(to), 1.0));
+    } else if let Some(plane) = row.text(Quantity::Plane) {
+        own.height = height(plane);
+    } else if table.has_any(&Quantity::COORDINATES) {
+        let there = robot.robot.forward(&own.joints).unwrap_or_default();
+        for (axis, quantity) in Quantity::COORDINATES.into_iter().enumerate() {
+            own.position[axis] = table.has_any(&[quantity]).then(|| there[axis]);
+        }
+    } else if table.has_any(&[Quantity::Height]) {
+        own.height = height(ONLY_PLANE);
+    } else {
+        return Err(row
+            .fault_of_row("the row does not say what is to be measured")
+            .with_remedy("name a point, a plane or a second pose, or delete the row"));
+    }
+    Ok(own)
 }
 
 /// The joint angles of a samples file, whether or not something was measured there.
@@ -65,22 +176,16 @@ pub struct PosesToCheck {
 }
 
 impl PosesToCheck {
-    /// Reads the samples file of a robot.
-    ///
-    /// # Errors
-    /// As [`SamplesFile::read`]; an unmeasured row is none.
-    pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
-        let table = Table::parse(input)?;
+    fn of_table(table: &Table<'_>, input: &InputText, robot: &RobotFile) -> Result<Self, Stop> {
         table.require(&Quantity::JOINTS)?;
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
             let joints = row.joints(&robot.limits)?;
             let empty = Quantity::COORDINATES.map(|own| row.text(own).is_none());
             if empty == [true; 3] {
-                return Ok::<_, InputError>((joints, None));
+                return Ok::<_, Stop>((joints, None));
             }
-            let position = Vector3::from(row.numbers(Quantity::COORDINATES)?);
-            Ok((joints, Some(position)))
+            Ok((joints, Some(position_of(row)?)))
         })?;
         let mut unmeasured = Vec::new();
         let rows = rows.into_iter().map(|Row { line, value }| {
@@ -98,7 +203,7 @@ impl PosesToCheck {
         });
         let samples = SamplesFile {
             rows: rows.collect(),
-            ..SamplesFile::without_rows(&table, input)
+            ..SamplesFile::without_rows(table, input)
         };
         Ok(Self {
             samples,

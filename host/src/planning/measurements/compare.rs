@@ -44,14 +44,14 @@ pub fn compare(
             before: None,
             after: Vec::with_capacity(COUNTS.len()),
         };
+        let mut smaller = Vec::new();
         for count in COUNTS {
             progress(instrument, count);
-            let plan = bench.plan(
-                &instrument.request(request, count),
-                &Effort::quick(starts(count)),
-            );
+            let request = instrument.request(request, count);
+            let plan = bench.plan(&request, &smaller, &Effort::quick(starts(count)));
             comparison.after.push(plan.map(|plan| {
                 comparison.before = plan.before;
+                smaller = plan.measurements;
                 plan.after
             }));
         }

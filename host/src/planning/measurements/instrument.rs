@@ -96,7 +96,7 @@ impl Instrument {
     }
 
     /// So many measurements with it, everything else as in another request.
-    pub(super) fn request<'a>(
+    pub fn request<'a>(
         &self,
         like: &MeasurementRequest<'a>,
         count: usize,

@@ -8,7 +8,7 @@ use super::request::{LEAST_MEASUREMENTS, MeasurementRequest};
 use super::sequence::in_sequence;
 use super::setup::Setup;
 use crate::accuracy::expected_error::ExpectedError;
-use crate::planning::design::{Effort, Source, all_over};
+use crate::planning::design::{Effort, Source, added, all_over, nearer};
 use crate::planning::poses::{MOST_POSES, PlanError, RANDOM_SETS, Selection, unknown_parameter};
 use delta_cal::Sample;
 use rand_core::SeedableRng;
@@ -59,7 +59,7 @@ pub struct MeasurementPlan {
 /// ```
 pub fn plan_measurements(request: &MeasurementRequest<'_>) -> Result<MeasurementPlan, PlanError> {
     let effort = Effort::thorough(starts(request.count));
-    Bench::new(request)?.plan(request, &effort)
+    Bench::new(request)?.plan(request, &[], &effort)
 }
 
 /// What plans for the same robot and region have in common.
@@ -87,9 +87,11 @@ impl<'a> Bench<'a> {
         })
     }
 
+    /// `begin`: a smaller plan of the same request, which one of the searches enlarges; or none.
     pub(super) fn plan(
         &self,
         request: &MeasurementRequest<'_>,
+        begin: &[Planned],
         effort: &Effort,
     ) -> Result<MeasurementPlan, PlanError> {
         if request.count < LEAST_MEASUREMENTS {
@@ -102,9 +104,9 @@ impl<'a> Bench<'a> {
         let coordinates = |kind: Kind| kind.coordinates().iter().filter(|read| **read).count();
         let most = request.kinds.0.iter().map(|wish| coordinates(wish.kind));
         if most.max() > Some(1) {
-            self.planned::<3>(request, setup, effort)
+            self.planned::<3>(request, setup, begin, effort)
         } else {
-            self.planned::<1>(request, setup, effort)
+            self.planned::<1>(request, setup, begin, effort)
         }
     }
 
@@ -113,13 +115,21 @@ impl<'a> Bench<'a> {
         &self,
         request: &MeasurementRequest<'_>,
         setup: Setup,
+        begin: &[Planned],
         effort: &Effort,
     ) -> Result<MeasurementPlan, PlanError> {
         let mut rng = Pcg32::seed_from_u64(request.seed);
         let (selection, judge) = (&self.selection, &self.judge);
         let source = Candidates::<R>::new(request, &setup, selection, judge, &mut rng)?;
         let count = request.count;
-        let found = all_over(&source, count, effort, &mut rng)?;
+        let mut found = all_over(&source, count, effort, &mut rng)?;
+        if !begin.is_empty() {
+            let more = added(&source, begin, count.saturating_sub(begin.len()), &mut rng)?;
+            let all = more.map(|more| begin.iter().cloned().chain(more).collect());
+            let grown = all.and_then(|all| nearer(&source, all, effort, &mut rng));
+            let both = found.into_iter().chain(grown);
+            found = both.min_by(|a, b| a.value.total_cmp(&b.value));
+        }
         let found = found.ok_or(PlanError::Singular)?.chosen;
         if found.len() < count {
             return Err(PlanError::TooFewOfAKind(found.len()));

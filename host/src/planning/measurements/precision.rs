@@ -6,8 +6,11 @@ use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::workspace_poses::{WorkspacePoses, inside};
+use crate::calibration::observations::COMBINATIONS;
 use crate::files::robot_file::RobotFile;
-use crate::fit::observations::{Linearized, linearized};
+use crate::files::samples_file::ObservationsFile;
+use crate::fit::observations::{self, Linearized, linearized};
+use crate::fit::options::Frame;
 use crate::planning::poses::{PlanError, made_to_tolerance};
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, SVector};
@@ -17,14 +20,15 @@ use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterato
 /// The robot's parameters and the unknowns of the instruments that a plan may have: a frame, a plane and four
 /// points, for example.
 pub(super) const PARAMETERS: usize = 48;
-/// Combinations of the robot's 24 parameters that relative positions depend on: all but its place in space.
-pub(super) const COMBINATIONS: usize = 18;
 /// The robot's own.
 const OF_ROBOT: usize = 24;
 /// Poses of each robot made to the tolerance that it is judged over.
 const EACH: usize = 400;
 
-type Matrix24 = SMatrix<f64, OF_ROBOT, OF_ROBOT>;
+pub(super) type Matrix24 = SMatrix<f64, OF_ROBOT, OF_ROBOT>;
+/// Of all parameters of the core's problem.
+pub(super) type Posterior =
+    SMatrix<f64, { observations::PARAMETERS }, { observations::PARAMETERS }>;
 
 /// The expected position error, one σ, mm: root of the mean square over the workspace and over robots made to
 /// the tolerance.
@@ -224,29 +228,45 @@ fn covariance(file: &RobotFile, setup: &Setup, planned: &[Planned]) -> Option<Ma
 
 /// Of the robot's parameters (mm, radians) after measurements.
 fn covariance_of(found: &Linearized, robot: &Robot<f64>) -> Option<Matrix24> {
-    let mut information =
-        SMatrix::<f64, PARAMETERS, PARAMETERS>::from_diagonal(&information_of_prior(found, robot));
+    Some(of_robot(&posterior(found, robot)?, found))
+}
+
+/// Of a robot's parameters (mm, radians) after measurements of it. `None` if they cannot be taken.
+pub(crate) fn covariance_after(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+    frame: Frame,
+) -> Option<Matrix24> {
+    covariance_of(&linearized(robot, file, frame).ok()?, &robot.robot)
+}
+
+/// Of all parameters in the core's units.
+pub(super) fn posterior(found: &Linearized, robot: &Robot<f64>) -> Option<Posterior> {
+    let mut information = Posterior::from_diagonal(&information_of_prior(found, robot));
     for rows in &found.rows {
-        let rows = rows.fixed_rows::<PARAMETERS>(0);
         information += rows * rows.transpose();
     }
-    let covariance = information.cholesky()?.inverse();
-    Some(Matrix24::from_fn(|row, column| {
-        covariance[(row, column)] * found.units[row] * found.units[column]
-    }))
+    Some(information.cholesky()?.inverse())
+}
+
+/// The part of the robot's own parameters, in mm and radians.
+pub(super) fn of_robot(posterior: &Posterior, found: &Linearized) -> Matrix24 {
+    Matrix24::from_fn(|row, column| {
+        posterior[(row, column)] * found.units[row] * found.units[column]
+    })
 }
 
 /// Information before any measurement: what is known, and that no parameter is off by more than a forearm, so
 /// that there always is some.
-pub(super) fn information_of_prior(
+pub(super) fn information_of_prior<const D: usize>(
     found: &Linearized,
     robot: &Robot<f64>,
-) -> SVector<f64, PARAMETERS> {
+) -> SVector<f64, D> {
     let [arm, ..] = robot.arms();
     let least = (arm.upper_arm_length() / arm.lb()).powi(2);
     found
         .prior_weights
-        .fixed_rows::<PARAMETERS>(0)
+        .fixed_rows::<D>(0)
         .map(|weight| weight * weight + least)
 }
 

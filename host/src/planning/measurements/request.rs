@@ -76,3 +76,14 @@ impl<'a> MeasurementRequest<'a> {
         }
     }
 }
+
+/// How measurements are checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CheckRequest {
+    /// The frame of the coordinates.
+    pub frame: Frame,
+    /// How many measurements to propose.
+    pub add: usize,
+    /// Where the platform may be then; anywhere if `None`.
+    pub region: Option<Region>,
+}

@@ -2,6 +2,7 @@
 //! is assumed.
 
 use super::kind::Kind;
+use super::precision::workspace;
 use super::request::{MeasurementRequest, NoiseOf};
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::Frame;
@@ -10,12 +11,12 @@ use delta_cal::{Noise, Real, Sample};
 use nalgebra::Vector3;
 
 /// The name of the plane in the samples file.
-pub(super) const PLANE: &str = "plane";
+pub const PLANE: &str = "plane";
 /// Fixed points stand so far from the z axis as part of the positions' distance from it (root of the mean
 /// square).
 const POINTS_OUT: f64 = 0.7;
 /// Distances are no shorter where nothing is said of them, mm.
-const SHORTEST: f64 = 50.0;
+pub(super) const SHORTEST: f64 = 50.0;
 
 /// Where the instruments stand and how good they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,35 +40,25 @@ pub struct Setup {
 }
 
 impl Setup {
+    /// For a request: what the robot file states, what was asked for, and what is assumed.
+    pub fn of(request: &MeasurementRequest<'_>) -> Self {
+        Self::new(request, &workspace(request.robot))
+    }
+
     /// `poses`: of the nominal robot, evenly spread.
     pub(super) fn new(request: &MeasurementRequest<'_>, poses: &[Sample<f64>]) -> Self {
         let facts = &request.robot.instruments;
         let wished = |kind: Kind| request.kinds.0.iter().any(|wish| wish.kind == kind);
-        let mut noise_stated = true;
-        let mut sigma = |measured: bool, stated: Option<f64>, of: fn(&NoiseOf) -> f64| {
-            let stated = if request.noise.is_some() {
-                None
-            } else {
-                stated
-            };
-            noise_stated &= stated.is_some() || !measured;
-            stated.unwrap_or(of(&request.noise.unwrap_or_default()))
-        };
-        let distances = wished(Kind::Point) || wished(Kind::Distance);
-        let height = sigma(wished(Kind::Plane), facts.height_noise, |own| own.height);
-        let distance = sigma(distances, facts.distance_noise, |own| own.distance);
         let positions = request.kinds.0.iter().any(|wish| wish.kind.is_position());
-        let stated = request.robot.noise.filter(|_| request.noise.is_none());
-        noise_stated &= stated.is_some() || !positions;
-        let joint = facts
-            .joint_noise
-            .or(request.robot.noise.map(|noise| noise.joint()));
-        let joint = joint.unwrap_or(Assumptions::JOINT_DEGREES.to_radians());
-        let position = request.noise.unwrap_or_default().position;
-        let mut robot = request.robot.clone();
-        robot.noise = stated.or_else(|| Noise::new(position, joint).ok());
-        robot.instruments.height_noise = Some(height);
-        robot.instruments.distance_noise = Some(distance);
+        let (robot, noise_stated) = with_noise(
+            request.robot,
+            request.noise,
+            [
+                positions,
+                wished(Kind::Plane),
+                wished(Kind::Point) || wished(Kind::Distance),
+            ],
+        );
         let known = facts.planes.iter().find(|plane| plane.name == PLANE);
         let plane = request.plane.or(known.map(|plane| plane.height));
         let tallest = request.blocks.iter().copied().fold(0.0, f64::max);
@@ -94,6 +85,36 @@ impl Setup {
             noise_stated,
         }
     }
+}
+
+/// The robot with a noise of everything: what was asked for, what its file states, or what is typical. And
+/// whether the file states it of all that is measured: coordinates, heights, distances.
+pub(super) fn with_noise(
+    robot: &RobotFile,
+    wanted: Option<NoiseOf>,
+    [positions, heights, distances]: [bool; 3],
+) -> (RobotFile, bool) {
+    let facts = &robot.instruments;
+    let typical = wanted.unwrap_or_default();
+    let mut stated_of_all = true;
+    let mut sigma = |measured: bool, stated: Option<f64>, typical: f64| {
+        let stated = stated.filter(|_| wanted.is_none());
+        stated_of_all &= stated.is_some() || !measured;
+        stated.unwrap_or(typical)
+    };
+    let height = sigma(heights, facts.height_noise, typical.height);
+    let distance = sigma(distances, facts.distance_noise, typical.distance);
+    let stated = robot.noise.filter(|_| wanted.is_none());
+    stated_of_all &= stated.is_some() || !positions;
+    let joint = facts
+        .joint_noise
+        .or(robot.noise.map(|noise| noise.joint()))
+        .unwrap_or(Assumptions::JOINT_DEGREES.to_radians());
+    let mut robot = robot.clone();
+    robot.noise = stated.or_else(|| Noise::new(typical.position, joint).ok());
+    robot.instruments.height_noise = Some(height);
+    robot.instruments.distance_noise = Some(distance);
+    (robot, stated_of_all)
 }
 
 /// The height above which, up to the tallest gauge block, most poses lie.

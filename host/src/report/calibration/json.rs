@@ -275,7 +275,7 @@ fn uncertainty(map: &UncertaintyMap) -> Value {
 
 /// One σ over poses evenly spread in joint space within the limits and clear of singularities, and at
 /// the worst place.
-pub(super) fn expected_error(expected: &ExpectedError) -> Value {
+pub(in crate::report) fn expected_error(expected: &ExpectedError) -> Value {
     let (absolute, intrinsic) = (&expected.absolute, &expected.intrinsic);
     json!({
         "absolute_rms_mm": absolute.rms,

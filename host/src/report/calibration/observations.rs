@@ -7,7 +7,7 @@ use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::accuracy::sampled::{MANY, MANY_ON_A_PAGE, shown};
 use crate::calibration::observations::ObservationsReport;
-use crate::files::samples_file::{Reading, ReadingFrom};
+use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom};
 use crate::fit::options::Frame;
 use crate::render::page::{self, tile};
 use crate::render::section::{Part, Section};
@@ -74,9 +74,23 @@ fn sections(report: &ObservationsReport) -> Vec<Section> {
 
 /// "robot.toml from 45 rows of touches.csv: 45 heights".
 fn headline(report: &ObservationsReport) -> String {
-    let readings = |of: fn(&Reading) -> usize| -> usize {
-        report.samples.rows.iter().map(|row| of(&row.value)).sum()
+    let stated = match report.before.tolerance {
+        Some(_) => "tolerance and noise stated",
+        None => "noise stated, no tolerance",
     };
+    format!(
+        "{} from {} of {}: {}; {stated}",
+        report.before.name,
+        count(report.samples.rows.len(), "row"),
+        report.samples.name,
+        readings_in_words(&report.samples),
+    )
+}
+
+/// "45 heights and 12 distances".
+pub(in crate::report) fn readings_in_words(file: &ObservationsFile) -> String {
+    let readings =
+        |of: fn(&Reading) -> usize| -> usize { file.rows.iter().map(|row| of(&row.value)).sum() };
     let kinds = [
         (
             readings(|row| row.position.iter().flatten().count()),
@@ -93,17 +107,7 @@ fn headline(report: &ObservationsReport) -> String {
         .filter(|(number, _)| *number > 0)
         .map(|(number, kind)| count(number, kind))
         .collect();
-    let stated = match report.before.tolerance {
-        Some(_) => "tolerance and noise stated",
-        None => "noise stated, no tolerance",
-    };
-    format!(
-        "{} from {} of {}: {}; {stated}",
-        report.before.name,
-        count(report.samples.rows.len(), "row"),
-        report.samples.name,
-        list(&kinds),
-    )
+    list(&kinds)
 }
 
 fn positions(report: &ObservationsReport) -> Section {

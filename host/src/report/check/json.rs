@@ -4,7 +4,7 @@ use crate::accuracy::sampled::{MANY, shown};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
 use crate::fit::options::CalibrationMethod;
-use crate::planning::observability::{Block, Observability};
+use crate::planning::observability::{Block, Leverage, Observability};
 use crate::planning::poses::{Expectation, NextPoses};
 use crate::render::json;
 use crate::report::plan::json::{assumptions, pose};
@@ -23,23 +23,7 @@ pub fn report(
     observability: &Observability,
     next: &NextPoses,
 ) -> Value {
-    let leverages = &observability.leverages;
-    let some = shown(leverages.len(), MANY, |index| leverages[index].total);
-    let sampled = some
-        .as_ref()
-        .map(|some| json!({ "shown": some.len(), "of": leverages.len() }));
-    let some = some.unwrap_or_else(|| (0..leverages.len()).collect());
-    let leverages = some.into_iter().map(|index| {
-        let leverage = &leverages[index];
-        json!({
-            "line": leverage.line,
-            "joints_deg": leverage.joints.map(degrees),
-            // Trace of its block of the hat matrix.
-            "total": leverage.total,
-            // The largest of its residuals.
-            "largest": leverage.largest,
-        })
-    });
+    let (leverages, sampled) = leverages(&observability.leverages);
     let sigma = |expectation: &Option<Expectation>| {
         let expectation = expectation.as_ref();
         expectation.map(|expectation| expectation.workspace.rms)
@@ -60,7 +44,7 @@ pub fn report(
         // The three arms with `ikm`, otherwise the whole robot.
         "blocks": observability.blocks.iter().map(block).collect::<Vec<_>>(),
         // Each sample's, in the file's order; of more than 10,000 the largest, and others spread evenly.
-        "leverages": leverages.collect::<Vec<_>>(),
+        "leverages": leverages,
         // How many of how many samples `leverages` holds; `null` if all.
         "sampled": sampled,
         // The poses that are best added, one after the other.
@@ -73,6 +57,27 @@ pub fn report(
         "position_sigma_with_next_mm": sigma(&next.after),
     });
     json::report(SCHEMA_VERSION, contents)
+}
+
+/// Those that are shown, and how many of how many they are; `null` if all.
+pub(super) fn leverages(leverages: &[Leverage]) -> (Vec<Value>, Option<Value>) {
+    let some = shown(leverages.len(), MANY, |index| leverages[index].total);
+    let sampled = some
+        .as_ref()
+        .map(|some| json!({ "shown": some.len(), "of": leverages.len() }));
+    let some = some.unwrap_or_else(|| (0..leverages.len()).collect());
+    let listed = some.into_iter().map(|index| {
+        let leverage = &leverages[index];
+        json!({
+            "line": leverage.line,
+            "joints_deg": leverage.joints.map(degrees),
+            // Trace of its block of the hat matrix.
+            "total": leverage.total,
+            // The largest of its residuals.
+            "largest": leverage.largest,
+        })
+    });
+    (listed.collect(), sampled)
 }
 
 /// Parameters that are estimated together.

@@ -37,14 +37,14 @@ pub fn render(
     ));
     terminal::text([
         with_assumptions(summary, &observability.assumptions),
-        measured(
+        not_measured(
             Section::new("").text(verdict(observability, samples, unmeasured)),
             unmeasured,
         ),
         singular_values(&observability.blocks),
         indices(&observability.blocks),
         weakest(observability),
-        leverages(observability),
+        leverages(&observability.leverages, "parameters a sample decides"),
         additions(next),
     ])
 }
@@ -79,7 +79,7 @@ pub fn verdict(observability: &Observability, samples: &SamplesFile, unmeasured:
 }
 
 /// Which rows hold nothing that was measured.
-fn measured(section: Section, unmeasured: &[u64]) -> Section {
+pub(super) fn not_measured(section: Section, unmeasured: &[u64]) -> Section {
     if unmeasured.is_empty() {
         return section;
     }
@@ -161,15 +161,15 @@ fn weakest(observability: &Observability) -> Section {
     })
 }
 
-fn leverages(observability: &Observability) -> Section {
-    let leverages = &observability.leverages;
+/// `what`: that the totals count.
+pub(super) fn leverages(leverages: &[Leverage], what: &str) -> Section {
     let mut listed: Vec<_> = leverages.iter().collect();
     let title = if listed.len() > LISTED {
         listed.sort_by(|a, b| b.total.total_cmp(&a.total));
         listed.truncate(LISTED);
-        format!("Leverage: the {LISTED} samples with the largest")
+        format!("Leverage: the {LISTED} rows with the largest")
     } else {
-        "Leverage of each sample".to_owned()
+        "Leverage of each row".to_owned()
     };
     let joint = |joint: usize| {
         move |leverage: &&Leverage| format!("{:.3}", degrees(leverage.joints[joint]))
@@ -191,8 +191,7 @@ fn leverages(observability: &Observability) -> Section {
         .table();
     let total: f64 = leverages.iter().map(|leverage| leverage.total).sum();
     Section::new(title).table(table).note(format!(
-        "total: how many of the {total:.0} parameters a sample decides; largest: the same of one of \
-         its residuals"
+        "total: how many of the {total:.0} {what}; largest: the same of one of its residuals"
     ))
 }
 

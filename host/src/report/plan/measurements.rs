@@ -2,9 +2,10 @@
 
 use super::json::SCHEMA_VERSION;
 use crate::accuracy::position_uncertainty::PositionSigma;
+use crate::files::robot_file::RobotFile;
 use crate::fit::options::Frame;
 use crate::planning::measurements::{
-    Kind, MeasurementPlan, MeasurementRequest, Planned, Precision, Setup,
+    Kind, MeasurementPlan, MeasurementRequest, PLANE, Planned, Precision, Setup,
 };
 use crate::planning::poses::RANDOM_SETS;
 use crate::render::section::Section;
@@ -42,8 +43,11 @@ fn summary(request: &MeasurementRequest<'_>, plan: &MeasurementPlan) -> Section 
         list(&kinds.collect::<Vec<_>>())
     ));
     let section = section
-        .text(format!("Noise: {}", noise(plan)))
-        .text(format!("Tolerance: {}", tolerance(&plan.setup)));
+        .text(format!(
+            "Noise: {}",
+            noise_of(&plan.setup.robot, measured(plan), plan.setup.noise_stated)
+        ))
+        .text(format!("Tolerance: {}", tolerance_of(&plan.setup.robot)));
     let section = match &request.region {
         Some(region) => section.text(format!("Within: {region} mm")),
         None => section,
@@ -51,38 +55,40 @@ fn summary(request: &MeasurementRequest<'_>, plan: &MeasurementPlan) -> Section 
     instruments(plan).into_iter().fold(section, Section::text)
 }
 
+/// Whether coordinates, heights and distances are measured.
+fn measured(plan: &MeasurementPlan) -> [bool; 3] {
+    [
+        plan.measurements.iter().any(|own| own.kind.is_position()),
+        has(plan, Kind::Plane),
+        has(plan, Kind::Point) || has(plan, Kind::Distance),
+    ]
+}
+
 /// "heights 0.02 mm, joint angles 0.002° (stated)".
-fn noise(plan: &MeasurementPlan) -> String {
-    let setup = &plan.setup;
-    let facts = &setup.robot.instruments;
-    let mut kinds = Vec::new();
-    let positions = plan.measurements.iter().any(|own| own.kind.is_position());
-    if let (true, Some(noise)) = (positions, &setup.robot.noise) {
-        kinds.push(format!("coordinates {} mm", noise.position()));
-    }
-    if let (true, Some(sigma)) = (has(plan, Kind::Plane), facts.height_noise) {
-        kinds.push(format!("heights {sigma} mm"));
-    }
-    let distances = has(plan, Kind::Point) || has(plan, Kind::Distance);
-    if let (true, Some(sigma)) = (distances, facts.distance_noise) {
-        kinds.push(format!("distances {sigma} mm"));
-    }
-    let joint = setup
-        .robot
-        .noise
-        .as_ref()
-        .map_or(0.0, |noise| degrees(noise.joint()));
-    kinds.push(format!("joint angles {}°", small(joint)));
-    let origin = if setup.noise_stated {
+pub(in crate::report) fn noise_of(robot: &RobotFile, measured: [bool; 3], stated: bool) -> String {
+    let facts = &robot.instruments;
+    let sigmas = [
+        ("coordinates", robot.noise.map(|noise| noise.position())),
+        ("heights", facts.height_noise),
+        ("distances", facts.distance_noise),
+    ];
+    let kinds = sigmas.into_iter().zip(measured);
+    let kinds = kinds.filter_map(|((kind, sigma), measured)| {
+        let sigma = sigma.filter(|_| measured)?;
+        Some(format!("{kind} {sigma} mm, "))
+    });
+    let kinds: String = kinds.collect();
+    let joint = robot.noise.map_or(0.0, |noise| degrees(noise.joint()));
+    let origin = if stated {
         "stated"
     } else {
         "assumed where the robot file states none"
     };
-    format!("{} ({origin})", kinds.join(", "))
+    format!("{kinds}joint angles {}° ({origin})", small(joint))
 }
 
-fn tolerance(setup: &Setup) -> String {
-    setup.robot.tolerance.as_ref().map_or_else(
+pub(in crate::report) fn tolerance_of(robot: &RobotFile) -> String {
+    robot.tolerance.as_ref().map_or_else(
         || "none stated".to_owned(),
         |tolerance| {
             let length = tolerance.of(Parameter::Lb);
@@ -251,10 +257,10 @@ pub(super) fn precision(precision: &Precision) -> Value {
 
 /// The samples file to fill in: joint angles, empty cells for what is to be read, and in columns that are
 /// ignored what the nominal robot would read.
-pub fn csv(plan: &MeasurementPlan) -> String {
+pub fn csv(measurements: &[Planned], setup: &Setup) -> String {
     let kinds: Vec<_> = Kind::ALL
         .into_iter()
-        .filter(|kind| has(plan, *kind))
+        .filter(|kind| measurements.iter().any(|own| own.kind == *kind))
         .collect();
     let read = |axis: usize| kinds.iter().any(|kind| kind.coordinates()[axis]);
     let plane = kinds.contains(&Kind::Plane);
@@ -275,6 +281,13 @@ pub fn csv(plan: &MeasurementPlan) -> String {
     }
     if plane {
         columns.push(("height_mm", empty()));
+    }
+    if plane && kinds.len() > 1 {
+        let name = |own: &Planned, _: &Setup| match own.kind {
+            Kind::Plane => PLANE.to_owned(),
+            _ => String::new(),
+        };
+        columns.push(("plane", Box::new(name)));
     }
     if distance || point {
         columns.push(("distance_mm", empty()));
@@ -317,11 +330,8 @@ pub fn csv(plan: &MeasurementPlan) -> String {
     }
     let names: Vec<_> = columns.iter().map(|(name, _)| *name).collect();
     let mut text = names.join(",") + "\n";
-    for own in &plan.measurements {
-        let cells: Vec<_> = columns
-            .iter()
-            .map(|(_, cell)| cell(own, &plan.setup))
-            .collect();
+    for own in measurements {
+        let cells: Vec<_> = columns.iter().map(|(_, cell)| cell(own, setup)).collect();
         let _ = writeln!(text, "{}", cells.join(","));
     }
     text

@@ -77,14 +77,11 @@ impl AllMeasuredAt {
         let mut all = Self::default();
         for scenario in plan.scenarios() {
             let purpose = Purpose::of(scenario);
-            let index = all.known.iter().position(|(known, _)| *known == purpose);
-            let index = match index {
-                Some(index) => index,
-                None => {
-                    all.known.push((purpose, measured_at(plan, scenario)?));
-                    all.known.len() - 1
-                }
-            };
+            let known = all.known.iter().position(|(known, _)| *known == purpose);
+            if known.is_none() {
+                all.known.push((purpose, measured_at(plan, scenario)?));
+            }
+            let index = known.unwrap_or(all.known.len() - 1);
             all.of_scenarios.push(index);
         }
         Ok(all)

@@ -3,10 +3,10 @@
 use super::candidates::Candidates;
 use super::kind::Kind;
 use super::planned::Planned;
-use super::precision::{Judge, Precision, workspace};
+use super::precision::{Judge, Precision};
 use super::request::{LEAST_MEASUREMENTS, MeasurementRequest};
 use super::sequence::in_sequence;
-use super::setup::Setup;
+use super::setup::{Setup, workspace};
 use crate::accuracy::expected_error::ExpectedError;
 use crate::planning::design::{Effort, Source, added, all_over, nearer};
 use crate::planning::poses::{MOST_POSES, PlanError, RANDOM_SETS, Selection, unknown_parameter};

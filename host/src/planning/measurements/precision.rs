@@ -5,7 +5,7 @@ use super::setup::Setup;
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
-use crate::accuracy::workspace_poses::{WorkspacePoses, inside};
+use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::calibration::observations::COMBINATIONS;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::ObservationsFile;
@@ -207,11 +207,6 @@ impl Robots {
             absolute: rms(&self.absolute)?,
         })
     }
-}
-
-/// Positions of the nominal robot that stand for its whole workspace.
-pub(super) fn workspace(file: &RobotFile) -> Vec<Sample<f64>> {
-    inside(&file.robot, &file.reach())
 }
 
 /// Of the robot's parameters (mm, radians) after measurements of a robot.

@@ -2,8 +2,8 @@
 //! is assumed.
 
 use super::kind::Kind;
-use super::precision::workspace;
 use super::request::{MeasurementRequest, NoiseOf};
+use crate::accuracy::workspace_poses::inside;
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::Frame;
 use crate::planning::poses::Assumptions;
@@ -85,6 +85,11 @@ impl Setup {
             noise_stated,
         }
     }
+}
+
+/// Positions of the nominal robot that stand for its whole workspace.
+pub(super) fn workspace(file: &RobotFile) -> Vec<Sample<f64>> {
+    inside(&file.robot, &file.reach())
 }
 
 /// The robot with a noise of everything: what was asked for, what its file states, or what is typical. And

@@ -20,6 +20,7 @@ mod linearization;
 mod observation;
 mod outcome;
 mod problem;
+mod robust;
 mod row;
 mod solve;
 mod start;
@@ -29,5 +30,6 @@ pub use instruments::{Instruments, ObservationNoise, Plane, Point, PositionFrame
 pub use observation::{Distance, DistanceFrom, Height, Observation, ObservationError};
 pub use outcome::ObservationOutcome;
 pub use problem::{InstrumentsAt, ObservationProblem, PrepareError};
+pub use robust::{RobustObservationError, robust_fit_observations};
 pub use row::ObservationRow;
 pub use start::StartValues;

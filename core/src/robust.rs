@@ -13,14 +13,17 @@
 //! choose among them (Yohai's MM-estimate, 1987).
 
 mod fit;
+mod fits;
 mod loss;
 mod median;
 mod outcome;
-mod robot;
+mod positions;
 mod sample;
 mod start;
 
+pub(crate) use fit::fit;
 pub use fit::robust_fit;
+pub(crate) use fits::Fits;
 pub use loss::{Loss, WeightNormalization};
 pub use outcome::{RobustOutcome, RobustRefusal};
 pub use sample::WeighedSample;

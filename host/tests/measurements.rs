@@ -316,14 +316,15 @@ fn the_file_of_a_plan_has_the_columns_to_fill_in_and_they_are_empty() {
     let mut lines = text.lines();
     assert_eq!(
         lines.next().unwrap(),
-        "q1_deg,q2_deg,q3_deg,height_mm,distance_mm,to_q1_deg,to_q2_deg,to_q3_deg,\
+        "q1_deg,q2_deg,q3_deg,height_mm,plane,distance_mm,to_q1_deg,to_q2_deg,to_q3_deg,\
          _nominal_x_mm,_nominal_y_mm,_nominal_z_mm,_block_mm,_nominal_distance_mm"
     );
     for line in lines.by_ref() {
         let cells: Vec<_> = line.split(',').collect();
-        assert_eq!((cells[3], cells[4]), ("", ""), "{line}");
-        // A distance names its other pose, a height its block.
-        assert_ne!(cells[5].is_empty(), cells[11].is_empty(), "{line}");
+        assert_eq!((cells[3], cells[5]), ("", ""), "{line}");
+        // A distance names its other pose, a height its plane and block.
+        assert_ne!(cells[6].is_empty(), cells[12].is_empty(), "{line}");
+        assert_eq!(cells[4] == "plane", !cells[12].is_empty(), "{line}");
     }
     let plan: serde_json::Value = serde_json::from_str(&folder.read("plan.json")).unwrap();
     assert_eq!(plan["measurements"].as_array().unwrap().len(), 8);

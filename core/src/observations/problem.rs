@@ -150,7 +150,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     }
 
     /// Of rows that were prepared for these instruments and weigh what they weigh now.
-    fn new(
+    pub(super) fn new(
         robot: &'a Robot<T>,
         instruments: &'a Instruments<'a, T>,
         rows: &'a [ObservationRow<T>],
@@ -198,6 +198,12 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             clear_alone: false,
             second_start: None,
         }
+    }
+
+    /// The rows are worth so many.
+    pub(super) fn count_as(&mut self, effective_rows: T) {
+        self.readings *= effective_rows / self.effective_rows.larger(T::EPSILON);
+        self.effective_rows = effective_rows;
     }
 
     /// Whether a row does not count this time.
@@ -254,6 +260,23 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             self.start.unknowns(),
             &self.units,
         )
+    }
+
+    /// Where the unknowns start.
+    pub(super) const fn start(&self) -> &StartValues<T, N> {
+        &self.start
+    }
+
+    /// How far a row is off, √ of the sum of its squared residuals in σ, whatever it weighs. Infinite where the
+    /// robot does not reach it.
+    pub(super) fn distance(&self, at: &InstrumentsAt<T, N>, row: &ObservationRow<T>) -> T {
+        let mut row = *row;
+        row.set_weight(T::ONE);
+        let residuals = at
+            .robot
+            .as_ref()
+            .and_then(|robot| row.residuals(robot, self.instruments, &self.start, &at.unknowns));
+        residuals.map_or(T::INFINITY, |own| squared_length(&own).square_root())
     }
 
     fn robot_at(&self, correction: &[T; N]) -> Result<Robot<T>, Refusal> {

@@ -1,6 +1,7 @@
+use super::fits::{Fits, scale};
 use super::loss::Loss;
 use super::outcome::{RobustOutcome, RobustRefusal};
-use super::robot::Fits;
+use super::positions::Positions;
 use super::sample::WeighedSample;
 use super::start::least_trimmed;
 use crate::Real;
@@ -12,14 +13,10 @@ use crate::samples::Sample;
 /// Rounds of reweighting at most; after half of them the scales stay, and what is rejected. Most fits
 /// take 25 to 30.
 const ROUNDS: u16 = 80;
-/// The first round's scales are so many times as large, and each round's so much smaller than the one
-/// before, down to what they are: the least trimmed squares' fit knows its own samples too well, and
-/// with few of them good ones lie many scales off it. They come back as long as the scales are wide
-/// (graduated non-convexity, Blake and Zisserman 1987).
-const WIDENED: f64 = 20.0;
+/// The first rounds' scales are wider, and each round's so much smaller than the one before, down to what they are:
+/// the least trimmed squares' fit knows its own samples too well (graduated non-convexity, Blake and Zisserman
+/// 1987).
 const NARROWED: f64 = 0.7;
-/// Residuals of a sample, whose length is weighed.
-const DIMENSIONS: f64 = 3.0;
 
 /// Calibrates a robot from samples of which some may be wrong. `work` has room for as many; its first
 /// places hold afterwards what became of each sample, in their order.
@@ -65,7 +62,7 @@ pub fn robust_fit<T: Real>(
     let weighed = work.get_mut(..samples.len()).ok_or(RobustRefusal::NoRoom {
         samples: samples.len(),
     })?;
-    let fits = Fits {
+    let mut fits = Positions {
         settings,
         samples,
         empty: *JointCalibrator::new(robot, settings).factor(),
@@ -76,31 +73,45 @@ pub fn robust_fit<T: Real>(
             .check(sample)
             .map_err(|error| RobustRefusal::Sample(index, error))?;
     }
-    fit(&fits, loss, weighed)
+    let outcome = fit(&mut fits, loss, weighed)?;
+    if let Some(noise) = outcome.fit.estimate.estimated_noise {
+        // Residuals in σ, of the noise that they have.
+        let factor = fits.empty.unit() / noise;
+        for sample in weighed.iter_mut() {
+            sample.distance *= factor;
+        }
+    }
+    Ok(outcome)
 }
 
-fn fit<T: Real>(
-    fits: &Fits<'_, T>,
+/// The fit of samples whose places are vacant but for their dimensions.
+pub(crate) fn fit<T: Real, F: Fits<T>>(
+    fits: &mut F,
     loss: Loss,
     samples: &mut [WeighedSample<T>],
-) -> Result<RobustOutcome<T>, RobustRefusal> {
-    let mut effective = T::from_count(samples.len() as u64);
+) -> Result<RobustOutcome<T, F::Outcome>, RobustRefusal> {
+    let counted = samples
+        .iter()
+        .filter(|sample| sample.dimensions > 0)
+        .count();
+    let mut effective = T::from_count(counted as u64);
     let (mut rounds, mut settled) = (0, false);
     if let Some(correction) = least_trimmed(fits, samples) {
         fits.measure(&correction, samples);
-        let mut scale = T::ZERO;
-        let mut width = T::from_f64(WIDENED);
+        let mut scale_of_all = T::ZERO;
+        let mut width = fits.widened();
         while rounds < ROUNDS && !settled {
             let late = rounds >= ROUNDS / 2;
             if !late {
-                scale = fits.scale(samples) * width;
+                scale_of_all = scale(fits, samples) * width;
             }
-            let change = weigh(loss, scale, late, samples);
+            let change = weigh(loss, scale_of_all, late, samples);
             settled = width <= T::ONE && change <= T::EPSILON.square_root();
             rounds += 1;
             width = T::ONE.larger(width * T::from_f64(NARROWED));
-            effective = normalise(loss, scale, samples);
-            let Some(correction) = fits.fit(samples, effective) else {
+            effective = normalise(loss, scale_of_all, samples);
+            let settings = *fits.settings();
+            let Some(correction) = fits.fit(&settings, samples, effective) else {
                 break;
             };
             fits.measure(&correction, samples);
@@ -108,21 +119,14 @@ fn fit<T: Real>(
     }
     let suspected = samples.iter().filter(|sample| sample.suspected).count();
     if T::from_count(suspected as u64)
-        > T::from_f64(LARGEST_SUSPECTED) * T::from_count(samples.len() as u64)
+        > T::from_f64(LARGEST_SUSPECTED) * T::from_count(counted as u64)
     {
         return Err(RobustRefusal::TooManySuspected {
             suspected,
-            samples: samples.len(),
+            samples: counted,
         });
     }
     let fit = fits.outcome(samples, effective)?;
-    if let Some(noise) = fit.estimate.estimated_noise {
-        // Residuals in σ, of the noise that they have.
-        let factor = fits.empty.unit() / noise;
-        for sample in samples.iter_mut() {
-            sample.distance *= factor;
-        }
-    }
     Ok(RobustOutcome {
         fit,
         effective_samples: effective,
@@ -135,9 +139,9 @@ fn fit<T: Real>(
 /// Weighs every sample by its distance; returns the largest change of a weight. Late in the rounds what
 /// was suspected stays so, for the rounds to come to an end.
 fn weigh<T: Real>(loss: Loss, scale: T, late: bool, samples: &mut [WeighedSample<T>]) -> T {
-    let unit = scale * stretch(loss);
     let mut largest = T::ZERO;
     for sample in samples {
+        let unit = scale * loss.stretch(sample.dimensions);
         sample.suspected =
             (late && sample.suspected) || !(sample.distance < T::from_f64(SUSPECTED) * unit);
         let weight = if sample.suspected {
@@ -154,22 +158,20 @@ fn weigh<T: Real>(loss: Loss, scale: T, late: bool, samples: &mut [WeighedSample
 /// Divides the weights by κ of [`WeightNormalization`](super::loss::WeightNormalization); returns the
 /// effective number of samples.
 fn normalise<T: Real>(loss: Loss, scale: T, samples: &mut [WeighedSample<T>]) -> T {
-    let sizes = samples
+    let counted = samples
         .iter()
-        .filter(|sample| sample.weight > T::ZERO)
-        .map(|sample| sample.distance / scale);
-    let normalization = loss.normalization(sizes, T::from_f64(DIMENSIONS), stretch(loss));
+        .filter(|sample| sample.weight > T::ZERO && sample.dimensions > 0);
+    let residuals = counted.map(|sample| {
+        let dimensions = T::from_count(u64::from(sample.dimensions));
+        (
+            sample.distance / scale,
+            dimensions,
+            loss.stretch(sample.dimensions),
+        )
+    });
+    let normalization = loss.normalization(residuals);
     for sample in samples.iter_mut() {
         sample.factor = sample.weight / normalization.divisor;
     }
     normalization.effective_samples
-}
-
-/// By how much a loss is wider for the length of three residuals than for one, so that it has 95 % of the
-/// squared loss's efficiency here as well: k = 1.628, c = 5.490.
-fn stretch<T: Real>(loss: Loss) -> T {
-    T::from_f64(match loss {
-        Loss::Huber => 1.210_396,
-        Loss::Tukey => 1.171_878,
-    })
 }

@@ -57,29 +57,45 @@ impl Loss {
         }
     }
 
-    /// How the weights of these residuals enter a sum of squares (see [`WeightNormalization`]). The sizes are the residuals' lengths in
-    /// scales, each residual a vector of so many `dimensions`; more than one take a loss `stretch` times
-    /// as wide. Samples without a weight are left out of it.
+    /// By how much the loss is wider for the length of a vector of so many residuals than for one, so that it has
+    /// 95 % of the squared loss's efficiency there as well.
+    ///
+    /// ```
+    /// use delta_cal::robust::Loss;
+    /// // Of three residuals Huber's k is 1.628.
+    /// assert!((Loss::Huber.stretch::<f64>(3) * 1.345 - 1.628).abs() < 5e-4);
+    /// ```
+    pub fn stretch<T: Real>(self, dimensions: u8) -> T {
+        let wider = match self {
+            Self::Huber => [1.0, 1.116_090, 1.210_396, 1.287_043, 1.347_226],
+            Self::Tukey => [1.0, 1.093_487, 1.171_878, 1.240_195, 1.301_231],
+        };
+        let index = usize::from(dimensions).saturating_sub(1);
+        let [.., widest] = wider;
+        T::from_f64(wider.get(index).copied().unwrap_or(widest))
+    }
+
+    /// How the weights of these residuals enter a sum of squares (see [`WeightNormalization`]). Each is the
+    /// length of a residual in scales, the number of its dimensions, and by how much the loss is wider for it.
+    /// Samples without a weight are left out of it.
     pub fn normalization<T: Real>(
         self,
-        sizes: impl Iterator<Item = T>,
-        dimensions: T,
-        stretch: T,
+        residuals: impl Iterator<Item = (T, T, T)>,
     ) -> WeightNormalization<T> {
         let (mut count, mut weights, mut slopes) = (T::ZERO, T::ZERO, T::ZERO);
-        let (mut influences, mut residuals) = (T::ZERO, T::ZERO);
-        for size in sizes {
+        let (mut influences, mut moments) = (T::ZERO, T::ZERO);
+        for (size, dimensions, stretch) in residuals {
             let weight = self.weight(size / stretch);
             if weight > T::ZERO {
                 count += T::ONE;
                 weights += weight;
                 influences += (weight * size).squared() / dimensions;
-                residuals += weight * size.squared() / dimensions;
+                moments += weight * size.squared() / dimensions;
                 slopes +=
                     ((dimensions - T::ONE) * weight + self.slope(size / stretch)) / dimensions;
             }
         }
-        let divisor = influences * weights / (residuals * slopes);
+        let divisor = influences * weights / (moments * slopes);
         // Samples that fit exactly say nothing of it.
         let divisor = if divisor > T::HALF && divisor.finite() {
             divisor

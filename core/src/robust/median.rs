@@ -3,8 +3,8 @@
 use crate::Real;
 
 /// The middle value, or the mean of the two; infinity of none.
-pub(super) fn median<T: Real>(values: impl ExactSizeIterator<Item = T> + Clone) -> T {
-    let count = values.len();
+pub(super) fn median<T: Real>(values: impl Iterator<Item = T> + Clone) -> T {
+    let count = values.clone().count();
     let upper = of_rank(values.clone(), count / 2).unwrap_or(T::INFINITY);
     if count % 2 == 1 {
         upper

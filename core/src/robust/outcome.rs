@@ -3,14 +3,14 @@ use crate::calibration::{JointOutcome, Refusal};
 use crate::samples::SampleError;
 use core::fmt;
 
-/// A robot calibrated by a robust fit.
+/// A robot calibrated by a robust fit, of which `F` is the outcome.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct RobustOutcome<T: Real> {
+pub struct RobustOutcome<T: Real, F = JointOutcome<T>> {
     /// As of the plain fit, with the samples' weights: their number is that of the samples with a
     /// weight above 0, and the covariance is the M-estimate's, mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹, with the
     /// noise as stated or as estimated from the weighted residuals (see [`WeightNormalization`](crate::robust::WeightNormalization)).
-    pub fit: JointOutcome<T>,
+    pub fit: F,
     /// What the samples are worth together, by which the weighted sum of squares is divided.
     pub effective_samples: T,
     /// How many samples are [suspected](crate::robust::WeighedSample::suspected).

@@ -6,9 +6,11 @@ pub struct WeighedSample<T> {
     /// ψ(d)/d.
     pub(super) weight: T,
     /// By what the sample's squared residuals are multiplied.
-    pub(super) factor: T,
+    pub(crate) factor: T,
     /// d = |W f|, in σ or in units of length.
-    pub(super) distance: T,
+    pub(crate) distance: T,
+    /// How many residuals it has; one without any is passed over.
+    pub(crate) dimensions: u8,
     pub(super) suspected: bool,
     /// Whether the start looks at it.
     pub(super) starting: bool,
@@ -21,6 +23,7 @@ impl<T: Real> WeighedSample<T> {
             weight: T::ONE,
             factor: T::ONE,
             distance: T::ZERO,
+            dimensions: 3,
             suspected: false,
             starting: true,
         }
@@ -37,8 +40,8 @@ impl<T: Real> WeighedSample<T> {
         self.factor
     }
 
-    /// How far the sample is off: the length of its three whitened residuals, in σ of the stated noise or
-    /// of the one estimated from the residuals. Of good samples it is 1.5 in the median.
+    /// How far the sample is off: the length of its whitened residuals, in σ of the stated noise or
+    /// of the one estimated from the residuals. Of good samples with three residuals it is 1.5 in the median.
     pub const fn residual(&self) -> T {
         self.distance
     }

@@ -12,15 +12,12 @@
 //! the problem allows, and there are enough of them; and since such a change begins at some sample, all
 //! samples before and after each of many places are subsets as well.
 
+use super::fits::Fits;
 use super::median::of_rank;
-use super::robot::{Correction, Fits};
 use super::sample::WeighedSample;
 use crate::Real;
+use crate::calibration::Settings;
 
-/// Samples of a random subset: they determine the robot from its nominal parameters, and fewer do so
-/// with a tolerance.
-const SUBSET: usize = 9;
-const SUBSET_WITH_TOLERANCE: usize = 6;
 /// Random subsets. Of 30 % wrong samples four subsets of nine in a hundred hold none, of 40 % one.
 const SUBSETS: usize = 150;
 /// Places at which a change is supposed to begin.
@@ -35,58 +32,69 @@ const FIRST_STEPS: usize = 1;
 const LAST_STEPS: usize = 10;
 /// With more samples than this the start looks at an even selection of them.
 const MOST: usize = 150;
-/// Spare samples beyond half: the h of the highest breakdown point is (n + p + 1)/2, of three
-/// residuals a sample and 24 parameters.
-const BEYOND_HALF: usize = 9;
+/// Linearisations of a fit at the start.
+const ITERATIONS: u16 = 15;
 /// The search ends when the sum over what is kept is below this part of what a stated noise makes of as
 /// many samples. The smallest half of good samples have a third of it.
 const GOOD: f64 = 0.75;
 
 /// The least trimmed squares' fit; `None` if no subset gives one.
-pub(super) fn least_trimmed<T: Real>(
-    fits: &Fits<'_, T>,
+pub(super) fn least_trimmed<T: Real, F: Fits<T>>(
+    fits: &mut F,
     samples: &mut [WeighedSample<T>],
-) -> Option<Correction<T>> {
+) -> Option<F::Correction> {
     let stride = samples.len() / MOST + 1;
     let mut starting = 0;
     for (index, sample) in samples.iter_mut().enumerate() {
-        sample.starting = index % stride == 0;
+        sample.starting = index % stride == 0 && sample.dimensions > 0;
         starting += usize::from(sample.starting);
     }
+    let settings = Settings {
+        iteration_limit: fits.settings().iteration_limit.min(ITERATIONS),
+        ..*fits.settings()
+    };
+    // The h of the highest breakdown point: (n + p + 1)/2.
+    let kept = usize::midpoint(starting, fits.parameters() + 1).min(starting);
+    let nominal = fits.nominal();
     let mut search = Search {
         fits,
-        kept: usize::midpoint(starting, BEYOND_HALF).min(starting),
+        settings,
+        kept,
         best: None,
     };
     choose(samples, |_, sample| sample.starting);
     search.try_chosen(samples, FIRST_STEPS);
     // The samples that lie nearest to the robot before calibration.
-    fits.measure(&[T::ZERO; 24], samples);
+    search.fits.measure(&nominal, samples);
     choose_nearest(samples, search.kept);
     search.try_chosen(samples, FIRST_STEPS);
     search.try_changes(samples, starting);
     search.try_subsets(samples, starting);
     let (_, correction) = search.best?;
-    fits.measure(&correction, samples);
+    search.fits.measure(&correction, samples);
     choose_nearest(samples, search.kept);
     search.try_chosen(samples, LAST_STEPS);
     search.best.map(|(_, correction)| correction)
 }
 
-struct Search<'a, T: Real> {
-    fits: &'a Fits<'a, T>,
+struct Search<'a, T: Real, F: Fits<T>> {
+    fits: &'a mut F,
+    /// For fits of the start.
+    settings: Settings<T>,
     /// How many samples are kept.
     kept: usize,
     /// The least sum so far, and its fit.
-    best: Option<(T, Correction<T>)>,
+    best: Option<(T, F::Correction)>,
 }
 
-impl<T: Real> Search<'_, T> {
+impl<T: Real, F: Fits<T>> Search<'_, T, F> {
     /// Whether the stated noise alone explains the samples that are kept.
-    fn is_good(&self) -> bool {
-        let expected = T::from_f64(3.0 * GOOD) * T::from_count(self.kept as u64);
-        self.fits.settings.noise.is_some()
-            && self.best.as_ref().is_some_and(|(sum, _)| *sum < expected)
+    fn is_good(&self, samples: &[WeighedSample<T>]) -> bool {
+        let starting = || samples.iter().filter(|sample| sample.starting);
+        let residuals = starting().map(|sample| u64::from(sample.dimensions)).sum();
+        let each = T::from_count(residuals) / T::from_count(starting().count() as u64);
+        let expected = T::from_f64(GOOD) * each * T::from_count(self.kept as u64);
+        self.settings.noise.is_some() && self.best.as_ref().is_some_and(|(sum, _)| *sum < expected)
     }
 
     /// Supposes that a change begins at each of many samples.
@@ -95,13 +103,13 @@ impl<T: Real> Search<'_, T> {
         for place in 1..places {
             let boundary = samples.len() * place / places;
             for before in [true, false] {
-                if self.is_good() {
+                if self.is_good(samples) {
                     return;
                 }
                 let chosen = choose(samples, |index, sample| {
                     sample.starting && (index < boundary) == before
                 });
-                if chosen >= self.subset() {
+                if chosen >= self.fits.subset() {
                     self.try_chosen(samples, FIRST_STEPS);
                 }
             }
@@ -111,10 +119,10 @@ impl<T: Real> Search<'_, T> {
     fn try_subsets(&mut self, samples: &mut [WeighedSample<T>], starting: usize) {
         let mut random = Random(0x9e37_79b9);
         for _ in 0..SUBSETS {
-            if self.is_good() {
+            if self.is_good(samples) {
                 return;
             }
-            let (mut wanted, mut left) = (self.subset().min(self.kept), starting);
+            let (mut wanted, mut left) = (self.fits.subset().min(self.kept), starting);
             choose(samples, |_, sample| {
                 // Knuth's algorithm S: as many as are wanted, every choice equally likely.
                 let chosen = sample.starting && random.below(left) < wanted;
@@ -126,28 +134,20 @@ impl<T: Real> Search<'_, T> {
         }
     }
 
-    fn subset(&self) -> usize {
-        let settings = self.fits.settings;
-        match (settings.start, settings.tolerance) {
-            (crate::calibration::Start::Free, _) => 12,
-            (crate::calibration::Start::Nominal, None) => SUBSET,
-            (crate::calibration::Start::Nominal, Some(_)) => SUBSET_WITH_TOLERANCE,
-        }
-    }
-
     /// Fits the chosen samples, and the nearest to that fit, and so on.
     fn try_chosen(&mut self, samples: &mut [WeighedSample<T>], steps: usize) {
         let mut last: Option<T> = None;
         for _ in 0..=steps {
             let chosen = samples.iter().filter(|sample| sample.factor > T::ZERO);
             let count = T::from_count(chosen.count() as u64);
-            let Some(correction) = self.fits.rough_fit(samples, count) else {
+            let Some(correction) = self.fits.fit(&self.settings, samples, count) else {
                 return;
             };
             self.fits.measure(&correction, samples);
             let Some(sum) = choose_nearest(samples, self.kept) else {
                 return;
             };
+            let sum = sum + self.fits.prior_cost(&correction);
             let least = self.best.as_ref().map_or(T::INFINITY, |(least, _)| *least);
             if sum < least {
                 self.best = Some((sum, correction));

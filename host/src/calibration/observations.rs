@@ -14,7 +14,7 @@ use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::ObservationsFile;
-use crate::fit::observations::{ObservedError, ObservedFit, calibrate};
+use crate::fit::observations::{ObservedError, ObservedFit, calibrate, calibrate_robust};
 use crate::fit::options::{CalibrationMethod, Frame, Options, Streaming};
 use crate::text::words::in_lines;
 use nalgebra::SMatrix;
@@ -66,8 +66,12 @@ pub fn calibrate_observations(
     check_frame(robot, samples, options.frame)?;
     check_noise(robot, samples)?;
     check_names(robot, samples)?;
-    let fit = calibrate(robot, samples, options.frame, options.solver)
-        .map_err(|error| explained(robot, samples, options, error))?;
+    let (frame, solver) = (options.frame, options.solver);
+    let fit = match options.loss {
+        None => calibrate(robot, samples, frame, solver),
+        Some(loss) => calibrate_robust(robot, samples, frame, solver, loss),
+    };
+    let fit = fit.map_err(|error| explained(robot, samples, options, error))?;
     Ok(report(robot, samples, options, fit))
 }
 
@@ -92,6 +96,7 @@ pub(crate) fn explained(
         ObservedError::Refused(refusal) => {
             refusal::refused(robot, samples, options, refusal).into()
         }
+        ObservedError::Robust(refusal) => refusal::robust(samples, &refusal).into(),
     }
 }
 
@@ -99,8 +104,6 @@ pub(crate) fn explained(
 fn check_options(samples: &ObservationsFile, options: Options) -> Result<(), InputError> {
     let option = if options.method != CalibrationMethod::Joint {
         "--method"
-    } else if options.loss.is_some() {
-        "--loss"
     } else if options.streaming != Streaming::default() {
         "--gate, --held-out and --forget"
     } else if options.no_guess {
@@ -210,7 +213,12 @@ fn report(
     options: Options,
     mut fit: ObservedFit,
 ) -> ObservationsReport {
-    let squares: f64 = fit.residuals.iter().flatten().map(|own| own * own).sum();
+    let squares: f64 = fit
+        .residuals
+        .iter()
+        .zip(&fit.weights)
+        .map(|(row, weight)| weight * row.iter().map(|own| own * own).sum::<f64>())
+        .sum();
     let cost = squares + tolerance_cost(robot, &fit);
     let freedom = freedom(robot, samples, &fit);
     let lack_of_fit = if freedom > 0.0 {
@@ -280,11 +288,10 @@ fn freedom(robot: &RobotFile, samples: &ObservationsFile, fit: &ObservedFit) -> 
         let number = number as f64;
         number
     };
-    let left_out = fit
-        .left_out
-        .iter()
-        .map(|index| samples.rows[*index].value.readings());
-    let readings = samples.readings() - left_out.sum::<usize>();
+    let rows = samples.rows.iter().zip(&fit.weights);
+    let weighed = rows.map(|(row, weight)| weight * count(row.value.readings()));
+    let weights: f64 = fit.weights.iter().sum();
+    let readings = weighed.sum::<f64>() * fit.effective_rows / weights.max(f64::MIN_POSITIVE);
     let free = if robot.tolerance.is_some() { 0 } else { 24 };
     let facts = &robot.instruments;
     let known = facts.planes.len()
@@ -293,7 +300,7 @@ fn freedom(robot: &RobotFile, samples: &ObservationsFile, fit: &ObservedFit) -> 
             .iter()
             .filter(|point| point.place.is_some())
             .count();
-    count(readings + known) - count(free + fit.unknowns)
+    readings + count(known) - count(free + fit.unknowns)
 }
 
 /// The covariance of the parameters before any measurement.
@@ -320,6 +327,14 @@ pub(crate) fn expected(
 }
 
 impl ObservationsReport {
+    /// The lines of the rows that a robust fit leaves out.
+    pub fn suspected_lines(&self) -> Vec<u64> {
+        let suspected = self.fit.suspected.iter();
+        suspected
+            .filter_map(|index| Some(self.samples.rows.get(*index)?.line))
+            .collect()
+    }
+
     /// A row's residual: √ of the mean square of its readings, in σ.
     pub fn row_residual(&self, row: usize) -> f64 {
         let Some((residuals, reading)) =
@@ -354,7 +369,16 @@ fn warnings(report: &ObservationsReport) -> Vec<String> {
             in_lines(&lines.collect::<Vec<_>>())
         ));
     }
-    for (index, row) in report.samples.rows.iter().enumerate() {
+    if !report.fit.suspected.is_empty() {
+        let lines = report.suspected_lines();
+        warnings.push(format!(
+            "{}: the rows disagree with the others and were left out: measure them again",
+            in_lines(&lines)
+        ));
+    }
+    let suspected = |index: &usize| report.fit.suspected.contains(index);
+    let rows = report.samples.rows.iter().enumerate();
+    for (index, row) in rows.filter(|(index, _)| !suspected(index)) {
         let residual = report.row_residual(index) / report.widening;
         if residual > DOUBTFUL_ROW {
             warnings.push(format!(

@@ -98,7 +98,9 @@ fn of_readings(
     let fit = observations::calibrate(&robot, &readings.file, readings.frame, solver);
     let fit = fit.map_err(|error| match error {
         ObservedError::Refused(refusal) => Status::of(&refusal),
-        ObservedError::Row(..) | ObservedError::TooManyInstruments => Status::FAULTY_SAMPLE,
+        ObservedError::Row(..) | ObservedError::TooManyInstruments | ObservedError::Robust(_) => {
+            Status::FAULTY_SAMPLE
+        }
     })?;
     Ok(calibrated(&fit.outcome.fit, &fit.outcome.fit.robot))
 }

@@ -9,7 +9,9 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationOutcome,
     ObservationProblem, ObservationRow, Plane, Point, PositionFrame, PrepareError,
+    RobustObservationError, robust_fit_observations,
 };
+use delta_cal::robust::{Loss, RobustRefusal, WeighedSample};
 use delta_cal::{Noise, Refusal, Settings};
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -37,6 +39,12 @@ pub struct ObservedFit {
     /// Each row's readings less what they should be, in σ: x, y, z, height, distance; 0 where nothing was
     /// read. The readings of a row share the noise of its joints.
     pub residuals: Vec<[f64; READINGS]>,
+    /// By what each row's squared residuals are multiplied in the fit: 1 without a loss.
+    pub weights: Vec<f64>,
+    /// What all rows are worth together.
+    pub effective_rows: f64,
+    /// The rows that do not count, because they disagree with the others.
+    pub suspected: Vec<usize>,
     /// The rows that do not count, because the robot of the file does not reach their joint angles.
     pub left_out: Vec<usize>,
     /// How many parameters there are beside the robot's.
@@ -70,6 +78,19 @@ pub enum ObservedError {
     TooManyInstruments,
     /// The measurements cannot calibrate this robot.
     Refused(Refusal),
+    /// They are too few for a robust fit, or too many of them disagree.
+    Robust(RobustRefusal),
+}
+
+impl From<RobustObservationError> for ObservedError {
+    fn from(error: RobustObservationError) -> Self {
+        match error {
+            RobustObservationError::Prepare(error) => error.into(),
+            RobustObservationError::Refused(RobustRefusal::Fit(refusal)) => Self::Refused(refusal),
+            RobustObservationError::Refused(refusal) => Self::Robust(refusal),
+            _ => Self::Refused(Refusal::Unfinished),
+        }
+    }
 }
 
 impl From<Refusal> for ObservedError {
@@ -100,11 +121,50 @@ pub fn calibrate(
     solver: Solver,
 ) -> Result<ObservedFit, ObservedError> {
     with_problem(robot, file, frame, |problem| {
-        let settings = Settings::new()
-            .with_tolerance(robot.tolerance)
-            .with_solver(solver);
+        let settings = settings(robot, solver);
         let outcome = problem.solve::<COLUMNS, ENTRIES>(&settings)?;
         Ok(found(problem, file, frame, &outcome))
+    })
+}
+
+fn settings(robot: &RobotFile, solver: Solver) -> Settings<f64> {
+    Settings::new()
+        .with_tolerance(robot.tolerance)
+        .with_solver(solver)
+}
+
+/// The same from rows of which some may be wrong.
+///
+/// # Errors
+/// As [`calibrate`]; too few rows, or too many that disagree.
+pub fn calibrate_robust(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+    frame: Frame,
+    solver: Solver,
+    loss: Loss,
+) -> Result<ObservedFit, ObservedError> {
+    with_rows(robot, file, frame, |instruments, rows| {
+        let mut work = vec![WeighedSample::vacant(); rows.len()];
+        let found_robustly = robust_fit_observations::<f64, PARAMETERS, COLUMNS, ENTRIES>(
+            &robot.robot,
+            instruments,
+            rows,
+            &settings(robot, solver),
+            loss,
+            &mut work,
+        )?;
+        let weights: Vec<_> = rows.iter().map(ObservationRow::weight).collect();
+        // The residuals as they are, whatever the rows weigh.
+        rows.iter_mut().for_each(|row| row.set_weight(1.0));
+        let problem = ObservedProblem::prepare(&robot.robot, instruments, rows)?;
+        let suspected = work.iter().enumerate().filter(|(_, own)| own.suspected());
+        Ok(ObservedFit {
+            weights,
+            effective_rows: found_robustly.effective_samples,
+            suspected: suspected.map(|(index, _)| index).collect(),
+            ..found(&problem, file, frame, &found_robustly.fit)
+        })
     })
 }
 
@@ -139,6 +199,9 @@ fn found(
         planes: planes.collect(),
         points: points.collect(),
         residuals: residuals.map(Option::unwrap_or_default).collect(),
+        weights: problem.rows().iter().map(ObservationRow::weight).collect(),
+        effective_rows: problem.rows().iter().map(ObservationRow::weight).sum(),
+        suspected: Vec::new(),
         left_out,
         unknowns: instruments.unknowns(),
         outcome: Outcome::from(outcome.of_robot()),
@@ -193,6 +256,21 @@ fn with_problem<T>(
     frame: Frame,
     then: impl FnOnce(&ObservedProblem<'_>) -> Result<T, ObservedError>,
 ) -> Result<T, ObservedError> {
+    with_rows(robot, file, frame, |instruments, rows| {
+        then(&ObservationProblem::prepare(
+            &robot.robot,
+            instruments,
+            rows,
+        )?)
+    })
+}
+
+fn with_rows<T>(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+    frame: Frame,
+    then: impl FnOnce(&Instruments<'_, f64>, &mut [ObservationRow<f64>]) -> Result<T, ObservedError>,
+) -> Result<T, ObservedError> {
     let (planes, points) = places(robot, file);
     let instruments = Instruments {
         frame: match frame {
@@ -207,11 +285,7 @@ fn with_problem<T>(
     for row in &file.rows {
         rows.push(ObservationRow::new(observation(&row.value)?));
     }
-    then(&ObservationProblem::prepare(
-        &robot.robot,
-        &instruments,
-        &mut rows,
-    )?)
+    then(&instruments, &mut rows)
 }
 
 /// The planes and points of a file, with what the robot file knows of them.

@@ -444,8 +444,9 @@ macro_rules! of_scalar {
                 fn weighed_suspected(sample: &WeighedSample<$t>) -> bool { sample.suspected() }
                 fn loss_weight(loss: Loss, r: $t) -> $t { loss.weight(r) }
                 fn loss_slope(loss: Loss, r: $t) -> $t { loss.slope(r) }
-                fn loss_normalization(loss: Loss, sizes: &[$t], dimensions: $t, stretch: $t) -> WeightNormalization<$t> {
-                    loss.normalization(sizes.iter().copied(), dimensions, stretch)
+                fn loss_stretch(loss: Loss, dimensions: u8) -> $t { loss.stretch(dimensions) }
+                fn loss_normalization(loss: Loss, residuals: &[($t, $t, $t)]) -> WeightNormalization<$t> {
+                    loss.normalization(residuals.iter().copied())
                 }
 
                 // Limits

@@ -5,3 +5,4 @@
 
 mod goldens;
 mod robots;
+mod wrong_rows;

@@ -11,15 +11,15 @@ use delta_cal_tests::{Spread, generator, paper_limits, perturbed, size};
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
 use rand_pcg::Pcg32;
 
-const N: usize = 40;
-const LENGTH: f64 = 0.5;
-const ANGLE: f64 = 0.2;
+pub(super) const N: usize = 40;
+pub(super) const LENGTH: f64 = 0.5;
+pub(super) const ANGLE: f64 = 0.2;
 /// Poses that the accuracy is judged over.
 const JUDGED: usize = 60;
 
 /// What is measured with.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+pub(super) enum Kind {
     GaugeBlocks,
     TiltedPlanes,
     ThreePoints,
@@ -31,7 +31,7 @@ enum Kind {
     Mixture,
 }
 
-const KINDS: [Kind; 9] = [
+pub(super) const KINDS: [Kind; 9] = [
     Kind::GaugeBlocks,
     Kind::TiltedPlanes,
     Kind::ThreePoints,
@@ -45,7 +45,7 @@ const KINDS: [Kind; 9] = [
 
 impl Kind {
     /// As the document has it.
-    const fn name(self) -> &'static str {
+    pub(super) const fn name(self) -> &'static str {
         match self {
             Self::GaugeBlocks => "heights above one plate, different blocks (0.02 mm)",
             Self::TiltedPlanes => "heights above three tilted plates (0.02 mm)",
@@ -90,7 +90,7 @@ fn noise() -> ObservationNoise<f64> {
 }
 
 /// Measurements of a robot, the joint angles with their noise.
-fn measured(
+pub(super) fn measured(
     kind: Kind,
     truth: &Robot<f64>,
     count: usize,
@@ -177,11 +177,11 @@ fn measured(
     rows.collect()
 }
 
-fn calibrated(
+/// With the instruments of a kind, of which nothing is known but the noise, and the tolerance.
+pub(super) fn with_instruments<F>(
     kind: Kind,
-    nominal: &Robot<f64>,
-    rows: &mut [ObservationRow<f64>],
-) -> Option<ObservationOutcome<f64, N>> {
+    then: impl FnOnce(&Instruments<'_, f64>, &Settings<f64>) -> F,
+) -> F {
     let planes = vec![Plane::default(); kind.planes()];
     let point = Point {
         known: None,
@@ -195,14 +195,33 @@ fn calibrated(
         noise: noise(),
     };
     let tolerance = Tolerance::new(LENGTH, ANGLE.to_radians()).unwrap();
-    let settings = Settings::new().with_tolerance(tolerance);
-    let problem = ObservationProblem::<f64, N>::prepare(nominal, &instruments, rows).ok()?;
-    problem.solve::<41, 861>(&settings).ok()
+    then(&instruments, &Settings::new().with_tolerance(tolerance))
+}
+
+pub(super) fn calibrated(
+    kind: Kind,
+    nominal: &Robot<f64>,
+    rows: &mut [ObservationRow<f64>],
+) -> Option<ObservationOutcome<f64, N>> {
+    with_instruments(kind, |instruments, settings| {
+        let problem = ObservationProblem::<f64, N>::prepare(nominal, instruments, rows).ok()?;
+        problem.solve::<41, 861>(settings).ok()
+    })
+}
+
+/// The difference of all parameters.
+pub(super) fn difference(robot: &Robot<f64>, truth: &Robot<f64>) -> DVector<f64> {
+    let pairs = robot.arms().iter().zip(truth.arms());
+    let values = pairs.flat_map(|(a, b)| {
+        let (a, b) = (a.parameters(), b.parameters());
+        (0..8).map(move |index| a[index] - b[index])
+    });
+    DVector::from_iterator(24, values)
 }
 
 /// How the relative positions follow the parameters: the Jacobian of many positions, by finite differences, less
 /// what a rigid motion of all of them makes.
-fn relative(robot: &Robot<f64>, rng: &mut Pcg32) -> DMatrix<f64> {
+pub(super) fn relative(robot: &Robot<f64>, rng: &mut Pcg32) -> DMatrix<f64> {
     let mut jacobian = DMatrix::zeros(3 * JUDGED, 24);
     let mut motions = DMatrix::zeros(3 * JUDGED, 6);
     let mut row = 0;
@@ -244,17 +263,9 @@ fn campaign(kind: Kind, nominal: &Robot<f64>, seed: u64, robots: u64, count: usi
         let mut rows = measured(kind, &truth, count, &mut rng);
         let outcome = calibrated(kind, nominal, &mut rows)?;
         let jacobian = relative(&truth, &mut rng);
-        let difference = |robot: &Robot<f64>| {
-            let pairs = robot.arms().iter().zip(truth.arms());
-            let values = pairs.flat_map(|(a, b)| {
-                let (a, b) = (a.parameters(), b.parameters());
-                (0..8).map(move |index| a[index] - b[index])
-            });
-            DVector::from_iterator(24, values)
-        };
         let covariance: SMatrix<f64, 24, 24> = outcome.of_robot().estimate.covariance?;
-        let achieved = (&jacobian * difference(&outcome.robot)).norm_squared();
-        let before = (&jacobian * difference(nominal)).norm_squared();
+        let achieved = (&jacobian * difference(&outcome.robot, &truth)).norm_squared();
+        let before = (&jacobian * difference(nominal, &truth)).norm_squared();
         let covariance = DMatrix::from_column_slice(24, 24, covariance.as_slice());
         let reported = (&jacobian * covariance * jacobian.transpose()).trace();
         Some([achieved, reported, before])

@@ -78,12 +78,23 @@ fn normal_residuals() -> impl Iterator<Item = f64> {
     })
 }
 
+/// Residuals of these sizes, of so many dimensions, with a loss so many times as wide.
+fn of<const K: usize>(
+    sizes: [f64; K],
+    dimensions: f64,
+    stretch: f64,
+) -> impl Iterator<Item = (f64, f64, f64)> {
+    sizes
+        .into_iter()
+        .map(move |size| (size, dimensions, stretch))
+}
+
 /// As documented: of normal residuals κ is 0.96 for Tukey's loss and 1.01 for Huber's; either is
 /// worth 95 % of the squared loss (Holland and Welsch 1977).
 #[test]
 fn of_normal_residuals_either_loss_is_worth_what_it_is_known_for() {
     for (loss, kappa) in [(Loss::Tukey, 0.96), (Loss::Huber, 1.01)] {
-        let normalization = loss.normalization(normal_residuals().map(f64::abs), 1.0, 1.0);
+        let normalization = loss.normalization(normal_residuals().map(|r| (r.abs(), 1.0, 1.0)));
         assert!(
             (normalization.divisor - kappa).abs() < 0.005,
             "{loss:?} {normalization:?}"
@@ -104,7 +115,7 @@ fn of_normal_residuals_either_loss_is_worth_what_it_is_known_for() {
 /// Huber: w = 1, ½, ψ = 1, 1.345, ψ′ = 1, 0 and κ = Σψ² Σw / (Σψr Σψ′).
 #[test]
 fn worth_by_hand() {
-    let normalization = Loss::Huber.normalization([1.0_f64, 2.69, 7.0].into_iter(), 1.0, 1.0);
+    let normalization = Loss::Huber.normalization(of([1.0, 2.69, 7.0], 1.0, 1.0));
     let divisor = (1.0 + 1.345 * 1.345) * 1.5 / (1.0 + 1.345 * 2.69);
     assert!((normalization.divisor - divisor).abs() < 1e-14);
     assert!(
@@ -113,7 +124,7 @@ fn worth_by_hand() {
     );
 
     // WeightNormalization less than one sample: their number is stated in its place.
-    let normalization = Loss::Huber.normalization([1.4_f64, 0.5, 7.0].into_iter(), 1.0, 1.0);
+    let normalization = Loss::Huber.normalization(of([1.4, 0.5, 7.0], 1.0, 1.0));
     assert!(
         (normalization.effective_samples - 2.0).abs() < 1e-14,
         "{normalization:?}"
@@ -121,7 +132,7 @@ fn worth_by_hand() {
 
     // Vectors of three, twice as far for the same weight: of each size r the mean of ψ′ over the
     // directions is (2 w + ψ′)/3, of ψ² and ψ r a third of the whole.
-    let normalization = Loss::Huber.normalization([2.0_f64, 5.38, 0.5, 0.5].into_iter(), 3.0, 2.0);
+    let normalization = Loss::Huber.normalization(of([2.0, 5.38, 0.5, 0.5], 3.0, 2.0));
     let influences = (4.0 + 2.69 * 2.69 + 0.5) / 3.0;
     let residuals = (4.0 + 2.69 * 5.38 + 0.5) / 3.0;
     let slopes = (3.0 + 1.0 + 3.0 + 3.0) / 3.0;
@@ -136,7 +147,7 @@ fn worth_by_hand() {
 #[test]
 fn samples_that_fit_exactly_are_worth_their_number() {
     for loss in BOTH {
-        let exact = loss.normalization([0.0; 20].into_iter(), 1.0, 1.0);
+        let exact = loss.normalization(of([0.0; 20], 1.0, 1.0));
         assert_eq!(
             exact,
             WeightNormalization {
@@ -145,7 +156,7 @@ fn samples_that_fit_exactly_are_worth_their_number() {
             }
         );
         // None is left, or nothing is known of their slope.
-        let none = loss.normalization([9.0, 10.0].into_iter(), 1.0, 1.0);
+        let none = loss.normalization(of([9.0, 10.0], 1.0, 1.0));
         assert_eq!(
             none,
             WeightNormalization {

@@ -8,6 +8,7 @@ use crate::fit::options::Options;
 use crate::text::words::{count, in_file_units};
 use delta_cal::Refusal;
 use delta_cal::observations::Instrument;
+use delta_cal::robust::RobustRefusal;
 
 const INCH: f64 = 25.4;
 /// Rows that are left out one by one at most.
@@ -101,6 +102,29 @@ pub(super) fn refused(
     }
 }
 
+/// Why there is no robust fit.
+pub(super) fn robust(samples: &ObservationsFile, refusal: &RobustRefusal) -> Refused {
+    let (cause, remedy) = match *refusal {
+        RobustRefusal::TooFewSamples { samples, needed } => (
+            format!("{} are too few for a robust fit, which needs {needed}", count(samples, "row")),
+            "measure at more poses, or use --loss squared".to_owned(),
+        ),
+        RobustRefusal::TooManySuspected { suspected, samples } => (
+            format!(
+                "{suspected} of {samples} rows disagree with the others: with so many the program cannot tell \
+                 which ones are wrong"
+            ),
+            "check the units and signs in the file, and whether the plate, a point or the robot's base moved"
+                .to_owned(),
+        ),
+        ref other => (other.to_string(), "use --loss squared".to_owned()),
+    };
+    Refused {
+        cause: format!("{}: {cause}", samples.name),
+        remedy,
+    }
+}
+
 fn words(robot: &RobotFile, samples: &ObservationsFile, refusal: &Refusal) -> (String, String) {
     let name = |instrument: Instrument| match instrument {
         Instrument::Frame => "the sensor's frame".to_owned(),
@@ -166,8 +190,8 @@ fn words(robot: &RobotFile, samples: &ObservationsFile, refusal: &Refusal) -> (S
         ),
         Refusal::ResidualContradictsNoise { ratio, .. } => (
             format!("the residuals are {ratio:.1} times what the stated [noise] allows"),
-            "look for a wrong row or a plate that moved; state the [noise] that repeated readings of \
-             one pose show"
+            "look for a wrong row or a plate that moved (--loss tukey leaves wrong rows out and names them); \
+             state the [noise] that repeated readings of one pose show"
                 .to_owned(),
         ),
         Refusal::FarFromNominal {

@@ -60,7 +60,8 @@ With --loss huber or tukey the program leaves out wrong rows: a reflector slippe
 moving, a digit was mistyped. The fit starts from the rows that agree best, estimates the scale of \
 the residuals from their median, and leaves out every row that is off by 4.7 scales or more; the \
 report names these rows with their residual in sigma. At most 40 % of the rows may be wrong, and \
-fewer of a short file: 4 of 16 rows, 6 of 20, 8 of 24, 11 of 30. A file that is wrong as a whole is \
+fewer of a short file: 4 of 16 rows, 6 of 20, 8 of 24, 11 of 30; of heights and distances some 4 of \
+45, because they say little more than the parameters need. A file that is wrong as a whole is \
 refused as without this option.
 
 --gate, --held-out and --forget need the rows in the order in which they were measured. With --gate \

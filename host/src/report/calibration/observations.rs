@@ -222,6 +222,13 @@ fn rows(report: &ObservationsReport) -> Section {
         .column("residual, sigma", |index| {
             format!("{:.2}", report.row_residual(*index))
         })
+        .column("", |index| {
+            if report.fit.suspected.contains(index) {
+                "left out"
+            } else {
+                ""
+            }
+        })
         .table()
         .at_most(SHOWN, "--json and --report show all rows");
     Section::new("Rows, the farthest off first")
@@ -246,6 +253,10 @@ pub fn json(report: &ObservationsReport) -> Value {
             "line": report.samples.rows[index].line,
             // rms over the readings of the row: 1 is expected.
             "residual_sigma": report.row_residual(index),
+            // By what its squared residuals are multiplied in the fit: 1 without `--loss`.
+            "weight": report.fit.weights[index],
+            // Whether `--loss` leaves it out.
+            "suspected": report.fit.suspected.contains(&index),
         })
     });
     let planes: Map<_, _> = report

@@ -5,8 +5,10 @@ use delta_cal::calibration::{Estimate, JointOutcome, Minimizer, Problem, sum_of_
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Instrument, Instruments, InstrumentsAt, Observation, ObservationError, ObservationNoise,
-    ObservationOutcome, ObservationProblem, ObservationRow, PrepareError,
+    ObservationOutcome, ObservationProblem, ObservationRow, PrepareError, RobustObservationError,
+    robust_fit_observations,
 };
+use delta_cal::robust::{Loss, RobustOutcome, WeighedSample};
 use delta_cal::samples::NoiseError;
 use delta_cal::{Noise, Progress, Refusal, Robot, Settings};
 
@@ -86,6 +88,16 @@ macro_rules! of_scalar {
                     settings: &Settings<$t>,
                 ) -> Result<ObservationOutcome<$t, N>, Refusal> {
                     problem.solve::<M, E>(settings)
+                }
+                fn observations_robust(
+                    robot: &Robot<$t>,
+                    instruments: &Instruments<'_, $t>,
+                    rows: &mut [ObservationRow<$t>],
+                    settings: &Settings<$t>,
+                    loss: Loss,
+                    work: &mut [WeighedSample<$t>],
+                ) -> Result<RobustOutcome<$t, ObservationOutcome<$t, N>>, RobustObservationError> {
+                    robust_fit_observations::<$t, N, M, E>(robot, instruments, rows, settings, loss, work)
                 }
                 fn observations_minimizer(
                     problem: &ObservationProblem<'_, $t, N>,

@@ -116,10 +116,11 @@ pub fn robust_fit_observations<T: Real, const N: usize, const M: usize, const E:
     let (mut counted, mut readings) = (0, 0);
     for (place, row) in weighed.iter_mut().zip(rows.iter()) {
         *place = WeighedSample::vacant();
-        place.dimensions = match row.is_left_out() {
-            true => 0,
-            false => u8::try_from(row.observation().readings()).unwrap_or(0),
-        };
+        if row.is_left_out() {
+            place.dimensions = 0;
+        } else {
+            place.dimensions = u8::try_from(row.observation().readings()).unwrap_or(0);
+        }
         counted += usize::from(place.dimensions > 0);
         readings += usize::from(place.dimensions);
     }

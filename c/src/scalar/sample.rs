@@ -33,7 +33,7 @@ impl From<Sample> for delta_cal::Sample<Real> {
 /// What a calibration assumes and how it is solved. All zeros are the defaults: noise and tolerance not stated,
 /// Levenberg-Marquardt from the nominal robot.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Settings {
     /// One sigma of the measured x, y and z; all four noises 0: not stated. Length.
     pub position_noise: [Real; 3],

@@ -13,6 +13,15 @@ unsigned long platform_count(void)
     return 0;
 }
 
+void platform_paint_stack(void)
+{
+}
+
+unsigned long platform_stack(void)
+{
+    return 0;
+}
+
 int main(void)
 {
     return fixture_run() == 0 ? 0 : 1;

@@ -8,6 +8,10 @@ void platform_write(const char *text);
 /* Instructions since the platform's start, or 0 where they are not counted. */
 unsigned long platform_count(void);
 
+/* Bytes of stack that were used since it was painted, or 0 where that is not known. */
+void platform_paint_stack(void);
+unsigned long platform_stack(void);
+
 /* 0 if every call came to what it should. */
 int fixture_run(void);
 

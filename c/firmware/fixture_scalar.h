@@ -290,6 +290,21 @@ static void OF(observe)(const OF(delta_cal_settings) *settings)
     OF(write)("frame", rotation, 9);
 }
 
+/* What a part of the run takes of the stack, beside what it is called with. */
+static void OF(stack_of)(const char *what, void (*part)(const OF(delta_cal_settings) *), const OF(delta_cal_settings) *settings)
+{
+    platform_paint_stack();
+    part(settings);
+    const unsigned long bytes = platform_stack();
+    if (bytes > 0) {
+        platform_write("STACK " NAME " ");
+        platform_write(what);
+        platform_write(":");
+        write_count(bytes);
+        platform_write("\n");
+    }
+}
+
 static void OF(run)(void)
 {
     OF(delta_cal_dimensions) dimensions = {194, 30, 260, 480, 0};
@@ -303,8 +318,8 @@ static void OF(run)(void)
     OF(arms)(&nothing);
     OF(joint)(&nothing);
     OF(joint)(&both);
-    OF(joint)(&noise_alone);
-    OF(arms)(&noise_alone);
-    OF(gated)(&both);
-    OF(observe)(&both);
+    OF(stack_of)("joint", OF(joint), &noise_alone);
+    OF(stack_of)("arms", OF(arms), &noise_alone);
+    OF(stack_of)("gate", OF(gated), &both);
+    OF(stack_of)("observations", OF(observe), &both);
 }

@@ -168,13 +168,17 @@ impl<K: Kind> New<K> {
         Ok(())
     }
 
-    /// Makes the object.
+    /// Makes the object. Part by part, so that a large object is not put together on the stack first.
+    #[inline]
     pub(crate) fn put(&mut self, size: usize, value: K) -> Result<(), Status> {
         self.usable(size)?;
-        let tag = Tag::of::<K>();
+        let stored = self.0.cast::<Stored<K>>();
         // SAFETY: not NULL, aligned, and by the interface's promise `size` bytes of memory; an assertion in `kind` holds
         // the object to `K::SIZE`. What was there is not read and needs no drop: all kinds are `Copy`.
-        unsafe { self.0.cast::<Stored<K>>().write(Stored { tag, value }) };
+        unsafe {
+            (&raw mut (*stored).value).write(value);
+            (&raw mut (*stored).tag).write(Tag::of::<K>());
+        }
         Ok(())
     }
 }

@@ -267,10 +267,10 @@ fn settings_that_mean_nothing_are_refused() {
     };
     case(status::NOISE_OF_POSITION, &|s| s.joint_noise = 1e-3);
     case(status::NOISE_OF_POSITION, &|s| {
-        s.position_noise = [0.02, 0.02, 0.0]
+        s.position_noise = [0.02, 0.02, 0.0];
     });
     case(status::NOISE_OF_POSITION, &|s| {
-        s.position_noise = [f32::NAN; 3]
+        s.position_noise = [f32::NAN; 3];
     });
     case(status::NOISE_OF_JOINT, &|s| {
         s.position_noise = [0.02; 3];

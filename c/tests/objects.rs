@@ -192,8 +192,8 @@ fn the_joint_calibrator_finds_the_robot_that_was_built() {
             Out::from_c((&raw mut covariance).cast()),
         ));
         // The tolerance bounds every sigma.
-        for index in 0..24 {
-            assert!((0.0..=0.25).contains(&covariance[index][index]));
+        for (index, row) in covariance.iter().enumerate() {
+            assert!((0.0..=0.25).contains(&row[index]));
         }
         let mut arms = Memory::<2048>::zeroed();
         ok(joint_outcome_arms(
@@ -242,6 +242,31 @@ fn the_gate_rejects_a_wrong_sample_and_adopts_an_outcome() {
         let mut expected = [TAKEN; 14];
         expected[12] = REJECTED;
         assert_eq!(verdicts, expected);
+
+        // Without a place for the verdict nothing is taken in.
+        let mut counts = [0_u64; 10];
+        let mut state = |gate: &mut Memory<2048>| {
+            ok(gate_state(
+                Held::from_c(gate.place()),
+                Out::from_c((&raw mut counts).cast()),
+            ));
+            counts
+        };
+        let before = state(&mut gate);
+        let again = measured()[0];
+        assert_eq!(
+            gate_add(
+                HeldMut::from_c(gate.place()),
+                HeldMut::from_c(calibrator.place()),
+                In::from_c((&raw const again).cast()),
+                Out::from_c(std::ptr::null_mut()),
+                no_error(),
+            ),
+            status::NULL_POINTER
+        );
+        assert_eq!(state(&mut gate), before);
+        // 13 taken, none untested, 1 rejected.
+        assert_eq!(before[..3], [13, 0, 1]);
 
         assert_eq!(
             gate_adopt(

@@ -201,8 +201,7 @@ fn firmware(check: &mut Check) {
 }
 
 fn c(check: &mut Check) {
-    // Of the programs only one has tests that need an emulator; without their names the others would run as well.
-    check.chosen_tests(5, "cargo test --package delta-cal-c");
+    check.chosen_tests(7, "cargo test --package delta-cal-c -- --nocapture");
 }
 
 fn miri(check: &mut Check) {

@@ -83,8 +83,35 @@ static void write_error(const char *label, const delta_cal_error *error)
 #define NAME "f64"
 #include "fixture_scalar.h"
 
+/* What the library says that an object takes fits what the header gives it. */
+static void check_size(int32_t kind, size_t size)
+{
+    if (delta_cal_size(kind) == 0 || delta_cal_size(kind) > size) {
+        platform_write("FAILED the header is not the library's: the size of an object\n");
+        failures++;
+    }
+}
+
+static void check_sizes(void)
+{
+    check_size(DELTA_CAL_ROBOT_F32, sizeof(delta_cal_robot_f32));
+    check_size(DELTA_CAL_CALIBRATOR_F32, sizeof(delta_cal_calibrator_f32));
+    check_size(DELTA_CAL_SOLVER_F32, sizeof(delta_cal_solver_f32));
+    check_size(DELTA_CAL_OUTCOME_F32, sizeof(delta_cal_outcome_f32));
+    check_size(DELTA_CAL_JOINT_CALIBRATOR_F32, sizeof(delta_cal_joint_calibrator_f32));
+    check_size(DELTA_CAL_JOINT_SOLVER_F32, sizeof(delta_cal_joint_solver_f32));
+    check_size(DELTA_CAL_JOINT_OUTCOME_F32, sizeof(delta_cal_joint_outcome_f32));
+    check_size(DELTA_CAL_GATE_F32, sizeof(delta_cal_gate_f32));
+    check_size(DELTA_CAL_OBSERVATION_OUTCOME_F32, sizeof(delta_cal_observation_outcome_f32));
+    if (delta_cal_alignment() != DELTA_CAL_ALIGNMENT_OF(delta_cal_robot_f32)) {
+        platform_write("FAILED the header is not the library's: the alignment of an object\n");
+        failures++;
+    }
+}
+
 int fixture_run(void)
 {
+    check_sizes();
     if (delta_cal_version() != DELTA_CAL_VERSION) {
         platform_write("FAILED the library is not of the header's version\n");
         failures++;

@@ -168,15 +168,15 @@ impl<K: Kind> New<K> {
         Ok(())
     }
 
-    /// Makes the object. Part by part, so that a large object is not put together on the stack first.
+    /// Makes the object. From a reference and part by part, so that a large object is not copied on the stack first.
     #[inline]
-    pub(crate) fn put(&mut self, size: usize, value: K) -> Result<(), Status> {
+    pub(crate) fn put(&mut self, size: usize, value: &K) -> Result<(), Status> {
         self.usable(size)?;
         let stored = self.0.cast::<Stored<K>>();
         // SAFETY: not NULL, aligned, and by the interface's promise `size` bytes of memory; an assertion in `kind` holds
         // the object to `K::SIZE`. What was there is not read and needs no drop: all kinds are `Copy`.
         unsafe {
-            (&raw mut (*stored).value).write(value);
+            (&raw mut (*stored).value).write(*value);
             (&raw mut (*stored).tag).write(Tag::of::<K>());
         }
         Ok(())

@@ -23,7 +23,7 @@ pub extern "C" fn calibrator_init(
     report(error, || {
         calibrator.usable(size)?;
         let made = Calibrator::new(robot.get()?, &settings.get()?.checked()?);
-        calibrator.put(size, made)?;
+        calibrator.put(size, &made)?;
         Ok(status::OK)
     })
 }
@@ -103,7 +103,7 @@ pub extern "C" fn solver_init(
     report(error, || {
         solver.usable(size)?;
         let begun = RobotSolver::new(calibrator.get()?)?;
-        solver.put(size, begun)?;
+        solver.put(size, &begun)?;
         Ok(status::OK)
     })
 }
@@ -141,7 +141,7 @@ pub extern "C" fn solver_outcome(
     report(error, || {
         outcome.usable(size)?;
         let found = solver.get()?.outcome()?;
-        outcome.put(size, found)?;
+        outcome.put(size, &found)?;
         Ok(status::OK)
     })
 }

@@ -110,7 +110,7 @@ pub extern "C" fn gate_init(
         if sigmas != 0.0 {
             made = made.with_sigmas(sigmas)?;
         }
-        gate.put(size, made)?;
+        gate.put(size, &made)?;
         Ok(status::OK)
     })
 }

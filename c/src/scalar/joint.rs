@@ -7,7 +7,7 @@ use crate::error::{Error, report, status_of};
 use crate::memory::{Held, HeldMut, In, New, Out};
 use crate::status::{self, Status};
 use delta_cal::calibration::{JointCalibrator, JointOutcome, JointSolver};
-use delta_cal::{Progress, Robot};
+use delta_cal::{Progress, Refusal, Robot};
 
 /// Makes a joint calibrator without samples, in `size` bytes of memory: write `sizeof *calibrator`. `robot` is the
 /// robot before calibration, the nominal of the tolerance and the start of the iteration; it is copied.
@@ -24,7 +24,7 @@ pub extern "C" fn joint_calibrator_init(
     report(error, || {
         calibrator.usable(size)?;
         let made = JointCalibrator::new(robot.get()?, &settings.get()?.checked()?);
-        calibrator.put(size, made)?;
+        calibrator.put(size, &made)?;
         Ok(status::OK)
     })
 }
@@ -91,6 +91,12 @@ pub extern "C" fn joint_calibrator_forget(
     })
 }
 
+/// Not inlined: its temporaries would share the stack with those of the caller.
+#[inline(never)]
+fn begun(calibrator: &mut JointCalibrator<Real>) -> Result<JointSolver<Real>, Refusal> {
+    JointSolver::new(calibrator)
+}
+
 /// Begins a calibration, in `size` bytes of memory: write `sizeof *solver`. Takes the samples in that wait.
 ///
 /// Errors: `DELTA_CAL_TOO_FEW_SAMPLES`, with the arm, how many there are and how many are needed.
@@ -103,8 +109,11 @@ pub extern "C" fn joint_solver_init(
 ) -> Status {
     report(error, || {
         solver.usable(size)?;
-        let begun = JointSolver::new(calibrator.get()?)?;
-        solver.put(size, begun)?;
+        let begun = begun(calibrator.get()?);
+        solver.put(
+            size,
+            begun.as_ref().map_err(|refusal| Error::from(*refusal))?,
+        )?;
         Ok(status::OK)
     })
 }
@@ -128,6 +137,15 @@ pub extern "C" fn joint_solver_step(
     })
 }
 
+/// Not inlined, as `begun`.
+#[inline(never)]
+fn found(
+    solver: &JointSolver<Real>,
+    calibrator: &JointCalibrator<Real>,
+) -> Result<JointOutcome<Real>, Refusal> {
+    solver.outcome(calibrator)
+}
+
 /// The calibrated robot, in `size` bytes of memory: write `sizeof *outcome`.
 ///
 /// `calibrator` is the one of `joint_solver_init`.
@@ -144,8 +162,11 @@ pub extern "C" fn joint_solver_outcome(
 ) -> Status {
     report(error, || {
         outcome.usable(size)?;
-        let found = solver.get()?.outcome(calibrator.get()?)?;
-        outcome.put(size, found)?;
+        let found = found(solver.get()?, calibrator.get()?);
+        outcome.put(
+            size,
+            found.as_ref().map_err(|refusal| Error::from(*refusal))?,
+        )?;
         Ok(status::OK)
     })
 }

@@ -264,7 +264,7 @@ pub extern "C" fn observations_solve(
         let found = problem.solve::<M, E>(&settings)?;
         outcome.put(
             size,
-            Observed {
+            &Observed {
                 outcome: found,
                 instruments: own,
             },
@@ -284,7 +284,7 @@ pub extern "C" fn observation_outcome_joint(
     status_of(|| {
         joint.usable(size)?;
         let found = outcome.get()?.outcome.of_robot();
-        joint.put(size, found)?;
+        joint.put(size, &found)?;
         Ok(status::OK)
     })
 }

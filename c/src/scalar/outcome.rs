@@ -105,7 +105,7 @@ pub extern "C" fn outcome_robot(
 ) -> Status {
     status_of(|| {
         let found = outcome.get()?.robot;
-        robot.put(size, found)?;
+        robot.put(size, &found)?;
         Ok(status::OK)
     })
 }
@@ -174,7 +174,7 @@ pub extern "C" fn joint_outcome_robot(
 ) -> Status {
     status_of(|| {
         let found = outcome.get()?.robot;
-        robot.put(size, found)?;
+        robot.put(size, &found)?;
         Ok(status::OK)
     })
 }
@@ -239,7 +239,7 @@ pub extern "C" fn joint_outcome_arms(
     status_of(|| {
         arms.usable(size)?;
         let found = RobotOutcome::from(outcome.get()?);
-        arms.put(size, found)?;
+        arms.put(size, &found)?;
         Ok(status::OK)
     })
 }

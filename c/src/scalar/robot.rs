@@ -46,7 +46,7 @@ pub extern "C" fn robot_from_dimensions(
             forearm: from.forearm,
         }
         .robot_from_azimuth(from.azimuth)?;
-        robot.put(size, made)?;
+        robot.put(size, &made)?;
         Ok(status::OK)
     })
 }
@@ -65,7 +65,7 @@ pub extern "C" fn robot_from_parameters(
     report(error, || {
         robot.usable(size)?;
         let made = Robot::from_parameters(parameters.get()?)?;
-        robot.put(size, made)?;
+        robot.put(size, &made)?;
         Ok(status::OK)
     })
 }

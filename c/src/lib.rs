@@ -12,7 +12,7 @@ pub mod error;
 pub mod kind;
 pub mod library;
 mod memory;
-mod observed;
+pub mod observed;
 #[cfg(all(feature = "panic-handler", target_os = "none"))]
 mod panic;
 pub mod plain;

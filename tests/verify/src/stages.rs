@@ -201,7 +201,7 @@ fn firmware(check: &mut Check) {
 }
 
 fn c(check: &mut Check) {
-    check.chosen_tests(7, "cargo test --package delta-cal-c -- --nocapture");
+    check.chosen_tests(8, "cargo test --package delta-cal-c -- --nocapture");
 }
 
 fn miri(check: &mut Check) {

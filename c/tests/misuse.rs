@@ -157,6 +157,22 @@ macro_rules! every_function {
 /// The functions that only make an object from plain numbers.
 const MAKERS: [&str; 2] = ["robot_from_dimensions", "robot_from_parameters"];
 
+/// Of the header's functions in single precision none is missing above.
+#[test]
+fn every_function_is_tried() {
+    let header = include_str!("../include/delta_cal.h");
+    let mut declared: Vec<&str> = header
+        .lines()
+        .filter_map(|line| line.strip_prefix("delta_cal_status delta_cal_"))
+        .filter_map(|line| line.split_once("_f32("))
+        .map(|(name, _)| name)
+        .collect();
+    let mut tried = every_function!(null_mut()).map(|(name, _)| name);
+    declared.sort_unstable();
+    tried.sort_unstable();
+    assert_eq!(declared, tried);
+}
+
 #[test]
 fn null_is_refused_by_every_function() {
     for (function, found) in every_function!(null_mut()) {

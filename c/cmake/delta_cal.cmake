@@ -9,6 +9,8 @@
 if(NOT DEFINED DELTA_CAL_SOURCE)
   set(DELTA_CAL_SOURCE "${CMAKE_CURRENT_LIST_DIR}/../..")
 endif()
+# cargo would build everything again under another name of the same folder.
+get_filename_component(DELTA_CAL_SOURCE "${DELTA_CAL_SOURCE}" REALPATH)
 if(NOT DEFINED DELTA_CAL_RUST_TARGET)
   set(DELTA_CAL_RUST_TARGET "") # this machine
 endif()

@@ -1,6 +1,7 @@
 # The library as an IMPORTED target. Copy this file into your project, or include it from here:
 #
 #   set(DELTA_CAL_RUST_TARGET thumbv7em-none-eabihf)      # hard float; thumbv7em-none-eabi: soft and softfp
+#   set(DELTA_CAL_RUST_CPU cortex-m7)                     # if wanted: whatever that processor has, double precision too
 #   include(path/to/delta-cal/c/cmake/delta_cal.cmake)
 #   target_link_libraries(your_firmware PRIVATE delta_cal::delta_cal)
 #
@@ -19,6 +20,9 @@ if(NOT DEFINED DELTA_CAL_BUILD)
 endif()
 find_program(DELTA_CAL_CARGO cargo HINTS "$ENV{HOME}/.cargo/bin" REQUIRED)
 
+if(DELTA_CAL_RUST_CPU)
+  set(DELTA_CAL_BUILD "${DELTA_CAL_BUILD}/${DELTA_CAL_RUST_CPU}")
+endif()
 set(delta_cal_arguments --lib --package delta-cal-c --profile firmware)
 if(DELTA_CAL_RUST_TARGET)
   # An image of C holds no other Rust: it needs the panic handler, which nothing calls.
@@ -26,6 +30,10 @@ if(DELTA_CAL_RUST_TARGET)
   set(delta_cal_folder "${DELTA_CAL_BUILD}/${DELTA_CAL_RUST_TARGET}/firmware")
 else()
   set(delta_cal_folder "${DELTA_CAL_BUILD}/firmware")
+endif()
+if(DELTA_CAL_RUST_CPU)
+  list(APPEND delta_cal_arguments
+    --config "target.${DELTA_CAL_RUST_TARGET}.rustflags=['-Ctarget-cpu=${DELTA_CAL_RUST_CPU}']")
 endif()
 set(DELTA_CAL_ARCHIVE "${delta_cal_folder}/libdelta_cal_c.a")
 

@@ -5,6 +5,9 @@ use delta_cal_verify::firmware::TARGET;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
+/// The Rust target of a Cortex-M without a floating-point unit.
+const SOFT_TARGET: &str = "thumbv7em-none-eabi";
+
 /// Something that a check needs.
 struct Need {
     /// In words.
@@ -17,12 +20,18 @@ struct Need {
     by_hand: &'static str,
 }
 
-const NEEDS: [Need; 3] = [
+const NEEDS: [Need; 7] = [
     Need {
         what: "the bare Rust target, for firmware",
-        found: target,
+        found: || target(TARGET),
         install: || Some(vec![format!("rustup target add {TARGET}")]),
         by_hand: "rustup target add thumbv7em-none-eabihf",
+    },
+    Need {
+        what: "the bare Rust target without floating-point unit, for firmware in C",
+        found: || target(SOFT_TARGET),
+        install: || Some(vec![format!("rustup target add {SOFT_TARGET}")]),
+        by_hand: "rustup target add thumbv7em-none-eabi",
     },
     Need {
         what: "QEMU for Arm, which runs firmware",
@@ -35,6 +44,24 @@ const NEEDS: [Need; 3] = [
         found: || version("c++ --version"),
         install: || packages("g++"),
         by_hand: "apt-get install g++ (macOS: xcode-select --install)",
+    },
+    Need {
+        what: "a C compiler for Arm with its library, for firmware in C",
+        found: c_for_arm,
+        install: || packages("gcc-arm-none-eabi libnewlib-arm-none-eabi"),
+        by_hand: "apt-get install gcc-arm-none-eabi libnewlib-arm-none-eabi (macOS: brew install --cask gcc-arm-embedded)",
+    },
+    Need {
+        what: "CMake, which builds the C library and its firmware",
+        found: || version("cmake --version"),
+        install: || packages("cmake"),
+        by_hand: "apt-get install cmake (macOS: brew install cmake)",
+    },
+    Need {
+        what: "pkg-config, which finds the installed C library",
+        found: || version("pkg-config --version").map(|number| format!("pkg-config {number}")),
+        install: || packages("pkg-config"),
+        by_hand: "apt-get install pkg-config (macOS: brew install pkg-config)",
     },
 ];
 
@@ -106,10 +133,17 @@ fn is_yes(answer: &str) -> bool {
     matches!(answer.trim().to_lowercase().as_str(), "y" | "yes")
 }
 
-fn target() -> Option<String> {
-    let libraries = output(&format!("rustc --print target-libdir --target {TARGET}"))?;
+fn target(name: &str) -> Option<String> {
+    let libraries = output(&format!("rustc --print target-libdir --target {name}"))?;
     let installed = Path::new(libraries.trim()).is_dir();
-    installed.then(|| format!("Rust target {TARGET}"))
+    installed.then(|| format!("Rust target {name}"))
+}
+
+/// The compiler, if its C library is there as well.
+fn c_for_arm() -> Option<String> {
+    let library = output("arm-none-eabi-gcc --print-file-name=libc_nano.a")?;
+    let found = Path::new(library.trim()).is_file();
+    found.then(|| version("arm-none-eabi-gcc --version"))?
 }
 
 /// The first line of what a command prints.

@@ -1,7 +1,7 @@
 //! The stages.
 
 use crate::budgets;
-use crate::check::Check;
+use crate::check::{Check, output};
 use crate::docs;
 use crate::features;
 use crate::fuzz;
@@ -25,7 +25,7 @@ pub(crate) struct Stage {
 pub(crate) const STAGES: &[Stage] = &[
     Stage {
         name: "setup",
-        about: "the bare Rust target, QEMU and a C++ compiler; says what is missing, asks, installs it",
+        about: "the bare Rust targets, QEMU, C and C++ compilers, CMake; says what is missing, asks, installs it",
         run: setup::check,
     },
     FORMAT,
@@ -54,6 +54,11 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "firmware",
         about: "under QEMU a Cortex-M4F and a Cortex-M7 give the host's bits, and calibrate when the host drives them",
         run: firmware,
+    },
+    Stage {
+        name: "c",
+        about: "the C library: header, misuse, and C and C++ programs that give the core's bits, on this machine and under QEMU",
+        run: c,
     },
     Stage {
         name: "budgets",
@@ -133,6 +138,11 @@ pub(crate) const BY_HAND: &[Stage] = &[
         run: licences::advisories,
     },
     Stage {
+        name: "miri",
+        about: "every access to memory of the C library is allowed (Miri of the nightly toolchain, five minutes)",
+        run: miri,
+    },
+    Stage {
         name: "mutants",
         about: "cargo-mutants: the tests notice every change of the core's arithmetic, or it is explained (hours)",
         run: mutants::check,
@@ -155,6 +165,7 @@ fn lint(check: &mut Check) {
         "--package delta-cal --all-features".to_owned(),
         format!("--package delta-cal --all-features --target {TARGET}"),
         format!("--package delta-cal-protocol --target {TARGET}"),
+        format!("--package delta-cal-c --features panic-handler --target {TARGET}"),
         format!("--package delta-cal-target-tests --target {TARGET}"),
         format!("--package delta-cal-link-tests --target {TARGET}"),
         format!("--package delta-cal-firmware-example --target {TARGET}"),
@@ -186,5 +197,23 @@ fn firmware(check: &mut Check) {
     check.chosen_tests(
         2,
         "cargo test --test target --test device_on_target -- --nocapture on_target::",
+    );
+}
+
+fn c(check: &mut Check) {
+    check.chosen_tests(8, "cargo test --package delta-cal-c -- --nocapture");
+}
+
+fn miri(check: &mut Check) {
+    if output("cargo +nightly miri --version").is_none() {
+        return check.fail(
+            "Miri is missing; install it: rustup toolchain install nightly --component miri,rust-src".to_owned(),
+        );
+    }
+    // Of a 32-bit Arm, which is nearest to a Cortex-M: on this machine the core's square root is an instruction that
+    // Miri does not know.
+    check.command(
+        "cargo +nightly miri test --target arm-unknown-linux-gnueabi --target-dir target/miri --package delta-cal-c \
+         --test misuse --test objects",
     );
 }

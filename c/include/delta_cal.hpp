@@ -1,0 +1,124 @@
+// delta_cal.hpp: robot and joint calibration for C++11 and later, over delta_cal.h; Real is float or double.
+//
+// Nothing is allocated and nothing is thrown: every function returns the status of the C function that it calls.
+// For whatever is not here, c() leads to the object of C.
+#ifndef DELTA_CAL_HPP
+#define DELTA_CAL_HPP
+
+#include "delta_cal.h"
+
+namespace delta_cal {
+
+using Status = delta_cal_status;
+using Error = delta_cal_error;
+
+// The types and functions of a scalar.
+template <typename Real> struct Api;
+
+template <> struct Api<float> {
+    using Robot = delta_cal_robot_f32;
+    using Dimensions = delta_cal_dimensions_f32;
+    using Sample = delta_cal_sample_f32;
+    using Settings = delta_cal_settings_f32;
+    using Calibrator = delta_cal_joint_calibrator_f32;
+    using Solver = delta_cal_joint_solver_f32;
+    using Outcome = delta_cal_joint_outcome_f32;
+    static constexpr auto from_dimensions = delta_cal_robot_from_dimensions_f32;
+    static constexpr auto from_parameters = delta_cal_robot_from_parameters_f32;
+    static constexpr auto parameters = delta_cal_robot_parameters_f32;
+    static constexpr auto forward = delta_cal_robot_forward_f32;
+    static constexpr auto inverse = delta_cal_robot_inverse_f32;
+    static constexpr auto init = delta_cal_joint_calibrator_init_f32;
+    static constexpr auto add = delta_cal_joint_calibrator_add_f32;
+    static constexpr auto begin = delta_cal_joint_solver_init_f32;
+    static constexpr auto step = delta_cal_joint_solver_step_f32;
+    static constexpr auto outcome = delta_cal_joint_solver_outcome_f32;
+    static constexpr auto robot = delta_cal_joint_outcome_robot_f32;
+    static constexpr auto deviations = delta_cal_joint_outcome_deviations_f32;
+    static constexpr auto covariance = delta_cal_joint_outcome_covariance_f32;
+};
+
+template <> struct Api<double> {
+    using Robot = delta_cal_robot_f64;
+    using Dimensions = delta_cal_dimensions_f64;
+    using Sample = delta_cal_sample_f64;
+    using Settings = delta_cal_settings_f64;
+    using Calibrator = delta_cal_joint_calibrator_f64;
+    using Solver = delta_cal_joint_solver_f64;
+    using Outcome = delta_cal_joint_outcome_f64;
+    static constexpr auto from_dimensions = delta_cal_robot_from_dimensions_f64;
+    static constexpr auto from_parameters = delta_cal_robot_from_parameters_f64;
+    static constexpr auto parameters = delta_cal_robot_parameters_f64;
+    static constexpr auto forward = delta_cal_robot_forward_f64;
+    static constexpr auto inverse = delta_cal_robot_inverse_f64;
+    static constexpr auto init = delta_cal_joint_calibrator_init_f64;
+    static constexpr auto add = delta_cal_joint_calibrator_add_f64;
+    static constexpr auto begin = delta_cal_joint_solver_init_f64;
+    static constexpr auto step = delta_cal_joint_solver_step_f64;
+    static constexpr auto outcome = delta_cal_joint_solver_outcome_f64;
+    static constexpr auto robot = delta_cal_joint_outcome_robot_f64;
+    static constexpr auto deviations = delta_cal_joint_outcome_deviations_f64;
+    static constexpr auto covariance = delta_cal_joint_outcome_covariance_f64;
+};
+
+// A robot; before it is made, every function refuses it with DELTA_CAL_NOT_INITIALIZED.
+template <typename Real> class Robot {
+public:
+    using C = Api<Real>;
+    Status from_dimensions(const typename C::Dimensions &dimensions, Error *error = nullptr) {
+        return C::from_dimensions(&robot, sizeof robot, &dimensions, error);
+    }
+    Status from_parameters(const Real (&parameters)[24], Error *error = nullptr) {
+        return C::from_parameters(&robot, sizeof robot, parameters, error);
+    }
+    Status parameters(Real (&parameters)[24]) const { return C::parameters(&robot, parameters); }
+    Status forward(const Real (&joints)[3], Real (&position)[3], Error *error = nullptr) const {
+        return C::forward(&robot, joints, position, error);
+    }
+    Status inverse(const Real (&position)[3], Real (&joints)[3], Error *error = nullptr) const {
+        return C::inverse(&robot, position, joints, error);
+    }
+    typename C::Robot *c() { return &robot; }
+    const typename C::Robot *c() const { return &robot; }
+
+private:
+    typename C::Robot robot = {};
+};
+
+// A calibrated robot, with the covariance of its 24 parameters.
+template <typename Real> class Outcome {
+public:
+    using C = Api<Real>;
+    Status robot(Robot<Real> &robot) const { return C::robot(&outcome, robot.c(), sizeof *robot.c()); }
+    Status deviations(Real (&sigma)[24]) const { return C::deviations(&outcome, sigma); }
+    Status covariance(Real (&covariance)[576]) const { return C::covariance(&outcome, covariance); }
+    typename C::Outcome *c() { return &outcome; }
+
+private:
+    typename C::Outcome outcome = {};
+};
+
+// The joint calibrator and its solver.
+template <typename Real> class Calibrator {
+public:
+    using C = Api<Real>;
+    Status init(const Robot<Real> &robot, const typename C::Settings &settings, Error *error = nullptr) {
+        return C::init(&calibrator, sizeof calibrator, robot.c(), &settings, error);
+    }
+    Status add(const typename C::Sample &sample, Error *error = nullptr) {
+        return C::add(&calibrator, &sample, error);
+    }
+    Status begin(Error *error = nullptr) { return C::begin(&solver, sizeof solver, &calibrator, error); }
+    Status step(Error *error = nullptr) { return C::step(&solver, &calibrator, error); }
+    Status outcome(Outcome<Real> &outcome, Error *error = nullptr) const {
+        return C::outcome(&solver, &calibrator, outcome.c(), sizeof *outcome.c(), error);
+    }
+
+private:
+    typename C::Calibrator calibrator = {};
+    typename C::Solver solver = {};
+};
+
+} // namespace delta_cal
+
+#endif

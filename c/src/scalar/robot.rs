@@ -1,0 +1,120 @@
+//! Robots and their kinematics.
+#![allow(unsafe_code)] // naming symbols
+
+use super::Real;
+use crate::error::{Error, report, status_of};
+use crate::memory::{Held, In, New, Out, Plain};
+use crate::status::{self, Status};
+use delta_cal::nalgebra::Vector3;
+use delta_cal::{Robot, SymmetricRobot};
+
+/// The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one unit.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dimensions {
+    /// From the base centre to the motor axes. Length.
+    pub base_radius: Real,
+    /// From the platform point to the forearms' ends. Length.
+    pub platform_radius: Real,
+    /// Upper arm. Length.
+    pub upper_arm: Real,
+    /// Forearm. Length.
+    pub forearm: Real,
+    /// Direction of the first arm; the others are 120 and 240 degrees further. Radians.
+    pub azimuth: Real,
+}
+
+impl Plain for Dimensions {}
+
+/// Makes a robot from its dimensions, in `size` bytes of memory: write `sizeof *robot`.
+///
+/// Errors: `DELTA_CAL_GEOMETRY_...`.
+#[unsafe(export_name = name!("robot_from_dimensions"))]
+pub extern "C" fn robot_from_dimensions(
+    mut robot: New<Robot<Real>>,
+    size: usize,
+    dimensions: In<Dimensions>,
+    error: Out<Error>,
+) -> Status {
+    report(error, || {
+        robot.usable(size)?;
+        let from = dimensions.get()?;
+        let made = SymmetricRobot {
+            base_radius: from.base_radius,
+            platform_radius: from.platform_radius,
+            upper_arm: from.upper_arm,
+            forearm: from.forearm,
+        }
+        .robot_from_azimuth(from.azimuth)?;
+        robot.put(size, &made)?;
+        Ok(status::OK)
+    })
+}
+
+/// Makes a robot from its 24 parameters, in `size` bytes of memory: write `sizeof *robot`. Eight parameters an arm, in
+/// the order `DELTA_CAL_DX` to `DELTA_CAL_LB`: lengths, and theta and alpha in radians.
+///
+/// Errors: `DELTA_CAL_GEOMETRY_...`.
+#[unsafe(export_name = name!("robot_from_parameters"))]
+pub extern "C" fn robot_from_parameters(
+    mut robot: New<Robot<Real>>,
+    size: usize,
+    parameters: In<[[Real; 8]; 3]>,
+    error: Out<Error>,
+) -> Status {
+    report(error, || {
+        robot.usable(size)?;
+        let made = Robot::from_parameters(parameters.get()?)?;
+        robot.put(size, &made)?;
+        Ok(status::OK)
+    })
+}
+
+/// Writes a robot's 24 parameters, as `robot_from_parameters` takes them: lengths and radians.
+#[unsafe(export_name = name!("robot_parameters"))]
+pub extern "C" fn robot_parameters(
+    robot: Held<Robot<Real>>,
+    mut parameters: Out<[[Real; 8]; 3]>,
+) -> Status {
+    status_of(|| {
+        let found = robot.get()?.parameters();
+        parameters.put(found)?;
+        Ok(status::OK)
+    })
+}
+
+/// Forward kinematics: where the platform is at these joint angles. `joints`: q1, q2, q3, radians. `position`: x, y, z,
+/// in the robot's unit of length.
+///
+/// Errors: `DELTA_CAL_UNREACHABLE`, `DELTA_CAL_SINGULAR_PARALLEL`, `DELTA_CAL_POSE_NOT_FINITE`, each with the arm.
+#[unsafe(export_name = name!("robot_forward"))]
+pub extern "C" fn robot_forward(
+    robot: Held<Robot<Real>>,
+    joints: In<[Real; 3]>,
+    mut position: Out<[Real; 3]>,
+    error: Out<Error>,
+) -> Status {
+    report(error, || {
+        let found = robot.get()?.forward(&joints.get()?)?;
+        position.put([found.x, found.y, found.z])?;
+        Ok(status::OK)
+    })
+}
+
+/// Inverse kinematics, elbows out: the joint angles at which the platform is at a position. `position`: x, y, z, in the
+/// robot's unit of length. `joints`: q1, q2, q3, radians.
+///
+/// Errors: `DELTA_CAL_UNREACHABLE`, `DELTA_CAL_SINGULAR_SERIAL`, `DELTA_CAL_POSE_NOT_FINITE`, each with the arm.
+#[unsafe(export_name = name!("robot_inverse"))]
+pub extern "C" fn robot_inverse(
+    robot: Held<Robot<Real>>,
+    position: In<[Real; 3]>,
+    mut joints: Out<[Real; 3]>,
+    error: Out<Error>,
+) -> Status {
+    report(error, || {
+        let found = robot.get()?.inverse(&Vector3::from(position.get()?))?;
+        joints.put(found)?;
+        Ok(status::OK)
+    })
+}

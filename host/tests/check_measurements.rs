@@ -9,29 +9,16 @@ use delta_cal::simulate::standard_normal;
 use delta_cal_tests::generator;
 use serde_json::Value;
 use std::fmt::Write;
-use support::{Folder, Point, true_arms};
+use support::{Folder, Point, TO_MEASURE, true_arms};
 
-const ROBOT: &str = "\
-[nominal]
-base_radius_mm = 194
-platform_radius_mm = 30
-upper_arm_mm = 260
-forearm_mm = 480
-[joints]
-min_deg = -60
-max_deg = 90
-[tolerance]
-length_mm = 0.5
-angle_deg = 0.2
-[noise]
-joint_deg = 0.002
-height_mm = 0.02
-distance_mm = 0.02
-position_mm = 0.02
-";
+/// For cameras, too.
+fn robot() -> String {
+    format!("{TO_MEASURE}position_mm = 0.02\n")
+}
+
 fn folder() -> Folder {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
+    folder.write("robot.toml", robot());
     folder
 }
 
@@ -221,7 +208,7 @@ fn too_little_is_said_to_be_too_little() {
     // Without a tolerance the place in space is unknown.
     folder.write(
         "robot.toml",
-        ROBOT.replace("[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n", ""),
+        robot().replace("[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n", ""),
     );
     folder.write("samples.csv", measured(&folder, &rows, 5));
     let run = folder.run("check robot.toml samples.csv");

@@ -20,24 +20,16 @@ use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::{Spread, generator, perturbed, size};
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg32;
-use support::Folder;
+use support::{Folder, TO_MEASURE};
 
-const ROBOT: &str = "\
-[nominal]
-base_radius_mm = 194
-platform_radius_mm = 30
-upper_arm_mm = 260
-forearm_mm = 480
-[joints]
-min_deg = -60
-max_deg = 90
-[tolerance]
-length_mm = 0.5
-angle_deg = 0.2
-";
+/// The noise is that of the plan.
+fn robot_toml() -> &'static str {
+    let (robot, _) = TO_MEASURE.split_once("[noise]").unwrap();
+    robot
+}
 
 fn file_of(robot: &Robot<f64>) -> RobotFile {
-    let mut file = RobotFile::read(&InputText::new("robot.toml", ROBOT)).unwrap();
+    let mut file = RobotFile::read(&InputText::new("robot.toml", robot_toml())).unwrap();
     file.robot = *robot;
     file
 }
@@ -301,7 +293,7 @@ fn a_plan_keeps_to_the_instruments() {
 #[test]
 fn the_file_of_a_plan_has_the_columns_to_fill_in_and_they_are_empty() {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
+    folder.write("robot.toml", robot_toml());
     let run = folder
         .run(
             "plan robot.toml --measure plane,distance=4 --count 8 --output plan.csv --json plan.json",
@@ -344,7 +336,7 @@ fn the_file_of_a_plan_has_the_columns_to_fill_in_and_they_are_empty() {
 #[test]
 fn instruments_are_compared() {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
+    folder.write("robot.toml", robot_toml());
     let run = folder
         .run("plan robot.toml --compare --sigma camera=0.04 --json c.json --report c.html")
         .ok();
@@ -379,7 +371,7 @@ fn instruments_are_compared() {
 #[test]
 fn wrong_options_are_refused_with_their_cause() {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
+    folder.write("robot.toml", robot_toml());
     for (options, cause) in [
         ("--measure plate --count 12", "no kind of measurement"),
         ("--measure plane,plane --count 12", "given twice"),

@@ -15,25 +15,7 @@ use delta_cal_tests::{Spread, generator, paper_limits, paper_robot, perturbed};
 use rand_pcg::Pcg32;
 use serde_json::Value;
 use std::fmt::Write;
-use support::Folder;
-
-const ROBOT: &str = "\
-[nominal]
-base_radius_mm = 194
-platform_radius_mm = 30
-upper_arm_mm = 260
-forearm_mm = 480
-[joints]
-min_deg = -60
-max_deg = 90
-[tolerance]
-length_mm = 0.5
-angle_deg = 0.2
-[noise]
-joint_deg = 0.002
-height_mm = 0.02
-distance_mm = 0.02
-";
+use support::{Folder, TO_MEASURE as ROBOT};
 
 fn made(rng: &mut Pcg32) -> Robot<f64> {
     perturbed(

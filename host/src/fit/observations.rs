@@ -156,7 +156,9 @@ pub fn calibrate_robust(
         )?;
         let weights: Vec<_> = rows.iter().map(ObservationRow::weight).collect();
         // The residuals as they are, whatever the rows weigh.
-        rows.iter_mut().for_each(|row| row.set_weight(1.0));
+        for row in rows.iter_mut() {
+            row.set_weight(1.0);
+        }
         let problem = ObservedProblem::prepare(&robot.robot, instruments, rows)?;
         let suspected = work.iter().enumerate().filter(|(_, own)| own.suspected());
         Ok(ObservedFit {

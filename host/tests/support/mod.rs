@@ -38,6 +38,26 @@ max_deg = 90
 ";
 
 pub const TOLERANCE: &str = "\n[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n";
+
+/// A robot that is measured with a plate, a wire or a bar.
+pub const TO_MEASURE: &str = "\
+[nominal]
+base_radius_mm = 194
+platform_radius_mm = 30
+upper_arm_mm = 260
+forearm_mm = 480
+[joints]
+min_deg = -60
+max_deg = 90
+[tolerance]
+length_mm = 0.5
+angle_deg = 0.2
+[noise]
+joint_deg = 0.002
+height_mm = 0.02
+distance_mm = 0.02
+";
+
 pub const HEADER: &str = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n";
 
 pub fn nominal_arms() -> [Arm; 3] {

@@ -1,0 +1,93 @@
+//! Klipper.
+
+use crate::export::error::ExportError;
+use crate::export::geometry::{Each, Holds};
+use crate::export::shape::ArmShape;
+use crate::export::target::{Entry, Fitted, Target, Written, decimals};
+use delta_cal::ArmIndex;
+use std::fmt::Write;
+
+/// `[printer] kinematics: rotary_delta`.
+pub(crate) const KLIPPER: Target = Target {
+    name: "klipper",
+    title: "Klipper rotary_delta",
+    holds: Holds {
+        fixed_azimuths: None,
+        radii: Each::Shared,
+        heights: Each::Shared,
+        upper: Each::Arm,
+        lower: Each::Arm,
+        zeros: Each::Arm,
+    },
+    comment: "#",
+    conventions: &[
+        "stepper_a, stepper_b and stepper_c are arms 1, 2 and 3",
+        "the joint angle is 0 with the upper arm horizontal and positive with the elbow up: Klipper's \
+         angle is zero_i − q_i",
+        "shoulder_radius is the base's radius less the platform's",
+        "position_endstop is the height of the nozzle at x = y = 0 with that arm at its end stop; each is \
+         computed from the joint angle at the end stop (--home-deg)",
+    ],
+    source: "klippy/kinematics/rotary_delta.py and klippy/chelper/kin_rotary_delta.c of Klipper",
+    alternative: "Klipper's kinematics are a Python class with a C function: one of your own can hold all \
+                  24 parameters",
+    write,
+};
+
+/// The height of the platform on the z axis with the upper arm at an angle above horizontal.
+fn height_on_the_axis(arm: &ArmShape, angle: f64) -> Option<f64> {
+    let (sin, cos) = angle.sin_cos();
+    let out = arm.radius + arm.upper * cos;
+    let square = arm.lower * arm.lower - out * out;
+    (square > 0.0).then(|| arm.height + arm.upper * sin - square.sqrt())
+}
+
+fn write(fitted: &Fitted) -> Result<Written, ExportError> {
+    let [first, ..] = fitted.geometry.by_motor();
+    let mut entries = vec![
+        Entry::length("shoulder_radius", first.radius),
+        Entry::length("shoulder_height", first.height),
+    ];
+    let mut lines = format!(
+        "[printer]\nkinematics: rotary_delta\nshoulder_radius: {}\nshoulder_height: {}\n",
+        decimals(first.radius),
+        decimals(first.height)
+    );
+    for (index, letter) in ArmIndex::ALL.into_iter().zip(["a", "b", "c"]) {
+        let arm = &fitted.geometry.arms[index.index()];
+        let home = fitted.home[index.index()];
+        let Some(endstop) = height_on_the_axis(arm, arm.zero - home) else {
+            let cause = format!(
+                "with its joint at {:.3}° (its end stop) the forearm does not reach the z axis, so that \
+                 Klipper's position_endstop has no value",
+                home.to_degrees()
+            );
+            return Err(ExportError::Home { arm: index, cause });
+        };
+        let name = |key: &str| format!("stepper_{letter} {key}");
+        let azimuth = arm.azimuth.to_degrees().rem_euclid(360.0);
+        entries.extend([
+            Entry {
+                name: name("angle"),
+                value: azimuth,
+                unit: "deg",
+            },
+            Entry::length(name("upper_arm_length"), arm.upper),
+            Entry::length(name("lower_arm_length"), arm.lower),
+            Entry::length(name("position_endstop"), endstop),
+        ]);
+        let _ = write!(
+            lines,
+            "\n[stepper_{letter}]\nangle: {}\nupper_arm_length: {}\nlower_arm_length: {}\n\
+             position_endstop: {endstop:.6}\n",
+            decimals(azimuth),
+            decimals(arm.upper),
+            decimals(arm.lower),
+        );
+    }
+    Ok(Written {
+        entries,
+        lines,
+        warnings: Vec::new(),
+    })
+}

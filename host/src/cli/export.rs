@@ -69,7 +69,7 @@ pub(crate) struct ExportArguments {
     #[command(flatten)]
     columns: ColumnsArgument,
     /// The joint angles at which the arms are at their end stops, as in the robot file: one for all arms, or
-    /// three [default: min_deg of the robot file]
+    /// three [default: the smallest whole degrees at which all three can be, elbows out]
     #[arg(long, value_name = "Q[,Q,Q]", value_delimiter = ',', value_parser = number, allow_negative_numbers = true, allow_hyphen_values = true)]
     home_deg: Option<Vec<f64>>,
     /// The height of the robot's origin above the controller's z = 0, where the controller holds a height
@@ -80,7 +80,7 @@ pub(crate) struct ExportArguments {
     #[arg(long, value_name = "MM", default_value_t = 25.0, value_parser = length)]
     platform_radius: f64,
     /// The distance between the nodes of a correction table
-    #[arg(long, value_name = "MM", default_value_t = 50.0, value_parser = length)]
+    #[arg(long, value_name = "MM", default_value_t = 25.0, value_parser = length)]
     spacing: f64,
     /// Write the lines to this file instead of standard output, replacing a file that exists
     #[arg(long, value_name = "FILE")]
@@ -139,7 +139,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     };
     let export = case
         .export(choice)
-        .map_err(|error| failure(&text, &error))?;
+        .map_err(|error| failure(&text, arguments.positions.as_deref(), &error))?;
     let positions = arguments.positions.as_ref();
     let positions = positions.map(|path| path.display().to_string());
     let files = Files {
@@ -199,9 +199,17 @@ fn home(degrees: Option<&[f64]>) -> Result<Option<[f64; 3]>, Failure> {
     })
 }
 
-/// Where in the robot file the fault is.
-fn failure(text: &InputText, error: &ExportError) -> Failure {
-    let mut fault = InputError::new(text.name(), error.to_string()).with_remedy(error.remedy());
+/// Which file is at fault, and where.
+fn failure(text: &InputText, positions: Option<&Path>, error: &ExportError) -> Failure {
+    let of_positions = matches!(
+        error,
+        ExportError::TooFewPositions { .. } | ExportError::Unreached
+    );
+    let name = match positions {
+        Some(path) if of_positions => path.display().to_string(),
+        _ => text.name().to_owned(),
+    };
+    let mut fault = InputError::new(name, error.to_string()).with_remedy(error.remedy());
     if let ExportError::CannotHold { arm, key, .. } = error {
         let lines = text.text().lines().zip(1..);
         let mut own = lines.filter(|(line, _)| line.trim_start().starts_with(key));

@@ -102,7 +102,8 @@ impl Case<'_> {
         let limits = self.robot.limits;
         let written = (target.write)(&Fitted {
             geometry,
-            home: settings.home.unwrap_or([limits.minimum(); 3]),
+            home: settings.home.unwrap_or_else(|| [highest(self.robot); 3]),
+            home_stated: settings.home.is_some(),
             limits: [limits.minimum(), limits.maximum()],
             platform_radius: settings.platform_radius,
             reach: self
@@ -172,4 +173,23 @@ fn check(arms: &[ArmShape; 3], holds: &Holds) -> Result<(), ExportError> {
         }
     }
     Ok(())
+}
+
+/// The smallest joint angle of whole degrees, within the limits, at which all three arms can be, elbows out and
+/// clear of singularities, radians.
+fn highest(robot: &RobotFile) -> f64 {
+    let (reach, limits) = (robot.reach(), robot.limits);
+    let mut angle = limits.minimum().to_degrees().ceil();
+    while angle <= limits.maximum().to_degrees() {
+        let q = angle.to_radians();
+        let back = reach
+            .clear_position(&robot.robot, &[q; 3])
+            .ok()
+            .and_then(|at| robot.robot.inverse(&at).ok());
+        if back.is_some_and(|back| back.iter().all(|own| (own - q).abs() < 1e-6)) {
+            return q;
+        }
+        angle += 1.0;
+    }
+    limits.minimum()
 }

@@ -7,7 +7,7 @@ pub struct Settings {
     /// millimetres with which no wanted position is below 0. Used where the controller holds a height.
     pub height: Option<f64>,
     /// The joint angle of each arm at its end stop, in the robot file's convention, radians; `None` for
-    /// the smallest angle of its joint limits.
+    /// the smallest whole degrees at which all three can be.
     pub home: Option<[f64; 3]>,
     /// The radius of the platform, mm. Controllers that hold it beside the base's use only the difference.
     pub platform_radius: f64,
@@ -21,7 +21,7 @@ impl Default for Settings {
             height: None,
             home: None,
             platform_radius: 25.0,
-            spacing: 50.0,
+            spacing: 25.0,
         }
     }
 }

@@ -50,6 +50,8 @@ pub struct Fitted {
     pub geometry: Geometry,
     /// The joint angle of each arm at its end stop, radians.
     pub home: [f64; 3],
+    /// Whether the user stated it.
+    pub home_stated: bool,
     /// The range of the joints, radians.
     pub limits: [f64; 2],
     /// The radius of the platform, mm.
@@ -82,4 +84,16 @@ pub struct Target {
 /// To 4 decimals, without a minus before zero.
 pub(crate) fn decimals(value: f64) -> String {
     format!("{:.4}", (value * 1e4).round() / 1e4 + 0.0)
+}
+
+/// What to say of end stops that nobody stated.
+pub(crate) fn assumed_home(fitted: &Fitted) -> Option<String> {
+    let [first, ..] = fitted.home;
+    (!fitted.home_stated).then(|| {
+        format!(
+            "The end stops are taken at joint angles of {:.0}°, for --home-deg does not state them. The lines are wrong \
+             where the arms stop elsewhere.",
+            first.to_degrees()
+        )
+    })
 }

@@ -11,7 +11,7 @@ use std::fmt::Write;
 /// Columns of a line.
 const WIDTH: usize = 98;
 /// Less than this part of the gain is almost nothing.
-const ALMOST_NOTHING: f64 = 0.25;
+const ALMOST_NOTHING: f64 = 0.33;
 /// Less than this part of the gain is only some of it.
 const SOME: f64 = 0.6;
 /// A loss below this is that of rounding, mm.

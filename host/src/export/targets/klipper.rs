@@ -3,7 +3,7 @@
 use crate::export::error::ExportError;
 use crate::export::geometry::{Each, Holds};
 use crate::export::shape::ArmShape;
-use crate::export::target::{Entry, Fitted, Target, Written, decimals};
+use crate::export::target::{Entry, Fitted, Target, Written, assumed_home, decimals};
 use delta_cal::ArmIndex;
 use std::fmt::Write;
 
@@ -29,17 +29,23 @@ pub(crate) const KLIPPER: Target = Target {
          computed from the joint angle at the end stop (--home-deg)",
     ],
     source: "klippy/kinematics/rotary_delta.py and klippy/chelper/kin_rotary_delta.c of Klipper",
-    alternative: "Klipper's kinematics are a Python class with a C function: one of your own can hold all \
-                  24 parameters",
+    alternative: "a kinematics class of your own with all 24 parameters (in Klipper a Python class with a C function)",
     write,
 };
 
-/// The height of the platform on the z axis with the upper arm at an angle above horizontal.
+/// The height of the platform on the z axis with the upper arm at an angle above horizontal, mm. `None` where it
+/// has none, or where Klipper would find the arm on the other side of its line with the forearm: it takes
+/// the elbow that is further out.
 fn height_on_the_axis(arm: &ArmShape, angle: f64) -> Option<f64> {
     let (sin, cos) = angle.sin_cos();
     let out = arm.radius + arm.upper * cos;
     let square = arm.lower * arm.lower - out * out;
-    (square > 0.0).then(|| arm.height + arm.upper * sin - square.sqrt())
+    if !(square > 0.0) {
+        return None;
+    }
+    let below = arm.upper * sin - square.sqrt();
+    let towards = f64::atan2(below, -arm.radius);
+    (cos > (2.0 * towards - angle).cos()).then_some(arm.height + below)
 }
 
 fn write(fitted: &Fitted) -> Result<Written, ExportError> {
@@ -58,8 +64,8 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
         let home = fitted.home[index.index()];
         let Some(endstop) = height_on_the_axis(arm, arm.zero - home) else {
             let cause = format!(
-                "with its joint at {:.3}° (its end stop) the forearm does not reach the z axis, so that \
-                 Klipper's position_endstop has no value",
+                "with its end stop at a joint angle of {:.3}°, Klipper's position_endstop has no value: on the z axis \
+                 the elbow would not stand outwards there",
                 home.to_degrees()
             );
             return Err(ExportError::Home { arm: index, cause });
@@ -88,6 +94,6 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     Ok(Written {
         entries,
         lines,
-        warnings: Vec::new(),
+        warnings: assumed_home(fitted).into_iter().collect(),
     })
 }

@@ -2,7 +2,7 @@
 
 use crate::export::error::ExportError;
 use crate::export::geometry::{Each, Holds};
-use crate::export::target::{Entry, Fitted, Target, Written, decimals};
+use crate::export::target::{Entry, Fitted, Target, Written, assumed_home, decimals};
 use std::fmt::Write;
 
 /// `rotarydeltakins`.
@@ -26,8 +26,7 @@ pub(crate) const LINUXCNC: Target = Target {
          home offset that was in force",
     ],
     source: "src/emc/kinematics/rotarydeltakins-common.h of LinuxCNC",
-    alternative: "LinuxCNC loads a kinematics module written in C (halcompile --install): one with all 24 \
-                  parameters loses nothing",
+    alternative: "a kinematics module of your own with all 24 parameters, written in C (halcompile --install)",
     write,
 };
 
@@ -62,6 +61,6 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     Ok(Written {
         entries,
         lines,
-        warnings: Vec::new(),
+        warnings: assumed_home(fitted).into_iter().collect(),
     })
 }

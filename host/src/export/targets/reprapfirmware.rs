@@ -3,7 +3,7 @@
 use crate::export::error::ExportError;
 use crate::export::geometry::{Each, Holds};
 use crate::export::shape::{ArmShape, within_half_turn};
-use crate::export::target::{Entry, Fitted, Target, Written, decimals};
+use crate::export::target::{Entry, Fitted, Target, Written, assumed_home, decimals};
 
 /// Azimuths of the arms of X, Y and Z without a correction, degrees.
 const AZIMUTHS: [f64; 3] = [-150.0, -30.0, 90.0];
@@ -85,7 +85,7 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
             Entry::degrees(format!("M666 {axis}"), endstop),
         ]);
     }
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<_> = assumed_home(fitted).into_iter().collect();
     if arms
         .iter()
         .any(|arm| (arm.upper - first.upper).abs() > EQUAL)

@@ -14,6 +14,7 @@ use delta_cal_host::files::output;
 use delta_cal_host::render::json;
 use delta_cal_host::report::export::{self, Files};
 use delta_cal_host::{InputError, InputText, RobotFile, read_positions};
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
@@ -163,7 +164,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     }
     let mut shown = export::summary(&export, &files).join("\n") + "\n\n";
     for (path, _) in outputs {
-        shown += &format!("Written: {}\n", path.display());
+        let _ = writeln!(shown, "Written: {}", path.display());
     }
     print(&shown)
 }

@@ -141,7 +141,7 @@ pub(super) fn export(robot: &RobotFile, wanted: &Wanted) -> Export {
          closes them is to be confirmed there."
             .to_owned(),
     ];
-    if [q1, q2, q3] != [0.0; 3] {
+    if [q1, q2, q3].iter().any(|q| q.abs() > 0.0) {
         warnings.push(format!(
             "The model's joints are at 0 where the robot's are at {:.6}°, {:.6}° and {:.6}°.",
             q1.to_degrees(),

@@ -124,6 +124,12 @@ fn over(export: &Export, files: &Files<'_>) -> String {
         None => "spread over the workspace".to_owned(),
     };
     let mut text = format!("Over {} positions {place}.", loss.positions);
+    if files.nominal.is_none() {
+        text.push_str(
+            " The symmetric robot stands for the robot before calibration, because --nominal does not name it; it \
+             has the mean lengths of the calibrated robot.",
+        );
+    }
     if loss.unreached > 0 {
         let _ = write!(text, " Another {} are left out: ", loss.unreached);
         text.push_str(if export.name == "correction-table" {

@@ -54,7 +54,7 @@ pub(crate) fn klipper(lines: &str, home: Point) -> Inverse {
     let mut values = BTreeMap::new();
     for line in content(lines, "#") {
         if let Some(name) = line.strip_prefix('[') {
-            section = name.trim_end_matches(']').to_owned();
+            name.trim_end_matches(']').clone_into(&mut section);
         } else {
             let (key, value) = line.split_once(':').unwrap();
             values.insert(format!("{section} {key}"), value.trim().to_owned());
@@ -251,8 +251,11 @@ pub(crate) fn codesys(lines: &str, _home: Point) -> Inverse {
     )
 }
 
-/// Every controller: its name, how many numbers it holds, its kinematics.
-pub(crate) const ALL: [(&str, fn(&str, Point) -> Inverse); 10] = [
+/// The kinematics of the lines to paste and of the end stops' joint angles.
+pub(crate) type Read = fn(&str, Point) -> Inverse;
+
+/// Every controller and its kinematics.
+pub(crate) const ALL: [(&str, Read); 10] = [
     ("klipper", klipper),
     ("reprapfirmware", reprapfirmware),
     ("b-and-r", b_and_r),

@@ -114,11 +114,8 @@ fn the_correction_table_takes_the_robot_where_it_is_wanted() {
         folder.run(command).ok();
         let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
         let text = folder.read("table.csv");
-        let table: String = text
-            .lines()
-            .filter(|line| !line.starts_with('#'))
-            .map(|line| format!("{line}\n"))
-            .collect();
+        let lines = text.lines().filter(|line| !line.starts_with('#'));
+        let table = lines.collect::<Vec<_>>().join("\n");
         assert!(table.starts_with("x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm\n"));
         let key = |at: Point| at.map(|c| format!("{:.3}", c + 0.0)).join(",");
         let nodes: BTreeMap<_, _> = rows_of(&table)

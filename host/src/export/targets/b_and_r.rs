@@ -30,6 +30,7 @@ pub(crate) const B_AND_R: Target = Target {
     write,
 };
 
+#[allow(clippy::unnecessary_wraps)] // the type of every target's function
 fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     let mut entries = Vec::new();
     for (number, arm) in (1..).zip(&fitted.geometry.arms) {

@@ -22,8 +22,8 @@ pub(crate) const KLIPPER: Target = Target {
     comment: "#",
     conventions: &[
         "stepper_a, stepper_b and stepper_c are arms 1, 2 and 3",
-        "the joint angle is 0 with the upper arm horizontal and positive with the elbow up: Klipper's \
-         angle is zero_i − q_i",
+        "the joint angle is 0 with the upper arm horizontal and positive with the elbow up: it is \
+         φ − q of the robot file's angle q, with φ contained in position_endstop",
         "shoulder_radius is the base's radius less the platform's",
         "position_endstop is the height of the nozzle at x = y = 0 with that arm at its end stop; each is \
          computed from the joint angle at the end stop (--home-deg)",

@@ -30,6 +30,7 @@ pub(crate) const LINUXCNC: Target = Target {
     write,
 };
 
+#[allow(clippy::unnecessary_wraps)] // the type of every target's function
 fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     let geometry = &fitted.geometry;
     let first = geometry.arm_of_motor(0);

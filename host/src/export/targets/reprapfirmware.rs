@@ -35,6 +35,7 @@ pub(crate) const REPRAPFIRMWARE: Target = Target {
     write,
 };
 
+#[allow(clippy::unnecessary_wraps)] // the type of every target's function
 fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     let arms = &fitted.geometry.arms;
     let [first, ..] = arms;

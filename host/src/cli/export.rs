@@ -37,7 +37,7 @@ each controller.
 
 Examples:
   delta-cal export calibrated.toml --for klipper
-  delta-cal export calibrated.toml --for klipper --nominal robot.toml --output delta.cfg
+  delta-cal export calibrated.toml --for klipper --output delta.cfg
   delta-cal export calibrated.toml --for reprapfirmware --home-deg -52.5
   delta-cal export calibrated.toml --for sdf --output robot.sdf
   delta-cal export calibrated.toml --for correction-table --nominal robot.toml
@@ -123,7 +123,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let wanted = match &arguments.positions {
         Some(path) => {
             let rows = read_positions(&read(path, &arguments.columns)?)?;
-            Wanted::of(rows.into_iter().map(|row| row.value).collect(), true)
+            Wanted::of(rows.into_iter().map(|row| row.value).collect())
         }
         None => Wanted::in_workspace(&robot),
     };

@@ -7,7 +7,7 @@ use super::exported::Export;
 use super::fit::fit;
 use super::geometry::{Geometry, Holds};
 use super::loss::Loss;
-use super::nominal::symmetric_arms;
+use super::nominal::{nearest_symmetric, symmetric_arms};
 use super::sdf;
 use super::settings::Settings;
 use super::shape::{ArmShape, within_half_turn};
@@ -70,8 +70,7 @@ impl Case<'_> {
         if let Some(nominal) = self.nominal {
             return Ok(nominal.robot);
         }
-        let arms = symmetric_arms(&ArmShape::all(&self.robot.robot));
-        Robot::from_parameters(arms.map(|arm| arm.parameters())).map_err(|_| ExportError::Unreached)
+        nearest_symmetric(&self.robot.robot).map_err(|_| ExportError::Unreached)
     }
 
     fn controller(&self, target: &'static Target) -> Result<Export, ExportError> {

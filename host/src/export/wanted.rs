@@ -14,24 +14,21 @@ pub struct Wanted {
     pub fitted: Vec<Vector3<f64>>,
     /// Those of the stated loss, the fitted ones among them.
     pub evaluated: Vec<Vector3<f64>>,
-    /// Whether they come from a file.
-    pub from_file: bool,
 }
 
 impl Wanted {
     /// All over the workspace of a robot: evenly spread in joint space, clear of singularities.
     pub fn in_workspace(robot: &RobotFile) -> Self {
         let poses = inside(&robot.robot, &robot.reach());
-        Self::of(poses.into_iter().map(|pose| pose.position).collect(), false)
+        Self::of(poses.into_iter().map(|pose| pose.position).collect())
     }
 
     /// These.
-    pub fn of(positions: Vec<Vector3<f64>>, from_file: bool) -> Self {
+    pub fn of(positions: Vec<Vector3<f64>>) -> Self {
         let step = positions.len().div_ceil(FITTED).max(1);
         Self {
             fitted: positions.iter().copied().step_by(step).collect(),
             evaluated: positions,
-            from_file,
         }
     }
 

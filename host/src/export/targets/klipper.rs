@@ -91,9 +91,14 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
             decimals(arm.lower),
         );
     }
+    let mut warnings: Vec<_> = assumed_home(fitted).into_iter().collect();
+    if !(first.radius > 0.0 && first.height > 0.0) {
+        warnings
+            .push("Klipper takes no shoulder_radius or shoulder_height of 0 or below.".to_owned());
+    }
     Ok(Written {
         entries,
         lines,
-        warnings: assumed_home(fitted).into_iter().collect(),
+        warnings,
     })
 }

@@ -87,14 +87,18 @@ fn verdict(export: &Export) -> String {
     if loss.rms < NOTHING && export.fitted.is_none() && export.name == "sdf" {
         return "Nothing is lost: the target holds all 24 parameters.".to_owned();
     }
-    let lost = format!(
-        "Lost: {} rms, {} at worst, at x = {:.1}, y = {:.1}, z = {:.1} mm.",
-        millimetres(loss.rms),
-        millimetres(loss.worst),
-        loss.at.x,
-        loss.at.y,
-        loss.at.z
-    );
+    let lost = if loss.worst < NOTHING {
+        format!("Lost: less than {NOTHING} mm.")
+    } else {
+        format!(
+            "Lost: {} rms, {} at worst, at x = {:.1}, y = {:.1}, z = {:.1} mm.",
+            millimetres(loss.rms),
+            millimetres(loss.worst),
+            loss.at.x,
+            loss.at.y,
+            loss.at.z
+        )
+    };
     let Some(kept) = export.kept() else {
         return format!(
             "{lost} The calibrated robot is as the nominal one, so that there was nothing to gain."

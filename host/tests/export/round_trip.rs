@@ -122,6 +122,29 @@ fn the_stated_loss_is_that_of_the_lines_for_a_robot_with_one_arm_longer() {
     }
 }
 
+/// Within a small cube radii, azimuths and frame do nearly the same; the prior decides. Half a millimetre is
+/// the tolerance of the example's file.
+#[test]
+fn positions_close_together_give_parameters_near_the_robots_own() {
+    let folder = Folder::new();
+    example(&folder);
+    let mut sequence = Sequence::new(5);
+    let mut coordinate = |middle: f64| middle - 10.0 + 20.0 * sequence.uniform();
+    let wanted: Vec<Point> = (0..100)
+        .map(|_| [coordinate(0.0), coordinate(0.0), coordinate(-400.0)])
+        .collect();
+    folder.write("wanted.csv", csv(&wanted));
+    let (_, report) = export(&folder, "b-and-r", "");
+    let parameters = report["parameters"].as_array().unwrap();
+    let arms = arms_of(&folder.read("calibrated.toml"));
+    for (number, [dx, dy, ..]) in (1..).zip(arms) {
+        let name = format!("Arm{number}.Radius");
+        let own = parameters.iter().find(|own| own["name"] == name.as_str());
+        let radius = own.unwrap()["value"].as_f64().unwrap() - 25.0;
+        assert!((radius - dx.hypot(dy)).abs() < 0.5, "{name}: {radius}");
+    }
+}
+
 /// A row of each target's rms and worst.
 fn documented(robot: &str, losses: &[(f64, f64)]) {
     // From the sixth on all hold the same.

@@ -6,6 +6,7 @@ mod check;
 mod choices;
 mod device;
 mod exit_codes;
+mod export;
 mod failure;
 mod kinematics;
 mod paths;
@@ -29,6 +30,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Reproduce(arguments) => reproduce::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Workspace(arguments) => workspace::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
     };

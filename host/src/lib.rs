@@ -13,6 +13,7 @@
 //! planning     which poses to measure, and whether measured ones suffice
 //! campaign     many simulated robots, calibrated in every way that a file asks for
 //! workspace    where the robot gets, and what limits it
+//! export       what another controller can hold of a robot, and what that loses
 //! render       figures, pages, the terminal
 //! report       results for people and for programs
 //! device       a controller that calibrates itself, over its link
@@ -47,6 +48,7 @@ pub mod accuracy;
 pub mod calibration;
 pub mod campaign;
 pub mod device;
+pub mod export;
 pub mod files;
 pub mod fit;
 pub mod geometry;

@@ -3,5 +3,6 @@
 pub mod calibration;
 pub mod campaign;
 pub mod check;
+pub mod export;
 pub mod plan;
 pub mod workspace;

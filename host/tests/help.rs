@@ -4,7 +4,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 16] = [
+const COMMANDS: [&str; 17] = [
     "",
     "calibrate",
     "forward",
@@ -15,6 +15,7 @@ const COMMANDS: [&str; 16] = [
     "simulate merge",
     "reproduce",
     "workspace",
+    "export",
     "device",
     "device calibrate",
     "device status",

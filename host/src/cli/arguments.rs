@@ -4,6 +4,7 @@ use super::calibrate::{self, CalibrateArguments};
 use super::check::{self, CheckArguments};
 use super::device::DeviceArguments;
 use super::exit_codes::EXIT_CODES;
+use super::export::ExportArguments;
 use super::kinematics::{self, KinematicsArguments};
 use super::plan::{self, PlanArguments};
 use super::reproduce::{self, ReproduceArguments};
@@ -24,6 +25,7 @@ Examples:
   delta-cal simulate
   delta-cal reproduce
   delta-cal workspace robot.toml --output workspace
+  delta-cal export calibrated.toml --for klipper
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
 
 /// Calibrates Delta robots from measured positions
@@ -60,6 +62,8 @@ pub(crate) enum Command {
     Reproduce(ReproduceArguments),
     /// Compute the robot's workspace: boundary, volume, cylinders, singularities, effect of errors
     Workspace(WorkspaceArguments),
+    /// Write a calibrated robot for another controller, and say what that loses
+    Export(ExportArguments),
     /// Let a controller calibrate its robot, over the controller's serial link
     Device(DeviceArguments),
 }

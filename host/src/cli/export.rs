@@ -1,0 +1,223 @@
+//! `delta-cal export`.
+
+use super::failure::Failure;
+use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
+use super::print::print;
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use delta_cal_host::export::case::Case;
+use delta_cal_host::export::choose::{CHOICES, Choice};
+use delta_cal_host::export::error::ExportError;
+use delta_cal_host::export::settings::Settings;
+use delta_cal_host::export::wanted::Wanted;
+use delta_cal_host::files::output;
+use delta_cal_host::render::json;
+use delta_cal_host::report::export::{self, Files};
+use delta_cal_host::{InputError, InputText, RobotFile, read_positions};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+pub(crate) const HELP: &str = "\
+TARGET is one of:
+  klipper           [printer] kinematics: rotary_delta, 14 parameters
+  reprapfirmware    M669 K10 and M666, 16 parameters
+  b-and-r           B&R mapp Motion, Delta/3AxesDeltaA, 18 parameters
+  linuxcnc          rotarydeltakins with home offsets, 6 parameters
+  smoothieware      rotary_delta with M206, 7 parameters
+  fluidnc, grblhal, ucnc, delta-x, codesys
+                    four lengths, of which 3 count
+  sdf               a model for simulators, with all 24 parameters
+  correction-table  CSV x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm: position corrections
+                    for any controller
+
+No controller holds all 24 parameters. The program fits the target's parameters, and a rigid motion, so that \
+the calibrated robot is where it is wanted at the joint angles that the controller computes, and states \
+what is lost. It writes the controller's lines, with that as their comment. docs/export.md has the conventions of \
+each controller.
+
+Examples:
+  delta-cal export calibrated.toml --for klipper
+  delta-cal export calibrated.toml --for klipper --output delta.cfg
+  delta-cal export calibrated.toml --for reprapfirmware --home-deg -52.5
+  delta-cal export calibrated.toml --for sdf --output robot.sdf
+  delta-cal export calibrated.toml --for correction-table --nominal robot.toml
+
+Exit codes:
+  0  done
+  2  the command line is wrong
+  3  an input file is wrong, or the target cannot hold this robot
+  4  a file could not be written
+
+With exit codes 2 and 3 no output file is written or changed.";
+
+#[derive(Debug, Args)]
+#[command(after_help = HELP)]
+pub(crate) struct ExportArguments {
+    /// The calibrated robot
+    #[arg(value_name = "CALIBRATED.toml", value_parser = robot_path())]
+    robot: PathBuf,
+    /// What to export for; the targets are listed below
+    #[arg(long = "for", value_name = "TARGET", value_parser = PossibleValuesParser::new(CHOICES.map(|(name, _)| name)), hide_possible_values = true)]
+    target: String,
+    /// The robot before its calibration, to state what not calibrating would mean, and as the kinematics that a
+    /// correction table corrects [default: the symmetric robot nearest to the calibrated one]
+    #[arg(long, value_name = "ROBOT.toml", value_parser = robot_path())]
+    nominal: Option<PathBuf>,
+    /// Fit and state the loss at these positions, x_mm,y_mm,z_mm in the calibrated robot's frame [default:
+    /// positions spread over the workspace]
+    #[arg(long, value_name = "FILE.csv")]
+    positions: Option<PathBuf>,
+    #[command(flatten)]
+    columns: ColumnsArgument,
+    /// The joint angles at which the arms are at their end stops, as in the robot file: one for all arms, or
+    /// three [default: the smallest whole degrees at which all three can be, elbows out]
+    #[arg(long, value_name = "Q[,Q,Q]", value_delimiter = ',', value_parser = number, allow_negative_numbers = true, allow_hyphen_values = true)]
+    home_deg: Option<Vec<f64>>,
+    /// The height of the robot's origin above the controller's z = 0, where the controller holds a height
+    /// [default: the least whole number with which no position is below 0]
+    #[arg(long, value_name = "MM", value_parser = length)]
+    height: Option<f64>,
+    /// The platform's radius, for controllers that hold it beside the base's; only the difference counts
+    #[arg(long, value_name = "MM", default_value_t = 25.0, value_parser = length)]
+    platform_radius: f64,
+    /// The distance between the nodes of a correction table
+    #[arg(long, value_name = "MM", default_value_t = 25.0, value_parser = length)]
+    spacing: f64,
+    /// Write the lines to this file instead of standard output, replacing a file that exists
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Write parameters, frame and loss as JSON to this file, or with - to standard output in place of
+    /// the lines
+    #[arg(long, value_name = "FILE.json")]
+    json: Option<PathBuf>,
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("it is not a finite number".to_owned()),
+    }
+}
+
+/// A length above 0, mm.
+fn length(text: &str) -> Result<f64, String> {
+    match number(text)? {
+        value if value > 0.0 => Ok(value),
+        _ => Err("it must be above 0, in mm".to_owned()),
+    }
+}
+
+pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
+    check_paths(arguments)?;
+    let home = home(arguments.home_deg.as_deref())?;
+    let choice = CHOICES
+        .into_iter()
+        .find(|(name, _)| *name == arguments.target)
+        .map_or(Choice::Sdf, |(_, choice)| choice);
+    let text = InputText::from_file(&arguments.robot)?;
+    let robot = RobotFile::read(&text)?;
+    let nominal = match &arguments.nominal {
+        Some(path) => Some(RobotFile::read(&InputText::from_file(path)?)?),
+        None => None,
+    };
+    let wanted = match &arguments.positions {
+        Some(path) => {
+            let rows = read_positions(&read(path, &arguments.columns)?)?;
+            Wanted::of(rows.into_iter().map(|row| row.value).collect())
+        }
+        None => Wanted::in_workspace(&robot),
+    };
+    let case = Case {
+        robot: &robot,
+        nominal: nominal.as_ref(),
+        wanted: &wanted,
+        settings: Settings {
+            height: arguments.height,
+            home,
+            platform_radius: arguments.platform_radius,
+            spacing: arguments.spacing,
+        },
+    };
+    let export = case
+        .export(choice)
+        .map_err(|error| failure(&text, arguments.positions.as_deref(), &error))?;
+    let positions = arguments.positions.as_ref();
+    let positions = positions.map(|path| path.display().to_string());
+    let files = Files {
+        robot: &robot.name,
+        nominal: nominal.as_ref().map(|robot| robot.name.as_str()),
+        positions: positions.as_deref(),
+    };
+    let lines = export::text(&export, &files);
+    let json = json::text(&export::json(&export, &files));
+    let file = |path: &'_ Option<PathBuf>| path.clone().filter(|path| !is_stream(path));
+    let (to, json_to) = (file(&arguments.output), file(&arguments.json));
+    let mut outputs: Vec<(&Path, &str)> = Vec::new();
+    outputs.extend(to.as_deref().map(|path| (path, lines.as_str())));
+    outputs.extend(json_to.as_deref().map(|path| (path, json.as_str())));
+    output::write_all(&outputs)?;
+    if arguments.json.is_some() && json_to.is_none() {
+        return print(&json);
+    }
+    if to.is_none() {
+        return print(&lines);
+    }
+    let mut shown = export::summary(&export, &files).join("\n") + "\n\n";
+    for (path, _) in outputs {
+        let _ = writeln!(shown, "Written: {}", path.display());
+    }
+    print(&shown)
+}
+
+fn check_paths(arguments: &ExportArguments) -> Result<(), Failure> {
+    let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
+    let inputs = [
+        ("the robot file", Some(arguments.robot.as_path())),
+        ("the nominal robot", arguments.nominal.as_deref()),
+        ("the positions", arguments.positions.as_deref()),
+    ];
+    let remedy = "give the output another name";
+    for input in inputs {
+        refuse_same("--output", output, input, remedy)?;
+        refuse_same("--json", json, input, remedy)?;
+    }
+    refuse_same("--json", json, ("--output", output), remedy)
+}
+
+/// Radians.
+fn home(degrees: Option<&[f64]>) -> Result<Option<[f64; 3]>, Failure> {
+    Ok(match degrees {
+        None => None,
+        Some([all]) => Some([all.to_radians(); 3]),
+        Some([first, second, third]) => Some([*first, *second, *third].map(f64::to_radians)),
+        Some(_) => {
+            return Err(Failure::Usage {
+                cause: "--home-deg needs one angle, or three".to_owned(),
+                remedy: "write for example --home-deg -52.5 or --home-deg -52.5,-52.1,-52.8"
+                    .to_owned(),
+            });
+        }
+    })
+}
+
+/// Which file is at fault, and where.
+fn failure(text: &InputText, positions: Option<&Path>, error: &ExportError) -> Failure {
+    let of_positions = matches!(
+        error,
+        ExportError::TooFewPositions { .. } | ExportError::Unreached
+    );
+    let name = match positions {
+        Some(path) if of_positions => path.display().to_string(),
+        _ => text.name().to_owned(),
+    };
+    let mut fault = InputError::new(name, error.to_string()).with_remedy(error.remedy());
+    if let ExportError::CannotHold { arm, key, .. } = error {
+        let lines = text.text().lines().zip(1..);
+        let mut own = lines.filter(|(line, _)| line.trim_start().starts_with(key));
+        if let Some((_, line)) = own.nth(arm.index()) {
+            fault = fault.at_line(line);
+        }
+        fault = fault.at_key(*key);
+    }
+    fault.into()
+}

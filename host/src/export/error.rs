@@ -1,0 +1,76 @@
+//! Why a robot cannot be exported.
+
+use delta_cal::ArmIndex;
+use std::error::Error;
+use std::fmt;
+
+/// Why a target cannot hold a robot.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ExportError {
+    /// A parameter of an arm is further off than the target can make up for.
+    CannotHold {
+        /// The arm.
+        arm: ArmIndex,
+        /// The key in the robot file.
+        key: &'static str,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// The robot reaches too few positions.
+    TooFewPositions {
+        /// How many.
+        found: usize,
+    },
+    /// The kinematics of the target does not reach a position.
+    Unreached,
+    /// A correction table would be too large.
+    TooManyNodes,
+    /// The end stop of an arm stands where the target cannot state it.
+    Home {
+        /// The arm.
+        arm: ArmIndex,
+        /// What is wrong.
+        cause: String,
+    },
+}
+
+impl ExportError {
+    /// What to do next.
+    pub const fn remedy(&self) -> &'static str {
+        match self {
+            Self::CannotHold { .. } => {
+                "check the robot file; --for sdf and --for correction-table hold such a robot"
+            }
+            Self::TooFewPositions { .. } => {
+                "check [joints] in the robot file, or the positions and their frame"
+            }
+            Self::Unreached => {
+                "check the positions and their frame; the robot must reach all of them"
+            }
+            Self::TooManyNodes => "give a larger --spacing",
+            Self::Home { .. } => "give the joint angles at the end stops with --home-deg",
+        }
+    }
+}
+
+impl fmt::Display for ExportError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFewPositions { found } => write!(
+                formatter,
+                "the robot reaches {found} of the positions, and a fit needs at least 20"
+            ),
+            Self::Unreached => formatter.write_str(
+                "the target's kinematics does not reach the positions that the robot reaches",
+            ),
+            Self::TooManyNodes => {
+                formatter.write_str("the correction table would have more than two million nodes")
+            }
+            Self::CannotHold { arm, cause, .. } | Self::Home { arm, cause } => {
+                write!(formatter, "{arm}: {cause}")
+            }
+        }
+    }
+}
+
+impl Error for ExportError {}

@@ -1,0 +1,27 @@
+//! What the user states beside the robot.
+
+/// Of lengths and angles that the 24 parameters do not contain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The height of the robot's origin above z = 0 of the controller, mm; `None` for the least whole number of
+    /// millimetres with which no wanted position is below 0. Used where the controller holds a height.
+    pub height: Option<f64>,
+    /// The joint angle of each arm at its end stop, in the robot file's convention, radians; `None` for
+    /// the smallest whole degrees at which all three can be.
+    pub home: Option<[f64; 3]>,
+    /// The radius of the platform, mm. Controllers that hold it beside the base's use only the difference.
+    pub platform_radius: f64,
+    /// The distance between the nodes of a correction table, mm.
+    pub spacing: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            height: None,
+            home: None,
+            platform_radius: 25.0,
+            spacing: 25.0,
+        }
+    }
+}

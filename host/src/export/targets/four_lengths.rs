@@ -1,0 +1,218 @@
+//! Controllers that hold the same four lengths, f, e, rf and re, and nothing for each arm.
+
+use crate::export::geometry::{Each, Holds};
+use crate::export::target::{Entry, Fitted, Target, Written, decimals};
+use std::fmt::Write;
+
+/// Of the three motors, degrees.
+pub(crate) const AZIMUTHS: [f64; 3] = [-90.0, 30.0, 150.0];
+
+const HOLDS: Holds = Holds {
+    fixed_azimuths: Some(AZIMUTHS),
+    radii: Each::Shared,
+    heights: Each::Fixed,
+    upper: Each::Shared,
+    lower: Each::Shared,
+    zeros: Each::Fixed,
+};
+
+const ALTERNATIVE: &str =
+    "a correction table (--for correction-table) or a G-code filter with all 24 parameters";
+
+/// The side of the equilateral triangle around a circle, mm.
+pub(crate) fn side_of_triangle(radius: f64) -> f64 {
+    2.0 * 3f64.sqrt() * radius
+}
+
+/// The limits of FluidNC's lengths, mm.
+const FLUIDNC_LIMIT: f64 = 500.0;
+
+/// FluidNC.
+pub(crate) const FLUIDNC: Target = Target {
+    name: "fluidnc",
+    title: "FluidNC parallel_delta",
+    holds: HOLDS,
+    comment: "#",
+    conventions: &[
+        "motors X, Y and Z drive the arms at −90°, 30° and 150°",
+        "the joint angle is 0 with the crank horizontal and positive with the elbow down, in radians; one angle of \
+         homing serves all motors",
+        "base_triangle_mm and end_effector_triangle_mm are sides of triangles: 2√3 times the radii",
+        "z = 0 is the plane of the motor axes",
+    ],
+    source: "FluidNC/src/Kinematics/ParallelDelta.cpp of FluidNC",
+    alternative: ALTERNATIVE,
+    write: |fitted| {
+        let mut written = four(
+            fitted,
+            "kinematics:\n  parallel_delta:\n",
+            [
+                "crank_mm",
+                "linkage_mm",
+                "base_triangle_mm",
+                "end_effector_triangle_mm",
+            ],
+            |name, value| format!("    {name}: {value}\n"),
+        );
+        for entry in &written.entries {
+            if entry.value > FLUIDNC_LIMIT {
+                written.warnings.push(format!(
+                    "FluidNC takes no {} above {FLUIDNC_LIMIT} mm: raise the limit in ParallelDelta.cpp, or the \
+                     stated loss does not hold.",
+                    entry.name
+                ));
+            }
+        }
+        Ok(written)
+    },
+};
+
+/// grblHAL.
+pub(crate) const GRBLHAL: Target = Target {
+    name: "grblhal",
+    title: "grblHAL delta",
+    holds: HOLDS,
+    comment: ";",
+    conventions: &[
+        "motors A, B and C (axes X, Y and Z) drive the arms at −90°, 30° and 150°",
+        "the joint angle is 0 with the upper arm horizontal and positive with the elbow down; one home position serves all \
+         motors",
+        "\"Base radius\" and \"End effector radius\" are used as sides of triangles, 2√3 times the radii, whatever \
+         they are called (kinematics/delta.c, version 0.03)",
+        "z = 0 is the plane of the motor axes",
+    ],
+    source: "kinematics/delta.c of grblHAL; the numbers of the settings are to be confirmed on the machine",
+    alternative: ALTERNATIVE,
+    write: |fitted| {
+        Ok(four(
+            fitted,
+            "",
+            [
+                "Bicep length",
+                "Forearm length",
+                "Base radius",
+                "End effector radius",
+            ],
+            |name, value| format!("{name} = {value}\n"),
+        ))
+    },
+};
+
+/// µCNC.
+pub(crate) const UCNC: Target = Target {
+    name: "ucnc",
+    title: "µCNC delta",
+    holds: HOLDS,
+    comment: ";",
+    conventions: &[
+        "motors 0, 1 and 2 drive the arms at −90°, 30° and 150°",
+        "the joint angle is 0 with the upper arm horizontal and positive with the elbow down; one homing angle serves \
+         all motors",
+        "delta_base_radius and delta_effector_radius are used as sides of triangles, 2√3 times the radii, whatever \
+         they are called",
+        "z = 0 is where homing puts it: set the work offset there",
+    ],
+    source: "uCNC/src/hal/kinematics/kinematic_delta.c of µCNC; the numbers of the settings are to be confirmed on \
+             the machine",
+    alternative: ALTERNATIVE,
+    write: |fitted| {
+        Ok(four(
+            fitted,
+            "",
+            [
+                "delta_bicep_length",
+                "delta_forearm_length",
+                "delta_base_radius",
+                "delta_effector_radius",
+            ],
+            |name, value| format!("{name} = {value}\n"),
+        ))
+    },
+};
+
+/// Delta X.
+pub(crate) const DELTA_X: Target = Target {
+    name: "delta-x",
+    title: "Delta X firmware",
+    holds: HOLDS,
+    comment: "//",
+    conventions: &[
+        "Theta1, Theta2 and Theta3 drive the arms at −90°, 30° and 150°",
+        "the joint angle is 0 with the upper arm horizontal and positive with the elbow down, in degrees",
+        "RD_F and RD_E are sides of triangles: 2√3 times the radii",
+        "z = 0 is the plane of the motor axes",
+    ],
+    source: "Delta_Firmware/DeltaKinematics.cpp of Delta-X-Firmware",
+    alternative: ALTERNATIVE,
+    write: |fitted| {
+        Ok(four(
+            fitted,
+            "// Geometry.h:\n",
+            ["RD_RF", "RD_RE", "RD_F", "RD_E"],
+            |name, value| format!("#define DEFAULT_{name} {value}\n"),
+        ))
+    },
+};
+
+/// CODESYS.
+pub(crate) const CODESYS: Target = Target {
+    name: "codesys",
+    title: "CODESYS SoftMotion, tripod with rotary axes",
+    holds: HOLDS,
+    comment: "//",
+    conventions: &[
+        "to be confirmed on the machine: the azimuths of the arms; here −90°, 30° and 150°",
+        "to be confirmed on the machine: the joint angle is positive with the elbow down, and 0 with the upper \
+         arm horizontal",
+        "to be confirmed on the machine: the names; the radii are radii, not sides of triangles",
+    ],
+    source: "the controller's documentation; its source is not public, so nothing here is verified against it",
+    alternative: "a kinematics function block of your own with all 24 parameters",
+    write: |fitted| {
+        let arm = fitted.geometry.arm_of_motor(0);
+        let platform = fitted.platform_radius;
+        let entries = vec![
+            Entry::length("UpperArm", arm.upper),
+            Entry::length("LowerArm", arm.lower),
+            Entry::length("BaseRadius", arm.radius + platform),
+            Entry::length("PlatformRadius", platform),
+        ];
+        let mut lines = String::new();
+        for entry in &entries {
+            let _ = writeln!(lines, "{} := {}; // mm", entry.name, decimals(entry.value));
+        }
+        Ok(Written {
+            entries,
+            lines,
+            warnings: vec!["The names and signs are to be confirmed on the machine.".to_owned()],
+        })
+    },
+};
+
+/// Upper arm, forearm, and the triangles of base and platform under these names.
+fn four(
+    fitted: &Fitted,
+    before: &str,
+    names: [&str; 4],
+    line: fn(&str, &str) -> String,
+) -> Written {
+    let arm = fitted.geometry.arm_of_motor(0);
+    let platform = fitted.platform_radius;
+    let values = [
+        arm.upper,
+        arm.lower,
+        side_of_triangle(arm.radius + platform),
+        side_of_triangle(platform),
+    ];
+    let mut lines = before.to_owned();
+    let mut entries = Vec::new();
+    for (name, value) in names.into_iter().zip(values) {
+        lines.push_str(&line(name, &decimals(value)));
+        entries.push(Entry::length(name, value));
+    }
+    Written {
+        entries,
+        lines,
+        warnings: Vec::new(),
+    }
+}

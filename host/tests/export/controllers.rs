@@ -1,0 +1,269 @@
+//! The kinematics of each controller, from its equations in its own conventions, with the parameters read from
+//! the lines to paste.
+
+use crate::support::Point;
+use std::collections::BTreeMap;
+
+/// From a position in the controller's frame (mm) to the robot's joint angles (degrees).
+pub(crate) type Inverse = Box<dyn Fn(Point) -> Point>;
+
+/// One arm as a controller computes it: degrees and mm.
+#[derive(Clone, Copy)]
+pub(crate) struct Arm {
+    pub(crate) azimuth: f64,
+    pub(crate) radius: f64,
+    pub(crate) height: f64,
+    pub(crate) upper: f64,
+    pub(crate) lower: f64,
+}
+
+impl Arm {
+    /// The angle of the upper arm above horizontal, degrees, elbow outwards:
+    /// (x − R − U cos a)² + y² + (z − H − U sin a)² = L², x along the azimuth.
+    pub(crate) fn above_horizontal(&self, at: Point) -> f64 {
+        let (sin, cos) = self.azimuth.to_radians().sin_cos();
+        let x = at[0] * cos + at[1] * sin - self.radius;
+        let y = at[1] * cos - at[0] * sin;
+        let z = at[2] - self.height;
+        let distance = x.hypot(z);
+        let sum = x * x + y * y + z * z + self.upper.powi(2) - self.lower.powi(2);
+        let opening = (sum / (2.0 * self.upper * distance)).acos();
+        let towards = z.atan2(x);
+        let both = [towards + opening, towards - opening];
+        let outwards = both.into_iter().max_by(|a, b| a.cos().total_cmp(&b.cos()));
+        let angle = outwards.unwrap().to_degrees();
+        assert!(angle.is_finite());
+        (angle + 180.0).rem_euclid(360.0) - 180.0
+    }
+}
+
+fn number(text: &str) -> f64 {
+    text.trim().parse().unwrap_or_else(|_| panic!("{text}"))
+}
+
+/// The lines that are no comments.
+fn content<'a>(lines: &'a str, comment: &'a str) -> impl Iterator<Item = &'a str> {
+    lines
+        .lines()
+        .filter(move |line| !line.starts_with(comment) && !line.is_empty())
+}
+
+/// Klipper: `position_endstop` is a height, steps count from there, angles are positive upwards.
+pub(crate) fn klipper(lines: &str, home: Point) -> Inverse {
+    let mut section = String::new();
+    let mut values = BTreeMap::new();
+    for line in content(lines, "#") {
+        if let Some(name) = line.strip_prefix('[') {
+            name.trim_end_matches(']').clone_into(&mut section);
+        } else {
+            let (key, value) = line.split_once(':').unwrap();
+            values.insert(format!("{section} {key}"), value.trim().to_owned());
+        }
+    }
+    assert_eq!(values["printer kinematics"], "rotary_delta");
+    let arms = ["a", "b", "c"].map(|letter| {
+        let of = |key: &str| number(&values[&format!("stepper_{letter} {key}")]);
+        let arm = Arm {
+            azimuth: of("angle"),
+            radius: number(&values["printer shoulder_radius"]),
+            height: number(&values["printer shoulder_height"]),
+            upper: of("upper_arm_length"),
+            lower: of("lower_arm_length"),
+        };
+        assert!(arm.height > 0.0 && arm.radius > 0.0, "Klipper refuses this");
+        let at_endstop = arm.above_horizontal([0.0, 0.0, of("position_endstop")]);
+        (arm, at_endstop)
+    });
+    Box::new(move |at| [0, 1, 2].map(|k| home[k] - (arms[k].0.above_horizontal(at) - arms[k].1)))
+}
+
+/// RepRapFirmware: the arm is at the upper limit of A, corrected by M666, at its end stop.
+pub(crate) fn reprapfirmware(lines: &str, home: Point) -> Inverse {
+    let commands: Vec<_> = content(lines, ";").collect();
+    let words = |command: &str| -> BTreeMap<char, Vec<f64>> {
+        let line = commands.iter().find(|line| line.starts_with(command));
+        let words = line.unwrap().split_whitespace().skip(1);
+        words
+            .map(|word| {
+                let values = word[1..].split(':').map(number).collect();
+                (word.chars().next().unwrap(), values)
+            })
+            .collect()
+    };
+    let (m669, m666) = (words("M669"), words("M666"));
+    assert_eq!(m669[&'K'], [10.0]);
+    let nominal = [-150.0, -30.0, 90.0];
+    let arms = [('X', 0), ('Y', 1), ('Z', 2)].map(|(axis, k)| {
+        let arm = Arm {
+            azimuth: nominal[k] + m669[&axis][0],
+            radius: m669[&'R'][0],
+            height: m669[&'H'][k],
+            upper: m669[&'U'][k],
+            lower: m669[&'L'][k],
+        };
+        (arm, m669[&'A'][1] + m666[&axis][0])
+    });
+    Box::new(move |at| [0, 1, 2].map(|k| home[k] - (arms[k].0.above_horizontal(at) - arms[k].1)))
+}
+
+/// B&R: everything for each arm but side and tilt; the joint angle is positive downwards.
+pub(crate) fn b_and_r(lines: &str, _home: Point) -> Inverse {
+    let values: BTreeMap<_, _> = content(lines, "#")
+        .map(|line| {
+            let (name, value) = line.split_once('=').unwrap();
+            (
+                name.trim(),
+                number(value.split_whitespace().next().unwrap()),
+            )
+        })
+        .collect();
+    let arms = [1, 2, 3].map(|k| {
+        let of = |key: &str| values[format!("Arm{k}.{key}").as_str()];
+        let arm = Arm {
+            azimuth: of("Angle"),
+            radius: of("Radius") - values["Platform.Radius"],
+            height: of("Z"),
+            upper: of("UpperArm"),
+            lower: of("LowerArm"),
+        };
+        (arm, of("JointOffset"))
+    });
+    Box::new(move |at| [0, 1, 2].map(|k| arms[k].1 - arms[k].0.above_horizontal(at)))
+}
+
+/// LinuxCNC: joint 0 at −y, joint 1 at −x, joint 2 at +x; the knee is positive downwards.
+pub(crate) fn linuxcnc(lines: &str, home: Point) -> Inverse {
+    let pin = |name: &str| {
+        let start = format!("setp rotarydeltakins.{name} ");
+        number(lines.lines().find_map(|l| l.strip_prefix(&start)).unwrap())
+    };
+    let offsets: Vec<_> = lines
+        .lines()
+        .filter_map(|line| line.strip_prefix("HOME_OFFSET ="))
+        .map(number)
+        .collect();
+    let arms = [-90.0, 150.0, 30.0].map(|azimuth| Arm {
+        azimuth,
+        radius: pin("platformradius") - pin("footradius"),
+        height: 0.0,
+        upper: pin("thighlength"),
+        lower: pin("shinlength"),
+    });
+    // Counter-clockwise, joint 0 is followed by joint 2.
+    let joint_of_arm = [0, 2, 1];
+    Box::new(move |at| {
+        [0, 1, 2].map(|arm| {
+            let joint = joint_of_arm[arm];
+            home[arm] + (-arms[joint].above_horizontal(at) - offsets[joint])
+        })
+    })
+}
+
+/// f, e, rf, re: triangles with sides f and e; the angle is positive downwards.
+fn four(f: f64, e: f64, upper: f64, lower: f64, height: f64, zeros: Point) -> Inverse {
+    let arms = [-90.0, 30.0, 150.0].map(|azimuth| Arm {
+        azimuth,
+        radius: (f - e) * 30f64.to_radians().tan() / 2.0,
+        height,
+        upper,
+        lower,
+    });
+    Box::new(move |at| [0, 1, 2].map(|k| -arms[k].above_horizontal(at) - zeros[k]))
+}
+
+fn named<'a>(lines: &'a str, separator: &'a str) -> impl Fn(&str) -> f64 + 'a {
+    move |name| {
+        let own = |line: &&str| {
+            let rest = line.trim_start().strip_prefix(name);
+            rest.is_some_and(|rest| rest.starts_with(separator))
+        };
+        let line = lines.lines().find(own).unwrap_or_else(|| panic!("{name}"));
+        number(line.trim_start()[name.len() + separator.len()..].trim_end_matches("; // mm"))
+    }
+}
+
+pub(crate) fn smoothieware(lines: &str, _home: Point) -> Inverse {
+    let value = named(lines, " ");
+    let command = lines.lines().find(|line| line.starts_with("M206")).unwrap();
+    let words: Vec<_> = command.split_whitespace().skip(1).collect();
+    let zeros = [0, 1, 2].map(|k| number(&words[k][1..]));
+    let height = value("delta_z_offset") - value("tool_offset") - value("delta_ee_offs");
+    four(
+        value("delta_f"),
+        value("delta_e"),
+        value("delta_rf"),
+        value("delta_re"),
+        height,
+        zeros,
+    )
+}
+
+pub(crate) fn fluidnc(lines: &str, _home: Point) -> Inverse {
+    let value = named(lines, ": ");
+    let (f, e) = (value("base_triangle_mm"), value("end_effector_triangle_mm"));
+    four(f, e, value("crank_mm"), value("linkage_mm"), 0.0, [0.0; 3])
+}
+
+pub(crate) fn grblhal(lines: &str, _home: Point) -> Inverse {
+    let value = named(lines, " = ");
+    let (f, e) = (value("Base radius"), value("End effector radius"));
+    four(
+        f,
+        e,
+        value("Bicep length"),
+        value("Forearm length"),
+        0.0,
+        [0.0; 3],
+    )
+}
+
+pub(crate) fn ucnc(lines: &str, _home: Point) -> Inverse {
+    let value = named(lines, " = ");
+    let (f, e) = (value("delta_base_radius"), value("delta_effector_radius"));
+    let (upper, lower) = (value("delta_bicep_length"), value("delta_forearm_length"));
+    four(f, e, upper, lower, 0.0, [0.0; 3])
+}
+
+pub(crate) fn delta_x(lines: &str, _home: Point) -> Inverse {
+    let value = named(lines, " ");
+    let of = |name: &str| value(&format!("#define DEFAULT_{name}"));
+    four(
+        of("RD_F"),
+        of("RD_E"),
+        of("RD_RF"),
+        of("RD_RE"),
+        0.0,
+        [0.0; 3],
+    )
+}
+
+pub(crate) fn codesys(lines: &str, _home: Point) -> Inverse {
+    let value = named(lines, " := ");
+    let side = |name: &str| 2.0 * 3f64.sqrt() * value(name);
+    let (upper, lower) = (value("UpperArm"), value("LowerArm"));
+    four(
+        side("BaseRadius"),
+        side("PlatformRadius"),
+        upper,
+        lower,
+        0.0,
+        [0.0; 3],
+    )
+}
+
+/// The kinematics of the lines to paste and of the end stops' joint angles.
+pub(crate) type Read = fn(&str, Point) -> Inverse;
+
+/// Every controller and its kinematics.
+pub(crate) const ALL: [(&str, Read); 10] = [
+    ("klipper", klipper),
+    ("reprapfirmware", reprapfirmware),
+    ("b-and-r", b_and_r),
+    ("linuxcnc", linuxcnc),
+    ("smoothieware", smoothieware),
+    ("fluidnc", fluidnc),
+    ("grblhal", grblhal),
+    ("ucnc", ucnc),
+    ("delta-x", delta_x),
+    ("codesys", codesys),
+];

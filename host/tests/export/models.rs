@@ -1,0 +1,175 @@
+//! The targets that hold everything: the model for simulators, and the correction table.
+
+use crate::controllers::Arm;
+use crate::robots::{Sequence, csv, example, one_arm_longer, positions};
+use crate::support::{Folder, Point, arms_of, distance, platform, rows_of};
+use roxmltree::{Document, Node};
+use std::collections::BTreeMap;
+
+fn numbers(text: &str) -> Vec<f64> {
+    text.split_whitespace()
+        .map(|n| n.parse().unwrap())
+        .collect()
+}
+
+fn child<'a>(node: Node<'a, 'a>, name: &str) -> Node<'a, 'a> {
+    node.children()
+        .find(|child| child.has_tag_name(name))
+        .unwrap()
+}
+
+fn first_three(text: &str) -> Point {
+    let [x, y, z] = numbers(text)[..3] else {
+        panic!("{text}")
+    };
+    [x, y, z].map(|metres| 1000.0 * metres)
+}
+
+/// Rodrigues' formula.
+fn turned(v: Point, axis: Point, angle: f64) -> Point {
+    let (sin, cos) = angle.sin_cos();
+    let dot = v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
+    let cross = [
+        axis[1] * v[2] - axis[2] * v[1],
+        axis[2] * v[0] - axis[0] * v[2],
+        axis[0] * v[1] - axis[1] * v[0],
+    ];
+    [0, 1, 2].map(|k| v[k] * cos + cross[k] * sin + axis[k] * dot * (1.0 - cos))
+}
+
+fn difference(a: Point, b: Point) -> Point {
+    [0, 1, 2].map(|k| a[k] - b[k])
+}
+
+#[test]
+fn the_model_for_simulators_has_the_calibrated_robots_loops() {
+    for prepare in [example, one_arm_longer] {
+        let folder = Folder::new();
+        prepare(&folder);
+        folder
+            .run("export calibrated.toml --for sdf --output robot.sdf")
+            .ok();
+        let text = folder.read("robot.sdf");
+        let document = Document::parse(&text).unwrap();
+        let root = document.root_element();
+        assert!(root.has_tag_name("sdf") && root.attribute("version") == Some("1.8"));
+        let model = child(root, "model");
+        let place = |name: &str| {
+            let node = model
+                .children()
+                .find(|node| node.attribute("name") == Some(name))
+                .unwrap();
+            first_three(child(node, "pose").text().unwrap())
+        };
+        let joints: BTreeMap<_, _> = model
+            .children()
+            .filter(|node| node.has_tag_name("joint"))
+            .map(|node| (node.attribute("name").unwrap(), node))
+            .collect();
+        // Every joint joins links that are there, and three of them hold the platform.
+        let links: Vec<_> = model
+            .children()
+            .filter(|node| node.has_tag_name("link"))
+            .map(|node| node.attribute("name").unwrap())
+            .collect();
+        for joint in joints.values() {
+            for end in ["parent", "child"] {
+                let link = child(*joint, end).text().unwrap();
+                assert!(link == "world" || links.contains(&link), "{link}");
+            }
+        }
+        let holds = |node: &&Node| child(**node, "child").text() == Some("platform");
+        assert_eq!(joints.values().filter(holds).count(), 3);
+
+        let calibrated = arms_of(&folder.read("calibrated.toml"));
+        let home = place("platform");
+        for q in [[0.0; 3], [10.0, -20.0, 30.0], [55.0, 40.0, 60.0]] {
+            let is = platform(&calibrated, q);
+            for (number, q) in (1..).zip(q) {
+                let motor = place(&format!("motor_{number}"));
+                let axis = child(joints[format!("motor_{number}").as_str()], "axis");
+                let axis = numbers(child(axis, "xyz").text().unwrap());
+                let axis = [axis[0], axis[1], axis[2]];
+                let elbow = place(&format!("elbow_{number}"));
+                let upper = turned(difference(elbow, motor), axis, f64::to_radians(q));
+                let elbow_there = [0, 1, 2].map(|k| motor[k] + upper[k]);
+                // The rod is as long as in the model's own pose: the loop closes where the robot is.
+                let rod = distance(home, elbow);
+                assert!((distance(is, elbow_there) - rod).abs() < 1e-5);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_correction_table_takes_the_robot_where_it_is_wanted() {
+    for prepare in [example, one_arm_longer] {
+        let folder = Folder::new();
+        prepare(&folder);
+        let calibrated = arms_of(&folder.read("calibrated.toml"));
+        let wanted = positions(&calibrated, 200, &mut Sequence::new(3));
+        folder.write("wanted.csv", csv(&wanted));
+        let command = "export calibrated.toml --nominal robot.toml --for correction-table --positions wanted.csv \
+                       --output table.csv --json report.json";
+        folder.run(command).ok();
+        let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+        let text = folder.read("table.csv");
+        let lines = text.lines().filter(|line| !line.starts_with('#'));
+        let table = lines.collect::<Vec<_>>().join("\n");
+        assert!(table.starts_with("x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm\n"));
+        let key = |at: Point| at.map(|c| format!("{:.3}", c + 0.0)).join(",");
+        let nodes: BTreeMap<_, _> = rows_of(&table)
+            .into_iter()
+            .map(|row| (key([row[0], row[1], row[2]]), [row[3], row[4], row[5]]))
+            .collect();
+        let (mut sum, mut worst, mut count) = (0.0, 0.0, 0.0);
+        'wanted: for at in &wanted {
+            let low = at.map(|c| (c / 25.0).floor() * 25.0);
+            let mut command = *at;
+            for corner in 0..8_u32 {
+                let up = [0, 1, 2].map(|axis| f64::from(corner >> axis & 1));
+                let node = [0, 1, 2].map(|k| low[k] + 25.0 * up[k]);
+                let Some(by) = nodes.get(&key(node)) else {
+                    continue 'wanted;
+                };
+                let part = [0, 1, 2].map(|k| (at[k] - low[k]) / 25.0);
+                let weights = [0, 1, 2].map(|k| up[k] * part[k] + (1.0 - up[k]) * (1.0 - part[k]));
+                for k in 0..3 {
+                    command[k] += by[k] * weights[0] * weights[1] * weights[2];
+                }
+            }
+            let is = platform(&calibrated, inverse_of_nominal(command));
+            let off = distance(is, *at);
+            sum += off * off;
+            worst = f64::max(worst, off);
+            count += 1.0;
+        }
+        let (rms, stated) = (f64::sqrt(sum / count), &report["loss"]);
+        assert!((stated["positions"].as_f64().unwrap() - count).abs() < 0.5);
+        // Corrections are written to 0.00001 mm.
+        let near = |found: f64, key: &str| {
+            let stated = stated[key].as_f64().unwrap();
+            assert!(
+                (found - stated).abs() < f64::max(0.02 * stated, 2e-5),
+                "{found} {stated}"
+            );
+        };
+        near(rms, "rms_mm");
+        near(worst, "worst_mm");
+        assert!(rms < 0.02, "{rms}");
+    }
+}
+
+/// Joint angles of the nominal robot, degrees.
+fn inverse_of_nominal(at: Point) -> Point {
+    [0.0, 120.0, 240.0].map(|azimuth| {
+        let arm = Arm {
+            azimuth,
+            radius: 164.0,
+            height: 0.0,
+            upper: 260.0,
+            lower: 480.0,
+        };
+        -arm.above_horizontal(at)
+    })
+}

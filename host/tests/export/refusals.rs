@@ -1,0 +1,130 @@
+//! What is refused, and what is written then: nothing.
+
+use crate::robots::toml;
+use crate::support::{Folder, nominal_arms};
+
+#[test]
+fn what_cannot_be_exported_is_refused_with_place_and_cause() {
+    let folder = Folder::new();
+    let mut arms = nominal_arms();
+    folder.write("calibrated.toml", toml(&arms));
+    arms[1][4] = 20.0;
+    folder.write("tilted.toml", toml(&arms));
+    arms[1][4] = 0.0;
+    arms[2][3] = 220.0;
+    let (sin, cos) = f64::to_radians(220.0).sin_cos();
+    (arms[2][0], arms[2][1]) = (164.0 * cos, 164.0 * sin);
+    folder.write("turned.toml", toml(&arms));
+    folder.write("few.csv", "x_mm,y_mm,z_mm\n0,0,-400\n");
+    let mut far = String::from("x_mm,y_mm,z_mm\n");
+    for _ in 0..30 {
+        far += "0,0,-4000\n";
+    }
+    folder.write("far.csv", far);
+    folder.write("metres.csv", "x,y\n1,2\n");
+    let names = folder.names();
+    let cases = [
+        (
+            "tilted.toml --for klipper",
+            3,
+            "tilted.toml:15: alpha_deg: arm 2: its motor axis is tilted by 20.000°",
+        ),
+        ("tilted.toml --for b-and-r", 3, "no controller holds a tilt"),
+        ("turned.toml --for linuxcnc", 3, "theta_deg: arm "),
+        ("calibrated.toml", 2, "--for <TARGET>"),
+        (
+            "calibrated.toml --for marlin",
+            2,
+            "[possible values: klipper, reprapfirmware, b-and-r, linuxcnc, smoothieware",
+        ),
+        (
+            "calibrated.toml --for klipper --output calibrated.toml",
+            2,
+            "--output calibrated.toml is the same file as the robot file",
+        ),
+        (
+            "calibrated.toml --for klipper --json out --output out",
+            2,
+            "--json out is the same file as --output",
+        ),
+        (
+            "calibrated.toml --for klipper --home-deg 1,2",
+            2,
+            "--home-deg needs one angle, or three",
+        ),
+        (
+            "calibrated.toml --for klipper --home-deg -60",
+            3,
+            "arm 1: with its end stop at a joint angle of -60.000°",
+        ),
+        (
+            "calibrated.toml --for klipper --spacing 0",
+            2,
+            "it must be above 0",
+        ),
+        (
+            "calibrated.toml --for klipper --positions few.csv",
+            3,
+            "few.csv",
+        ),
+        (
+            "calibrated.toml --for klipper --positions far.csv",
+            3,
+            "far.csv",
+        ),
+        (
+            "calibrated.toml --for klipper --positions metres.csv",
+            3,
+            "metres.csv",
+        ),
+        (
+            "calibrated.toml --for correction-table --spacing 0.01",
+            3,
+            "more than two million nodes",
+        ),
+        (
+            "calibrated.toml --for sdf --output none/robot.sdf",
+            4,
+            "there is no folder none",
+        ),
+        ("missing.toml --for sdf", 3, "missing.toml"),
+    ];
+    for (arguments, code, cause) in cases {
+        let run = folder.run(&format!("export {arguments}"));
+        assert_eq!(run.code, code, "{arguments}: {}", run.stderr);
+        assert!(run.stderr.contains(cause), "{arguments}: {}", run.stderr);
+        assert_eq!(run.stdout, "", "{arguments}");
+        assert_eq!(folder.names(), names, "{arguments}");
+    }
+    // The same robots can be exported for what holds everything.
+    for target in ["sdf", "correction-table"] {
+        folder
+            .run(&format!("export tilted.toml --for {target}"))
+            .ok();
+    }
+    folder.run("export turned.toml --for klipper").ok();
+}
+
+#[test]
+fn arms_that_are_numbered_clockwise_keep_their_motors() {
+    let folder = Folder::new();
+    let [first, second, third] = nominal_arms();
+    folder.write("robot.toml", toml(&[first, third, second]));
+    let run = folder.run("export robot.toml --for linuxcnc").ok();
+    // LinuxCNC's joints run clockwise: joint k drives arm k + 1.
+    let arms: Vec<_> = run
+        .stdout
+        .lines()
+        .filter(|line| line.starts_with("# arm "))
+        .collect();
+    assert_eq!(arms, ["# arm 1", "# arm 2", "# arm 3"]);
+    let counter_clockwise = [first, second, third];
+    folder.write("robot.toml", toml(&counter_clockwise));
+    let run = folder.run("export robot.toml --for linuxcnc").ok();
+    let arms: Vec<_> = run
+        .stdout
+        .lines()
+        .filter(|line| line.starts_with("# arm "))
+        .collect();
+    assert_eq!(arms, ["# arm 1", "# arm 3", "# arm 2"]);
+}

@@ -4,10 +4,12 @@ mod arguments;
 mod calibrate;
 mod check;
 mod choices;
+mod completions;
 mod device;
 mod exit_codes;
 mod export;
 mod failure;
+mod init;
 mod kinematics;
 mod paths;
 mod plan;
@@ -18,7 +20,7 @@ mod simulate;
 mod workspace;
 
 use arguments::{Arguments, Command};
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use std::process::ExitCode;
 
 pub(crate) fn run() -> ExitCode {
@@ -33,6 +35,11 @@ pub(crate) fn run() -> ExitCode {
         Command::Export(arguments) => export::run(&arguments),
         Command::Workspace(arguments) => workspace::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
+        Command::Completions(arguments) => {
+            completions::completions(&arguments, Arguments::command())
+        }
+        Command::Man(arguments) => completions::man(&arguments, Arguments::command()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

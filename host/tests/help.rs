@@ -4,8 +4,9 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 17] = [
+const COMMANDS: [&str; 20] = [
     "",
+    "init",
     "calibrate",
     "forward",
     "inverse",
@@ -22,6 +23,8 @@ const COMMANDS: [&str; 17] = [
     "device parameters",
     "device revert",
     "device verify",
+    "completions",
+    "man",
 ];
 
 fn help(command: &str, columns: usize) -> String {

@@ -2,9 +2,11 @@
 
 use super::calibrate::{self, CalibrateArguments};
 use super::check::{self, CheckArguments};
+use super::completions::{self, CompletionsArguments, ManArguments};
 use super::device::DeviceArguments;
 use super::exit_codes::EXIT_CODES;
 use super::export::ExportArguments;
+use super::init::{self, InitArguments};
 use super::kinematics::{self, KinematicsArguments};
 use super::plan::{self, PlanArguments};
 use super::reproduce::{self, ReproduceArguments};
@@ -18,6 +20,7 @@ Examples:
       the built-in, simulated example
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
+  delta-cal init
   delta-cal forward calibrated.toml angles.csv
   delta-cal inverse calibrated.toml < positions.csv > angles.csv
   delta-cal plan robot.toml --count 12 --output poses.csv
@@ -39,6 +42,9 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Write a first robot file, with a comment for every key
+    #[command(after_help = init::HELP)]
+    Init(InitArguments),
     /// Find the robot's 24 geometric parameters from measured positions
     #[command(after_help = format!("{}\n\n{EXIT_CODES}", calibrate::HELP))]
     Calibrate(CalibrateArguments),
@@ -66,4 +72,10 @@ pub(crate) enum Command {
     Export(ExportArguments),
     /// Let a controller calibrate its robot, over the controller's serial link
     Device(DeviceArguments),
+    /// Print what makes a shell complete commands and options
+    #[command(after_help = completions::COMPLETIONS_HELP)]
+    Completions(CompletionsArguments),
+    /// Write manual pages, one for each command
+    #[command(after_help = completions::MAN_HELP)]
+    Man(ManArguments),
 }

@@ -1,11 +1,13 @@
 //! The robot file: geometry, joint limits, and what is known of tolerance and noise.
 
+mod draft;
 mod instruments;
 mod messages;
 mod read;
 mod schema;
 mod write;
 
+pub use draft::Draft;
 pub use instruments::{InstrumentFacts, KnownPlane, NamedPoint};
 
 use crate::geometry::reach::Reach;

@@ -111,7 +111,7 @@ fn requests<T: Bits>() -> Vec<(&'static str, Request<T>)> {
             "begin",
             Request::Begin(Begin {
                 session: SESSION,
-                tolerance: pair(0.5, 0.0078125),
+                tolerance: pair(0.5, 0.007_812_5),
                 noise: pair(0.0625, 0.0),
                 without_guess: false,
             }),
@@ -290,6 +290,7 @@ fn part<P: Serialize>(
 }
 
 /// Parts of messages, without a frame.
+#[allow(clippy::too_many_lines)] // a table
 pub(super) fn parts() -> Vec<(&'static str, Pieces)> {
     let (arm, parameter) = (ArmIndex::Second, Parameter::Lb);
     let faults = [

@@ -9,7 +9,7 @@ mod cases;
 mod described;
 mod variants;
 
-use crate::{Direction, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION, encode};
+use crate::{Direction, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION, encode, fingerprint};
 use cases::{Case, Message, SEQUENCE, cases, parts};
 use described::{Bits, Piece, Pieces};
 use serde::Serialize;
@@ -202,8 +202,7 @@ fn expected() -> BTreeMap<String, Vector> {
             expected.insert(format!("{name}-f64"), of_double);
         }
     }
-    for part in parts() {
-        let (name, pieces) = part;
+    for (name, pieces) in parts() {
         let bytes = pieces.bytes();
         let pieces = pieces.pieces;
         expected.insert(name.to_owned(), Vector { bytes, pieces });
@@ -312,32 +311,33 @@ const LONGER_OUTCOME: usize = 9 + 2;
 const LONGER_SAMPLE: usize = 3 + 4;
 
 #[test]
+fn the_checksum_is_the_one_that_the_page_names() {
+    let row = format!(
+        "| of the nine characters `123456789` | `{:08x}` |",
+        checksum(b"123456789")
+    );
+    assert!(
+        page().contains(&row),
+        "docs/protocol.md does not state {row}"
+    );
+}
+
+#[test]
 fn the_fingerprint_is_computed_as_described() {
-    let [arms_single, arms_double] = [cases::arms::<f32>().map(|arm| arm.map(f64::from)), {
-        cases::arms::<f64>()
-    }];
+    let (single, double) = (cases::arms::<f32>(), cases::arms::<f64>());
+    let page = page();
     for (name, arms, computed) in [
         (
             "f32",
-            arms_single,
-            crate::fingerprint(&cases::arms::<f32>()),
+            single.map(|arm| arm.map(f64::from)),
+            fingerprint(&single),
         ),
-        (
-            "f64",
-            arms_double,
-            crate::fingerprint(&cases::arms::<f64>()),
-        ),
+        ("f64", double, fingerprint(&double)),
     ] {
-        let bytes: Vec<u8> = arms
-            .iter()
-            .flatten()
-            .flat_map(|x| x.to_le_bytes())
-            .collect();
-        assert_eq!(checksum(&bytes), computed);
+        let values = arms.iter().flatten();
+        let bytes: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+        assert_eq!(checksum(&bytes), computed, "{name}");
         let row = format!("| `parameters-{name}` | `{computed:08x}` |");
-        assert!(
-            page().contains(&row),
-            "docs/protocol.md does not state {row}"
-        );
+        assert!(page.contains(&row), "docs/protocol.md does not state {row}");
     }
 }

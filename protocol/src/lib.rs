@@ -22,9 +22,14 @@
 #![forbid(unsafe_code)]
 #![no_std]
 
+#[cfg(test)]
+extern crate std;
+
 mod fingerprint;
 mod frame;
 mod messages;
+#[cfg(test)]
+mod page;
 
 pub use fingerprint::fingerprint;
 pub use frame::{

@@ -8,6 +8,7 @@ use delta_cal_protocol::{
     Begin, ControlLoop, Direction, Fault, LARGEST_FRAME, Origin, Parameters, Phase, Receiver,
     Request, Response, Status, encode,
 };
+use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::paper_robot;
 use std::cell::Cell;
 use std::collections::VecDeque;
@@ -52,6 +53,37 @@ impl Transport for Chatter {
 
     fn now(&self) -> Instant {
         self.start + self.elapsed
+    }
+}
+
+#[test]
+fn the_page_of_the_protocol_states_how_long_a_client_waits() {
+    let Patience {
+        timeout,
+        deadline,
+        silent_attempts,
+        attempts,
+        pause,
+        looks,
+    } = Patience::default();
+    let (timeout, pause) = (timeout.as_millis(), pause.as_millis());
+    let deadline = deadline.as_secs();
+    let looks = format!("{},{:03}", looks / 1000, looks % 1000);
+    for row in [
+        format!("| from sending a request until it is sent again | {timeout} ms |"),
+        format!("| for one request with all its repetitions | {deadline} s |"),
+        format!(
+            "| attempts in a row without any answer, then the controller counts as absent | \
+             {silent_attempts} |"
+        ),
+        format!("| attempts at one request, then the link counts as unusable | {attempts} |"),
+        format!("| between two requests for the status while the controller solves | {pause} ms |"),
+        format!(
+            "| requests for the status while the controller solves, then the solve counts as \
+             hanging | {looks} |"
+        ),
+    ] {
+        print_documented("docs/protocol.md", &row);
     }
 }
 

@@ -7,11 +7,14 @@
 
 mod cases;
 mod described;
+mod pieces;
+mod reasons;
 mod variants;
 
 use crate::{Direction, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION, encode, fingerprint};
-use cases::{Case, Message, SEQUENCE, cases, parts};
-use described::{Bits, Piece, Pieces};
+use cases::{Case, SEQUENCE, cases, parts};
+use described::Message;
+use pieces::{Bits, Piece, Pieces};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::borrow::ToOwned;

@@ -1,6 +1,7 @@
 //! The messages of which the page shows the bytes.
 
-use super::described::{Bits, Pieces};
+use super::described::Message;
+use super::pieces::{Bits, Pieces};
 use crate::{
     ArmReport, Begin, ControlLoop, Counters, Fault, Identity, Origin, ParameterSet, Parameters,
     Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status, UNKNOWN_SEQUENCE,
@@ -20,13 +21,6 @@ pub(super) const SEQUENCE: u16 = 0x1234;
 const SESSION: u32 = 300;
 const SAMPLES: u32 = 20;
 const GENERATION: u32 = 3;
-
-#[derive(Debug)]
-#[allow(clippy::large_enum_variant)] // a test
-pub(super) enum Message<T> {
-    Request(Request<T>),
-    Response(Response<T>),
-}
 
 #[derive(Debug)]
 pub(super) struct Case<T> {

@@ -5,7 +5,8 @@
 //! front door of its folder, `mod child;` and the re-export of its own children's items
 //! (`pub use child::Item`, also `pub(crate)`) are no dependencies; everything else is: a front door with
 //! code of its own that uses a child, while the child uses what the front door defines, is a cycle.
-//! What is compiled for tests alone (`#[cfg(test)]`) does not count.
+//! What is compiled for tests alone (`#[cfg(test)]`) does not count; a module for tests alone in files of its
+//! own is looked at by itself.
 //!
 //! Beside the single files, whole folders must not depend on each other in a cycle: of each module the
 //! children, each with everything below it, and its own file.
@@ -40,11 +41,20 @@ pub(crate) fn check(check: &mut Check) {
                 continue;
             }
         };
-        files.extend(found.files().map(Path::to_owned));
-        edges += found.edges().len();
-        for cycle in of_files(&found).into_iter().chain(of_folders(&found)) {
-            if reported.insert(cycle.members.clone()) {
-                check.fail(cycle.to_string());
+        let tests = match found.read_tests(&read) {
+            Ok(tests) => tests,
+            Err(error) => {
+                check.fail(error);
+                continue;
+            }
+        };
+        for part in std::iter::once(&found).chain(&tests) {
+            files.extend(part.files().map(Path::to_owned));
+            edges += part.edges().len();
+            for cycle in of_files(part).into_iter().chain(of_folders(part)) {
+                if reported.insert(cycle.members.clone()) {
+                    check.fail(cycle.to_string());
+                }
             }
         }
     }

@@ -12,6 +12,8 @@ const LONGEST_CHAIN: usize = 16;
 pub(super) struct Crate {
     modules: Vec<Module>,
     edges: Vec<Edge>,
+    /// Whether it is part of a crate, whose paths lead out of it.
+    is_part: bool,
 }
 
 #[derive(Debug)]
@@ -50,6 +52,36 @@ impl Crate {
         found.read_file(root, &folder, None, text_of)?;
         found.edges = found.find_edges();
         Ok(found)
+    }
+
+    /// Reads modules for tests alone: each by itself, for nothing else depends on them.
+    pub(super) fn read_tests(
+        &self,
+        text_of: &dyn Fn(&Path) -> Option<String>,
+    ) -> Result<Vec<Self>, String> {
+        let mut parts = Vec::new();
+        for module in &self.modules {
+            let file = module.file.as_path();
+            let around = file.parent().unwrap_or(Path::new(""));
+            let below = if module.parent.is_none() || file.ends_with("mod.rs") {
+                around.to_owned()
+            } else {
+                file.with_extension("")
+            };
+            for name in &module.scope.test_files {
+                let root = below.join(format!("{name}.rs"));
+                let mut part = Self {
+                    is_part: true,
+                    ..Self::default()
+                };
+                if text_of(&root).is_some() {
+                    part.read_file(&root, &below.join(name), None, text_of)?;
+                    part.edges = part.find_edges();
+                    parts.push(part);
+                }
+            }
+        }
+        Ok(parts)
     }
 
     /// Reads a module's file; its children's files are in `folder`. Returns the module.
@@ -196,6 +228,7 @@ impl Crate {
         let (first, rest) = path.split_first()?;
         let here = &self.modules[module];
         match first.as_str() {
+            "crate" if self.is_part => None,
             "crate" => self.below(0, rest, chain),
             "self" => self.below(module, rest, chain),
             "super" => {
@@ -352,6 +385,41 @@ mod tests {
             ("b.rs", "struct B;"),
         ]);
         assert_eq!(found, ["a.rs:2 b.rs"]);
+    }
+
+    #[test]
+    fn modules_for_tests_alone_are_read_by_themselves() {
+        let files = [
+            ("lib.rs", "mod a; pub struct B;"),
+            ("a.rs", "#[cfg(test)] mod tests; use crate::B;"),
+            (
+                "a/tests.rs",
+                "mod one; mod two; use crate::B; use one::One;",
+            ),
+            (
+                "a/tests/one.rs",
+                "use super::two::Two; use crate::B; pub struct One;",
+            ),
+            ("a/tests/two.rs", "use super::one::One; pub struct Two;"),
+        ];
+        let text_of = |path: &Path| {
+            let file = files.iter().find(|(name, _)| Path::new(name) == path);
+            file.map(|(_, text)| (*text).to_owned())
+        };
+        let whole = Crate::read(Path::new("lib.rs"), &text_of).unwrap_or_default();
+        let parts = whole.read_tests(&text_of).unwrap_or_default();
+        let edges = parts.iter().flat_map(Crate::edges);
+        let found: Vec<_> = edges
+            .map(|e| format!("{} {}", e.from.display(), e.to.display()))
+            .collect();
+        assert_eq!(
+            found,
+            [
+                "a/tests/one.rs a/tests/two.rs",
+                "a/tests/two.rs a/tests/one.rs",
+                "a/tests.rs a/tests/one.rs",
+            ]
+        );
     }
 
     #[test]

@@ -12,6 +12,8 @@ pub(super) struct Scope {
     pub(super) path: Vec<String>,
     /// Its children in files of their own, and where those are if that is stated (`#[path]`).
     pub(super) files: Vec<(String, Option<String>)>,
+    /// The same of children for tests alone.
+    pub(super) test_files: Vec<String>,
     /// The items that it defines.
     pub(super) items: BTreeSet<String>,
     pub(super) uses: Vec<Use>,
@@ -60,7 +62,9 @@ fn read(tokens: TokenStream, scope: usize, outside: bool, scopes: &mut Vec<Scope
         let continues = std::mem::take(&mut after_colons);
         match token {
             TokenTree::Punct(punct) if punct.as_char() == '#' => match tokens.next() {
-                Some(TokenTree::Group(group)) if for_tests_alone(&group) => skip_item(&mut tokens),
+                Some(TokenTree::Group(group)) if for_tests_alone(&group) => {
+                    scopes[scope].test_files.extend(skip_item(&mut tokens));
+                }
                 Some(TokenTree::Group(group)) => {
                     place = path_of(&group).or(place);
                     read(group.stream(), scope, false, scopes);
@@ -235,15 +239,26 @@ fn for_tests_alone(attribute: &Group) -> bool {
     text.starts_with("cfg(test") || text.starts_with("cfg(all(test")
 }
 
-/// Up to the semicolon or the braces that end it; those of `use` do not.
-fn skip_item(tokens: &mut Tokens) {
-    let mut is_use = false;
+/// Up to the semicolon or the braces that end it; those of `use` do not. The name of a module in a file of
+/// its own.
+fn skip_item(tokens: &mut Tokens) -> Option<String> {
+    let (mut is_use, mut module) = (false, None);
+    let mut after_mod = false;
     for token in tokens.by_ref() {
         match token {
-            TokenTree::Ident(word) => is_use |= word == "use",
-            TokenTree::Punct(punct) if punct.as_char() == ';' => return,
-            TokenTree::Group(group) if group.delimiter() == Delimiter::Brace && !is_use => return,
+            TokenTree::Ident(word) if std::mem::take(&mut after_mod) => {
+                module = Some(word.to_string())
+            }
+            TokenTree::Ident(word) => {
+                is_use |= word == "use";
+                after_mod = word == "mod";
+            }
+            TokenTree::Punct(punct) if punct.as_char() == ';' => return module,
+            TokenTree::Group(group) if group.delimiter() == Delimiter::Brace && !is_use => {
+                return None;
+            }
             _ => {}
         }
     }
+    None
 }

@@ -247,7 +247,7 @@ fn skip_item(tokens: &mut Tokens) -> Option<String> {
     for token in tokens.by_ref() {
         match token {
             TokenTree::Ident(word) if std::mem::take(&mut after_mod) => {
-                module = Some(word.to_string())
+                module = Some(word.to_string());
             }
             TokenTree::Ident(word) => {
                 is_use |= word == "use";

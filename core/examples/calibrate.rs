@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let outcome = calibrator.solve()?;
     for (index, arm) in ArmIndex::ALL.into_iter().zip(&outcome.arms) {
         println!("{index}: residuals {:.2} sigma", arm.residual_rms);
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::ROTARY {
             let sigma = arm.standard_deviation(parameter).unwrap_or(f64::NAN);
             let change = arm.arm.get(parameter) - drawn.arm(index).get(parameter);
             println!("  {:6} {change:+9.4} ± {sigma:.4}", parameter.symbol());

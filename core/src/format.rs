@@ -128,7 +128,7 @@ impl<T: Real + Format> Format for ArmOutcome<T> {
             self.termination,
             self.residual_rms,
             self.condition,
-            Parameter::ALL.map(|parameter| self.standard_deviation(parameter))
+            Parameter::ROTARY.map(|parameter| self.standard_deviation(parameter))
         );
     }
 }

@@ -15,7 +15,7 @@ mod jacobian;
 mod joint_limits;
 mod singularity_distance;
 
-pub(crate) use constraint::constraint_gradient;
+pub(crate) use constraint::{constraint_gradient, linear_gradient};
 pub use error::{KinematicsError, Singularity};
 pub use jacobian::PlatformJacobian;
 pub use joint_limits::{JointLimits, JointLimitsError};

@@ -4,15 +4,17 @@
 use crate::Real;
 use crate::calibration::Tolerance;
 use crate::kinematics::JointLimits;
-use crate::robot::{Arm, Parameter, Robot};
+use crate::robot::{Arm, Drive, Parameter, Robot};
 use crate::samples::Noise;
 use crate::stream::Forgetting;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Eight numbers, in the order of [`Parameter::ALL`].
+/// Eight numbers, in the order of [`Parameter::ROTARY`]. An arm with a linear drive is refused: eight numbers do
+/// not tell the two apart.
 impl<T: Real + Serialize> Serialize for Arm<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        rotary(self.drive())?;
         self.parameters().serialize(serializer)
     }
 }
@@ -26,6 +28,7 @@ impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Arm<T> {
 /// Three times eight numbers, as of [`Robot::parameters`].
 impl<T: Real + Serialize> Serialize for Robot<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        rotary(self.drive())?;
         self.parameters().serialize(serializer)
     }
 }
@@ -33,6 +36,13 @@ impl<T: Real + Serialize> Serialize for Robot<T> {
 impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Robot<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Self::from_parameters(Deserialize::deserialize(deserializer)?).map_err(Error::custom)
+    }
+}
+
+fn rotary<E: serde::ser::Error>(drive: Drive) -> Result<(), E> {
+    match drive {
+        Drive::Rotary => Ok(()),
+        Drive::Linear => Err(E::custom("only robots with rotary drives are serialized")),
     }
 }
 

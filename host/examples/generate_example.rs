@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let [first, second, third] = nominal.arms().map(|arm| {
         let mut parameters = arm.parameters();
-        for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {
+        for (value, parameter) in parameters.iter_mut().zip(Parameter::ROTARY) {
             let sigma = match parameter.kind() {
                 ParameterKind::Length => 0.5,
                 ParameterKind::Angle => 0.2f64.to_radians(),

@@ -193,7 +193,7 @@ pub struct Parameters<T> {
     /// have another one when they come into use again. In an answer about the nominal geometry it is
     /// the current one's, too.
     pub generation: u32,
-    /// Eight parameters an arm, in the order of [`delta_cal::Parameter::ALL`]: mm and radians.
+    /// Eight parameters an arm, in the order of [`delta_cal::Parameter::ROTARY`]: mm and radians.
     pub arms: [[T; 8]; 3],
 }
 

@@ -86,7 +86,7 @@ pub fn bound(
     }
     if let Some(tolerance) = tolerance {
         for index in 0..24 {
-            let parameter = delta_cal::Parameter::ALL[index % 8];
+            let parameter = delta_cal::Parameter::ROTARY[index % 8];
             information[(index, index)] += tolerance.of(parameter).powi(-2);
         }
     }

@@ -54,7 +54,7 @@ fn a_moved_robot_is_as_near_to_nominal_as_before() {
         assert!((motion.translation - translation).norm() < 1e-4, "{name}");
         assert!((motion.rotation - rotation).norm() < 3e-7, "{name}");
         let fixed: [f64; 24] = std::array::from_fn(|parameter| {
-            units[parameter] / tolerance().of(delta_cal::Parameter::ALL[parameter % 8])
+            units[parameter] / tolerance().of(delta_cal::Parameter::ROTARY[parameter % 8])
         });
         let cost = Prior::<f64, 24, 25, 325>::cost(&fixed, &correction);
         assert!(free.cost(&correction) < 1e-5 * cost, "{name}");
@@ -81,7 +81,7 @@ fn bound(truth: &Robot<f64>, samples: &[Sample<f64>]) -> Option<DMatrix<f64>> {
         information += jacobian.transpose() * covariance.try_inverse()? * jacobian;
     }
     for index in 0..24 {
-        let parameter = delta_cal::Parameter::ALL[index % 8];
+        let parameter = delta_cal::Parameter::ROTARY[index % 8];
         information[(index, index)] += tolerance().of(parameter).powi(-2);
     }
     let scale = DMatrix::from_diagonal(&information.diagonal().map(|entry| entry.sqrt().recip()));

@@ -37,7 +37,7 @@ fn kinematics_errors_name_arm_and_kind() {
 
 #[test]
 fn geometry_errors_name_the_parameter() {
-    for (parameter, symbol) in Parameter::ALL
+    for (parameter, symbol) in Parameter::ROTARY
         .into_iter()
         .zip(["Dx", "Dy", "Dz", "theta", "alpha", "La_x", "La_y", "Lb"])
     {

@@ -68,7 +68,7 @@ fn brute_force_bound(
         information += rows.transpose() * covariance.try_inverse().unwrap() * rows;
     }
     for index in 0..24 {
-        let sigma = tolerance.map(|tolerance| tolerance.of(Parameter::ALL[index % 8]));
+        let sigma = tolerance.map(|tolerance| tolerance.of(Parameter::ROTARY[index % 8]));
         let weight = sigma.map_or(0.0, |sigma| (sigma * unit_of(index)).powi(-2));
         information[(index, index)] += weight;
     }

@@ -65,7 +65,7 @@ fn sigmas(outcome: &RobotOutcome<f64>) -> Vec<f64> {
         .iter()
         .zip(outcome.robot.arms())
         .flat_map(|(result, _)| {
-            Parameter::ALL.map(|parameter| {
+            Parameter::ROTARY.map(|parameter| {
                 let unit = match parameter.kind() {
                     ParameterKind::Length => 1.0,
                     ParameterKind::Angle => 260.0,

@@ -88,7 +88,7 @@ fn by_rows<const N: usize>(matrix: &SMatrix<Real, N, N>) -> [[Real; N]; N] {
 fn deviations(of: impl Fn(ArmIndex, Parameter) -> Option<Real>) -> Result<[[Real; 8]; 3], Error> {
     let mut found = [[0.0; 8]; 3];
     for (row, arm) in found.iter_mut().zip(ArmIndex::ALL) {
-        for (sigma, parameter) in row.iter_mut().zip(Parameter::ALL) {
+        for (sigma, parameter) in row.iter_mut().zip(Parameter::ROTARY) {
             *sigma = of(arm, parameter).ok_or(Error::from(status::NO_COVARIANCE))?;
         }
     }

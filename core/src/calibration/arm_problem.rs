@@ -2,7 +2,7 @@ use super::free_start::{SPREAD_STARTS, free_start, spread_start};
 use super::means::{Means, spread};
 use super::problem::{Piece, Problem};
 use crate::Real;
-use crate::robot::{ArmIndex, Parameter};
+use crate::robot::{ArmIndex, Drive};
 use crate::samples::{ArmFactor, Displacement, NominalArm, Triangle, Waiting};
 use nalgebra::Vector3;
 
@@ -128,12 +128,16 @@ macro_rules! problem_of_an_arm {
             }
 
             fn unit_of(&self, parameter: usize) -> T {
-                let parameter = Parameter::ALL.get(parameter).copied();
-                parameter.map_or(T::ONE, |parameter| ArmProblem::nominal(self).unit_of(parameter))
+                let units = ArmProblem::nominal(self).units();
+                units.get(parameter).copied().unwrap_or(T::ONE)
             }
 
             fn upper_arm(&self, _: usize) -> T {
                 ArmProblem::nominal(self).arm().upper_arm_length()
+            }
+
+            fn drive(&self) -> Drive {
+                ArmProblem::nominal(self).arm().drive()
             }
         }
     };

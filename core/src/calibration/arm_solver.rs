@@ -3,6 +3,7 @@ use super::minimizer::Minimizer;
 use super::outcome::ArmOutcome;
 use super::refusal::Refusal;
 use super::settings::Settings;
+use super::tolerance::Tolerance;
 use crate::Real;
 use crate::robot::ArmIndex;
 use crate::samples::{Displacement, corrected_arm};
@@ -58,10 +59,7 @@ impl<T: Real> ArmSolver<T> {
         arm: ArmIndex,
         settings: &Settings<T>,
     ) -> Self {
-        let prior = match &settings.tolerance {
-            None => [T::ZERO; 8],
-            Some(tolerance) => tolerance.weights(problem.nominal()),
-        };
+        let prior = Tolerance::weights(settings.tolerance.as_ref(), problem.nominal());
         Self::unstarted(arm, prior, settings)
     }
 

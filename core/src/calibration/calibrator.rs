@@ -1,7 +1,7 @@
 use super::arm_problem::ArmProblem;
 use super::settings::Settings;
 use crate::Real;
-use crate::robot::{ArmIndex, Robot};
+use crate::robot::{ArmIndex, Drive, Robot};
 use crate::samples::{ArmFactor, MergeError, NominalArm, Sample, SampleError, Waiting};
 use nalgebra::Vector3;
 
@@ -39,9 +39,16 @@ pub struct RobotCalibrator<T: Real, P> {
 /// ```
 pub type Calibrator<T> = RobotCalibrator<T, ArmFactor<T>>;
 
-/// A point of the workspace from which positions are counted: the platform at equal joint angles.
+/// A point of the workspace from which positions are counted: the platform at equal joint angles, or with the
+/// carriages a forearm's length up.
 #[inline(never)]
 pub(super) fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
+    let [first, ..] = robot.arms();
+    if robot.drive() == Drive::Linear
+        && let Ok(x) = robot.forward(&[first.lb(); 3])
+    {
+        return x;
+    }
     for degrees in [20.0_f32, 0.0, 45.0, -20.0, 70.0] {
         let q = T::from_f64(f64::from(degrees)) * (T::PI / T::from_f64(180.0));
         if let Ok(x) = robot.forward(&[q; 3]) {
@@ -114,12 +121,17 @@ impl<T: Real> Calibrator<T> {
         Ok(())
     }
 
+    fn drive(&self) -> Drive {
+        let [first, ..] = &self.arms;
+        first.nominal().arm().drive()
+    }
+
     /// Whether [`add`](Self::add) would take the sample.
     ///
     /// # Errors
     /// As [`add`](Self::add).
     pub fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
-        sample.check()?;
+        sample.check(self.drive())?;
         for (factor, arm) in self.arms.iter().zip(ArmIndex::ALL) {
             factor.nominal().check(&sample.position, arm)?;
         }
@@ -137,8 +149,9 @@ impl<T: Real> Calibrator<T> {
     /// # Errors
     /// The first faulty sample's position in the sequence, and its fault; nothing is taken in.
     pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
+        let drive = self.drive();
         for (index, sample) in samples.iter().enumerate() {
-            sample.check().map_err(|error| (index, error))?;
+            sample.check(drive).map_err(|error| (index, error))?;
         }
         self.flush();
         let mut updated = self.arms;

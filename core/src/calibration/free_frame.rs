@@ -4,7 +4,7 @@ use super::calibrator::workspace_centre;
 use super::problem::Prior;
 use super::tolerance::Tolerance;
 use crate::Real;
-use crate::robot::{Arm, Parameter, Robot};
+use crate::robot::{Arm, Drive, Robot};
 use crate::samples::{Triangle, put_row};
 use nalgebra::{SMatrix, Vector3};
 
@@ -50,14 +50,15 @@ impl<T: Real> FreeFrame<T> {
     /// holds the parameters, and the frame is that in which their corrections are least.
     pub fn new(robot: &Robot<T>, units: &[T; 24], tolerance: Option<&Tolerance<T>>) -> Self {
         let centre = workspace_centre(robot);
+        let places = robot.drive().places();
         let mut weights = [T::ONE; 24];
         if let Some(tolerance) = tolerance {
-            for ((weight, unit), parameter) in weights
-                .iter_mut()
-                .zip(units)
-                .zip(Parameter::ALL.iter().cycle())
+            for ((weight, unit), parameter) in
+                weights.iter_mut().zip(units).zip(places.iter().cycle())
             {
-                *weight = *unit / tolerance.of(*parameter);
+                if let Some(parameter) = parameter {
+                    *weight = *unit / tolerance.of(*parameter);
+                }
             }
         }
         let mut motions = [[T::ZERO; 24]; 6];
@@ -65,7 +66,9 @@ impl<T: Real> FreeFrame<T> {
             let mut places = motion.iter_mut().zip(&weights).zip(units);
             for arm in robot.arms() {
                 for value in moved(arm, &centre, axis) {
-                    if let Some(((entry, weight), unit)) = places.next() {
+                    if let Some(((entry, weight), unit)) = places.next()
+                        && *unit != T::ZERO
+                    {
                         *entry = value / *unit * *weight;
                     }
                 }
@@ -81,6 +84,10 @@ impl<T: Real> FreeFrame<T> {
         };
         if tolerance.is_some() {
             prior.reduce();
+        } else {
+            // Nothing else holds the places that the arms leave empty.
+            let empty = units.map(|unit| if unit == T::ZERO { T::ONE } else { T::ZERO });
+            prior.rows = Triangle::from_diagonal(&empty, &[T::ZERO; 24]);
         }
         prior
     }
@@ -181,7 +188,13 @@ impl<T: Real> Prior<T, 24, 25, 325> for FreeFrame<T> {
     }
 
     fn unheld(&self) -> usize {
-        if self.holds() { self.motions.len() } else { 24 }
+        if self.holds() {
+            return self.motions.len();
+        }
+        let pivots = self.rows.rows().take(24);
+        pivots
+            .filter(|row| row.first().is_none_or(|pivot| *pivot == T::ZERO))
+            .count()
     }
 
     fn distance(&self, correction: &[T; 24], parameter: usize) -> T {
@@ -217,7 +230,7 @@ impl<T: Real> Prior<T, 24, 25, 325> for FreeFrame<T> {
 
 /// How an arm's parameters change with a translation along an axis (0 to 2) or a rotation about it (3 to
 /// 5). A rotation ω of the arm is one of θ about z, of α about ex and of the upper arm about the motor
-/// axis ey.
+/// axis ey; of a linear drive it leans the tower.
 fn moved<T: Real>(arm: &Arm<T>, centre: &Vector3<T>, axis: usize) -> [T; 8] {
     let mut direction = Vector3::zeros();
     if let Some(entry) = direction.get_mut(axis % 3) {
@@ -238,6 +251,19 @@ fn moved<T: Real>(arm: &Arm<T>, centre: &Vector3<T>, axis: usize) -> [T; 8] {
     }
     let basis = arm.basis();
     let d = direction.cross(&(arm.d() - centre));
+    if arm.drive() == Drive::Linear {
+        let turned = direction.cross(&basis.ez);
+        return [
+            d.x,
+            d.y,
+            d.z,
+            turned.x / basis.ex.x,
+            turned.y / basis.ey.y,
+            zero,
+            zero,
+            zero,
+        ];
+    }
     let theta = direction.dot(&basis.ez) / basis.ez.z;
     let alpha = direction.dot(&basis.ex);
     let upper_arm = direction.dot(&basis.ey) - basis.ey.z * theta;

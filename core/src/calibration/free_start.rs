@@ -2,6 +2,7 @@
 
 use super::means::Means;
 use crate::Real;
+use crate::robot::Drive;
 use crate::samples::{ArmFactor, NominalArm};
 use nalgebra::Vector3;
 
@@ -18,6 +19,9 @@ pub(crate) fn free_start<T: Real>(factor: &ArmFactor<T>) -> Option<[T; 8]> {
 /// Reads the correction δP off the difference δc of the coefficients.
 #[inline(never)]
 pub(super) fn correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -> Option<[T; 8]> {
+    if nominal.arm().drive() == Drive::Linear {
+        return linear_correction_of(nominal, delta);
+    }
     let half = T::HALF;
     let [d1, d2, d3, _, _, u1, u2, u3, v1, v2, v3, constant] = *delta;
     let delta_d = Vector3::new(d1, d2, d3) * -half;
@@ -62,6 +66,37 @@ pub(super) fn correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -
     ])
 }
 
+/// The same of a linear drive. The forearm from |D|² − Lb², the tower from v.
+fn linear_correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -> Option<[T; 8]> {
+    let half = T::HALF;
+    let [d1, d2, d3, _, _, _, _, _, v1, v2, v3, constant] = *delta;
+    let delta_d = Vector3::new(d1, d2, d3) * -half;
+    let v = nominal.v - Vector3::new(v1, v2, v3) * half;
+    let scale = v.dot(&v).square_root();
+    if !(scale > T::ZERO && scale.finite() && v.z > T::ZERO) {
+        return None;
+    }
+    let direction = v / scale;
+    let lean = |sine: T| sine.angle_over((T::ONE - sine * sine).square_root());
+    let lb_squared = nominal.lb * nominal.lb
+        + delta_d.dot(&(nominal.d * T::TWO + delta_d))
+        - constant;
+    if !(lb_squared > T::ZERO && lb_squared.finite()) {
+        return None;
+    }
+    let [_, _, _, lean_x0, lean_y0, scale0, ..] = nominal.arm().parameters();
+    Some([
+        delta_d.x,
+        delta_d.y,
+        delta_d.z,
+        lean(direction.x) - lean_x0,
+        lean(direction.y) - lean_y0,
+        scale - scale0,
+        T::ZERO,
+        lb_squared.square_root() - nominal.lb,
+    ])
+}
+
 /// Azimuths of the arms that [`spread_start`] gives.
 pub(crate) const SPREAD_STARTS: u8 = 6;
 /// Upper arm and forearm of these arms, in units of the rms distance of the samples from their mean.
@@ -73,7 +108,9 @@ const FOREARM: f64 = 1.2;
 ///
 /// The arms' azimuths are a sixth of a turn apart, their motor axes horizontal. The lengths are in proportion to the
 /// spread s of the samples, La = 0.7 s and Lb = 1.2 s, and the forearm hangs down to the mean sample at
-/// the mean joint angle: D = X̄ + Lb ez − (u cos q + v sin q). `None` if the samples have no spread.
+/// the mean joint angle: D = X̄ + Lb ez − (u cos q + v sin q). With a linear drive an upright tower stands La
+/// beside the mean sample, and its carriage is where the forearm reaches down to it. `None` if the samples have
+/// no spread.
 pub(crate) fn spread_start<T: Real>(
     nominal: &NominalArm<T>,
     means: &Means<T>,
@@ -89,6 +126,21 @@ pub(crate) fn spread_start<T: Real>(
     let turn = T::TWO * T::PI;
     let theta = turn / T::from_count(u64::from(SPREAD_STARTS)) * T::from_count(u64::from(index));
     let (sine, cosine) = theta.sine_cosine();
+    if nominal.arm().drive() == Drive::Linear {
+        let up = (lb * lb - la * la).square_root() - means.sine;
+        let delta_d = means.x + Vector3::new(la * cosine, la * sine, up) - nominal.d;
+        let [_, _, _, lean_x0, lean_y0, scale0, ..] = nominal.arm().parameters();
+        return Some([
+            delta_d.x,
+            delta_d.y,
+            delta_d.z,
+            -lean_x0,
+            -lean_y0,
+            T::ONE - scale0,
+            T::ZERO,
+            lb - nominal.lb,
+        ]);
+    }
     let outwards = la * means.cosine;
     let up = lb + la * means.sine;
     let d = means.x + Vector3::new(-(outwards * cosine), -(outwards * sine), up);

@@ -8,7 +8,7 @@ use super::problem::{Piece, Problem, damp_rows};
 use super::refusal::Refusal;
 use super::robot_solver::check_side;
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Parameter, Robot};
+use crate::robot::{Arm, ArmIndex, Drive, Robot};
 use crate::samples::{
     JOINT_COLUMNS, JointDisplacement, JointFactor, Triangle, corrected_arm, put_row, residual_of,
 };
@@ -138,16 +138,18 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
 
     fn unit_of(&self, parameter: usize) -> T {
         let arm = self.nominal_arms().get(parameter / PARAMETERS);
-        let parameter = Parameter::ALL.get(parameter % PARAMETERS);
-        match (arm, parameter) {
-            (Some(arm), Some(parameter)) => arm.unit_of(*parameter),
-            _ => T::ONE,
-        }
+        let unit = arm.and_then(|arm| arm.units().get(parameter % PARAMETERS).copied());
+        unit.unwrap_or(T::ONE)
     }
 
     fn upper_arm(&self, parameter: usize) -> T {
         let arm = self.nominal_arms().get(parameter / PARAMETERS);
         arm.map_or(T::ONE, |arm| arm.arm().upper_arm_length())
+    }
+
+    fn drive(&self) -> Drive {
+        let [first, ..] = self.nominal_arms();
+        first.arm().drive()
     }
 }
 

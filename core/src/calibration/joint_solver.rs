@@ -3,6 +3,7 @@ use super::minimizer::{Minimizer, Progress};
 use super::outcome::JointOutcome;
 use super::refusal::Refusal;
 use super::settings::Settings;
+use super::tolerance::Tolerance;
 use crate::Real;
 use crate::robot::ArmIndex;
 use crate::samples::{JointDisplacement, JointFactor};
@@ -76,16 +77,14 @@ impl<T: Real> JointSolver<T> {
     }
 }
 
-/// 1/tolerance in internal units; zeros without one.
+/// 1/tolerance in internal units; zeros without one, but for places that the arms leave empty.
 pub(crate) fn tolerance_weights<T: Real>(
     factor: &JointFactor<T>,
     settings: &Settings<T>,
 ) -> [T; 24] {
     let mut weights = [T::ZERO; 24];
-    if let Some(tolerance) = &settings.tolerance {
-        for (own, nominal) in weights.chunks_exact_mut(8).zip(factor.nominal_arms()) {
-            own.copy_from_slice(&tolerance.weights(nominal));
-        }
+    for (own, nominal) in weights.chunks_exact_mut(8).zip(factor.nominal_arms()) {
+        own.copy_from_slice(&Tolerance::weights(settings.tolerance.as_ref(), nominal));
     }
     weights
 }

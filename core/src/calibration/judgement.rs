@@ -59,7 +59,7 @@ where
         if stated {
             self.check_residual(problem)?;
         }
-        self.check_tolerances()?;
+        self.check_tolerances(problem)?;
 
         let covariance = &self.identifiability.covariance;
         let mut prior_share = [T::ZERO; N];
@@ -124,7 +124,7 @@ where
             }
         }
         Refusal::NotConverged {
-            arm: self.place(self.identifiability.weakest).0,
+            arm: self.place(problem, self.identifiability.weakest).0,
             iterations: self.iterations,
         }
     }
@@ -135,7 +135,7 @@ where
         if let Some(instrument) = problem.instrument_of(weakest) {
             return Refusal::UndeterminedInstrument(instrument);
         }
-        let (arm, parameter) = self.place(weakest);
+        let (arm, parameter) = self.place(problem, weakest);
         Refusal::Undetermined {
             arm,
             parameter,
@@ -144,12 +144,13 @@ where
     }
 
     /// Which parameter of which arm that is.
-    fn place(&self, index: usize) -> (ArmIndex, Parameter) {
+    fn place<P: Problem<T, N, M, E>>(&self, problem: &P, index: usize) -> (ArmIndex, Parameter) {
         let arm = ArmIndex::ALL.get(self.first_arm.index() + index / PARAMETERS);
-        let parameter = Parameter::ALL.get(index % PARAMETERS);
+        let places = problem.drive().places();
+        let parameter = places.get(index % PARAMETERS).copied().flatten();
         (
             arm.copied().unwrap_or(self.first_arm),
-            parameter.copied().unwrap_or(Parameter::Dx),
+            parameter.unwrap_or(Parameter::Dx),
         )
     }
 
@@ -169,7 +170,7 @@ where
         }
         let ratio = to_single((sum_of_squares / freedom).square_root());
         Err(if cost - sum_of_squares > sum_of_squares {
-            self.far_from_nominal()
+            self.far_from_nominal(problem)
         } else {
             Refusal::ResidualContradictsNoise {
                 arm: (N == PARAMETERS).then_some(self.first_arm),
@@ -178,11 +179,11 @@ where
         })
     }
 
-    fn check_tolerances(&self) -> Result<(), Refusal> {
+    fn check_tolerances<P: Problem<T, N, M, E>>(&self, problem: &P) -> Result<(), Refusal> {
         if self.farthest().1 <= T::from_f64(LARGEST_TOLERANCES) {
             Ok(())
         } else {
-            Err(self.far_from_nominal())
+            Err(self.far_from_nominal(problem))
         }
     }
 
@@ -194,10 +195,10 @@ where
     ) -> Result<(), Refusal> {
         let variances = covariance.as_slice().iter().step_by(N + 1);
         for (index, variance) in variances.enumerate().take(OF_ROBOT) {
-            let (arm, parameter) = self.place(index);
+            let (arm, parameter) = self.place(problem, index);
             let unit = match parameter.kind() {
                 ParameterKind::Length => problem.upper_arm(index),
-                ParameterKind::Angle => T::ONE,
+                ParameterKind::Angle | ParameterKind::Ratio => T::ONE,
             };
             if !(variance.square_root() <= T::from_f64(LARGEST_SIGMA) * unit) {
                 return Err(Refusal::Uncertain {
@@ -223,9 +224,9 @@ where
         farthest
     }
 
-    fn far_from_nominal(&self) -> Refusal {
+    fn far_from_nominal<P: Problem<T, N, M, E>>(&self, problem: &P) -> Refusal {
         let (index, tolerances) = self.farthest();
-        let (arm, parameter) = self.place(index);
+        let (arm, parameter) = self.place(problem, index);
         Refusal::FarFromNominal {
             arm,
             parameter,

@@ -8,7 +8,9 @@ pub struct Means<T: Real> {
     pub(crate) x: Vector3<T>,
     /// The rms distance of the samples from x.
     pub(crate) spread: T,
+    /// Of the joint angle; of a linear drive the travel in internal units.
     pub(crate) sine: T,
+    /// Of the joint angle; of a linear drive the square of its travel.
     pub(crate) cosine: T,
 }
 

@@ -1,5 +1,6 @@
 use super::instrument::Instrument;
 use crate::Real;
+use crate::robot::Drive;
 use crate::samples::{Triangle, put_row};
 
 /// What a [`Minimizer`](super::Minimizer) works on: weighted residuals r of N parameters, M = N + 1, and
@@ -48,6 +49,8 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     fn unit_of(&self, parameter: usize) -> T;
     /// The length of the upper arm that a parameter belongs to.
     fn upper_arm(&self, parameter: usize) -> T;
+    /// What stands at the places of an arm's eight parameters.
+    fn drive(&self) -> Drive;
 
     /// Whose place a parameter belongs to that is none of the robot's.
     fn instrument_of(&self, _parameter: usize) -> Option<Instrument> {

@@ -7,7 +7,7 @@ use super::outcome::{ArmOutcome, RobotOutcome};
 use super::refusal::Refusal;
 use super::settings::Settings;
 use crate::Real;
-use crate::robot::{ArmIndex, Robot};
+use crate::robot::{ArmIndex, Drive, Robot};
 use crate::samples::NominalArm;
 use nalgebra::Vector3;
 
@@ -182,7 +182,12 @@ pub(super) fn check_side<T: Real>(
         .zip(&means)
         .zip(nominal_arms)
     {
-        *elbow = arm.d() + arm.basis().u * means.cosine + arm.basis().v * means.sine;
+        *elbow = match arm.drive() {
+            Drive::Rotary => {
+                arm.d() + arm.basis().u * means.cosine + arm.basis().v * means.sine
+            }
+            Drive::Linear => arm.elbow(means.sine * nominal.scale()),
+        };
         point = means.x * nominal.scale() + nominal.centre();
     }
     let [first, second, third] = elbows;

@@ -10,6 +10,10 @@ use core::fmt;
 pub struct Tolerance<T> {
     length: T,
     angle: T,
+    #[cfg(feature = "linear")]
+    zero: T,
+    #[cfg(feature = "linear")]
+    scale: T,
 }
 
 /// Why two numbers are not a tolerance.
@@ -21,6 +25,10 @@ pub enum ToleranceError {
     Length,
     /// The tolerance of angles must be a finite number greater than 0.
     Angle,
+    /// The tolerance of the carriages' zero must be a finite number greater than 0.
+    Zero,
+    /// The tolerance of scales must be a finite number greater than 0.
+    Scale,
 }
 
 impl fmt::Display for ToleranceError {
@@ -28,6 +36,10 @@ impl fmt::Display for ToleranceError {
         formatter.write_str(match self {
             Self::Length => "the tolerance of lengths must be a finite number greater than 0",
             Self::Angle => "the tolerance of angles must be a finite number greater than 0",
+            Self::Zero => {
+                "the tolerance of the carriages' zero must be a finite number greater than 0"
+            }
+            Self::Scale => "the tolerance of scales must be a finite number greater than 0",
         })
     }
 }
@@ -35,7 +47,8 @@ impl fmt::Display for ToleranceError {
 impl core::error::Error for ToleranceError {}
 
 impl<T: Real> Tolerance<T> {
-    /// One σ of `Dx, Dy, Dz, La_x, La_y, Lb` (length) and of θ, α (radians).
+    /// One σ of `Dx, Dy, Dz, La_x, La_y, Lb` (length) and of θ, α (radians). Of linear drives the first holds
+    /// for `Dx, Dy, Dz, Lb` and the second for the leans and the scale.
     ///
     /// # Errors
     /// A number that is not finite or not positive.
@@ -46,19 +59,58 @@ impl<T: Real> Tolerance<T> {
         if !(angle > T::ZERO && angle.finite()) {
             return Err(ToleranceError::Angle);
         }
-        Ok(Self { length, angle })
+        Ok(Self {
+            length,
+            angle,
+            #[cfg(feature = "linear")]
+            zero: length,
+            #[cfg(feature = "linear")]
+            scale: angle,
+        })
     }
 
-    /// One σ of a parameter: length or radians.
+    /// The same with one σ of the carriages' zero (length), which end stops hold worse than machining, and of
+    /// the scale of their travel (no unit).
+    ///
+    /// # Errors
+    /// A number that is not finite or not positive.
+    #[cfg(feature = "linear")]
+    pub fn with_linear(mut self, zero: T, scale: T) -> Result<Self, ToleranceError> {
+        if !(zero > T::ZERO && zero.finite()) {
+            return Err(ToleranceError::Zero);
+        }
+        if !(scale > T::ZERO && scale.finite()) {
+            return Err(ToleranceError::Scale);
+        }
+        (self.zero, self.scale) = (zero, scale);
+        Ok(self)
+    }
+
+    /// One σ of a parameter: length, radians or no unit.
     pub fn of(&self, parameter: Parameter) -> T {
-        match parameter.kind() {
-            ParameterKind::Length => self.length,
-            ParameterKind::Angle => self.angle,
+        match parameter {
+            #[cfg(feature = "linear")]
+            Parameter::Zero => self.zero,
+            #[cfg(feature = "linear")]
+            Parameter::Scale => self.scale,
+            _ => match parameter.kind() {
+                ParameterKind::Length => self.length,
+                ParameterKind::Angle | ParameterKind::Ratio => self.angle,
+            },
         }
     }
 
-    /// 1/tolerance of each parameter in the nominal arm's units.
-    pub(crate) fn weights(&self, nominal: &NominalArm<T>) -> [T; 8] {
-        Parameter::ALL.map(|parameter| nominal.unit_of(parameter) / self.of(parameter))
+    /// 1/tolerance of each parameter in the nominal arm's units; zeros without one. Nothing else holds the
+    /// place that an arm leaves empty.
+    pub(crate) fn weights(tolerance: Option<&Self>, nominal: &NominalArm<T>) -> [T; 8] {
+        nominal.arm().drive().places().map(|parameter| {
+            match (parameter, tolerance) {
+                (Some(parameter), Some(tolerance)) => {
+                    nominal.unit_of(parameter) / tolerance.of(parameter)
+                }
+                (Some(_), None) => T::ZERO,
+                (None, _) => T::ONE,
+            }
+        })
     }
 }

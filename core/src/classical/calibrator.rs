@@ -21,7 +21,9 @@ impl<T: Real, const N: usize> StoredCalibrator<T, N> {
     /// # Errors
     /// A faulty number or a full store; nothing is stored.
     pub fn add(&mut self, sample: &Sample<T>) -> Result<(), StoredError> {
-        sample.check().map_err(StoredError::Sample)?;
+        sample
+            .check(self.robot().drive())
+            .map_err(StoredError::Sample)?;
         for ((stored, q), arm) in self.arms().iter().zip(sample.joints).zip(ArmIndex::ALL) {
             stored.check(&sample.position, q, arm)?;
         }

@@ -4,7 +4,7 @@ use crate::calibration::{
     ArmProblem, Linearize, Means, Normal, Piece, Problem, SPREAD_STARTS, free_start,
     problem_of_an_arm, spread_start,
 };
-use crate::robot::{ArmIndex, Parameter};
+use crate::robot::{ArmIndex, Drive};
 use crate::samples::{ArmFactor, ArmSample, Displacement, NominalArm, SampleError, Waiting};
 use core::fmt;
 use nalgebra::Vector3;

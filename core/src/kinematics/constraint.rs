@@ -1,5 +1,5 @@
 use crate::Real;
-use crate::robot::Arm;
+use crate::robot::{Arm, Drive};
 use nalgebra::{SVector, Vector3};
 
 impl<T: Real> Arm<T> {
@@ -25,14 +25,21 @@ impl<T: Real> Arm<T> {
         (x - self.elbow(q)) * T::TWO
     }
 
-    /// ∂f/∂q = −2 (X − B(q)) · B′(q). Length² per radian.
+    /// ∂f/∂q = −2 (X − B(q)) · B′(q). Length² per radian, or length with a linear drive.
     pub fn constraint_by_joint(&self, x: &Vector3<T>, q: T) -> T {
         -((x - self.elbow(q)).dot(&self.elbow_derivative(q)) * T::TWO)
     }
 
-    /// ∂f/∂P: one row of the Jacobian (3.21), in the order of [`Parameter::ALL`](crate::Parameter::ALL).
-    /// Length for a length, length² per radian for an angle.
+    /// ∂f/∂P: one row of the Jacobian (3.21), by the parameters' [places](Drive::places).
+    /// Length for a length, length² for an angle or a ratio.
     pub fn constraint_by_parameters(&self, x: &Vector3<T>, q: T) -> SVector<T, 8> {
+        if self.drive() == Drive::Linear {
+            let basis = self.basis();
+            let forearm = x - self.elbow(q);
+            return linear_gradient(
+                &basis.ex, &basis.ey, &basis.ez, self.la().0, self.lb(), &forearm, q,
+            );
+        }
         let (sin_q, cos_q) = q.sine_cosine();
         let basis = self.basis();
         let elbow = self.d() + basis.u * cos_q + basis.v * sin_q;
@@ -78,6 +85,30 @@ pub(crate) fn constraint_gradient<T: Real>(
         -(up * w.dot(ey)),
         along_ex * cos_q - along_ez * sin_q,
         along_ex * sin_q + along_ez * cos_q,
+        -(lb * T::TWO),
+    ])
+}
+
+/// The same with a linear drive, s its travel: ∂B/∂D = 1, ∂B/∂lean = s · scale · ∂n/∂lean, ∂B/∂scale = s n.
+pub(crate) fn linear_gradient<T: Real>(
+    by_lean_x: &Vector3<T>,
+    by_lean_y: &Vector3<T>,
+    direction: &Vector3<T>,
+    scale: T,
+    lb: T,
+    forearm: &Vector3<T>,
+    travel: T,
+) -> SVector<T, 8> {
+    let w = forearm * -T::TWO;
+    let scaled = travel * scale;
+    SVector::from([
+        w.x,
+        w.y,
+        w.z,
+        scaled * w.dot(by_lean_x),
+        scaled * w.dot(by_lean_y),
+        travel * w.dot(direction),
+        T::ZERO,
         -(lb * T::TWO),
     ])
 }

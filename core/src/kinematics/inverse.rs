@@ -1,6 +1,6 @@
 use super::error::{KinematicsError, Singularity};
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Robot};
+use crate::robot::{Arm, ArmIndex, Drive, Robot};
 use nalgebra::Vector3;
 
 /// Why one arm alone has no joint angle for a point.
@@ -17,6 +17,9 @@ impl<T: Real> Arm<T> {
     /// C = (|w|² + La² − Lb²)/2, so q = atan2(B, A) − acos(C/√(A²+B²)); with
     /// S = √(A² + B² − C²) that is q = atan2(BC − AS, AC + BS), which needs one function only.
     fn joint_at(&self, x: &Vector3<T>) -> Result<T, Fault> {
+        if self.drive() == Drive::Linear {
+            return self.travel_at(x);
+        }
         let w = x - self.d();
         let basis = self.basis();
         let a = basis.u.dot(&w);
@@ -39,11 +42,35 @@ impl<T: Real> Arm<T> {
         let s = root_squared.square_root();
         Ok((b * c - a * s).angle_over(a * c + b * s))
     }
+
+    /// The travel at which the forearm reaches `x` from above: |w − s v|² = Lb², w = X − D, so that
+    /// s = (v·w + √((v·w)² − |v|² (|w|² − Lb²)))/|v|².
+    fn travel_at(&self, x: &Vector3<T>) -> Result<T, Fault> {
+        let w = x - self.d();
+        let v = &self.basis().v;
+        let (along, speed_squared) = (v.dot(&w), v.dot(v));
+        // The point's distance from the tower, squared, without the difference of two large squares.
+        let beside = w - v * (along / speed_squared);
+        let lb_squared = self.lb() * self.lb();
+        let rise_squared = lb_squared - beside.dot(&beside);
+        if !(rise_squared.finite() && along.finite()) {
+            return Err(Fault::NonFinite);
+        }
+        if !(rise_squared.magnitude() > T::from_f64(16.0) * T::EPSILON * lb_squared) {
+            return Err(Fault::Serial);
+        }
+        if !(rise_squared > T::ZERO) {
+            return Err(Fault::Unreachable);
+        }
+        Ok(along / speed_squared + (rise_squared / speed_squared).square_root())
+    }
 }
 
 impl<T: Real> Robot<T> {
     /// Inverse kinematics in closed form: the joint angles (radians, in (−π, π]) at which the
     /// platform is at `x`, on the branch q = atan2(B, A) − acos(C/√(A²+B²)) of each arm.
+    ///
+    /// With linear drives it is the travel at which the carriage is above the platform.
     ///
     /// That is "elbows out" for a robot whose motor axes lie in the base plane. A pose whose arm has
     /// swung through its line with the forearm is on the other branch, and comes back with another

@@ -10,8 +10,8 @@ pub struct PlatformJacobian<T: Real> {
     /// ∂X/∂q = −(∂f/∂X)⁻¹ ∂f/∂q, the velocity Jacobian: Ẋ = by_joints · q̇. Length per radian.
     pub by_joints: Matrix3<T>,
     /// ∂X/∂Pᵢ = −(∂f/∂X)⁻¹ ∂f/∂Pᵢ of each arm, from differentiating (3.14); the printed (3.16),
-    /// (3.17) and (3.18) differ in sign. Columns in the order of
-    /// [`Parameter::ALL`](crate::Parameter::ALL); dimensionless, or length per radian.
+    /// (3.17) and (3.18) differ in sign. Columns at the
+    /// parameters' [places](crate::robot::Drive::places); dimensionless, or length per radian.
     pub by_parameters: [SMatrix<T, 3, 8>; 3],
 }
 
@@ -48,7 +48,7 @@ impl<T: Real> Robot<T> {
         let [column1, column2, column3] = inverse;
         let joint_column = |arm: &Arm<T>, q: T, column: &Vector3<T>, index: ArmIndex| {
             let by_joint = arm.constraint_by_joint(x, q);
-            let scale = arm.lb() * arm.upper_arm_length();
+            let scale = arm.lb() * arm.elbow_speed();
             if by_joint.magnitude() > T::EPSILON.square_root() * scale {
                 Ok(column * -by_joint)
             } else {

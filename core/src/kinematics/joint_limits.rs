@@ -26,7 +26,7 @@ impl fmt::Display for JointLimitsError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::NonFinite => "a joint limit is not a finite number",
-            Self::Empty => "the smallest joint angle must be below the largest",
+            Self::Empty => "the smallest joint limit must be below the largest",
             Self::TooWide => "the joint limits span more than one turn",
         })
     }
@@ -52,12 +52,27 @@ impl<T: Real> JointLimits<T> {
         Ok(Self { minimum, maximum })
     }
 
-    /// Smallest joint angle, radians.
+    /// All joints of linear drives from `minimum` to `maximum`, lengths.
+    ///
+    /// # Errors
+    /// Limits that are not finite, or empty.
+    #[cfg(feature = "linear")]
+    pub fn travel(minimum: T, maximum: T) -> Result<Self, JointLimitsError> {
+        if !(minimum.finite() && maximum.finite()) {
+            return Err(JointLimitsError::NonFinite);
+        }
+        if !(minimum < maximum) {
+            return Err(JointLimitsError::Empty);
+        }
+        Ok(Self { minimum, maximum })
+    }
+
+    /// Smallest joint angle, radians; of linear drives the smallest travel, length.
     pub fn minimum(&self) -> T {
         self.minimum
     }
 
-    /// Largest joint angle, radians.
+    /// Largest joint angle, radians; of linear drives the largest travel, length.
     pub fn maximum(&self) -> T {
         self.maximum
     }

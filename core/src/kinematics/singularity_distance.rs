@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SingularityDistance<T> {
     /// Type 1: |cosine| of the angle between each forearm and its elbow's direction of motion, 0
-    /// where upper arm and forearm are in line.
+    /// where upper arm and forearm are in line, or a forearm stands square to its tower.
     pub serial: [T; 3],
     /// Type 2: |det| of the forearms' unit vectors, the volume they span, 0 where they lie in one
     /// plane.
@@ -50,7 +50,7 @@ impl<T: Real> Robot<T> {
         let poses = self.arms().iter().zip(q);
         for ((arm, q), (forearm, serial)) in poses.zip(forearms.iter_mut().zip(&mut serial)) {
             *forearm = (x - arm.elbow(*q)) / arm.lb();
-            let tangent = arm.elbow_derivative(*q) / arm.upper_arm_length();
+            let tangent = arm.elbow_derivative(*q) / arm.elbow_speed();
             *serial = forearm.dot(&tangent).magnitude();
         }
         let [w1, w2, w3] = forearms;

@@ -5,21 +5,25 @@ use super::observation::{Distance, DistanceFrom, Height, Observation, Observatio
 use super::row::ObservationRow;
 use crate::Real;
 use crate::calibration::Instrument;
-use crate::robot::ArmIndex;
+use crate::robot::{ArmIndex, Drive};
 use crate::samples::check_joint;
 
 impl<T: Real> Observation<T> {
-    /// Whether every number is usable, and every instrument known.
+    /// Whether every number is usable for a robot with such drives, and every instrument known.
     ///
     /// # Errors
     /// The first fault found.
-    pub fn check(&self, instruments: &Instruments<'_, T>) -> Result<(), ObservationError> {
+    pub fn check(
+        &self,
+        drive: Drive,
+        instruments: &Instruments<'_, T>,
+    ) -> Result<(), ObservationError> {
         let joints = self
             .joints
             .iter()
             .chain(self.other_joints().into_iter().flatten());
         for (q, arm) in joints.zip(ArmIndex::ALL.into_iter().cycle()) {
-            check_joint(*q, arm).map_err(ObservationError::Joints)?;
+            check_joint(*q, arm, drive).map_err(ObservationError::Joints)?;
         }
         if self.readings() == 0 {
             return Err(ObservationError::Nothing);

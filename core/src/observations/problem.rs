@@ -5,7 +5,7 @@ use super::row::ObservationRow;
 use super::start::StartValues;
 use crate::Real;
 use crate::calibration::{Estimate, Instrument, Piece, Problem, Refusal, damp_rows};
-use crate::robot::{Arm, ArmIndex, Parameter, ParameterKind, Robot};
+use crate::robot::{Arm, ArmIndex, Drive, Parameter, ParameterKind, Robot};
 use crate::samples::{Triangle, moved_arm};
 
 /// Parameters of an arm.
@@ -128,7 +128,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         }
         for (index, row) in rows.iter().enumerate() {
             row.observation()
-                .check(instruments)
+                .check(robot.drive(), instruments)
                 .map_err(|error| PrepareError::Row { index, error })?;
         }
         for row in rows.iter_mut() {
@@ -160,11 +160,12 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         let mut units = [first.upper_arm_length(); N];
         let mut places = units.iter_mut();
         for arm in robot.arms() {
-            for parameter in Parameter::ALL {
+            for parameter in robot.drive().places() {
                 if let Some(unit) = places.next() {
-                    *unit = match parameter.kind() {
-                        ParameterKind::Length => arm.upper_arm_length(),
-                        ParameterKind::Angle => T::ONE,
+                    *unit = match parameter.map(Parameter::kind) {
+                        Some(ParameterKind::Length) => arm.upper_arm_length(),
+                        Some(ParameterKind::Angle | ParameterKind::Ratio) => T::ONE,
+                        None => T::ZERO,
                     };
                 }
             }
@@ -421,6 +422,10 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     fn upper_arm(&self, parameter: usize) -> T {
         let arm = self.robot.arms().get(parameter / ARM);
         arm.map_or(T::ONE, Arm::upper_arm_length)
+    }
+
+    fn drive(&self) -> Drive {
+        self.robot.drive()
     }
 
     fn instrument_of(&self, parameter: usize) -> Option<Instrument> {

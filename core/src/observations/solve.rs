@@ -6,7 +6,7 @@ use super::problem::{InstrumentsAt, ObservationProblem};
 use super::row::ObservationRow;
 use crate::Real;
 use crate::calibration::{Minimizer, Progress, Refusal, Settings};
-use crate::robot::{ArmIndex, Parameter};
+use crate::robot::ArmIndex;
 
 impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
     /// Calibrates the robot. Where the iteration from nominal leads nowhere because some pose is near a
@@ -83,11 +83,14 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
     /// unknown needs.
     pub fn prior_weights(&self, settings: &Settings<T>) -> [T; N] {
         let mut weights = [T::ZERO; N];
-        let parameters = Parameter::ALL.into_iter().cycle().take(OF_ROBOT);
-        for ((weight, unit), parameter) in weights.iter_mut().zip(self.units).zip(parameters) {
-            if let Some(tolerance) = &settings.tolerance {
-                *weight = unit / tolerance.of(parameter);
-            }
+        let places = self.robot.drive().places();
+        let places = places.into_iter().cycle().take(OF_ROBOT);
+        for ((weight, unit), parameter) in weights.iter_mut().zip(self.units).zip(places) {
+            *weight = match (parameter, &settings.tolerance) {
+                (Some(parameter), Some(tolerance)) => unit / tolerance.of(parameter),
+                (Some(_), None) => T::ZERO,
+                (None, _) => T::ONE,
+            };
         }
         let mut put = |column: usize, count: usize, sigma: T| {
             let places = weights.iter_mut().zip(self.units).skip(column).take(count);

@@ -1,9 +1,11 @@
+use super::drive::{Drive, DriveOf};
 use super::geometry_error::GeometryError;
 use super::parameter::Parameter;
 use crate::Real;
 use nalgebra::Vector3;
 
-/// The eight parameters of one arm (Model 24, paper equation (3.6)), valid by construction.
+/// The parameters of one arm, valid by construction: eight where a motor turns it (Model 24, paper
+/// equation (3.6)), seven where a carriage on a tower drives it.
 ///
 /// ```text
 /// ex = ( cos θ, sin θ, 0 )                         radial
@@ -15,6 +17,13 @@ use nalgebra::Vector3;
 ///
 /// α is read as the tilt of the motor axis. As an encoder offset it would repeat what
 /// (`La_x`, `La_y`) already hold, and the eight parameters would have rank 7.
+///
+/// With a linear drive the elbow is a carriage, and the joint its travel s:
+///
+/// ```text
+/// n    = ( sin lean_x, sin lean_y, √(1 − sin² lean_x − sin² lean_y) )      the tower's direction
+/// B(s) = D + s · scale · n
+/// ```
 ///
 /// ```
 /// use delta_cal::Parameter;
@@ -32,9 +41,12 @@ use nalgebra::Vector3;
 pub struct Arm<T: Real> {
     parameters: [T; 8],
     basis: ArmBasis<T>,
+    drive: DriveOf,
 }
 
-/// The vectors that an arm's angles determine, computed once when the arm is made.
+/// The vectors that an arm's angles determine, computed once when the arm is made. Of a linear drive: `ez` is the
+/// tower's direction, `ex` and `ey` are its derivatives by the two leans, `u` is 0 and `v` the elbow's way for a
+/// travel of 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmBasis<T: Real> {
     /// Radial direction, unit length.
@@ -50,13 +62,13 @@ pub struct ArmBasis<T: Real> {
 }
 
 impl<T: Real> Arm<T> {
-    /// The arm of these parameters, in the order of [`Parameter::ALL`]: `Dx, Dy, Dz` (length),
+    /// The arm of these parameters, in the order of [`Parameter::ROTARY`]: `Dx, Dy, Dz` (length),
     /// `θ, α` (radians), `La_x, La_y, Lb` (length).
     ///
     /// # Errors
     /// Any number that is not finite, `Lb ≤ 0`, `La_x = La_y = 0`, `|α| ≥ 90°`, `|θ| > 360°`.
     pub fn new(parameters: [T; 8]) -> Result<Self, GeometryError> {
-        for (parameter, value) in Parameter::ALL.into_iter().zip(parameters) {
+        for (parameter, value) in Parameter::ROTARY.into_iter().zip(parameters) {
             if !value.finite() {
                 return Err(GeometryError::NonFinite(parameter));
             }
@@ -99,10 +111,80 @@ impl<T: Real> Arm<T> {
                 u: ex * la_x + ez * la_y,
                 v: ex * la_y - ez * la_x,
             },
+            drive: DriveOf::ROTARY,
         })
     }
 
-    /// All eight parameters, in the order of [`Parameter::ALL`].
+    /// The arm with a linear drive of these parameters, in the order of [`Parameter::LINEAR`]: `Dx, Dy, Dz`
+    /// (length), `lean_x, lean_y` (radians), `scale`, `Lb` (length).
+    ///
+    /// # Errors
+    /// Any number that is not finite, `Lb ≤ 0`, `scale ≤ 0`, a tower that leans by 90° or more.
+    #[cfg(feature = "linear")]
+    pub fn linear(parameters: [T; 7]) -> Result<Self, GeometryError> {
+        for (parameter, value) in Parameter::LINEAR.into_iter().zip(parameters) {
+            if !value.finite() {
+                return Err(GeometryError::NonFinite(parameter));
+            }
+        }
+        let [dx, dy, dz, lean_x, lean_y, scale, lb] = parameters;
+        for (parameter, value) in [(Parameter::Lb, lb), (Parameter::Scale, scale)] {
+            if !(value > T::ZERO) {
+                return Err(GeometryError::NotPositive(parameter));
+            }
+            if !(value * value).finite() {
+                return Err(GeometryError::NonFinite(parameter));
+            }
+        }
+        if !(dx * dx + dy * dy + dz * dz).finite() {
+            return Err(GeometryError::NonFinite(Parameter::Dx));
+        }
+        if !(lean_x.magnitude() < T::PI * T::HALF && lean_y.magnitude() < T::PI * T::HALF) {
+            return Err(GeometryError::LeanTooLarge);
+        }
+        let (x, cos_x) = lean_x.sine_cosine();
+        let (y, cos_y) = lean_y.sine_cosine();
+        let z_squared = T::ONE - x * x - y * y;
+        if !(z_squared > T::EPSILON) {
+            return Err(GeometryError::LeanTooLarge);
+        }
+        let z = z_squared.square_root();
+        let direction = Vector3::new(x, y, z);
+        Ok(Self {
+            parameters: [dx, dy, dz, lean_x, lean_y, scale, T::ZERO, lb],
+            basis: ArmBasis {
+                ex: Vector3::new(cos_x, T::ZERO, -(x * cos_x / z)),
+                ey: Vector3::new(T::ZERO, cos_y, -(y * cos_y / z)),
+                ez: direction,
+                u: Vector3::zeros(),
+                v: direction * scale,
+            },
+            drive: DriveOf::LINEAR,
+        })
+    }
+
+    /// An arm with the same drive and other parameters, at their [places](Drive::places).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), or as for an arm with a linear drive.
+    pub fn with_parameters(&self, parameters: [T; 8]) -> Result<Self, GeometryError> {
+        match self.drive() {
+            #[cfg(feature = "linear")]
+            Drive::Linear => {
+                let [dx, dy, dz, lean_x, lean_y, scale, _, lb] = parameters;
+                Self::linear([dx, dy, dz, lean_x, lean_y, scale, lb])
+            }
+            _ => Self::new(parameters),
+        }
+    }
+
+    /// How the joint moves the elbow.
+    #[inline]
+    pub const fn drive(&self) -> Drive {
+        self.drive.get()
+    }
+
+    /// All parameters at their [places](Drive::places); 0 at an empty one.
     pub const fn parameters(&self) -> [T; 8] {
         self.parameters
     }
@@ -123,7 +205,7 @@ impl<T: Real> Arm<T> {
         Vector3::new(x, y, z)
     }
 
-    /// (`La_x`, `La_y`): the upper arm at joint angle 0. Length.
+    /// (`La_x`, `La_y`): the upper arm at joint angle 0, of a linear drive (`scale`, 0). Length, or no unit.
     pub fn la(&self) -> (T, T) {
         let [.., la_x, la_y, _] = self.parameters;
         (la_x, la_y)
@@ -135,22 +217,43 @@ impl<T: Real> Arm<T> {
         lb
     }
 
-    /// La = √(`La_x`² + `La_y`²): the upper arm's length.
+    /// La = √(`La_x`² + `La_y`²): the upper arm's length. An arm with a linear drive has none, and its
+    /// forearm's length stands for it.
     pub fn upper_arm_length(&self) -> T {
+        match self.drive() {
+            Drive::Rotary => self.elbow_speed(),
+            Drive::Linear => self.lb(),
+        }
+    }
+
+    /// |B′(q)|, the same everywhere: the upper arm's length, or the scale of a linear drive. Length per radian,
+    /// or no unit.
+    pub fn elbow_speed(&self) -> T {
         let (la_x, la_y) = self.la();
         (la_x * la_x + la_y * la_y).square_root()
     }
 
-    /// B(q) = D + u cos q + v sin q: the elbow, moved by the platform offset as D is. Length.
+    /// B(q) = D + u cos q + v sin q, or D + s v with a linear drive: the elbow, moved by the platform offset as
+    /// D is. Length.
     pub fn elbow(&self, q: T) -> Vector3<T> {
-        let (sin_q, cos_q) = q.sine_cosine();
-        self.d() + self.basis.u * cos_q + self.basis.v * sin_q
+        match self.drive() {
+            Drive::Rotary => {
+                let (sin_q, cos_q) = q.sine_cosine();
+                self.d() + self.basis.u * cos_q + self.basis.v * sin_q
+            }
+            Drive::Linear => self.d() + self.basis.v * q,
+        }
     }
 
-    /// B′(q) = −u sin q + v cos q. Length per radian.
+    /// B′(q) = −u sin q + v cos q, or v with a linear drive. Length per radian, or no unit.
     pub fn elbow_derivative(&self, q: T) -> Vector3<T> {
-        let (sin_q, cos_q) = q.sine_cosine();
-        self.basis.v * cos_q - self.basis.u * sin_q
+        match self.drive() {
+            Drive::Rotary => {
+                let (sin_q, cos_q) = q.sine_cosine();
+                self.basis.v * cos_q - self.basis.u * sin_q
+            }
+            Drive::Linear => self.basis.v,
+        }
     }
 
     /// The same arm in another scalar type.
@@ -158,6 +261,14 @@ impl<T: Real> Arm<T> {
     /// # Errors
     /// A [`GeometryError`] if a parameter overflows or vanishes in the narrower type.
     pub fn cast<U: Real>(&self) -> Result<Arm<U>, GeometryError> {
-        Arm::new(self.parameters.map(|value| U::from_f64(value.to_f64())))
+        let parameters = self.parameters.map(|value| U::from_f64(value.to_f64()));
+        match self.drive() {
+            #[cfg(feature = "linear")]
+            Drive::Linear => {
+                let [dx, dy, dz, lean_x, lean_y, scale, _, lb] = parameters;
+                Arm::linear([dx, dy, dz, lean_x, lean_y, scale, lb])
+            }
+            _ => Arm::new(parameters),
+        }
     }
 }

@@ -15,6 +15,10 @@ pub enum GeometryError {
     TiltTooLarge,
     /// |θ| > 360°.
     AzimuthTooLarge,
+    /// A tower lies flat: it must lean by less than 90°.
+    LeanTooLarge,
+    /// Not all three arms have the same drive.
+    MixedDrives,
     /// The base or the platform radius is negative or NaN.
     RadiusInvalid,
     /// The arms' "up" directions cancel, so that "below the base" has no meaning.
@@ -30,6 +34,10 @@ impl fmt::Display for GeometryError {
             }
             Self::TiltTooLarge => formatter.write_str("the tilt alpha must lie within ±90°"),
             Self::AzimuthTooLarge => formatter.write_str("the azimuth theta must lie within ±360°"),
+            Self::LeanTooLarge => formatter.write_str("a tower must lean by less than 90°"),
+            Self::MixedDrives => {
+                formatter.write_str("all three arms must be rotary, or all three linear")
+            }
             Self::RadiusInvalid => {
                 formatter.write_str("the base and platform radii must not be negative")
             }

@@ -1,10 +1,12 @@
 use super::arm::Arm;
 use super::arm_index::ArmIndex;
+use super::drive::Drive;
 use super::geometry_error::GeometryError;
 use crate::Real;
 use nalgebra::Vector3;
 
-/// A Delta robot: three arms that meet in the platform point. `3 × 8 = 24` parameters.
+/// A Delta robot: three arms that meet in the platform point. `3 × 8 = 24` parameters, or `3 × 7 = 21` with
+/// linear drives.
 ///
 /// Lengths are in any one unit; every length that comes out is in the same one.
 ///
@@ -32,9 +34,13 @@ impl<T: Real> Robot<T> {
     ///
     /// # Errors
     /// [`GeometryError::NoCommonUp`] if the sum of the arms' up directions is shorter than 0.3
-    /// (it is 3 for a robot whose motor axes lie in the base plane).
+    /// (it is 3 for a robot whose motor axes lie in the base plane); [`GeometryError::MixedDrives`].
     pub fn new(arms: [Arm<T>; 3]) -> Result<Self, GeometryError> {
         let robot = Self { arms };
+        let [first, second, third] = &robot.arms;
+        if first.drive() != second.drive() || first.drive() != third.drive() {
+            return Err(GeometryError::MixedDrives);
+        }
         let up = robot.up();
         if !(up.dot(&up) > T::from_f64(0.09)) {
             return Err(GeometryError::NoCommonUp);
@@ -42,7 +48,7 @@ impl<T: Real> Robot<T> {
         Ok(robot)
     }
 
-    /// The robot of 24 parameters, eight an arm in the order of [`Parameter::ALL`](crate::Parameter::ALL):
+    /// The robot of 24 parameters, eight an arm in the order of [`Parameter::ROTARY`](crate::Parameter::ROTARY):
     /// lengths, and θ and α in radians.
     ///
     /// The table can stand in a controller's flash as a constant. The robot itself cannot: it holds the
@@ -69,7 +75,28 @@ impl<T: Real> Robot<T> {
         Self::new([Arm::new(first)?, Arm::new(second)?, Arm::new(third)?])
     }
 
-    /// All 24 parameters, as [`from_parameters`](Self::from_parameters) takes them.
+    /// A robot with the same drives and other parameters, at their [places](Drive::places).
+    ///
+    /// # Errors
+    /// As [`Arm::with_parameters`] and [`Robot::new`].
+    pub fn with_parameters(&self, parameters: [[T; 8]; 3]) -> Result<Self, GeometryError> {
+        let ([one, two, three], [first, second, third]) = (&self.arms, parameters);
+        Self::new([
+            one.with_parameters(first)?,
+            two.with_parameters(second)?,
+            three.with_parameters(third)?,
+        ])
+    }
+
+    /// How the joints move the elbows.
+    #[inline]
+    pub const fn drive(&self) -> Drive {
+        let [first, ..] = &self.arms;
+        first.drive()
+    }
+
+    /// All parameters, as [`from_parameters`](Self::from_parameters) takes them; of linear drives at their
+    /// [places](Drive::places).
     pub const fn parameters(&self) -> [[T; 8]; 3] {
         let [first, second, third] = &self.arms;
         [first.parameters(), second.parameters(), third.parameters()]

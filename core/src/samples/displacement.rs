@@ -1,7 +1,7 @@
 use super::nominal_arm::{ArmSample, NominalArm};
 use crate::Real;
-use crate::kinematics::constraint_gradient;
-use crate::{robot::Arm, robot::GeometryError, robot::Parameter};
+use crate::kinematics::{constraint_gradient, linear_gradient};
+use crate::robot::{Arm, Drive, DriveOf, GeometryError};
 use nalgebra::{SVector, Vector3};
 
 /// The nominal arm moved by a correction δP, and the exact difference c(P₀ + δP) − c(P₀).
@@ -11,6 +11,7 @@ use nalgebra::{SVector, Vector3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
 pub struct Displacement<T: Real> {
+    drive: DriveOf,
     /// P₀ + δP in internal units.
     pub(crate) d: Vector3<T>,
     pub(crate) la: (T, T),
@@ -26,18 +27,16 @@ pub struct Displacement<T: Real> {
 
 impl<T: Real> Displacement<T> {
     pub(crate) fn new(nominal: &NominalArm<T>, correction: &[T; 8]) -> Self {
+        #[cfg(feature = "linear")]
+        if nominal.arm().drive() == Drive::Linear {
+            return Self::of_linear_drive(nominal, correction);
+        }
         let [dx, dy, dz, theta, alpha, delta_la_x, delta_la_y, delta_lb] = *correction;
         let basis = nominal.arm().basis();
         let (ex0, ez0) = (basis.ex, basis.ez);
         let (sin_alpha0, cos_alpha0) = (basis.ey.z, basis.ez.z);
         let tangent0 = Vector3::new(-ex0.y, ex0.x, T::ZERO);
 
-        // sin δ and 1 − cos δ = 2 sin²(δ/2), neither of which cancels for a small δ.
-        let small_turn = |angle: T| {
-            let (sine, _) = angle.sine_cosine();
-            let (half_sine, _) = (angle * T::HALF).sine_cosine();
-            (sine, T::TWO * half_sine * half_sine)
-        };
         let (sin_theta, versine_theta) = small_turn(theta);
         let (sin_alpha, versine_alpha) = small_turn(alpha);
 
@@ -66,6 +65,7 @@ impl<T: Real> Displacement<T> {
             - delta_lb * (T::TWO * nominal.lb + delta_lb);
 
         Self {
+            drive: DriveOf::ROTARY,
             d,
             la: (la_x, la_y),
             lb: nominal.lb + delta_lb,
@@ -91,6 +91,61 @@ impl<T: Real> Displacement<T> {
         }
     }
 
+    #[cfg(feature = "linear")]
+    #[inline(never)]
+    fn of_linear_drive(nominal: &NominalArm<T>, correction: &[T; 8]) -> Self {
+        let [dx, dy, dz, lean_x, lean_y, delta_scale, _, delta_lb] = *correction;
+        let [_, _, _, lean_x0, lean_y0, ..] = nominal.arm().parameters();
+        let direction0 = nominal.arm().basis().ez;
+        // sin (lean + δ) − sin lean, and cos (lean + δ).
+        let leaning = |lean: T, delta: T| {
+            let (sine0, cosine0) = lean.sine_cosine();
+            let (sine, versine) = small_turn(delta);
+            let (_, cosine) = (lean + delta).sine_cosine();
+            (cosine0 * sine - sine0 * versine, cosine)
+        };
+        let (delta_x, cos_x) = leaning(lean_x0, lean_x);
+        let (delta_y, cos_y) = leaning(lean_y0, lean_y);
+        let (x, y) = (direction0.x + delta_x, direction0.y + delta_y);
+        // z² − z₀², and z − z₀ from it.
+        let delta_z_squared = -(delta_x * (direction0.x + x) + delta_y * (direction0.y + y));
+        let z = (direction0.z * direction0.z + delta_z_squared).square_root();
+        let delta_z = delta_z_squared / (direction0.z + z);
+        let delta_direction = Vector3::new(delta_x, delta_y, delta_z);
+
+        let (scale0, _) = nominal.la;
+        let scale = scale0 + delta_scale;
+        let delta_v = delta_direction * scale + direction0 * delta_scale;
+        let delta_d = Vector3::new(dx, dy, dz);
+        let (d, v) = (nominal.d + delta_d, nominal.v + delta_v);
+        let zero = T::ZERO;
+        Self {
+            drive: DriveOf::LINEAR,
+            d,
+            la: (scale, zero),
+            lb: nominal.lb + delta_lb,
+            ex: Vector3::new(cos_x, zero, -(x * cos_x / z)),
+            ey: Vector3::new(zero, cos_y, -(y * cos_y / z)),
+            ez: Vector3::new(x, y, z),
+            u: Vector3::zeros(),
+            v,
+            coefficients: [
+                -(dx * T::TWO),
+                -(dy * T::TWO),
+                -(dz * T::TWO),
+                delta_v.dot(&(nominal.v + v)),
+                (delta_v.dot(&d) + nominal.v.dot(&delta_d)) * T::TWO,
+                zero,
+                zero,
+                zero,
+                -(delta_v.x * T::TWO),
+                -(delta_v.y * T::TWO),
+                -(delta_v.z * T::TWO),
+                delta_d.dot(&(nominal.d + d)) - delta_lb * (T::TWO * nominal.lb + delta_lb),
+            ],
+        }
+    }
+
     fn forearm(&self, sample: &ArmSample<T>) -> Vector3<T> {
         sample.x - (self.d + self.u * sample.cosine + self.v * sample.sine)
     }
@@ -104,6 +159,19 @@ impl<T: Real> Displacement<T> {
     /// One row of Jacobian (3.21) and f, both over σf.
     pub(crate) fn constraint_row(&self, sample: &ArmSample<T>) -> (SVector<T, 8>, T) {
         let forearm = self.forearm(sample);
+        if self.drive.get() == Drive::Linear {
+            let (scale, _) = self.la;
+            let gradient = linear_gradient(
+                &self.ex,
+                &self.ey,
+                &self.ez,
+                scale,
+                self.lb,
+                &forearm,
+                sample.sine,
+            );
+            return (gradient * sample.weight, self.weighted_constraint(sample));
+        }
         let gradient = constraint_gradient(
             &self.ex,
             &self.ey,
@@ -122,10 +190,26 @@ impl<T: Real> Displacement<T> {
     /// ∂(φᵀc)/∂D = 2 (φc u + φs v + φ₁ D − φx)    ∂(φᵀc)/∂u = 2 (φc D − φxc)    ∂(φᵀc)/∂v = 2 (φs D − φxs)
     /// ```
     ///
-    /// u and v turn with θ and α and grow with the upper arm, of which |u|² depends on its length alone.
+    /// u and v turn with θ and α and grow with the upper arm, of which |u|² depends on its length alone. With a
+    /// linear drive the same, but ∂(φᵀc)/∂v = 2 (φc v + φs D − φxs).
     pub(crate) fn gradient_of(&self, features: &[T; 12]) -> [T; 8] {
         let [x, y, z, cosine, sine, xc, yc, zc, xs, ys, zs, one] = *features;
         let two = T::TWO;
+        if self.drive.get() == Drive::Linear {
+            let (scale, _) = self.la;
+            let by_d = self.v * sine + self.d * one - Vector3::new(x, y, z);
+            let by_v = self.v * cosine + self.d * sine - Vector3::new(xs, ys, zs);
+            return [
+                by_d.x * two,
+                by_d.y * two,
+                by_d.z * two,
+                scale * self.ex.dot(&by_v) * two,
+                scale * self.ey.dot(&by_v) * two,
+                self.ez.dot(&by_v) * two,
+                T::ZERO,
+                -(self.lb * one * two),
+            ];
+        }
         let (la_x, la_y) = self.la;
         let sin_alpha = self.ey.z;
         let by_d = self.u * cosine + self.v * sine + self.d * one - Vector3::new(x, y, z);
@@ -151,6 +235,9 @@ impl<T: Real> Displacement<T> {
 
     /// ∂c/∂P, twelve rows of eight.
     pub(crate) fn coefficient_jacobian(&self) -> [[T; 8]; 12] {
+        if self.drive.get() == Drive::Linear {
+            return self.linear_coefficient_jacobian();
+        }
         let two = T::TWO;
         let (la_x, la_y) = self.la;
         let tangent = Vector3::new(-self.ex.y, self.ex.x, T::ZERO);
@@ -201,6 +288,51 @@ impl<T: Real> Displacement<T> {
             ],
         ]
     }
+
+    #[inline(never)]
+    fn linear_coefficient_jacobian(&self) -> [[T; 8]; 12] {
+        let two = T::TWO;
+        let (scale, _) = self.la;
+        let by_v = [self.ex * scale, self.ey * scale, self.ez].map(|derivative| derivative * two);
+        let along = |vector: &Vector3<T>| by_v.map(|derivative| derivative.dot(vector));
+        let (zero, v, d) = (T::ZERO, self.v * two, self.d * two);
+        let [vv_x, vv_y, vv_scale] = along(&self.v);
+        let [vd_x, vd_y, vd_scale] = along(&self.d);
+        let turning = |axis: usize| {
+            let [x, y, scale] = by_v.map(|derivative| -derivative[axis]);
+            [zero, zero, zero, x, y, scale, zero, zero]
+        };
+        [
+            [-two, zero, zero, zero, zero, zero, zero, zero],
+            [zero, -two, zero, zero, zero, zero, zero, zero],
+            [zero, zero, -two, zero, zero, zero, zero, zero],
+            [zero, zero, zero, vv_x, vv_y, vv_scale, zero, zero],
+            [v.x, v.y, v.z, vd_x, vd_y, vd_scale, zero, zero],
+            [zero; 8],
+            [zero; 8],
+            [zero; 8],
+            turning(0),
+            turning(1),
+            turning(2),
+            [
+                d.x,
+                d.y,
+                d.z,
+                zero,
+                zero,
+                zero,
+                zero,
+                -(self.lb * two),
+            ],
+        ]
+    }
+}
+
+/// sin δ and 1 − cos δ = 2 sin²(δ/2), neither of which cancels for a small δ.
+fn small_turn<T: Real>(angle: T) -> (T, T) {
+    let (sine, _) = angle.sine_cosine();
+    let (half_sine, _) = (angle * T::HALF).sine_cosine();
+    (sine, T::TWO * half_sine * half_sine)
 }
 
 /// The calibrated arm: nominal arm plus correction, in the user's unit.
@@ -212,8 +344,8 @@ pub(crate) fn corrected_arm<T: Real>(
     correction: &[T; 8],
 ) -> Result<Arm<T>, GeometryError> {
     let mut displacement = *correction;
-    for (delta, parameter) in displacement.iter_mut().zip(Parameter::ALL) {
-        *delta *= nominal.unit_of(parameter);
+    for (delta, unit) in displacement.iter_mut().zip(nominal.units()) {
+        *delta *= unit;
     }
     moved_arm(nominal.arm(), &displacement)
 }
@@ -229,6 +361,9 @@ pub(crate) fn moved_arm<T: Real>(
     }
     let [_, _, _, theta, .., lb] = &mut parameters;
     *lb = lb.magnitude();
+    if arm.drive() == Drive::Linear {
+        return arm.with_parameters(parameters);
+    }
     let turn = T::TWO * T::PI;
     if theta.magnitude() > turn {
         *theta -= (*theta / turn).nearest_integer() * turn;

@@ -1,7 +1,7 @@
 use super::noise::Noise;
 use super::sample::{SampleError, check_joint, check_position};
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Parameter, ParameterKind};
+use crate::robot::{Arm, ArmIndex, Drive, Parameter, ParameterKind};
 use nalgebra::Vector3;
 
 /// Number of columns of a sample's row: twelve features and the constraint at the nominal arm.
@@ -28,6 +28,13 @@ const DIRECTION: f64 = 0.01;
 /// Against the nominal arm P₀ the large terms cancel before they are rounded: the row holds φ and
 /// f(P₀), which is of the size of the robot's error, and the unknown is the small difference
 /// c(P) − c(P₀). That is what single precision needs.
+///
+/// A linear drive's constraint is linear in the same features with s² and s in the places of cos q and
+/// sin q, and coefficients of X s² that are 0:
+///
+/// ```text
+/// c(P)    = ( −2D, |v|², 2v·D, 0, −2v, |D|² − Lb² )
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NominalArm<T: Real> {
     arm: Arm<T>,
@@ -35,7 +42,7 @@ pub struct NominalArm<T: Real> {
     centre: Vector3<T>,
     scale: T,
     inverse_scale: T,
-    /// D, u, v, Lb in units of the scale, D from the centre.
+    /// D, u, v, Lb in units of the scale, D from the centre. A linear drive's v and scale have no unit.
     pub(crate) d: Vector3<T>,
     pub(crate) u: Vector3<T>,
     pub(crate) v: Vector3<T>,
@@ -43,7 +50,8 @@ pub struct NominalArm<T: Real> {
     pub(crate) lb: T,
 }
 
-/// One sample of one arm, centred and scaled, with the sine and cosine of its joint angle.
+/// One sample of one arm, centred and scaled, with the sine and cosine of its joint angle; with a linear drive
+/// its travel and the square of that in their places.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ArmSample<T: Real> {
     pub(crate) x: Vector3<T>,
@@ -95,8 +103,14 @@ impl<T: Real> NominalArm<T> {
             inverse_scale,
             d: (arm.d() - centre) * inverse_scale,
             u: arm.basis().u * inverse_scale,
-            v: arm.basis().v * inverse_scale,
-            la: (la_x * inverse_scale, la_y * inverse_scale),
+            v: match arm.drive() {
+                Drive::Rotary => arm.basis().v * inverse_scale,
+                Drive::Linear => arm.basis().v,
+            },
+            la: match arm.drive() {
+                Drive::Rotary => (la_x * inverse_scale, la_y * inverse_scale),
+                Drive::Linear => (la_x, la_y),
+            },
             lb: arm.lb() * inverse_scale,
         }
     }
@@ -148,7 +162,13 @@ impl<T: Real> NominalArm<T> {
 
     /// Centres and scales one sample, its weight 1; beside it X − B.
     fn place(&self, x: &Vector3<T>, q: T) -> (ArmSample<T>, Vector3<T>) {
-        let (sine, cosine) = q.sine_cosine();
+        let (sine, cosine) = match self.arm.drive() {
+            Drive::Rotary => q.sine_cosine(),
+            Drive::Linear => {
+                let travel = q * self.inverse_scale;
+                (travel, travel * travel)
+            }
+        };
         let x = (x - self.centre) * self.inverse_scale;
         let forearm = x - (self.d + self.u * cosine + self.v * sine);
         let sample = ArmSample {
@@ -168,6 +188,9 @@ impl<T: Real> NominalArm<T> {
 
     /// −∂f/∂q.
     fn by_joint(&self, sample: &ArmSample<T>, forearm: &Vector3<T>) -> T {
+        if self.arm.drive() == Drive::Linear {
+            return T::TWO * forearm.dot(&self.v) * self.inverse_scale;
+        }
         T::TWO * forearm.dot(&(self.v * sample.cosine - self.u * sample.sine))
     }
 
@@ -218,7 +241,7 @@ impl<T: Real> NominalArm<T> {
         q: T,
         arm: ArmIndex,
     ) -> Result<ArmSample<T>, SampleError> {
-        check_joint(q, arm)?;
+        check_joint(q, arm, self.arm.drive())?;
         self.check(x, arm)?;
         Ok(self.prepare(x, q))
     }
@@ -234,8 +257,8 @@ impl<T: Real> NominalArm<T> {
 
     /// User units to internal: lengths divided by the scale.
     pub(crate) fn in_internal_units(&self, mut values: [T; 8]) -> [T; 8] {
-        for (value, parameter) in values.iter_mut().zip(Parameter::ALL) {
-            if parameter.kind() == ParameterKind::Length {
+        for (value, parameter) in values.iter_mut().zip(self.arm.drive().places()) {
+            if parameter.is_some_and(|parameter| parameter.kind() == ParameterKind::Length) {
                 *value *= self.inverse_scale;
             }
         }
@@ -246,8 +269,14 @@ impl<T: Real> NominalArm<T> {
     pub(crate) fn unit_of(&self, parameter: Parameter) -> T {
         match parameter.kind() {
             ParameterKind::Length => self.scale,
-            ParameterKind::Angle => T::ONE,
+            ParameterKind::Angle | ParameterKind::Ratio => T::ONE,
         }
+    }
+
+    /// The same of each place; 0 of an empty one.
+    pub(crate) fn units(&self) -> [T; 8] {
+        let places = self.arm.drive().places();
+        places.map(|parameter| parameter.map_or(T::ZERO, |parameter| self.unit_of(parameter)))
     }
 }
 

@@ -1,5 +1,5 @@
 use crate::Real;
-use crate::robot::ArmIndex;
+use crate::robot::{ArmIndex, Drive};
 use core::fmt;
 use nalgebra::Vector3;
 
@@ -11,7 +11,7 @@ const LARGEST_JOINT_ANGLE_TURNS: f64 = 2.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample<T: Real> {
-    /// q₁, q₂, q₃ in radians.
+    /// q₁, q₂, q₃ in radians, or the travels of linear drives in the robot's unit of length.
     pub joints: [T; 3],
     /// X, in the robot's unit of length and frame.
     pub position: Vector3<T>,
@@ -27,7 +27,7 @@ pub enum SampleError {
     PositionNonFinite,
     /// The position is more than some 10,000 of this arm's forearms away from the robot.
     PositionTooFar(ArmIndex),
-    /// This arm's joint angle is NaN or infinite.
+    /// This arm's joint angle or travel is NaN, infinite, or too large to be squared.
     JointNonFinite(ArmIndex),
     /// This arm's joint angle is beyond ±4π rad.
     JointTooLarge(ArmIndex),
@@ -65,13 +65,13 @@ impl<T: Real> Default for Sample<T> {
 }
 
 impl<T: Real> Sample<T> {
-    /// Whether every number is usable.
+    /// Whether every number is usable, for a robot with such drives.
     ///
     /// # Errors
     /// The first fault found, joint angles first.
-    pub fn check(&self) -> Result<(), SampleError> {
+    pub fn check(&self, drive: Drive) -> Result<(), SampleError> {
         for (q, arm) in self.joints.into_iter().zip(ArmIndex::ALL) {
-            check_joint(q, arm)?;
+            check_joint(q, arm, drive)?;
         }
         check_position(&self.position)
     }
@@ -85,9 +85,20 @@ pub(super) fn check_position<T: Real>(x: &Vector3<T>) -> Result<(), SampleError>
     }
 }
 
-pub(crate) fn check_joint<T: Real>(q: T, arm: ArmIndex) -> Result<(), SampleError> {
+pub(crate) fn check_joint<T: Real>(
+    q: T,
+    arm: ArmIndex,
+    drive: Drive,
+) -> Result<(), SampleError> {
     if !q.finite() {
         return Err(SampleError::JointNonFinite(arm));
+    }
+    if drive == Drive::Linear {
+        return if q.squared().finite() {
+            Ok(())
+        } else {
+            Err(SampleError::JointNonFinite(arm))
+        };
     }
     if !(q.magnitude() <= T::from_f64(LARGEST_JOINT_ANGLE_TURNS * 2.0) * T::PI) {
         return Err(SampleError::JointTooLarge(arm));

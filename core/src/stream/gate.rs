@@ -19,7 +19,7 @@ pub use verdict::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
 use super::forgetting::Forgetting;
 use crate::Real;
 use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START, SUSPECTED};
-use crate::calibration::{Calibrator, RobotOutcome, Settings};
+use crate::calibration::{Calibrator, RobotOutcome, Settings, Tolerance};
 use crate::robot::ArmIndex;
 use crate::samples::{ArmFactor, Sample, SampleError};
 use prediction::{Predicted, Prediction, Row};
@@ -306,8 +306,6 @@ const PARAMETERS: u64 = 8;
 /// 1/tolerance in internal units. Without a stated noise it cannot be weighed against the samples, and is
 /// left out.
 fn prior<T: Real>(factor: &ArmFactor<T>, settings: &Settings<T>) -> [T; 8] {
-    match (&settings.tolerance, &settings.noise) {
-        (Some(tolerance), Some(_)) => tolerance.weights(factor.nominal()),
-        _ => [T::ZERO; 8],
-    }
+    let tolerance = settings.tolerance.filter(|_| settings.noise.is_some());
+    Tolerance::weights(tolerance.as_ref(), factor.nominal())
 }

@@ -16,7 +16,7 @@ use crate::calibration::limits::{
     HELD_OUT_DEVIATION, NOISE_MARGIN, OVERFITTED, chi_square_bound, variance_ratio_bound,
 };
 use crate::calibration::{
-    ArmOutcome, Calibrator, Identifiability, Linearize, Normal, RobotCalibrator, RobotOutcome,
+    ArmOutcome, Calibrator, Identifiability, Linearize, Normal, RobotCalibrator, RobotOutcome, Tolerance,
 };
 use crate::robot::ArmIndex;
 use crate::samples::{ArmFactor, Displacement, MergeError, Sample, SampleError};
@@ -237,10 +237,8 @@ impl<T: Real> HeldOut<T> {
         };
 
         let at = Displacement::new(nominal, &nominal.correction_to(&outcome.arm));
-        let prior = match &settings.tolerance {
-            None => [T::ZERO; 8],
-            Some(tolerance) => tolerance.weights(nominal).map(|weight| weight * unit),
-        };
+        let prior = Tolerance::weights(settings.tolerance.as_ref(), nominal);
+        let prior = prior.map(|weight| weight * unit);
         let mut fit = Normal::from_diagonal(&prior, &[T::ZERO; 8]);
         seen.linearize(&at, &mut fit);
         fit.clear_last_column();

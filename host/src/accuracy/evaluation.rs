@@ -45,7 +45,7 @@ impl Evaluation<'_> {
         gain(self.error_before(), self.error_after())
     }
 
-    /// The same of every parameter by itself: each arm's in the order of [`Parameter::ALL`]. NaN
+    /// The same of every parameter by itself: each arm's in the order of [`Parameter::ROTARY`]. NaN
     /// where the parameter was right before.
     pub fn parameter_gains(&self) -> [[f64; 8]; 3] {
         let before = differences(self.before, self.truth);
@@ -88,7 +88,7 @@ pub fn differences(a: &Robot<f64>, truth: &Robot<f64>) -> SVector<f64, PARAMETER
     let units = units(truth);
     let mut differences = SVector::zeros();
     for (arm, (a, truth)) in a.arms().iter().zip(truth.arms()).enumerate() {
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::ROTARY {
             let mut difference = a.get(parameter) - truth.get(parameter);
             if parameter == Parameter::Theta {
                 // 359° and −1° are the same azimuth.
@@ -129,7 +129,7 @@ fn position_error(truth: &Robot<f64>, robot: &Robot<f64>, joints: &[[f64; 3]]) -
 /// the inverse of the residuals' information at the true robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CramerRaoBound {
-    /// Arm by arm in the order of [`Parameter::ALL`]: mm², angles times the upper arm's length.
+    /// Arm by arm in the order of [`Parameter::ROTARY`]: mm², angles times the upper arm's length.
     pub covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
 }
 

@@ -16,14 +16,14 @@ pub(crate) const ARM: usize = 8;
 /// Which of the 24 parameters that is.
 pub(crate) fn parameter_at(index: usize) -> (ArmIndex, Parameter) {
     let arm = ArmIndex::ALL.get(index / ARM).copied();
-    (arm.unwrap_or(ArmIndex::Third), Parameter::ALL[index % ARM])
+    (arm.unwrap_or(ArmIndex::Third), Parameter::ROTARY[index % ARM])
 }
 
 /// What a parameter is multiplied by: 1, or the upper arm's length.
 pub(crate) fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
     let mut units = SVector::repeat(1.0);
     for (arm, geometry) in robot.arms().iter().enumerate() {
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::ROTARY {
             units[ARM * arm + parameter.index()] = unit(geometry, parameter);
         }
     }
@@ -47,7 +47,7 @@ pub(crate) fn tolerance_weights(
     let mut weights = SVector::zeros();
     if let Some(tolerance) = tolerance {
         for index in 0..PARAMETERS {
-            let parameter = Parameter::ALL[index % ARM];
+            let parameter = Parameter::ROTARY[index % ARM];
             weights[index] = 1.0 / (tolerance.of(parameter) * units[index]);
         }
     }

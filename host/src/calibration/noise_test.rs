@@ -334,7 +334,7 @@ pub(crate) fn statement(noise: &Noise<f64>, ratio: f64) -> String {
 /// See [`NoiseTest::tolerated`].
 fn tolerated(before: &RobotFile, measured: &[Sample<f64>]) -> Option<f64> {
     let tolerance = before.tolerance.as_ref()?;
-    let variances = Parameter::ALL.map(|parameter| tolerance.of(parameter).powi(2));
+    let variances = Parameter::ROTARY.map(|parameter| tolerance.of(parameter).powi(2));
     let diagonal = SVector::<f64, 24>::from_fn(|index, _| variances[index % 8]);
     let uncertainty = PositionUncertainty {
         robot: &before.robot,

@@ -274,7 +274,7 @@ fn tolerance_cost(robot: &RobotFile, fit: &ObservedFit) -> f64 {
     };
     let arms = fit.outcome.fit.robot.arms().iter().zip(robot.robot.arms());
     arms.flat_map(|(after, before)| {
-        delta_cal::Parameter::ALL.map(|parameter| {
+        delta_cal::Parameter::ROTARY.map(|parameter| {
             ((after.get(parameter) - before.get(parameter)) / tolerance.of(parameter)).powi(2)
         })
     })
@@ -308,7 +308,7 @@ pub(crate) fn prior(robot: &RobotFile) -> Option<SMatrix<f64, 24, 24>> {
     let tolerance = robot.tolerance.as_ref()?;
     let mut covariance = SMatrix::zeros();
     for index in 0..24 {
-        let parameter = delta_cal::Parameter::ALL[index % 8];
+        let parameter = delta_cal::Parameter::ROTARY[index % 8];
         covariance[(index, index)] = tolerance.of(parameter).powi(2);
     }
     Some(covariance)

@@ -33,7 +33,7 @@ fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
         let zero = |arm: &delta_cal::robot::Arm<f64>| {
             arm.get(Parameter::LaY).angle_over(arm.get(Parameter::LaX))
         };
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::ROTARY {
             let (mut before, after) = (from.get(parameter), to.get(parameter));
             if parameter == Parameter::Theta {
                 // 359° and −1° are the same azimuth.

@@ -232,7 +232,7 @@ fn arm_warnings(
     outcome: &ArmOutcome<f64>,
     found: &mut Vec<String>,
 ) {
-    let decided: Vec<_> = Parameter::ALL
+    let decided: Vec<_> = Parameter::ROTARY
         .into_iter()
         .map(|parameter| (parameter, outcome.prior_share[parameter.index()]))
         .filter(|(_, share)| *share > MOSTLY)

@@ -119,7 +119,7 @@ pub(super) fn columns(plan: &Plan) -> Vec<String> {
 
 /// Every arm, counted from 1, and its parameters.
 pub(super) fn parameters() -> impl Iterator<Item = (usize, Parameter)> {
-    (1..=3).flat_map(|arm| Parameter::ALL.map(|parameter| (arm, parameter)))
+    (1..=3).flat_map(|arm| Parameter::ROTARY.map(|parameter| (arm, parameter)))
 }
 
 /// `gain_1_Dx_percent`.

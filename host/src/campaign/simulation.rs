@@ -109,7 +109,7 @@ fn positions(
 fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot<f64>> {
     let [first, second, third] = plan.robot.robot.arms();
     let mut arm = |nominal: &Arm<f64>| {
-        let parameters = Parameter::ALL.map(|parameter| {
+        let parameters = Parameter::ROTARY.map(|parameter| {
             let bound = match parameter.kind() {
                 ParameterKind::Length => scenario.start_error.length_mm,
                 ParameterKind::Angle => scenario.start_error.angle_deg.to_radians(),

@@ -164,7 +164,7 @@ pub fn check_nominal<T: Number>(
     let mut different = Vec::new();
     for ((index, file), device) in ArmIndex::ALL.into_iter().zip(file).zip(nominal) {
         let longest = file.into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-        for ((parameter, file), device) in Parameter::ALL.into_iter().zip(file).zip(device) {
+        for ((parameter, file), device) in Parameter::ROTARY.into_iter().zip(file).zip(device) {
             let size = match parameter.kind() {
                 ParameterKind::Length => longest,
                 ParameterKind::Angle => std::f64::consts::TAU,

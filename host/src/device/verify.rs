@@ -141,20 +141,20 @@ fn figures<T: Number>(result: &Result3<T>) -> Vec<(String, String)> {
         let mut add = |name: &str, value: String| {
             figures.push((format!("{name} of {}", report.arm), value));
         };
-        for (parameter, value) in Parameter::ALL.into_iter().zip(report.parameters) {
+        for (parameter, value) in Parameter::ROTARY.into_iter().zip(report.parameters) {
             add(parameter.symbol(), format!("{value:?}"));
         }
         match &report.covariance {
             None => add("covariance", "unknown".to_owned()),
             Some(columns) => {
-                for (from, column) in Parameter::ALL.into_iter().zip(columns) {
-                    for (to, value) in Parameter::ALL.into_iter().zip(column) {
+                for (from, column) in Parameter::ROTARY.into_iter().zip(columns) {
+                    for (to, value) in Parameter::ROTARY.into_iter().zip(column) {
                         add(&format!("covariance {from}, {to}"), format!("{value:?}"));
                     }
                 }
             }
         }
-        for (parameter, share) in Parameter::ALL.into_iter().zip(report.prior_share) {
+        for (parameter, share) in Parameter::ROTARY.into_iter().zip(report.prior_share) {
             add(&format!("prior share of {parameter}"), format!("{share:?}"));
         }
         add("residual", format!("{:?}", report.residual_rms));

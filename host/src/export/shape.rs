@@ -50,7 +50,7 @@ impl ArmShape {
         ArmIndex::ALL.map(|index| Self::of(robot.arm(index)))
     }
 
-    /// The eight parameters of the arm, in the order of `Parameter::ALL`.
+    /// The eight parameters of the arm, in the order of `Parameter::ROTARY`.
     pub fn parameters(&self) -> [f64; 8] {
         let (sin, cos) = self.azimuth.sin_cos();
         let d = Vector3::new(

@@ -144,7 +144,7 @@ pub(crate) fn tolerance_weights<P: Problem<f64, 24, 25, 325>>(
     tolerance: Option<&Tolerance<f64>>,
 ) -> [f64; 24] {
     std::array::from_fn(|index| {
-        let parameter = Parameter::ALL[index % Parameter::ALL.len()];
+        let parameter = Parameter::ROTARY[index % Parameter::ROTARY.len()];
         tolerance.map_or(0.0, |tolerance| {
             problem.unit_of(index) / tolerance.of(parameter)
         })

@@ -90,7 +90,7 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 /// Draws robots about a workspace's own, each parameter normal with the tolerance as its σ, and
 /// finds the boundary of each along the normals. The same seed gives the same band.
 pub fn band(workspace: &Workspace, tolerance: &Tolerance<f64>, options: &BandOptions) -> Band {
-    let parameters = || ArmIndex::ALL.into_iter().flat_map(|_| Parameter::ALL);
+    let parameters = || ArmIndex::ALL.into_iter().flat_map(|_| Parameter::ROTARY);
     let linear = displacements(workspace);
     let sigma_of = |moved: &[f64; 24]| {
         let parts = moved.iter().zip(parameters());
@@ -176,7 +176,7 @@ fn drawn(
         Pcg32::seed_from_u64(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(number));
     let mut arm = |arm: &Arm<f64>| {
         let mut parameters = arm.parameters();
-        for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {
+        for (value, parameter) in parameters.iter_mut().zip(Parameter::ROTARY) {
             *value += tolerance.of(parameter) * standard_normal::<f64, _>(&mut rng);
         }
         Arm::new(parameters).ok()
@@ -192,7 +192,7 @@ pub(super) fn predicted(from: &Robot<f64>, to: &Robot<f64>, displacements: &[f64
         let arms = *robot.arms();
         arms.into_iter().flat_map(|arm| arm.parameters())
     };
-    let parameters = ArmIndex::ALL.into_iter().flat_map(|_| Parameter::ALL);
+    let parameters = ArmIndex::ALL.into_iter().flat_map(|_| Parameter::ROTARY);
     let changes = values(from)
         .zip(values(to))
         .zip(parameters)

@@ -22,7 +22,7 @@ pub struct ParameterInfluence {
 }
 
 /// Displacement of each point along its outward normal for each parameter, in the order of the
-/// arms and of [`Parameter::ALL`]: mm per mm, and mm per radian.
+/// arms and of [`Parameter::ROTARY`]: mm per mm, and mm per radian.
 pub(crate) fn displacements(workspace: &Workspace) -> Vec<Option<[f64; 24]>> {
     let of = |point: &super::BoundaryPoint| {
         let arms = point.displacement(&workspace.robot, &workspace.reach)?;
@@ -48,7 +48,7 @@ pub fn influence(workspace: &Workspace) -> Vec<ParameterInfluence> {
     let displacements = displacements(workspace);
     let parameters = ArmIndex::ALL
         .into_iter()
-        .flat_map(|arm| Parameter::ALL.map(|parameter| (arm, parameter)));
+        .flat_map(|arm| Parameter::ROTARY.map(|parameter| (arm, parameter)));
     parameters
         .map(|(arm, parameter)| {
             let index = 8 * arm.index() + parameter.index();

@@ -53,7 +53,7 @@ pub fn robot_file(data: &[u8]) {
     let mut numbers = vec![file.limits.minimum(), file.limits.maximum()];
     numbers.extend(file.forearm_limit);
     if let Some(tolerance) = &file.tolerance {
-        numbers.extend(Parameter::ALL.map(|parameter| tolerance.of(parameter)));
+        numbers.extend(Parameter::ROTARY.map(|parameter| tolerance.of(parameter)));
     }
     if let Some(noise) = &file.noise {
         numbers.extend([noise.position(), noise.joint()]);

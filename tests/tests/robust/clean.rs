@@ -70,7 +70,7 @@ impl Extremes {
 fn scores(outcome: &RobotOutcome<f64>, truth: &Robot<f64>) -> [f64; 2] {
     let mut scores = [0.0; 2];
     for (arm, truth) in outcome.arms.iter().zip(truth.arms()) {
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::ROTARY {
             // Samples that are worth little more than the parameters leave it unknown.
             if let Some(sigma) = arm.standard_deviation(parameter) {
                 let error = arm.arm.get(parameter) - truth.get(parameter);

@@ -53,7 +53,7 @@ impl Known {
             return everything;
         };
         let scaled = Matrix24::from_fn(|row, column| {
-            let of = |index: usize| tolerance.of(Parameter::ALL[index % 8]);
+            let of = |index: usize| tolerance.of(Parameter::ROTARY[index % 8]);
             covariance[(row, column)] / (of(row) * of(column))
         });
         let Some(inverse) = scaled.try_inverse() else {
@@ -63,7 +63,7 @@ impl Known {
         let measured = inverse - Matrix24::identity();
         let eigenvalues = measured.symmetric_eigenvalues();
         let larger = SVector::<f64, 24>::from_fn(|index, _| {
-            let parameter = Parameter::ALL[index % 8];
+            let parameter = Parameter::ROTARY[index % 8];
             let length = !matches!(parameter, Parameter::Theta | Parameter::Alpha);
             let value = robot.robot.arms()[index / 8].get(parameter);
             if length {

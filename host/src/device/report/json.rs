@@ -133,7 +133,7 @@ pub fn status<T: Number>(
 /// A geometry: `set` is `current` or `nominal`.
 pub fn geometry<T: Number>(set: &str, parameters: &Parameters<T>) -> Value {
     let arm = |values: &[T; 8]| {
-        let named = Parameter::ALL.into_iter().zip(values);
+        let named = Parameter::ROTARY.into_iter().zip(values);
         let named = named.map(|(parameter, value)| {
             let value = match parameter.kind() {
                 ParameterKind::Length => value.to_f64(),

@@ -157,7 +157,7 @@ fn from_arms(input: &InputText, arms: [&Spanned<ArmToml>; 3]) -> Result<Robot<f6
 fn arm(input: &InputText, section: &Spanned<ArmToml>) -> Result<Arm<f64>, InputError> {
     let mut parameters = [0.0; 8];
     let numbers = section.as_ref().numbers();
-    for (parameter, value) in Parameter::ALL.into_iter().zip(&mut parameters) {
+    for (parameter, value) in Parameter::ROTARY.into_iter().zip(&mut parameters) {
         let index = parameter.index();
         let number = finite(input, ARM_KEYS[index], numbers[index])?;
         *value = match parameter.kind() {

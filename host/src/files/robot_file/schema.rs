@@ -47,7 +47,7 @@ pub(super) struct ArmToml {
     pub(super) lb_mm: Number,
 }
 
-/// The keys of an arm in the order of `Parameter::ALL`.
+/// The keys of an arm in the order of `Parameter::ROTARY`.
 pub(super) const ARM_KEYS: [&str; 8] = [
     "dx_mm",
     "dy_mm",
@@ -60,7 +60,7 @@ pub(super) const ARM_KEYS: [&str; 8] = [
 ];
 
 impl ArmToml {
-    /// In the order of `Parameter::ALL`.
+    /// In the order of `Parameter::ROTARY`.
     pub(super) fn numbers(&self) -> [&Number; 8] {
         [
             &self.dx_mm,

@@ -16,7 +16,7 @@ impl RobotFile {
         }
         for arm in self.robot.arms() {
             text.push_str("\n[[arm]]\n");
-            for (key, parameter) in ARM_KEYS.into_iter().zip(Parameter::ALL) {
+            for (key, parameter) in ARM_KEYS.into_iter().zip(Parameter::ROTARY) {
                 let value = match parameter.kind() {
                     ParameterKind::Length => arm.get(parameter),
                     ParameterKind::Angle => degrees(arm.get(parameter)),

@@ -12,7 +12,7 @@ pub struct Linearization {
     pub position: Vector3<f64>,
     /// −(∂f/∂X)⁻¹: how the point moves with each arm's constraint. 1/mm.
     pub by_constraints: Matrix3<f64>,
-    /// ∂f/∂Pᵢ of each arm, in the order of [`Parameter::ALL`](delta_cal::Parameter::ALL): mm, or
+    /// ∂f/∂Pᵢ of each arm, in the order of [`Parameter::ROTARY`](delta_cal::Parameter::ROTARY): mm, or
     /// mm² per radian.
     pub constraints_by_parameters: [SVector<f64, 8>; 3],
 }

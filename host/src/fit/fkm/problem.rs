@@ -47,7 +47,7 @@ impl<'a> Problem<'a> {
     ) -> Self {
         let mut units = [1.0; ALL];
         for (arm, geometry) in reference.arms().iter().enumerate() {
-            for parameter in Parameter::ALL {
+            for parameter in Parameter::ROTARY {
                 let index = ARM * arm + parameter.index();
                 if parameter.kind() == ParameterKind::Length {
                     units[index] = geometry.upper_arm_length();

@@ -268,7 +268,7 @@ pub(super) fn information_of_prior<const D: usize>(
 fn tolerance_information(file: &RobotFile) -> Option<Matrix24> {
     let tolerance = file.tolerance.as_ref()?;
     Some(Matrix24::from_diagonal(&SVector::from_fn(|index, _| {
-        tolerance.of(delta_cal::Parameter::ALL[index % 8]).powi(-2)
+        tolerance.of(delta_cal::Parameter::ROTARY[index % 8]).powi(-2)
     })))
 }
 

@@ -160,7 +160,7 @@ fn one_tolerance_off(file: &RobotFile) -> Vec<Robot<f64>> {
     let larger = |index: usize| {
         let (arm, own) = (index / 8, index % 8);
         let mut parameters = file.robot.parameters();
-        parameters[arm][own] += part * tolerance.of(Parameter::ALL[own]);
+        parameters[arm][own] += part * tolerance.of(Parameter::ROTARY[own]);
         Robot::from_parameters(parameters).ok()
     };
     (0..24).filter_map(larger).collect()

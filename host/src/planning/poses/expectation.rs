@@ -28,7 +28,7 @@ const MADE: usize = 64;
 pub struct Expectation {
     /// √tr of the Cramér–Rao bound, mm, angles times the upper arm's length.
     pub bound: f64,
-    /// Arm by arm in the order of [`Parameter::ALL`]: mm or radians.
+    /// Arm by arm in the order of [`Parameter::ROTARY`]: mm or radians.
     pub parameters: [[f64; 8]; 3],
     /// Of the position over the workspace, mm. With a tolerance the root of the mean square over robots
     /// made to it, each over its own workspace; the place and the number of poses are the nominal robot's.
@@ -51,7 +51,7 @@ pub(in crate::planning) fn unknown_parameter(
 ) -> Option<(ArmIndex, Parameter, f64)> {
     let mut worst: Option<(f64, (ArmIndex, Parameter, f64))> = None;
     for (arm, sigmas) in ArmIndex::ALL.into_iter().zip(parameters) {
-        for (parameter, sigma) in Parameter::ALL.into_iter().zip(sigmas) {
+        for (parameter, sigma) in Parameter::ROTARY.into_iter().zip(sigmas) {
             let limit = LARGEST_SIGMA
                 * match parameter.kind() {
                     ParameterKind::Length => robot.arm(arm).upper_arm_length(),
@@ -259,7 +259,7 @@ pub(in crate::planning) fn made_to_tolerance(file: &RobotFile, rng: &mut Pcg32) 
     let mut one = || {
         let mut parameters = file.robot.parameters();
         for values in &mut parameters {
-            for (value, parameter) in values.iter_mut().zip(Parameter::ALL) {
+            for (value, parameter) in values.iter_mut().zip(Parameter::ROTARY) {
                 *value += tolerance.of(parameter) * standard_normal::<f64, _>(rng);
             }
         }

@@ -28,7 +28,7 @@ pub(super) fn comparisons(report: &CalibrationReport) -> Vec<Comparison> {
 pub(super) fn between(before: &Robot<f64>, outcome: &Outcome) -> Vec<Comparison> {
     let arms = before.arms().iter().zip(&outcome.fit.arms).enumerate();
     arms.flat_map(|(arm, (before, outcome))| {
-        Parameter::ALL.map(|parameter| {
+        Parameter::ROTARY.map(|parameter| {
             let (from, to) = (before.get(parameter), outcome.arm.get(parameter));
             let in_file = |value| match parameter.kind() {
                 ParameterKind::Length => value,

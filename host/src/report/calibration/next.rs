@@ -129,7 +129,7 @@ fn weakest(
 ) -> Option<Combination> {
     let covariance = outcome.covariance.as_ref()?;
     let units = information::units(robot);
-    let scales = SVector::from(Parameter::ALL.map(|parameter| {
+    let scales = SVector::from(Parameter::ROTARY.map(|parameter| {
         tolerance.map_or_else(
             || units[ARM * arm.index() + parameter.index()].recip(),
             |tolerance| tolerance.of(parameter),

@@ -40,7 +40,7 @@ pub(super) fn uncertain<'a>(
     };
     let mut found: Vec<_> = arms
         .flat_map(|(arm, outcome)| {
-            Parameter::ALL.into_iter().filter_map(move |parameter| {
+            Parameter::ROTARY.into_iter().filter_map(move |parameter| {
                 let sigma = outcome.standard_deviation(parameter)?;
                 let ratio = sigma / limit(&outcome.arm, parameter);
                 (ratio > 1.0).then_some(Uncertain {
@@ -86,7 +86,7 @@ fn median_change(report: &CalibrationReport) -> f64 {
     let mut changes: Vec<_> = arms
         .zip(report.after.robot.arms())
         .flat_map(|(before, after)| {
-            Parameter::ALL.map(|parameter| {
+            Parameter::ROTARY.map(|parameter| {
                 (after.get(parameter) - before.get(parameter)).abs()
                     * information::unit(after, parameter)
             })

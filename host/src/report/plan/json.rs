@@ -83,7 +83,7 @@ pub(in crate::report) fn pose(pose: &Sample<f64>) -> Value {
 fn expectation(expectation: &Expectation) -> Value {
     let arms = expectation.parameters.iter().zip(1..);
     let parameters = arms.flat_map(|(sigmas, arm)| {
-        let sigmas = Parameter::ALL.into_iter().zip(sigmas);
+        let sigmas = Parameter::ROTARY.into_iter().zip(sigmas);
         sigmas.map(move |(parameter, sigma)| {
             json!({
                 "arm": arm,

@@ -118,7 +118,7 @@ fn positions(plan: &PosePlan) -> Section {
 }
 
 fn parameters(plan: &PosePlan) -> Section {
-    let mut rows = Table::of(Parameter::ALL)
+    let mut rows = Table::of(Parameter::ROTARY)
         .column("", |parameter| parameter.symbol())
         .column("", |parameter| unit(*parameter));
     for (name, expectation) in [("planned", &plan.planned), ("random", &plan.random)] {

@@ -22,7 +22,7 @@ pub fn boundary(workspace: &Workspace) -> String {
 pub fn influence(workspace: &Workspace, comparison: Option<&Comparison>) -> String {
     let mut csv = String::from("x_mm,y_mm,z_mm,kind,normal_x,normal_y,normal_z");
     for arm in ArmIndex::ALL {
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::ROTARY {
             let _ = write!(csv, ",{}_{}", parameter.symbol(), arm.index() + 1);
         }
     }
@@ -41,7 +41,7 @@ pub fn influence(workspace: &Workspace, comparison: Option<&Comparison>) -> Stri
             point.limit.name()
         );
         for arm in ArmIndex::ALL {
-            for parameter in Parameter::ALL {
+            for parameter in Parameter::ROTARY {
                 let unit = crate::workspace::unit(parameter);
                 match &moved {
                     Some(moved) => {

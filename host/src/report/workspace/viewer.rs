@@ -72,7 +72,7 @@ pub(super) fn scene(
     if let Some(tolerance) = &analysis.tolerance {
         let sigma = |moved: Option<[f64; 24]>| {
             let parts = moved.map(|moved| {
-                let sigmas = (0..24).map(|index| tolerance.of(Parameter::ALL[index % 8]));
+                let sigmas = (0..24).map(|index| tolerance.of(Parameter::ROTARY[index % 8]));
                 moved
                     .into_iter()
                     .zip(sigmas)

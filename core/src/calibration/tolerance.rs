@@ -1,5 +1,5 @@
 use crate::Real;
-use crate::robot::{Parameter, ParameterKind};
+use crate::robot::{Drive, Parameter, ParameterKind};
 use crate::samples::NominalArm;
 use core::fmt;
 
@@ -98,6 +98,12 @@ impl<T: Real> Tolerance<T> {
                 ParameterKind::Angle | ParameterKind::Ratio => self.angle,
             },
         }
+    }
+
+    /// One σ at each [place](Drive::places) of an arm's parameters; 0 at an empty one.
+    pub fn of_places(&self, drive: Drive) -> [T; 8] {
+        let places = drive.places();
+        places.map(|parameter| parameter.map_or(T::ZERO, |parameter| self.of(parameter)))
     }
 
     /// 1/tolerance of each parameter in the nominal arm's units; zeros without one. Nothing else holds the

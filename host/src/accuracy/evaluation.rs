@@ -4,7 +4,7 @@
 //! the true upper arm's length.
 
 use crate::accuracy::information::{
-    ARM, PARAMETERS, closure_rows, closures_by_position, tolerance_weights, units,
+    ARM, PARAMETERS, closure_rows, closures_by_position, is_empty, tolerance_weights, units,
 };
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::fit::fkm;
@@ -45,7 +45,7 @@ impl Evaluation<'_> {
         gain(self.error_before(), self.error_after())
     }
 
-    /// The same of every parameter by itself: each arm's in the order of [`Parameter::ROTARY`]. NaN
+    /// The same of every parameter by itself, at its place. NaN
     /// where the parameter was right before.
     pub fn parameter_gains(&self) -> [[f64; 8]; 3] {
         let before = differences(self.before, self.truth);
@@ -86,9 +86,10 @@ fn gain(before: f64, after: f64) -> f64 {
 /// All 24 differences of parameters, a − truth: mm, angles times the true upper arm's length.
 pub fn differences(a: &Robot<f64>, truth: &Robot<f64>) -> SVector<f64, PARAMETERS> {
     let units = units(truth);
+    let truth_drive = truth.drive();
     let mut differences = SVector::zeros();
     for (arm, (a, truth)) in a.arms().iter().zip(truth.arms()).enumerate() {
-        for parameter in Parameter::ROTARY {
+        for parameter in truth_drive.parameters().iter().copied() {
             let mut difference = a.get(parameter) - truth.get(parameter);
             if parameter == Parameter::Theta {
                 // 359° and −1° are the same azimuth.
@@ -129,7 +130,7 @@ fn position_error(truth: &Robot<f64>, robot: &Robot<f64>, joints: &[[f64; 3]]) -
 /// the inverse of the residuals' information at the true robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CramerRaoBound {
-    /// Arm by arm in the order of [`Parameter::ROTARY`]: mm², angles times the upper arm's length.
+    /// Arm by arm, each parameter at its place: mm², angles times the upper arm's length.
     pub covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
 }
 
@@ -244,6 +245,11 @@ fn of_separate_arms(
         covariance
             .fixed_view_mut::<8, 8>(first, first)
             .copy_from(&(inverse * inverse.transpose()));
+    }
+    for place in 0..PARAMETERS {
+        if is_empty(truth, place) {
+            covariance[(place, place)] = 0.0;
+        }
     }
     covariance
         .iter()

@@ -13,18 +13,41 @@ pub(crate) const PARAMETERS: usize = 24;
 /// Of one arm.
 pub(crate) const ARM: usize = 8;
 
-/// Which of the 24 parameters that is.
-pub(crate) fn parameter_at(index: usize) -> (ArmIndex, Parameter) {
+/// Which of the parameters that is; `None` at a place that the arms leave empty.
+pub(crate) fn parameter_at(robot: &Robot<f64>, index: usize) -> Option<(ArmIndex, Parameter)> {
     let arm = ArmIndex::ALL.get(index / ARM).copied();
-    (arm.unwrap_or(ArmIndex::Third), Parameter::ROTARY[index % ARM])
+    let parameter = robot.drive().places()[index % ARM]?;
+    Some((arm?, parameter))
 }
 
-/// What a parameter is multiplied by: 1, or the upper arm's length.
+/// Every arm and parameter.
+pub(crate) fn parameters(robot: &Robot<f64>) -> impl Iterator<Item = (ArmIndex, Parameter)> {
+    let parameters = robot.drive().parameters();
+    ArmIndex::ALL
+        .into_iter()
+        .flat_map(|arm| parameters.iter().map(move |parameter| (arm, *parameter)))
+}
+
+/// Whether the arms leave a place empty.
+pub(crate) fn is_empty(robot: &Robot<f64>, index: usize) -> bool {
+    robot.drive().places()[index % ARM].is_none()
+}
+
+/// The covariance of the parameters that a tolerance allows: mm and radians.
+pub(crate) fn prior_covariance(
+    robot: &Robot<f64>,
+    tolerance: &Tolerance<f64>,
+) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+    let sigmas = tolerance.of_places(robot.drive());
+    SMatrix::from_diagonal(&SVector::from_fn(|index, _| sigmas[index % ARM].powi(2)))
+}
+
+/// What a parameter is multiplied by: 1, or the upper arm's length; with linear drives the forearm's.
 pub(crate) fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
     let mut units = SVector::repeat(1.0);
     for (arm, geometry) in robot.arms().iter().enumerate() {
-        for parameter in Parameter::ROTARY {
-            units[ARM * arm + parameter.index()] = unit(geometry, parameter);
+        for parameter in robot.drive().parameters() {
+            units[ARM * arm + parameter.index()] = unit(geometry, *parameter);
         }
     }
     units
@@ -34,22 +57,25 @@ pub(crate) fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
 pub(crate) fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
     match parameter.kind() {
         ParameterKind::Length => 1.0,
-        ParameterKind::Angle => arm.upper_arm_length(),
+        ParameterKind::Angle | ParameterKind::Ratio => arm.upper_arm_length(),
     }
 }
 
-/// 1/tolerance of every parameter; zero without one.
+/// 1/tolerance of every parameter; zero without one, and 1 where the arms leave a place empty.
 pub(crate) fn tolerance_weights(
     robot: &Robot<f64>,
     tolerance: Option<&Tolerance<f64>>,
 ) -> SVector<f64, PARAMETERS> {
     let units = units(robot);
     let mut weights = SVector::zeros();
-    if let Some(tolerance) = tolerance {
-        for index in 0..PARAMETERS {
-            let parameter = Parameter::ROTARY[index % ARM];
-            weights[index] = 1.0 / (tolerance.of(parameter) * units[index]);
-        }
+    for index in 0..PARAMETERS {
+        weights[index] = match (parameter_at(robot, index), tolerance) {
+            (Some((_, parameter)), Some(tolerance)) => {
+                1.0 / (tolerance.of(parameter) * units[index])
+            }
+            (Some(_), None) => 0.0,
+            (None, _) => 1.0,
+        };
     }
     weights
 }

@@ -1,13 +1,13 @@
 //! What the residuals say of the measurement noise: χ² against a stated one, and an estimate.
 
+use crate::accuracy::information::prior_covariance;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::CalibrationMethod;
 use crate::fit::outcome::Outcome;
 use crate::text::numbers::significant;
 use delta_cal::calibration::ArmOutcome;
-use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample};
-use nalgebra::{SMatrix, SVector};
+use delta_cal::{ArmIndex, Noise, Robot, Sample};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A stated noise is contradicted below this probability: 3 σ of a normal distribution, two-sided.
@@ -334,11 +334,9 @@ pub(crate) fn statement(noise: &Noise<f64>, ratio: f64) -> String {
 /// See [`NoiseTest::tolerated`].
 fn tolerated(before: &RobotFile, measured: &[Sample<f64>]) -> Option<f64> {
     let tolerance = before.tolerance.as_ref()?;
-    let variances = Parameter::ROTARY.map(|parameter| tolerance.of(parameter).powi(2));
-    let diagonal = SVector::<f64, 24>::from_fn(|index, _| variances[index % 8]);
     let uncertainty = PositionUncertainty {
         robot: &before.robot,
-        covariance: &SMatrix::from_diagonal(&diagonal),
+        covariance: &prior_covariance(&before.robot, tolerance),
     };
     let mut coordinates: Vec<_> = measured
         .iter()

@@ -7,6 +7,7 @@ mod refusal;
 pub(crate) use known::COMBINATIONS;
 pub use known::Known;
 
+use crate::accuracy::information::prior_covariance;
 use super::error::CalibrateError;
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
@@ -274,7 +275,8 @@ fn tolerance_cost(robot: &RobotFile, fit: &ObservedFit) -> f64 {
     };
     let arms = fit.outcome.fit.robot.arms().iter().zip(robot.robot.arms());
     arms.flat_map(|(after, before)| {
-        delta_cal::Parameter::ROTARY.map(|parameter| {
+        before.drive().parameters().iter().map(|parameter| {
+            let parameter = *parameter;
             ((after.get(parameter) - before.get(parameter)) / tolerance.of(parameter)).powi(2)
         })
     })
@@ -306,12 +308,7 @@ fn freedom(robot: &RobotFile, samples: &ObservationsFile, fit: &ObservedFit) -> 
 /// The covariance of the parameters before any measurement.
 pub(crate) fn prior(robot: &RobotFile) -> Option<SMatrix<f64, 24, 24>> {
     let tolerance = robot.tolerance.as_ref()?;
-    let mut covariance = SMatrix::zeros();
-    for index in 0..24 {
-        let parameter = delta_cal::Parameter::ROTARY[index % 8];
-        covariance[(index, index)] = tolerance.of(parameter).powi(2);
-    }
-    Some(covariance)
+    Some(prior_covariance(&robot.robot, tolerance))
 }
 
 /// The position error that a robot with this covariance of its parameters is expected to have.

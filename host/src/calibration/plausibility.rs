@@ -5,9 +5,9 @@ use crate::text::words::{in_file_units, list};
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Real, Robot};
 
-/// Percent of the forearm, and degrees, beyond which a change is a mistake and not an error.
+/// Percent of the forearm, degrees, and percent of a scale, beyond which a change is a mistake and not an error.
 const IMPLAUSIBLE: f64 = 10.0;
-/// Percent of the forearm, and degrees, beyond which a change is doubtful.
+/// The same beyond which a change is doubtful.
 const DOUBTFUL: f64 = 2.0;
 /// How many changes a warning names.
 const NAMED: usize = 3;
@@ -21,7 +21,7 @@ pub(crate) struct Change {
     after: f64,
     /// The joint's zero moved by as much, for a change of La_y.
     joint_zero: Option<f64>,
-    /// In percent of the forearm, or in degrees.
+    /// In percent of the forearm, in degrees, or in percent.
     size: f64,
 }
 
@@ -33,7 +33,7 @@ fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
         let zero = |arm: &delta_cal::robot::Arm<f64>| {
             arm.get(Parameter::LaY).angle_over(arm.get(Parameter::LaX))
         };
-        for parameter in Parameter::ROTARY {
+        for parameter in from.drive().parameters().iter().copied() {
             let (mut before, after) = (from.get(parameter), to.get(parameter));
             if parameter == Parameter::Theta {
                 // 359° and −1° are the same azimuth.
@@ -50,6 +50,7 @@ fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
                 size: match parameter.kind() {
                     ParameterKind::Length => 100.0 * change / from.lb(),
                     ParameterKind::Angle => change.to_degrees(),
+                    ParameterKind::Ratio => 100.0 * change,
                 },
             });
         }
@@ -66,6 +67,7 @@ pub(crate) fn implausible(before: &Robot<f64>, after: &Robot<f64>) -> Option<Str
         let limit = match largest.parameter.kind() {
             ParameterKind::Length => format!("{IMPLAUSIBLE} % of the forearm"),
             ParameterKind::Angle => format!("{IMPLAUSIBLE}°"),
+            ParameterKind::Ratio => format!("{IMPLAUSIBLE} %"),
         };
         format!(
             "{} of {} is {} in the robot file, and the fit makes it {}; a difference of more than \

@@ -8,7 +8,7 @@ use crate::fit::options::Frame;
 use crate::text::numbers::significant;
 use crate::text::words::{count, in_lines};
 use delta_cal::calibration::{ArmOutcome, StartUsed};
-use delta_cal::{ArmIndex, Parameter};
+use delta_cal::ArmIndex;
 
 /// Every doubt, the gravest first.
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
@@ -232,8 +232,8 @@ fn arm_warnings(
     outcome: &ArmOutcome<f64>,
     found: &mut Vec<String>,
 ) {
-    let decided: Vec<_> = Parameter::ROTARY
-        .into_iter()
+    let parameters = outcome.arm.drive().parameters().iter();
+    let decided: Vec<_> = parameters
         .map(|parameter| (parameter, outcome.prior_share[parameter.index()]))
         .filter(|(_, share)| *share > MOSTLY)
         .map(|(parameter, share)| format!("{parameter} ({:.0} %)", 100.0 * share))

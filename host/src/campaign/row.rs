@@ -1,5 +1,6 @@
 //! One row of `robots.csv`: one robot, calibrated one way.
 
+use crate::accuracy::information;
 use super::plan::{Plan, Scenario, Variant};
 use super::planned::MeasuredAt;
 use super::simulation::{SimulatedRobot, seed, simulate};
@@ -112,14 +113,24 @@ pub(super) fn columns(plan: &Plan) -> Vec<String> {
     let fixed = CASE_COLUMNS.into_iter().chain(ROW_COLUMNS);
     let mut columns: Vec<_> = fixed.map(str::to_owned).collect();
     if plan.parameters {
-        columns.extend(parameters().map(|(arm, parameter)| gain_column(arm, parameter)));
+        columns.extend(parameters(plan).map(|(arm, parameter)| gain_column(arm, parameter)));
     }
     columns
 }
 
 /// Every arm, counted from 1, and its parameters.
-pub(super) fn parameters() -> impl Iterator<Item = (usize, Parameter)> {
-    (1..=3).flat_map(|arm| Parameter::ROTARY.map(|parameter| (arm, parameter)))
+pub(super) fn parameters(plan: &Plan) -> impl Iterator<Item = (usize, Parameter)> {
+    information::parameters(&plan.robot.robot).map(|(arm, parameter)| (arm.index() + 1, parameter))
+}
+
+/// The same of robots with either drive.
+pub(super) fn named_parameters() -> impl Iterator<Item = (usize, Parameter)> {
+    let others = Parameter::LINEAR.into_iter().filter(|own| {
+        let same = |of: &Parameter| of.symbol() == own.symbol();
+        !Parameter::ROTARY.iter().any(same)
+    });
+    let all: Vec<_> = Parameter::ROTARY.into_iter().chain(others).collect();
+    (1..=3).flat_map(move |arm| all.clone().into_iter().map(move |parameter| (arm, parameter)))
 }
 
 /// `gain_1_Dx_percent`.

@@ -6,7 +6,7 @@ use super::planned::{Joints, MeasuredAt};
 use super::readings::{Readings, readings};
 use delta_cal::robot::{Arm, ParameterKind};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
-use delta_cal::{Parameter, Robot, Sample};
+use delta_cal::{Robot, Sample};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -109,14 +109,18 @@ fn positions(
 fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot<f64>> {
     let [first, second, third] = plan.robot.robot.arms();
     let mut arm = |nominal: &Arm<f64>| {
-        let parameters = Parameter::ROTARY.map(|parameter| {
+        let mut parameters = nominal.parameters();
+        for parameter in nominal.drive().parameters() {
             let bound = match parameter.kind() {
                 ParameterKind::Length => scenario.start_error.length_mm,
-                ParameterKind::Angle => scenario.start_error.angle_deg.to_radians(),
+                // A tower that leans and a belt that is too long by as much move the platform alike.
+                ParameterKind::Angle | ParameterKind::Ratio => {
+                    scenario.start_error.angle_deg.to_radians()
+                }
             };
-            nominal.get(parameter) + bound * scatter(plan.spread, rng)
-        });
-        Arm::new(parameters).ok()
+            parameters[parameter.index()] += bound * scatter(plan.spread, rng);
+        }
+        nominal.with_parameters(parameters).ok()
     };
     Robot::new([arm(first)?, arm(second)?, arm(third)?]).ok()
 }

@@ -4,7 +4,7 @@ use super::CampaignError;
 use super::folder::Record;
 use super::plan::{Plan, Shard};
 use super::quantiles::{QuantileFinder, Quantiles};
-use super::row::{CASE_COLUMNS, CaseColumns, cases, columns, gain_column, parameters};
+use super::row::{CASE_COLUMNS, CaseColumns, cases, columns, gain_column, named_parameters};
 use super::status::Status;
 use csv::{ByteRecord, Reader, ReaderBuilder, WriterBuilder};
 use serde::Serialize;
@@ -153,7 +153,7 @@ impl Gathered {
                 finder.offer(value);
             }
         }
-        for (finder, (arm, parameter)) in self.parameters.iter_mut().zip(parameters()) {
+        for (finder, (arm, parameter)) in self.parameters.iter_mut().zip(named_parameters()) {
             if let Some(value) = row.number(&gain_column(arm, parameter))? {
                 finder.offer(value);
             }
@@ -199,7 +199,7 @@ impl Gathered {
             parameter_gains: self
                 .parameters
                 .iter()
-                .zip(parameters())
+                .zip(named_parameters())
                 .filter_map(|(finder, (arm, parameter))| {
                     Some(ParameterGain {
                         arm,

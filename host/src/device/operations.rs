@@ -167,7 +167,7 @@ pub fn check_nominal<T: Number>(
         for ((parameter, file), device) in Parameter::ROTARY.into_iter().zip(file).zip(device) {
             let size = match parameter.kind() {
                 ParameterKind::Length => longest,
-                ParameterKind::Angle => std::f64::consts::TAU,
+                ParameterKind::Angle | ParameterKind::Ratio => std::f64::consts::TAU,
             };
             let device = device.to_f64();
             if !((file - device).abs() <= ROUNDINGS * T::EPSILON.to_f64() * size) {

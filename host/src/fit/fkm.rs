@@ -138,7 +138,12 @@ pub(crate) fn covariance_at(
     }
     let mut inverse = factor.solve_upper_triangular(&SMatrix::<f64, ALL, ALL>::identity())?;
     for (parameter, mut row) in inverse.row_iter_mut().enumerate() {
-        row *= problem.upper_arm(parameter);
+        // Nothing is stated of a place that the arms leave empty.
+        row *= if problem.unit_of(parameter) > 0.0 {
+            problem.upper_arm(parameter)
+        } else {
+            0.0
+        };
     }
     let covariance = inverse * inverse.transpose();
     (sum.is_finite() && covariance.iter().all(|entry| entry.is_finite())).then_some(covariance)

@@ -10,7 +10,7 @@ use delta_cal::calibration::{
     Start, StartUsed,
 };
 use delta_cal::samples::JointFactor;
-use delta_cal::{ArmIndex, Parameter, Refusal, Robot, Sample, Settings, Tolerance};
+use delta_cal::{ArmIndex, Refusal, Robot, Sample, Settings, Tolerance};
 
 /// Calibrates a robot, which is the nominal of the tolerance and the start of the iteration.
 ///
@@ -143,11 +143,12 @@ pub(crate) fn tolerance_weights<P: Problem<f64, 24, 25, 325>>(
     problem: &P,
     tolerance: Option<&Tolerance<f64>>,
 ) -> [f64; 24] {
-    std::array::from_fn(|index| {
-        let parameter = Parameter::ROTARY[index % Parameter::ROTARY.len()];
-        tolerance.map_or(0.0, |tolerance| {
-            problem.unit_of(index) / tolerance.of(parameter)
-        })
+    let places = problem.drive().places();
+    std::array::from_fn(|index| match (places[index % places.len()], tolerance) {
+        (Some(parameter), Some(tolerance)) => problem.unit_of(index) / tolerance.of(parameter),
+        (Some(_), None) => 0.0,
+        // Nothing else holds a place that the arms leave empty.
+        (None, _) => 1.0,
     })
 }
 

@@ -13,7 +13,7 @@ pub use combination::Combination;
 pub use indices::Indices;
 
 use crate::accuracy::information::{
-    ARM, PARAMETERS, closure_rows, parameter_at, position_rows, units,
+    ARM, PARAMETERS, closure_rows, is_empty, parameters, position_rows, unit,
 };
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
@@ -85,6 +85,9 @@ impl Observability {
         samples: &SamplesFile,
         method: CalibrationMethod,
     ) -> Result<Self, InputError> {
+        let places: Vec<_> = (0..PARAMETERS)
+            .filter(|place| !is_empty(&robot.robot, *place))
+            .collect();
         let assumptions = Assumptions::of(robot)
             .map_err(|error| InputError::new(&robot.name, error.to_string()).at_key("[noise]"))?;
         let mut rows = Vec::with_capacity(samples.rows.len());
@@ -100,13 +103,16 @@ impl Observability {
             poses.push(pose);
             rows.push(match method {
                 CalibrationMethod::Ikm => closure_rows(&robot.robot, &pose, &assumptions.noise)
-                    .map(|row| DMatrix::from_row_slice(1, ARM, row.as_slice()))
+                    .map(|row| {
+                        let own = places.iter().filter(|place| **place < ARM);
+                        DMatrix::from_row_iterator(1, places.len() / 3, own.map(|place| row[*place]))
+                    })
                     .to_vec(),
                 CalibrationMethod::Joint | CalibrationMethod::Fkm => {
                     let rows = position_rows(&robot.robot, &pose, &assumptions.noise)
                         .ok_or_else(|| fault("the pose is singular".to_owned()))?;
-                    vec![DMatrix::from_fn(3, PARAMETERS, |row, column| {
-                        rows[(row, column)]
+                    vec![DMatrix::from_fn(3, places.len(), |row, column| {
+                        rows[(row, places[column])]
                     })]
                 }
             });
@@ -129,7 +135,11 @@ impl Observability {
                 CalibrationMethod::Ikm => ArmIndex::ALL.get(block).copied(),
                 CalibrationMethod::Joint | CalibrationMethod::Fkm => None,
             };
-            blocks.push(Block::new(robot, arm, &own, &mut leverages));
+            let parameters: Vec<_> = parameters(&robot.robot)
+                .filter(|(own, _)| arm.is_none_or(|arm| arm == *own))
+                .map(Some)
+                .collect();
+            blocks.push(Block::new(robot, arm, &parameters, &own, &mut leverages));
         }
         Ok(Self {
             assumptions,
@@ -150,6 +160,7 @@ impl Block {
     fn new(
         robot: &RobotFile,
         arm: Option<ArmIndex>,
+        parameters: &[Option<(ArmIndex, Parameter)>],
         rows: &[&DMatrix<f64>],
         leverages: &mut [Leverage],
     ) -> Self {
@@ -176,7 +187,6 @@ impl Block {
                 leverage.largest = leverage.largest.max(own);
             }
         }
-        let first = arm.map_or(0, |arm| ARM * arm.index());
         let last = singular_values.len().saturating_sub(1);
         let sigma = |index: usize| -> f64 {
             if rank < columns {
@@ -188,13 +198,13 @@ impl Block {
                 .sum();
             variance.sqrt()
         };
-        let (worst, part) = worst_parameter(robot, first, columns, sigma);
+        let (worst, part) = worst_parameter(robot, parameters, sigma);
         Self {
             arm,
             rank,
             indices: Indices::of(&singular_values, rows.len()),
             weakest: Combination::new(
-                first,
+                parameters,
                 &directions
                     .last()
                     .cloned()
@@ -229,17 +239,16 @@ fn decomposed(jacobian: &DMatrix<f64>) -> (Vec<f64>, Vec<DVector<f64>>) {
 /// accepts, and that part.
 fn worst_parameter(
     robot: &RobotFile,
-    first: usize,
-    columns: usize,
+    parameters: &[Option<(ArmIndex, Parameter)>],
     sigma: impl Fn(usize) -> f64,
 ) -> ((ArmIndex, Parameter, f64), f64) {
-    let units = units(&robot.robot);
     let mut worst = ((ArmIndex::First, Parameter::Dx, 0.0), 0.0);
-    for index in 0..columns {
-        let (arm, parameter) = parameter_at(first + index);
-        let part = sigma(index) / (LARGEST_SIGMA * robot.robot.arm(arm).upper_arm_length());
+    for (index, (arm, parameter)) in parameters.iter().flatten().copied().enumerate() {
+        let geometry = robot.robot.arm(arm);
+        let part = sigma(index) / (LARGEST_SIGMA * geometry.upper_arm_length());
         if !(part <= worst.1) {
-            worst = ((arm, parameter, sigma(index) / units[first + index]), part);
+            let own = sigma(index) / unit(geometry, parameter);
+            worst = ((arm, parameter, own), part);
         }
     }
     worst

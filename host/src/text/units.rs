@@ -19,13 +19,14 @@ pub(crate) const fn unit(parameter: Parameter) -> &'static str {
     match parameter.kind() {
         ParameterKind::Length => "mm",
         ParameterKind::Angle => "deg",
+        ParameterKind::Ratio => "",
     }
 }
 
 /// A difference or σ of a parameter in that unit.
 pub(crate) fn in_unit(parameter: Parameter, value: f64) -> f64 {
     match parameter.kind() {
-        ParameterKind::Length => value,
+        ParameterKind::Length | ParameterKind::Ratio => value,
         ParameterKind::Angle => value.to_degrees(),
     }
 }

@@ -40,11 +40,12 @@ pub(crate) fn in_lines(lines: &[u64]) -> String {
     format!("{noun} {}{others}", list(&named.collect::<Vec<_>>()))
 }
 
-/// Millimetres or degrees, of a parameter in millimetres or radians.
+/// Millimetres, degrees or a ratio, of a parameter in millimetres, radians or no unit.
 pub(crate) fn in_file_units(parameter: Parameter, value: f64) -> String {
     match parameter.kind() {
         ParameterKind::Length => format!("{value:.3} mm"),
         ParameterKind::Angle => format!("{:.3}°", value.to_degrees()),
+        ParameterKind::Ratio => format!("{value:.5}"),
     }
 }
 

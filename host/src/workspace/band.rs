@@ -3,9 +3,9 @@
 use super::influence::displacements;
 use super::{BoundaryPoint, Workspace};
 use crate::geometry::reach::Reach;
-use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::robot::Arm;
 use delta_cal::simulate::standard_normal;
-use delta_cal::{ArmIndex, Parameter, Robot, Tolerance};
+use delta_cal::{Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -90,12 +90,12 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 /// Draws robots about a workspace's own, each parameter normal with the tolerance as its σ, and
 /// finds the boundary of each along the normals. The same seed gives the same band.
 pub fn band(workspace: &Workspace, tolerance: &Tolerance<f64>, options: &BandOptions) -> Band {
-    let parameters = || ArmIndex::ALL.into_iter().flat_map(|_| Parameter::ROTARY);
+    let sigmas = tolerance.of_places(workspace.robot.drive());
     let linear = displacements(workspace);
     let sigma_of = |moved: &[f64; 24]| {
-        let parts = moved.iter().zip(parameters());
+        let parts = moved.iter().zip(sigmas.into_iter().cycle());
         parts
-            .map(|(m, p)| (m * tolerance.of(p)).powi(2))
+            .map(|(m, sigma)| (m * sigma).powi(2))
             .sum::<f64>()
             .sqrt()
     };
@@ -176,10 +176,10 @@ fn drawn(
         Pcg32::seed_from_u64(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(number));
     let mut arm = |arm: &Arm<f64>| {
         let mut parameters = arm.parameters();
-        for (value, parameter) in parameters.iter_mut().zip(Parameter::ROTARY) {
-            *value += tolerance.of(parameter) * standard_normal::<f64, _>(&mut rng);
+        for (value, sigma) in parameters.iter_mut().zip(tolerance.of_places(arm.drive())) {
+            *value += sigma * standard_normal::<f64, _>(&mut rng);
         }
-        Arm::new(parameters).ok()
+        arm.with_parameters(parameters).ok()
     };
     let [first, second, third] = robot.arms();
     Robot::new([arm(first)?, arm(second)?, arm(third)?]).ok()
@@ -192,15 +192,16 @@ pub(super) fn predicted(from: &Robot<f64>, to: &Robot<f64>, displacements: &[f64
         let arms = *robot.arms();
         arms.into_iter().flat_map(|arm| arm.parameters())
     };
-    let parameters = ArmIndex::ALL.into_iter().flat_map(|_| Parameter::ROTARY);
+    let places = from.drive().places();
+    let parameters = places.into_iter().cycle();
     let changes = values(from)
         .zip(values(to))
         .zip(parameters)
         .map(|((from, to), parameter)| {
             let change = to - from;
-            match parameter.kind() {
-                ParameterKind::Length => change,
-                ParameterKind::Angle => change.sin().atan2(change.cos()),
+            match parameter {
+                Some(Parameter::Theta | Parameter::Alpha) => change.sin().atan2(change.cos()),
+                _ => change,
             }
         });
     changes

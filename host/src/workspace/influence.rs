@@ -1,5 +1,6 @@
 //! How the boundary moves with the 24 parameters, to first order.
 
+use crate::accuracy::information::parameters;
 use super::Workspace;
 use delta_cal::{ArmIndex, Parameter};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -21,8 +22,8 @@ pub struct ParameterInfluence {
     pub volume: f64,
 }
 
-/// Displacement of each point along its outward normal for each parameter, in the order of the
-/// arms and of [`Parameter::ROTARY`]: mm per mm, and mm per radian.
+/// Displacement of each point along its outward normal for each parameter, arm by arm at its place: mm per mm,
+/// and mm per radian.
 pub(crate) fn displacements(workspace: &Workspace) -> Vec<Option<[f64; 24]>> {
     let of = |point: &super::BoundaryPoint| {
         let arms = point.displacement(&workspace.robot, &workspace.reach)?;
@@ -38,7 +39,7 @@ pub(crate) fn displacements(workspace: &Workspace) -> Vec<Option<[f64; 24]>> {
 /// A millimetre, or a degree in radians.
 pub(crate) fn unit(parameter: Parameter) -> f64 {
     match parameter.kind() {
-        delta_cal::robot::ParameterKind::Length => 1.0,
+        delta_cal::robot::ParameterKind::Length | delta_cal::robot::ParameterKind::Ratio => 1.0,
         delta_cal::robot::ParameterKind::Angle => 1f64.to_radians(),
     }
 }
@@ -46,10 +47,7 @@ pub(crate) fn unit(parameter: Parameter) -> f64 {
 /// All 24, arm by arm.
 pub fn influence(workspace: &Workspace) -> Vec<ParameterInfluence> {
     let displacements = displacements(workspace);
-    let parameters = ArmIndex::ALL
-        .into_iter()
-        .flat_map(|arm| Parameter::ROTARY.map(|parameter| (arm, parameter)));
-    parameters
+    parameters(&workspace.robot)
         .map(|(arm, parameter)| {
             let index = 8 * arm.index() + parameter.index();
             let (mut square, mut volume, mut area) = (0.0, 0.0, 0.0);

@@ -2,7 +2,6 @@
 
 use crate::files::samples_file::PositionUnit;
 use crate::fit::options::Frame;
-use delta_cal::robot::Arm;
 use delta_cal::{Robot, Sample};
 use std::f64::consts::PI;
 
@@ -223,12 +222,12 @@ impl Fault {
     }
 }
 
-/// La_x, La_y and Lb exchanged; D, θ and α stay where the robot's base has them.
+/// La_x, La_y and Lb exchanged (scale and Lb of linear drives); D, θ and α stay where the robot's base has
+/// them.
 fn with_arms_exchanged(robot: &Robot<f64>, first: usize, second: usize) -> Option<Robot<f64>> {
     let arms = robot.arms();
     let mut parameters = arms.map(|arm| arm.parameters());
     let [one, other] = parameters.get_disjoint_mut([first, second]).ok()?;
     one[5..].swap_with_slice(&mut other[5..]);
-    let [one, two, three] = parameters.map(Arm::new);
-    Robot::new([one.ok()?, two.ok()?, three.ok()?]).ok()
+    robot.with_parameters(parameters).ok()
 }

@@ -1,5 +1,7 @@
 //! What measurements determine and what they leave to the tolerance.
 
+use crate::accuracy::information::parameter_at;
+use delta_cal::robot::ParameterKind;
 use crate::accuracy::expected_error::ExpectedError;
 use crate::files::robot_file::RobotFile;
 use delta_cal::Parameter;
@@ -52,9 +54,15 @@ impl Known {
         let (Some(tolerance), Some(covariance)) = (&robot.tolerance, covariance) else {
             return everything;
         };
+        let sigmas = tolerance.of_places(robot.robot.drive());
         let scaled = Matrix24::from_fn(|row, column| {
-            let of = |index: usize| tolerance.of(Parameter::ROTARY[index % 8]);
-            covariance[(row, column)] / (of(row) * of(column))
+            let (one, other) = (sigmas[row % 8], sigmas[column % 8]);
+            if one > 0.0 && other > 0.0 {
+                covariance[(row, column)] / (one * other)
+            } else {
+                // An empty place, of which as little is known as beforehand.
+                f64::from(u8::from(row == column))
+            }
         });
         let Some(inverse) = scaled.try_inverse() else {
             return everything;
@@ -63,13 +71,13 @@ impl Known {
         let measured = inverse - Matrix24::identity();
         let eigenvalues = measured.symmetric_eigenvalues();
         let larger = SVector::<f64, 24>::from_fn(|index, _| {
-            let parameter = Parameter::ROTARY[index % 8];
-            let length = !matches!(parameter, Parameter::Theta | Parameter::Alpha);
-            let value = robot.robot.arms()[index / 8].get(parameter);
-            if length {
-                value / tolerance.of(parameter)
-            } else {
-                0.0
+            match parameter_at(&robot.robot, index) {
+                // The travel grows with everything else if its scale does.
+                Some((_, Parameter::Scale)) => 1.0 / sigmas[index % 8],
+                Some((arm, parameter)) if parameter.kind() == ParameterKind::Length => {
+                    robot.robot.arm(arm).get(parameter) / sigmas[index % 8]
+                }
+                _ => 0.0,
             }
         });
         let size = larger.norm_squared();

@@ -136,7 +136,7 @@ pub fn geometry<T: Number>(set: &str, parameters: &Parameters<T>) -> Value {
         let named = Parameter::ROTARY.into_iter().zip(values);
         let named = named.map(|(parameter, value)| {
             let value = match parameter.kind() {
-                ParameterKind::Length => value.to_f64(),
+                ParameterKind::Length | ParameterKind::Ratio => value.to_f64(),
                 ParameterKind::Angle => degrees(value.to_f64()),
             };
             (parameter.symbol().to_owned(), json!(value))

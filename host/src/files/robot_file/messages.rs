@@ -1,9 +1,10 @@
 //! What the TOML reader finds wrong, by section and key.
 
-use super::schema::ARM_KEYS;
+use super::schema::arm_key;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::text::words::decimal_comma;
+use delta_cal::Parameter;
 
 pub(super) const SECTIONS: &str = "a robot file has [nominal] or three [[arm]], then [joints], and may have \
                         [tolerance], [noise], [sensor_frame], [planes.NAME], [points.NAME] \
@@ -85,14 +86,20 @@ fn quoted_after<'a>(message: &'a str, before: &str) -> Option<&'a str> {
 /// The section in which a key belongs.
 fn section_of(key: &str) -> Option<&'static str> {
     match key {
-        "base_radius_mm" | "platform_radius_mm" | "upper_arm_mm" | "forearm_mm" => {
+        "base_radius_mm" | "platform_radius_mm" | "upper_arm_mm" | "forearm_mm"
+        | "tower_radius_mm" | "tower_deg" | "kind" => {
             Some("[nominal]")
         }
-        "min_deg" | "max_deg" => Some("[joints]"),
-        "length_mm" | "angle_deg" => Some("[tolerance]"),
-        "position_mm" | "joint_deg" => Some("[noise]"),
+        "min_deg" | "max_deg" | "min_mm" | "max_mm" => Some("[joints]"),
+        "length_mm" | "angle_deg" | "zero_mm" => Some("[tolerance]"),
+        "position_mm" | "joint_deg" | "joint_mm" => Some("[noise]"),
         "rotation" | "translation_mm" => Some("[sensor_frame]"),
-        key if ARM_KEYS.contains(&key) => Some("[[arm]]"),
+        key if arm_keys().any(|own| own == key) => Some("[[arm]]"),
         _ => None,
     }
+}
+
+fn arm_keys() -> impl Iterator<Item = &'static str> {
+    let parameters = Parameter::ROTARY.into_iter().chain(Parameter::LINEAR);
+    parameters.map(arm_key)
 }

@@ -1,10 +1,12 @@
+mod geometry;
+
 use super::RobotFile;
 use super::instruments::{InstrumentFacts, KnownPlane, NamedPoint};
 use super::messages::{SECTIONS, syntax, with_section};
 use super::schema::{
-    ARM_KEYS, ArmToml, ByAxis, JointsToml, NoiseToml, NominalToml, Number, PointToml, RobotToml,
-    SensorFrameToml, ToleranceToml,
+    ByAxis, JointsToml, NoiseToml, Number, PointToml, RobotToml, SensorFrameToml, ToleranceToml,
 };
+use geometry::{from_arms, symmetric};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::geometry::sweep::reaches_anywhere;
@@ -12,13 +14,11 @@ use crate::text::words::count;
 use delta_cal::calibration::ToleranceError;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
-use delta_cal::robot::{Arm, GeometryError, ParameterKind};
+use delta_cal::robot::Drive;
 use delta_cal::samples::NoiseError;
-use delta_cal::{Noise, Parameter, Robot, SymmetricRobot, Tolerance};
+use delta_cal::{Noise, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
-
-const IMPOSSIBLE: &str = "check the number and its unit: lengths are in mm, angles in degrees";
 
 /// A rotation read from a file may be off by its rounding, not by more than this.
 const ROTATION_ERROR: f64 = 1e-6;
@@ -33,7 +33,7 @@ impl RobotFile {
         let toml: RobotToml = toml::from_str(input.text()).map_err(|e| syntax(input, &e))?;
         let (robot, line) = match (&toml.nominal, toml.arm.as_deref()) {
             (Some(nominal), None) => (
-                symmetric(input, nominal.as_ref())?,
+                symmetric(input, nominal)?,
                 input.line_at(nominal.span().start),
             ),
             (None, Some([first, second, third])) => (
@@ -59,8 +59,13 @@ impl RobotFile {
                     .with_remedy(SECTIONS));
             }
         };
-        let limits = joint_limits(input, &toml.joints)?;
-        let forearm_limit = match &toml.joints.as_ref().forearm_max_deg {
+        let drive = robot.drive();
+        let limits = joint_limits(input, drive, &toml.joints)?;
+        let forearm_max = toml.joints.as_ref().forearm_max_deg.as_ref();
+        if drive == Drive::Linear {
+            foreign(input, drive, "forearm_max_deg", forearm_max)?;
+        }
+        let forearm_limit = match forearm_max {
             Some(number) => Some(forearm_limit(input, number)?),
             None => None,
         };
@@ -71,7 +76,7 @@ impl RobotFile {
                 .at_line(line)
                 .with_remedy("check the lengths (in mm), the arms' azimuths and the [joints]"));
         }
-        let instruments = instruments(input, &toml)?;
+        let instruments = instruments(input, drive, &toml)?;
         Ok(Self {
             name: input.name().to_owned(),
             robot,
@@ -79,10 +84,10 @@ impl RobotFile {
             forearm_limit,
             tolerance: toml
                 .tolerance
-                .map(|section| tolerance(input, &section))
+                .map(|section| tolerance(input, drive, &section))
                 .transpose()?,
             noise: match &toml.noise {
-                Some(section) => noise(input, section)?,
+                Some(section) => noise(input, drive, section)?,
                 None => None,
             },
             instruments,
@@ -94,14 +99,47 @@ impl RobotFile {
     }
 }
 
-fn fault(input: &InputText, line: u64, key: &str, cause: impl Into<String>) -> InputError {
+/// A key that the robot's drive needs; `section` begins in `line`.
+pub(super) fn required<'a>(
+    input: &InputText,
+    line: u64,
+    section: &str,
+    key: &str,
+    number: Option<&'a Number>,
+) -> Result<&'a Number, InputError> {
+    number.ok_or_else(|| {
+        InputError::new(input.name(), "the key is missing")
+            .at_line(line)
+            .at_key(format!("{section} {key}"))
+            .with_remedy(SECTIONS)
+    })
+}
+
+/// A key that belongs to the other drive.
+pub(super) fn foreign(
+    input: &InputText,
+    drive: Drive,
+    key: &str,
+    number: Option<&Number>,
+) -> Result<(), InputError> {
+    let Some(number) = number else {
+        return Ok(());
+    };
+    let cause = match drive {
+        Drive::Rotary => "a robot whose motors turn its arms has no such key",
+        Drive::Linear => "a robot with kind = \"linear\" has no such key",
+    };
+    Err(fault_at(input, number, key, cause))
+}
+
+pub(super) fn fault(input: &InputText, line: u64, key: &str, cause: impl Into<String>) -> InputError {
     InputError::new(input.name(), cause)
         .at_line(line)
         .at_key(with_section(input, line, key))
         .with_remedy(SECTIONS)
 }
 
-fn fault_at<T>(
+pub(super) fn fault_at<T>(
     input: &InputText,
     number: &Spanned<T>,
     key: &str,
@@ -110,7 +148,7 @@ fn fault_at<T>(
     fault(input, input.line_at(number.span().start), key, cause)
 }
 
-fn finite(input: &InputText, key: &str, number: &Number) -> Result<f64, InputError> {
+pub(super) fn finite(input: &InputText, key: &str, number: &Number) -> Result<f64, InputError> {
     let value = *number.as_ref();
     if value.is_finite() {
         Ok(value)
@@ -120,92 +158,49 @@ fn finite(input: &InputText, key: &str, number: &Number) -> Result<f64, InputErr
     }
 }
 
-fn symmetric(input: &InputText, nominal: &NominalToml) -> Result<Robot<f64>, InputError> {
-    let geometry = SymmetricRobot {
-        base_radius: finite(input, "base_radius_mm", &nominal.base_radius_mm)?,
-        platform_radius: finite(input, "platform_radius_mm", &nominal.platform_radius_mm)?,
-        upper_arm: finite(input, "upper_arm_mm", &nominal.upper_arm_mm)?,
-        forearm: finite(input, "forearm_mm", &nominal.forearm_mm)?,
-    };
-    geometry.robot().map_err(|error| {
-        let (key, number) = match error {
-            GeometryError::RadiusInvalid if geometry.base_radius < 0.0 => {
-                ("base_radius_mm", &nominal.base_radius_mm)
-            }
-            GeometryError::RadiusInvalid => ("platform_radius_mm", &nominal.platform_radius_mm),
-            GeometryError::NotPositive(Parameter::Lb) | GeometryError::NonFinite(Parameter::Lb) => {
-                ("forearm_mm", &nominal.forearm_mm)
-            }
-            GeometryError::NonFinite(Parameter::Dx | Parameter::Dy) => {
-                ("base_radius_mm", &nominal.base_radius_mm)
-            }
-            _ => ("upper_arm_mm", &nominal.upper_arm_mm),
-        };
-        fault_at(input, number, key, impossible(error)).with_remedy(IMPOSSIBLE)
-    })
-}
-
-fn from_arms(input: &InputText, arms: [&Spanned<ArmToml>; 3]) -> Result<Robot<f64>, InputError> {
-    let [first, second, third] = arms.map(|section| arm(input, section));
-    Robot::new([first?, second?, third?]).map_err(|error| {
-        let [section, ..] = arms;
-        let line = input.line_at(section.span().start);
-        fault(input, line, "[[arm]]", impossible(error))
-    })
-}
-
-fn arm(input: &InputText, section: &Spanned<ArmToml>) -> Result<Arm<f64>, InputError> {
-    let mut parameters = [0.0; 8];
-    let numbers = section.as_ref().numbers();
-    for (parameter, value) in Parameter::ROTARY.into_iter().zip(&mut parameters) {
-        let index = parameter.index();
-        let number = finite(input, ARM_KEYS[index], numbers[index])?;
-        *value = match parameter.kind() {
-            ParameterKind::Length => number,
-            ParameterKind::Angle => number.to_radians(),
-        };
-    }
-    Arm::new(parameters).map_err(|error| {
-        let parameter = match error {
-            GeometryError::NonFinite(parameter) | GeometryError::NotPositive(parameter) => {
-                parameter
-            }
-            GeometryError::TiltTooLarge => Parameter::Alpha,
-            _ => Parameter::Theta,
-        };
-        let index = parameter.index();
-        fault_at(input, numbers[index], ARM_KEYS[index], impossible(error)).with_remedy(IMPOSSIBLE)
-    })
-}
-
-fn impossible(error: GeometryError) -> String {
-    match error {
-        GeometryError::NonFinite(_) => "the geometry is impossible: the number is too large".into(),
-        GeometryError::NotPositive(Parameter::LaX) => {
-            "the geometry is impossible: the upper arm's length must be greater than 0".into()
-        }
-        GeometryError::NotPositive(_) => {
-            "the geometry is impossible: the length must be greater than 0".into()
-        }
-        error => format!("the geometry is impossible: {error}"),
-    }
-}
-
 fn joint_limits(
     input: &InputText,
+    drive: Drive,
     section: &Spanned<JointsToml>,
 ) -> Result<JointLimits<f64>, InputError> {
+    let line = input.line_at(section.span().start);
     let joints = section.as_ref();
-    let minimum = finite(input, "min_deg", &joints.min_deg)?;
-    let maximum = finite(input, "max_deg", &joints.max_deg)?;
-    JointLimits::new(minimum.to_radians(), maximum.to_radians()).map_err(|error| {
-        let cause = match error {
-            JointLimitsError::Empty => {
+    let (keys, [low, high], others) = match drive {
+        Drive::Rotary => (
+            ["min_deg", "max_deg"],
+            [&joints.min_deg, &joints.max_deg],
+            [("min_mm", &joints.min_mm), ("max_mm", &joints.max_mm)],
+        ),
+        Drive::Linear => (
+            ["min_mm", "max_mm"],
+            [&joints.min_mm, &joints.max_mm],
+            [("min_deg", &joints.min_deg), ("max_deg", &joints.max_deg)],
+        ),
+    };
+    for (key, number) in others {
+        foreign(input, drive, key, number.as_ref())?;
+    }
+    let (low, high) = (
+        required(input, line, "[joints]", keys[0], low.as_ref())?,
+        required(input, line, "[joints]", keys[1], high.as_ref())?,
+    );
+    let minimum = finite(input, keys[0], low)?;
+    let maximum = finite(input, keys[1], high)?;
+    let limits = match drive {
+        Drive::Rotary => JointLimits::new(minimum.to_radians(), maximum.to_radians()),
+        Drive::Linear => JointLimits::travel(minimum, maximum),
+    };
+    limits.map_err(|error| {
+        let cause = match (error, drive) {
+            (JointLimitsError::Empty, Drive::Rotary) => {
                 format!("the largest joint angle, {maximum}, is not above the smallest, {minimum}")
             }
-            error => error.to_string(),
+            (JointLimitsError::Empty, Drive::Linear) => {
+                format!("the largest travel, {maximum}, is not above the smallest, {minimum}")
+            }
+            (error, _) => error.to_string(),
         };
-        fault_at(input, &joints.max_deg, "max_deg", cause)
+        fault_at(input, high, keys[1], cause)
     })
 }
 
@@ -219,12 +214,36 @@ fn forearm_limit(input: &InputText, number: &Number) -> Result<f64, InputError> 
         .with_remedy("if the ball joints have no limit, delete the line"))
 }
 
-fn tolerance(input: &InputText, section: &ToleranceToml) -> Result<Tolerance<f64>, InputError> {
+fn tolerance(
+    input: &InputText,
+    drive: Drive,
+    section: &Spanned<ToleranceToml>,
+) -> Result<Tolerance<f64>, InputError> {
+    let line = input.line_at(section.span().start);
+    let section = section.as_ref();
     let length = finite(input, "length_mm", &section.length_mm)?;
     let angle = finite(input, "angle_deg", &section.angle_deg)?;
-    Tolerance::new(length, angle.to_radians()).map_err(|error| {
-        let (key, number) = match error {
-            ToleranceError::Angle => ("angle_deg", &section.angle_deg),
+    let mut stated = Tolerance::new(length, angle.to_radians());
+    match drive {
+        Drive::Rotary => {
+            foreign(input, drive, "zero_mm", section.zero_mm.as_ref())?;
+            foreign(input, drive, "scale", section.scale.as_ref())?;
+        }
+        Drive::Linear => {
+            let scale = required(input, line, "[tolerance]", "scale", section.scale.as_ref())?;
+            let scale = finite(input, "scale", scale)?;
+            let zero = match &section.zero_mm {
+                Some(zero) => finite(input, "zero_mm", zero)?,
+                None => length,
+            };
+            stated = stated.and_then(|own| own.with_linear(zero, scale));
+        }
+    }
+    stated.map_err(|error| {
+        let (key, number) = match (error, &section.zero_mm, &section.scale) {
+            (ToleranceError::Angle, ..) => ("angle_deg", &section.angle_deg),
+            (ToleranceError::Zero, Some(zero), _) => ("zero_mm", zero),
+            (ToleranceError::Scale, _, Some(scale)) => ("scale", scale),
             _ => ("length_mm", &section.length_mm),
         };
         fault_at(input, number, key, error.to_string())
@@ -235,11 +254,12 @@ fn tolerance(input: &InputText, section: &ToleranceToml) -> Result<Tolerance<f64
 /// Of positions; `None` if only other readings have a noise.
 fn noise(
     input: &InputText,
+    drive: Drive,
     section: &Spanned<NoiseToml>,
 ) -> Result<Option<Noise<f64>>, InputError> {
     let line = input.line_at(section.span().start);
+    let (joint, key, number) = joint_noise(input, drive, section)?;
     let section = section.as_ref();
-    let joint = finite(input, "joint_deg", &section.joint_deg)?;
     let Some(stated) = &section.position_mm else {
         if section.height_mm.is_none() && section.distance_mm.is_none() {
             let cause = "the key is missing";
@@ -248,10 +268,10 @@ fn noise(
         return Ok(None);
     };
     let ByAxis(position) = stated.as_ref();
-    let noise = Noise::by_axis(*position, joint.to_radians()).map_err(|error| {
+    let noise = Noise::by_axis(*position, joint).map_err(|error| {
         let cause = error.to_string();
         match error {
-            NoiseError::Joint => fault_at(input, &section.joint_deg, "joint_deg", cause),
+            NoiseError::Joint => fault_at(input, number, key, cause),
             _ => fault_at(input, stated, "position_mm", cause),
         }
         .with_remedy("if the noise is not known, delete the whole section [noise]")
@@ -259,10 +279,36 @@ fn noise(
     Ok(Some(noise))
 }
 
-fn instruments(input: &InputText, toml: &RobotToml) -> Result<InstrumentFacts, InputError> {
+/// In radians or mm, its key and where it stands.
+fn joint_noise<'a>(
+    input: &InputText,
+    drive: Drive,
+    section: &'a Spanned<NoiseToml>,
+) -> Result<(f64, &'static str, &'a Number), InputError> {
+    let line = input.line_at(section.span().start);
+    let section = section.as_ref();
+    let (key, own, (other_key, other)) = match drive {
+        Drive::Rotary => ("joint_deg", &section.joint_deg, ("joint_mm", &section.joint_mm)),
+        Drive::Linear => ("joint_mm", &section.joint_mm, ("joint_deg", &section.joint_deg)),
+    };
+    foreign(input, drive, other_key, other.as_ref())?;
+    let number = required(input, line, "[noise]", key, own.as_ref())?;
+    let stated = finite(input, key, number)?;
+    let joint = match drive {
+        Drive::Rotary => stated.to_radians(),
+        Drive::Linear => stated,
+    };
+    Ok((joint, key, number))
+}
+
+fn instruments(
+    input: &InputText,
+    drive: Drive,
+    toml: &RobotToml,
+) -> Result<InstrumentFacts, InputError> {
     let mut facts = InstrumentFacts::default();
-    if let Some(section) = &toml.noise {
-        let section = section.as_ref();
+    if let Some(spanned) = &toml.noise {
+        let section = spanned.as_ref();
         let of = |key: &str, number: &Option<Number>| match number {
             Some(number) => positive(input, key, number).map(Some),
             None => Ok(None),
@@ -270,12 +316,12 @@ fn instruments(input: &InputText, toml: &RobotToml) -> Result<InstrumentFacts, I
         facts.height_noise = of("height_mm", &section.height_mm)?;
         facts.distance_noise = of("distance_mm", &section.distance_mm)?;
         if section.position_mm.is_none() {
-            let joint = finite(input, "joint_deg", &section.joint_deg)?;
+            let (joint, key, number) = joint_noise(input, drive, spanned)?;
             if !(joint >= 0.0) {
                 let cause = NoiseError::Joint.to_string();
-                return Err(fault_at(input, &section.joint_deg, "joint_deg", cause));
+                return Err(fault_at(input, number, key, cause));
             }
-            facts.joint_noise = Some(joint.to_radians());
+            facts.joint_noise = Some(joint);
         }
     }
     for (name, plane) in &toml.planes {

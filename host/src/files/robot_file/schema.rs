@@ -1,5 +1,7 @@
 //! The keys of a robot file, each with its place in the text.
 
+use delta_cal::Parameter;
+use delta_cal::robot::Drive;
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
@@ -14,7 +16,7 @@ pub(super) struct RobotToml {
     pub(super) nominal: Option<Spanned<NominalToml>>,
     pub(super) arm: Option<Vec<Spanned<ArmToml>>>,
     pub(super) joints: Spanned<JointsToml>,
-    pub(super) tolerance: Option<ToleranceToml>,
+    pub(super) tolerance: Option<Spanned<ToleranceToml>>,
     pub(super) noise: Option<Spanned<NoiseToml>>,
     pub(super) sensor_frame: Option<Spanned<SensorFrameToml>>,
     #[serde(default)]
@@ -24,63 +26,91 @@ pub(super) struct RobotToml {
     pub(super) target: Option<TargetToml>,
 }
 
+/// Of either kind; what a kind needs is looked for when it is known.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(clippy::struct_field_names)] // the keys of the file
 pub(super) struct NominalToml {
-    pub(super) base_radius_mm: Number,
-    pub(super) platform_radius_mm: Number,
-    pub(super) upper_arm_mm: Number,
-    pub(super) forearm_mm: Number,
+    pub(super) kind: Option<Spanned<String>>,
+    pub(super) base_radius_mm: Option<Number>,
+    pub(super) platform_radius_mm: Option<Number>,
+    pub(super) upper_arm_mm: Option<Number>,
+    pub(super) tower_radius_mm: Option<Number>,
+    pub(super) tower_deg: Option<Spanned<[f64; 3]>>,
+    pub(super) forearm_mm: Option<Number>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ArmToml {
-    pub(super) dx_mm: Number,
-    pub(super) dy_mm: Number,
-    pub(super) dz_mm: Number,
-    pub(super) theta_deg: Number,
-    pub(super) alpha_deg: Number,
-    pub(super) la_x_mm: Number,
-    pub(super) la_y_mm: Number,
-    pub(super) lb_mm: Number,
+    dx_mm: Option<Number>,
+    dy_mm: Option<Number>,
+    dz_mm: Option<Number>,
+    theta_deg: Option<Number>,
+    alpha_deg: Option<Number>,
+    la_x_mm: Option<Number>,
+    la_y_mm: Option<Number>,
+    lean_x_deg: Option<Number>,
+    lean_y_deg: Option<Number>,
+    scale: Option<Number>,
+    lb_mm: Option<Number>,
 }
 
-/// The keys of an arm in the order of `Parameter::ROTARY`.
-pub(super) const ARM_KEYS: [&str; 8] = [
-    "dx_mm",
-    "dy_mm",
-    "dz_mm",
-    "theta_deg",
-    "alpha_deg",
-    "la_x_mm",
-    "la_y_mm",
-    "lb_mm",
-];
+/// The key of a parameter in an arm's section.
+pub(super) const fn arm_key(parameter: Parameter) -> &'static str {
+    match parameter {
+        Parameter::Dx => "dx_mm",
+        Parameter::Dy => "dy_mm",
+        Parameter::Dz | Parameter::Zero => "dz_mm",
+        Parameter::Theta => "theta_deg",
+        Parameter::Alpha => "alpha_deg",
+        Parameter::LaX => "la_x_mm",
+        Parameter::LaY => "la_y_mm",
+        Parameter::Lb => "lb_mm",
+        Parameter::LeanX => "lean_x_deg",
+        Parameter::LeanY => "lean_y_deg",
+        Parameter::Scale => "scale",
+    }
+}
 
 impl ArmToml {
-    /// In the order of `Parameter::ROTARY`.
-    pub(super) fn numbers(&self) -> [&Number; 8] {
-        [
-            &self.dx_mm,
-            &self.dy_mm,
-            &self.dz_mm,
-            &self.theta_deg,
-            &self.alpha_deg,
-            &self.la_x_mm,
-            &self.la_y_mm,
-            &self.lb_mm,
-        ]
+    pub(super) const fn number(&self, parameter: Parameter) -> Option<&Number> {
+        match parameter {
+            Parameter::Dx => self.dx_mm.as_ref(),
+            Parameter::Dy => self.dy_mm.as_ref(),
+            Parameter::Dz | Parameter::Zero => self.dz_mm.as_ref(),
+            Parameter::Theta => self.theta_deg.as_ref(),
+            Parameter::Alpha => self.alpha_deg.as_ref(),
+            Parameter::LaX => self.la_x_mm.as_ref(),
+            Parameter::LaY => self.la_y_mm.as_ref(),
+            Parameter::Lb => self.lb_mm.as_ref(),
+            Parameter::LeanX => self.lean_x_deg.as_ref(),
+            Parameter::LeanY => self.lean_y_deg.as_ref(),
+            Parameter::Scale => self.scale.as_ref(),
+        }
+    }
+
+    /// Whether it has a key that an arm with this drive has not.
+    pub(super) fn foreign_to(&self, drive: Drive) -> Option<(Parameter, &Number)> {
+        let other = match drive {
+            Drive::Rotary => Drive::Linear,
+            Drive::Linear => Drive::Rotary,
+        };
+        let own = drive.parameters();
+        let foreign = |parameter: &&Parameter| {
+            !own.iter().any(|own| arm_key(*own) == arm_key(**parameter))
+        };
+        let mut others = other.parameters().iter().filter(foreign);
+        others.find_map(|parameter| Some((*parameter, self.number(*parameter)?)))
     }
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(clippy::struct_field_names)] // the keys of the file
 pub(super) struct JointsToml {
-    pub(super) min_deg: Number,
-    pub(super) max_deg: Number,
+    pub(super) min_deg: Option<Number>,
+    pub(super) max_deg: Option<Number>,
+    pub(super) min_mm: Option<Number>,
+    pub(super) max_mm: Option<Number>,
     pub(super) forearm_max_deg: Option<Number>,
 }
 
@@ -89,6 +119,8 @@ pub(super) struct JointsToml {
 pub(super) struct ToleranceToml {
     pub(super) length_mm: Number,
     pub(super) angle_deg: Number,
+    pub(super) zero_mm: Option<Number>,
+    pub(super) scale: Option<Number>,
 }
 
 #[derive(Deserialize)]
@@ -97,7 +129,8 @@ pub(super) struct NoiseToml {
     pub(super) position_mm: Option<Spanned<ByAxis>>,
     pub(super) height_mm: Option<Number>,
     pub(super) distance_mm: Option<Number>,
-    pub(super) joint_deg: Number,
+    pub(super) joint_deg: Option<Number>,
+    pub(super) joint_mm: Option<Number>,
 }
 
 #[derive(Deserialize)]

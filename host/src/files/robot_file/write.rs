@@ -1,8 +1,9 @@
 use super::RobotFile;
-use super::schema::ARM_KEYS;
+use super::schema::arm_key;
+use crate::text::joint;
 use crate::text::units::degrees;
 use delta_cal::Parameter;
-use delta_cal::robot::ParameterKind;
+use delta_cal::robot::{Drive, ParameterKind};
 use std::fmt::Write;
 
 impl RobotFile {
@@ -16,17 +17,20 @@ impl RobotFile {
         }
         for arm in self.robot.arms() {
             text.push_str("\n[[arm]]\n");
-            for (key, parameter) in ARM_KEYS.into_iter().zip(Parameter::ROTARY) {
+            for parameter in arm.drive().parameters().iter().copied() {
                 let value = match parameter.kind() {
-                    ParameterKind::Length => arm.get(parameter),
+                    ParameterKind::Length | ParameterKind::Ratio => arm.get(parameter),
                     ParameterKind::Angle => degrees(arm.get(parameter)),
                 };
-                entry(&mut text, key, value);
+                entry(&mut text, arm_key(parameter), value);
             }
         }
         text.push_str("\n[joints]\n");
-        entry(&mut text, "min_deg", degrees(self.limits.minimum()));
-        entry(&mut text, "max_deg", degrees(self.limits.maximum()));
+        let drive = self.robot.drive();
+        let (low, high) = (self.limits.minimum(), self.limits.maximum());
+        let in_file = |value| joint::in_file(drive, value);
+        entry(&mut text, &joint::key("min", drive), in_file(low));
+        entry(&mut text, &joint::key("max", drive), in_file(high));
         if let Some(angle) = self.forearm_limit {
             entry(&mut text, "forearm_max_deg", degrees(angle));
         }
@@ -35,6 +39,10 @@ impl RobotFile {
             entry(&mut text, "length_mm", tolerance.of(Parameter::Lb));
             let angle = degrees(tolerance.of(Parameter::Theta));
             entry(&mut text, "angle_deg", angle);
+            if drive == Drive::Linear {
+                entry(&mut text, "zero_mm", tolerance.of(Parameter::Zero));
+                entry(&mut text, "scale", tolerance.of(Parameter::Scale));
+            }
         }
         if let Some(noise) = &self.noise {
             text.push_str("\n[noise]\n");
@@ -74,7 +82,8 @@ impl RobotFile {
             }
         }
         if let Some(joint) = self.noise.map(|noise| noise.joint()).or(facts.joint_noise) {
-            entry(text, "joint_deg", degrees(joint));
+            let drive = self.robot.drive();
+            entry(text, &joint::key("joint", drive), joint::in_file(drive, joint));
         }
         for plane in &facts.planes {
             let _ = writeln!(text, "\n[planes.{}]", key_of(&plane.name));

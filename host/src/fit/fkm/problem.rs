@@ -2,7 +2,7 @@
 
 use super::linearization::{Linearization, by_constraints};
 use delta_cal::calibration::{self, JointNormal, Piece};
-use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{ArmIndex, Noise, Parameter, Refusal, Robot, Sample};
 use nalgebra::{Matrix3, Vector3};
 
@@ -47,11 +47,12 @@ impl<'a> Problem<'a> {
     ) -> Self {
         let mut units = [1.0; ALL];
         for (arm, geometry) in reference.arms().iter().enumerate() {
-            for parameter in Parameter::ROTARY {
-                let index = ARM * arm + parameter.index();
-                if parameter.kind() == ParameterKind::Length {
-                    units[index] = geometry.upper_arm_length();
-                }
+            for (place, parameter) in geometry.drive().places().into_iter().enumerate() {
+                units[ARM * arm + place] = match parameter.map(Parameter::kind) {
+                    Some(ParameterKind::Length) => geometry.upper_arm_length(),
+                    Some(ParameterKind::Angle | ParameterKind::Ratio) => 1.0,
+                    None => 0.0,
+                };
             }
         }
         let whitening: Vec<_> = samples
@@ -107,7 +108,7 @@ impl<'a> Problem<'a> {
             if theta.abs() > turn {
                 *theta -= (*theta / turn).round() * turn;
             }
-            Arm::new(values).map_err(|error| Refusal::ImpossibleGeometry { arm: index, error })
+            self.reference.arm(index).with_parameters(values).map_err(|error| Refusal::ImpossibleGeometry { arm: index, error })
         };
         Robot::new([
             arm(ArmIndex::First)?,
@@ -130,7 +131,9 @@ impl<'a> Problem<'a> {
                     difference -= (difference / turn).round() * turn;
                 }
                 let index = ARM * arm + parameter;
-                correction[index] = difference / self.units[index];
+                if self.units[index] > 0.0 {
+                    correction[index] = difference / self.units[index];
+                }
             }
         }
         correction
@@ -270,6 +273,10 @@ impl calibration::Problem<f64, 24, 25, 325> for Problem<'_> {
 
     fn upper_arm(&self, parameter: usize) -> f64 {
         self.reference.arms()[parameter / ARM].upper_arm_length()
+    }
+
+    fn drive(&self) -> Drive {
+        self.reference.drive()
     }
 }
 

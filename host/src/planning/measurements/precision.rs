@@ -267,8 +267,14 @@ pub(super) fn information_of_prior<const D: usize>(
 
 fn tolerance_information(file: &RobotFile) -> Option<Matrix24> {
     let tolerance = file.tolerance.as_ref()?;
+    let sigmas = tolerance.of_places(file.robot.drive());
     Some(Matrix24::from_diagonal(&SVector::from_fn(|index, _| {
-        tolerance.of(delta_cal::Parameter::ROTARY[index % 8]).powi(-2)
+        // Nothing is to be known of the places that the arms leave empty.
+        if sigmas[index % 8] > 0.0 {
+            sigmas[index % 8].powi(-2)
+        } else {
+            1.0
+        }
     })))
 }
 

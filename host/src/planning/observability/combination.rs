@@ -1,6 +1,5 @@
 //! A combination of parameters, in words.
 
-use crate::accuracy::information::parameter_at;
 use crate::text::words::list;
 use delta_cal::{ArmIndex, Parameter};
 use nalgebra::DVector;
@@ -41,8 +40,12 @@ pub struct Combination {
 }
 
 impl Combination {
-    /// Of a direction in which the parameters from the one numbered `first` of 24 change.
-    pub(crate) fn new(first: usize, direction: &DVector<f64>, sigma: f64) -> Self {
+    /// Of a direction in which these parameters change; `None` stands for none.
+    pub(crate) fn new(
+        parameters: &[Option<(ArmIndex, Parameter)>],
+        direction: &DVector<f64>,
+        sigma: f64,
+    ) -> Self {
         let largest = if direction.is_empty() {
             1.0
         } else {
@@ -50,10 +53,10 @@ impl Combination {
         };
         let mut parts: Vec<_> = direction
             .iter()
-            .enumerate()
-            .map(|(index, part)| {
-                let (arm, parameter) = parameter_at(first + index);
-                (arm, parameter, part / largest)
+            .zip(parameters)
+            .filter_map(|(part, parameter)| {
+                let (arm, parameter) = (*parameter)?;
+                Some((arm, parameter, part / largest))
             })
             .filter(|(.., part)| part.abs() >= BELONGS)
             .collect();

@@ -157,11 +157,12 @@ fn one_tolerance_off(file: &RobotFile) -> Vec<Robot<f64>> {
     let length = tolerance.of(Parameter::Lb) / first.upper_arm_length();
     let angle = SIGMAS * (tolerance.of(Parameter::Theta) + length);
     let part = (LARGEST_DEGREES.to_radians() / angle).min(1.0);
+    let sigmas = tolerance.of_places(file.robot.drive());
     let larger = |index: usize| {
         let (arm, own) = (index / 8, index % 8);
         let mut parameters = file.robot.parameters();
-        parameters[arm][own] += part * tolerance.of(Parameter::ROTARY[own]);
-        Robot::from_parameters(parameters).ok()
+        parameters[arm][own] += part * sigmas[own];
+        file.robot.with_parameters(parameters).ok()
     };
     (0..24).filter_map(larger).collect()
 }

@@ -28,7 +28,7 @@ const MADE: usize = 64;
 pub struct Expectation {
     /// √tr of the Cramér–Rao bound, mm, angles times the upper arm's length.
     pub bound: f64,
-    /// Arm by arm in the order of [`Parameter::ROTARY`]: mm or radians.
+    /// Arm by arm, each parameter at its place: mm, radians or no unit.
     pub parameters: [[f64; 8]; 3],
     /// Of the position over the workspace, mm. With a tolerance the root of the mean square over robots
     /// made to it, each over its own workspace; the place and the number of poses are the nominal robot's.
@@ -51,15 +51,16 @@ pub(in crate::planning) fn unknown_parameter(
 ) -> Option<(ArmIndex, Parameter, f64)> {
     let mut worst: Option<(f64, (ArmIndex, Parameter, f64))> = None;
     for (arm, sigmas) in ArmIndex::ALL.into_iter().zip(parameters) {
-        for (parameter, sigma) in Parameter::ROTARY.into_iter().zip(sigmas) {
+        for parameter in robot.drive().parameters() {
+            let sigma = &sigmas[parameter.index()];
             let limit = LARGEST_SIGMA
                 * match parameter.kind() {
                     ParameterKind::Length => robot.arm(arm).upper_arm_length(),
-                    ParameterKind::Angle => 1.0,
+                    ParameterKind::Angle | ParameterKind::Ratio => 1.0,
                 };
             let part = sigma / limit;
             if !(part <= 1.0) && worst.is_none_or(|(largest, _)| part > largest) {
-                worst = Some((part, (arm, parameter, *sigma)));
+                worst = Some((part, (arm, *parameter, *sigma)));
             }
         }
     }
@@ -256,14 +257,17 @@ pub(in crate::planning) fn made_to_tolerance(file: &RobotFile, rng: &mut Pcg32) 
     let Some(tolerance) = &file.tolerance else {
         return Vec::new();
     };
+    let sigmas = tolerance.of_places(file.robot.drive());
     let mut one = || {
         let mut parameters = file.robot.parameters();
         for values in &mut parameters {
-            for (value, parameter) in values.iter_mut().zip(Parameter::ROTARY) {
-                *value += tolerance.of(parameter) * standard_normal::<f64, _>(rng);
+            for (value, sigma) in values.iter_mut().zip(sigmas) {
+                if sigma > 0.0 {
+                    *value += sigma * standard_normal::<f64, _>(rng);
+                }
             }
         }
-        let robot = Robot::from_parameters(parameters).ok()?;
+        let robot = file.robot.with_parameters(parameters).ok()?;
         Some(RobotFile {
             robot,
             ..file.clone()

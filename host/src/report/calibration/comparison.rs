@@ -19,7 +19,7 @@ pub(super) struct Comparison {
     pub(super) prior_share: f64,
 }
 
-/// All 24 parameters, arm by arm.
+/// All parameters, arm by arm.
 pub(super) fn comparisons(report: &CalibrationReport) -> Vec<Comparison> {
     between(&report.before.robot, &report.outcome)
 }
@@ -28,10 +28,11 @@ pub(super) fn comparisons(report: &CalibrationReport) -> Vec<Comparison> {
 pub(super) fn between(before: &Robot<f64>, outcome: &Outcome) -> Vec<Comparison> {
     let arms = before.arms().iter().zip(&outcome.fit.arms).enumerate();
     arms.flat_map(|(arm, (before, outcome))| {
-        Parameter::ROTARY.map(|parameter| {
+        before.drive().parameters().iter().map(move |parameter| {
+            let parameter = *parameter;
             let (from, to) = (before.get(parameter), outcome.arm.get(parameter));
             let in_file = |value| match parameter.kind() {
-                ParameterKind::Length => value,
+                ParameterKind::Length | ParameterKind::Ratio => value,
                 ParameterKind::Angle => degrees(value),
             };
             let sigma = outcome.standard_deviation(parameter);

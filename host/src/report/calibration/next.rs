@@ -14,7 +14,7 @@ use crate::text::numbers::small;
 use crate::text::units::degrees;
 use crate::text::words::{capitalised, count, in_lines, list};
 use delta_cal::calibration::ArmOutcome;
-use delta_cal::{ArmIndex, Noise, Parameter, Robot, Tolerance};
+use delta_cal::{ArmIndex, Noise, Robot, Tolerance};
 use nalgebra::{DVector, SMatrix, SVector, SymmetricEigen};
 
 /// A joint that the samples move through less than this part of its range is moved too little.
@@ -129,18 +129,19 @@ fn weakest(
 ) -> Option<Combination> {
     let covariance = outcome.covariance.as_ref()?;
     let units = information::units(robot);
-    let scales = SVector::from(Parameter::ROTARY.map(|parameter| {
-        tolerance.map_or_else(
-            || units[ARM * arm.index() + parameter.index()].recip(),
-            |tolerance| tolerance.of(parameter),
-        )
-    }));
+    let places = robot.drive().places();
+    let scales = SVector::<f64, 8>::from_fn(|place, _| match (places[place], tolerance) {
+        (Some(parameter), Some(tolerance)) => tolerance.of(parameter),
+        (Some(_), None) => units[ARM * arm.index() + place].recip(),
+        (None, _) => 1.0,
+    });
     let scaled = SMatrix::<f64, 8, 8>::from_fn(|i, j| covariance[(i, j)] / (scales[i] * scales[j]));
     let eigen = SymmetricEigen::try_new(scaled, f64::EPSILON, 1000)?;
     let (index, variance) = eigen.eigenvalues.argmax();
     let direction = DVector::from_column_slice(eigen.eigenvectors.column(index).as_slice());
     let sigma = variance.max(0.0).sqrt();
-    Some(Combination::new(ARM * arm.index(), &direction, sigma))
+    let named = places.map(|parameter| Some((arm, parameter?)));
+    Some(Combination::new(&named, &direction, sigma))
 }
 
 fn narrow_joints(report: &CalibrationReport) -> Option<String> {

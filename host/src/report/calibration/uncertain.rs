@@ -40,7 +40,8 @@ pub(super) fn uncertain<'a>(
     };
     let mut found: Vec<_> = arms
         .flat_map(|(arm, outcome)| {
-            Parameter::ROTARY.into_iter().filter_map(move |parameter| {
+            outcome.arm.drive().parameters().iter().filter_map(move |parameter| {
+                let parameter = *parameter;
                 let sigma = outcome.standard_deviation(parameter)?;
                 let ratio = sigma / limit(&outcome.arm, parameter);
                 (ratio > 1.0).then_some(Uncertain {
@@ -86,9 +87,9 @@ fn median_change(report: &CalibrationReport) -> f64 {
     let mut changes: Vec<_> = arms
         .zip(report.after.robot.arms())
         .flat_map(|(before, after)| {
-            Parameter::ROTARY.map(|parameter| {
-                (after.get(parameter) - before.get(parameter)).abs()
-                    * information::unit(after, parameter)
+            after.drive().parameters().iter().map(|parameter| {
+                (after.get(*parameter) - before.get(*parameter)).abs()
+                    * information::unit(after, *parameter)
             })
         })
         .collect();

@@ -1,10 +1,11 @@
 //! The plan for programs.
 
+use crate::accuracy::information::parameters;
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::planning::poses::{Assumptions, Expectation, PlanRequest, PosePlan, PosesNeeded};
 use crate::render::json;
 use crate::text::units::{degrees, in_unit, unit};
-use delta_cal::{Parameter, Sample};
+use delta_cal::{Robot, Parameter, Sample};
 use serde_json::{Value, json};
 
 /// Changes whenever a field changes its name or meaning or is removed.
@@ -40,11 +41,11 @@ pub fn report(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesN
         // Of the joint that moves furthest from pose to pose, summed up.
         "travel_deg": degrees(plan.travel),
         // What to expect.
-        "planned": expectation(&plan.planned),
+        "planned": expectation(&request.robot.robot, &plan.planned),
         // Whether the poses determine every parameter without the tolerance, too.
         "determined_without_tolerance": plan.determined_alone,
         // The median over sets of random poses.
-        "random": expectation(&plan.random),
+        "random": expectation(&request.robot.robot, &plan.random),
         // How many poses reach the wanted accuracy; `null` if none was wanted.
         "accuracy": needed.map(|needed| json!({
             "position_sigma_mm": needed.accuracy,
@@ -80,17 +81,14 @@ pub(in crate::report) fn pose(pose: &Sample<f64>) -> Value {
 }
 
 /// As standard deviations.
-fn expectation(expectation: &Expectation) -> Value {
-    let arms = expectation.parameters.iter().zip(1..);
-    let parameters = arms.flat_map(|(sigmas, arm)| {
-        let sigmas = Parameter::ROTARY.into_iter().zip(sigmas);
-        sigmas.map(move |(parameter, sigma)| {
-            json!({
-                "arm": arm,
-                "symbol": parameter.symbol(),
-                "unit": unit(parameter),
-                "sigma": in_unit(parameter, *sigma),
-            })
+fn expectation(robot: &Robot<f64>, expectation: &Expectation) -> Value {
+    let parameters = parameters(robot).map(|(arm, parameter)| {
+        let sigma = expectation.parameters[arm.index()][parameter.index()];
+        json!({
+            "arm": arm.index() + 1,
+            "symbol": parameter.symbol(),
+            "unit": unit(parameter),
+            "sigma": in_unit(parameter, sigma),
         })
     });
     let position = |sigma: &PositionSigma| json!({ "rms_mm": sigma.rms, "max_mm": sigma.max });

@@ -1,5 +1,6 @@
 //! The plan for people at a terminal.
 
+use delta_cal::robot::Drive;
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::planning::poses::{
     Assumptions, Criterion, MANY, PlanRequest, PosePlan, PosesNeeded, RANDOM_SETS,
@@ -13,7 +14,7 @@ use delta_cal::{ArmIndex, Parameter};
 
 /// The whole report, without the poses themselves.
 pub fn render(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesNeeded>) -> String {
-    let mut parts = vec![summary(request, plan), positions(plan), parameters(plan)];
+    let mut parts = vec![summary(request, plan), positions(plan), parameters(request.robot.robot.drive(), plan)];
     parts.extend(needed.map(|needed| accuracy(request, needed)));
     terminal::text(parts)
 }
@@ -117,8 +118,8 @@ fn positions(plan: &PosePlan) -> Section {
     )
 }
 
-fn parameters(plan: &PosePlan) -> Section {
-    let mut rows = Table::of(Parameter::ROTARY)
+fn parameters(drive: Drive, plan: &PosePlan) -> Section {
+    let mut rows = Table::of(drive.parameters().iter().copied())
         .column("", |parameter| parameter.symbol())
         .column("", |parameter| unit(*parameter));
     for (name, expectation) in [("planned", &plan.planned), ("random", &plan.random)] {

@@ -1,10 +1,10 @@
 //! Tables for other programs. Millimetres, degrees.
 
+use crate::accuracy::information::parameters;
 use crate::text::units::degrees;
 use crate::workspace::{
     BoundaryPoint, Comparison, ConditionedPosition, Cylinder, PathSummary, PointBand, Workspace,
 };
-use delta_cal::{ArmIndex, Parameter};
 use nalgebra::Vector3;
 use std::fmt::Write;
 
@@ -21,10 +21,8 @@ pub fn boundary(workspace: &Workspace) -> String {
 /// per mm and mm per degree; with `comparison` the displacement to the other robot.
 pub fn influence(workspace: &Workspace, comparison: Option<&Comparison>) -> String {
     let mut csv = String::from("x_mm,y_mm,z_mm,kind,normal_x,normal_y,normal_z");
-    for arm in ArmIndex::ALL {
-        for parameter in Parameter::ROTARY {
-            let _ = write!(csv, ",{}_{}", parameter.symbol(), arm.index() + 1);
-        }
+    for (arm, parameter) in parameters(&workspace.robot) {
+        let _ = write!(csv, ",{}_{}", parameter.symbol(), arm.index() + 1);
     }
     csv.push_str(if comparison.is_some() {
         ",displacement_mm\n"
@@ -40,16 +38,14 @@ pub fn influence(workspace: &Workspace, comparison: Option<&Comparison>) -> Stri
             place(&point.position),
             point.limit.name()
         );
-        for arm in ArmIndex::ALL {
-            for parameter in Parameter::ROTARY {
-                let unit = crate::workspace::unit(parameter);
-                match &moved {
-                    Some(moved) => {
-                        let value = moved[arm.index()][parameter.index()] * unit;
-                        let _ = write!(csv, ",{}", short(value));
-                    }
-                    None => csv.push(','),
+        for (arm, parameter) in parameters(&workspace.robot) {
+            let unit = crate::workspace::unit(parameter);
+            match &moved {
+                Some(moved) => {
+                    let value = moved[arm.index()][parameter.index()] * unit;
+                    let _ = write!(csv, ",{}", short(value));
                 }
+                None => csv.push(','),
             }
         }
         if let Some(comparison) = comparison {

@@ -83,6 +83,7 @@ fn influence(of: &ParameterInfluence) -> Value {
         "parameter": of.parameter.symbol(),
         "per": match of.parameter.kind() {
             ParameterKind::Length => "mm",
+            ParameterKind::Ratio => "1",
             ParameterKind::Angle => "degree",
         },
         "rms_mm": of.rms,

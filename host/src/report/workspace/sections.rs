@@ -54,7 +54,8 @@ pub(super) fn influence(analysis: &Analysis) -> Section {
         ArmIndex::First => format!("{over}\n{arm}"),
         _ => format!("\n{arm}"),
     };
-    let mut rows = Table::of(Parameter::ROTARY).column("", |parameter| parameter.symbol());
+    let drive = analysis.workspace.robot.drive();
+    let mut rows = Table::of(drive.parameters().iter().copied()).column("", |parameter| parameter.symbol());
     for arm in ArmIndex::ALL {
         rows = rows.column(heading(arm, "rms"), |parameter| {
             of(arm, *parameter).map_or_else(String::new, |of| format!("{:.3}", of.rms))

@@ -6,7 +6,6 @@ use crate::render::plot::STEPS;
 use crate::workspace::Analysis;
 use crate::workspace::displacements;
 use crate::workspace::{Mesh, Workspace};
-use delta_cal::Parameter;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -72,10 +71,10 @@ pub(super) fn scene(
     if let Some(tolerance) = &analysis.tolerance {
         let sigma = |moved: Option<[f64; 24]>| {
             let parts = moved.map(|moved| {
-                let sigmas = (0..24).map(|index| tolerance.of(Parameter::ROTARY[index % 8]));
+                let sigmas = tolerance.of_places(analysis.workspace.robot.drive());
                 moved
                     .into_iter()
-                    .zip(sigmas)
+                    .zip(sigmas.into_iter().cycle())
                     .map(|(m, s)| (m * s).powi(2))
                     .sum::<f64>()
             });

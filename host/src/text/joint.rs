@@ -1,0 +1,49 @@
+//! Joints in words and units: the angle of a motor, or the travel of a carriage.
+
+use super::units::degrees;
+use delta_cal::robot::Drive;
+
+/// The unit of a joint in files and reports.
+pub(crate) const fn unit(drive: Drive) -> &'static str {
+    match drive {
+        Drive::Rotary => "deg",
+        Drive::Linear => "mm",
+    }
+}
+
+/// The same behind a number: "12.5°", "12.5 mm".
+pub(crate) const fn mark(drive: Drive) -> &'static str {
+    match drive {
+        Drive::Rotary => "°",
+        Drive::Linear => " mm",
+    }
+}
+
+/// The letter of a joint: q an angle, s a travel.
+pub(crate) const fn letter(drive: Drive) -> &'static str {
+    match drive {
+        Drive::Rotary => "q",
+        Drive::Linear => "s",
+    }
+}
+
+/// "joint angle", "travel".
+pub(crate) const fn name(drive: Drive) -> &'static str {
+    match drive {
+        Drive::Rotary => "joint angle",
+        Drive::Linear => "travel",
+    }
+}
+
+/// `min_deg`, `min_mm`.
+pub(crate) fn key(name: &str, drive: Drive) -> String {
+    format!("{name}_{}", unit(drive))
+}
+
+/// In the unit of files and reports, so that it reads back as the same number.
+pub(crate) fn in_file(drive: Drive, value: f64) -> f64 {
+    match drive {
+        Drive::Rotary => degrees(value),
+        Drive::Linear => value,
+    }
+}

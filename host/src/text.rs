@@ -2,5 +2,6 @@
 
 pub(crate) mod joint;
 pub(crate) mod numbers;
+pub(crate) mod tolerance;
 pub(crate) mod units;
 pub(crate) mod words;

@@ -1,4 +1,5 @@
 use crate::Real;
+use crate::robot::{Drive, DriveOf};
 use core::fmt;
 
 /// The range of every joint.
@@ -7,6 +8,7 @@ use core::fmt;
 pub struct JointLimits<T> {
     minimum: T,
     maximum: T,
+    drive: DriveOf,
 }
 
 /// Why two angles are not a joint's range.
@@ -49,7 +51,11 @@ impl<T: Real> JointLimits<T> {
         if !(maximum - minimum <= T::TWO * T::PI) {
             return Err(JointLimitsError::TooWide);
         }
-        Ok(Self { minimum, maximum })
+        Ok(Self {
+            minimum,
+            maximum,
+            drive: DriveOf::ROTARY,
+        })
     }
 
     /// All joints of linear drives from `minimum` to `maximum`, lengths.
@@ -64,7 +70,16 @@ impl<T: Real> JointLimits<T> {
         if !(minimum < maximum) {
             return Err(JointLimitsError::Empty);
         }
-        Ok(Self { minimum, maximum })
+        Ok(Self {
+            minimum,
+            maximum,
+            drive: DriveOf::LINEAR,
+        })
+    }
+
+    /// Whether these are angles or travels.
+    pub const fn drive(&self) -> Drive {
+        self.drive.get()
     }
 
     /// Smallest joint angle, radians; of linear drives the smallest travel, length.

@@ -51,6 +51,7 @@ impl Drive {
 /// The drive of an arm. Without the feature `linear` it takes no memory, and what is computed for linear
 /// drives is not compiled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct DriveOf {
     #[cfg(feature = "linear")]
     drive: Drive,

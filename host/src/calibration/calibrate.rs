@@ -42,7 +42,7 @@ pub fn read_samples(
     options: Options,
 ) -> Result<Measurements, CalibrateError> {
     let measurements = Measurements::read(input, &robot.limits).map_err(|error| {
-        let diagnosis = SamplesFile::read_any(input)
+        let diagnosis = SamplesFile::read_any(input, robot.robot.drive())
             .ok()
             .and_then(|samples| diagnose(robot, &samples, options));
         CalibrateError::new(error, diagnosis)

@@ -1,5 +1,7 @@
 //! What the residuals say of the measurement noise: χ² against a stated one, and an estimate.
 
+use crate::text::joint;
+use delta_cal::robot::Drive;
 use crate::accuracy::information::prior_covariance;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
@@ -232,6 +234,7 @@ impl NoiseTest {
     /// nothing does.
     pub(crate) fn doubt(
         &self,
+        drive: Drive,
         noise: &Noise<f64>,
         has_tolerance: bool,
         cause_found: bool,
@@ -239,7 +242,7 @@ impl NoiseTest {
         let stated = self.stated.as_ref()?;
         let ratio = stated.ratio.value;
         let found = self.found(noise);
-        let state = statement(noise, ratio);
+        let state = statement(drive, noise, ratio);
         match stated.verdict {
             NoiseVerdict::Agrees => None,
             NoiseVerdict::Understated => {
@@ -321,11 +324,12 @@ impl NoiseTest {
 }
 
 /// What to write into the robot file.
-pub(crate) fn statement(noise: &Noise<f64>, ratio: f64) -> String {
+pub(crate) fn statement(drive: Drive, noise: &Noise<f64>, ratio: f64) -> String {
     let position = format!("position_mm = {}", significant(ratio * noise.position(), 3));
     if noise.joint() > 0.0 {
-        let joint = significant(ratio * noise.joint().to_degrees(), 3);
-        format!("{position} and joint_deg = {joint}, if repeated measurements scatter as much")
+        let joint = significant(ratio * joint::in_file(drive, noise.joint()), 3);
+        let key = joint::key("joint", drive);
+        format!("{position} and {key} = {joint}, if repeated measurements scatter as much")
     } else {
         format!("{position}, if repeated measurements scatter as much")
     }

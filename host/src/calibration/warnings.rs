@@ -216,6 +216,7 @@ fn few_samples(report: &CalibrationReport, found: &mut Vec<String>) {
 fn residual_warnings(report: &CalibrationReport, found: &mut Vec<String>) {
     if let (Some(noise), Some(test)) = (&report.before.noise, &report.noise_test) {
         found.extend(test.doubt(
+            report.before.robot.drive(),
             noise,
             report.before.tolerance.is_some(),
             !report.causes.found.is_empty(),

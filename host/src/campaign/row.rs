@@ -123,16 +123,6 @@ pub(super) fn parameters(plan: &Plan) -> impl Iterator<Item = (usize, Parameter)
     information::parameters(&plan.robot.robot).map(|(arm, parameter)| (arm.index() + 1, parameter))
 }
 
-/// The same of robots with either drive.
-pub(super) fn named_parameters() -> impl Iterator<Item = (usize, Parameter)> {
-    let others = Parameter::LINEAR.into_iter().filter(|own| {
-        let same = |of: &Parameter| of.symbol() == own.symbol();
-        !Parameter::ROTARY.iter().any(same)
-    });
-    let all: Vec<_> = Parameter::ROTARY.into_iter().chain(others).collect();
-    (1..=3).flat_map(move |arm| all.clone().into_iter().map(move |parameter| (arm, parameter)))
-}
-
 /// `gain_1_Dx_percent`.
 pub(super) fn gain_column(arm: usize, parameter: Parameter) -> String {
     format!("gain_{arm}_{}_percent", parameter.symbol())

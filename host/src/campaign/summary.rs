@@ -4,9 +4,10 @@ use super::CampaignError;
 use super::folder::Record;
 use super::plan::{Plan, Shard};
 use super::quantiles::{QuantileFinder, Quantiles};
-use super::row::{CASE_COLUMNS, CaseColumns, cases, columns, gain_column, named_parameters};
+use super::row::{CASE_COLUMNS, CaseColumns, cases, columns, gain_column, parameters};
 use super::status::Status;
 use csv::{ByteRecord, Reader, ReaderBuilder, WriterBuilder};
+use delta_cal::Parameter;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -109,15 +110,17 @@ struct Gathered {
     refusals: BTreeMap<String, u64>,
     squares: (f64, f64),
     finders: [QuantileFinder; 7],
-    /// One a parameter, or none.
-    parameters: Vec<QuantileFinder>,
+    /// Arm, parameter and its gain; all of the robot's, or none.
+    parameters: Vec<(usize, Parameter, QuantileFinder)>,
 }
 
 impl Gathered {
     fn new(plan: &Plan) -> Self {
-        let each = if plan.parameters { 24 } else { 0 };
+        let all = parameters(plan).filter(|_| plan.parameters);
         Self {
-            parameters: (0..each).map(|_| QuantileFinder::default()).collect(),
+            parameters: all
+                .map(|(arm, parameter)| (arm, parameter, QuantileFinder::default()))
+                .collect(),
             ..Self::default()
         }
     }
@@ -153,8 +156,8 @@ impl Gathered {
                 finder.offer(value);
             }
         }
-        for (finder, (arm, parameter)) in self.parameters.iter_mut().zip(named_parameters()) {
-            if let Some(value) = row.number(&gain_column(arm, parameter))? {
+        for (arm, parameter, finder) in &mut self.parameters {
+            if let Some(value) = row.number(&gain_column(*arm, *parameter))? {
                 finder.offer(value);
             }
         }
@@ -163,7 +166,8 @@ impl Gathered {
 
     fn another_pass(&mut self) -> bool {
         let mut another = false;
-        for finder in self.finders.iter_mut().chain(&mut self.parameters) {
+        let own = self.parameters.iter_mut().map(|(.., finder)| finder);
+        for finder in self.finders.iter_mut().chain(own) {
             another |= finder.another_pass();
         }
         another
@@ -199,10 +203,9 @@ impl Gathered {
             parameter_gains: self
                 .parameters
                 .iter()
-                .zip(named_parameters())
-                .filter_map(|(finder, (arm, parameter))| {
+                .filter_map(|(arm, parameter, finder)| {
                     Some(ParameterGain {
-                        arm,
+                        arm: *arm,
                         parameter: parameter.symbol(),
                         gain_percent: finder.quantiles()?,
                     })

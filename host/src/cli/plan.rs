@@ -145,7 +145,7 @@ fn write(
     planned: &PosePlan,
     needed: Option<&PosesNeeded>,
 ) -> Result<(), Failure> {
-    let csv = kinematics::to_fill_in(&planned.poses);
+    let csv = kinematics::to_fill_in(request.robot.robot.drive(), &planned.poses);
     let json = json::text(&plan::json::report(request, planned, needed));
     let report = plan::table::render(request, planned, needed);
     deliver(arguments, &csv, &json, &report)

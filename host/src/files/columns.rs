@@ -4,4 +4,4 @@ mod mapping;
 mod quantity;
 
 pub use mapping::ColumnMapping;
-pub(crate) use quantity::{ColumnName, Quantity, Unit, is_note};
+pub(crate) use quantity::{COUNT, ColumnName, Quantity, Unit, is_note};

@@ -5,9 +5,10 @@ use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Row, read_joints, read_positions};
 use crate::geometry::joint_limits::outside_limits;
+use crate::text::joint;
 use crate::text::numbers::rounded;
-use crate::text::units::degrees;
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
+use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Sample};
 use std::fmt::Write;
 
@@ -52,14 +53,15 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
         .collect()
 }
 
-/// A samples file to fill in, in degrees and millimetres: joint angles, empty positions, and in columns that are
-/// ignored where the nominal robot is then.
-pub fn to_fill_in(samples: &[Sample<f64>]) -> String {
-    let mut csv = String::from(
-        "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm,_nominal_x_mm,_nominal_y_mm,_nominal_z_mm\n",
+/// A samples file to fill in, in degrees and millimetres: joint angles or travels, empty positions, and in columns
+/// that are ignored where the nominal robot is then.
+pub fn to_fill_in(drive: Drive, samples: &[Sample<f64>]) -> String {
+    let mut csv = format!(
+        "{},x_mm,y_mm,z_mm,_nominal_x_mm,_nominal_y_mm,_nominal_z_mm\n",
+        joint::columns(drive)
     );
     for sample in samples {
-        let [q1, q2, q3] = sample.joints.map(|q| rounded(degrees(q)));
+        let [q1, q2, q3] = sample.joints.map(|q| rounded(joint::in_file(drive, q)));
         let [x, y, z] = sample.position.data.0[0].map(rounded);
         let _ = writeln!(csv, "{q1},{q2},{q3},,,,{x},{y},{z}");
     }
@@ -67,10 +69,10 @@ pub fn to_fill_in(samples: &[Sample<f64>]) -> String {
 }
 
 /// The columns of a samples file, in degrees and millimetres, rounded to 9 decimals.
-pub fn to_csv(samples: &[Sample<f64>]) -> String {
-    let mut csv = String::from("q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n");
+pub fn to_csv(drive: Drive, samples: &[Sample<f64>]) -> String {
+    let mut csv = format!("{},x_mm,y_mm,z_mm\n", joint::columns(drive));
     for sample in samples {
-        let [q1, q2, q3] = sample.joints.map(|q| rounded(degrees(q)));
+        let [q1, q2, q3] = sample.joints.map(|q| rounded(joint::in_file(drive, q)));
         let [x, y, z] = sample.position.data.0[0].map(rounded);
         let _ = writeln!(csv, "{q1},{q2},{q3},{x},{y},{z}");
     }
@@ -85,7 +87,7 @@ fn check_limits<T>(
 ) -> Result<(), InputError> {
     for (angle, arm) in joints.into_iter().zip(ArmIndex::ALL) {
         if let Some(outside) = outside_limits(angle, limits) {
-            let cause = format!("unreachable for {arm}: its joint angle {outside}");
+            let cause = format!("unreachable for {arm}: its {} {outside}", joint::name(limits.drive()));
             return Err(InputError::new(input.name(), cause)
                 .at_line(row.line)
                 .with_remedy("check the position, its frame and [joints] in the robot file"));

@@ -19,6 +19,7 @@ use crate::files::input_text::InputText;
 use crate::text::units::degrees;
 use delta_cal::Sample;
 use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 use table::{Table, TableRow};
 
@@ -29,14 +30,14 @@ const ROWS_TO_TELL_UNITS: usize = 8;
 
 /// What a samples file says: at least one sample.
 ///
-/// The columns are `q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm`, or in other units, in any order, separated by
+/// The columns are `q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm`, with linear drives `s1_mm, s2_mm, s3_mm` first, or in other units, in any order, separated by
 /// commas, semicolons, tabs or spaces. Columns whose name begins with `_` are ignored. Lines that begin
 /// with `#` are comments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SamplesFile {
     /// The file's name, for messages.
     pub name: String,
-    /// Joint angles in radians and positions in millimetres.
+    /// Joint angles in radians, or travels in millimetres, and positions in millimetres.
     pub rows: Vec<Row<Sample<f64>>>,
     /// Whether the header states the joint angles in degrees, all three.
     pub in_degrees: bool,
@@ -83,32 +84,27 @@ impl SamplesFile {
     /// The first fault: a missing, unknown or doubled column, a short or long row, a number that
     /// does not parse or is not finite, a joint angle more than 1° outside the limits, no rows.
     pub fn read(input: &InputText, limits: &JointLimits<f64>) -> Result<Self, InputError> {
-        Self::read_within(input, Some(limits))
+        let table = Table::parse(input)?;
+        Ok(Self::of_table(&table, input, limits.drive(), Some(limits))?)
     }
 
-    /// As [`read`](Self::read), whatever the joint angles.
-    pub(crate) fn read_any(input: &InputText) -> Result<Self, InputError> {
-        Self::read_within(input, None)
-    }
-
-    fn read_within(
-        input: &InputText,
-        limits: Option<&JointLimits<f64>>,
-    ) -> Result<Self, InputError> {
-        Ok(Self::of_table(&Table::parse(input)?, input, limits)?)
+    /// As [`read`](Self::read) of a robot with these drives, whatever the joint angles.
+    pub(crate) fn read_any(input: &InputText, drive: Drive) -> Result<Self, InputError> {
+        Ok(Self::of_table(&Table::parse(input)?, input, drive, None)?)
     }
 
     fn of_table(
         table: &Table<'_>,
         input: &InputText,
+        drive: Drive,
         limits: Option<&JointLimits<f64>>,
     ) -> Result<Self, Stop> {
-        table.require(&Quantity::JOINTS)?;
+        table.require(&Quantity::joints(drive))?;
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
             let joints = match limits {
                 Some(limits) => row.joints(limits)?,
-                None => row.numbers(Quantity::JOINTS)?,
+                None => row.numbers(Quantity::joints(drive))?,
             };
             let position = position_of(row)?;
             Ok::<_, Stop>(Sample { joints, position })
@@ -123,7 +119,7 @@ impl SamplesFile {
         Self {
             name: input.name().to_owned(),
             rows: Vec::new(),
-            in_degrees: table.unit_of(&Quantity::JOINTS) == Some(Unit::Degree),
+            in_degrees: table.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
             positions_in: match table.unit_of(&Quantity::COORDINATES) {
                 Some(Unit::Millimetre) => PositionUnit::Millimetre,
                 Some(Unit::Metre) => PositionUnit::Metre,
@@ -188,7 +184,7 @@ pub fn read_joints(
     limits: &JointLimits<f64>,
 ) -> Result<Vec<Row<[f64; 3]>>, InputError> {
     let table = Table::parse(input)?;
-    table.require(&Quantity::JOINTS)?;
+    table.require(&Quantity::joints(limits.drive()))?;
     table.rows(|row| row.joints(limits))
 }
 
@@ -221,7 +217,7 @@ pub(crate) fn read_poses(
     limits: &JointLimits<f64>,
 ) -> Result<Vec<Row<Pose>>, InputError> {
     let table = Table::parse(input)?;
-    let joints = table.require(&Quantity::JOINTS);
+    let joints = table.require(&Quantity::joints(limits.drive()));
     if joints.is_err() && table.require(&Quantity::COORDINATES).is_ok() {
         return table.rows(|row| {
             let position = row.numbers(Quantity::COORDINATES).map(Vector3::from);

@@ -1,7 +1,7 @@
 //! Which poses a robot may take, and what forbids the others.
 
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity, SingularityDistance};
-use delta_cal::robot::Arm;
+use delta_cal::robot::{Arm, Drive};
 use delta_cal::{ArmIndex, Real, Robot};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
@@ -176,8 +176,11 @@ impl Reach {
         }
     }
 
-    /// The same angle within half a turn of the middle of the joints' range.
+    /// The same angle within half a turn of the middle of the joints' range. A travel stays as it is.
     pub fn in_turn(&self, q: f64) -> f64 {
+        if self.limits.drive() == Drive::Linear {
+            return q;
+        }
         let middle = self.limits.at(0.5);
         if (q - middle).abs() <= PI {
             q
@@ -243,11 +246,15 @@ impl Reach {
 const LEAST_HEIGHT: f64 = 6e-8;
 
 /// The joint angle with the elbow on the other side of the line from the motor to the platform, of
-/// an arm whose forearm reaches `x` with joint angle `q`. Radians.
+/// an arm whose forearm reaches `x` with joint angle `q`, radians; with linear drives the travel with the carriage
+/// below the platform, mm.
 pub fn other_elbow(arm: &Arm<f64>, x: &Vector3<f64>, q: f64) -> f64 {
     let basis = arm.basis();
     let w = x - arm.d();
-    2.0 * basis.v.dot(&w).atan2(basis.u.dot(&w)) - q
+    match arm.drive() {
+        Drive::Rotary => 2.0 * basis.v.dot(&w).atan2(basis.u.dot(&w)) - q,
+        Drive::Linear => 2.0 * basis.v.dot(&w) / basis.v.norm_squared() - q,
+    }
 }
 
 /// Whether the platform is on the side of the elbows' plane on which [`Robot::forward`] finds it,

@@ -74,8 +74,8 @@ fn mapped(part: &str) -> Result<Mapped, String> {
     let Some(mut name) = ColumnName::recognise(written) else {
         return Err(format!(
             "\"{written}\" is not what a column can hold: that is q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm, \
-             height_mm, plane, distance_mm, point, to_q1_deg, to_q2_deg, to_q3_deg, or the same in \
-             _rad, _cm, _m, _um or _in"
+             height_mm, plane, distance_mm, point, to_q1_deg, to_q2_deg, to_q3_deg, of a linear drive s1_mm, \
+             s2_mm, s3_mm, to_s1_mm, to_s2_mm, to_s3_mm, or the same in _rad, _cm, _m, _um or _in"
         ));
     };
     let own = Unit::at_end_of(column, name.quantity);

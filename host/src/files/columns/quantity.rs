@@ -1,5 +1,7 @@
 //! What a column holds, in which unit, as its name says.
 
+use delta_cal::robot::Drive;
+
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
@@ -16,6 +18,12 @@ pub(crate) enum Quantity {
     ToJoint1,
     ToJoint2,
     ToJoint3,
+    Travel1,
+    Travel2,
+    Travel3,
+    ToTravel1,
+    ToTravel2,
+    ToTravel3,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +54,10 @@ pub(crate) struct ColumnName {
     pub(crate) unit: Option<Unit>,
 }
 
-const QUANTITIES: [(Quantity, &str, Kind); 13] = [
+/// How many there are.
+pub(crate) const COUNT: usize = 19;
+
+const QUANTITIES: [(Quantity, &str, Kind); COUNT] = [
     (Quantity::Joint1, "q1", Kind::Angle),
     (Quantity::Joint2, "q2", Kind::Angle),
     (Quantity::Joint3, "q3", Kind::Angle),
@@ -60,6 +71,12 @@ const QUANTITIES: [(Quantity, &str, Kind); 13] = [
     (Quantity::ToJoint1, "to_q1", Kind::Angle),
     (Quantity::ToJoint2, "to_q2", Kind::Angle),
     (Quantity::ToJoint3, "to_q3", Kind::Angle),
+    (Quantity::Travel1, "s1", Kind::Length),
+    (Quantity::Travel2, "s2", Kind::Length),
+    (Quantity::Travel3, "s3", Kind::Length),
+    (Quantity::ToTravel1, "to_s1", Kind::Length),
+    (Quantity::ToTravel2, "to_s2", Kind::Length),
+    (Quantity::ToTravel3, "to_s3", Kind::Length),
 ];
 
 /// The usual unit of its kind first; of each unit the usual name first.
@@ -134,9 +151,23 @@ const NOTES: [&str; 24] = [
 ];
 
 impl Quantity {
-    pub(crate) const JOINTS: [Self; 3] = [Self::Joint1, Self::Joint2, Self::Joint3];
     pub(crate) const COORDINATES: [Self; 3] = [Self::X, Self::Y, Self::Z];
-    pub(crate) const TO_JOINTS: [Self; 3] = [Self::ToJoint1, Self::ToJoint2, Self::ToJoint3];
+
+    /// Joint angles, or the travels of linear drives.
+    pub(crate) const fn joints(drive: Drive) -> [Self; 3] {
+        match drive {
+            Drive::Rotary => [Self::Joint1, Self::Joint2, Self::Joint3],
+            Drive::Linear => [Self::Travel1, Self::Travel2, Self::Travel3],
+        }
+    }
+
+    /// Those at which a distance between two poses begins.
+    pub(crate) const fn to_joints(drive: Drive) -> [Self; 3] {
+        match drive {
+            Drive::Rotary => [Self::ToJoint1, Self::ToJoint2, Self::ToJoint3],
+            Drive::Linear => [Self::ToTravel1, Self::ToTravel2, Self::ToTravel3],
+        }
+    }
 
     fn entry(self) -> (&'static str, Kind) {
         let entry = QUANTITIES.into_iter().find(|(own, ..)| *own == self);

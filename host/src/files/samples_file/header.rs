@@ -1,7 +1,7 @@
 //! The header of a table: which column holds what.
 
 use super::records::{IGNORED, Records};
-use crate::files::columns::{ColumnName, Quantity, Unit, is_note};
+use crate::files::columns::{COUNT, ColumnName, Quantity, Unit, is_note};
 use crate::files::input_error::InputError;
 use crate::text::words::{count, list};
 use csv::StringRecord;
@@ -9,7 +9,8 @@ use csv::StringRecord;
 pub(super) const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad, and _cm, _m, \
                                 _um, _in), or in place of the last three height_mm,plane or \
                                 distance_mm,point or distance_mm,to_q1_deg,to_q2_deg,to_q3_deg, in any \
-                                order; the program ignores columns whose name begins with _";
+                                order; with a linear drive s1_mm… and to_s1_mm… instead of q1_deg… and \
+                                to_q1_deg…; the program ignores columns whose name begins with _";
 
 /// What is done with the cells of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +41,7 @@ pub(super) struct Header {
     names: Vec<String>,
     uses: Vec<Use>,
     /// By the number of their quantity.
-    columns: [Option<Column>; 13],
+    columns: [Option<Column>; COUNT],
 }
 
 impl Header {
@@ -51,7 +52,7 @@ impl Header {
             separator: records.separator(),
             names: records.header.clone(),
             uses: Vec::new(),
-            columns: [None; 13],
+            columns: [None; COUNT],
         };
         header.check_mapping(records)?;
         for place in 0..header.names.len() {

@@ -65,7 +65,7 @@ impl Measurements {
     pub fn read(input: &InputText, limits: &JointLimits<f64>) -> Result<Self, InputError> {
         let table = Table::parse(input)?;
         if has_positions_alone(&table) {
-            match SamplesFile::of_table(&table, input, Some(limits)) {
+            match SamplesFile::of_table(&table, input, limits.drive(), Some(limits)) {
                 Ok(samples) => return Ok(Self::Positions(samples)),
                 Err(Stop::Fault(fault)) => return Err(fault),
                 Err(Stop::Gap(_)) => {}
@@ -105,6 +105,9 @@ pub(super) fn has_positions_alone(table: &Table<'_>) -> bool {
         Quantity::ToJoint1,
         Quantity::ToJoint2,
         Quantity::ToJoint3,
+        Quantity::ToTravel1,
+        Quantity::ToTravel2,
+        Quantity::ToTravel3,
     ];
     let coordinates = Quantity::COORDINATES.iter();
     let some = coordinates.filter(|own| table.has_any(&[**own])).count();
@@ -116,7 +119,7 @@ fn observations(
     input: &InputText,
     limits: &JointLimits<f64>,
 ) -> Result<ObservationsFile, InputError> {
-    table.require(&Quantity::JOINTS)?;
+    table.require(&Quantity::joints(limits.drive()))?;
     table.require_units()?;
     let rows = table.rows(|row| named(row, limits))?;
     Ok(with_indices(input, rows))
@@ -204,7 +207,7 @@ fn distance(
                           the pose of to_q1_deg,to_q2_deg,to_q3_deg";
     let distance = row.optional(Quantity::Distance)?;
     let point = row.text(Quantity::Point);
-    let filled = Quantity::TO_JOINTS.map(|joint| row.text(joint).is_some());
+    let filled = Quantity::to_joints(limits.drive()).map(|joint| row.text(joint).is_some());
     let pose = filled.contains(&true);
     let Some(distance) = distance else {
         if point.is_some() || pose {
@@ -231,7 +234,7 @@ fn distance(
             return Err(row.fault_of(Quantity::Distance, cause).with_remedy(REMEDY));
         }
         (Some(point), false) => NamedFrom::Point(point.to_owned()),
-        (None, true) => NamedFrom::Pose(row.joints_in(Quantity::TO_JOINTS, limits)?),
+        (None, true) => NamedFrom::Pose(row.joints_in(Quantity::to_joints(limits.drive()), limits)?),
     };
     Ok(Some((from, distance)))
 }

@@ -38,7 +38,7 @@ pub(crate) fn is_planned(nominal: &Robot<f64>, sample: &Sample<f64>) -> bool {
 /// As [`SamplesFile::read`].
 pub fn is_unmeasured_plan(input: &InputText, robot: &RobotFile) -> Result<bool, InputError> {
     let table = Table::parse(input)?;
-    table.require(&Quantity::JOINTS)?;
+    table.require(&Quantity::joints(robot.limits.drive()))?;
     let rows = table.rows(|row| Ok::<_, InputError>(has_reading(row)))?;
     if rows.iter().all(|row| !row.value) {
         return Ok(true);
@@ -101,7 +101,7 @@ impl ObservationsToCheck {
         input: &InputText,
         robot: &RobotFile,
     ) -> Result<Self, InputError> {
-        table.require(&Quantity::JOINTS)?;
+        table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_units()?;
         let mut unmeasured = Vec::new();
         let mut rows = Vec::new();
@@ -143,11 +143,12 @@ fn to_measure(
         height: None,
         distance: None,
     };
+    let to_joints = Quantity::to_joints(robot.limits.drive());
     let height = |plane: &str| Some((plane.to_owned(), 0.0));
     if let Some(point) = row.text(Quantity::Point) {
         own.distance = Some((NamedFrom::Point(point.to_owned()), 1.0));
-    } else if row.text(Quantity::ToJoint1).is_some() {
-        let to = row.joints_in(Quantity::TO_JOINTS, &robot.limits)?;
+    } else if row.text(to_joints[0]).is_some() {
+        let to = row.joints_in(to_joints, &robot.limits)?;
         own.distance = Some((NamedFrom::Pose(to), 1.0));
     } else if let Some(plane) = row.text(Quantity::Plane) {
         own.height = height(plane);
@@ -177,7 +178,7 @@ pub struct PosesToCheck {
 
 impl PosesToCheck {
     fn of_table(table: &Table<'_>, input: &InputText, robot: &RobotFile) -> Result<Self, Stop> {
-        table.require(&Quantity::JOINTS)?;
+        table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
             let joints = row.joints(&robot.limits)?;

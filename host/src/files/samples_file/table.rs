@@ -10,6 +10,7 @@ use crate::files::input_text::InputText;
 use crate::geometry::joint_limits::outside_limits;
 use csv::StringRecord;
 use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Drive;
 
 /// A table whose header was understood.
 pub(super) struct Table<'a> {
@@ -155,9 +156,9 @@ impl TableRow<'_> {
             .any(|quantity| self.text(*quantity).is_none())
     }
 
-    /// Joint angles in radians, within the limits or nearly so.
+    /// Joint angles in radians or travels in mm, within the limits or nearly so.
     pub(super) fn joints(&self, limits: &JointLimits<f64>) -> Result<[f64; 3], InputError> {
-        self.joints_in(Quantity::JOINTS, limits)
+        self.joints_in(Quantity::joints(limits.drive()), limits)
     }
 
     /// The same of other columns.
@@ -170,10 +171,16 @@ impl TableRow<'_> {
         for (joint, quantity) in joints.iter_mut().zip(quantities) {
             let angle = self.number(quantity)?;
             if let Some(cause) = outside_limits(angle, limits) {
-                return Err(self.fault_of(quantity, cause).with_remedy(
-                    "check the angle, its sign, its unit (_deg or _rad in the header) and [joints] \
-                     in the robot file",
-                ));
+                return Err(self.fault_of(quantity, cause).with_remedy(match limits.drive() {
+                    Drive::Rotary => {
+                        "check the angle, its sign, its unit (_deg or _rad in the header) and [joints] \
+                         in the robot file"
+                    }
+                    Drive::Linear => {
+                        "check the travel, its unit (_mm or _m in the header) and [joints] in the \
+                         robot file"
+                    }
+                }));
             }
             *joint = angle;
         }

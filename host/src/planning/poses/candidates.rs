@@ -6,8 +6,9 @@ use super::random::uniform;
 use super::{PlanError, Region};
 use crate::files::robot_file::RobotFile;
 use crate::geometry::reach::Reach;
+use delta_cal::robot::Drive;
 use delta_cal::simulate::standard_normal;
-use delta_cal::{Robot, Sample};
+use delta_cal::{ArmIndex, Robot, Sample};
 use nalgebra::Vector3;
 use rand_core::Rng;
 
@@ -18,7 +19,7 @@ const DRAWS: usize = 200;
 /// Poses by which it is told where the robot gets.
 const ANYWHERE: usize = 5000;
 /// Joint angles are planned in steps of this, degrees: what a person types and a drive holds.
-const STEP_DEGREES: f64 = 1e-3;
+const STEP: f64 = 1e-3;
 /// Positions are stated in steps of this, mm.
 const STEP_MM: f64 = 1e-6;
 
@@ -58,9 +59,12 @@ impl<'a> Selection<'a> {
     /// The pose at these joint angles (radians), rounded to what is written, if it may be chosen.
     pub(in crate::planning) fn pose(&self, joints: [f64; 3]) -> Option<Sample<f64>> {
         let joints = joints.map(|q| {
-            let steps = (q.to_degrees() / STEP_DEGREES).round();
             // Divided, so that the number is the nearest to its three decimals.
-            (steps / STEP_DEGREES.recip().round() + 0.0).to_radians()
+            let rounded = |q: f64| (q / STEP).round() / STEP.recip().round() + 0.0;
+            match self.robot.drive() {
+                Drive::Rotary => rounded(q.to_degrees()).to_radians(),
+                Drive::Linear => rounded(q),
+            }
         });
         let position = self.reach.position(self.robot, &joints).ok()?;
         let inside = self.region.is_none_or(|region| region.contains(&position));
@@ -134,6 +138,11 @@ impl<'a> Selection<'a> {
         rng: &mut R,
     ) -> Option<Sample<f64>> {
         let limits = &self.reach.limits;
+        // A travel of a forearm's length moves the platform as far as a turn by 1 rad.
+        let spread = match self.robot.drive() {
+            Drive::Rotary => spread,
+            Drive::Linear => spread * self.robot.arm(ArmIndex::First).lb(),
+        };
         self.pose(pose.joints.map(|q| {
             (q + spread * standard_normal::<f64, R>(rng)).clamp(limits.minimum(), limits.maximum())
         }))

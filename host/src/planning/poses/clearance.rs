@@ -4,11 +4,14 @@
 use crate::files::robot_file::RobotFile;
 use crate::geometry::reach::forearm_angle;
 use delta_cal::kinematics::{JointLimits, SingularityDistance};
+use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
 use nalgebra::{SVector, Vector3};
 
 /// A pose is at least so far inside every limit, degrees.
 const LEAST_DEGREES: f64 = 1.0;
+/// The same of a travel, mm.
+const LEAST_TRAVEL: f64 = 1.0;
 /// And by so many σ of what the tolerance does to its distance from the limit: of three million robots one is
 /// further off.
 const SIGMAS: f64 = 5.0;
@@ -17,10 +20,10 @@ const SIGMAS: f64 = 5.0;
 const LARGEST_DEGREES: f64 = 10.0;
 
 /// By how much the planned poses are inside the limits of the nominal robot, so that the real robot
-/// gets there as well: the least over all poses, in radians.
+/// gets there as well: the least over all poses, in radians (the joints' of linear drives in mm).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margin {
-    /// From the joints' limits: 1° at least, a tenth of their range at most. They hold for the angles
+    /// From the joints' limits: 1° (or 1 mm of travel) at least, a tenth of their range at most. They hold for the angles
     /// that are commanded, whatever the geometry.
     pub joints: f64,
     /// From the forearms' limit; infinite without one.
@@ -63,8 +66,12 @@ impl Margin {
 /// The joints' limits less their margin.
 pub(super) fn narrowed(limits: &JointLimits<f64>) -> JointLimits<f64> {
     let range = limits.maximum() - limits.minimum();
-    let margin = LEAST_DEGREES.to_radians().min(0.1 * range);
-    JointLimits::new(limits.minimum() + margin, limits.maximum() - margin).unwrap_or(*limits)
+    let (least, new): (_, fn(f64, f64) -> _) = match limits.drive() {
+        Drive::Rotary => (LEAST_DEGREES.to_radians(), JointLimits::new),
+        Drive::Linear => (LEAST_TRAVEL, JointLimits::travel),
+    };
+    let margin = least.min(0.1 * range);
+    new(limits.minimum() + margin, limits.maximum() - margin).unwrap_or(*limits)
 }
 
 /// What must not be below a bound: the volume of the forearms' unit vectors squared, of each forearm the
@@ -155,7 +162,11 @@ fn one_tolerance_off(file: &RobotFile) -> Vec<Robot<f64>> {
     };
     let [first, ..] = file.robot.arms();
     let length = tolerance.of(Parameter::Lb) / first.upper_arm_length();
-    let angle = SIGMAS * (tolerance.of(Parameter::Theta) + length);
+    let of_angles = match file.robot.drive() {
+        Drive::Rotary => Parameter::Theta,
+        Drive::Linear => Parameter::LeanX,
+    };
+    let angle = SIGMAS * (tolerance.of(of_angles) + length);
     let part = (LARGEST_DEGREES.to_radians() / angle).min(1.0);
     let sigmas = tolerance.of_places(file.robot.drive());
     let larger = |index: usize| {

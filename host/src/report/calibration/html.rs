@@ -4,6 +4,8 @@ mod figures;
 mod poses;
 mod uncertainty;
 
+use crate::text::joint;
+use crate::text::tolerance;
 use super::names::solver_name;
 use super::next::advice;
 use super::suspected::{self, loss_name};
@@ -19,7 +21,6 @@ use crate::render::plot::PlotError;
 use crate::render::section::{Part, Section};
 use crate::render::table::Table;
 use crate::text::numbers::{millimetres, small_or};
-use crate::text::units::degrees;
 use crate::text::words::count;
 use maud::{Markup, html};
 
@@ -68,6 +69,7 @@ pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String
 
 fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
     let options = &report.options;
+    let drive = report.before.robot.drive();
     html! {
         p {
             b { (report.before.name) } " from the " (count(report.samples, "sample")) " of "
@@ -84,16 +86,15 @@ fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
             @if options.loss.is_some() { ", loss " (loss_name(options.loss)) }
             ". "
             @match &report.before.tolerance {
-                Some(tolerance) => {
-                    "Tolerance: " (tolerance.of(delta_cal::Parameter::Lb)) " mm and "
-                    (degrees(tolerance.of(delta_cal::Parameter::Theta))) "°. "
+                Some(stated) => {
+                    "Tolerance: " (tolerance::in_words(drive, stated)) ". "
                 }
                 None => { "No tolerance stated. " }
             }
             @match &report.before.noise {
                 Some(noise) => {
                     "Noise: " (noise.position()) " mm and "
-                    (degrees(noise.joint())) "°."
+                    (joint::in_file(drive, noise.joint())) (joint::mark(drive)) "."
                 }
                 None => {
                     "No noise is stated; with it this report would say whether the residuals are \
@@ -171,17 +172,21 @@ fn residuals(report: &CalibrationReport) -> Result<Section, PlotError> {
 }
 
 fn samples(report: &CalibrationReport) -> Table {
-    let joint = |joint: usize| {
-        move |sample: &&SampleErrors| format!("{:.3}", degrees(sample.measured.joints[joint]))
+    let drive = report.before.robot.drive();
+    let of_joint = |joint: usize| {
+        move |sample: &&SampleErrors| {
+            format!("{:.3}", joint::in_file(drive, sample.measured.joints[joint]))
+        }
     };
+    let [q1, q2, q3] = joint::names(drive).map(|name| name.replace("deg", "°"));
     let coordinate = |axis: usize| {
         move |sample: &&SampleErrors| format!("{:.3}", sample.measured.position[axis])
     };
     Table::of(&report.sample_errors)
         .column("line", |sample| sample.line)
-        .column("q1, °", joint(0))
-        .column("q2, °", joint(1))
-        .column("q3, °", joint(2))
+        .column(q1, of_joint(0))
+        .column(q2, of_joint(1))
+        .column(q3, of_joint(2))
         .column("x, mm", coordinate(0))
         .column("y, mm", coordinate(1))
         .column("z, mm", coordinate(2))

@@ -129,7 +129,7 @@ pub fn report(report: &CalibrationReport) -> Value {
             "translation_mm": frame.translation.data.0[0],
         })),
         // What the residuals say of the noise; `null` if no sample is left over.
-        "noise": report.noise_test.as_ref().map(|test| noise::json(test, report.before.noise.as_ref())),
+        "noise": report.noise_test.as_ref().map(|test| noise::json(report.before.robot.drive(), test, report.before.noise.as_ref())),
         // Errors that the model does not hold, the one that explains most first; `null` if nothing was
         // looked for.
         "causes": super::causes::json(&report.causes),

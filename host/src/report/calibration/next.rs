@@ -1,6 +1,7 @@
 //! What to measure next, in words: which arm and which combination of its parameters the samples
 //! determine worst, and which poses would tell most.
 
+use crate::text::joint;
 use crate::accuracy::information;
 use crate::accuracy::information::ARM;
 use crate::calibration::report::CalibrationReport;
@@ -11,7 +12,6 @@ use crate::planning::observability::Combination;
 use crate::planning::poses::{PlanRequest, next_poses};
 use crate::report::calibration::uncertain::uncertain;
 use crate::text::numbers::small;
-use crate::text::units::degrees;
 use crate::text::words::{capitalised, count, in_lines, list};
 use delta_cal::calibration::ArmOutcome;
 use delta_cal::{ArmIndex, Noise, Robot, Tolerance};
@@ -147,6 +147,7 @@ fn weakest(
 fn narrow_joints(report: &CalibrationReport) -> Option<String> {
     let limits = &report.before.limits;
     let full = limits.maximum() - limits.minimum();
+    let shown = |q: f64| joint::whole(limits.drive(), q);
     let narrow: Vec<_> = ArmIndex::ALL
         .into_iter()
         .enumerate()
@@ -155,15 +156,15 @@ fn narrow_joints(report: &CalibrationReport) -> Option<String> {
             let angles = angles.map(|sample| sample.measured.joints[joint]);
             let (low, high) = range(angles);
             (high - low < WIDE * full)
-                .then(|| format!("{arm} from {:.0}° to {:.0}°", degrees(low), degrees(high)))
+                .then(|| format!("{arm} from {} to {}", shown(low), shown(high)))
         })
         .collect();
     (!narrow.is_empty()).then(|| {
         format!(
-            "The samples move these joints through only a small part of their range of {:.0}° to \
-             {:.0}°: {}. Add poses outside that part, as far as the robot gets.",
-            degrees(limits.minimum()),
-            degrees(limits.maximum()),
+            "The samples move these joints through only a small part of their range of {} to \
+             {}: {}. Add poses outside that part, as far as the robot gets.",
+            shown(limits.minimum()),
+            shown(limits.maximum()),
             list(&narrow)
         )
     })
@@ -195,8 +196,8 @@ fn best_added(report: &CalibrationReport) -> Option<String> {
         .poses
         .iter()
         .map(|pose| {
-            let [q1, q2, q3] = pose.joints.map(degrees);
-            format!("{q1:.0}°, {q2:.0}°, {q3:.0}°")
+            let joints = pose.joints.map(|q| joint::whole(robot.robot.drive(), q));
+            joints.join(", ")
         })
         .collect();
     let worth = match (&next.before, &next.after) {

@@ -1,5 +1,7 @@
 //! The check for programs.
 
+use crate::text::joint;
+use delta_cal::robot::Drive;
 use crate::accuracy::sampled::{MANY, shown};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
@@ -8,7 +10,6 @@ use crate::planning::observability::{Block, Leverage, Observability};
 use crate::planning::poses::{Expectation, NextPoses};
 use crate::render::json;
 use crate::report::plan::json::{assumptions, pose};
-use crate::text::units::degrees;
 use serde_json::{Value, json};
 
 /// Changes whenever a field changes its name or meaning or is removed.
@@ -23,7 +24,7 @@ pub fn report(
     observability: &Observability,
     next: &NextPoses,
 ) -> Value {
-    let (leverages, sampled) = leverages(&observability.leverages);
+    let (leverages, sampled) = leverages(robot.robot.drive(), &observability.leverages);
     let sigma = |expectation: &Option<Expectation>| {
         let expectation = expectation.as_ref();
         expectation.map(|expectation| expectation.workspace.rms)
@@ -34,7 +35,7 @@ pub fn report(
         // `joint`, `ikm` or `fkm`.
         "method": method.name(),
         // What the samples were judged for.
-        "assumptions": assumptions(&observability.assumptions),
+        "assumptions": assumptions(robot.robot.drive(), &observability.assumptions),
         // Whether they determine every parameter.
         "determined": observability.determined(),
         // In one sentence.
@@ -48,7 +49,7 @@ pub fn report(
         // How many of how many samples `leverages` holds; `null` if all.
         "sampled": sampled,
         // The poses that are best added, one after the other.
-        "next": next.poses.iter().map(pose).collect::<Vec<_>>(),
+        "next": next.poses.iter().map(|own| pose(robot.robot.drive(), own)).collect::<Vec<_>>(),
         // Why there is none; `null` where some are proposed or none was asked for.
         "no_next": next.obstacle.map(|obstacle| obstacle.to_string()),
         // σ of the position over the workspace, rms.
@@ -60,7 +61,7 @@ pub fn report(
 }
 
 /// Those that are shown, and how many of how many they are; `null` if all.
-pub(super) fn leverages(leverages: &[Leverage]) -> (Vec<Value>, Option<Value>) {
+pub(super) fn leverages(drive: Drive, leverages: &[Leverage]) -> (Vec<Value>, Option<Value>) {
     let some = shown(leverages.len(), MANY, |index| leverages[index].total);
     let sampled = some
         .as_ref()
@@ -70,7 +71,7 @@ pub(super) fn leverages(leverages: &[Leverage]) -> (Vec<Value>, Option<Value>) {
         let leverage = &leverages[index];
         json!({
             "line": leverage.line,
-            "joints_deg": leverage.joints.map(degrees),
+            joint::key("joints", drive): leverage.joints.map(|q| joint::in_file(drive, q)),
             // Trace of its block of the hat matrix.
             "total": leverage.total,
             // The largest of its residuals.

@@ -1,5 +1,6 @@
 //! The check of heights, distances and single coordinates, for people and for programs.
 
+use crate::text::joint;
 use super::json::{SCHEMA_VERSION, leverages as leverages_json};
 use super::table::{leverages, not_measured};
 use crate::accuracy::expected_error::ExpectedError;
@@ -13,7 +14,6 @@ use crate::report::calibration::json::expected_error;
 use crate::report::calibration::observations::readings_in_words;
 use crate::report::plan::measurements::{csv, noise_of, tolerance_of};
 use crate::text::numbers::{small, small_or};
-use crate::text::units::degrees;
 use crate::text::words::{count, in_file_units, in_lines};
 use serde_json::{Value, json};
 
@@ -33,6 +33,7 @@ pub fn text(check: &MeasurementCheck, unmeasured: &[u64]) -> String {
         parts.push(gaps.into_iter().fold(section, Section::text));
     }
     parts.push(leverages(
+        check.robot.robot.drive(),
         &check.leverages,
         "parameters, those of planes, points and the sensor's frame too, a row decides",
     ));
@@ -158,15 +159,17 @@ fn additions(check: &MeasurementCheck) -> Option<Section> {
 
 /// For programs. Lengths in millimetres, angles in degrees; `null` where a figure is unknown.
 pub fn json(check: &MeasurementCheck, unmeasured: &[u64]) -> Value {
-    let (leverages, sampled) = leverages_json(&check.leverages);
+    let drive = check.robot.robot.drive();
+    let in_file = |joints: &[f64; 3]| joints.map(|q| joint::in_file(drive, q));
+    let (leverages, sampled) = leverages_json(drive, &check.leverages);
     let point = |index: usize| check.file.points.get(index);
     let next = check.next.iter().map(|own| {
         json!({
             "measure": own.kind.name(),
-            "joints_deg": own.pose.joints.map(degrees),
+            joint::key("joints", drive): in_file(&own.pose.joints),
             "position_mm": own.pose.position.data.0[0],
             // Where a distance between poses begins.
-            "to_joints_deg": own.other.map(|other| other.joints.map(degrees)),
+            joint::key("to_joints", drive): own.other.map(|other| in_file(&other.joints)),
             "block_mm": own.block.and_then(|block| check.setup.as_ref()?.blocks.get(block)),
             "point": own.point.and_then(point),
         })

@@ -1,5 +1,7 @@
 //! The check for people at a terminal.
 
+use crate::text::joint;
+use delta_cal::robot::Drive;
 use crate::files::kinematics::to_csv;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
@@ -11,7 +13,6 @@ use crate::render::table::Table;
 use crate::render::terminal;
 use crate::report::plan::table::with_assumptions;
 use crate::text::numbers::{significant, small};
-use crate::text::units::degrees;
 use crate::text::words::{count, in_file_units, in_lines};
 
 /// Samples listed; of more, those with the most leverage.
@@ -36,7 +37,7 @@ pub fn render(
         method.title(),
     ));
     terminal::text([
-        with_assumptions(summary, &observability.assumptions),
+        with_assumptions(summary, robot.robot.drive(), &observability.assumptions),
         not_measured(
             Section::new("").text(verdict(observability, samples, unmeasured)),
             unmeasured,
@@ -44,8 +45,8 @@ pub fn render(
         singular_values(&observability.blocks),
         indices(&observability.blocks),
         weakest(observability),
-        leverages(&observability.leverages, "parameters a sample decides"),
-        additions(next),
+        leverages(robot.robot.drive(), &observability.leverages, "parameters a sample decides"),
+        additions(robot.robot.drive(), next),
     ])
 }
 
@@ -162,7 +163,7 @@ fn weakest(observability: &Observability) -> Section {
 }
 
 /// `what`: that the totals count.
-pub(super) fn leverages(leverages: &[Leverage], what: &str) -> Section {
+pub(super) fn leverages(drive: Drive, leverages: &[Leverage], what: &str) -> Section {
     let mut listed: Vec<_> = leverages.iter().collect();
     let title = if listed.len() > LISTED {
         listed.sort_by(|a, b| b.total.total_cmp(&a.total));
@@ -171,14 +172,17 @@ pub(super) fn leverages(leverages: &[Leverage], what: &str) -> Section {
     } else {
         "Leverage of each row".to_owned()
     };
-    let joint = |joint: usize| {
-        move |leverage: &&Leverage| format!("{:.3}", degrees(leverage.joints[joint]))
+    let of_joint = |joint: usize| {
+        move |leverage: &&Leverage| {
+            format!("{:.3}", joint::in_file(drive, leverage.joints[joint]))
+        }
     };
+    let [q1, q2, q3] = joint::names(drive);
     let table = Table::of(listed)
         .column("line", |leverage| leverage.line)
-        .column("q1, deg", joint(0))
-        .column("q2, deg", joint(1))
-        .column("q3, deg", joint(2))
+        .column(q1, of_joint(0))
+        .column(q2, of_joint(1))
+        .column(q3, of_joint(2))
         .column("total", |leverage| format!("{:.2}", leverage.total))
         .column("largest", |leverage| format!("{:.2}", leverage.largest))
         .column("", |leverage| {
@@ -195,7 +199,7 @@ pub(super) fn leverages(leverages: &[Leverage], what: &str) -> Section {
     ))
 }
 
-fn additions(next: &NextPoses) -> Section {
+fn additions(drive: Drive, next: &NextPoses) -> Section {
     let known = |expectation: &Option<Expectation>| {
         expectation.as_ref().map_or_else(
             || "unknown".to_owned(),
@@ -216,7 +220,7 @@ fn additions(next: &NextPoses) -> Section {
             None => section,
         };
     }
-    let csv = to_csv(&next.poses);
+    let csv = to_csv(drive, &next.poses);
     let section = Section::new("Poses that would help most, in this order");
     let section = csv.lines().fold(section, Section::text);
     section.text(format!("{now}, {} with them.", known(&next.after)))

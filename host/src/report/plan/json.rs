@@ -1,5 +1,7 @@
 //! The plan for programs.
 
+use crate::text::joint;
+use delta_cal::robot::Drive;
 use crate::accuracy::information::parameters;
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::planning::poses::{Assumptions, Expectation, PlanRequest, PosePlan, PosesNeeded};
@@ -13,6 +15,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 
 /// The whole plan. Lengths in millimetres, angles in degrees; `null` where a figure is unknown.
 pub fn report(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesNeeded>) -> Value {
+    let drive = request.robot.robot.drive();
     let contents = json!({
         "robot_file": request.robot.name,
         // `ikm` or `fkm`.
@@ -24,11 +27,12 @@ pub fn report(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesN
         // As on the command line; `null` if the platform may be anywhere.
         "within": request.region.map(|region| region.to_string()),
         // What was planned for.
-        "assumptions": assumptions(&plan.assumptions),
+        "assumptions": assumptions(drive, &plan.assumptions),
         // The least over all poses.
         "margin_deg": {
             // From the joints' limits.
-            "joints": degrees(plan.margin.joints),
+            // Of linear drives mm.
+            "joints": joint::in_file(drive, plan.margin.joints),
             // From the forearms' limit; `null` without one.
             "forearms": degrees(plan.margin.forearms),
             // Of a forearm from its upper arm's line.
@@ -37,9 +41,9 @@ pub fn report(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesN
             "parallel": degrees(plan.margin.parallel),
         },
         // In their order.
-        "poses": plan.poses.iter().map(pose).collect::<Vec<_>>(),
+        "poses": plan.poses.iter().map(|own| pose(drive, own)).collect::<Vec<_>>(),
         // Of the joint that moves furthest from pose to pose, summed up.
-        "travel_deg": degrees(plan.travel),
+        joint::key("travel", drive): joint::in_file(drive, plan.travel),
         // What to expect.
         "planned": expectation(&request.robot.robot, &plan.planned),
         // Whether the poses determine every parameter without the tolerance, too.
@@ -58,14 +62,14 @@ pub fn report(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesN
 }
 
 /// One σ of the noise and of the tolerance, and whether the robot file states the noise.
-pub(in crate::report) fn assumptions(assumptions: &Assumptions) -> Value {
+pub(in crate::report) fn assumptions(drive: Drive, assumptions: &Assumptions) -> Value {
     let tolerance = |parameter| {
         let tolerance = assumptions.tolerance.as_ref();
         tolerance.map(|tolerance| tolerance.of(parameter))
     };
     json!({
         "noise_position_mm": assumptions.noise.position(),
-        "noise_joint_deg": degrees(assumptions.noise.joint()),
+        joint::key("noise_joint", drive): joint::in_file(drive, assumptions.noise.joint()),
         "noise_stated": assumptions.noise_stated,
         "tolerance_length_mm": tolerance(Parameter::Lb),
         "tolerance_angle_deg": tolerance(Parameter::Theta).map(degrees),
@@ -73,9 +77,9 @@ pub(in crate::report) fn assumptions(assumptions: &Assumptions) -> Value {
 }
 
 /// Joint angles, and where the nominal robot is then.
-pub(in crate::report) fn pose(pose: &Sample<f64>) -> Value {
+pub(in crate::report) fn pose(drive: Drive, pose: &Sample<f64>) -> Value {
     json!({
-        "joints_deg": pose.joints.map(degrees),
+        joint::key("joints", drive): pose.joints.map(|q| joint::in_file(drive, q)),
         "position_mm": pose.position.data.0[0],
     })
 }

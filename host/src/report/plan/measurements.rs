@@ -1,5 +1,8 @@
 //! Planned measurements for people, for programs, and as a samples file to fill in.
 
+use crate::text::joint;
+use crate::text::tolerance::in_words;
+use delta_cal::robot::Drive;
 use super::json::SCHEMA_VERSION;
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::files::robot_file::RobotFile;
@@ -78,22 +81,24 @@ pub(in crate::report) fn noise_of(robot: &RobotFile, measured: [bool; 3], stated
         Some(format!("{kind} {sigma} mm, "))
     });
     let kinds: String = kinds.collect();
-    let joint = robot.noise.map_or(0.0, |noise| degrees(noise.joint()));
+    let drive = robot.robot.drive();
+    let of_joint = robot
+        .noise
+        .map_or(0.0, |noise| joint::in_file(drive, noise.joint()));
     let origin = if stated {
         "stated"
     } else {
         "assumed where the robot file states none"
     };
-    format!("{kinds}joint angles {}° ({origin})", small(joint))
+    let (name, mark) = (joint::name(drive), joint::mark(drive));
+    format!("{kinds}{name}s {}{mark} ({origin})", small(of_joint))
 }
 
 pub(in crate::report) fn tolerance_of(robot: &RobotFile) -> String {
     robot.tolerance.as_ref().map_or_else(
         || "none stated".to_owned(),
         |tolerance| {
-            let length = tolerance.of(Parameter::Lb);
-            let angle = degrees(tolerance.of(Parameter::Theta));
-            format!("{length} mm, {angle}° (stated)")
+            format!("{} (stated)", in_words(robot.robot.drive(), tolerance))
         },
     )
 }
@@ -190,6 +195,8 @@ fn expected(plan: &MeasurementPlan) -> Section {
 pub fn json(request: &MeasurementRequest<'_>, plan: &MeasurementPlan) -> Value {
     let setup = &plan.setup;
     let facts = &setup.robot.instruments;
+    let drive = setup.robot.robot.drive();
+    let in_file = |joints: &[f64; 3]| joints.map(|q| joint::in_file(drive, q));
     let tolerance = |parameter| {
         let tolerance = setup.robot.tolerance.as_ref();
         tolerance.map(|tolerance| tolerance.of(parameter))
@@ -198,11 +205,11 @@ pub fn json(request: &MeasurementRequest<'_>, plan: &MeasurementPlan) -> Value {
     let measurements = plan.measurements.iter().map(|own| {
         json!({
             "measure": own.kind.name(),
-            "joints_deg": own.pose.joints.map(degrees),
+            joint::key("joints", drive): in_file(&own.pose.joints),
             // Where the nominal robot is then.
             "position_mm": own.pose.position.data.0[0],
             // Where a distance between poses begins.
-            "to_joints_deg": own.other.map(|other| other.joints.map(degrees)),
+            joint::key("to_joints", drive): own.other.map(|other| in_file(&other.joints)),
             "block_mm": own.block.and_then(|block| setup.blocks.get(block)),
             "point": own.point.and_then(point),
         })
@@ -220,7 +227,8 @@ pub fn json(request: &MeasurementRequest<'_>, plan: &MeasurementPlan) -> Value {
         "within": request.region.map(|region| region.to_string()),
         "assumptions": {
             "noise_position_mm": setup.robot.noise.map(|noise| noise.position()),
-            "noise_joint_deg": setup.robot.noise.map(|noise| degrees(noise.joint())),
+            joint::key("noise_joint", drive):
+                setup.robot.noise.map(|noise| joint::in_file(drive, noise.joint())),
             "noise_height_mm": facts.height_noise,
             "noise_distance_mm": facts.distance_noise,
             "noise_stated": setup.noise_stated,
@@ -268,11 +276,15 @@ pub fn csv(measurements: &[Planned], setup: &Setup) -> String {
         kinds.contains(&Kind::Distance),
         kinds.contains(&Kind::Point),
     );
-    let mut columns: Vec<(&str, Cell)> = vec![
-        ("q1_deg", Box::new(|own, _| angle(own.pose.joints[0]))),
-        ("q2_deg", Box::new(|own, _| angle(own.pose.joints[1]))),
-        ("q3_deg", Box::new(|own, _| angle(own.pose.joints[2]))),
-    ];
+    let drive = setup.robot.robot.drive();
+    let own_columns = joint::columns(drive);
+    let own_columns: Vec<_> = own_columns.split(',').collect();
+    let to_columns: Vec<_> = own_columns.iter().map(|name| format!("to_{name}")).collect();
+    let mut columns: Vec<(&str, Cell)> = Vec::new();
+    for (joint, name) in own_columns.iter().enumerate() {
+        let cell = move |own: &Planned, _: &Setup| written(drive, own.pose.joints[joint]);
+        columns.push((name, Box::new(cell)));
+    }
     let empty = || -> Cell { Box::new(|_, _| String::new()) };
     for (axis, name) in ["x_mm", "y_mm", "z_mm"].into_iter().enumerate() {
         if read(axis) {
@@ -300,13 +312,10 @@ pub fn csv(measurements: &[Planned], setup: &Setup) -> String {
         columns.push(("point", Box::new(name)));
     }
     if distance {
-        for (joint, name) in ["to_q1_deg", "to_q2_deg", "to_q3_deg"]
-            .into_iter()
-            .enumerate()
-        {
+        for (joint, name) in to_columns.iter().enumerate() {
             let cell = move |own: &Planned, _: &Setup| {
                 let other = own.other.as_ref();
-                other.map_or_else(String::new, |other| angle(other.joints[joint]))
+                other.map_or_else(String::new, |other| written(drive, other.joints[joint]))
             };
             columns.push((name, Box::new(cell)));
         }
@@ -339,8 +348,8 @@ pub fn csv(measurements: &[Planned], setup: &Setup) -> String {
 
 type Cell = Box<dyn Fn(&Planned, &Setup) -> String>;
 
-fn angle(radians: f64) -> String {
-    rounded(degrees(radians))
+fn written(drive: Drive, joint: f64) -> String {
+    rounded(joint::in_file(drive, joint))
 }
 
 fn nominal_distance(own: &Planned, setup: &Setup) -> String {

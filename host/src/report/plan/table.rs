@@ -1,5 +1,7 @@
 //! The plan for people at a terminal.
 
+use crate::text::joint;
+use crate::text::tolerance::in_words;
 use delta_cal::robot::Drive;
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::planning::poses::{
@@ -10,7 +12,7 @@ use crate::render::table::Table;
 use crate::render::terminal;
 use crate::text::numbers::small;
 use crate::text::units::{degrees, in_unit, unit};
-use delta_cal::{ArmIndex, Parameter};
+use delta_cal::ArmIndex;
 
 /// The whole report, without the poses themselves.
 pub fn render(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesNeeded>) -> String {
@@ -20,7 +22,11 @@ pub fn render(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesN
 }
 
 /// With what was planned for.
-pub(in crate::report) fn with_assumptions(section: Section, assumptions: &Assumptions) -> Section {
+pub(in crate::report) fn with_assumptions(
+    section: Section,
+    drive: Drive,
+    assumptions: &Assumptions,
+) -> Section {
     let noise = &assumptions.noise;
     let stated = if assumptions.noise_stated {
         "stated"
@@ -29,19 +35,17 @@ pub(in crate::report) fn with_assumptions(section: Section, assumptions: &Assump
     };
     let tolerance = assumptions.tolerance.as_ref().map_or_else(
         || "none stated".to_owned(),
-        |tolerance| {
-            let length = tolerance.of(Parameter::Lb);
-            let angle = degrees(tolerance.of(Parameter::Theta));
-            format!("{length} mm, {angle}° (stated)")
-        },
+        |tolerance| format!("{} (stated)", in_words(drive, tolerance)),
     );
-    let (position, joint) = (noise.position(), degrees(noise.joint()));
+    let (position, joint) = (noise.position(), joint::in_file(drive, noise.joint()));
+    let mark = joint::mark(drive);
     section
-        .text(format!("Noise: {position} mm, {joint}° ({stated})"))
+        .text(format!("Noise: {position} mm, {joint}{mark} ({stated})"))
         .text(format!("Tolerance: {tolerance}"))
 }
 
 fn summary(request: &PlanRequest<'_>, plan: &PosePlan) -> Section {
+    let drive = request.robot.robot.drive();
     let section = Section::new("")
         .text(format!(
             "{} poses for {}, {} method",
@@ -53,12 +57,17 @@ fn summary(request: &PlanRequest<'_>, plan: &PosePlan) -> Section {
             Criterion::A => "A-optimal: least mean square of the parameter error",
             Criterion::D => "D-optimal: least volume of the confidence region",
         });
-    let section = with_assumptions(section, &plan.assumptions);
+    let section = with_assumptions(section, drive, &plan.assumptions);
     let section = match &request.region {
         Some(region) => section.text(format!("Within: {region} mm")),
         None => section,
     };
     let margin = &plan.margin;
+    let mark = joint::mark(drive);
+    let lines = match drive {
+        Drive::Rotary => "from their upper arms' lines",
+        Drive::Linear => "from square to their towers",
+    };
     let forearms = match request.robot.forearm_limit {
         Some(_) => format!(
             " {:.1}° from the forearms' limit,",
@@ -68,16 +77,16 @@ fn summary(request: &PlanRequest<'_>, plan: &PosePlan) -> Section {
     };
     section
         .text(format!(
-            "Margin, because the real robot differs from the nominal one, at least: {:.1}° from the joints' \
-             limits,{forearms} forearms {:.1}° from their upper arms' lines and {:.1}° from one plane",
-            degrees(margin.joints),
+            "Margin, because the real robot differs from the nominal one, at least: {:.1}{mark} from the joints' \
+             limits,{forearms} forearms {:.1}° {lines} and {:.1}° from one plane",
+            joint::in_file(drive, margin.joints),
             degrees(margin.serial),
             degrees(margin.parallel)
         ))
         .text(format!(
-            "Travel: {:.0}°, of the joint that moves furthest in each step ({:.0}° before the poses were sorted)",
-            degrees(plan.travel),
-            degrees(plan.travel_unordered)
+            "Travel: {:.0}{mark}, of the joint that moves furthest in each step ({:.0}{mark} before the poses were sorted)",
+            joint::in_file(drive, plan.travel),
+            joint::in_file(drive, plan.travel_unordered)
         ))
 }
 

@@ -1,12 +1,13 @@
 //! The figures of numbers.
 
+use crate::text::joint;
 use crate::accuracy::position_error::SampleErrors;
 use crate::calibration::report::CalibrationReport;
 use crate::calibration::thresholds::GOOD_CONDITION;
 use crate::geometry::range::range;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::report::calibration::comparison::{Comparison, comparisons};
-use crate::text::units::{degrees, in_unit};
+use crate::text::units::in_unit;
 use delta_cal::Tolerance;
 use delta_cal::calibration::limits::chi_square_quantile;
 
@@ -231,14 +232,17 @@ pub(super) fn closures(report: &CalibrationReport) -> Vec<(Figure, String)> {
     });
     let extent = 1.1 * sizes.fold(0.0, f64::max);
     let limits = &report.before.limits;
-    let (low, high) = (degrees(limits.minimum()), degrees(limits.maximum()));
+    let drive = limits.drive();
+    let in_file = |q: f64| joint::in_file(drive, q);
+    let (low, high) = (in_file(limits.minimum()), in_file(limits.maximum()));
+    let names = joint::names(drive).map(|name| name.replace("deg", "°"));
     if !(extent > LEAST) {
         return Vec::new();
     }
     let in_degrees = |points: &[(f64, f64)]| -> Vec<_> {
         points
             .iter()
-            .map(|(q, value)| (q.to_degrees(), *value))
+            .map(|(q, value)| (in_file(*q), *value))
             .collect()
     };
     let panels = arms
@@ -247,7 +251,7 @@ pub(super) fn closures(report: &CalibrationReport) -> Vec<(Figure, String)> {
         .enumerate()
         .map(|(arm, (residuals, colour))| {
             let mut figure = Figure::new(
-                Axis::linear(format!("q{}, °", arm + 1), low, high),
+                Axis::linear(names[arm].clone(), low, high),
                 Axis::linear("closure error, mm", -extent, extent),
             )
             .sized(420, 300)
@@ -295,16 +299,23 @@ pub(super) fn conditions(report: &CalibrationReport) -> Figure {
 /// Where in their range the samples have each joint.
 pub(super) fn joints(report: &CalibrationReport) -> Figure {
     let limits = &report.before.limits;
-    let (low, high) = (degrees(limits.minimum()), degrees(limits.maximum()));
+    let drive = limits.drive();
+    let in_file = |q: f64| joint::in_file(drive, q);
+    let (low, high) = (in_file(limits.minimum()), in_file(limits.maximum()));
     let margin = 0.04 * (high - low);
     let limit = |at: f64| [(at, -0.4), (at, 2.4)];
     let points = report.sample_errors.iter().flat_map(|sample| {
-        let joints = sample.measured.joints.map(degrees);
+        let joints = sample.measured.joints.map(in_file);
         joints.into_iter().zip([0.0, 1.0, 2.0])
     });
-    let names = ["q1", "q2", "q3"].map(str::to_owned);
+    let letter = joint::letter(drive);
+    let names = [1, 2, 3].map(|joint| format!("{letter}{joint}"));
     Figure::new(
-        Axis::linear("joint angle, °", low - margin, high + margin),
+        Axis::linear(
+            format!("{}, {}", joint::name(drive), joint::mark(drive).trim()),
+            low - margin,
+            high + margin,
+        ),
         Axis::named("", names.to_vec()),
     )
     .sized(800, 170)

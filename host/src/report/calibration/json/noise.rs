@@ -1,15 +1,16 @@
 //! What the residuals say of the noise.
 
 use crate::calibration::noise_test::NoiseTest;
-use crate::text::units::degrees;
+use crate::text::joint;
+use delta_cal::robot::Drive;
 use delta_cal::Noise;
 use serde_json::{Value, json};
 
-pub(super) fn json(test: &NoiseTest, stated: Option<&Noise<f64>>) -> Value {
+pub(super) fn json(drive: Drive, test: &NoiseTest, stated: Option<&Noise<f64>>) -> Value {
     let stated = stated.zip(test.stated).map(|(noise, stated)| {
         json!({
             "position_mm": noise.position(),
-            "joint_deg": degrees(noise.joint()),
+            joint::key("joint", drive): joint::in_file(drive, noise.joint()),
             // How many times the stated noise the residuals say; 1 is expected.
             "ratio": stated.ratio.value,
             // Its 95 % confidence limits.

@@ -1,0 +1,19 @@
+//! A tolerance in a sentence.
+
+use super::units::degrees;
+use delta_cal::robot::Drive;
+use delta_cal::{Parameter, Tolerance};
+
+/// "0.5 mm, 0.2°", of linear drives "0.5 mm, 0.2°, end stops 5 mm, scale 0.001".
+pub(crate) fn in_words(drive: Drive, tolerance: &Tolerance<f64>) -> String {
+    let length = tolerance.of(Parameter::Lb);
+    let angle = degrees(tolerance.of(Parameter::Theta));
+    match drive {
+        Drive::Rotary => format!("{length} mm, {angle}°"),
+        Drive::Linear => format!(
+            "{length} mm, {angle}°, end stops {} mm, scale {}",
+            tolerance.of(Parameter::Zero),
+            tolerance.of(Parameter::Scale)
+        ),
+    }
+}

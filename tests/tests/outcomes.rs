@@ -424,7 +424,7 @@ fn a_joint_angle_may_be_two_turns_and_no_more() {
         assert_eq!(f64::abs(q) <= limit, accepted);
         let mut sample = samples[0];
         sample.joints[1] = q;
-        assert_eq!(sample.check().is_ok(), accepted, "{q}");
+        assert_eq!(sample.check(Drive::Rotary).is_ok(), accepted, "{q}");
     }
 }
 

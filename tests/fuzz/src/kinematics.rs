@@ -72,7 +72,7 @@ fn poses<T: Bits>(robot: &Robot<T>, source: &mut Source<'_>) {
         && let Ok(limits) = JointLimits::new(least, most)
         && let Ok(drawn) = random_pose(robot, &limits, &mut rng)
     {
-        assert_eq!(drawn.check(), Ok(()));
+        assert_eq!(drawn.check(Drive::Rotary), Ok(()));
         let noise = Noise::new(source.number(0.02, 0.02), source.number(1e-5, 1e-5));
         let _ = simulate_sample(robot, &drawn.joints, noise.ok().as_ref(), &mut rng);
     }

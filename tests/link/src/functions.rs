@@ -203,7 +203,7 @@ macro_rules! of_scalar {
 
                 // Samples
                 fn sample_check(sample: &Sample<$t>) -> Result<(), SampleError> {
-                    sample.check()
+                    sample.check(Drive::Rotary)
                 }
                 fn nominal_arm_new(
                     arm: &Arm<$t>,

@@ -111,11 +111,7 @@ pub fn position_jacobian(robot: &Robot<f64>, joints: &[f64; 3]) -> Option<SMatri
         let at = |by: f64| -> Option<Vector3<f64>> {
             let mut parameters = robot.parameters();
             parameters[index / 8][index % 8] += by;
-            robot
-                .with_parameters(parameters)
-                .ok()?
-                .forward(joints)
-                .ok()
+            robot.with_parameters(parameters).ok()?.forward(joints).ok()
         };
         let step = match robot.drive().places()[index % 8].map(Parameter::kind) {
             Some(ParameterKind::Length) => 1e-4,

@@ -12,7 +12,7 @@
 use delta_cal::calibration::limits::chi_square_quantile;
 use delta_cal::calibration::{ArmSolver, Solver, Start, StartUsed};
 use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
-use delta_cal::robot::Arm;
+use delta_cal::robot::{Arm, Drive};
 use delta_cal::samples::{ArmFactor, NominalArm, SampleError};
 use delta_cal::{
     ArmIndex, Calibrator, Noise, Parameter, Progress, Refusal, Robot, RobotOutcome, Sample,

@@ -4,6 +4,7 @@ use crate::numbers::Source;
 use crate::promises::finite_robot;
 use delta_cal::Parameter;
 use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Drive;
 use delta_cal_host::campaign::Plan;
 use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, read_joints, read_positions};
 use std::fmt::Write;

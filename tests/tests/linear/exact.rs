@@ -21,7 +21,10 @@ fn nine_poses_and_more_give_every_robot_back() {
                 let mut apart = Calibrator::new(&nominal, &Settings::default());
                 apart.add_many(&samples).unwrap();
                 let off = largest_difference(&apart.solve().unwrap().robot, &truth);
-                assert!(off < 1e-6, "{name}, {poses} poses, robot {robot}, by arms: {off}");
+                assert!(
+                    off < 1e-6,
+                    "{name}, {poses} poses, robot {robot}, by arms: {off}"
+                );
             }
         }
     }
@@ -46,8 +49,7 @@ fn no_guess_is_needed_from_twelve_poses_on() {
 #[test]
 fn single_precision_gives_the_robot_back_within_its_rounding() {
     for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
-        let settings = Settings::<f32>::default()
-            .with_noise(Noise::new(0.02, 0.0).unwrap());
+        let settings = Settings::<f32>::default().with_noise(Noise::new(0.02, 0.0).unwrap());
         for robot in 0..size(10, 100) {
             let mut rng = generator(9130 + index, robot);
             let truth = made(&nominal, 1.0, Spread::Uniform, &mut rng);
@@ -83,7 +85,9 @@ fn the_empty_place_stays_empty() {
     let truth = made(&nominal, 1.0, Spread::Normal, &mut rng);
     let samples = measurements(&truth, travel, 30, Some(&noise), &mut rng);
     for tolerance in [None, Some(tolerance())] {
-        let settings = Settings::default().with_noise(noise).with_tolerance(tolerance);
+        let settings = Settings::default()
+            .with_noise(noise)
+            .with_tolerance(tolerance);
         let outcome = joint(&nominal, &samples, &settings).unwrap();
         let covariance = outcome.estimate.covariance.unwrap();
         for place in [6, 14, 22] {

@@ -33,7 +33,10 @@ enum Kind {
 }
 
 const KINDS: [(Kind, &str); 4] = [
-    (Kind::Touches, "touches of a plate with gauge blocks (0.02 mm)"),
+    (
+        Kind::Touches,
+        "touches of a plate with gauge blocks (0.02 mm)",
+    ),
     (Kind::Distances, "distances between two poses (0.1 mm)"),
     (Kind::TouchesAndDistances, "touches and distances by turns"),
     (Kind::Positions, "x, y and z (0.02 mm)"),
@@ -59,10 +62,7 @@ fn measured(
         };
         let random = part * standard_normal::<f64, _>(rng);
         if kind == Kind::Positions {
-            row.position = pose
-                .position
-                .data
-                .0[0]
+            row.position = pose.position.data.0[0]
                 .map(|x| Some(x + 0.02 * part * standard_normal::<f64, _>(rng)));
         } else if touch {
             let height = normal.dot(&pose.position) + 30.0 + 0.02 * random;
@@ -99,7 +99,9 @@ fn relative(robot: &Robot<f64>, [low, high]: [f64; 2], rng: &mut Pcg32) -> DMatr
 
 fn difference(a: &Robot<f64>, b: &Robot<f64>) -> DVector<f64> {
     let (a, b) = (a.parameters(), b.parameters());
-    DVector::from_fn(24, |index, _| a[index / 8][index % 8] - b[index / 8][index % 8])
+    DVector::from_fn(24, |index, _| {
+        a[index / 8][index % 8] - b[index / 8][index % 8]
+    })
 }
 
 /// Root mean squares of the error in relative positions: achieved over reported, before and after in mm.
@@ -135,9 +137,8 @@ fn relative_positions_are_as_good_as_reported() {
                 let covariance = outcome.of_robot().estimate.covariance.unwrap();
                 let covariance = DMatrix::from_column_slice(24, 24, covariance.as_slice());
                 let reported = (&jacobian * covariance * jacobian.transpose()).trace();
-                let squared = |robot: &Robot<f64>| {
-                    (&jacobian * difference(robot, &truth)).norm_squared()
-                };
+                let squared =
+                    |robot: &Robot<f64>| (&jacobian * difference(robot, &truth)).norm_squared();
                 let (achieved, before) = (squared(&outcome.robot), squared(&nominal));
                 sums[0] += achieved / reported;
                 sums[1] += before;

@@ -24,9 +24,8 @@ fn platform(robot: &Robot<f64>, travels: &[f64; 3]) -> Vector3<f64> {
     let mut x = mean - Vector3::z() * arms[0].lb();
     for _ in 0..50 {
         let rows = carriages.map(|b| (x - b).transpose() * 2.0);
-        let errors = Vector3::from_fn(|arm, _| {
-            (x - carriages[arm]).norm_squared() - arms[arm].lb().powi(2)
-        });
+        let errors =
+            Vector3::from_fn(|arm, _| (x - carriages[arm]).norm_squared() - arms[arm].lb().powi(2));
         x -= Matrix3::from_rows(&rows).try_inverse().unwrap() * errors;
     }
     x
@@ -94,7 +93,10 @@ fn a_point_out_of_reach_or_at_the_edge_is_refused() {
     );
     assert_eq!(
         robot.inverse(&Vector3::new(0.0, -190.0, 0.0)),
-        Err(KinematicsError::Singular(ArmIndex::Third, Singularity::Serial))
+        Err(KinematicsError::Singular(
+            ArmIndex::Third,
+            Singularity::Serial
+        ))
     );
     assert!(robot.forward(&[0.0, 0.0, 1000.0]).is_err());
     assert!(robot.forward(&[f64::NAN, 0.0, 0.0]).is_err());

@@ -14,9 +14,7 @@ const PLACES: usize = 10;
 /// many were refused.
 fn campaign(poses: usize, stated: Option<Tolerance<f64>>) -> ([f64; 2], f64, u32) {
     let noise = Noise::new(0.02, 0.005).unwrap();
-    let settings = Settings::default()
-        .with_noise(noise)
-        .with_tolerance(stated);
+    let settings = Settings::default().with_noise(noise).with_tolerance(stated);
     let (mut sums, mut robots, mut refused) = ([0.0; 2], 0.0, 0);
     for (index, (_, nominal, travel)) in (0..).zip(linear_geometries()) {
         for robot in 0..size(50, 400) {
@@ -62,7 +60,11 @@ fn positions_are_at_the_bound_and_as_good_as_reported() {
         let ([error, reported], robots, refused) = campaign(poses, stated);
         let row = format!(
             "| {poses} | {} | {error:.2} | {reported:.2} | {refused} of {:.0} |",
-            if stated.is_some() { "stated" } else { "not stated" },
+            if stated.is_some() {
+                "stated"
+            } else {
+                "not stated"
+            },
             robots + f64::from(refused),
         );
         print_campaign("docs/linear.md", &row);

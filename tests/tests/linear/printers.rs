@@ -138,7 +138,11 @@ fn least_squares(printer: &Printer, rows: &[Measured], rods: bool) -> Robot<f64>
         // The shortest of the steps that fit alike, angles counted times the radius: six heights leave nine
         // parameters open.
         let scale = DVector::from_fn(count, |index, _| {
-            if matches!(index, 1 | 2) { 1.0 / printer.radius } else { 1.0 }
+            if matches!(index, 1 | 2) {
+                1.0 / printer.radius
+            } else {
+                1.0
+            }
         });
         let scaled = &jacobian * DMatrix::from_diagonal(&scale);
         let step = scaled.svd(true, true).solve(&-here, 1e-9).unwrap();
@@ -203,7 +207,12 @@ impl Errors {
     }
 
     fn merge(&mut self, other: &Self) {
-        for (own, other) in self.0.as_flattened_mut().iter_mut().zip(other.0.as_flattened()) {
+        for (own, other) in self
+            .0
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(other.0.as_flattened())
+        {
             *own += other;
         }
     }
@@ -248,7 +257,9 @@ fn the_others_predict_what_was_left_out() {
         let errors = left_out(&printer, NOISE).unwrap();
         let [one, two, three] = errors.each_ref().map(|errors| errors.rms(false));
         let distances = if errors[0].0[1][1] > 0.0 {
-            let rms = errors.each_ref().map(|errors| format!("{:.3}", errors.rms(true)));
+            let rms = errors
+                .each_ref()
+                .map(|errors| format!("{:.3}", errors.rms(true)));
             rms.join(" / ")
         } else {
             "–".to_owned()

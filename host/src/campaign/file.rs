@@ -200,7 +200,11 @@ impl Reader<'_> {
     }
 
     /// The joints' noise of linear drives would be a length.
-    fn check_drive(&self, robot: &RobotFile, levels: &[Spanned<NoiseToml>]) -> Result<(), InputError> {
+    fn check_drive(
+        &self,
+        robot: &RobotFile,
+        levels: &[Spanned<NoiseToml>],
+    ) -> Result<(), InputError> {
         let turned = |level: &&Spanned<NoiseToml>| *level.as_ref().joint_deg.as_ref() != 0.0;
         match levels.iter().find(turned) {
             Some(level) if robot.robot.drive() == Drive::Linear => {

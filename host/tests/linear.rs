@@ -83,12 +83,19 @@ fn a_calibrated_robot_file_holds_the_towers() {
         assert_eq!(calibrated.limits, file(ROBOT).limits);
         assert_eq!(calibrated.tolerance, file(ROBOT).tolerance);
         let json: Value = serde_json::from_str(&folder.read("new.json")).unwrap();
-        let listed = json["parameters"].as_array().unwrap();
+        let listed: Vec<(usize, &Value)> = json["arms"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .enumerate()
+            .flat_map(|(arm, own)| {
+                let parameters = own["parameters"].as_array().unwrap();
+                parameters.iter().map(move |own| (arm, own))
+            })
+            .collect();
         assert_eq!(listed.len(), 21);
-        for own in listed {
+        for (arm, own) in listed {
             let number = |key: &str| own[key].as_f64().unwrap();
-            let arm = own["arm"].as_u64().unwrap() - 1;
-            let arm = usize::try_from(arm).unwrap();
             let symbol = own["symbol"].as_str().unwrap();
             let mut all = Parameter::LINEAR.into_iter();
             let parameter = all.find(|known| known.symbol() == symbol).unwrap();

@@ -179,6 +179,12 @@ fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {
 
 /// Which robot has no workspace, and why.
 fn failure(error: &WorkspaceError, of: &str) -> Failure {
+    if matches!(error, WorkspaceError::TooFine { .. }) {
+        return Failure::Usage {
+            cause: format!("{of}: {error}"),
+            remedy: error.remedy().to_owned(),
+        };
+    }
     let error = InputError::new(of, error.to_string()).with_remedy(error.remedy());
     error.into()
 }

@@ -53,8 +53,10 @@ impl fmt::Display for WorkspaceError {
             ),
             Self::TooFine { spacing, least } => write!(
                 formatter,
-                "lines {spacing} mm apart would be too many for this workspace; the smallest \
-                 possible distance is {least:.3} mm"
+                "--spacing {spacing} is too small: lines {spacing} mm apart would be too many for this \
+                 workspace; the smallest value for it is {:.2} mm",
+                // Rounded up, so that it works.
+                (least * 100.0).ceil() / 100.0
             ),
         }
     }
@@ -71,7 +73,7 @@ impl WorkspaceError {
             } => "check the lengths (in mm), the arms' azimuths and min_deg, max_deg in [joints]",
             Self::Empty { .. } => "enlarge forearm_max_deg in [joints], or delete the line",
             Self::Thin { .. } => "give a smaller --spacing, or wider limits in [joints]",
-            Self::TooFine { .. } => "give a larger --spacing",
+            Self::TooFine { .. } => "give a larger --spacing, or leave it out",
         }
     }
 }

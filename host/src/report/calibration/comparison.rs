@@ -19,6 +19,21 @@ pub(super) struct Comparison {
     pub(super) prior_share: f64,
 }
 
+impl Comparison {
+    /// Those of a length or an angle are four, of a ratio near 1 six.
+    pub(super) fn decimals(&self) -> usize {
+        match self.parameter.kind() {
+            ParameterKind::Length | ParameterKind::Angle => 4,
+            ParameterKind::Ratio => 6,
+        }
+    }
+}
+
+/// How many of all parameters are of one arm.
+pub(super) const fn of_an_arm(all: &[Comparison]) -> usize {
+    if all.len() < 3 { 1 } else { all.len() / 3 }
+}
+
 /// All parameters, arm by arm.
 pub(super) fn comparisons(report: &CalibrationReport) -> Vec<Comparison> {
     between(&report.before.robot, &report.outcome)

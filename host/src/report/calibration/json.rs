@@ -4,7 +4,7 @@
 mod diagnosis;
 mod noise;
 
-use super::comparison::{Comparison, comparisons};
+use super::comparison::{Comparison, comparisons, of_an_arm};
 use super::names::{solver_name, start_name, termination_name};
 use super::suspected::{self, loss_name};
 use crate::accuracy::distribution::Sampled;
@@ -188,18 +188,20 @@ pub fn refusal(error: &CalibrateError) -> Value {
 
 fn arms(report: &CalibrationReport) -> Vec<Value> {
     let parameters = comparisons(report);
-    let arms = report.outcome.fit.arms.iter().zip(parameters.chunks(8));
+    let each = of_an_arm(&parameters);
+    let arms = report.outcome.fit.arms.iter().zip(parameters.chunks(each));
     let stated_noise = report.before.noise.is_some();
     arms.map(|(outcome, parameters)| arm(outcome, parameters, stated_noise))
         .collect()
 }
 
-/// All eight, in the order Dx, Dy, Dz, theta, alpha, La_x, La_y, Lb.
+/// All eight, in the order Dx, Dy, Dz, theta, alpha, La_x, La_y, Lb; with linear drives Dx, Dy, Dz, lean_x, lean_y,
+/// scale, Lb.
 pub(super) fn parameters_of(comparisons: &[Comparison]) -> Value {
     let parameters = comparisons.iter().map(|c| {
         json!({
             "symbol": c.parameter.symbol(),
-            // `mm` or `deg`.
+            // `mm` or `deg`; nothing of a scale.
             "unit": c.unit,
             "before": c.before,
             "after": c.after,

@@ -1,6 +1,6 @@
 //! A calibration from heights, distances and single coordinates, for people and for programs.
 
-use super::comparison::between;
+use super::comparison::{between, of_an_arm};
 use super::json::{SCHEMA_VERSION, expected_error, parameters_of as parameters_json};
 use super::sections::{doubts_of, parameters_of, sensor_frame_of};
 use crate::accuracy::expected_error::ExpectedError;
@@ -284,13 +284,16 @@ pub fn json(report: &ObservationsReport) -> Value {
             )
         })
         .collect();
-    let arms = comparisons.chunks(8).zip(1..).map(|(parameters, arm)| {
-        json!({
-            // 1, 2 or 3.
-            "arm": arm,
-            "parameters": parameters_json(parameters),
-        })
-    });
+    let arms = comparisons
+        .chunks(of_an_arm(&comparisons))
+        .zip(1..)
+        .map(|(parameters, arm)| {
+            json!({
+                // 1, 2 or 3.
+                "arm": arm,
+                "parameters": parameters_json(parameters),
+            })
+        });
     let contents = json!({
         "robot_file": report.before.name,
         "samples_file": report.samples.name,

@@ -1,6 +1,6 @@
 //! What the terminal and the page have in common.
 
-use super::comparison::{Comparison, comparisons};
+use super::comparison::{Comparison, comparisons, of_an_arm};
 use super::names::{start_name, termination_name};
 use crate::accuracy::position_error::PositionError;
 use crate::calibration::report::CalibrationReport;
@@ -20,12 +20,13 @@ pub(super) fn parameters(report: &CalibrationReport) -> Section {
 
 /// The same of a calibration with or without a tolerance.
 pub(super) fn parameters_of(comparisons: Vec<Comparison>, prior: bool) -> Section {
+    let each = of_an_arm(&comparisons);
     let table = Table::of(comparisons)
         .column("arm", |c| c.arm + 1)
         .column("parameter", |c| c.parameter.symbol())
-        .column("before", |c| format!("{:.4}", c.before))
-        .column("after", |c| format!("{:.4}", c.after))
-        .column("change", |c| format!("{:+.4}", c.change))
+        .column("before", |c| format!("{:.*}", c.decimals(), c.before))
+        .column("after", |c| format!("{:.*}", c.decimals(), c.after))
+        .column("change", |c| format!("{:+.*}", c.decimals(), c.change))
         .column("sigma", |c| small_or("unknown", c.sigma))
         .column("unit", |c| c.unit)
         .column_if(prior, "by tolerance", |c| {
@@ -33,7 +34,7 @@ pub(super) fn parameters_of(comparisons: Vec<Comparison>, prior: bool) -> Sectio
         })
         .standing_out(|c| prior && c.prior_share > MOSTLY)
         .table()
-        .in_groups_of(8);
+        .in_groups_of(each);
     let section = Section::new("Parameters").table(table);
     if prior {
         section.note(

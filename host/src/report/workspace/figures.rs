@@ -50,7 +50,7 @@ const CLASSES: [f64; 5] = [0.05, 0.1, 0.25, 0.5, 0.75];
 pub(super) const fn colour(limit: Limit) -> Colour {
     match limit {
         Limit::JointMaximum(_) => Colour::Blue,
-        Limit::JointMinimum(_) => Colour::SkyBlue,
+        Limit::JointMinimum(_) => Colour::Orange,
         Limit::Forearm(_) => Colour::Green,
         Limit::Serial(_) | Limit::Unreachable(_) => Colour::Vermilion,
         Limit::Parallel(_) => Colour::Purple,
@@ -127,8 +127,8 @@ pub fn figures(analysis: &Analysis, mesh: &Mesh, coarse: &Mesh) -> Vec<NamedFigu
         ),
         (
             view,
-            "The boundary in space, coloured by what limits it: blue a joint at its largest angle, light \
-             blue at its smallest, vermilion a singularity of type 1.",
+            "The boundary in space, coloured by what limits it: blue a joint at its largest angle, \
+             orange at its smallest, vermilion a singularity of type 1.",
         ),
     ];
     let named = NAMES.into_iter().zip(figures);

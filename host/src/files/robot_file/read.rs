@@ -1,6 +1,7 @@
 use super::RobotFile;
 use super::instruments::{InstrumentFacts, KnownPlane, NamedPoint};
-use super::messages::{SECTIONS, syntax, with_section};
+use super::messages::{SECTIONS, fault, fault_at, syntax};
+use super::record::Record;
 use super::schema::{
     ARM_KEYS, ArmToml, ByAxis, JointsToml, NoiseToml, NominalToml, Number, PointToml, RobotToml,
     SensorFrameToml, ToleranceToml,
@@ -72,6 +73,7 @@ impl RobotFile {
                 .with_remedy("check the lengths (in mm), the arms' azimuths and the [joints]"));
         }
         let instruments = instruments(input, &toml)?;
+        let record = Record::read(input, &toml)?;
         Ok(Self {
             name: input.name().to_owned(),
             robot,
@@ -86,28 +88,13 @@ impl RobotFile {
                 None => None,
             },
             instruments,
+            record,
             sensor_frame: toml
                 .sensor_frame
                 .map(|section| sensor_frame(input, &section))
                 .transpose()?,
         })
     }
-}
-
-fn fault(input: &InputText, line: u64, key: &str, cause: impl Into<String>) -> InputError {
-    InputError::new(input.name(), cause)
-        .at_line(line)
-        .at_key(with_section(input, line, key))
-        .with_remedy(SECTIONS)
-}
-
-fn fault_at<T>(
-    input: &InputText,
-    number: &Spanned<T>,
-    key: &str,
-    cause: impl Into<String>,
-) -> InputError {
-    fault(input, input.line_at(number.span().start), key, cause)
 }
 
 fn finite(input: &InputText, key: &str, number: &Number) -> Result<f64, InputError> {

@@ -14,6 +14,7 @@ impl RobotFile {
             // TOML allows no control characters in a comment, file names may hold any.
             let _ = writeln!(text, "# {}", line.replace(char::is_control, "?"));
         }
+        self.record.write(&mut text);
         for arm in self.robot.arms() {
             text.push_str("\n[[arm]]\n");
             for (key, parameter) in ARM_KEYS.into_iter().zip(Parameter::ALL) {

@@ -20,7 +20,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
-The program compares where the robot of CALIBRATED.toml is said to be with where it was measured, and \
+The program compares where the robot of ROBOT.toml is said to be with where it was measured, and \
 removes the [noise] that the file states. CHECK.csv holds joint angles and x, y, z as for delta-cal \
 calibrate. The measurements must not be those of the calibration: measure some 20 other poses, spread at random \
 over the region in which the robot works.
@@ -53,7 +53,7 @@ With exit codes 1, 2 and 3 no output file is written or changed.";
 #[derive(Debug, Args)]
 pub(crate) struct ValidateArguments {
     /// The robot as calibrated, or any robot file
-    #[arg(value_name = "CALIBRATED.toml", value_parser = robot_path())]
+    #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     robot: PathBuf,
     /// Joint angles and measured positions; - reads standard input
     #[arg(value_name = "CHECK.csv")]

@@ -7,8 +7,8 @@ use crate::text::words::capitalised;
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 const STYLE: &str = include_str!("page/style.css");
-/// One arm with its parameters, and the arms from above: that of the README.
-const DRAWING: &str = include_str!("../../../docs/model.svg");
+/// One arm with its parameters, and the arms from above: docs/model.svg without paper and references.
+const DRAWING: &str = include_str!("page/arm.svg");
 
 /// A view that its own script draws from data within the page.
 pub(crate) struct View<'a> {
@@ -144,11 +144,12 @@ impl Render for Table {
                 }
             }
         };
-        match &self.folded {
-            Some((line, open)) => {
-                html! { details open[*open] { summary { (line) } div.scroll { (table) } } }
+        html! {
+            @if let Some((line, open)) = &self.folded {
+                details open[*open] { summary { (line) } div.scroll { (table) } }
+            } @else {
+                div.scroll { (table) }
             }
-            None => html! { div.scroll { (table) } },
         }
     }
 }

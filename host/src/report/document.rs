@@ -6,6 +6,7 @@ use crate::files::robot_file::Record;
 use crate::text::date;
 use maud::{Markup, html};
 use serde_json::{Value, json};
+use std::fmt::Write;
 
 /// An input file, by its name and its content.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,7 +71,7 @@ impl Document {
             .filter_map(|(word, value)| Some(format!(" {word} {}", value.as_ref()?)));
         let stated: String = stated.collect();
         if !stated.is_empty() {
-            text.push_str(&format!("\nMeasured{stated}."));
+            let _ = write!(text, "\nMeasured{stated}.");
         }
         text
     }

@@ -1,10 +1,10 @@
 //! Robots with errors, measured with noise, and what their errors really are.
 
 use delta_cal::frame::RigidTransform;
-use delta_cal::simulate::simulate_sample;
+use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::{Noise, Robot, Sample};
 use delta_cal_host::{Frame, InstrumentFacts, PositionUnit, Record, RobotFile, Row, SamplesFile};
-use delta_cal_tests::{Spread, paper_limits, perturbed, uniform};
+use delta_cal_tests::{Spread, measurements, paper_limits, perturbed, uniform};
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg32;
 
@@ -59,10 +59,26 @@ fn pose(truth: &Robot<f64>, nominal: &Robot<f64>, rng: &mut Pcg32) -> [f64; 3] {
     }
 }
 
-/// With errors of that part of 0.5 mm and 0.2°, at random poses.
-pub(crate) fn made(nominal: &Robot<f64>, factor: f64, rows: usize, rng: &mut Pcg32) -> Made {
+/// With errors of that part of 0.5 mm and 0.2°.
+fn robot(nominal: &Robot<f64>, factor: f64, rng: &mut Pcg32) -> Robot<f64> {
     let (length, angle) = (0.5 * factor, 0.2_f64.to_radians() * factor);
-    let truth = perturbed(nominal, length, angle, Spread::Normal, rng);
+    perturbed(nominal, length, angle, Spread::Normal, rng)
+}
+
+/// Measured at random poses anywhere.
+pub(crate) fn made_anywhere(nominal: &Robot<f64>, rows: usize, rng: &mut Pcg32) -> Made {
+    let truth = robot(nominal, 1.0, rng);
+    let samples = measurements(&truth, rows, Some(&noise()), rng);
+    Made {
+        truth,
+        nominal: *nominal,
+        samples,
+    }
+}
+
+/// Measured at random poses where the robot works.
+pub(crate) fn made(nominal: &Robot<f64>, factor: f64, rows: usize, rng: &mut Pcg32) -> Made {
+    let truth = robot(nominal, factor, rng);
     let samples = (0..rows)
         .map(|_| {
             let joints = pose(&truth, nominal, rng);
@@ -115,7 +131,19 @@ fn moved(pairs: Vec<(Vector3<f64>, Vector3<f64>)>) -> Vec<(Vector3<f64>, Vector3
     moved.collect()
 }
 
-/// The rms error over the workspace.
+/// The rms error over all that the joints reach, as a calibration states it.
+pub(crate) fn error_anywhere(robot: &Made, rng: &mut Pcg32) -> f64 {
+    let joints: Vec<_> = (0..HELD_OUT)
+        .map(|_| {
+            random_pose(&robot.truth, &paper_limits(), rng)
+                .unwrap()
+                .joints
+        })
+        .collect();
+    rms(&pairs(robot, joints.into_iter()))
+}
+
+/// The rms error over the region.
 pub(crate) fn position_error(robot: &Made, rng: &mut Pcg32) -> f64 {
     rms(&held_out(robot, rng))
 }

@@ -108,7 +108,7 @@ fn a_date_that_is_none_and_texts_that_are_none_are_errors() {
         ("name = 1.5", "[robot] name"),
         ("serial = \"\"", "empty"),
         ("name = \"a\\nb\"", "line end"),
-        (&format!("name = \"{}\"", "x".repeat(81)), "more than 80"),
+        (&format!("name = \"{}\"", "x".repeat(61)), "more than 60"),
         ("nmae = \"x\"", "unknown key"),
     ] {
         folder.write("robot.toml", format!("{NOMINAL}\n[robot]\n{line}\n"));

@@ -5,6 +5,7 @@
 mod support;
 
 use serde_json::Value;
+use std::fmt::Write;
 use support::{
     Arm, Folder, HEADER, NOMINAL, Point, Run, csv, exact, nominal_arms, poses, true_arms,
 };
@@ -226,7 +227,7 @@ fn what_cannot_be_validated_is_refused_with_place_cause_and_remedy() {
     let mut planned = HEADER.to_owned();
     for (q, x) in exact(&nominal_arms(), 12) {
         let [q, x] = [q.map(|q| format!("{q}")), x.map(|x| format!("{x:.6}"))];
-        planned.push_str(&format!("{},{}\n", q.join(","), x.join(",")));
+        writeln!(planned, "{},{}", q.join(","), x.join(",")).unwrap();
     }
     refused(NOMINAL, &planned, 3, &["check.csv:2", "still as planned"]);
     // Metres under a header of millimetres.

@@ -9,7 +9,7 @@ use crate::is_long;
 /// In the long campaign, if the document does not state it.
 #[track_caller]
 pub fn print_campaign(page: &str, line: &str) {
-    if is_long() && page != "docs/TEMP.md" {
+    if is_long() {
         print_documented(page, line);
     } else {
         println!("{line}");

@@ -60,7 +60,7 @@ fn the_expanded_uncertainty_holds_at_least_95_percent_of_the_robots() {
             let within = covered(rows, stated, size(64, 800));
             let noise = if stated { "stated" } else { "estimated" };
             print_campaign(
-                "docs/TEMP.md",
+                "docs/validate.md",
                 &format!("| {noise} | {rows} | {within:.1} % |"),
             );
             assert!(within >= 95.0, "{noise} {rows}: {within}");

@@ -106,7 +106,7 @@ fn intervals_hold_the_true_error_as_often_as_they_say() {
                 }
             }
             print_campaign(
-                "docs/TEMP.md",
+                "docs/validate.md",
                 &format!(
                     "| {name} | {rows} | {:.1} % | {:.1} % | {:.1} % | {:.1} % |",
                     all.percent(all.within),
@@ -131,7 +131,7 @@ fn intervals_hold_the_true_error_as_often_as_they_say() {
             .min_by_key(|(counts, _)| counts.within)
             .unwrap();
         print_campaign(
-            "docs/TEMP.md",
+            "docs/validate.md",
             &format!(
                 "In the {name} frame the {geometry} robot fares worst: {:.1} % within, {:.1} % passed.",
                 worst.percent(worst.within),

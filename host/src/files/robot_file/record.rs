@@ -8,7 +8,7 @@ use std::fmt::Write;
 use toml::Value;
 
 /// Letters that a text may have, so that a certificate stays one page.
-const LONGEST: usize = 80;
+const LONGEST: usize = 60;
 
 /// What identifies a robot and its measurement. `None` where the file does not say it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -72,7 +72,7 @@ fn campaign(frame: Frame, rows: usize, factor: f64, files: u64) -> Vec<Counts> {
     for number in 0..files {
         let index = usize::try_from(number).unwrap() % geometries.len();
         let (_, nominal): &(_, Robot<f64>) = &geometries[index];
-        let mut rng = generator(171, number);
+        let mut rng = generator(173, number);
         let robot = made(nominal, factor, rows, &mut rng);
         let truth = match frame {
             Frame::Base => position_error(&robot, &mut rng),

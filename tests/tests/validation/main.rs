@@ -90,7 +90,8 @@ fn campaign(frame: Frame, rows: usize, factor: f64, files: u64) -> Vec<Counts> {
 }
 
 /// The interval of the rms error holds the true one in 93 to 97 % of the files, whatever is measured; a robot
-/// exactly at the limit passes in at most 5 %. Four standard deviations of the number of files are allowed for.
+/// exactly at the limit passes in 2.5 %, well below 5 %. Four standard deviations of the number of files are allowed
+/// for.
 #[test]
 fn intervals_hold_the_true_error_as_often_as_they_say() {
     for (frame, name) in [(Frame::Base, "base"), (Frame::Sensor, "sensor")] {
@@ -121,8 +122,10 @@ fn intervals_hold_the_true_error_as_often_as_they_say() {
                 (93.0 - 4.0 * sigma..97.0 + 4.0 * sigma).contains(&within),
                 "{all:?}"
             );
-            assert!(all.percent(all.passed) <= 5.0, "{all:?}");
-            assert!(all.percent(all.failed) <= 5.0, "{all:?}");
+            // What either tail has nominally, and four standard deviations: 3.4 % in the long campaign.
+            let tail = 2.5 + 400.0 * (0.025 * 0.975 / f64::from(all.files)).sqrt();
+            assert!(all.percent(all.passed) <= tail, "{all:?}");
+            assert!(all.percent(all.failed) <= tail, "{all:?}");
             assert!(all.percent(all.largest) >= 95.0 - 4.0 * sigma, "{all:?}");
         }
         let (worst, (geometry, _)) = by_geometry

@@ -1,5 +1,6 @@
 //! How well positions and parameters are known.
 
+pub mod coverage;
 pub mod distribution;
 pub mod evaluation;
 pub mod expected_error;

@@ -11,12 +11,15 @@ mod export;
 mod failure;
 mod init;
 mod kinematics;
+mod length;
 mod paths;
 mod plan;
 mod print;
 mod progress;
+mod record;
 mod reproduce;
 mod simulate;
+mod validate;
 mod workspace;
 
 use arguments::{Arguments, Command};
@@ -26,6 +29,7 @@ use std::process::ExitCode;
 pub(crate) fn run() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::Validate(arguments) => validate::run(&arguments),
         Command::Forward(arguments) => kinematics::forward(&arguments),
         Command::Inverse(arguments) => kinematics::inverse(&arguments),
         Command::Check(arguments) => check::run(&arguments),

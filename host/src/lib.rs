@@ -10,6 +10,7 @@
 //! fit          samples to parameters, by either method; no judgement
 //! accuracy     how well positions and parameters are known
 //! calibration  a case ─→ an attempt ─→ a report, or an objection ─→ a reason in words; diagnosis
+//! validation   a calibrated robot against independent measurements and a limit
 //! planning     which poses to measure, and whether measured ones suffice
 //! campaign     many simulated robots, calibrated in every way that a file asks for
 //! workspace    where the robot gets, and what limits it
@@ -57,6 +58,7 @@ pub mod render;
 pub mod report;
 pub mod reproduce;
 mod text;
+pub mod validation;
 pub mod workspace;
 
 pub use accuracy::expected_error::ExpectedError;
@@ -74,7 +76,7 @@ pub use calibration::{Accepted, accepted, calibrate, read_samples};
 pub use files::columns::ColumnMapping;
 pub use files::input_error::InputError;
 pub use files::input_text::InputText;
-pub use files::robot_file::{InstrumentFacts, RobotFile};
+pub use files::robot_file::{InstrumentFacts, Record, RobotFile};
 pub use files::samples_file::{
     Measurements, MeasurementsToCheck, ObservationsFile, ObservationsToCheck, PosesToCheck,
     PositionUnit, Row, SamplesFile, read_joints, read_positions,

@@ -3,6 +3,8 @@
 pub mod calibration;
 pub mod campaign;
 pub mod check;
+pub mod document;
 pub mod export;
 pub mod plan;
+pub mod validation;
 pub mod workspace;

@@ -4,10 +4,11 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 20] = [
+const COMMANDS: [&str; 21] = [
     "",
     "init",
     "calibrate",
+    "validate",
     "forward",
     "inverse",
     "plan",

@@ -5,7 +5,7 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use delta_cal::Noise;
 use delta_cal_host::planning::poses::{PlanRequest, plan};
-use delta_cal_host::{CalibrationMethod, InstrumentFacts, RobotFile};
+use delta_cal_host::{CalibrationMethod, InstrumentFacts, Record, RobotFile};
 use delta_cal_tests::{paper_limits, paper_robot};
 use std::hint::black_box;
 
@@ -19,6 +19,7 @@ fn planning(criterion: &mut Criterion) {
         noise: Some(Noise::new(0.02, 0.002f64.to_radians()).unwrap()),
         sensor_frame: None,
         instruments: InstrumentFacts::default(),
+        record: Record::default(),
     };
     let mut group = criterion.benchmark_group("plan");
     group.sample_size(10);

@@ -8,7 +8,7 @@ use delta_cal_host::accuracy::evaluation::CramerRaoBound;
 use delta_cal_host::accuracy::position_uncertainty::PositionUncertainty;
 use delta_cal_host::planning::observability::{Combination, Indices, Observability};
 use delta_cal_host::{
-    CalibrationMethod, InstrumentFacts, PositionUnit, RobotFile, Row, SamplesFile,
+    CalibrationMethod, InstrumentFacts, PositionUnit, Record, RobotFile, Row, SamplesFile,
 };
 use delta_cal_tests::{generator, measurements, paper_limits, paper_robot};
 use nalgebra::{DMatrix, SMatrix};
@@ -23,6 +23,7 @@ fn file(noise: Noise<f64>) -> RobotFile {
         noise: Some(noise),
         sensor_frame: None,
         instruments: InstrumentFacts::default(),
+        record: Record::default(),
     }
 }
 

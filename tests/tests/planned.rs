@@ -10,7 +10,7 @@ use delta_cal_host::accuracy::workspace_poses::WorkspacePoses;
 use delta_cal_host::fit::method;
 use delta_cal_host::geometry::reach::forearm_angle;
 use delta_cal_host::planning::poses::{PlanRequest, plan};
-use delta_cal_host::{CalibrationMethod, Frame, InstrumentFacts, RobotFile};
+use delta_cal_host::{CalibrationMethod, Frame, InstrumentFacts, Record, RobotFile};
 use delta_cal_tests::documents::print_campaign;
 use delta_cal_tests::{Spread, generator, paper_limits, perturbed, size};
 
@@ -57,6 +57,7 @@ fn robots() -> Vec<(String, RobotFile)> {
         noise: Some(noise()),
         sensor_frame: None,
         instruments: InstrumentFacts::default(),
+        record: Record::default(),
     };
     let mut robots: Vec<_> = PROPORTIONS
         .iter()

@@ -9,7 +9,7 @@ use delta_cal::{Calibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance
 use delta_cal_host::accuracy::evaluation::CramerRaoBound;
 use delta_cal_host::fit::fkm;
 use delta_cal_host::planning::poses::{Criterion, PlanRequest, length, plan};
-use delta_cal_host::{CalibrationMethod, InstrumentFacts, RobotFile};
+use delta_cal_host::{CalibrationMethod, InstrumentFacts, Record, RobotFile};
 use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::{
     Spread, generator, is_long, largest_difference, paper_limits, paper_robot,
@@ -33,6 +33,7 @@ fn paper_file(noise: Noise<f64>, tolerance: Option<Tolerance<f64>>) -> RobotFile
         noise: Some(noise),
         sensor_frame: None,
         instruments: InstrumentFacts::default(),
+        record: Record::default(),
     }
 }
 

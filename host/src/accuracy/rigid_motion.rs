@@ -34,6 +34,13 @@ impl RigidMotions {
         columns(&(point - self.centre))
     }
 
+    /// How much of the error at a point of these the motion that explains most of all takes up, 0 to 1: a third of
+    /// tr(T (Σ TᵀT)⁻¹ Tᵀ).
+    pub fn leverage(&self, point: &Vector3<f64>) -> f64 {
+        let columns = self.at(point);
+        (columns * self.inverse * columns.transpose()).trace() / 3.0
+    }
+
     /// The motion that explains most of errors: N columns of them at each point.
     pub fn explaining<const N: usize>(
         &self,

@@ -265,6 +265,7 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
     let after = RobotFile {
         robot: outcome.fit.robot,
         sensor_frame: case.sensor_frame,
+        record: case.robot.record.of_the_robot(),
         ..case.robot.clone()
     };
     let uncertainty = outcome

@@ -154,7 +154,7 @@ fn in_robot_frame(
 }
 
 /// The points do not fix the sensor's frame.
-fn unknown_frame(samples: &SamplesFile, cause: &str) -> Refused {
+pub(crate) fn unknown_frame(samples: &SamplesFile, cause: &str) -> Refused {
     Refused {
         cause: format!("{}: {cause}", samples.name),
         remedy: joined(&[

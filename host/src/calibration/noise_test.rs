@@ -6,7 +6,7 @@ use crate::files::robot_file::RobotFile;
 use crate::fit::options::CalibrationMethod;
 use crate::fit::outcome::Outcome;
 use crate::text::joint;
-use crate::text::numbers::significant;
+use crate::text::numbers::{probability as percentage, significant};
 use delta_cal::calibration::ArmOutcome;
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Noise, Robot, Sample};
@@ -290,10 +290,13 @@ impl NoiseTest {
         let [low, high] = self.position.interval;
         let chance = self.stated.map_or(String::new(), |stated| {
             let probability = stated.probability;
-            if probability < 1e-6 {
-                "; by chance that happens less than once in a million calibrations".to_owned()
+            if probability < 1e-4 {
+                "; by chance that happens in less than 1 of 10 000 calibrations".to_owned()
             } else {
-                format!("; by chance that happens with probability {probability:.1e}")
+                format!(
+                    "; by chance that happens in {} of all calibrations",
+                    percentage(probability)
+                )
             }
         });
         let joints = if noise.joint() > 0.0 {

@@ -8,6 +8,7 @@ pub(crate) use known::COMBINATIONS;
 pub use known::Known;
 
 use super::error::CalibrateError;
+use crate::accuracy::coverage::{Acceptance, CoverageFactor, ExpandedUncertainty};
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::information::prior_covariance;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
@@ -234,6 +235,7 @@ fn report(
     fit.outcome = fit.outcome.widened(widening);
     let mut after = RobotFile {
         robot: fit.outcome.fit.robot,
+        record: robot.record.of_the_robot(),
         ..robot.clone()
     };
     if let Some(frame) = fit.frame {
@@ -324,6 +326,21 @@ pub(crate) fn expected(
 }
 
 impl ObservationsReport {
+    /// The expanded uncertainty of the relative positions; `None` if it is not known. The noise is stated.
+    pub fn expanded(&self) -> Option<ExpandedUncertainty> {
+        let relative = self.expected_after.as_ref()?.intrinsic;
+        Some(CoverageFactor::STATED.expanded(relative.rms, relative.max))
+    }
+
+    /// Whether that (rms over the workspace) is within a limit, mm.
+    pub fn acceptance(&self, limit: f64) -> Acceptance {
+        Acceptance {
+            limit,
+            expanded: self.expanded().map(|expanded| expanded.rms),
+            relative: true,
+        }
+    }
+
     /// The lines of the rows that a robust fit leaves out.
     pub fn suspected_lines(&self) -> Vec<u64> {
         let suspected = self.fit.suspected.iter();

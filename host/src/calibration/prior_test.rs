@@ -13,7 +13,7 @@ use crate::accuracy::information::{position_rows, tolerance_weights};
 use crate::fit::fkm::weighted_residual;
 use crate::fit::outcome::Outcome;
 use crate::fit::weights::SampleWeight;
-use crate::text::numbers::significant;
+use crate::text::numbers::{probability, significant};
 use delta_cal::{Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{SMatrix, SVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
@@ -118,10 +118,10 @@ impl PriorTest {
 
     /// What was found, in words.
     pub(crate) fn found(&self) -> String {
-        let chance = if self.probability < 1e-6 {
-            "less than once in a million robots".to_owned()
+        let chance = if self.probability < 1e-4 {
+            "with less than 1 of 10 000 robots".to_owned()
         } else {
-            format!("with probability {:.1e}", self.probability)
+            format!("with {} of all robots", probability(self.probability))
         };
         format!(
             "the robot is {:.1} times as far from nominal as the stated [tolerance] allows (rms over \

@@ -21,6 +21,14 @@ impl fmt::Display for Refused {
 impl Error for Refused {}
 
 impl Refused {
+    /// For this cause, with what to do next.
+    pub(crate) fn new(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
+            cause: cause.into(),
+            remedy: remedy.into(),
+        }
+    }
+
     /// What to do next.
     pub fn remedy(&self) -> &str {
         &self.remedy

@@ -1,5 +1,6 @@
 //! A calibration and what there is to know of it.
 
+use crate::accuracy::coverage::{Acceptance, CoverageFactor, ExpandedUncertainty};
 use crate::accuracy::distribution::Sampled;
 use crate::accuracy::position_error::{PositionError, SampleErrors};
 use crate::accuracy::sampled::{evenly, shown};
@@ -116,6 +117,31 @@ impl CalibrationReport {
             gate.rejected = evenly(&gate.rejected);
         }
         self
+    }
+
+    /// By what the standard uncertainties are multiplied for the expanded ones; `None` if the noise is neither
+    /// stated nor known well enough from the residuals.
+    pub fn coverage(&self) -> Option<CoverageFactor> {
+        match (&self.before.noise, &self.noise_test) {
+            (Some(_), _) => Some(CoverageFactor::STATED),
+            (None, Some(test)) => CoverageFactor::estimated(test.degrees_of_freedom),
+            (None, None) => None,
+        }
+    }
+
+    /// The expanded uncertainty of the position in the frame of the measurement; `None` if it is not known.
+    pub fn expanded(&self) -> Option<ExpandedUncertainty> {
+        let absolute = self.uncertainty.as_ref()?.expected.absolute;
+        Some(self.coverage()?.expanded(absolute.rms, absolute.max))
+    }
+
+    /// Whether the expanded uncertainty (rms over the workspace) is within a limit, mm.
+    pub fn acceptance(&self, limit: f64) -> Acceptance {
+        Acceptance {
+            limit,
+            expanded: self.expanded().map(|expanded| expanded.rms),
+            relative: false,
+        }
     }
 
     /// Whether the estimate forgets samples.

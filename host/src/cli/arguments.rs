@@ -11,6 +11,7 @@ use super::kinematics::{self, KinematicsArguments};
 use super::plan::{self, PlanArguments};
 use super::reproduce::{self, ReproduceArguments};
 use super::simulate::{self, SimulateArguments};
+use super::validate::{self, ValidateArguments};
 use super::workspace::WorkspaceArguments;
 use clap::{Parser, Subcommand};
 
@@ -20,6 +21,7 @@ Examples:
       the built-in, simulated example
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
+  delta-cal validate calibrated.toml check.csv --limit 0.1mm
   delta-cal init
   delta-cal forward calibrated.toml angles.csv
   delta-cal inverse calibrated.toml < positions.csv > angles.csv
@@ -48,6 +50,9 @@ pub(crate) enum Command {
     /// Find the robot's 24 geometric parameters from measured positions
     #[command(after_help = format!("{}\n\n{EXIT_CODES}", calibrate::HELP))]
     Calibrate(CalibrateArguments),
+    /// Check whether a calibration still holds: against independent measurements and a limit
+    #[command(after_help = validate::HELP)]
+    Validate(ValidateArguments),
     /// Compute where the platform is at given joint angles
     #[command(after_help = format!("{}\n\n{}", kinematics::FORWARD_HELP, kinematics::EXIT_CODES))]
     Forward(KinematicsArguments),

@@ -9,9 +9,11 @@ use super::paths::{is_stream, read, refuse_same, report_path};
 use super::print::print;
 use delta_cal::calibration::Solver;
 use delta_cal::robust::Loss;
+use delta_cal_host::accuracy::coverage::Acceptance;
 use delta_cal_host::files::{example, output};
 use delta_cal_host::render::json;
 use delta_cal_host::report::calibration::{self, html, observations, stream, table};
+use delta_cal_host::report::document::{About, Document, Source};
 use delta_cal_host::{
     CalibrateError, CalibrationReport, Frame, InputText, Measurements, ObservationsFile, RobotFile,
     calibrate, calibrate_observations, read_samples,
@@ -25,27 +27,47 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
     arguments.options().check().map_err(CalibrateError::from)?;
     let simulated = arguments.robot.is_none();
-    let (robot, samples) = match inputs(arguments) {
-        Ok((robot, Measurements::Positions(samples))) => (robot, samples),
-        Ok((robot, Measurements::Observations(samples))) => {
-            return observed(arguments, &robot, &samples);
-        }
+    let Inputs {
+        robot,
+        measurements,
+        sources: [robot_file, samples_file],
+    } = match inputs(arguments) {
+        Ok(inputs) => inputs,
         Err(error) if error.refused() => return Err(refusal(arguments, error)),
         Err(error) => return Err(error.into()),
+    };
+    let document = arguments
+        .record
+        .document(&robot, robot_file, samples_file)?;
+    let samples = match measurements {
+        Measurements::Positions(samples) => samples,
+        Measurements::Observations(samples) => {
+            return observed(arguments, &robot, &samples, &document);
+        }
     };
     let report = match calibrate(&robot, &samples, arguments.options()) {
         Err(error) if error.refused() => return Err(refusal(arguments, error)),
         result => result?,
     };
 
-    let json = json::text(&calibration::json::report(&report));
+    let acceptance = arguments.limit().map(|limit| report.acceptance(limit));
+    let origin = "The built-in example: its measurements are simulated.";
+    let about = About {
+        origin: simulated.then_some(origin),
+        document: Some(&document),
+        acceptance: acceptance.as_ref(),
+    };
+    let json = json::text(&calibration::json::report(&report, &about));
     let page = if arguments.report.is_some() {
-        let origin = "The built-in example: its measurements are simulated.";
-        html::render(&report, simulated.then_some(origin))?
+        html::render(&report, &about)?
     } else {
         String::new()
     };
-    let toml = report.after.to_toml(&comment(&report, simulated));
+    let toml = report.after.to_toml(&format!(
+        "{}\n{}",
+        comment(&report, simulated),
+        document.comment()
+    ));
     let mut text = String::new();
     if simulated {
         text.push_str(
@@ -53,8 +75,20 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
              delta-cal calibrate ROBOT.toml SAMPLES.csv (see delta-cal calibrate --help)\n\n",
         );
     }
-    text.push_str(&table::render(&report));
-    deliver(arguments, &toml, &json, &page, text)
+    text.push_str(&table::render(&report, &about));
+    deliver(arguments, &toml, &json, &page, text)?;
+    accepted(acceptance.as_ref())
+}
+
+/// A limit that is not met has its exit code, after everything was written.
+fn accepted(acceptance: Option<&Acceptance>) -> Result<(), Failure> {
+    match acceptance {
+        Some(acceptance) if !acceptance.passed() => Err(Failure::NotPassed(format!(
+            "the expanded uncertainty is not within the limit of {} mm",
+            acceptance.limit
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// A refusal writes no file; a program that reads standard output is told there as well.
@@ -91,18 +125,35 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     )
 }
 
-fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, Measurements), CalibrateError> {
+/// What is calibrated, from what, and the files that say so.
+struct Inputs {
+    robot: RobotFile,
+    measurements: Measurements,
+    sources: [Source; 2],
+}
+
+fn inputs(arguments: &CalibrateArguments) -> Result<Inputs, CalibrateError> {
     let (Some(robot), Some(samples)) = (&arguments.robot, &arguments.samples) else {
         let (robot, samples) = example::load()?;
-        return Ok((robot, Measurements::Positions(samples)));
+        let sources = [
+            InputText::new(&robot.name, example::ROBOT_TOML),
+            InputText::new(&samples.name, example::SAMPLES_CSV),
+        ];
+        return Ok(Inputs {
+            robot,
+            measurements: Measurements::Positions(samples),
+            sources: sources.each_ref().map(Source::from),
+        });
     };
-    let robot = RobotFile::read(&InputText::from_file(robot)?)?;
-    let samples = read_samples(
-        &read(samples, &arguments.columns)?,
-        &robot,
-        arguments.options(),
-    )?;
-    Ok((robot, samples))
+    let robot_text = InputText::from_file(robot)?;
+    let robot = RobotFile::read(&robot_text)?;
+    let samples = read(samples, &arguments.columns)?;
+    let measurements = read_samples(&samples, &robot, arguments.options())?;
+    Ok(Inputs {
+        robot,
+        measurements,
+        sources: [Source::from(&robot_text), Source::from(&samples)],
+    })
 }
 
 /// From heights, distances and single coordinates.
@@ -110,26 +161,35 @@ fn observed(
     arguments: &CalibrateArguments,
     robot: &RobotFile,
     samples: &ObservationsFile,
+    document: &Document,
 ) -> Result<(), Failure> {
     let report = match calibrate_observations(robot, samples, arguments.options()) {
         Err(error) if error.refused() => return Err(refusal(arguments, error)),
         result => result?,
     };
-    let json = json::text(&observations::json(&report));
+    let acceptance = arguments.limit().map(|limit| report.acceptance(limit));
+    let about = About {
+        origin: None,
+        document: Some(document),
+        acceptance: acceptance.as_ref(),
+    };
+    let json = json::text(&observations::json(&report, &about));
     let page = match arguments.report {
-        Some(_) => observations::html(&report),
+        Some(_) => observations::html(&report, &about),
         None => String::new(),
     };
     let comment = format!(
-        "Calibrated by delta-cal {} from {} and {}:\n{} rows of heights, distances or coordinates.",
+        "Calibrated by delta-cal {} from {} and {}:\n{} rows of heights, distances or coordinates.\n{}",
         env!("CARGO_PKG_VERSION"),
         robot.name,
         samples.name,
         samples.rows.len(),
+        document.comment(),
     );
     let toml = report.after.to_toml(&comment);
-    let text = observations::text(&report);
-    deliver(arguments, &toml, &json, &page, text)
+    let text = observations::text(&report, &about);
+    deliver(arguments, &toml, &json, &page, text)?;
+    accepted(acceptance.as_ref())
 }
 
 /// Writes the files that were asked for, all or none, and prints the report or the JSON.

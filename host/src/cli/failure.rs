@@ -18,6 +18,8 @@ pub(crate) enum Failure {
         cause: String,
         remedy: String,
     },
+    /// A limit that is not met, or not known to be.
+    NotPassed(String),
     Usage {
         cause: String,
         remedy: String,
@@ -100,6 +102,7 @@ impl Failure {
                 )
             }
             Self::NotDetermined { cause, remedy } => (1, "refused", cause, remedy),
+            Self::NotPassed(cause) => (6, "not passed", cause, String::new()),
             Self::Usage { cause, remedy } => (2, "error", cause, remedy),
             Self::Output(cause) => {
                 let remedy =

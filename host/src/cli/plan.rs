@@ -1,6 +1,5 @@
 //! `delta-cal plan`.
 
-mod accuracy;
 mod arguments;
 mod deliver;
 mod instruments;
@@ -10,9 +9,9 @@ pub(crate) use arguments::PlanArguments;
 pub(super) use deliver::failure;
 
 use super::failure::Failure;
+use super::length::Length;
 use super::paths::{is_stream, refuse_same};
 use super::progress::Waiting;
-use accuracy::Accuracy;
 use arguments::CriterionArgument;
 use deliver::deliver;
 use delta_cal_host::files::kinematics;
@@ -85,7 +84,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
         ..PlanRequest::new(&robot)
     };
     let needed = match arguments.accuracy {
-        Some(Accuracy(accuracy)) => Some(needed(&request, accuracy)?),
+        Some(Length(accuracy)) => Some(needed(&request, accuracy)?),
         None => None,
     };
     if let (None, Some(needed)) = (arguments.count, &needed) {

@@ -3,6 +3,8 @@
 use crate::files::columns::ColumnMapping;
 use crate::files::decode::{NotText, decode, is_no_text};
 use crate::files::input_error::InputError;
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
 use std::io::Read;
 use std::path::Path;
 
@@ -18,23 +20,26 @@ const START: u64 = 1 << 16;
 pub struct InputText {
     name: String,
     text: String,
+    sha256: String,
     columns: ColumnMapping,
 }
 
 impl InputText {
     /// A text that is already in memory.
     pub fn new(name: impl Into<String>, text: &str) -> Self {
+        let sha256 = sha256(text.as_bytes());
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        Self::of(name.into(), text.to_owned())
+        Self::of(name.into(), text.to_owned(), sha256)
     }
 
-    fn of(name: String, mut text: String) -> Self {
+    fn of(name: String, mut text: String, sha256: String) -> Self {
         if text.contains('\r') {
             text = text.replace("\r\n", "\n").replace('\r', "\n");
         }
         Self {
             name,
             text,
+            sha256,
             columns: ColumnMapping::default(),
         }
     }
@@ -114,8 +119,9 @@ impl InputText {
         } else {
             "save it as plain text in UTF-8"
         };
+        let sha256 = sha256(&bytes);
         match decode(bytes) {
-            Ok(text) => Ok(Self::of(name, text)),
+            Ok(text) => Ok(Self::of(name, text, sha256)),
             Err(NotText::Control) => {
                 Err(InputError::new(name, "is not a text file").with_remedy(remedy))
             }
@@ -150,6 +156,11 @@ impl InputText {
         &self.text
     }
 
+    /// SHA-256 of the file's bytes as they are, in hexadecimal digits: what `sha256sum` prints.
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
     /// The line, counted from 1, that holds the byte at `offset`.
     pub fn line_at(&self, offset: usize) -> u64 {
         let bytes = self.text.as_bytes();
@@ -159,6 +170,14 @@ impl InputText {
             .map(|byte| u64::from(*byte == b'\n'))
             .sum::<u64>()
     }
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(64);
+    for byte in Sha256::digest(bytes) {
+        let _ = write!(text, "{byte:02x}");
+    }
+    text
 }
 
 fn unreadable(name: &str, error: &std::io::Error) -> InputError {

@@ -4,11 +4,13 @@ mod draft;
 mod instruments;
 mod messages;
 mod read;
+mod record;
 mod schema;
 mod write;
 
 pub use draft::Draft;
 pub use instruments::{InstrumentFacts, KnownPlane, NamedPoint};
+pub use record::Record;
 
 use crate::geometry::reach::Reach;
 use delta_cal::frame::RigidTransform;
@@ -63,6 +65,15 @@ use delta_cal::{Noise, Robot, Tolerance};
 /// y_mm = 0
 /// z_mm = -40
 ///
+/// [robot]                      # optional: for reports and certificates
+/// name = "Packer 3"
+/// serial = "D24-0117"
+///
+/// [measurement]                # optional: the same; a calibration does not copy it to its result
+/// operator = "A. Meier"
+/// instrument = "laser tracker LT-400, no. 52"
+/// date = "2026-03-14"
+///
 /// [sensor_frame]               # written by a calibration in the sensor's frame
 /// rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]     # X_sensor = rotation · X_robot + translation
 /// translation_mm = [0, 0, 0]
@@ -86,6 +97,8 @@ pub struct RobotFile {
     pub sensor_frame: Option<RigidTransform<f64>>,
     /// What is known of other instruments.
     pub instruments: InstrumentFacts,
+    /// Which robot it is, and how it was measured.
+    pub record: Record,
 }
 
 impl RobotFile {

@@ -7,6 +7,8 @@ use crate::text::words::capitalised;
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 const STYLE: &str = include_str!("page/style.css");
+/// One arm with its parameters, and the arms from above: docs/model.svg without paper and references.
+const DRAWING: &str = include_str!("page/arm.svg");
 
 /// A view that its own script draws from data within the page.
 pub(crate) struct View<'a> {
@@ -64,10 +66,15 @@ pub(crate) fn figure(figure: &Figure, caption: &str) -> Result<Markup, PlotError
     let svg = figure.to_svg()?;
     Ok(html! {
         figure {
-            (PreEscaped(svg))
+            div.scroll { (PreEscaped(svg)) }
             figcaption { (caption) }
         }
     })
+}
+
+/// The drawing of an arm and its parameters.
+pub(crate) fn drawing() -> Markup {
+    html! { figure.model { div.scroll { (PreEscaped(DRAWING)) } } }
 }
 
 /// A number to be seen first, and what there is to say of it.
@@ -137,9 +144,12 @@ impl Render for Table {
                 }
             }
         };
-        match &self.folded {
-            Some((line, open)) => html! { details open[*open] { summary { (line) } (table) } },
-            None => table,
+        html! {
+            @if let Some((line, open)) = &self.folded {
+                details open[*open] { summary { (line) } div.scroll { (table) } }
+            } @else {
+                div.scroll { (table) }
+            }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod causes;
 mod comparison;
+mod expanded;
 pub mod html;
 pub mod json;
 mod names;

@@ -37,6 +37,34 @@ pub(crate) fn significant(value: f64, digits: u8) -> String {
     format!("{value:.decimals$}")
 }
 
+/// A probability as people say it: "80 %", "0.3 %", "less than 1 in 10 000".
+pub(crate) fn probability(value: f64) -> String {
+    let percent = 100.0 * value;
+    if value < 1e-4 {
+        "less than 1 in 10 000".to_owned()
+    } else if percent < 0.1 {
+        format!("{percent:.2} %")
+    } else if percent < 2.0 {
+        format!("{percent:.1} %")
+    } else if percent > 99.0 && percent < 100.0 {
+        "more than 99 %".to_owned()
+    } else {
+        format!("{percent:.0} %")
+    }
+}
+
+/// A confidence, never rounded up: "97 %", "99.8 %", "more than 99.99 %".
+pub(crate) fn confidence(value: f64) -> String {
+    let percent = 100.0 * value;
+    if percent > 99.99 {
+        "more than 99.99 %".to_owned()
+    } else if percent > 99.0 {
+        format!("{:.2} %", (percent * 100.0).floor() / 100.0)
+    } else {
+        format!("{:.0} %", percent.floor())
+    }
+}
+
 /// Percent, with two decimals near 100, where they matter.
 pub(crate) fn percent(value: f64) -> String {
     let text = if (99.0..99.995).contains(&value) {

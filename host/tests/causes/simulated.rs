@@ -6,7 +6,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, standard_normal};
 use delta_cal::{Noise, Robot, Sample, SymmetricRobot, Tolerance};
-use delta_cal_host::{InstrumentFacts, PositionUnit, RobotFile, Row, SamplesFile};
+use delta_cal_host::{InstrumentFacts, PositionUnit, Record, RobotFile, Row, SamplesFile};
 use delta_cal_tests::{Spread, generator, perturbed};
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg32;
@@ -149,6 +149,7 @@ pub fn simulate(setting: &Setting, fault: Fault, campaign: u64, seed: u64) -> Si
                 .then(|| Noise::new(NOISE.0, NOISE.1.to_radians()).unwrap()),
             sensor_frame: None,
             instruments: InstrumentFacts::default(),
+            record: Record::default(),
         },
         samples: SamplesFile {
             name: "samples.csv".to_owned(),

@@ -4,12 +4,14 @@
 #![allow(dead_code, unreachable_pub)] // each file is a part of something larger
 #![allow(clippy::unwrap_used)]
 
-#[path = "../../src/cli/plan/accuracy.rs"]
-mod accuracy;
+#[path = "../../src/text/date.rs"]
+mod date;
 #[path = "../../src/files/decode.rs"]
 mod decode;
 #[path = "../../src/accuracy/improvement.rs"]
 mod improvement;
+#[path = "../../src/cli/length.rs"]
+mod length;
 #[path = "../../src/files/columns/mapping.rs"]
 mod mapping;
 #[path = "../../src/campaign/mixing.rs"]

@@ -53,7 +53,7 @@ fn predicted_displacements_are_those_of_recomputed_boundaries() {
             for index in 0..24 {
                 let by = match Parameter::ROTARY[index % 8].kind() {
                     ParameterKind::Length => 1e-3,
-                    ParameterKind::Angle => 1e-5,
+                    ParameterKind::Angle | ParameterKind::Ratio => 1e-5,
                 };
                 let rate = predicted[index / 8][index % 8];
                 let range = 0.02 + 2.0 * (rate * by).abs();

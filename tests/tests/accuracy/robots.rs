@@ -5,7 +5,7 @@ use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Arm;
 use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::{Noise, Robot, Sample, SymmetricRobot, Tolerance};
-use delta_cal_host::{InstrumentFacts, PositionUnit, RobotFile, Row, SamplesFile};
+use delta_cal_host::{InstrumentFacts, PositionUnit, Record, RobotFile, Row, SamplesFile};
 use delta_cal_tests::{Spread, paper_limits, perturbed, uniform};
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg32;
@@ -169,6 +169,7 @@ pub(crate) fn robot_file(nominal: &Robot<f64>, stated: (bool, bool)) -> RobotFil
         noise: stated.1.then(noise),
         sensor_frame: None,
         instruments: InstrumentFacts::default(),
+        record: Record::default(),
     }
 }
 

@@ -1,7 +1,9 @@
 //! The options of `delta-cal calibrate`.
 
 use crate::cli::choices::{FrameArgument, LossArgument, MethodArgument, SolverArgument};
+use crate::cli::length::Length;
 use crate::cli::paths::{ColumnsArgument, robot_path};
+use crate::cli::record::RecordArguments;
 use clap::builder::TypedValueParser;
 use clap::{Args, value_parser};
 use delta_cal_host::{Options, Streaming};
@@ -78,6 +80,15 @@ With --forget N each row counts N/(N+1) times as much as the next one, so that t
 robot that warms up; it lags N rows behind. Firmware can do the same with the library's functions of \
 these names.
 
+With --limit the report says whether the expanded uncertainty of the position, k times the expected \
+position error (rms over the workspace), is within the limit: k = 2, or from Student's distribution \
+where no [noise] is stated. Of heights, distances and single coordinates it is that of relative \
+positions. All output files are written in either case.
+
+ROBOT.toml may also state [robot] name and serial, and [measurement] operator, instrument and date. \
+Reports show them, with the SHA-256 of both input files. The environment variable SOURCE_DATE_EPOCH \
+sets the date of reports, for tests.
+
 Examples:
   delta-cal calibrate
       the built-in, simulated example
@@ -87,6 +98,7 @@ Examples:
   delta-cal calibrate robot.toml samples.csv --loss tukey
   delta-cal calibrate robot.toml samples.csv --gate --forget 50
   delta-cal calibrate robot.toml samples.csv --report report.html
+  delta-cal calibrate robot.toml samples.csv --limit 0.1mm --report report.html
   delta-cal calibrate robot.toml samples.csv --json - | jq .position_error_mm";
 
 #[derive(Debug, Args)]
@@ -124,6 +136,12 @@ pub(crate) struct CalibrateArguments {
     /// Do not use the robot file as a start value (needs 12 samples), and accept any geometry
     #[arg(long)]
     pub(crate) no_guess: bool,
+    /// Accept the calibration only if its expanded uncertainty (k = 2, rms over the workspace) is at most this,
+    /// as 0.1mm or 50um; otherwise the exit code is 6
+    #[arg(long, value_name = "LENGTH")]
+    limit: Option<Length>,
+    #[command(flatten)]
+    pub(crate) record: RecordArguments,
     /// Write the calibrated robot to this file, replacing a file that exists
     #[arg(long, value_name = "CALIBRATED.toml")]
     pub(crate) output: Option<PathBuf>,
@@ -144,6 +162,11 @@ fn held_out() -> impl TypedValueParser<Value = NonZeroU32> {
 }
 
 impl CalibrateArguments {
+    /// mm.
+    pub(crate) fn limit(&self) -> Option<f64> {
+        self.limit.map(|Length(limit)| limit)
+    }
+
     pub(crate) fn options(&self) -> Options {
         Options {
             method: self.method.method(),

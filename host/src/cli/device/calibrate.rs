@@ -10,6 +10,7 @@ use delta_cal_host::device::{
 };
 use delta_cal_host::files::output;
 use delta_cal_host::report::calibration::{html, table};
+use delta_cal_host::report::document::About;
 use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile};
 use delta_cal_protocol::fingerprint;
 use std::fmt::Write;
@@ -87,7 +88,14 @@ impl Task for Calibrate<'_> {
         bar.finish();
         let (finished, report) = result?;
         let page = if arguments.report.is_some() {
-            html::render(&report, Some(&origin(&port, arguments)))?
+            {
+                let origin = origin(&port, arguments);
+                let about = About {
+                    origin: Some(&origin),
+                    ..About::default()
+                };
+                html::render(&report, &about)?
+            }
         } else {
             String::new()
         };
@@ -117,7 +125,7 @@ impl Task for Calibrate<'_> {
             shown.push_str("The built-in example; its measurements are simulated.\n\n");
         }
         shown.push_str(&text::identity(&port, &device.identity));
-        let _ = writeln!(shown, "\n{}", table::render(&report));
+        let _ = writeln!(shown, "\n{}", table::render(&report, &About::default()));
         shown.push_str(&text::while_calibrating(before, after, device.pace));
         match client.repetitions() {
             0 => {}

@@ -7,7 +7,7 @@ use crate::cli::print::print;
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal_host::device::report::{json, text};
 use delta_cal_host::device::{DeviceError, Number, in_use, robot as robot_of};
-use delta_cal_host::{InputText, InstrumentFacts, RobotFile};
+use delta_cal_host::{InputText, InstrumentFacts, Record, RobotFile};
 use delta_cal_protocol::{ParameterSet, Parameters, RevertTo, fingerprint};
 
 pub(super) fn status(link: &LinkArguments, arguments: &StatusArguments) -> Result<(), Failure> {
@@ -120,6 +120,7 @@ fn robot_file<T: Number>(
             robot,
             sensor_frame: None,
             instruments: InstrumentFacts::default(),
+            record: template.record.of_the_robot(),
             ..template
         }
     } else {
@@ -136,6 +137,7 @@ fn robot_file<T: Number>(
             noise: None,
             sensor_frame: None,
             instruments: InstrumentFacts::default(),
+            record: Record::default(),
         }
     };
     Ok(file.to_toml(&comment))

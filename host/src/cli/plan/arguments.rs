@@ -1,8 +1,8 @@
 //! The options of `delta-cal plan`.
 
-use super::accuracy::Accuracy;
 use super::instruments::InstrumentArguments;
 use crate::cli::choices::MethodArgument;
+use crate::cli::length::Length;
 use crate::cli::paths::robot_path;
 use clap::{ArgGroup, Args, ValueEnum};
 use delta_cal_host::planning::poses::{LEAST_POSES, MOST_POSES, Region};
@@ -28,7 +28,7 @@ pub(crate) struct PlanArguments {
     /// Also say how many poses reduce one sigma of the position over the workspace (or over the box
     /// or cylinder) to this length: a number with nm, um, mm, cm or m; without a unit it is in mm
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
-    pub(super) accuracy: Option<Accuracy>,
+    pub(super) accuracy: Option<Length>,
     /// What the chosen poses minimise
     #[arg(long, value_enum, default_value_t = CriterionArgument::A)]
     pub(super) criterion: CriterionArgument,

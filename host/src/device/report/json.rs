@@ -6,6 +6,7 @@ use crate::calibration::report::CalibrationReport;
 use crate::device::{Comparison, Number, Pace};
 use crate::render::json;
 use crate::report::calibration::json::{SCHEMA_VERSION, report};
+use crate::report::document::About;
 use crate::text::units::degrees;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{Parameter, Real};
@@ -62,7 +63,7 @@ pub fn calibration<T: Number>(calibration: &Calibration<'_, T>) -> Value {
     };
     json!({
         // As `delta-cal calibrate --json` writes it.
-        "calibration": report(calibration.report),
+        "calibration": report(calibration.report, &About::default()),
         "fingerprint": hexadecimal(calibration.fingerprint),
         "applied": calibration.applied,
         // While it was calibrated.

@@ -168,6 +168,14 @@ joint_deg = 0.002          # of a joint angle: an encoder on a geared joint
 # x_mm = 0
 # y_mm = 0
 # z_mm = -40
+
+# [robot]                  # for reports and certificates
+# name = \"Packer 3\"
+# serial = \"D24-0117\"
+# [measurement]
+# operator = \"A. Meier\"
+# instrument = \"laser tracker\"
+# date = 2026-03-14
 ";
 
 impl Question {

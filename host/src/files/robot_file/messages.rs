@@ -5,11 +5,35 @@ use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::text::words::decimal_comma;
 use delta_cal::Parameter;
+use toml::Spanned;
 
 pub(super) const SECTIONS: &str = "a robot file has [nominal] or three [[arm]], then [joints], and may have \
-                        [tolerance], [noise], [sensor_frame], [planes.NAME], [points.NAME] \
-                        and [target]; `delta-cal calibrate --help` \
+                        [tolerance], [noise], [sensor_frame], [planes.NAME], [points.NAME], \
+                        [target], [robot] and [measurement]; `delta-cal calibrate --help` \
                         shows one";
+
+/// What is wrong with a key.
+pub(super) fn fault(
+    input: &InputText,
+    line: u64,
+    key: &str,
+    cause: impl Into<String>,
+) -> InputError {
+    InputError::new(input.name(), cause)
+        .at_line(line)
+        .at_key(with_section(input, line, key))
+        .with_remedy(SECTIONS)
+}
+
+/// The same of what stands in the text.
+pub(super) fn fault_at<T>(
+    input: &InputText,
+    number: &Spanned<T>,
+    key: &str,
+    cause: impl Into<String>,
+) -> InputError {
+    fault(input, input.line_at(number.span().start), key, cause)
+}
 
 /// The TOML reader's error, with the section and the key at fault.
 pub(super) fn syntax(input: &InputText, error: &toml::de::Error) -> InputError {

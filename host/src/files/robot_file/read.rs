@@ -2,7 +2,8 @@ mod geometry;
 
 use super::RobotFile;
 use super::instruments::{InstrumentFacts, KnownPlane, NamedPoint};
-use super::messages::{SECTIONS, syntax, with_section};
+use super::messages::{SECTIONS, fault, fault_at, syntax};
+use super::record::Record;
 use super::schema::{
     ByAxis, JointsToml, NoiseToml, Number, PointToml, RobotToml, SensorFrameToml, ToleranceToml,
 };
@@ -77,6 +78,7 @@ impl RobotFile {
                 .with_remedy("check the lengths (in mm), the arms' azimuths and the [joints]"));
         }
         let instruments = instruments(input, drive, &toml)?;
+        let record = Record::read(input, &toml)?;
         Ok(Self {
             name: input.name().to_owned(),
             robot,
@@ -91,6 +93,7 @@ impl RobotFile {
                 None => None,
             },
             instruments,
+            record,
             sensor_frame: toml
                 .sensor_frame
                 .map(|section| sensor_frame(input, &section))
@@ -130,27 +133,6 @@ pub(super) fn foreign(
         Drive::Linear => "a robot with kind = \"linear\" has no such key",
     };
     Err(fault_at(input, number, key, cause))
-}
-
-pub(super) fn fault(
-    input: &InputText,
-    line: u64,
-    key: &str,
-    cause: impl Into<String>,
-) -> InputError {
-    InputError::new(input.name(), cause)
-        .at_line(line)
-        .at_key(with_section(input, line, key))
-        .with_remedy(SECTIONS)
-}
-
-pub(super) fn fault_at<T>(
-    input: &InputText,
-    number: &Spanned<T>,
-    key: &str,
-    cause: impl Into<String>,
-) -> InputError {
-    fault(input, input.line_at(number.span().start), key, cause)
 }
 
 pub(super) fn finite(input: &InputText, key: &str, number: &Number) -> Result<f64, InputError> {

@@ -24,6 +24,28 @@ pub(super) struct RobotToml {
     #[serde(default)]
     pub(super) points: BTreeMap<String, Spanned<PointToml>>,
     pub(super) target: Option<TargetToml>,
+    #[serde(default)]
+    pub(super) robot: RobotRecordToml,
+    #[serde(default)]
+    pub(super) measurement: MeasurementToml,
+}
+
+/// Text; a number or a date without quotation marks is read as well.
+pub(super) type Words = Option<Spanned<toml::Value>>;
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RobotRecordToml {
+    pub(super) name: Words,
+    pub(super) serial: Words,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MeasurementToml {
+    pub(super) operator: Words,
+    pub(super) instrument: Words,
+    pub(super) date: Words,
 }
 
 /// Of either kind; what a kind needs is looked for when it is known.

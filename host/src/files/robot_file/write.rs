@@ -15,6 +15,7 @@ impl RobotFile {
             // TOML allows no control characters in a comment, file names may hold any.
             let _ = writeln!(text, "# {}", line.replace(char::is_control, "?"));
         }
+        self.record.write(&mut text);
         for arm in self.robot.arms() {
             text.push_str("\n[[arm]]\n");
             for parameter in arm.drive().parameters().iter().copied() {

@@ -4,7 +4,7 @@ use crate::calibration::causes::{Cause, Causes};
 use crate::calibration::report::CalibrationReport;
 use crate::render::section::Section;
 use crate::render::table::Table;
-use crate::text::numbers::significant;
+use crate::text::numbers::{probability, significant};
 use serde_json::{Value, json};
 
 const TITLE: &str = "Errors that the model does not hold";
@@ -28,7 +28,7 @@ pub(super) fn section(report: &CalibrationReport) -> Option<Section> {
         .column("size", |cause| significant(cause.size, 3))
         .column("sigma", |cause| significant(cause.sigma, 2))
         .column("unit", |cause| cause.kind.unit())
-        .column("by chance", |cause| chance(cause.probability))
+        .column("by chance", |cause| probability(cause.probability))
         .table();
     Some(Section::new(TITLE).table(table).text(format!(
         "Together they explain {:.0} % of the residuals' squares and put the calibrated robot off by \
@@ -69,14 +69,6 @@ pub(super) fn page_section(report: &CalibrationReport) -> Section {
                 None => section,
             }
         }
-    }
-}
-
-fn chance(probability: f64) -> String {
-    if probability < 1e-99 {
-        "< 1e-99".to_owned()
-    } else {
-        format!("{probability:.0e}")
     }
 }
 

@@ -7,7 +7,7 @@ mod uncertainty;
 use super::names::solver_name;
 use super::next::advice;
 use super::suspected::{self, loss_name};
-use super::{causes, sections, stream};
+use super::{causes, expanded, sections, stream};
 use crate::accuracy::position_error::SampleErrors;
 use crate::accuracy::sampled::{MANY_ON_A_PAGE, in_words};
 use crate::accuracy::uncertainty_map::UncertaintyMap;
@@ -18,6 +18,7 @@ use crate::render::page::{self, figure, tile};
 use crate::render::plot::PlotError;
 use crate::render::section::{Part, Section};
 use crate::render::table::Table;
+use crate::report::document::About;
 use crate::text::joint;
 use crate::text::numbers::{millimetres, small_or};
 use crate::text::tolerance;
@@ -27,12 +28,11 @@ use maud::{Markup, html};
 /// So many samples or fewer are shown without being asked for.
 const SHOWN: usize = 40;
 
-/// The whole report. `origin` says what the report itself cannot know: that the samples are
-/// simulated, or where the calibration was computed.
+/// The whole report.
 ///
 /// # Errors
 /// A figure that cannot be drawn; none is known.
-pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String, PlotError> {
+pub fn render(report: &CalibrationReport, about: &About) -> Result<String, PlotError> {
     let report = &report.clone().with_at_most(MANY_ON_A_PAGE);
     let title = format!("Calibration of {}", report.before.name);
     let mut parts: Vec<_> = suspected::section(report).into_iter().collect();
@@ -47,6 +47,8 @@ pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String
     if let Some(map) = &report.uncertainty {
         parts.push(uncertain(map)?);
     }
+    let expanded = report.expanded();
+    parts.push(expanded::section(expanded.as_ref(), "the position"));
     let joints = figure(
         &figures::joints(report),
         "Joint angles of the samples within the joint limits.",
@@ -57,10 +59,13 @@ pub fn render(report: &CalibrationReport, origin: Option<&str>) -> Result<String
             .in_page(joints),
     );
     parts.extend(sections::sensor_frame(report));
+    parts.push(expanded::glossary());
     let body = html! {
         h1 { (title) }
-        (how(report, origin))
+        (how(report, about.origin))
+        @if let Some(document) = about.document { (document.page()) }
         (tiles(report))
+        (expanded::page_verdict(about.acceptance))
         (sections::doubts(report))
         @for part in &parts { (part) }
     };
@@ -123,14 +128,22 @@ fn tiles(report: &CalibrationReport) -> Markup {
         || "too few samples are left over to estimate it".to_owned(),
         |comparison| {
             let change = millimetres(comparison.change);
-            format!("the calibration moves positions by {change} rms")
+            format!("standard uncertainty, k = 1; the calibration moves positions by {change} rms")
         },
     );
+    let expanded = report.expanded();
     html! {
         div.tiles {
             (over_samples("Position error over the samples, rms", before.rms, after.rms))
             (over_samples("Position error over the samples, max", before.max, after.max))
-            (tile("Expected position error, one sigma over the workspace", &expected, &note))
+            (tile("Expected position error over the workspace, rms", &expected, &note))
+            @if let Some(expanded) = &expanded {
+                (tile(
+                    "Expanded uncertainty over the workspace, rms",
+                    &millimetres(expanded.rms),
+                    &expanded::factor(&expanded.coverage),
+                ))
+            }
         }
     }
 }
@@ -151,8 +164,9 @@ fn residuals(report: &CalibrationReport) -> Result<Section, PlotError> {
     }
     if let Some(residuals) = figures::residuals(report) {
         let caption = format!(
-            "Distance between the measured position and the one computed from the joint angles; \
-             ringed: more than {OUTLIER:.0} times as far off as the median sample."
+            "Distance between the measured position and the one computed from the joint angles, before and \
+             after the calibration; dashed: the rms of each. A ring: the sample stands out, because it is more than \
+             {OUTLIER:.0} times as far off as the median sample, or left out."
         );
         section = section.in_page(figure(&residuals, &caption)?);
     }
@@ -163,7 +177,7 @@ fn residuals(report: &CalibrationReport) -> Result<Section, PlotError> {
         };
         let caption = format!(
             "The same after the calibration, in σ of the {noise} noise at each pose; 1 is expected. \
-             Beyond the upper line is one sample in three million, if the noise is right."
+             Beyond the line \"hardly by chance\" is one sample in three million, if the noise is right."
         );
         section = section.in_page(figure(&in_sigmas, &caption)?);
     }
@@ -275,8 +289,8 @@ fn uncertain(map: &UncertaintyMap) -> Result<Section, PlotError> {
     let intrinsic = map.expected.intrinsic.rms;
     let slices = html! {
         p {
-            "One sigma of the position, from the covariance of the parameters, over all poses clear \
-            of singularities: " b { (millimetres(rms)) } " rms, " b { (millimetres(max)) }
+            "Expected position error (one standard deviation), from the covariance of the parameters, over all \
+            poses clear of singularities: " b { (millimetres(rms)) } " rms, " b { (millimetres(max)) }
             (format!(" at worst, at x {:.0}, y {:.0}, z {:.0} mm.", at.x, at.y, at.z))
             " If the robot's place in space does not count, " b { (millimetres(intrinsic)) }
             " rms remain."
@@ -287,5 +301,6 @@ fn uncertain(map: &UncertaintyMap) -> Result<Section, PlotError> {
     };
     Ok(Section::new("How uncertain the calibrated positions are")
         .in_page(slices)
-        .note("Shades: one sigma of the position in mm, the same in all figures."))
+        .note("Shades: one standard deviation of the position at that place, in mm; the same shades in all figures. \
+              The rms of a figure is that over its plane alone."))
 }

@@ -5,6 +5,7 @@ mod diagnosis;
 mod noise;
 
 use super::comparison::{Comparison, comparisons, of_an_arm};
+use super::expanded;
 use super::names::{solver_name, start_name, termination_name};
 use super::suspected::{self, loss_name};
 use crate::accuracy::distribution::Sampled;
@@ -16,6 +17,7 @@ use crate::calibration::error::CalibrateError;
 use crate::calibration::report::CalibrationReport;
 use crate::fit::options::Frame;
 use crate::render::json;
+use crate::report::document::{About, Document};
 use delta_cal::calibration::ArmOutcome;
 use serde_json::{Value, json};
 
@@ -23,7 +25,7 @@ use serde_json::{Value, json};
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// The report of a calibration.
-pub fn report(report: &CalibrationReport) -> Value {
+pub fn report(report: &CalibrationReport, about: &About) -> Value {
     let suspected = suspected::rows(report).into_iter();
     let suspected = suspected.filter(|sample| sample.weight.suspected);
     let suspected = suspected.map(|sample| {
@@ -97,6 +99,10 @@ pub fn report(report: &CalibrationReport) -> Value {
         // The position error that the calibrated robot is expected to have; `null` if the uncertainty
         // is unknown.
         "expected_error": report.uncertainty.as_ref().map(|map| expected_error(&map.expected)),
+        // That error as an expanded uncertainty; `null` if the uncertainty or the noise is unknown.
+        "expanded_uncertainty": expanded::json(report.expanded().as_ref(), false),
+        // Whether it is within `--limit`; `null` without.
+        "acceptance": expanded::acceptance_json(about.acceptance),
         // What the robot says of the stated tolerance; `null` without one, or if the samples say
         // nothing of it.
         "tolerance": report.prior_test.map(|test| json!({
@@ -144,6 +150,8 @@ pub fn report(report: &CalibrationReport) -> Value {
         "diagnosis": report.diagnosis.as_ref().map(diagnosis::json),
         // Anything doubtful, in plain words.
         "warnings": report.warnings,
+        // Robot, measurement, files and date; `null` of a calibration on a controller.
+        "document": about.document.map(Document::json),
     });
     json::report(SCHEMA_VERSION, contents)
 }

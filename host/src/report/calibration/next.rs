@@ -202,8 +202,8 @@ fn best_added(report: &CalibrationReport) -> Option<String> {
         .collect();
     let worth = match (&next.before, &next.after) {
         (Some(before), Some(after)) => format!(
-            " With these poses the position would be known to {} mm instead of {} mm (one sigma, \
-             rms over the workspace).",
+            " Predicted from the poses and the noise alone, without the tolerance, as delta-cal plan does, they \
+             would bring the standard uncertainty of the position to {} mm instead of {} mm (rms over the workspace).",
             small(after.workspace.rms),
             small(before.workspace.rms)
         ),

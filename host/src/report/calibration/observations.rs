@@ -1,6 +1,7 @@
 //! A calibration from heights, distances and single coordinates, for people and for programs.
 
 use super::comparison::{between, of_an_arm};
+use super::expanded;
 use super::json::{SCHEMA_VERSION, expected_error, parameters_of as parameters_json};
 use super::sections::{doubts_of, parameters_of, sensor_frame_of};
 use crate::accuracy::expected_error::ExpectedError;
@@ -13,6 +14,7 @@ use crate::render::page::{self, tile};
 use crate::render::section::{Part, Section};
 use crate::render::table::Table;
 use crate::render::{json, terminal};
+use crate::report::document::{About, Document};
 use crate::text::numbers::{small, small_or};
 use crate::text::units::degrees;
 use crate::text::words::{count, list};
@@ -23,18 +25,27 @@ use serde_json::{Map, Value, json};
 const SHOWN: usize = 10;
 
 /// For people at a terminal.
-pub fn text(report: &ObservationsReport) -> String {
+pub fn text(report: &ObservationsReport, about: &About) -> String {
     let first = Section::new("").text(headline(report));
     let mut parts = vec![first];
     parts.extend(sections(report));
-    parts.push(Section::new("").part(doubts_of(&report.warnings)));
+    let expanded = report.expanded();
+    parts.push(
+        Section::new("")
+            .text(expanded::sentence(expanded.as_ref(), "relative positions"))
+            .part(doubts_of(&report.warnings)),
+    );
+    parts.extend(expanded::limit(about.acceptance));
     terminal::text(parts)
 }
 
 /// One HTML file that opens from disk.
-pub fn html(report: &ObservationsReport) -> String {
+pub fn html(report: &ObservationsReport, about: &About) -> String {
     let title = format!("Calibration of {}", report.before.name);
-    let parts = sections(report);
+    let mut parts = sections(report);
+    let expanded = report.expanded();
+    parts.push(expanded::section(expanded.as_ref(), "relative positions"));
+    parts.push(expanded::glossary());
     let value = |expected: Option<&ExpectedError>, of: fn(&ExpectedError) -> PositionSigma| {
         expected.map_or("unknown".to_owned(), |own| {
             format!("{} mm", small(of(own).rms))
@@ -47,11 +58,13 @@ pub fn html(report: &ObservationsReport) -> String {
     let body = html! {
         h1 { (title) }
         p { (headline(report)) }
+        @if let Some(document) = about.document { (document.page()) }
         div.tiles {
             (tile("Relative positions before", &value(before, |e| e.intrinsic), "expected, rms over the workspace"))
             (tile("Relative positions after", &value(after, |e| e.intrinsic), "expected, rms over the workspace"))
             (tile("Residuals", &format!("{:.2}", report.lack_of_fit), "of what the noise allows; 1 is right"))
         }
+        (expanded::page_verdict(about.acceptance))
         (doubts_of(&report.warnings))
         @for part in &parts { (part) }
     };
@@ -240,7 +253,7 @@ fn rows(report: &ObservationsReport) -> Section {
 }
 
 /// For programs. Lengths in millimetres, angles in degrees; `null` where a figure is unknown.
-pub fn json(report: &ObservationsReport) -> Value {
+pub fn json(report: &ObservationsReport, about: &About) -> Value {
     let comparisons = between(&report.before.robot, &report.fit.outcome);
     let rows = report.samples.rows.len();
     let some = shown(rows, MANY, |index| report.row_residual(index));
@@ -307,6 +320,10 @@ pub fn json(report: &ObservationsReport) -> Value {
         // The position error that the robot is expected to have before and after; `null` if unknown.
         "expected_error_before": report.expected_before.as_ref().map(expected_error),
         "expected_error": report.expected_after.as_ref().map(expected_error),
+        // `expected_error` as an expanded uncertainty of relative positions; `null` if unknown.
+        "expanded_uncertainty": expanded::json(report.expanded().as_ref(), true),
+        // Whether that is within `--limit`; `null` without.
+        "acceptance": expanded::acceptance_json(about.acceptance),
         // What the measurements determine.
         "known": {
             // How many combinations of the 24 parameters, better than the tolerance does.
@@ -331,6 +348,8 @@ pub fn json(report: &ObservationsReport) -> Value {
         // How many of how many rows `samples` holds; `null` if all.
         "sampled": sampled,
         "warnings": report.warnings,
+        // Robot, measurement, files and date.
+        "document": about.document.map(Document::json),
     });
     json::report(SCHEMA_VERSION, contents)
 }

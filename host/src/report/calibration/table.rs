@@ -1,16 +1,17 @@
 //! The report for people at a terminal.
 
 use super::names::solver_name;
-use super::{causes, sections, stream, suspected};
+use super::{causes, expanded, sections, stream, suspected};
 use crate::calibration::report::CalibrationReport;
 use crate::fit::options::Frame;
 use crate::render::section::Section;
 use crate::render::terminal;
+use crate::report::document::About;
 use crate::text::numbers::small;
 use crate::text::words::count;
 
 /// The whole report.
-pub fn render(report: &CalibrationReport) -> String {
+pub fn render(report: &CalibrationReport, about: &About) -> String {
     let mut parts = vec![summary(report), sections::parameters(report)];
     parts.extend(suspected::section(report));
     parts.extend(stream::sections(report));
@@ -19,6 +20,7 @@ pub fn render(report: &CalibrationReport) -> String {
     parts.push(sections::solution(report));
     parts.extend(sections::sensor_frame(report));
     parts.push(doubts(report));
+    parts.extend(expanded::limit(about.acceptance));
     terminal::text(parts)
 }
 
@@ -76,6 +78,10 @@ fn positions(report: &CalibrationReport) -> Section {
                 .text(format!(
                     "of this {} mm (rms) remain if the robot's place in space does not count",
                     small(map.expected.intrinsic.rms)
+                ))
+                .text(expanded::sentence(
+                    report.expanded().as_ref(),
+                    "the position",
                 ))
         }
         None => section,

@@ -78,7 +78,7 @@ fn in_tolerances(rows: &[Comparison], tolerance: &Tolerance<f64>) -> Figure {
     )
     .sized(800, 560)
     .with(
-        "",
+        "one tolerance",
         Colour::Grey,
         Shape::Region(vec![
             (-1.0, ends.0),
@@ -118,7 +118,7 @@ fn in_sigmas(rows: &[Comparison]) -> Option<Figure> {
     )
     .sized(800, 560)
     .with(
-        "",
+        "one σ",
         Colour::Ink,
         Shape::Dashed(vec![(1.0, -0.5), (1.0, 23.5)]),
     );
@@ -190,7 +190,7 @@ pub(super) fn residuals(report: &CalibrationReport) -> Option<Figure> {
     .sized(800, 380)
     .with("before", Colour::Vermilion, points(|s| s.before))
     .with("after", Colour::Blue, points(|s| s.after))
-    .with("rms", Colour::Ink, rms(report.error_before.rms))
+    .with("rms of each", Colour::Ink, rms(report.error_before.rms))
     .with("", Colour::Ink, rms(report.error_after.rms));
     Some(with_outlying(figure, report, |s| s.after))
 }

@@ -70,7 +70,7 @@ fn figure(slice: &Slice, levels: &[f64]) -> Figure {
         let part = f64::from(shade) / f64::from(SHADES - 1);
         let opacity = OPACITY.0 + (OPACITY.1 - OPACITY.0) * part;
         figure = figure.with(
-            format!("to {}", significant(*level, 2)),
+            format!("to {} mm", significant(*level, 2)),
             Colour::Blue,
             Shape::Tiles(tiles.collect(), opacity),
         );

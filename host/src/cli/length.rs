@@ -1,4 +1,4 @@
-//! An accuracy that is asked for, in any unit.
+//! A length that is asked for, in any unit.
 
 use std::str::FromStr;
 
@@ -15,9 +15,9 @@ const UNITS: [(&str, f64); 7] = [
 
 /// A length on the command line, mm.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Accuracy(pub(crate) f64);
+pub(crate) struct Length(pub(crate) f64);
 
-impl FromStr for Accuracy {
+impl FromStr for Length {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -37,10 +37,10 @@ impl FromStr for Accuracy {
 
 #[cfg(test)]
 mod tests {
-    use super::Accuracy;
+    use super::Length;
 
     #[test]
-    fn an_accuracy_is_the_same_in_every_unit() {
+    fn a_length_is_the_same_in_every_unit() {
         for written in [
             "0.05",
             "0.05mm",
@@ -51,7 +51,7 @@ mod tests {
             "0.005cm",
             "5e-5m",
         ] {
-            let found = written.parse().map(|Accuracy(length)| length);
+            let found = written.parse().map(|Length(length)| length);
             // Two roundings.
             assert!(
                 found.is_ok_and(|length| (length - 0.05).abs() < 1e-16),
@@ -61,7 +61,7 @@ mod tests {
         for written in [
             "", "mm", "0", "-1mm", "5kg", "0,05mm", "nan", "inf", "1e308m", "5 m m",
         ] {
-            assert!(written.parse::<Accuracy>().is_err(), "{written}");
+            assert!(written.parse::<Length>().is_err(), "{written}");
         }
     }
 }

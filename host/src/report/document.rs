@@ -1,0 +1,128 @@
+//! What makes a report a document: whose it is, of which robot and files, and when it was written.
+
+use crate::accuracy::coverage::Acceptance;
+use crate::files::input_text::InputText;
+use crate::files::robot_file::Record;
+use crate::text::date;
+use maud::{Markup, html};
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// An input file, by its name and its content.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// As it was given.
+    pub name: String,
+    /// Of its bytes, in hexadecimal digits.
+    pub sha256: String,
+}
+
+impl From<&InputText> for Source {
+    fn from(text: &InputText) -> Self {
+        Self {
+            name: text.name().to_owned(),
+            sha256: text.sha256().to_owned(),
+        }
+    }
+}
+
+/// What identifies a report.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Document {
+    /// When it was written: seconds since the beginning of 1970.
+    pub written: u64,
+    /// The robot and the measurement.
+    pub record: Record,
+    /// The robot file.
+    pub robot: Source,
+    /// The samples file.
+    pub samples: Source,
+}
+
+/// What is said of a calibration beside its result.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct About<'a> {
+    /// What the result itself cannot know: that the samples are simulated, or where it was computed.
+    pub origin: Option<&'a str>,
+    /// `None` leaves it out.
+    pub document: Option<&'a Document>,
+    /// `None` if no limit was asked for.
+    pub acceptance: Option<&'a Acceptance>,
+}
+
+impl Document {
+    /// The day, in UTC.
+    pub(crate) fn date(&self) -> String {
+        date::of_seconds(self.written)
+    }
+
+    /// For the comment of a robot file that was calibrated: the files, and the measurement that is not copied.
+    pub fn comment(&self) -> String {
+        let Source { name, sha256 } = &self.samples;
+        let mut text = format!("SHA-256 of {name}: {sha256}");
+        let record = &self.record;
+        let measurement = [
+            ("on", &record.date),
+            ("by", &record.operator),
+            ("with", &record.instrument),
+        ];
+        let stated = measurement
+            .into_iter()
+            .filter_map(|(word, value)| Some(format!(" {word} {}", value.as_ref()?)));
+        let stated: String = stated.collect();
+        if !stated.is_empty() {
+            let _ = write!(text, "\nMeasured{stated}.");
+        }
+        text
+    }
+
+    /// What is known, each with its name.
+    fn entries(&self) -> Vec<(&'static str, String)> {
+        let record = &self.record;
+        let stated = [
+            ("Robot", &record.name),
+            ("Serial number", &record.serial),
+            ("Operator", &record.operator),
+            ("Instrument", &record.instrument),
+            ("Measured on", &record.date),
+        ];
+        let stated = stated
+            .into_iter()
+            .filter_map(|(name, value)| Some((name, value.clone()?)));
+        let version = env!("CARGO_PKG_VERSION");
+        let written = format!("{} (UTC), by delta-cal {version}", self.date());
+        stated.chain([("Report written on", written)]).collect()
+    }
+
+    /// For a page.
+    pub(super) fn page(&self) -> Markup {
+        html! {
+            dl.document {
+                @for (name, value) in self.entries() { dt { (name) } dd { (value) } }
+                @for (kind, source) in [("Robot file", &self.robot), ("Samples file", &self.samples)] {
+                    dt { (kind) }
+                    dd { (source.name) br; span.hash { "SHA-256 " (source.sha256) } }
+                }
+            }
+        }
+    }
+
+    /// For programs; `null` where the robot file says nothing.
+    pub(super) fn json(&self) -> Value {
+        let source = |source: &Source| json!({ "name": source.name, "sha256": source.sha256 });
+        json!({
+            // Of the report, in UTC.
+            "date": self.date(),
+            "program_version": env!("CARGO_PKG_VERSION"),
+            "robot_name": self.record.name,
+            "robot_serial": self.record.serial,
+            "operator": self.record.operator,
+            "instrument": self.record.instrument,
+            // Of the measurement, as it is stated.
+            "measured_on": self.record.date,
+            // SHA-256 of the files' bytes.
+            "robot_file": source(&self.robot),
+            "samples_file": source(&self.samples),
+        })
+    }
+}

@@ -1,0 +1,131 @@
+//! The rms position error with its confidence interval.
+
+use crate::fit::options::Frame;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Probability on either side of an interval: together 5 %.
+pub(super) const TAIL: f64 = 0.025;
+/// What is known of the variation beforehand: the variance of a squared deviation over the square of its mean, and
+/// for how many poses that counts beside the measured ones. The variance of a few poses alone is too often too
+/// small, and the interval too short. Found by the simulation in docs/validate.md.
+struct Beforehand {
+    variation: f64,
+    poses: f64,
+}
+
+/// Independent coordinates of one normal distribution have 2/3.
+const IN_BASE: Beforehand = Beforehand {
+    variation: 2.0 / 3.0,
+    poses: 15.0,
+};
+
+/// What a rigid motion leaves of the error is little in the middle of the region and much at its edge.
+const IN_SENSOR: Beforehand = Beforehand {
+    variation: 4.0 / 3.0,
+    poses: 30.0,
+};
+
+/// Coordinates that the frame of the sensor takes up.
+pub(super) const FRAME: f64 = 6.0;
+
+/// A figure with its 95 % confidence limits, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounded {
+    /// The estimate.
+    pub value: f64,
+    /// The lower limit; 0 if the noise is not known.
+    pub lower: f64,
+    /// The upper limit; `None` if the noise is not known and it has none.
+    pub upper: Option<f64>,
+}
+
+/// The rms position error over the region that the poses are a sample of.
+///
+/// The squared deviations yₖ of n poses have the mean M = E² + σ², where E is the error that is looked for and σ²
+/// the noise's mean square. M is distributed about its expectation as χ²(ν)/ν, with ν = 2n/c and c the variance of
+/// y over the square of its mean (Satterthwaite). What the poses say of c is averaged with what is known beforehand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RmsError {
+    /// M, mm².
+    mean_square: f64,
+    /// σ², mm².
+    noise: f64,
+    /// c.
+    variation: f64,
+    poses: f64,
+    /// Coordinates that an adjustment of the sensor's frame took up.
+    taken_up: f64,
+}
+
+impl RmsError {
+    /// Of squared deviations, one a pose, and the mean square of the noise in them: mm².
+    pub(super) fn of(squares: &[f64], noise: f64, frame: Frame) -> Self {
+        let (beforehand, taken_up) = match frame {
+            Frame::Base => (IN_BASE, 0.0),
+            Frame::Sensor => (IN_SENSOR, FRAME),
+        };
+        let poses = squares.iter().fold(0.0, |count, _| count + 1.0);
+        let mean_square = squares.iter().sum::<f64>() / poses;
+        let scatter: f64 = squares.iter().map(|own| (own - mean_square).powi(2)).sum();
+        let measured = if mean_square > 0.0 {
+            scatter / mean_square.powi(2)
+        } else {
+            0.0
+        };
+        let variation =
+            (beforehand.poses * beforehand.variation + measured) / (beforehand.poses + poses - 1.0);
+        Self {
+            mean_square,
+            noise,
+            variation,
+            poses,
+            taken_up,
+        }
+    }
+
+    /// ν, less in proportion to the coordinates that the frame took up.
+    pub fn degrees_of_freedom(&self) -> f64 {
+        self.freedom_of(self.poses)
+    }
+
+    /// The same if so many poses were measured.
+    fn freedom_of(&self, poses: f64) -> f64 {
+        2.0 * (poses - self.taken_up / 3.0) / self.variation
+    }
+
+    /// With its 95 % limits.
+    pub fn bounded(&self) -> Bounded {
+        self.bounded_by(self.poses)
+    }
+
+    /// The same with the limits that so many poses would give.
+    pub(super) fn bounded_by(&self, poses: f64) -> Bounded {
+        let freedom = self.freedom_of(poses);
+        let limit = |probability: f64| {
+            let chi_square = ChiSquared::new(freedom).ok()?;
+            let quantile = chi_square.inverse_cdf(probability);
+            Some(self.without_noise(freedom * self.mean_square / quantile))
+        };
+        let lower = if self.noise > 0.0 {
+            limit(1.0 - TAIL)
+        } else {
+            None
+        };
+        Bounded {
+            value: self.without_noise(self.mean_square),
+            lower: lower.unwrap_or(0.0),
+            upper: limit(TAIL),
+        }
+    }
+
+    /// The confidence that the error is below a limit (mm): of the one-sided interval that ends there.
+    pub fn confidence_below(&self, limit: f64) -> f64 {
+        let freedom = self.degrees_of_freedom();
+        let ratio = self.mean_square / (limit * limit + self.noise);
+        ChiSquared::new(freedom).map_or(0.0, |chi_square| chi_square.sf(freedom * ratio))
+    }
+
+    fn without_noise(&self, mean_square: f64) -> f64 {
+        (mean_square - self.noise).max(0.0).sqrt()
+    }
+}

@@ -1,0 +1,353 @@
+//! From a robot file and independent measurements to a verdict.
+
+use super::deviations::{RowDeviation, deviations};
+use super::interval::{Bounded, FRAME, RmsError};
+use super::largest::largest;
+use super::verdict::{Verdict, poses_to_decide};
+use crate::accuracy::position_error::PositionError;
+use crate::calibration::case;
+use crate::calibration::diagnosis::diagnose;
+use crate::calibration::error::CalibrateError;
+use crate::calibration::reason::Refused;
+use crate::files::input_error::InputError;
+use crate::files::input_text::InputText;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::SamplesFile;
+use crate::fit::options::{Frame, Options};
+use crate::fit::sensor_frame;
+use crate::text::words::count;
+use delta_cal::frame::RigidTransform;
+use nalgebra::Vector3;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::collections::BTreeMap;
+
+/// Fewer different poses than this say too little of how the error varies.
+const LEAST_POSES: usize = 8;
+/// With the frame of the sensor, which takes up six coordinates.
+const LEAST_POSES_OF_SENSOR: usize = 10;
+/// A noise is stated too large if deviations as small are less probable: 3 σ of a normal distribution, one-sided.
+const IMPROBABLE: f64 = 0.00135;
+
+/// What is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Request {
+    /// Of the rms position error, mm.
+    pub limit: f64,
+    /// Of the largest position error at the measured poses, mm.
+    pub largest_limit: Option<f64>,
+    /// In which frame the positions were measured.
+    pub frame: Frame,
+}
+
+/// One row of the measurements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// In the samples file.
+    pub line: u64,
+    /// Where it was measured, in the robot's frame, mm.
+    pub position: Vector3<f64>,
+    /// Distance between measured and computed position, mm, with the instrument's noise in it.
+    pub distance: f64,
+}
+
+/// What measurements say of a calibrated robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Validation {
+    /// The robot that was validated.
+    pub robot: RobotFile,
+    /// The measurements' name.
+    pub samples_file: String,
+    /// What was asked.
+    pub request: Request,
+    /// In the file's order.
+    pub rows: Vec<Deviation>,
+    /// Different joint angles among the rows.
+    pub poses: usize,
+    /// Over the rows, with the instrument's noise in them.
+    pub deviation: PositionError,
+    /// The rms length of the noise that was removed from the deviations, mm; `None` if none was.
+    pub noise: Option<f64>,
+    /// The rms position error without the noise.
+    pub error: RmsError,
+    /// Its figures.
+    pub rms: Bounded,
+    /// The largest position error at the measured poses, without the noise.
+    pub largest: Bounded,
+    /// Where the robot was measured: the least and the largest x, y and z, mm.
+    pub region: [(f64, f64); 3],
+    /// From the robot's frame to the sensor's, if that was looked for.
+    pub sensor_frame: Option<RigidTransform<f64>>,
+    /// What follows of both limits.
+    pub verdict: Verdict,
+    /// Of the limit of the rms alone.
+    pub rms_verdict: Verdict,
+    /// Of the limit of the largest, if there is one.
+    pub largest_verdict: Option<Verdict>,
+    /// How many poses would decide the rms, if it is undecided and some would.
+    pub poses_to_decide: Option<usize>,
+    /// Anything doubtful, in plain words.
+    pub warnings: Vec<String>,
+}
+
+impl Validation {
+    /// The confidence that the rms position error is below the limit, 0 to 1.
+    pub fn confidence(&self) -> f64 {
+        self.error.confidence_below(self.request.limit)
+    }
+}
+
+/// That a robot was not calibrated from these samples: the file that `calibrate` writes names their SHA-256.
+///
+/// # Errors
+/// It was.
+pub fn check_independent(robot: &InputText, samples: &InputText) -> Result<(), InputError> {
+    if !robot.text().contains(samples.sha256()) {
+        return Ok(());
+    }
+    let cause = format!(
+        "{} was calibrated from these very measurements, so they fit it better than others would",
+        robot.name()
+    );
+    Err(InputError::new(samples.name(), cause)
+        .with_remedy("measure other poses, spread over the region in which the robot works"))
+}
+
+/// Whether a robot is where its file says it is, within a limit.
+///
+/// # Errors
+/// Too few poses, poses that do not fix the sensor's frame, joint angles that the robot does not reach, or samples
+/// that are wrong as a whole.
+pub fn validate(
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    request: Request,
+) -> Result<Validation, CalibrateError> {
+    let options = Options {
+        frame: request.frame,
+        ..Options::default()
+    };
+    case::settings(robot, options)?;
+    let poses = distinct_poses(samples);
+    check_poses(robot, samples, poses, options)?;
+    let frame = match request.frame {
+        Frame::Base => None,
+        Frame::Sensor => Some(
+            sensor_frame::find(robot, samples, options)
+                .map_err(|cause| case::unknown_frame(samples, &cause))?,
+        ),
+    };
+    let rows = deviations(robot, samples, frame.as_ref())
+        .map_err(|index| unreachable(robot, samples, index))?;
+    let distances: Vec<_> = rows.iter().map(|row| Some(row.length())).collect();
+    let deviation = PositionError::of(&distances, &samples.rows);
+    if deviation.lies_elsewhere(&robot.robot) {
+        return Err(elsewhere(robot, samples, options, &deviation));
+    }
+    let mut warnings = warnings(robot, samples, request.frame, &deviation, poses);
+    let rows = match overstated(&rows, request.frame) {
+        Some(doubt) => {
+            warnings.insert(0, doubt);
+            let without = |row: RowDeviation| RowDeviation { noise: None, ..row };
+            rows.into_iter().map(without).collect()
+        }
+        None => rows,
+    };
+    let (squares, noise) = by_poses(&rows);
+    let error = RmsError::of(&squares, noise.unwrap_or(0.0), request.frame);
+    let largest = largest(&rows).unwrap_or(Bounded {
+        value: f64::NAN,
+        lower: 0.0,
+        upper: None,
+    });
+    let rms = error.bounded();
+    let rms_verdict = Verdict::of(&rms, request.limit);
+    let largest_verdict = request
+        .largest_limit
+        .map(|limit| Verdict::of(&largest, limit));
+    let more = (rms_verdict == Verdict::Undecided)
+        .then(|| poses_to_decide(&error, poses, request.limit))
+        .flatten();
+    Ok(Validation {
+        robot: robot.clone(),
+        samples_file: samples.name.clone(),
+        request,
+        poses,
+        deviation,
+        noise: noise.map(f64::sqrt),
+        error,
+        rms,
+        largest,
+        region: region(&rows),
+        rows: rows.iter().map(shown).collect(),
+        sensor_frame: frame,
+        verdict: rms_verdict.max(largest_verdict.unwrap_or(Verdict::Pass)),
+        rms_verdict,
+        largest_verdict,
+        poses_to_decide: more,
+        warnings,
+    })
+}
+
+fn shown(row: &RowDeviation) -> Deviation {
+    Deviation {
+        line: row.line,
+        position: row.measured.position,
+        distance: row.length(),
+    }
+}
+
+/// −0 and 0 are the same angle.
+fn pose_of(joints: &[f64; 3]) -> [u64; 3] {
+    joints.map(|q| (q + 0.0).to_bits())
+}
+
+fn distinct_poses(samples: &SamplesFile) -> usize {
+    let poses = samples.rows.iter().map(|row| pose_of(&row.value.joints));
+    let poses: std::collections::BTreeSet<_> = poses.collect();
+    poses.len()
+}
+
+/// The mean squared deviation of every pose, and the mean square of the noise. Rows of one pose share the robot's
+/// error, so that together they are one draw of it.
+fn by_poses(rows: &[RowDeviation]) -> (Vec<f64>, Option<f64>) {
+    let mut poses: BTreeMap<[u64; 3], (f64, Option<f64>, f64)> = BTreeMap::new();
+    for row in rows {
+        let (square, noise, count) =
+            poses
+                .entry(pose_of(&row.measured.joints))
+                .or_insert((0.0, Some(0.0), 0.0));
+        *square += row.square();
+        *noise = noise.zip(row.noise).map(|(sum, own)| sum + own.mean_square);
+        *count += 1.0;
+    }
+    let squares: Vec<_> = poses
+        .values()
+        .map(|(square, _, count)| square / count)
+        .collect();
+    let number = squares.iter().fold(0.0, |count, _| count + 1.0);
+    let noise: Option<f64> = poses
+        .values()
+        .map(|(_, noise, count)| noise.map(|sum| sum / count))
+        .sum();
+    (squares, noise.map(|sum| sum / number))
+}
+
+fn region(rows: &[RowDeviation]) -> [(f64, f64); 3] {
+    [0, 1, 2].map(|axis| {
+        let values = rows.iter().map(|row| row.measured.position[axis]);
+        crate::geometry::range::range(values)
+    })
+}
+
+fn check_poses(
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    poses: usize,
+    options: Options,
+) -> Result<(), CalibrateError> {
+    let least = match options.frame {
+        Frame::Base => LEAST_POSES,
+        Frame::Sensor => LEAST_POSES_OF_SENSOR,
+    };
+    if poses >= least {
+        return Ok(());
+    }
+    let cause = format!(
+        "{}: {} {} too few to say how the error varies over the workspace: at least {least} are needed",
+        samples.name,
+        count(poses, "different pose"),
+        if poses == 1 { "is" } else { "are" },
+    );
+    let remedy =
+        "measure more poses, spread over the region in which the robot works; 20 is a good number";
+    Err(CalibrateError::new(
+        Refused::new(cause, remedy),
+        diagnose(robot, samples, options),
+    ))
+}
+
+fn unreachable(robot: &RobotFile, samples: &SamplesFile, index: usize) -> InputError {
+    let cause = format!(
+        "the robot of {} does not reach these joint angles",
+        robot.name
+    );
+    samples.fault(index, cause)
+}
+
+/// Half of the points are out of all proportion: units, columns or the frame are wrong.
+fn elsewhere(
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+    deviation: &PositionError,
+) -> CalibrateError {
+    let cause = format!(
+        "{}: half of the measured points are more than {:.0} mm from where the robot of {} is",
+        samples.name, deviation.median, robot.name
+    );
+    let remedy = match options.frame {
+        Frame::Base => {
+            "check the units and the order of the columns, or give --frame sensor if the positions are in the \
+             frame of a sensor"
+        }
+        Frame::Sensor => "check the units and the order of the columns",
+    };
+    CalibrateError::new(
+        Refused::new(cause, remedy),
+        diagnose(robot, samples, options),
+    )
+}
+
+/// Deviations that are improbably small for the stated noise: it is then not removed, since a noise stated too
+/// large would hide errors.
+fn overstated(rows: &[RowDeviation], frame: Frame) -> Option<String> {
+    let noises: Vec<_> = rows.iter().filter_map(|row| row.noise).collect();
+    let taken_up = if frame == Frame::Sensor { FRAME } else { 0.0 };
+    let freedom = 3.0 * noises.iter().fold(0.0, |count, _| count + 1.0) - taken_up;
+    let squares: f64 = noises.iter().map(|noise| noise.squares).sum();
+    let chi_square = ChiSquared::new(freedom).ok()?;
+    (chi_square.cdf(squares) < IMPROBABLE).then(|| {
+        format!(
+            "the deviations are only {:.2} times what the stated [noise] alone would make them, so that it is \
+             stated too large: it was not removed from the figures",
+            (squares / freedom).sqrt()
+        )
+    })
+}
+
+fn warnings(
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    frame: Frame,
+    deviation: &PositionError,
+    poses: usize,
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if robot.noise.is_none() {
+        warnings.push(
+            "no [noise] is stated, so that the instrument's noise is part of every figure: a robot may then pass, \
+             but not fail"
+                .to_owned(),
+        );
+    }
+    if robot.sensor_frame.is_some() && frame == Frame::Base {
+        warnings.push(
+            "the robot file's [sensor_frame] was not used: without --frame sensor the positions are taken to be \
+             in the robot's frame"
+                .to_owned(),
+        );
+    }
+    if let Some(outlier) = deviation.outlier() {
+        warnings.push(format!(
+            "{outlier}: it may be a wrong row; measure it again"
+        ));
+    }
+    if poses < samples.rows.len() {
+        warnings.push(format!(
+            "{} at {}: the rows of one pose count as one, because they share the robot's error",
+            count(samples.rows.len(), "row"),
+            count(poses, "different pose")
+        ));
+    }
+    warnings
+}

@@ -1,0 +1,69 @@
+//! Whether the expanded uncertainty that a calibration states holds the true error.
+
+use super::robots::{error_anywhere, made_anywhere, robot_file, samples_file};
+use delta_cal::Robot;
+use delta_cal_host::accuracy::coverage::CoverageFactor;
+use delta_cal_host::{Frame, Options, RobotFile, accepted};
+use delta_cal_tests::documents::print_campaign;
+use delta_cal_tests::geometries::geometries;
+use delta_cal_tests::{generator, size};
+
+/// Rows of each file; without a stated noise 36 − 24 = 12 and 96 degrees of freedom.
+const ROWS: [usize; 2] = [12, 40];
+
+/// The share of calibrated robots whose rms error over the workspace is below the expanded uncertainty, percent.
+fn covered(rows: usize, stated: bool, files: u64) -> f64 {
+    let geometries = geometries();
+    let (mut robots, mut within) = (0.0, 0.0);
+    for number in 0..files {
+        let index = usize::try_from(number).unwrap() % geometries.len();
+        let (_, nominal): &(_, Robot<f64>) = &geometries[index];
+        let mut rng = generator(172, number);
+        let mut robot = made_anywhere(nominal, rows, &mut rng);
+        let file = RobotFile {
+            noise: robot_file(nominal).noise.filter(|_| stated),
+            ..robot_file(nominal)
+        };
+        let samples = samples_file(&robot, Frame::Base);
+        let Some(found) = accepted(&file, &samples, Options::default()) else {
+            continue;
+        };
+        let Some(expected) = found.expected else {
+            continue;
+        };
+        let freedom: f64 = found
+            .outcome
+            .fit
+            .arms
+            .iter()
+            .map(|arm| arm.degrees_of_freedom)
+            .sum();
+        let coverage = if stated {
+            CoverageFactor::STATED
+        } else {
+            CoverageFactor::estimated(freedom).unwrap()
+        };
+        robot.nominal = found.outcome.fit.robot;
+        let expanded = coverage.expanded(expected.absolute.rms, expected.absolute.max);
+        robots += 1.0;
+        within += f64::from(u8::from(error_anywhere(&robot, &mut rng) <= expanded.rms));
+    }
+    100.0 * within / robots
+}
+
+/// The rms over the workspace sums up several combinations of parameters, so that it scatters less than one number
+/// would, and the expanded uncertainty holds it more often than in 95 % of the robots.
+#[test]
+fn the_expanded_uncertainty_holds_at_least_95_percent_of_the_robots() {
+    for stated in [true, false] {
+        for rows in ROWS {
+            let within = covered(rows, stated, size(64, 800));
+            let noise = if stated { "stated" } else { "estimated" };
+            print_campaign(
+                "docs/validate.md",
+                &format!("| {noise} | {rows} | {within:.1} % |"),
+            );
+            assert!(within >= 95.0, "{noise} {rows}: {within}");
+        }
+    }
+}

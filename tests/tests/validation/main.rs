@@ -1,0 +1,145 @@
+//! Whether what a validation states with 95 % confidence is so: robots of eight proportions, made with errors, and
+//! files of measurements with noise. The tables of docs/validate.md.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod expanded;
+mod robots;
+
+use delta_cal::Robot;
+use delta_cal_host::Frame;
+use delta_cal_host::validation::{Request, Validation, Verdict, validate};
+use delta_cal_tests::documents::print_campaign;
+use delta_cal_tests::geometries::geometries;
+use delta_cal_tests::{generator, size};
+use robots::{Made, intrinsic, largest, made, position_error, robot_file, samples_file};
+
+/// Robots are made with these parts of the tolerance: errors far below the noise, like it, and far above.
+const FACTORS: [f64; 3] = [0.02, 0.1, 1.0];
+const ROWS: [usize; 4] = [10, 20, 40, 100];
+
+#[derive(Debug, Default, Clone, Copy)]
+struct Counts {
+    files: u32,
+    /// The true rms error is within the interval, below it, above it.
+    within: u32,
+    below: u32,
+    above: u32,
+    /// The true largest error is within its interval.
+    largest: u32,
+    /// Of robots whose error is the limit: passed although it is not below, failed although it is not above.
+    passed: u32,
+    failed: u32,
+}
+
+impl Counts {
+    fn add(&mut self, robot: &Made, frame: Frame, limit: f64, found: &Validation) {
+        let upper = found.rms.upper.unwrap();
+        self.files += 1;
+        self.below += u32::from(limit < found.rms.lower);
+        self.above += u32::from(limit > upper);
+        self.within += u32::from((found.rms.lower..=upper).contains(&limit));
+        self.passed += u32::from(found.verdict == Verdict::Pass);
+        self.failed += u32::from(found.verdict == Verdict::Fail);
+        // Without an upper limit where the noise was taken to be stated too large.
+        let worst = largest(robot, frame);
+        let holds =
+            found.largest.lower <= worst && found.largest.upper.is_none_or(|upper| worst <= upper);
+        self.largest += u32::from(holds);
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            files: self.files + other.files,
+            within: self.within + other.within,
+            below: self.below + other.below,
+            above: self.above + other.above,
+            largest: self.largest + other.largest,
+            passed: self.passed + other.passed,
+            failed: self.failed + other.failed,
+        }
+    }
+
+    fn percent(&self, of: u32) -> f64 {
+        100.0 * f64::from(of) / f64::from(self.files)
+    }
+}
+
+/// Files of `rows` poses of robots of all proportions in turn, the counts of each.
+fn campaign(frame: Frame, rows: usize, factor: f64, files: u64) -> Vec<Counts> {
+    let geometries = geometries();
+    let mut counts = vec![Counts::default(); geometries.len()];
+    for number in 0..files {
+        let index = usize::try_from(number).unwrap() % geometries.len();
+        let (_, nominal): &(_, Robot<f64>) = &geometries[index];
+        let mut rng = generator(173, number);
+        let robot = made(nominal, factor, rows, &mut rng);
+        let truth = match frame {
+            Frame::Base => position_error(&robot, &mut rng),
+            Frame::Sensor => intrinsic(&robot, &mut rng),
+        };
+        let request = Request {
+            limit: truth,
+            largest_limit: None,
+            frame,
+        };
+        let found = validate(&robot_file(nominal), &samples_file(&robot, frame), request);
+        counts[index].add(&robot, frame, truth, &found.unwrap());
+    }
+    counts
+}
+
+/// The interval of the rms error holds the true one in 93 to 97 % of the files, whatever is measured; a robot
+/// exactly at the limit passes in 2.5 %, well below 5 %. Four standard deviations of the number of files are allowed
+/// for.
+#[test]
+fn intervals_hold_the_true_error_as_often_as_they_say() {
+    for (frame, name) in [(Frame::Base, "base"), (Frame::Sensor, "sensor")] {
+        let geometries = geometries();
+        let mut by_geometry = vec![Counts::default(); geometries.len()];
+        for rows in ROWS {
+            let mut all = Counts::default();
+            for factor in FACTORS {
+                let counts = campaign(frame, rows, factor, size(96, 1600));
+                for (sum, own) in by_geometry.iter_mut().zip(&counts) {
+                    *sum = sum.plus(*own);
+                    all = all.plus(*own);
+                }
+            }
+            print_campaign(
+                "docs/validate.md",
+                &format!(
+                    "| {name} | {rows} | {:.1} % | {:.1} % | {:.1} % | {:.1} % |",
+                    all.percent(all.within),
+                    all.percent(all.passed),
+                    all.percent(all.failed),
+                    all.percent(all.largest)
+                ),
+            );
+            let sigma = 100.0 * (0.05 * 0.95 / f64::from(all.files)).sqrt();
+            let within = all.percent(all.within);
+            assert!(
+                (93.0 - 4.0 * sigma..97.0 + 4.0 * sigma).contains(&within),
+                "{all:?}"
+            );
+            // What either tail has nominally, and four standard deviations: 3.4 % in the long campaign.
+            let tail = 2.5 + 400.0 * (0.025 * 0.975 / f64::from(all.files)).sqrt();
+            assert!(all.percent(all.passed) <= tail, "{all:?}");
+            assert!(all.percent(all.failed) <= tail, "{all:?}");
+            assert!(all.percent(all.largest) >= 95.0 - 4.0 * sigma, "{all:?}");
+        }
+        let (worst, (geometry, _)) = by_geometry
+            .iter()
+            .zip(&geometries)
+            .min_by_key(|(counts, _)| counts.within)
+            .unwrap();
+        print_campaign(
+            "docs/validate.md",
+            &format!(
+                "In the {name} frame the {geometry} robot fares worst: {:.1} % within, {:.1} % passed.",
+                worst.percent(worst.within),
+                worst.percent(worst.passed)
+            ),
+        );
+    }
+}

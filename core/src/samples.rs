@@ -4,6 +4,7 @@ mod count;
 mod displacement;
 mod factor;
 mod joint_factor;
+mod linear_displacement;
 mod mean_pose;
 mod noise;
 mod nominal_arm;

@@ -11,7 +11,7 @@ use nalgebra::{SVector, Vector3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
 pub struct Displacement<T: Real> {
-    drive: DriveOf,
+    pub(super) drive: DriveOf,
     /// P₀ + δP in internal units.
     pub(crate) d: Vector3<T>,
     pub(crate) la: (T, T),
@@ -91,61 +91,6 @@ impl<T: Real> Displacement<T> {
         }
     }
 
-    #[cfg(feature = "linear")]
-    #[inline(never)]
-    fn of_linear_drive(nominal: &NominalArm<T>, correction: &[T; 8]) -> Self {
-        let [dx, dy, dz, lean_x, lean_y, delta_scale, _, delta_lb] = *correction;
-        let [_, _, _, lean_x0, lean_y0, ..] = nominal.arm().parameters();
-        let direction0 = nominal.arm().basis().ez;
-        // sin (lean + δ) − sin lean, and cos (lean + δ).
-        let leaning = |lean: T, delta: T| {
-            let (sine0, cosine0) = lean.sine_cosine();
-            let (sine, versine) = small_turn(delta);
-            let (_, cosine) = (lean + delta).sine_cosine();
-            (cosine0 * sine - sine0 * versine, cosine)
-        };
-        let (delta_x, cos_x) = leaning(lean_x0, lean_x);
-        let (delta_y, cos_y) = leaning(lean_y0, lean_y);
-        let (x, y) = (direction0.x + delta_x, direction0.y + delta_y);
-        // z² − z₀², and z − z₀ from it.
-        let delta_z_squared = -(delta_x * (direction0.x + x) + delta_y * (direction0.y + y));
-        let z = (direction0.z * direction0.z + delta_z_squared).square_root();
-        let delta_z = delta_z_squared / (direction0.z + z);
-        let delta_direction = Vector3::new(delta_x, delta_y, delta_z);
-
-        let (scale0, _) = nominal.la;
-        let scale = scale0 + delta_scale;
-        let delta_v = delta_direction * scale + direction0 * delta_scale;
-        let delta_d = Vector3::new(dx, dy, dz);
-        let (d, v) = (nominal.d + delta_d, nominal.v + delta_v);
-        let zero = T::ZERO;
-        Self {
-            drive: DriveOf::LINEAR,
-            d,
-            la: (scale, zero),
-            lb: nominal.lb + delta_lb,
-            ex: Vector3::new(cos_x, zero, -(x * cos_x / z)),
-            ey: Vector3::new(zero, cos_y, -(y * cos_y / z)),
-            ez: Vector3::new(x, y, z),
-            u: Vector3::zeros(),
-            v,
-            coefficients: [
-                -(dx * T::TWO),
-                -(dy * T::TWO),
-                -(dz * T::TWO),
-                delta_v.dot(&(nominal.v + v)),
-                (delta_v.dot(&d) + nominal.v.dot(&delta_d)) * T::TWO,
-                zero,
-                zero,
-                zero,
-                -(delta_v.x * T::TWO),
-                -(delta_v.y * T::TWO),
-                -(delta_v.z * T::TWO),
-                delta_d.dot(&(nominal.d + d)) - delta_lb * (T::TWO * nominal.lb + delta_lb),
-            ],
-        }
-    }
-
     fn forearm(&self, sample: &ArmSample<T>) -> Vector3<T> {
         sample.x - (self.d + self.u * sample.cosine + self.v * sample.sine)
     }
@@ -196,19 +141,7 @@ impl<T: Real> Displacement<T> {
         let [x, y, z, cosine, sine, xc, yc, zc, xs, ys, zs, one] = *features;
         let two = T::TWO;
         if self.drive.get() == Drive::Linear {
-            let (scale, _) = self.la;
-            let by_d = self.v * sine + self.d * one - Vector3::new(x, y, z);
-            let by_v = self.v * cosine + self.d * sine - Vector3::new(xs, ys, zs);
-            return [
-                by_d.x * two,
-                by_d.y * two,
-                by_d.z * two,
-                scale * self.ex.dot(&by_v) * two,
-                scale * self.ey.dot(&by_v) * two,
-                self.ez.dot(&by_v) * two,
-                T::ZERO,
-                -(self.lb * one * two),
-            ];
+            return self.linear_gradient_of(features);
         }
         let (la_x, la_y) = self.la;
         let sin_alpha = self.ey.z;
@@ -288,39 +221,10 @@ impl<T: Real> Displacement<T> {
             ],
         ]
     }
-
-    #[inline(never)]
-    fn linear_coefficient_jacobian(&self) -> [[T; 8]; 12] {
-        let two = T::TWO;
-        let (scale, _) = self.la;
-        let by_v = [self.ex * scale, self.ey * scale, self.ez].map(|derivative| derivative * two);
-        let along = |vector: &Vector3<T>| by_v.map(|derivative| derivative.dot(vector));
-        let (zero, v, d) = (T::ZERO, self.v * two, self.d * two);
-        let [vv_x, vv_y, vv_scale] = along(&self.v);
-        let [vd_x, vd_y, vd_scale] = along(&self.d);
-        let turning = |axis: usize| {
-            let [x, y, scale] = by_v.map(|derivative| -derivative[axis]);
-            [zero, zero, zero, x, y, scale, zero, zero]
-        };
-        [
-            [-two, zero, zero, zero, zero, zero, zero, zero],
-            [zero, -two, zero, zero, zero, zero, zero, zero],
-            [zero, zero, -two, zero, zero, zero, zero, zero],
-            [zero, zero, zero, vv_x, vv_y, vv_scale, zero, zero],
-            [v.x, v.y, v.z, vd_x, vd_y, vd_scale, zero, zero],
-            [zero; 8],
-            [zero; 8],
-            [zero; 8],
-            turning(0),
-            turning(1),
-            turning(2),
-            [d.x, d.y, d.z, zero, zero, zero, zero, -(self.lb * two)],
-        ]
-    }
 }
 
 /// sin δ and 1 − cos δ = 2 sin²(δ/2), neither of which cancels for a small δ.
-fn small_turn<T: Real>(angle: T) -> (T, T) {
+pub(super) fn small_turn<T: Real>(angle: T) -> (T, T) {
     let (sine, _) = angle.sine_cosine();
     let (half_sine, _) = (angle * T::HALF).sine_cosine();
     (sine, T::TWO * half_sine * half_sine)

@@ -1,0 +1,193 @@
+//! Displacements of arms with linear drives.
+
+use super::displacement::Displacement;
+#[cfg(feature = "linear")]
+use super::displacement::small_turn;
+#[cfg(feature = "linear")]
+use super::nominal_arm::NominalArm;
+use crate::Real;
+#[cfg(feature = "linear")]
+use crate::robot::DriveOf;
+use nalgebra::Vector3;
+
+impl<T: Real> Displacement<T> {
+    #[cfg(feature = "linear")]
+    #[inline(never)]
+    pub(super) fn of_linear_drive(nominal: &NominalArm<T>, correction: &[T; 8]) -> Self {
+        let [dx, dy, dz, lean_x, lean_y, delta_scale, _, delta_lb] = *correction;
+        let [_, _, _, lean_x0, lean_y0, ..] = nominal.arm().parameters();
+        let direction0 = nominal.arm().basis().ez;
+        // sin (lean + δ) − sin lean, and cos (lean + δ).
+        let leaning = |lean: T, delta: T| {
+            let (sine0, cosine0) = lean.sine_cosine();
+            let (sine, versine) = small_turn(delta);
+            let (_, cosine) = (lean + delta).sine_cosine();
+            (cosine0 * sine - sine0 * versine, cosine)
+        };
+        let (delta_x, cos_x) = leaning(lean_x0, lean_x);
+        let (delta_y, cos_y) = leaning(lean_y0, lean_y);
+        let (x, y) = (direction0.x + delta_x, direction0.y + delta_y);
+        // z² − z₀², and z − z₀ from it.
+        let delta_z_squared = -(delta_x * (direction0.x + x) + delta_y * (direction0.y + y));
+        let z = (direction0.z * direction0.z + delta_z_squared).square_root();
+        let delta_z = delta_z_squared / (direction0.z + z);
+        let delta_direction = Vector3::new(delta_x, delta_y, delta_z);
+
+        let (scale0, _) = nominal.la;
+        let scale = scale0 + delta_scale;
+        let delta_v = delta_direction * scale + direction0 * delta_scale;
+        let delta_d = Vector3::new(dx, dy, dz);
+        let (d, v) = (nominal.d + delta_d, nominal.v + delta_v);
+        let zero = T::ZERO;
+        Self {
+            drive: DriveOf::LINEAR,
+            d,
+            la: (scale, zero),
+            lb: nominal.lb + delta_lb,
+            ex: Vector3::new(cos_x, zero, -(x * cos_x / z)),
+            ey: Vector3::new(zero, cos_y, -(y * cos_y / z)),
+            ez: Vector3::new(x, y, z),
+            u: Vector3::zeros(),
+            v,
+            coefficients: [
+                -(dx * T::TWO),
+                -(dy * T::TWO),
+                -(dz * T::TWO),
+                delta_v.dot(&(nominal.v + v)),
+                (delta_v.dot(&d) + nominal.v.dot(&delta_d)) * T::TWO,
+                zero,
+                zero,
+                zero,
+                -(delta_v.x * T::TWO),
+                -(delta_v.y * T::TWO),
+                -(delta_v.z * T::TWO),
+                delta_d.dot(&(nominal.d + d)) - delta_lb * (T::TWO * nominal.lb + delta_lb),
+            ],
+        }
+    }
+
+    /// Features, in the order of [`NominalArm`](super::NominalArm)'s φ, times ∂c/∂P.
+    #[inline(never)]
+    pub(super) fn linear_gradient_of(&self, features: &[T; 12]) -> [T; 8] {
+        let [x, y, z, squared, travel, _, _, _, xs, ys, zs, one] = *features;
+        let two = T::TWO;
+        let (scale, _) = self.la;
+        let by_d = self.v * travel + self.d * one - Vector3::new(x, y, z);
+        let by_v = self.v * squared + self.d * travel - Vector3::new(xs, ys, zs);
+        [
+            by_d.x * two,
+            by_d.y * two,
+            by_d.z * two,
+            scale * self.ex.dot(&by_v) * two,
+            scale * self.ey.dot(&by_v) * two,
+            self.ez.dot(&by_v) * two,
+            T::ZERO,
+            -(self.lb * one * two),
+        ]
+    }
+
+    /// ∂c/∂P, twelve rows of eight.
+    #[inline(never)]
+    pub(super) fn linear_coefficient_jacobian(&self) -> [[T; 8]; 12] {
+        let two = T::TWO;
+        let (scale, _) = self.la;
+        let by_v = [self.ex * scale, self.ey * scale, self.ez].map(|derivative| derivative * two);
+        let along = |vector: &Vector3<T>| by_v.map(|derivative| derivative.dot(vector));
+        let (zero, v, d) = (T::ZERO, self.v * two, self.d * two);
+        let [vv_x, vv_y, vv_scale] = along(&self.v);
+        let [vd_x, vd_y, vd_scale] = along(&self.d);
+        let turning = |axis: usize| {
+            let [x, y, scale] = by_v.map(|derivative| -derivative[axis]);
+            [zero, zero, zero, x, y, scale, zero, zero]
+        };
+        [
+            [-two, zero, zero, zero, zero, zero, zero, zero],
+            [zero, -two, zero, zero, zero, zero, zero, zero],
+            [zero, zero, -two, zero, zero, zero, zero, zero],
+            [zero, zero, zero, vv_x, vv_y, vv_scale, zero, zero],
+            [v.x, v.y, v.z, vd_x, vd_y, vd_scale, zero, zero],
+            [zero; 8],
+            [zero; 8],
+            [zero; 8],
+            turning(0),
+            turning(1),
+            turning(2),
+            [d.x, d.y, d.z, zero, zero, zero, zero, -(self.lb * two)],
+        ]
+    }
+}
+
+#[cfg(all(test, feature = "linear"))]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::robot::Arm;
+    use crate::samples::displacement::corrected_arm;
+
+    const CORRECTION: [f64; 8] = [0.02, -0.01, 0.03, 0.05, -0.04, 0.01, 0.0, -0.03];
+
+    fn nominal() -> NominalArm<f64> {
+        let arm = Arm::linear([120.0, 70.0, -5.0, 0.1, -0.2, 1.1, 330.0]).unwrap();
+        NominalArm::new(&arm, &Vector3::new(10.0, -20.0, 60.0), None)
+    }
+
+    /// c(P) by its definition, from the arm's own vectors.
+    fn coefficients(nominal: &NominalArm<f64>, correction: &[f64; 8]) -> [f64; 12] {
+        let arm = corrected_arm(nominal, correction).unwrap();
+        let scale = nominal.scale();
+        let d = (arm.d() - nominal.centre()) / scale;
+        let (v, lb) = (arm.basis().v, arm.lb() / scale);
+        [
+            -2.0 * d.x,
+            -2.0 * d.y,
+            -2.0 * d.z,
+            v.dot(&v),
+            2.0 * v.dot(&d),
+            0.0,
+            0.0,
+            0.0,
+            -2.0 * v.x,
+            -2.0 * v.y,
+            -2.0 * v.z,
+            d.dot(&d) - lb * lb,
+        ]
+    }
+
+    #[test]
+    fn coefficients_are_the_difference_of_their_definition() {
+        let nominal = nominal();
+        let at = Displacement::new(&nominal, &CORRECTION);
+        let before = coefficients(&nominal, &[0.0; 8]);
+        let after = coefficients(&nominal, &CORRECTION);
+        for ((found, before), after) in at.coefficients.iter().zip(before).zip(after) {
+            // Numbers of about 1, subtracted: a few ε.
+            assert!((found - (after - before)).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn derivatives_equal_central_differences_of_the_coefficients() {
+        let nominal = nominal();
+        let at = Displacement::new(&nominal, &CORRECTION);
+        let jacobian = at.linear_coefficient_jacobian();
+        let features = core::array::from_fn(|index| libm::sin(1.7 * f64::from(index as u8)));
+        let gradient = at.linear_gradient_of(&features);
+        let step = 1e-6;
+        for parameter in [0, 1, 2, 3, 4, 5, 7] {
+            let moved = |by: f64| {
+                let mut correction = CORRECTION;
+                correction[parameter] += by;
+                Displacement::new(&nominal, &correction).coefficients
+            };
+            let mut product = 0.0;
+            let slopes = moved(step).into_iter().zip(moved(-step));
+            for ((row, feature), (above, below)) in jacobian.iter().zip(features).zip(slopes) {
+                let slope = (above - below) / (2.0 * step);
+                // step² · c‴/6 + ε/step ≈ 1e-10.
+                assert!((row[parameter] - slope).abs() < 1e-9);
+                product += feature * slope;
+            }
+            assert!((gradient[parameter] - product).abs() < 1e-8);
+        }
+    }
+}

@@ -78,7 +78,7 @@ fn a_calibrated_robot_file_holds_the_towers() {
             .run(&format!(
                 "calibrate robot.toml samples.csv --method {method} --output new.toml --json new.json --force"
             ))
-            .accepted();
+            .ok();
         let calibrated = file(&folder.read("new.toml"));
         assert_eq!(calibrated.limits, file(ROBOT).limits);
         assert_eq!(calibrated.tolerance, file(ROBOT).tolerance);
@@ -136,7 +136,7 @@ fn positions_in_the_sensors_frame_need_no_place() {
     folder.write("samples.csv", moved);
     let json = folder
         .run("calibrate robot.toml samples.csv --frame sensor --json -")
-        .accepted()
+        .ok()
         .stdout;
     let json: Value = serde_json::from_str(&json).unwrap();
     let expected = json["expected_error"]["intrinsic_rms_mm"].as_f64().unwrap();
@@ -227,7 +227,7 @@ fn joint_angles_are_no_travels() {
         "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n1,2,3,4,5,6\n",
     );
     let refused = folder.run("calibrate robot.toml angles.csv");
-    assert_eq!(refused.code, 1);
+    assert_eq!(refused.code, 3);
     assert!(refused.stderr.contains("s1_mm"), "{}", refused.stderr);
     folder.write(
         "far.csv",
@@ -280,10 +280,7 @@ fn what_holds_rotary_robots_alone_refuses_others() {
 fn the_workspace_is_where_all_three_carriages_get() {
     let folder = Folder::new();
     folder.write("robot.toml", ROBOT);
-    let json = folder
-        .run("workspace robot.toml --json -")
-        .accepted()
-        .stdout;
+    let json = folder.run("workspace robot.toml --json -").ok().stdout;
     let json: Value = serde_json::from_str(&json).unwrap();
     let stated = json["volume"]["litres"].as_f64().unwrap();
     let mut rng = generator(54, 0);

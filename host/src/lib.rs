@@ -7,6 +7,7 @@
 //! text         numbers and lists in sentences
 //! geometry     where a robot may be: limits, the sweep of the forward model
 //! files        robot file, samples file, their faults, output files
+//! import       configurations of other controllers, read into a robot and samples
 //! fit          samples to parameters, by either method; no judgement
 //! accuracy     how well positions and parameters are known
 //! calibration  a case ─→ an attempt ─→ a report, or an objection ─→ a reason in words; diagnosis
@@ -52,6 +53,7 @@ pub mod export;
 pub mod files;
 pub mod fit;
 pub mod geometry;
+pub mod import;
 pub mod planning;
 pub mod render;
 pub mod report;

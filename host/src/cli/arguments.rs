@@ -6,6 +6,7 @@ use super::completions::{self, CompletionsArguments, ManArguments};
 use super::device::DeviceArguments;
 use super::exit_codes::EXIT_CODES;
 use super::export::ExportArguments;
+use super::import::ImportArguments;
 use super::init::{self, InitArguments};
 use super::kinematics::{self, KinematicsArguments};
 use super::plan::{self, PlanArguments};
@@ -29,6 +30,7 @@ Examples:
   delta-cal reproduce
   delta-cal workspace robot.toml --output workspace
   delta-cal export calibrated.toml --for klipper
+  delta-cal import klipper printer.cfg --output mine
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
 
 /// Calibrates Delta robots from measured positions
@@ -70,6 +72,8 @@ pub(crate) enum Command {
     Workspace(WorkspaceArguments),
     /// Write a calibrated robot for another controller, and say what that loses
     Export(ExportArguments),
+    /// Read another controller's configuration and its saved measurements into files for calibrate
+    Import(ImportArguments),
     /// Let a controller calibrate its robot, over the controller's serial link
     Device(DeviceArguments),
     /// Print what makes a shell complete commands and options

@@ -25,6 +25,8 @@ pub struct Export {
     pub uncalibrated: Loss,
     /// The same after the rigid motion that explains most of it.
     pub uncalibrated_moved: Loss,
+    /// The positions are within so far of the z axis, if that is not the whole workspace, mm.
+    pub within: Option<f64>,
     /// Signs, zero angles and order of arms.
     pub conventions: Vec<&'static str>,
     /// Where they come from.

@@ -331,6 +331,10 @@ fn instruments(
             line: input.line_at(plane.span().start),
             height: finite(input, "z_mm", &own.z_mm)?,
             sigma: positive(input, "sigma_mm", &own.sigma_mm)?,
+            tilt: match &own.tilt_deg {
+                Some(tilt) => Some(positive(input, "tilt_deg", tilt)?.to_radians()),
+                None => None,
+            },
         });
     }
     for (name, section) in &toml.points {

@@ -12,6 +12,7 @@ mod failure;
 mod import;
 mod init;
 mod kinematics;
+mod klipper;
 mod paths;
 mod plan;
 mod print;
@@ -35,6 +36,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Reproduce(arguments) => reproduce::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
+        Command::Klipper(arguments) => klipper::run(&arguments),
         Command::Workspace(arguments) => workspace::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),

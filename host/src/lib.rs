@@ -15,6 +15,7 @@
 //! campaign     many simulated robots, calibrated in every way that a file asks for
 //! workspace    where the robot gets, and what limits it
 //! export       what another controller can hold of a robot, and what that loses
+//! printer      a printer's configuration: what is wrong, what to measure, what to paste
 //! render       figures, pages, the terminal
 //! report       results for people and for programs
 //! device       a controller that calibrates itself, over its link
@@ -55,6 +56,7 @@ pub mod fit;
 pub mod geometry;
 pub mod import;
 pub mod planning;
+pub mod printer;
 pub mod render;
 pub mod report;
 pub mod reproduce;

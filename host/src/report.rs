@@ -5,4 +5,5 @@ pub mod campaign;
 pub mod check;
 pub mod export;
 pub mod plan;
+pub mod printer;
 pub mod workspace;

@@ -4,7 +4,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 20] = [
+const COMMANDS: [&str; 22] = [
     "",
     "init",
     "calibrate",
@@ -17,6 +17,8 @@ const COMMANDS: [&str; 20] = [
     "reproduce",
     "workspace",
     "export",
+    "import",
+    "klipper",
     "device",
     "device calibrate",
     "device status",

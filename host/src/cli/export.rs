@@ -211,7 +211,12 @@ fn check_paths(arguments: &ExportArguments) -> Result<(), Failure> {
 fn home(arguments: &ExportArguments, drive: Drive) -> Result<Option<[f64; 3]>, Failure> {
     let (own, other, of_whom) = match drive {
         Drive::Rotary => (
-            ("--home-deg", &arguments.home_deg, "-52.5", "-52.5,-52.1,-52.8"),
+            (
+                "--home-deg",
+                &arguments.home_deg,
+                "-52.5",
+                "-52.5,-52.1,-52.8",
+            ),
             ("--home-mm", &arguments.home_mm),
             "motors turn the arms of this robot, and it has no travels",
         ),
@@ -271,7 +276,9 @@ fn level(arguments: &ExportArguments, robot: &RobotFile) -> Result<Option<Frame>
         None => {
             let cause = "the file holds fewer than three heights that are not on one line, and these determine no bed";
             let fault = InputError::new(path.display().to_string(), cause);
-            Err(fault.with_remedy("measure more heights, or leave out --bed").into())
+            Err(fault
+                .with_remedy("measure more heights, or leave out --bed")
+                .into())
         }
     }
 }

@@ -86,7 +86,8 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
     if is_stream(&arguments.file) || is_stream(&arguments.output) {
         return Err(Failure::Usage {
             cause: "the configuration and the folder need names".to_owned(),
-            remedy: "write for example delta-cal import klipper printer.cfg --output mine".to_owned(),
+            remedy: "write for example delta-cal import klipper printer.cfg --output mine"
+                .to_owned(),
         });
     }
     let rods = rods(arguments.rods.as_deref())?;

@@ -72,7 +72,10 @@ fn run(arguments: &KinematicsArguments, solve: Solve) -> Result<(), Failure> {
     refuse_same("--output", output, ("the input file", Some(input)), remedy)?;
 
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
-    let csv = kinematics::to_csv(robot.robot.drive(), &solve(&robot, &read(input, &arguments.columns)?)?);
+    let csv = kinematics::to_csv(
+        robot.robot.drive(),
+        &solve(&robot, &read(input, &arguments.columns)?)?,
+    );
     match output {
         Some(path) => Ok(output::write_all(&[(path, &csv)])?),
         None => print(&csv),

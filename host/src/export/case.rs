@@ -65,8 +65,7 @@ impl Case<'_> {
             Loss::uncalibrated(robot, &nominal, self.wanted);
         let Settings { home, level, .. } = self.settings;
         if let Some(level) = level {
-            uncalibrated =
-                Loss::of_controller(robot, &nominal, &level.transform(), self.wanted);
+            uncalibrated = Loss::of_controller(robot, &nominal, &level.transform(), self.wanted);
         }
         let export = match (choice, drive) {
             (Choice::Controller(Some(target), _), Drive::Rotary) => self.controller(target)?,
@@ -94,7 +93,9 @@ impl Case<'_> {
         let robot = &self.robot.robot;
         match robot.drive() {
             Drive::Rotary => nearest_symmetric(robot).map_err(|_| ExportError::Unreached),
-            Drive::Linear => linear::case::nominal(robot, self.wanted).ok_or(ExportError::Unreached),
+            Drive::Linear => {
+                linear::case::nominal(robot, self.wanted).ok_or(ExportError::Unreached)
+            }
         }
     }
 
@@ -117,7 +118,7 @@ impl Case<'_> {
             start,
             &target.holds,
             &tolerance,
-            height,
+            (height, settings.level.is_some()),
             self.wanted,
         )
         .ok_or(ExportError::Unreached)?;
@@ -147,6 +148,7 @@ impl Case<'_> {
             uncalibrated: loss,
             uncalibrated_moved: loss,
             within: None,
+            controller: Some(controller),
             conventions: target.conventions.to_vec(),
             source: target.source,
             alternative: target.alternative,

@@ -36,7 +36,10 @@ pub const CHOICES: [(&str, Choice); 13] = [
     ("marlin", Choice::Controller(None, Some(&linear::MARLIN))),
     ("b-and-r", Choice::Controller(Some(&B_AND_R), None)),
     ("linuxcnc", Choice::Controller(Some(&LINUXCNC), None)),
-    ("smoothieware", Choice::Controller(Some(&SMOOTHIEWARE), None)),
+    (
+        "smoothieware",
+        Choice::Controller(Some(&SMOOTHIEWARE), None),
+    ),
     ("fluidnc", Choice::Controller(Some(&FLUIDNC), None)),
     ("grblhal", Choice::Controller(Some(&GRBLHAL), None)),
     ("ucnc", Choice::Controller(Some(&UCNC), None)),

@@ -146,6 +146,7 @@ impl CorrectionTable {
             uncalibrated: self.loss,
             uncalibrated_moved: self.loss,
             within: None,
+            controller: None,
             conventions: vec![
                 "positions in the robot's frame, mm; nodes that the robot cannot reach are left out",
                 "to be at (x, y, z), command (x + dx, y + dy, z + dz) to a controller whose kinematics is that of the \

@@ -44,6 +44,8 @@ pub(crate) struct Task<'a> {
     pub(crate) frame: Frame,
     /// Which of its shifts and turns are fitted.
     pub(crate) frame_free: [bool; 6],
+    /// By what an error along z counts more than one along x or y.
+    pub(crate) height_weight: f64,
 }
 
 struct Problem<'a> {
@@ -80,7 +82,8 @@ impl Problem<'_> {
         let mut residuals = DVector::zeros(positions + parameters);
         for (index, at) in self.commanded.iter().enumerate() {
             let is = reached(self.task.calibrated, &controller, at)?;
-            let off = transform.apply(&is) - at;
+            let mut off = transform.apply(&is) - at;
+            off.z *= self.task.height_weight;
             residuals.fixed_rows_mut::<3>(3 * index).copy_from(&off);
         }
         for (index, by) in unknowns.iter().take(parameters).enumerate() {
@@ -172,16 +175,18 @@ pub(crate) fn solve(task: &Task<'_>) -> Option<(Vec<f64>, Frame)> {
 }
 
 /// The parameters and the frame with which the calibrated robot is nearest to where it is wanted.
-/// `None` if the target's kinematics does not reach the positions from where the fit starts.
+/// `None` if the target's kinematics does not reach the positions from where the fit starts. `level`: the robot's z
+/// is the controller's.
 pub(crate) fn fit(
     calibrated: &Robot<f64>,
     start: Geometry,
     holds: &Holds,
     tolerance: &Tolerance<f64>,
-    height: f64,
+    (height, level): (f64, bool),
     wanted: &Wanted,
 ) -> Option<(Geometry, Frame)> {
     let free = Geometry::free(holds, tolerance);
+    let [x, y, z, turn_x, turn_y, turn_z] = frame_is_free(holds);
     let (changes, frame) = solve(&Task {
         calibrated,
         wanted,
@@ -194,7 +199,8 @@ pub(crate) fn fit(
             },
             turns: Vector3::new(0.0, 0.0, start.turn),
         },
-        frame_free: frame_is_free(holds),
+        frame_free: [x, y, z, turn_x && !level, turn_y && !level, turn_z],
+        height_weight: 1.0,
     })?;
     let geometry = start.changed(&free, &changes);
     Some((geometry.rounded(), frame.rounded()))

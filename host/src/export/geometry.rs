@@ -187,7 +187,9 @@ impl Geometry {
             };
             let sigma = match field.kind() {
                 ParameterKind::Length => tolerance.of(delta_cal::Parameter::Lb),
-                ParameterKind::Angle | ParameterKind::Ratio => tolerance.of(delta_cal::Parameter::Theta),
+                ParameterKind::Angle | ParameterKind::Ratio => {
+                    tolerance.of(delta_cal::Parameter::Theta)
+                }
             };
             free.extend(arms.iter().map(|arm| Free {
                 field,

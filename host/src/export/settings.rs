@@ -15,7 +15,8 @@ pub struct Settings {
     pub platform_radius: f64,
     /// The distance between the nodes of a correction table, mm.
     pub spacing: f64,
-    /// With towers: the motion after which z is the height above the bed; `None` if the robot's own z is.
+    /// With towers: the motion after which z is the height above the bed; `None` if the robot's own z is. Otherwise
+    /// any: the robot's z is the controller's, and the fit turns it no more.
     pub level: Option<Frame>,
 }
 

@@ -107,7 +107,8 @@ impl Configuration {
                 continue;
             };
             let Some(at) = value.find([':', '=']) else {
-                let cause = format!("this line of [{section}] is no option: it has neither : nor =");
+                let cause =
+                    format!("this line of [{section}] is no option: it has neither : nor =");
                 return Err(InputError::new(text.name(), cause)
                     .at_line(*line)
                     .with_remedy("correct the line, or put # before it"));
@@ -214,9 +215,7 @@ impl Configuration {
     /// It is none.
     pub fn above_zero(&self, section: &str, option: &str) -> Result<Option<f64>, InputError> {
         match self.number(section, option)? {
-            Some(value) if !(value > 0.0) => {
-                Err(self.damaged(section, option, "a number above 0"))
-            }
+            Some(value) if !(value > 0.0) => Err(self.damaged(section, option, "a number above 0")),
             value => Ok(value),
         }
     }
@@ -288,7 +287,9 @@ fn split(text: &str) -> (Vec<(u64, &str)>, Vec<(u64, &str)>) {
 fn included(path: &Path, wanted: &str) -> Vec<PathBuf> {
     let folder = path.parent().unwrap_or_else(|| Path::new(""));
     let wanted = folder.join(wanted);
-    let name = wanted.file_name().map(|name| name.to_string_lossy().into_owned());
+    let name = wanted
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
     let Some(name) = name.filter(|name| is_pattern(name)) else {
         return wanted.is_file().then_some(wanted).into_iter().collect();
     };

@@ -124,7 +124,8 @@ impl<'a> Words<'a> {
 pub fn import(input: &InputText, firmware: Firmware) -> Result<Imported, InputError> {
     let words = Words::read(input)?;
     if !words.values.keys().any(|(command, _)| *command == "M665") {
-        let cause = "no line is an M665 with values, which states the geometry of a Delta with towers";
+        let cause =
+            "no line is an M665 with values, which states the geometry of a Delta with towers";
         return Err(InputError::new(input.name(), cause).with_remedy(
             "give the file that holds it: config.g or config-override.g of RepRapFirmware, or what M503 prints of \
              Marlin",
@@ -138,7 +139,10 @@ pub fn import(input: &InputText, firmware: Firmware) -> Result<Imported, InputEr
     let tilts = words.three("M666", ['A', 'B', 'B']);
     let mut notes = Vec::new();
     if firmware == Firmware::RepRapFirmware && tilts.iter().any(|tilt| tilt.abs() > 0.0) {
-        notes.push("The tilt of the bed (M666 A and B) is left out: measure heights above the bed.".to_owned());
+        notes.push(
+            "The tilt of the bed (M666 A and B) is left out: measure heights above the bed."
+                .to_owned(),
+        );
     }
     let high = printer.home().into_iter().fold(f64::MIN, f64::max);
     let out = bed.unwrap_or(0.6 * printer.radius);
@@ -146,7 +150,9 @@ pub fn import(input: &InputText, firmware: Firmware) -> Result<Imported, InputEr
         let (sine, cosine) = azimuth.to_radians().sin_cos();
         printer
             .inverse([-out * cosine, -out * sine, 0.0])
-            .map_or(f64::INFINITY, |carriages| carriages.into_iter().fold(f64::INFINITY, f64::min))
+            .map_or(f64::INFINITY, |carriages| {
+                carriages.into_iter().fold(f64::INFINITY, f64::min)
+            })
     });
     let low = lows.into_iter().fold(f64::INFINITY, f64::min);
     let low = if low.is_finite() { low.floor() } else { 0.0 };
@@ -176,8 +182,7 @@ fn printer(words: &Words<'_>, firmware: Firmware) -> Result<LinearPrinter, Input
     let radius = words.required('R')?;
     let rod = words.required('L')?;
     let height = words.one("M665", 'H');
-    let height =
-        height.ok_or_else(|| words.fault(None, "M665 H", "the word is missing"))?;
+    let height = height.ok_or_else(|| words.fault(None, "M665 H", "the word is missing"))?;
     let corrections = words.three("M665", ['X', 'Y', 'Z']);
     let mut azimuths = [210.0, 330.0, 90.0];
     for (azimuth, by) in azimuths.iter_mut().zip(corrections) {

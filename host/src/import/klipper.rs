@@ -77,7 +77,11 @@ fn azimuths(configuration: &Configuration, usual: [f64; 3]) -> Result<[f64; 3], 
     for (azimuth, section) in azimuths.iter_mut().zip(STEPPERS) {
         if let Some(own) = configuration.number(section, "angle")? {
             if !(own.abs() <= 360.0) {
-                return Err(configuration.damaged(section, "angle", "an angle of up to 360 degrees"));
+                return Err(configuration.damaged(
+                    section,
+                    "angle",
+                    "an angle of up to 360 degrees",
+                ));
             }
             *azimuth = own;
         }
@@ -117,7 +121,11 @@ fn gear_ratio(configuration: &Configuration, section: &str) -> Result<f64, Input
         return Ok(1.0);
     };
     let mut ratio = 1.0;
-    for pair in entry.value.split(',').filter(|pair| !pair.trim().is_empty()) {
+    for pair in entry
+        .value
+        .split(',')
+        .filter(|pair| !pair.trim().is_empty())
+    {
         let numbers = pair.split_once(':').and_then(|(driven, driving)| {
             let number = |text: &str| text.trim().parse::<f64>().ok();
             Some((number(driven)?, number(driving)?))
@@ -138,10 +146,7 @@ fn step_lengths(configuration: &Configuration, in_radians: bool) -> Result<[f64;
     Ok([a?, b?, c?])
 }
 
-fn linear(
-    configuration: &Configuration,
-    rods: Option<[f64; 3]>,
-) -> Result<Imported, InputError> {
+fn linear(configuration: &Configuration, rods: Option<[f64; 3]>) -> Result<Imported, InputError> {
     let radius = configuration.above_zero("printer", "delta_radius")?;
     let radius = radius.ok_or_else(|| configuration.lacking("printer", "delta_radius"))?;
     let configured = like_first(configuration, "arm_length", Some(radius));
@@ -168,7 +173,12 @@ fn linear(
     let bed = bed.or(configuration.above_zero("delta_calibrate", "radius")?);
     let lowest = configuration.number("printer", "minimum_z_position")?;
     let poses = poses(&saved, &carriages);
-    let limits = travel(&printer, bed.unwrap_or(radius), lowest.unwrap_or(0.0), &poses);
+    let limits = travel(
+        &printer,
+        bed.unwrap_or(radius),
+        lowest.unwrap_or(0.0),
+        &poses,
+    );
     let beside = Beside {
         controller: "Klipper",
         source: &configuration.name,
@@ -300,11 +310,16 @@ fn travel(printer: &LinearPrinter, bed: f64, lowest: f64, poses: &[[f64; 3]]) ->
         let (sine, cosine) = azimuth.to_radians().sin_cos();
         // Where the rods do not get that far, as far as they get.
         let parts = (0..=20).map(|step| bed * (1.0 - 0.05 * f64::from(step)));
-        let mut reached = parts.filter_map(|out| printer.inverse([-out * cosine, -out * sine, lowest]));
+        let mut reached =
+            parts.filter_map(|out| printer.inverse([-out * cosine, -out * sine, lowest]));
         low = reached.next().into_iter().flatten().fold(low, f64::min);
     }
     let all = || poses.iter().flatten().copied();
-    let high = printer.home().into_iter().chain(all()).fold(f64::MIN, f64::max);
+    let high = printer
+        .home()
+        .into_iter()
+        .chain(all())
+        .fold(f64::MIN, f64::max);
     [all().fold(low, f64::min).floor(), high]
 }
 
@@ -318,7 +333,11 @@ fn samples(
     if saved.is_empty() {
         return None;
     }
-    let names = |prefix: &str| [1, 2, 3].map(|k| format!("{prefix}{letter}{k}_{unit}")).join(",");
+    let names = |prefix: &str| {
+        [1, 2, 3]
+            .map(|k| format!("{prefix}{letter}{k}_{unit}"))
+            .join(",")
+    };
     let cells = |at: Steps| joints(at).map(rounded).join(",");
     let distances = !saved.distances.is_empty();
     let mut text = names("");
@@ -335,7 +354,13 @@ fn samples(
     }
     for (distance, from, to) in &saved.distances {
         let height = if saved.heights.is_empty() { "" } else { "," };
-        let _ = writeln!(text, "{}{height},{},{}", cells(*from), rounded(*distance), cells(*to));
+        let _ = writeln!(
+            text,
+            "{}{height},{},{}",
+            cells(*from),
+            rounded(*distance),
+            cells(*to)
+        );
     }
     Some(text)
 }

@@ -17,6 +17,8 @@ pub struct Saved {
     pub heights: Vec<(f64, Steps)>,
     /// Distances between two positions, mm.
     pub distances: Vec<(f64, Steps, Steps)>,
+    /// What the configuration calls them: the heights, then the distances.
+    pub names: Vec<String>,
 }
 
 impl Saved {
@@ -39,6 +41,7 @@ impl Saved {
                 };
                 let steps = steps(configuration, &format!("{name}_pos"))?;
                 saved.heights.push((height, steps));
+                saved.names.push(name);
             }
         }
         for index in 0..MOST {
@@ -49,6 +52,7 @@ impl Saved {
             let from = steps(configuration, &format!("{name}_pos1"))?;
             let to = steps(configuration, &format!("{name}_pos2"))?;
             saved.distances.push((distance, from, to));
+            saved.names.push(name);
         }
         Ok(saved)
     }
@@ -56,11 +60,19 @@ impl Saved {
 
 fn steps(configuration: &Configuration, option: &str) -> Result<Steps, InputError> {
     let entry = configuration.require(SECTION, option)?;
-    let damaged = || configuration.damaged(SECTION, option, "three numbers of steps, separated by commas");
+    let damaged = || {
+        configuration.damaged(
+            SECTION,
+            option,
+            "three numbers of steps, separated by commas",
+        )
+    };
     let mut steps = [0.0; 3];
     let mut parts = entry.value.split(',');
     for own in &mut steps {
-        let part = parts.next().and_then(|part| part.trim().parse::<f64>().ok());
+        let part = parts
+            .next()
+            .and_then(|part| part.trim().parse::<f64>().ok());
         *own = part.filter(|value| value.is_finite()).ok_or_else(damaged)?;
     }
     if parts.next().is_some() {

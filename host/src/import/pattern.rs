@@ -39,9 +39,7 @@ fn matches(pattern: &[char], name: &[char]) -> bool {
 fn in_class(class: &[char], letter: char) -> bool {
     match class {
         [] => false,
-        [low, '-', high, rest @ ..] => {
-            (*low..=*high).contains(&letter) || in_class(rest, letter)
-        }
+        [low, '-', high, rest @ ..] => (*low..=*high).contains(&letter) || in_class(rest, letter),
         [one, rest @ ..] => *one == letter || in_class(rest, letter),
     }
 }

@@ -87,8 +87,16 @@ pub(super) fn linear(printer: &LinearPrinter, beside: &Beside<'_>) -> String {
         &mut text,
         "[tolerance]",
         &[
-            ("length_mm", 0.5, "one sigma of a tower's place and of a rod; 2 if nobody"),
-            ("angle_deg", 0.17, "ever measured delta_radius. Lean of a tower: 3 in 1000"),
+            (
+                "length_mm",
+                0.5,
+                "one sigma of a tower's place and of a rod; 2 if nobody",
+            ),
+            (
+                "angle_deg",
+                0.17,
+                "ever measured delta_radius. Lean of a tower: 3 in 1000",
+            ),
             ("zero_mm", 5.0, "end stops"),
             ("scale", 0.001, "belts: 1 in 1000"),
         ],
@@ -140,13 +148,23 @@ fn noise(text: &mut String, joint: &str, beside: &Beside<'_>) {
         text,
         "[noise]",
         &[
-            ("height_mm", 0.02, "one sigma of a height: probe, or a sheet of paper"),
-            ("distance_mm", 0.1, "one sigma of a distance on a printed object: calliper"),
+            (
+                "height_mm",
+                0.02,
+                "one sigma of a height: probe, or a sheet of paper",
+            ),
+            (
+                "distance_mm",
+                0.1,
+                "one sigma of a distance on a printed object: calliper",
+            ),
             (joint, 0.0, "steps are counted"),
         ],
     );
     if beside.heights {
-        text.push_str("\n# The controller's frame: z = 0 is the bed, and z is at right angles to it.");
+        text.push_str(
+            "\n# The controller's frame: z = 0 is the bed, and z is at right angles to it.",
+        );
         lines(
             text,
             "[planes.plane]",

@@ -234,7 +234,7 @@ pub fn json(export: &Export, files: &Files<'_>) -> Value {
 }
 
 /// Lines of at most [`WIDTH`] columns.
-fn wrapped(text: &str) -> Vec<String> {
+pub(super) fn wrapped(text: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
         if let Some(line) = lines.last_mut() {

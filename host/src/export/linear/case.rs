@@ -15,6 +15,9 @@ use nalgebra::Vector3;
 /// The tolerance of a robot whose file states none: mm, radians, mm, no unit.
 const TOLERANCE: (f64, f64, f64, f64) = (0.5, 0.003, 5.0, 0.001);
 
+/// An error of the height counts so many times as much as one along x or y: the first layer depends on it.
+const HEIGHT: f64 = 3.0;
+
 /// The travels in the middle of where a robot is wanted.
 pub(crate) fn middle(robot: &Robot<f64>, wanted: &Wanted) -> Option<[f64; 3]> {
     let mut sum = Vector3::zeros();
@@ -58,9 +61,13 @@ pub(crate) fn export(
         frame,
         // z = 0 and the level are the bed's, and the azimuths hold the turn.
         frame_free: [true, true, false, false, false, false],
+        height_weight: HEIGHT,
     })
     .ok_or(ExportError::Unreached)?;
-    let (geometry, frame) = (start.changed(&tolerance, &changes).rounded(), frame.rounded());
+    let (geometry, frame) = (
+        start.changed(&tolerance, &changes).rounded(),
+        frame.rounded(),
+    );
     let controller = geometry.robot().map_err(|_| ExportError::Unreached)?;
     let loss = Loss::of_controller(robot, &controller, &frame.transform(), wanted);
     let written = (target.write)(&LinearFitted {
@@ -84,6 +91,7 @@ pub(crate) fn export(
         uncalibrated: loss,
         uncalibrated_moved: loss,
         within: None,
+        controller: Some(controller),
         conventions: target.conventions.to_vec(),
         source: target.source,
         alternative: "a correction table (--for correction-table), or belts whose rotation_distance holds the scale",

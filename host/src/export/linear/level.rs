@@ -34,7 +34,8 @@ pub fn of_heights(robot: &Robot<f64>, samples: &ObservationsFile) -> Option<Fram
         let transform = frame.transform();
         let off = DVector::from_iterator(
             rows.len(),
-            rows.iter().map(|(at, height)| transform.apply(at).z - height),
+            rows.iter()
+                .map(|(at, height)| transform.apply(at).z - height),
         );
         let normal = design.tr_mul(&design);
         let solution = normal.cholesky()?.solve(&design.tr_mul(&off));

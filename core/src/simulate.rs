@@ -45,7 +45,7 @@ fn uniform<T: Real, R: Rng + ?Sized>(rng: &mut R) -> T {
 /// Joint angles drawn evenly within the limits, kept if the platform can be there and is clear of
 /// singularities, as the inverse-kinematics Jacobian shows ([`SingularityDistance`](crate::kinematics::SingularityDistance)):
 /// |det| of the forearms' unit vectors at least 0.05 (type 2), and each forearm at least 6° away from
-/// its upper arm's line (type 1).
+/// its upper arm's line (type 1). With linear drives the carriages are above the platform.
 ///
 /// # Errors
 /// [`PoseError`] after 10,000 draws.
@@ -58,6 +58,7 @@ pub fn random_pose<T: Real, R: Rng + ?Sized>(
         let joints = [(); 3].map(|()| limits.at(uniform(rng)));
         if let Ok(position) = robot.forward(&joints)
             && robot.singularity_distance(&position, &joints).is_clear()
+            && robot.has_carriages_above(&position, &joints)
         {
             return Ok(Sample { joints, position });
         }

@@ -1,8 +1,8 @@
 //! Robots of other proportions than the paper's.
 
 use crate::closures::inverse_of;
-use delta_cal::robot::Arm;
-use delta_cal::{Noise, Robot, Sample, SymmetricRobot, Tolerance};
+use delta_cal::robot::{Arm, ParameterKind, SymmetricLinearRobot};
+use delta_cal::{Noise, Parameter, Robot, Sample, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Base radius, platform radius, upper arm and forearm, mm.
@@ -66,6 +66,7 @@ pub fn bound(
     noise: &Noise<f64>,
     tolerance: Option<&Tolerance<f64>>,
 ) -> Option<SMatrix<f64, 24, 24>> {
+    let places = truth.drive().places();
     let mut information = SMatrix::<f64, 24, 24>::zeros();
     for sample in samples {
         let mut by_joints = Matrix3::zeros();
@@ -86,11 +87,21 @@ pub fn bound(
     }
     if let Some(tolerance) = tolerance {
         for index in 0..24 {
-            let parameter = delta_cal::Parameter::ROTARY[index % 8];
-            information[(index, index)] += tolerance.of(parameter).powi(-2);
+            if let Some(parameter) = places[index % 8] {
+                information[(index, index)] += tolerance.of(parameter).powi(-2);
+            }
         }
     }
-    inverse_of(&information)
+    // A place that the arms leave empty: nothing is to be known of it.
+    let empty = |index: usize| places[index % 8].is_none();
+    for index in (0..24).filter(|index| empty(*index)) {
+        information[(index, index)] = 1.0;
+    }
+    let mut covariance = inverse_of(&information)?;
+    for index in (0..24).filter(|index| empty(*index)) {
+        covariance[(index, index)] = 0.0;
+    }
+    Some(covariance)
 }
 
 /// ∂X/∂P by central differences: mm per mm, mm per rad. `None` where the pose is out of reach.
@@ -100,17 +111,44 @@ pub fn position_jacobian(robot: &Robot<f64>, joints: &[f64; 3]) -> Option<SMatri
         let at = |by: f64| -> Option<Vector3<f64>> {
             let mut parameters = robot.parameters();
             parameters[index / 8][index % 8] += by;
-            Robot::from_parameters(parameters)
-                .ok()?
-                .forward(joints)
-                .ok()
+            robot.with_parameters(parameters).ok()?.forward(joints).ok()
         };
-        let step = if matches!(index % 8, 3 | 4) {
-            1e-6
-        } else {
-            1e-4
+        let step = match robot.drive().places()[index % 8].map(Parameter::kind) {
+            Some(ParameterKind::Length) => 1e-4,
+            Some(ParameterKind::Angle | ParameterKind::Ratio) => 1e-6,
+            None => continue,
         };
         jacobian.set_column(index, &((at(step)? - at(-step)?) / (2.0 * step)));
     }
     Some(jacobian)
+}
+
+/// Four robots with linear drives, each with its name and the range of its travel, mm: a printer, a small one, a
+/// tall one with long forearms, and one whose towers lean, stand unevenly and have forearms of their own.
+pub fn linear_geometries() -> Vec<(&'static str, Robot<f64>, [f64; 2])> {
+    let symmetric = |tower_radius: f64, forearm: f64| {
+        let robot = SymmetricLinearRobot {
+            tower_radius,
+            forearm,
+        };
+        robot.robot().expect("the robot is valid")
+    };
+    let printer = symmetric(140.0, 330.0);
+    let mut arms = *printer.arms();
+    for (arm, [x, y, z, lean_x, lean_y, scale, forearm]) in arms.iter_mut().zip([
+        [6.0, -9.0, 12.0, 0.10, -0.05, 1.0, 330.0],
+        [-12.0, 4.0, -20.0, -0.06, 0.12, 0.8, 300.0],
+        [3.0, 15.0, 5.0, 0.02, -0.15, 1.25, 360.0],
+    ]) {
+        let d = arm.d();
+        *arm = Arm::linear([d.x + x, d.y + y, d.z + z, lean_x, lean_y, scale, forearm])
+            .expect("the arm is valid");
+    }
+    let uneven = Robot::new(arms).expect("the robot is valid");
+    vec![
+        ("printer 140/330", printer, [100.0, 600.0]),
+        ("small 80/180", symmetric(80.0, 180.0), [50.0, 300.0]),
+        ("tall 120/700", symmetric(120.0, 700.0), [300.0, 1500.0]),
+        ("leaning, uneven towers", uneven, [150.0, 550.0]),
+    ]
 }

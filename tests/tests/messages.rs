@@ -52,6 +52,12 @@ fn geometry_errors_name_the_parameter() {
     says(&GeometryError::AzimuthTooLarge, &["theta", "360°"]);
     says(&GeometryError::RadiusInvalid, &["radii", "negative"]);
     says(&GeometryError::NoCommonUp, &["up", "cancel"]);
+    says(&GeometryError::LeanTooLarge, &["tower", "90°"]);
+    says(&GeometryError::MixedDrives, &["rotary", "linear"]);
+    let symbols = ["Dx", "Dy", "Dz", "lean_x", "lean_y", "scale", "Lb"];
+    for (parameter, symbol) in Parameter::LINEAR.into_iter().zip(symbols) {
+        assert_eq!(parameter.to_string(), symbol);
+    }
 }
 
 #[test]
@@ -81,6 +87,8 @@ fn errors_of_numbers_name_the_number() {
     says(&NoiseError::Joint, &["joint noise", "0 or greater"]);
     says(&ToleranceError::Length, &["tolerance", "lengths"]);
     says(&ToleranceError::Angle, &["tolerance", "angles"]);
+    says(&ToleranceError::Zero, &["tolerance", "zero"]);
+    says(&ToleranceError::Scale, &["tolerance", "scales"]);
     says(&JointLimitsError::NonFinite, &["limit", "finite"]);
     says(&JointLimitsError::Empty, &["smallest", "largest"]);
     says(&JointLimitsError::TooWide, &["more than one turn"]);

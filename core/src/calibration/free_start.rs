@@ -78,9 +78,8 @@ fn linear_correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -> Op
     }
     let direction = v / scale;
     let lean = |sine: T| sine.angle_over((T::ONE - sine * sine).square_root());
-    let lb_squared = nominal.lb * nominal.lb
-        + delta_d.dot(&(nominal.d * T::TWO + delta_d))
-        - constant;
+    let lb_squared =
+        nominal.lb * nominal.lb + delta_d.dot(&(nominal.d * T::TWO + delta_d)) - constant;
     if !(lb_squared > T::ZERO && lb_squared.finite()) {
         return None;
     }

@@ -183,9 +183,7 @@ pub(super) fn check_side<T: Real>(
         .zip(nominal_arms)
     {
         *elbow = match arm.drive() {
-            Drive::Rotary => {
-                arm.d() + arm.basis().u * means.cosine + arm.basis().v * means.sine
-            }
+            Drive::Rotary => arm.d() + arm.basis().u * means.cosine + arm.basis().v * means.sine,
             Drive::Linear => arm.elbow(means.sine * nominal.scale()),
         };
         point = means.x * nominal.scale() + nominal.centre();

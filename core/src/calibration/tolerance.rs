@@ -109,14 +109,16 @@ impl<T: Real> Tolerance<T> {
     /// 1/tolerance of each parameter in the nominal arm's units; zeros without one. Nothing else holds the
     /// place that an arm leaves empty.
     pub(crate) fn weights(tolerance: Option<&Self>, nominal: &NominalArm<T>) -> [T; 8] {
-        nominal.arm().drive().places().map(|parameter| {
-            match (parameter, tolerance) {
+        nominal
+            .arm()
+            .drive()
+            .places()
+            .map(|parameter| match (parameter, tolerance) {
                 (Some(parameter), Some(tolerance)) => {
                     nominal.unit_of(parameter) / tolerance.of(parameter)
                 }
                 (Some(_), None) => T::ZERO,
                 (None, _) => T::ONE,
-            }
-        })
+            })
     }
 }

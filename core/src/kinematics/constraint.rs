@@ -37,7 +37,13 @@ impl<T: Real> Arm<T> {
             let basis = self.basis();
             let forearm = x - self.elbow(q);
             return linear_gradient(
-                &basis.ex, &basis.ey, &basis.ez, self.la().0, self.lb(), &forearm, q,
+                &basis.ex,
+                &basis.ey,
+                &basis.ez,
+                self.la().0,
+                self.lb(),
+                &forearm,
+                q,
             );
         }
         let (sin_q, cos_q) = q.sine_cosine();

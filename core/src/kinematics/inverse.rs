@@ -67,6 +67,19 @@ impl<T: Real> Arm<T> {
 }
 
 impl<T: Real> Robot<T> {
+    /// Whether every carriage of linear drives is above the platform, each along its tower, at a pose (`x`, `q`)
+    /// that satisfies the constraints. [`forward`](Self::forward) also finds poses in which a forearm points
+    /// upwards; no robot gets there from where it hangs down, for between the two it is square to its tower.
+    /// Always true of rotary drives.
+    pub fn has_carriages_above(&self, x: &Vector3<T>, q: &[T; 3]) -> bool {
+        self.drive() == Drive::Rotary
+            || self
+                .arms()
+                .iter()
+                .zip(q)
+                .all(|(arm, s)| (x - arm.elbow(*s)).dot(&arm.basis().v) < T::ZERO)
+    }
+
     /// Inverse kinematics in closed form: the joint angles (radians, in (−π, π]) at which the
     /// platform is at `x`, on the branch q = atan2(B, A) − acos(C/√(A²+B²)) of each arm.
     ///

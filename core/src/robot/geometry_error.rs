@@ -15,14 +15,14 @@ pub enum GeometryError {
     TiltTooLarge,
     /// |θ| > 360°.
     AzimuthTooLarge,
-    /// A tower lies flat: it must lean by less than 90°.
-    LeanTooLarge,
-    /// Not all three arms have the same drive.
-    MixedDrives,
     /// The base or the platform radius is negative or NaN.
     RadiusInvalid,
     /// The arms' "up" directions cancel, so that "below the base" has no meaning.
     NoCommonUp,
+    /// A tower lies flat: it must lean by less than 90°.
+    LeanTooLarge,
+    /// Not all three arms have the same drive.
+    MixedDrives,
 }
 
 impl fmt::Display for GeometryError {

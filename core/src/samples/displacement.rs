@@ -314,16 +314,7 @@ impl<T: Real> Displacement<T> {
             turning(0),
             turning(1),
             turning(2),
-            [
-                d.x,
-                d.y,
-                d.z,
-                zero,
-                zero,
-                zero,
-                zero,
-                -(self.lb * two),
-            ],
+            [d.x, d.y, d.z, zero, zero, zero, zero, -(self.lb * two)],
         ]
     }
 }

@@ -85,11 +85,7 @@ pub(super) fn check_position<T: Real>(x: &Vector3<T>) -> Result<(), SampleError>
     }
 }
 
-pub(crate) fn check_joint<T: Real>(
-    q: T,
-    arm: ArmIndex,
-    drive: Drive,
-) -> Result<(), SampleError> {
+pub(crate) fn check_joint<T: Real>(q: T, arm: ArmIndex, drive: Drive) -> Result<(), SampleError> {
     if !q.finite() {
         return Err(SampleError::JointNonFinite(arm));
     }

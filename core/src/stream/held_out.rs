@@ -16,7 +16,8 @@ use crate::calibration::limits::{
     HELD_OUT_DEVIATION, NOISE_MARGIN, OVERFITTED, chi_square_bound, variance_ratio_bound,
 };
 use crate::calibration::{
-    ArmOutcome, Calibrator, Identifiability, Linearize, Normal, RobotCalibrator, RobotOutcome, Tolerance,
+    ArmOutcome, Calibrator, Identifiability, Linearize, Normal, RobotCalibrator, RobotOutcome,
+    Tolerance,
 };
 use crate::robot::ArmIndex;
 use crate::samples::{ArmFactor, Displacement, MergeError, Sample, SampleError};

@@ -1,14 +1,14 @@
 //! What the residuals say of the measurement noise: χ² against a stated one, and an estimate.
 
-use crate::text::joint;
-use delta_cal::robot::Drive;
 use crate::accuracy::information::prior_covariance;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::CalibrationMethod;
 use crate::fit::outcome::Outcome;
+use crate::text::joint;
 use crate::text::numbers::significant;
 use delta_cal::calibration::ArmOutcome;
+use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Noise, Robot, Sample};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 

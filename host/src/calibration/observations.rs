@@ -7,9 +7,9 @@ mod refusal;
 pub(crate) use known::COMBINATIONS;
 pub use known::Known;
 
-use crate::accuracy::information::prior_covariance;
 use super::error::CalibrateError;
 use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::information::prior_covariance;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::files::input_error::InputError;

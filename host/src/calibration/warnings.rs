@@ -7,8 +7,8 @@ use crate::calibration::thresholds::{FEW_SAMPLES, GOOD_CONDITION, MOSTLY};
 use crate::fit::options::Frame;
 use crate::text::numbers::significant;
 use crate::text::words::{count, in_lines};
-use delta_cal::calibration::{ArmOutcome, StartUsed};
 use delta_cal::ArmIndex;
+use delta_cal::calibration::{ArmOutcome, StartUsed};
 
 /// Every doubt, the gravest first.
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {

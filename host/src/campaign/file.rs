@@ -9,6 +9,7 @@ use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
 use crate::planning::poses::{LEAST_POSES, MOST_POSES};
 use crate::text::words::decimal_comma;
+use delta_cal::robot::Drive;
 use delta_cal::{Noise, Tolerance};
 use serde::Deserialize;
 use std::path::Path;
@@ -94,6 +95,7 @@ impl Plan {
         let noise_levels = reader.list("noise_levels", &toml.noise_levels, |level| {
             reader.noise_level(level)
         })?;
+        reader.check_drive(&robot, toml.noise_levels.as_ref())?;
         let methods = reader.axis("methods", toml.methods.as_ref(), CampaignMethod::Ikm)?;
         let solvers = reader.axis("solvers", toml.solvers.as_ref(), CampaignSolver::Lm)?;
         let weights = reader.axis("weights", toml.weights.as_ref(), true)?;
@@ -195,6 +197,24 @@ impl Reader<'_> {
             length_mm: self.not_negative("length_mm", &toml.length_mm)?,
             angle_deg: self.not_negative("angle_deg", &toml.angle_deg)?,
         })
+    }
+
+    /// The joints' noise of linear drives would be a length.
+    fn check_drive(
+        &self,
+        robot: &RobotFile,
+        levels: &[Spanned<NoiseToml>],
+    ) -> Result<(), InputError> {
+        let turned = |level: &&Spanned<NoiseToml>| *level.as_ref().joint_deg.as_ref() != 0.0;
+        match levels.iter().find(turned) {
+            Some(level) if robot.robot.drive() == Drive::Linear => {
+                let cause = "the robot has linear drives, whose joints are no angles";
+                Err(self
+                    .fault(level, "noise_levels", cause)
+                    .with_remedy("campaigns of such robots have joint_deg = 0"))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn noise_level(&self, level: &Spanned<NoiseToml>) -> Result<NoiseLevel, InputError> {

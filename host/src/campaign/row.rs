@@ -1,11 +1,11 @@
 //! One row of `robots.csv`: one robot, calibrated one way.
 
-use crate::accuracy::information;
 use super::plan::{Plan, Scenario, Variant};
 use super::planned::MeasuredAt;
 use super::simulation::{SimulatedRobot, seed, simulate};
 use super::status::Status;
 use super::trial::{achieved, bound, calibrate, error_before};
+use crate::accuracy::information;
 use crate::fit::options::CalibrationMethod;
 use delta_cal::Parameter;
 use serde::Serialize;

@@ -87,7 +87,10 @@ fn check_limits<T>(
 ) -> Result<(), InputError> {
     for (angle, arm) in joints.into_iter().zip(ArmIndex::ALL) {
         if let Some(outside) = outside_limits(angle, limits) {
-            let cause = format!("unreachable for {arm}: its {} {outside}", joint::name(limits.drive()));
+            let cause = format!(
+                "unreachable for {arm}: its {} {outside}",
+                joint::name(limits.drive())
+            );
             return Err(InputError::new(input.name(), cause)
                 .at_line(row.line)
                 .with_remedy("check the position, its frame and [joints] in the robot file"));

@@ -19,15 +19,18 @@ use delta_cal::{Noise, Robot, Tolerance};
 ///
 /// ```toml
 /// [nominal]                    # either: three equal arms 120° apart
+/// # kind = "linear"            # carriages on towers: tower_radius_mm, forearm_mm and, if the towers do not
+/// #                            # stand at [210, 330, 90], tower_deg
 /// base_radius_mm = 194
 /// platform_radius_mm = 30
 /// upper_arm_mm = 260
 /// forearm_mm = 480
 ///
 /// # [[arm]]                    # or: exactly three of these
-/// # dx_mm = 164.0              # dx_mm, dy_mm, dz_mm, theta_deg, alpha_deg, la_x_mm, la_y_mm, lb_mm
+/// # dx_mm = 164.0              # dx_mm, dy_mm, dz_mm, theta_deg, alpha_deg, la_x_mm, la_y_mm, lb_mm; with
+/// #                            # linear drives dx_mm, dy_mm, dz_mm, lean_x_deg, lean_y_deg, scale, lb_mm
 ///
-/// [joints]
+/// [joints]                     # with linear drives min_mm and max_mm, and nothing else
 /// min_deg = -60
 /// max_deg = 90
 /// forearm_max_deg = 45         # optional: the ball joints; a forearm's angle out of its arm's plane
@@ -35,10 +38,12 @@ use delta_cal::{Noise, Robot, Tolerance};
 /// [tolerance]                  # optional: one σ of every parameter; the prior
 /// length_mm = 0.5
 /// angle_deg = 0.2
+/// # scale = 0.001              # of linear drives: of the travel's scale, and
+/// # zero_mm = 5                # of the end stops, if not as of other lengths
 ///
 /// [noise]                      # optional: one σ of a measurement; the weights
 /// position_mm = 0.02           # or [0.02, 0.02, 0.1]: along x, y and z of the robot's frame
-/// joint_deg = 0.002
+/// joint_deg = 0.002            # with linear drives joint_mm
 /// height_mm = 0.02             # of a height above a plane; with it or
 /// distance_mm = 0.005          # a distance, position_mm may be left out
 ///

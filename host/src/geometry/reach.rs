@@ -111,7 +111,11 @@ impl Reach {
         self.within_joints(q)?;
         let x = robot.forward(q)?;
         self.within_forearms(robot, &x, q)?;
-        Ok(x)
+        if robot.has_carriages_above(&x, q) {
+            Ok(x)
+        } else {
+            Err(Limit::Serial(ArmIndex::First))
+        }
     }
 
     /// The joint angles (radians) with which the platform is at a position (mm), elbows out.

@@ -105,7 +105,11 @@ impl Observability {
                 CalibrationMethod::Ikm => closure_rows(&robot.robot, &pose, &assumptions.noise)
                     .map(|row| {
                         let own = places.iter().filter(|place| **place < ARM);
-                        DMatrix::from_row_iterator(1, places.len() / 3, own.map(|place| row[*place]))
+                        DMatrix::from_row_iterator(
+                            1,
+                            places.len() / 3,
+                            own.map(|place| row[*place]),
+                        )
                     })
                     .to_vec(),
                 CalibrationMethod::Joint | CalibrationMethod::Fkm => {

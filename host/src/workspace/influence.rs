@@ -1,7 +1,7 @@
 //! How the boundary moves with the 24 parameters, to first order.
 
-use crate::accuracy::information::parameters;
 use super::Workspace;
+use crate::accuracy::information::parameters;
 use delta_cal::{ArmIndex, Parameter};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 

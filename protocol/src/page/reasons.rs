@@ -231,6 +231,7 @@ impl Pieces {
             Parameter::LaX => (5, "LaX"),
             Parameter::LaY => (6, "LaY"),
             Parameter::Lb => (7, "Lb"),
+            other => panic!("{other:?} is of a linear drive, which the protocol does not carry"),
         };
         self.variant("Parameter", number, name);
     }

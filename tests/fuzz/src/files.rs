@@ -4,6 +4,7 @@ use crate::numbers::Source;
 use crate::promises::finite_robot;
 use delta_cal::Parameter;
 use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Drive;
 use delta_cal_host::campaign::Plan;
 use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, read_joints, read_positions};
 use std::fmt::Write;
@@ -126,7 +127,7 @@ pub fn samples_file(data: &[u8]) {
     for row in &file.rows {
         assert!(row.line > last, "line {} after line {last}", row.line);
         last = row.line;
-        assert_eq!(row.value.check(), Ok(()));
+        assert_eq!(row.value.check(Drive::Rotary), Ok(()));
         let [q1, q2, q3] = row.value.joints;
         let [x, y, z] = row.value.position.into();
         let _ = writeln!(written, "{q1:?},{q2:?},{q3:?},{x:?},{y:?},{z:?}");

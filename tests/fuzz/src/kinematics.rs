@@ -4,6 +4,7 @@ use crate::numbers::{Bits, Source};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, simulate_sample};
+use delta_cal::robot::Drive;
 use delta_cal::{Noise, Robot, SymmetricRobot};
 use nalgebra::{Matrix3, Vector3};
 use rand_core::SeedableRng;
@@ -72,7 +73,7 @@ fn poses<T: Bits>(robot: &Robot<T>, source: &mut Source<'_>) {
         && let Ok(limits) = JointLimits::new(least, most)
         && let Ok(drawn) = random_pose(robot, &limits, &mut rng)
     {
-        assert_eq!(drawn.check(), Ok(()));
+        assert_eq!(drawn.check(Drive::Rotary), Ok(()));
         let noise = Noise::new(source.number(0.02, 0.02), source.number(1e-5, 1e-5));
         let _ = simulate_sample(robot, &drawn.joints, noise.ok().as_ref(), &mut rng);
     }

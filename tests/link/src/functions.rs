@@ -12,7 +12,7 @@ use delta_cal::frame::{AlignmentError, RigidTransform};
 use delta_cal::kinematics::{
     JointLimits, JointLimitsError, KinematicsError, PlatformJacobian, SingularityDistance,
 };
-use delta_cal::robot::{Arm, ArmBasis, GeometryError, ParameterKind};
+use delta_cal::robot::{Arm, ArmBasis, Drive, GeometryError, ParameterKind};
 use delta_cal::robust::{
     Loss, RobustOutcome, RobustRefusal, WeighedSample, WeightNormalization, robust_fit,
 };
@@ -39,6 +39,7 @@ macro_rules! symbols {
     )*};
 }
 
+mod drives;
 mod joint;
 mod observations;
 mod stream;
@@ -202,8 +203,8 @@ macro_rules! of_scalar {
                 }
 
                 // Samples
-                fn sample_check(sample: &Sample<$t>) -> Result<(), SampleError> {
-                    sample.check()
+                fn sample_check(sample: &Sample<$t>, drive: Drive) -> Result<(), SampleError> {
+                    sample.check(drive)
                 }
                 fn nominal_arm_new(
                     arm: &Arm<$t>,

@@ -24,8 +24,8 @@ pub fn tolerance<T: Real>() -> Tolerance<T> {
 pub fn robot_near<T: Real>(nominal: &Robot<T>, tolerances: f64, rng: &mut Pcg32) -> Robot<T> {
     let tolerance = tolerance::<T>();
     let arms = nominal.arms().map(|arm| {
-        let mut parameters = Parameter::ALL.map(|parameter| arm.get(parameter));
-        for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {
+        let mut parameters = Parameter::ROTARY.map(|parameter| arm.get(parameter));
+        for (value, parameter) in parameters.iter_mut().zip(Parameter::ROTARY) {
             let sigma = tolerance.of(parameter) * T::from_f64(tolerances);
             *value += sigma * standard_normal::<T, _>(rng);
         }

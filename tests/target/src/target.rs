@@ -50,7 +50,7 @@ fn calibrate<T: Scalar>(console: &mut Console) -> fmt::Result {
             "{index}: {} samples, {} iterations, residual {:.3} sigma, condition {:.0}",
             arm.samples, arm.iterations, arm.residual_rms, arm.condition
         )?;
-        for parameter in Parameter::ALL {
+        for parameter in Parameter::ROTARY {
             let (factor, unit) = match parameter.kind() {
                 ParameterKind::Length => (1.0, "mm"),
                 ParameterKind::Angle => (1_f64.to_degrees(), "deg"),

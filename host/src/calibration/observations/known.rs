@@ -1,24 +1,29 @@
 //! What measurements determine and what they leave to the tolerance.
 
-use crate::accuracy::information::parameter_at;
-use delta_cal::robot::ParameterKind;
 use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::information::parameter_at;
 use crate::files::robot_file::RobotFile;
 use delta_cal::Parameter;
+use delta_cal::robot::ParameterKind;
 use nalgebra::{SMatrix, SVector};
 
 type Matrix24 = SMatrix<f64, 24, 24>;
 
 /// Combinations of parameters that measurements without the robot's frame can determine at most: all
-/// but those of the robot's place in space.
+/// but those of the robot's place in space. Of a linear drive three fewer.
 pub(crate) const COMBINATIONS: usize = 18;
+
+/// Numbers of a robot's place in space.
+const PLACE_IN_SPACE: usize = 6;
 
 /// What the measurements determine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Known {
-    /// How many combinations of the 24 parameters the measurements determine better than the tolerance
+    /// How many combinations of the parameters the measurements determine better than the tolerance
     /// does. Without a tolerance all, since a calibration is refused otherwise.
     pub combinations: usize,
+    /// How many combinations there are that relative positions depend on.
+    pub of: usize,
     /// Whether the measurements say where the robot stands in the frame of its parameters.
     pub place: bool,
     /// Whether they say how large it is.
@@ -46,8 +51,11 @@ impl Known {
         before: Option<&ExpectedError>,
         after: Option<&ExpectedError>,
     ) -> Self {
+        let parameters = 3 * robot.robot.drive().parameters().len();
+        let of = parameters - PLACE_IN_SPACE;
         let everything = Self {
-            combinations: 24,
+            of,
+            combinations: parameters,
             place: true,
             scale: true,
         };
@@ -82,6 +90,7 @@ impl Known {
         });
         let size = larger.norm_squared();
         Self {
+            of,
             combinations: eigenvalues.iter().filter(|value| **value > 1.0).count(),
             place: before
                 .zip(after)
@@ -92,7 +101,7 @@ impl Known {
 
     /// Whether all that relative positions depend on is known better than the tolerance says.
     pub(crate) const fn relative_positions(&self) -> bool {
-        self.scale && self.combinations >= COMBINATIONS
+        self.scale && self.combinations >= self.of
     }
 
     /// What remains unknown, in sentences, each with the remedy that costs least.
@@ -114,11 +123,11 @@ impl Known {
                     .to_owned(),
             );
         }
-        if self.combinations < COMBINATIONS {
+        if self.combinations < self.of {
             gaps.push(format!(
-                "The measurements determine {} of the {COMBINATIONS} combinations of parameters that relative \
+                "The measurements determine {} of the {} combinations of parameters that relative \
                  positions depend on better than the tolerance does.",
-                self.combinations
+                self.combinations, self.of
             ));
         }
         gaps

@@ -46,6 +46,11 @@ joint columns are exchanged. ROBOT.toml may say more: [planes.NAME] z_mm, sigma_
 x_mm, y_mm, z_mm, sigma_mm, offset = \"unknown\"; [target] x_mm, y_mm, z_mm, the measured point from the \
 platform point.
 
+A robot whose carriages run on towers has kind = \"linear\", tower_radius_mm, forearm_mm and, if the \
+towers do not stand at [210, 330, 90], tower_deg in [nominal], min_mm and max_mm in [joints], scale \
+and, for the end stops, zero_mm in [tolerance], and joint_mm in [noise]; or [[arm]] tables with dx_mm, \
+dy_mm, dz_mm, lean_x_deg, lean_y_deg, scale, lb_mm. Its samples have s1_mm,s2_mm,s3_mm, the travels.
+
 Of more than 10,000 rows the JSON lists those farthest off and others spread evenly, with histograms \
 of all (sampled); the HTML page does so from 2,500 rows on.
 

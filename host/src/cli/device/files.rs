@@ -4,9 +4,10 @@ use super::args::Files;
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, read};
 use crate::cli::print::print;
+use delta_cal::robot::Drive;
 use delta_cal_host::files::{example, output};
 use delta_cal_host::render::json;
-use delta_cal_host::{CalibrateError, InputText, RobotFile, SamplesFile, read_samples};
+use delta_cal_host::{CalibrateError, InputError, InputText, RobotFile, SamplesFile, read_samples};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -17,9 +18,20 @@ pub(super) fn inputs(files: &Files) -> Result<(RobotFile, SamplesFile), Calibrat
         return Ok(example::load()?);
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
+    refuse_linear(&robot)?;
     let samples =
         read_samples(&read(samples, &files.columns)?, &robot, files.options())?.positions()?;
     Ok((robot, samples))
+}
+
+/// The controller's protocol carries robots with rotary drives alone.
+pub(super) fn refuse_linear(robot: &RobotFile) -> Result<(), InputError> {
+    if robot.robot.drive() == Drive::Rotary {
+        return Ok(());
+    }
+    let cause = "a robot with linear drives cannot be calibrated on the controller";
+    Err(InputError::new(&robot.name, cause)
+        .with_remedy("calibrate it with delta-cal calibrate, and export the result"))
 }
 
 /// Writes the files and the JSON report, and prints the report for people unless JSON takes its

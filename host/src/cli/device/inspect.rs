@@ -1,6 +1,6 @@
 use super::args::{LinkArguments, ParametersArguments, RevertArguments, StatusArguments};
 use super::connect::{Device, Task, with_device};
-use super::files::publish;
+use super::files::{publish, refuse_linear};
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, refuse_same};
 use crate::cli::print::print;
@@ -48,7 +48,11 @@ pub(super) fn parameters(
         });
     }
     let template = match &arguments.robot {
-        Some(path) => Some(RobotFile::read(&InputText::from_file(path)?)?),
+        Some(path) => {
+            let robot = RobotFile::read(&InputText::from_file(path)?)?;
+            refuse_linear(&robot)?;
+            Some(robot)
+        }
         None => None,
     };
     with_device(

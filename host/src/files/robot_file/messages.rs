@@ -87,9 +87,7 @@ fn quoted_after<'a>(message: &'a str, before: &str) -> Option<&'a str> {
 fn section_of(key: &str) -> Option<&'static str> {
     match key {
         "base_radius_mm" | "platform_radius_mm" | "upper_arm_mm" | "forearm_mm"
-        | "tower_radius_mm" | "tower_deg" | "kind" => {
-            Some("[nominal]")
-        }
+        | "tower_radius_mm" | "tower_deg" | "kind" => Some("[nominal]"),
         "min_deg" | "max_deg" | "min_mm" | "max_mm" => Some("[joints]"),
         "length_mm" | "angle_deg" | "zero_mm" => Some("[tolerance]"),
         "position_mm" | "joint_deg" | "joint_mm" => Some("[noise]"),

@@ -6,7 +6,6 @@ use super::messages::{SECTIONS, syntax, with_section};
 use super::schema::{
     ByAxis, JointsToml, NoiseToml, Number, PointToml, RobotToml, SensorFrameToml, ToleranceToml,
 };
-use geometry::{from_arms, symmetric};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::geometry::sweep::reaches_anywhere;
@@ -17,6 +16,7 @@ use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal::robot::Drive;
 use delta_cal::samples::NoiseError;
 use delta_cal::{Noise, Tolerance};
+use geometry::{from_arms, symmetric};
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
 
@@ -132,7 +132,12 @@ pub(super) fn foreign(
     Err(fault_at(input, number, key, cause))
 }
 
-pub(super) fn fault(input: &InputText, line: u64, key: &str, cause: impl Into<String>) -> InputError {
+pub(super) fn fault(
+    input: &InputText,
+    line: u64,
+    key: &str,
+    cause: impl Into<String>,
+) -> InputError {
     InputError::new(input.name(), cause)
         .at_line(line)
         .at_key(with_section(input, line, key))
@@ -288,8 +293,16 @@ fn joint_noise<'a>(
     let line = input.line_at(section.span().start);
     let section = section.as_ref();
     let (key, own, (other_key, other)) = match drive {
-        Drive::Rotary => ("joint_deg", &section.joint_deg, ("joint_mm", &section.joint_mm)),
-        Drive::Linear => ("joint_mm", &section.joint_mm, ("joint_deg", &section.joint_deg)),
+        Drive::Rotary => (
+            "joint_deg",
+            &section.joint_deg,
+            ("joint_mm", &section.joint_mm),
+        ),
+        Drive::Linear => (
+            "joint_mm",
+            &section.joint_mm,
+            ("joint_deg", &section.joint_deg),
+        ),
     };
     foreign(input, drive, other_key, other.as_ref())?;
     let number = required(input, line, "[noise]", key, own.as_ref())?;

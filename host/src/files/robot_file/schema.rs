@@ -96,9 +96,8 @@ impl ArmToml {
             Drive::Linear => Drive::Rotary,
         };
         let own = drive.parameters();
-        let foreign = |parameter: &&Parameter| {
-            !own.iter().any(|own| arm_key(*own) == arm_key(**parameter))
-        };
+        let foreign =
+            |parameter: &&Parameter| !own.iter().any(|own| arm_key(*own) == arm_key(**parameter));
         let mut others = other.parameters().iter().filter(foreign);
         others.find_map(|parameter| Some((*parameter, self.number(*parameter)?)))
     }

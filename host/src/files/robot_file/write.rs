@@ -83,7 +83,11 @@ impl RobotFile {
         }
         if let Some(joint) = self.noise.map(|noise| noise.joint()).or(facts.joint_noise) {
             let drive = self.robot.drive();
-            entry(text, &joint::key("joint", drive), joint::in_file(drive, joint));
+            entry(
+                text,
+                &joint::key("joint", drive),
+                joint::in_file(drive, joint),
+            );
         }
         for plane in &facts.planes {
             let _ = writeln!(text, "\n[planes.{}]", key_of(&plane.name));

@@ -234,7 +234,9 @@ fn distance(
             return Err(row.fault_of(Quantity::Distance, cause).with_remedy(REMEDY));
         }
         (Some(point), false) => NamedFrom::Point(point.to_owned()),
-        (None, true) => NamedFrom::Pose(row.joints_in(Quantity::to_joints(limits.drive()), limits)?),
+        (None, true) => {
+            NamedFrom::Pose(row.joints_in(Quantity::to_joints(limits.drive()), limits)?)
+        }
     };
     Ok(Some((from, distance)))
 }

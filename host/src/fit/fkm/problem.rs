@@ -108,7 +108,10 @@ impl<'a> Problem<'a> {
             if theta.abs() > turn {
                 *theta -= (*theta / turn).round() * turn;
             }
-            self.reference.arm(index).with_parameters(values).map_err(|error| Refusal::ImpossibleGeometry { arm: index, error })
+            self.reference
+                .arm(index)
+                .with_parameters(values)
+                .map_err(|error| Refusal::ImpossibleGeometry { arm: index, error })
         };
         Robot::new([
             arm(ArmIndex::First)?,

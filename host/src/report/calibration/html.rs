@@ -4,8 +4,6 @@ mod figures;
 mod poses;
 mod uncertainty;
 
-use crate::text::joint;
-use crate::text::tolerance;
 use super::names::solver_name;
 use super::next::advice;
 use super::suspected::{self, loss_name};
@@ -20,7 +18,9 @@ use crate::render::page::{self, figure, tile};
 use crate::render::plot::PlotError;
 use crate::render::section::{Part, Section};
 use crate::render::table::Table;
+use crate::text::joint;
 use crate::text::numbers::{millimetres, small_or};
+use crate::text::tolerance;
 use crate::text::words::count;
 use maud::{Markup, html};
 
@@ -175,7 +175,10 @@ fn samples(report: &CalibrationReport) -> Table {
     let drive = report.before.robot.drive();
     let of_joint = |joint: usize| {
         move |sample: &&SampleErrors| {
-            format!("{:.3}", joint::in_file(drive, sample.measured.joints[joint]))
+            format!(
+                "{:.3}",
+                joint::in_file(drive, sample.measured.joints[joint])
+            )
         }
     };
     let [q1, q2, q3] = joint::names(drive).map(|name| name.replace("deg", "°"));

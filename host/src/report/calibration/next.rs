@@ -1,7 +1,6 @@
 //! What to measure next, in words: which arm and which combination of its parameters the samples
 //! determine worst, and which poses would tell most.
 
-use crate::text::joint;
 use crate::accuracy::information;
 use crate::accuracy::information::ARM;
 use crate::calibration::report::CalibrationReport;
@@ -11,6 +10,7 @@ use crate::geometry::range::range;
 use crate::planning::observability::Combination;
 use crate::planning::poses::{PlanRequest, next_poses};
 use crate::report::calibration::uncertain::uncertain;
+use crate::text::joint;
 use crate::text::numbers::small;
 use crate::text::words::{capitalised, count, in_lines, list};
 use delta_cal::calibration::ArmOutcome;

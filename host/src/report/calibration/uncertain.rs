@@ -40,17 +40,22 @@ pub(super) fn uncertain<'a>(
     };
     let mut found: Vec<_> = arms
         .flat_map(|(arm, outcome)| {
-            outcome.arm.drive().parameters().iter().filter_map(move |parameter| {
-                let parameter = *parameter;
-                let sigma = outcome.standard_deviation(parameter)?;
-                let ratio = sigma / limit(&outcome.arm, parameter);
-                (ratio > 1.0).then_some(Uncertain {
-                    arm,
-                    parameter,
-                    sigma,
-                    ratio,
+            outcome
+                .arm
+                .drive()
+                .parameters()
+                .iter()
+                .filter_map(move |parameter| {
+                    let parameter = *parameter;
+                    let sigma = outcome.standard_deviation(parameter)?;
+                    let ratio = sigma / limit(&outcome.arm, parameter);
+                    (ratio > 1.0).then_some(Uncertain {
+                        arm,
+                        parameter,
+                        sigma,
+                        ratio,
+                    })
                 })
-            })
         })
         .collect();
     if found.is_empty() {

@@ -1,7 +1,5 @@
 //! The check for programs.
 
-use crate::text::joint;
-use delta_cal::robot::Drive;
 use crate::accuracy::sampled::{MANY, shown};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
@@ -10,6 +8,8 @@ use crate::planning::observability::{Block, Leverage, Observability};
 use crate::planning::poses::{Expectation, NextPoses};
 use crate::render::json;
 use crate::report::plan::json::{assumptions, pose};
+use crate::text::joint;
+use delta_cal::robot::Drive;
 use serde_json::{Value, json};
 
 /// Changes whenever a field changes its name or meaning or is removed.

@@ -1,11 +1,9 @@
 //! The check of heights, distances and single coordinates, for people and for programs.
 
-use crate::text::joint;
 use super::json::{SCHEMA_VERSION, leverages as leverages_json};
 use super::table::{leverages, not_measured};
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionSigma;
-use crate::calibration::observations::COMBINATIONS;
 use crate::planning::measurements::MeasurementCheck;
 use crate::render::section::Section;
 use crate::render::table::Table;
@@ -13,6 +11,7 @@ use crate::render::{json, terminal};
 use crate::report::calibration::json::expected_error;
 use crate::report::calibration::observations::readings_in_words;
 use crate::report::plan::measurements::{csv, noise_of, tolerance_of};
+use crate::text::joint;
 use crate::text::numbers::{small, small_or};
 use crate::text::words::{count, in_file_units, in_lines};
 use serde_json::{Value, json};
@@ -85,18 +84,18 @@ pub fn verdict(check: &MeasurementCheck, unmeasured: &[u64]) -> String {
     if check.robot.tolerance.is_none() {
         return format!("{what} determine every parameter.");
     }
-    let known = check.known.combinations;
+    let (known, of) = (check.known.combinations, check.known.of);
     if check.determined() {
         return format!(
-            "{what} determine all {COMBINATIONS} combinations of parameters that relative positions depend \
+            "{what} determine all {of} combinations of parameters that relative positions depend \
              on, better than the tolerance does."
         );
     }
-    if known >= COMBINATIONS {
+    if known >= of {
         return format!("{what} do not determine the scale of the robot.");
     }
     format!(
-        "{what} determine {known} of the {COMBINATIONS} combinations of parameters that relative positions \
+        "{what} determine {known} of the {of} combinations of parameters that relative positions \
          depend on better than the tolerance does."
     )
 }

@@ -1,7 +1,5 @@
 //! The check for people at a terminal.
 
-use crate::text::joint;
-use delta_cal::robot::Drive;
 use crate::files::kinematics::to_csv;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
@@ -12,8 +10,10 @@ use crate::render::section::Section;
 use crate::render::table::Table;
 use crate::render::terminal;
 use crate::report::plan::table::with_assumptions;
+use crate::text::joint;
 use crate::text::numbers::{significant, small};
 use crate::text::words::{count, in_file_units, in_lines};
+use delta_cal::robot::Drive;
 
 /// Samples listed; of more, those with the most leverage.
 const LISTED: usize = 30;
@@ -45,7 +45,11 @@ pub fn render(
         singular_values(&observability.blocks),
         indices(&observability.blocks),
         weakest(observability),
-        leverages(robot.robot.drive(), &observability.leverages, "parameters a sample decides"),
+        leverages(
+            robot.robot.drive(),
+            &observability.leverages,
+            "parameters a sample decides",
+        ),
         additions(robot.robot.drive(), next),
     ])
 }
@@ -173,9 +177,7 @@ pub(super) fn leverages(drive: Drive, leverages: &[Leverage], what: &str) -> Sec
         "Leverage of each row".to_owned()
     };
     let of_joint = |joint: usize| {
-        move |leverage: &&Leverage| {
-            format!("{:.3}", joint::in_file(drive, leverage.joints[joint]))
-        }
+        move |leverage: &&Leverage| format!("{:.3}", joint::in_file(drive, leverage.joints[joint]))
     };
     let [q1, q2, q3] = joint::names(drive);
     let table = Table::of(listed)

@@ -1,13 +1,13 @@
 //! The plan for programs.
 
-use crate::text::joint;
-use delta_cal::robot::Drive;
 use crate::accuracy::information::parameters;
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::planning::poses::{Assumptions, Expectation, PlanRequest, PosePlan, PosesNeeded};
 use crate::render::json;
+use crate::text::joint;
 use crate::text::units::{degrees, in_unit, unit};
-use delta_cal::{Robot, Parameter, Sample};
+use delta_cal::robot::Drive;
+use delta_cal::{Parameter, Robot, Sample};
 use serde_json::{Value, json};
 
 /// Changes whenever a field changes its name or meaning or is removed.

@@ -1,8 +1,5 @@
 //! Planned measurements for people, for programs, and as a samples file to fill in.
 
-use crate::text::joint;
-use crate::text::tolerance::in_words;
-use delta_cal::robot::Drive;
 use super::json::SCHEMA_VERSION;
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::files::robot_file::RobotFile;
@@ -14,10 +11,13 @@ use crate::planning::poses::RANDOM_SETS;
 use crate::render::section::Section;
 use crate::render::table::Table;
 use crate::render::{json, terminal};
+use crate::text::joint;
 use crate::text::numbers::{rounded, small, small_or};
+use crate::text::tolerance::in_words;
 use crate::text::units::degrees;
 use crate::text::words::{count, list};
 use delta_cal::Parameter;
+use delta_cal::robot::Drive;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -97,9 +97,7 @@ pub(in crate::report) fn noise_of(robot: &RobotFile, measured: [bool; 3], stated
 pub(in crate::report) fn tolerance_of(robot: &RobotFile) -> String {
     robot.tolerance.as_ref().map_or_else(
         || "none stated".to_owned(),
-        |tolerance| {
-            format!("{} (stated)", in_words(robot.robot.drive(), tolerance))
-        },
+        |tolerance| format!("{} (stated)", in_words(robot.robot.drive(), tolerance)),
     )
 }
 
@@ -279,7 +277,10 @@ pub fn csv(measurements: &[Planned], setup: &Setup) -> String {
     let drive = setup.robot.robot.drive();
     let own_columns = joint::columns(drive);
     let own_columns: Vec<_> = own_columns.split(',').collect();
-    let to_columns: Vec<_> = own_columns.iter().map(|name| format!("to_{name}")).collect();
+    let to_columns: Vec<_> = own_columns
+        .iter()
+        .map(|name| format!("to_{name}"))
+        .collect();
     let mut columns: Vec<(&str, Cell)> = Vec::new();
     for (joint, name) in own_columns.iter().enumerate() {
         let cell = move |own: &Planned, _: &Setup| written(drive, own.pose.joints[joint]);

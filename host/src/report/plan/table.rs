@@ -1,8 +1,5 @@
 //! The plan for people at a terminal.
 
-use crate::text::joint;
-use crate::text::tolerance::in_words;
-use delta_cal::robot::Drive;
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::planning::poses::{
     Assumptions, Criterion, MANY, PlanRequest, PosePlan, PosesNeeded, RANDOM_SETS,
@@ -10,13 +7,20 @@ use crate::planning::poses::{
 use crate::render::section::Section;
 use crate::render::table::Table;
 use crate::render::terminal;
+use crate::text::joint;
 use crate::text::numbers::small;
+use crate::text::tolerance::in_words;
 use crate::text::units::{degrees, in_unit, unit};
 use delta_cal::ArmIndex;
+use delta_cal::robot::Drive;
 
 /// The whole report, without the poses themselves.
 pub fn render(request: &PlanRequest<'_>, plan: &PosePlan, needed: Option<&PosesNeeded>) -> String {
-    let mut parts = vec![summary(request, plan), positions(plan), parameters(request.robot.robot.drive(), plan)];
+    let mut parts = vec![
+        summary(request, plan),
+        positions(plan),
+        parameters(request.robot.robot.drive(), plan),
+    ];
     parts.extend(needed.map(|needed| accuracy(request, needed)));
     terminal::text(parts)
 }

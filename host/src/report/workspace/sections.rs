@@ -55,7 +55,8 @@ pub(super) fn influence(analysis: &Analysis) -> Section {
         _ => format!("\n{arm}"),
     };
     let drive = analysis.workspace.robot.drive();
-    let mut rows = Table::of(drive.parameters().iter().copied()).column("", |parameter| parameter.symbol());
+    let mut rows =
+        Table::of(drive.parameters().iter().copied()).column("", |parameter| parameter.symbol());
     for arm in ArmIndex::ALL {
         rows = rows.column(heading(arm, "rms"), |parameter| {
             of(arm, *parameter).map_or_else(String::new, |of| format!("{:.3}", of.rms))

@@ -8,6 +8,7 @@ use delta_cal::observations::{
     ObservationOutcome, ObservationProblem, ObservationRow, PrepareError, RobustObservationError,
     robust_fit_observations,
 };
+use delta_cal::robot::Drive;
 use delta_cal::robust::{Loss, RobustOutcome, WeighedSample};
 use delta_cal::samples::NoiseError;
 use delta_cal::{Noise, Progress, Refusal, Robot, Settings};
@@ -34,9 +35,10 @@ macro_rules! of_scalar {
                 }
                 fn observation_check(
                     observation: &Observation<$t>,
+                    drive: Drive,
                     instruments: &Instruments<'_, $t>,
                 ) -> Result<(), ObservationError> {
-                    observation.check(instruments)
+                    observation.check(drive, instruments)
                 }
                 fn observation_noise_new(
                     position: &Noise<$t>,

@@ -29,7 +29,12 @@ pub(super) fn symmetric(
 
 fn rotary(input: &InputText, line: u64, nominal: &NominalToml) -> Result<Robot<f64>, InputError> {
     let drive = Drive::Rotary;
-    foreign(input, drive, "tower_radius_mm", nominal.tower_radius_mm.as_ref())?;
+    foreign(
+        input,
+        drive,
+        "tower_radius_mm",
+        nominal.tower_radius_mm.as_ref(),
+    )?;
     if let Some(azimuths) = &nominal.tower_deg {
         let cause = "a robot whose motors turn its arms has no such key";
         return Err(fault_at(input, azimuths, "tower_deg", cause));
@@ -65,8 +70,18 @@ fn rotary(input: &InputText, line: u64, nominal: &NominalToml) -> Result<Robot<f
 
 fn linear(input: &InputText, line: u64, nominal: &NominalToml) -> Result<Robot<f64>, InputError> {
     let drive = Drive::Linear;
-    foreign(input, drive, "base_radius_mm", nominal.base_radius_mm.as_ref())?;
-    foreign(input, drive, "platform_radius_mm", nominal.platform_radius_mm.as_ref())?;
+    foreign(
+        input,
+        drive,
+        "base_radius_mm",
+        nominal.base_radius_mm.as_ref(),
+    )?;
+    foreign(
+        input,
+        drive,
+        "platform_radius_mm",
+        nominal.platform_radius_mm.as_ref(),
+    )?;
     foreign(input, drive, "upper_arm_mm", nominal.upper_arm_mm.as_ref())?;
     let get = |key, number| required(input, line, "[nominal]", key, number);
     let radius = get("tower_radius_mm", nominal.tower_radius_mm.as_ref())?;
@@ -182,4 +197,3 @@ fn impossible(error: GeometryError) -> String {
         error => format!("the geometry is impossible: {error}"),
     }
 }
-

@@ -1,12 +1,12 @@
 //! The figures of numbers.
 
-use crate::text::joint;
 use crate::accuracy::position_error::SampleErrors;
 use crate::calibration::report::CalibrationReport;
 use crate::calibration::thresholds::GOOD_CONDITION;
 use crate::geometry::range::range;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::report::calibration::comparison::{Comparison, comparisons};
+use crate::text::joint;
 use crate::text::units::in_unit;
 use delta_cal::Tolerance;
 use delta_cal::calibration::limits::chi_square_quantile;

@@ -2,8 +2,8 @@
 
 use crate::calibration::noise_test::NoiseTest;
 use crate::text::joint;
-use delta_cal::robot::Drive;
 use delta_cal::Noise;
+use delta_cal::robot::Drive;
 use serde_json::{Value, json};
 
 pub(super) fn json(drive: Drive, test: &NoiseTest, stated: Option<&Noise<f64>>) -> Value {

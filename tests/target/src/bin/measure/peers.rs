@@ -32,8 +32,8 @@ fn overflow(_: Overflow) -> fmt::Error {
 /// Every parameter evenly within 10 mm and 1°.
 fn start_error(nominal: &Robot<f32>, rng: &mut Pcg32) -> Result<Robot<f32>, fmt::Error> {
     let arms = nominal.arms().map(|arm| {
-        let mut parameters = Parameter::ALL.map(|parameter| arm.get(parameter));
-        for (value, parameter) in parameters.iter_mut().zip(Parameter::ALL) {
+        let mut parameters = Parameter::ROTARY.map(|parameter| arm.get(parameter));
+        for (value, parameter) in parameters.iter_mut().zip(Parameter::ROTARY) {
             let bound = match parameter.kind() {
                 ParameterKind::Length => 10.0,
                 ParameterKind::Angle => 1_f32.to_radians(),
@@ -142,7 +142,7 @@ where
 
 /// Both must have solved the problem, or the counts mean nothing: to 0.1 mm and 0.1 mrad.
 fn close(found: &[f32], expected: &[f32]) -> fmt::Result {
-    for ((found, expected), parameter) in found.iter().zip(expected).zip(Parameter::ALL) {
+    for ((found, expected), parameter) in found.iter().zip(expected).zip(Parameter::ROTARY) {
         let bound = match parameter.kind() {
             ParameterKind::Length => 0.1,
             ParameterKind::Angle => 1e-4,

@@ -1,0 +1,80 @@
+//! Linear drives, and what tells the drives apart.
+
+use core::mem::MaybeUninit;
+use delta_cal::calibration::ToleranceError;
+use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::robot::{Arm, Drive, GeometryError, SymmetricLinearRobot};
+use delta_cal::{Parameter, Robot, Tolerance};
+use nalgebra::Vector3;
+
+macro_rules! of_scalar {
+    ($module:ident, $prefix:literal, $t:ident) => {
+        mod $module {
+            use super::*;
+
+            symbols! { $prefix;
+                fn arm_linear(parameters: &[$t; 7]) -> Result<Arm<$t>, GeometryError> {
+                    Arm::linear(*parameters)
+                }
+                fn arm_with_parameters(
+                    arm: &Arm<$t>,
+                    parameters: &[$t; 8],
+                ) -> Result<Arm<$t>, GeometryError> {
+                    arm.with_parameters(*parameters)
+                }
+                fn arm_drive(arm: &Arm<$t>) -> Drive { arm.drive() }
+                fn arm_elbow_speed(arm: &Arm<$t>) -> $t { arm.elbow_speed() }
+                fn robot_drive(robot: &Robot<$t>) -> Drive { robot.drive() }
+                fn robot_with_parameters(
+                    robot: &Robot<$t>,
+                    parameters: &[[$t; 8]; 3],
+                ) -> Result<Robot<$t>, GeometryError> {
+                    robot.with_parameters(*parameters)
+                }
+                fn robot_has_carriages_above(
+                    robot: &Robot<$t>,
+                    x: &Vector3<$t>,
+                    q: &[$t; 3],
+                ) -> bool {
+                    robot.has_carriages_above(x, q)
+                }
+                fn symmetric_linear_robot(
+                    dimensions: &SymmetricLinearRobot<$t>,
+                ) -> Result<Robot<$t>, GeometryError> {
+                    dimensions.robot()
+                }
+                fn symmetric_linear_robot_at(
+                    dimensions: &SymmetricLinearRobot<$t>,
+                    azimuths: &[$t; 3],
+                ) -> Result<Robot<$t>, GeometryError> {
+                    dimensions.robot_at(*azimuths)
+                }
+                fn limits_travel(
+                    minimum: $t,
+                    maximum: $t,
+                ) -> Result<JointLimits<$t>, JointLimitsError> {
+                    JointLimits::travel(minimum, maximum)
+                }
+                fn limits_drive(limits: &JointLimits<$t>) -> Drive { limits.drive() }
+                fn tolerance_with_linear(
+                    tolerance: &Tolerance<$t>,
+                    zero: $t,
+                    scale: $t,
+                ) -> Result<Tolerance<$t>, ToleranceError> {
+                    tolerance.with_linear(zero, scale)
+                }
+                fn tolerance_of_places(tolerance: &Tolerance<$t>, drive: Drive) -> [$t; 8] {
+                    tolerance.of_places(drive)
+                }
+            }
+        }
+    };
+}
+
+of_scalar!(single, "f32_", f32);
+of_scalar!(double, "f64_", f64);
+
+symbols! { "any_";
+    fn drive_parameters(drive: Drive) -> &'static [Parameter] { drive.parameters() }
+    fn drive_places(drive: Drive) -> [Option<Parameter>; 8] { drive.places() }
+}

@@ -77,9 +77,6 @@ pub(crate) fn run(arguments: &KlipperArguments) -> Result<(), Failure> {
     let assessment = Assessment::of(imported).map_err(|error| failure(&name, error))?;
     let json = json::text(&printer::json(&assessment));
     let mut text = printer::text(&assessment);
-    for note in &assessment.imported.notes {
-        let _ = write!(text, "\n{note}\n");
-    }
     if let Some(folder) = &arguments.output {
         let comment = format!(
             "Calibrated by delta-cal {} from the measurements that {name} holds.",

@@ -33,7 +33,6 @@ pub const CHOICES: [(&str, Choice); 13] = [
         "reprapfirmware",
         Choice::Controller(Some(&REPRAPFIRMWARE), Some(&linear::REPRAPFIRMWARE)),
     ),
-    ("marlin", Choice::Controller(None, Some(&linear::MARLIN))),
     ("b-and-r", Choice::Controller(Some(&B_AND_R), None)),
     ("linuxcnc", Choice::Controller(Some(&LINUXCNC), None)),
     (
@@ -45,6 +44,7 @@ pub const CHOICES: [(&str, Choice); 13] = [
     ("ucnc", Choice::Controller(Some(&UCNC), None)),
     ("delta-x", Choice::Controller(Some(&DELTA_X), None)),
     ("codesys", Choice::Controller(Some(&CODESYS), None)),
+    ("marlin", Choice::Controller(None, Some(&linear::MARLIN))),
     ("sdf", Choice::Sdf),
     ("correction-table", Choice::CorrectionTable),
 ];

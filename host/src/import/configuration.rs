@@ -49,7 +49,7 @@ impl Configuration {
             entries: BTreeMap::new(),
             missing: Vec::new(),
         };
-        let (written, saved) = split(text.text());
+        let [written, saved] = split(text.text());
         let mut visited = vec![path.to_owned()];
         configuration.add(&text, &written, path, &mut visited)?;
         // What is written by hand wins over what was saved, as in Klipper.
@@ -265,13 +265,13 @@ fn numbered(text: &str) -> Vec<(u64, &str)> {
 }
 
 /// The lines by hand, and those of the saved block without what each begins with.
-fn split(text: &str) -> (Vec<(u64, &str)>, Vec<(u64, &str)>) {
+fn split(text: &str) -> [Vec<(u64, &str)>; 2] {
     let lines = numbered(text);
     let begin = lines
         .iter()
         .position(|(_, line)| line.starts_with(SAVED) && line.contains("SAVE_CONFIG"));
     let Some(begin) = begin else {
-        return (lines, Vec::new());
+        return [lines, Vec::new()];
     };
     let (written, saved) = lines.split_at(begin);
     let saved = saved.iter().skip(1).filter_map(|(line, own)| {
@@ -280,7 +280,7 @@ fn split(text: &str) -> (Vec<(u64, &str)>, Vec<(u64, &str)>) {
         // The block's own warning is no option.
         (!own.starts_with("DO NOT EDIT")).then_some((*line, own))
     });
-    (written.to_vec(), saved.collect())
+    [written.to_vec(), saved.collect()]
 }
 
 /// The files that an include names, sorted. Patterns may stand in the last part of the name.

@@ -29,14 +29,12 @@ pub fn import(path: &Path, rods: Option<[f64; 3]>) -> Result<Imported, InputErro
     let kinematics = configuration.require("printer", "kinematics")?;
     let imported = match kinematics.value.as_str() {
         "delta" => linear(&configuration, rods)?,
-        "rotary_delta" => match rods {
-            None => rotary(&configuration)?,
-            Some(_) => {
-                let cause = "kinematics: rotary_delta has no arm_length that --rods could replace";
-                return Err(InputError::new(&configuration.name, cause)
-                    .with_remedy("leave out --rods, and edit lb_mm in the robot file"));
-            }
-        },
+        "rotary_delta" if rods.is_none() => rotary(&configuration)?,
+        "rotary_delta" => {
+            let cause = "kinematics: rotary_delta has no arm_length that --rods could replace";
+            return Err(InputError::new(&configuration.name, cause)
+                .with_remedy("leave out --rods, and edit lb_mm in the robot file"));
+        }
         _ => {
             let cause = "the printer is no Delta: its kinematics is neither delta nor rotary_delta";
             return Err(configuration

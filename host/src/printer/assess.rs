@@ -25,6 +25,11 @@ const UNEXPLAINED: f64 = 3.0;
 /// The printed area of a robot that states none, as a part of the upper arm's or tower's radius.
 const USUAL_AREA: f64 = 0.7;
 
+/// What is fitted on the bed counts so many times, for the first layer depends on it.
+const FIRST_LAYER: usize = 5;
+/// Lower than this above the bed a position is on it, mm.
+const ON_THE_BED: f64 = 0.5;
+
 /// What is known of a printer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assessment {
@@ -70,9 +75,17 @@ impl Assessment {
         let level = of_heights(&report.after.robot, &samples);
         let choice = CHOICES.into_iter().find(|(name, _)| *name == "klipper");
         let (_, choice) = choice.unwrap_or(("klipper", Choice::CorrectionTable));
+        let positions = area.positions();
+        let bed = positions.iter().filter(|at| at.z.abs() < ON_THE_BED);
+        let bed: Vec<_> = bed.copied().collect();
+        let mut fitted = positions.clone();
+        for _ in 1..FIRST_LAYER {
+            fitted.extend_from_slice(&bed);
+        }
         let wanted = Wanted {
             within: Some(radius),
-            ..Wanted::of(area.positions())
+            fitted,
+            evaluated: positions,
         };
         let export = Case {
             robot: &report.after,
@@ -98,14 +111,14 @@ impl Assessment {
             prior(robot).and_then(|covariance| area.expected(&report.after, &covariance));
         let next = next(&report.after, &samples, &area);
         Ok(Self {
+            imported,
+            report,
             area,
             before,
             after,
             sigma_before,
             next,
             export,
-            report,
-            imported,
         })
     }
 

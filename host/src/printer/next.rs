@@ -49,14 +49,14 @@ pub(super) fn next(robot: &RobotFile, file: &ObservationsFile, area: &Area) -> O
     for _ in 0..HEIGHTS {
         let added = places.iter().filter_map(|(place, row)| {
             let mut more = with.clone();
-            more.rows.push(row.clone());
+            more.rows.push(*row);
             Some((leaves(&more)?, *place, row))
         });
         let best = added.min_by(|one, other| one.0.total_cmp(&other.0));
         let Some((error, place, row)) = best else {
             break;
         };
-        with.rows.push(row.clone());
+        with.rows.push(*row);
         heights.push(place);
         with_heights = Some(error);
     }

@@ -25,6 +25,9 @@ pub fn text(assessment: &Assessment) -> String {
     }
     text.push('\n');
     text.push_str(&assessment.export.written.lines);
+    for note in &assessment.imported.notes {
+        let _ = write!(text, "\n{}\n", wrapped(note).join("\n"));
+    }
     text
 }
 
@@ -38,10 +41,14 @@ pub fn lines(assessment: &Assessment) -> Vec<String> {
     lines.push(known(assessment));
     lines.extend(sure(assessment));
     if !report.known.scale {
-        lines.push(
-            "The size of printed parts comes from the tolerance alone: no distance was measured."
-                .to_owned(),
-        );
+        let more = if assessment.imported.saved.distances.is_empty() {
+            "that takes distances"
+        } else {
+            "the distances are too inexact or too few"
+        };
+        lines.push(format!(
+            "The size of printed parts is known no better than the tolerance says: {more}."
+        ));
     }
     lines.extend(next(assessment));
     lines.push(paste(assessment));
@@ -67,7 +74,7 @@ fn measured(assessment: &Assessment) -> String {
     let notes = if assessment.imported.notes.is_empty() {
         ""
     } else {
-        " (notes below)"
+        " (see the note below)"
     };
     format!(
         "{}: {kind}; {}{notes}.",

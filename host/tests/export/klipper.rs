@@ -2,6 +2,8 @@
 //! stops, and these steps from positions. Written from klippy/kinematics/delta.py, rotary_delta.py, mathutil.py and
 //! klippy/chelper/kin_rotary_delta.c.
 
+#![allow(dead_code)] // each test uses its part
+
 use crate::support::Point;
 
 /// `kinematics: delta`.

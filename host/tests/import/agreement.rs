@@ -44,15 +44,24 @@ fn ten_printers_have_the_carriages_and_positions_that_klipper_computes() {
             let at = robot.robot.forward(&carriages).unwrap();
             let at = [at.x, at.y, at.z];
             close(at, own.klipper.position(own.steps(carriages)));
-            close(robot.robot.inverse(&at.into()).unwrap(), own.klipper.carriages(at));
+            close(
+                robot.robot.inverse(&at.into()).unwrap(),
+                own.klipper.carriages(at),
+            );
             match expected {
                 Row::Height(from, height) => {
-                    assert!(header.starts_with("s1_mm,s2_mm,s3_mm,height_mm"), "{header}");
+                    assert!(
+                        header.starts_with("s1_mm,s2_mm,s3_mm,height_mm"),
+                        "{header}"
+                    );
                     close(carriages, *from);
                     assert!((row[3].unwrap() - height).abs() < EXACT);
                 }
                 Row::Distance(from, to, length) => {
-                    assert!(header.ends_with("distance_mm,to_s1_mm,to_s2_mm,to_s3_mm"), "{header}");
+                    assert!(
+                        header.ends_with("distance_mm,to_s1_mm,to_s2_mm,to_s3_mm"),
+                        "{header}"
+                    );
                     close(carriages, *from);
                     close(three(row, 5), *to);
                     assert!((row[4].unwrap() - length).abs() < EXACT);
@@ -85,7 +94,10 @@ fn a_robot_whose_motors_turn_its_arms_has_klippers_positions() {
     let folder = import(&format!("{text}\n{}", block(&saved)));
     let robot = robot(&folder);
     let samples = folder.read("mine/samples.csv");
-    assert!(samples.starts_with("q1_deg,q2_deg,q3_deg,height_mm\n"), "{samples}");
+    assert!(
+        samples.starts_with("q1_deg,q2_deg,q3_deg,height_mm\n"),
+        "{samples}"
+    );
     for (row, at) in rows_of(&samples).iter().zip(expected) {
         let joints = [row[0], row[1], row[2]].map(f64::to_radians);
         let found = robot.robot.forward(&joints).unwrap();
@@ -108,7 +120,11 @@ fn options_are_looked_up_as_klipper_does() {
         "delta_radius: 100\ndelta_radius = 160.5 ; measured\nkinematics: delta #",
     );
     let folder = import(&by_hand);
-    assert!(folder.read("mine/robot.toml").contains("tower_radius_mm = 160.5\n"));
+    assert!(
+        folder
+            .read("mine/robot.toml")
+            .contains("tower_radius_mm = 160.5\n")
+    );
     // In included files, by a pattern.
     let (first, rest) = plain_parts(&own);
     let folder = Folder::new();
@@ -141,7 +157,10 @@ fn steps_may_be_of_any_length() {
             "rotation_distance: {:?}\nfull_steps_per_rotation: 400",
             length * 6400.0
         ),
-        format!("rotation_distance: {:?}\ngear_ratio: 4:2, 3:1", length * 19200.0),
+        format!(
+            "rotation_distance: {:?}\ngear_ratio: 4:2, 3:1",
+            length * 19200.0
+        ),
     ];
     for other in cases {
         let folder = import(&own.configuration().replace(&line, &other));
@@ -153,7 +172,8 @@ fn steps_may_be_of_any_length() {
 #[test]
 fn manual_heights_are_read() {
     let own = printer("01");
-    let more = own.configuration() + "#*# manual_height0 = 0.1\n#*# manual_height0_pos = 1e5, 2e4,3.5\n";
+    let more =
+        own.configuration() + "#*# manual_height0 = 0.1\n#*# manual_height0_pos = 1e5, 2e4,3.5\n";
     let folder = import(&more);
     let samples = folder.read("mine/samples.csv");
     assert_eq!(rows_of(&samples).len(), own.rows.len() + 1);
@@ -165,7 +185,10 @@ fn rods_of_an_earlier_calibration_are_kept_and_named_unless_their_length_is_stat
     let own = printer("05");
     let folder = import(&own.configuration());
     let text = folder.read("mine/robot.toml");
-    assert!(text.contains("the result of an earlier calibration"), "{text}");
+    assert!(
+        text.contains("the result of an earlier calibration"),
+        "{text}"
+    );
     assert!(text.contains("lb_mm = 341.224128\n"), "{text}");
     folder
         .run("import klipper printer.cfg --rods 340 --output mine --force")

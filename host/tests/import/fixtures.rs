@@ -48,7 +48,7 @@ fn three(values: &[f64]) -> Point {
 
 /// All ten.
 pub(crate) fn printers() -> Vec<Printer> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/import/printers");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/printers");
     let mut files: Vec<_> = std::fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().path())
@@ -109,8 +109,11 @@ impl Printer {
                 Row::Distance(at, to, distance) => {
                     let name = format!("distance{distances}");
                     let (at, to) = (steps(*at), steps(*to));
-                    writeln!(text, "{name} = {distance}\n{name}_pos1 = {at}\n{name}_pos2 = {to}")
-                        .unwrap();
+                    writeln!(
+                        text,
+                        "{name} = {distance}\n{name}_pos1 = {at}\n{name}_pos2 = {to}"
+                    )
+                    .unwrap();
                     distances += 1;
                 }
             }

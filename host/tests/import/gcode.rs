@@ -47,25 +47,54 @@ fn the_lines_of_both_firmwares_are_the_printer_that_they_describe() {
         let own = printer();
         for at in [[0.0, 0.0, 0.0], [80.0, -20.0, 10.0], [-60.0, 90.0, 200.0]] {
             let carriages: Point = robot.robot.inverse(&at.into()).unwrap();
-            assert!(distance(carriages, own.carriages(at)) < 1e-6, "{controller}");
+            assert!(
+                distance(carriages, own.carriages(at)) < 1e-6,
+                "{controller}"
+            );
         }
         let [a, b, c] = own.absolute_endstops();
         let home = format!("--home-mm {a:.6},{b:.6},{c:.6}");
         assert!(run.stdout.contains(&home), "{}", run.stdout);
         // What plan reads.
-        folder.run("plan mine/robot.toml --count 8 --output poses.csv").ok();
+        folder
+            .run("plan mine/robot.toml --count 8 --output poses.csv")
+            .ok();
     }
 }
 
 #[test]
 fn lines_that_cannot_be_read_are_refused() {
     let cases = [
-        ("reprapfirmware", "M550 P\"hunter2\"\n".to_owned(), "no line is an M665"),
-        ("marlin", MARLIN.replace("R141.2000", ""), "M665 R: the word is missing"),
-        ("marlin", MARLIN.replace("H411.8000", ""), "M665 H: the word is missing"),
-        ("marlin", MARLIN.replace("L330.1000", "L100"), "config.g:3: M665 L: a rod is not longer"),
-        ("marlin", MARLIN.replace("R141.2000", "R-1"), "config.g:3: M665 R: the value is not above 0"),
-        ("reprapfirmware", REPRAPFIRMWARE.replace("L330.1:", "Lhunter2:"), "config.g:4: M665: a word of the line"),
+        (
+            "reprapfirmware",
+            "M550 P\"hunter2\"\n".to_owned(),
+            "no line is an M665",
+        ),
+        (
+            "marlin",
+            MARLIN.replace("R141.2000", ""),
+            "M665 R: the word is missing",
+        ),
+        (
+            "marlin",
+            MARLIN.replace("H411.8000", ""),
+            "M665 H: the word is missing",
+        ),
+        (
+            "marlin",
+            MARLIN.replace("L330.1000", "L100"),
+            "config.g:3: M665 L: a rod is not longer",
+        ),
+        (
+            "marlin",
+            MARLIN.replace("R141.2000", "R-1"),
+            "config.g:3: M665 R: the value is not above 0",
+        ),
+        (
+            "reprapfirmware",
+            REPRAPFIRMWARE.replace("L330.1:", "Lhunter2:"),
+            "config.g:4: M665: a word of the line",
+        ),
     ];
     for (controller, text, cause) in cases {
         let folder = Folder::new();

@@ -5,7 +5,10 @@ use crate::support::Run;
 
 fn silent(run: &Run) {
     for secret in SECRETS {
-        assert!(!run.stderr.contains(secret) && !run.stdout.contains(secret), "{secret}");
+        assert!(
+            !run.stderr.contains(secret) && !run.stdout.contains(secret),
+            "{secret}"
+        );
     }
 }
 
@@ -31,7 +34,10 @@ fn wrong_configurations_are_refused_with_place_and_cause() {
             replaced("#*# delta_radius = 162.76928", "#*#"),
             "[printer] delta_radius: the option is missing",
         ),
-        (replaced(endstop, ""), "[stepper_a] position_endstop: the option is missing"),
+        (
+            replaced(endstop, ""),
+            "[stepper_a] position_endstop: the option is missing",
+        ),
         (
             replaced(endstop, "#*# position_endstop = four\n"),
             "[stepper_a] position_endstop: the value is not a finite number",
@@ -79,7 +85,10 @@ fn wrong_configurations_are_refused_with_place_and_cause() {
     ];
     for (text, cause) in cases {
         let folder = folder(&text);
-        for command in ["import klipper printer.cfg --output mine", "klipper printer.cfg --output mine"] {
+        for command in [
+            "import klipper printer.cfg --output mine",
+            "klipper printer.cfg --output mine",
+        ] {
             let run = folder.run(command);
             assert_eq!(run.code, 3, "{cause}: {}", run.stderr);
             assert!(run.stderr.contains(cause), "{cause}: {}", run.stderr);
@@ -94,16 +103,29 @@ fn wrong_configurations_are_refused_with_place_and_cause() {
 /// An include that is not there is named, by its line, where an option is missing, and is a note otherwise.
 #[test]
 fn includes_that_are_not_there_are_told() {
-    let good = format!("[include hunter2/*.cfg]\n[include hunter2.cfg]\n{}", printer("01").configuration());
+    let good = format!(
+        "[include hunter2/*.cfg]\n[include hunter2.cfg]\n{}",
+        printer("01").configuration()
+    );
     let first = folder(&good);
     let run = first.run("import klipper printer.cfg --output mine").ok();
-    assert!(run.stdout.contains("printer.cfg:2 includes a file that is not there"), "{}", run.stdout);
+    assert!(
+        run.stdout
+            .contains("printer.cfg:2 includes a file that is not there"),
+        "{}",
+        run.stdout
+    );
     assert!(!run.stdout.contains("printer.cfg:1 "), "{}", run.stdout);
     silent(&run);
     let lacking = folder(&good.replace("kinematics: delta", "speed: 1"));
     let run = lacking.run("import klipper printer.cfg --output mine");
     assert_eq!(run.code, 3);
-    assert!(run.stderr.contains("help: printer.cfg:2 includes a file that is not there"), "{}", run.stderr);
+    assert!(
+        run.stderr
+            .contains("help: printer.cfg:2 includes a file that is not there"),
+        "{}",
+        run.stderr
+    );
     silent(&run);
 }
 
@@ -114,10 +136,16 @@ fn files_that_exist_are_only_replaced_with_force() {
     folder.write("mine/samples.csv", "of yesterday");
     let run = folder.run("import klipper printer.cfg --output mine");
     assert_eq!(run.code, 4, "{}", run.stderr);
-    assert!(run.stderr.contains("samples.csv: the file exists"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("samples.csv: the file exists"),
+        "{}",
+        run.stderr
+    );
     assert_eq!(folder.read("mine/samples.csv"), "of yesterday");
     assert!(!folder.path("mine/robot.toml").exists());
-    folder.run("import klipper printer.cfg --output mine --force").ok();
+    folder
+        .run("import klipper printer.cfg --output mine --force")
+        .ok();
     assert!(folder.read("mine/samples.csv").starts_with("s1_mm"));
 }
 
@@ -127,7 +155,10 @@ fn a_robot_whose_motors_turn_its_arms_has_faults_of_its_own() {
     let saved = block("[delta_calibrate]\nheight0 = 1\nheight0_pos = 1,2,3\n");
     let good = format!("{text}\n{saved}");
     let cases = [
-        (good.replacen("gear_ratio: 107.000:16", "gears: 1", 1), "[stepper_a] gear_ratio: the option is missing"),
+        (
+            good.replacen("gear_ratio: 107.000:16", "gears: 1", 1),
+            "[stepper_a] gear_ratio: the option is missing",
+        ),
         (
             good.replacen("gear_ratio: 107.000:16", "gear_ratio: 107", 1),
             "[stepper_a] gear_ratio: the value is not ratios",
@@ -136,7 +167,10 @@ fn a_robot_whose_motors_turn_its_arms_has_faults_of_its_own() {
             good.replacen("position_endstop: 252\n", "position_endstop: -2000\n", 1),
             "[stepper_a] position_endstop: the value is not a height that the arm reaches",
         ),
-        (good.replacen("shoulder_height", "height", 1), "[printer] shoulder_height: the option is missing"),
+        (
+            good.replacen("shoulder_height", "height", 1),
+            "[printer] shoulder_height: the option is missing",
+        ),
     ];
     for (text, cause) in cases {
         let folder = folder(&text);
@@ -153,11 +187,26 @@ fn the_command_line_is_checked() {
     let folder = folder(&printer("01").configuration());
     let cases = [
         ("import klipper printer.cfg", "--output <FOLDER>"),
-        ("import smoothieware printer.cfg --output mine", "[possible values: klipper, reprapfirmware, marlin]"),
-        ("import klipper printer.cfg --rods 1,2 --output mine", "--rods needs one length, or three"),
-        ("import klipper printer.cfg --rods -1 --output mine", "it must be a length above 0"),
-        ("import marlin printer.cfg --rods 300 --output mine", "--rods can only be used with klipper"),
-        ("klipper printer.cfg --json printer.cfg", "--json printer.cfg is the same file as the configuration"),
+        (
+            "import smoothieware printer.cfg --output mine",
+            "[possible values: klipper, reprapfirmware, marlin]",
+        ),
+        (
+            "import klipper printer.cfg --rods 1,2 --output mine",
+            "--rods needs one length, or three",
+        ),
+        (
+            "import klipper printer.cfg --rods=-1 --output mine",
+            "it must be a length above 0",
+        ),
+        (
+            "import marlin printer.cfg --rods 300 --output mine",
+            "--rods can only be used with klipper",
+        ),
+        (
+            "klipper printer.cfg --json printer.cfg",
+            "--json printer.cfg is the same file as the configuration",
+        ),
     ];
     for (command, cause) in cases {
         let run = folder.run(command);

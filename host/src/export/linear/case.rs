@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 const TOLERANCE: (f64, f64, f64, f64) = (0.5, 0.003, 5.0, 0.001);
 
 /// An error of the height counts so many times as much as one along x or y: the first layer depends on it.
-const HEIGHT: f64 = 3.0;
+const HEIGHT: f64 = 10.0;
 
 /// The travels in the middle of where a robot is wanted.
 pub(crate) fn middle(robot: &Robot<f64>, wanted: &Wanted) -> Option<[f64; 3]> {

@@ -81,10 +81,9 @@ impl LinearGeometry {
 
     /// As it is written: lengths to 0.0001 mm, angles to 0.0001°.
     pub(super) fn rounded(mut self) -> Self {
-        let length = |value: f64| (value * 1e4).round() / 1e4;
-        self.radius = length(self.radius);
-        self.rods = self.rods.map(length);
-        self.zeros = self.zeros.map(length);
+        self.radius = to_decimals(self.radius);
+        self.rods = self.rods.map(to_decimals);
+        self.zeros = self.zeros.map(to_decimals);
         self.azimuths = self
             .azimuths
             .map(|angle| ((angle.to_degrees() * 1e4).round() / 1e4).to_radians());
@@ -108,6 +107,10 @@ impl LinearGeometry {
         }
         corrections
     }
+}
+
+fn to_decimals(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
 }
 
 /// Of the circle through three points, as seen from above; their mean if they are on one line.

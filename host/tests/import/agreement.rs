@@ -215,6 +215,11 @@ fn the_files_calibrate() {
         .run("calibrate mine/robot.toml mine/samples.csv --output mine/calibrated.toml --json report.json")
         .ok();
     let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    assert!(
+        folder
+            .read("mine/calibrated.toml")
+            .contains("tilt_deg = 0.001\n")
+    );
     let plane = &report["planes"]["plane"];
     // Level to 0.001 degrees and at 0 to 0.001 mm, six σ of each.
     assert!(plane["offset_mm"].as_f64().unwrap().abs() < 0.006);

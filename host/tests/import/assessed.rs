@@ -1,9 +1,10 @@
 //! `delta-cal klipper`.
 
-use crate::fixtures::{SECRETS, folder, printer, printers};
+use crate::fixtures::{SECRETS, block, folder, printer, printers, rotary};
 use crate::klipper::Delta;
 use crate::support::{Point, Run};
 use serde_json::Value;
+use std::fmt::Write;
 
 fn statements(run: &Run) -> usize {
     let above = run.stdout.split("\n\n").next().unwrap();
@@ -179,4 +180,45 @@ fn a_printer_that_no_tolerance_explains_is_refused() {
     assert!(run.stderr.contains("--rods"), "{}", run.stderr);
     assert_eq!(run.stdout, "");
     assert_eq!(folder.names(), ["printer.cfg"]);
+}
+
+/// Motors that turn the arms: end stops that are off by up to a millimetre are found again over the bed.
+#[test]
+fn a_robot_whose_motors_turn_its_arms_is_assessed_too() {
+    let (told, text) = rotary();
+    let (mut made, _) = rotary();
+    made.endstops = [0, 1, 2].map(|k| told.endstops[k] + [0.7, -0.9, 0.2][k]);
+    let mut saved = String::from("[delta_calibrate]\n");
+    for index in 0..12 {
+        let (out, turn) = (90.0 * f64::from(index) / 11.0, 2.4 * f64::from(index));
+        let steps = told.steps([out * turn.cos(), out * turn.sin(), 2.0]);
+        let height = made.position(steps)[2];
+        let steps = steps.map(|n| format!("{n:.6}")).join(",");
+        writeln!(
+            saved,
+            "height{index} = {height}\nheight{index}_pos = {steps}"
+        )
+        .unwrap();
+    }
+    let folder = folder(&format!(
+        "{text}[delta_calibrate]\nradius: 90\n{}",
+        block(&saved)
+    ));
+    let shown = folder.run("klipper printer.cfg").ok();
+    assert!((6..=10).contains(&statements(&shown)), "{}", shown.stdout);
+    assert!(
+        shown.stdout.contains("combinations of the 24"),
+        "{}",
+        shown.stdout
+    );
+    let report = json(&folder.run("klipper printer.cfg --json -").ok());
+    assert_eq!(report["kinematics"], "rotary_delta");
+    let lines = report["export"]["lines"].as_str().unwrap();
+    assert!(
+        lines.contains("shoulder_radius: ") && lines.contains("upper_arm_length: "),
+        "{lines}"
+    );
+    let before = report["before"]["height_rms_mm"].as_f64().unwrap();
+    let after = report["after"]["height_rms_mm"].as_f64().unwrap();
+    assert!(before > 0.2 && after < 0.25 * before, "{before} {after}");
 }

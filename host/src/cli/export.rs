@@ -271,16 +271,14 @@ fn level(arguments: &ExportArguments, robot: &RobotFile) -> Result<Option<Frame>
         Measurements::Observations(samples) => of_heights(&robot.robot, samples),
         Measurements::Positions(_) => None,
     };
-    match found {
-        Some(frame) => Ok(Some(frame)),
-        None => {
-            let cause = "the file holds fewer than three heights that are not on one line, and these determine no bed";
-            let fault = InputError::new(path.display().to_string(), cause);
-            Err(fault
-                .with_remedy("measure more heights, or leave out --bed")
-                .into())
-        }
+    if found.is_some() {
+        return Ok(found);
     }
+    let cause = "the file holds fewer than three heights that are not on one line, and these determine no bed";
+    let fault = InputError::new(path.display().to_string(), cause);
+    Err(fault
+        .with_remedy("measure more heights, or leave out --bed")
+        .into())
 }
 
 /// Which file is at fault, and where.

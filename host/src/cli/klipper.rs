@@ -77,6 +77,10 @@ pub(crate) fn run(arguments: &KlipperArguments) -> Result<(), Failure> {
     let assessment = Assessment::of(imported).map_err(|error| failure(&name, error))?;
     let json = json::text(&printer::json(&assessment));
     let mut text = printer::text(&assessment);
+    let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));
+    if let Some(path) = json_file {
+        output::check(path)?;
+    }
     if let Some(folder) = &arguments.output {
         let comment = format!(
             "Calibrated by delta-cal {} from the measurements that {name} holds.",

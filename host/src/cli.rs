@@ -9,8 +9,10 @@ mod device;
 mod exit_codes;
 mod export;
 mod failure;
+mod import;
 mod init;
 mod kinematics;
+mod klipper;
 mod length;
 mod paths;
 mod plan;
@@ -37,6 +39,8 @@ pub(crate) fn run() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Reproduce(arguments) => reproduce::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Import(arguments) => import::run(&arguments),
+        Command::Klipper(arguments) => klipper::run(&arguments),
         Command::Workspace(arguments) => workspace::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),

@@ -16,6 +16,7 @@ pub mod exported;
 pub mod fit;
 pub mod frame;
 pub mod geometry;
+pub mod linear;
 pub mod loss;
 pub mod nominal;
 pub mod sdf;

@@ -7,6 +7,7 @@
 //! text         numbers and lists in sentences
 //! geometry     where a robot may be: limits, the sweep of the forward model
 //! files        robot file, samples file, their faults, output files
+//! import       configurations of other controllers, read into a robot and samples
 //! fit          samples to parameters, by either method; no judgement
 //! accuracy     how well positions and parameters are known
 //! calibration  a case ─→ an attempt ─→ a report, or an objection ─→ a reason in words; diagnosis
@@ -15,6 +16,7 @@
 //! campaign     many simulated robots, calibrated in every way that a file asks for
 //! workspace    where the robot gets, and what limits it
 //! export       what another controller can hold of a robot, and what that loses
+//! printer      a printer's configuration: what is wrong, what to measure, what to paste
 //! render       figures, pages, the terminal
 //! report       results for people and for programs
 //! device       a controller that calibrates itself, over its link
@@ -53,7 +55,9 @@ pub mod export;
 pub mod files;
 pub mod fit;
 pub mod geometry;
+pub mod import;
 pub mod planning;
+pub mod printer;
 pub mod render;
 pub mod report;
 pub mod reproduce;

@@ -6,5 +6,6 @@ pub mod check;
 pub mod document;
 pub mod export;
 pub mod plan;
+pub mod printer;
 pub mod validation;
 pub mod workspace;

@@ -4,7 +4,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 21] = [
+const COMMANDS: [&str; 23] = [
     "",
     "init",
     "calibrate",
@@ -18,6 +18,8 @@ const COMMANDS: [&str; 21] = [
     "reproduce",
     "workspace",
     "export",
+    "import",
+    "klipper",
     "device",
     "device calibrate",
     "device status",

@@ -68,7 +68,7 @@ fn sigmas(outcome: &RobotOutcome<f64>) -> Vec<f64> {
             Parameter::ROTARY.map(|parameter| {
                 let unit = match parameter.kind() {
                     ParameterKind::Length => 1.0,
-                    ParameterKind::Angle => 260.0,
+                    ParameterKind::Angle | ParameterKind::Ratio => 260.0,
                 };
                 result.standard_deviation(parameter).unwrap() * unit
             })

@@ -151,6 +151,7 @@ fn observations_of_every_kind_are_the_cores() {
         frame: PositionFrame::Sensor,
         planes: &[delta_cal::observations::Plane {
             known: Some((-560.2, 1.0)),
+            level: None,
         }],
         points: &[delta_cal::observations::Point {
             known: None,
@@ -248,6 +249,7 @@ fn a_plane_that_is_known_is_the_cores() {
         frame: PositionFrame::Sensor,
         planes: &[delta_cal::observations::Plane {
             known: Some((-560.2, 1.0)),
+            level: None,
         }],
         points: &[],
         noise: ObservationNoise::new(noise(), SIGMA, SIGMA).unwrap(),

@@ -69,7 +69,10 @@ impl<T: Real> Instruments<'_, T> {
                 .count() as u64
         };
         for (index, plane) in (0..).zip(self.planes) {
-            let needed = if plane.known.is_some() { 1 } else { 3 };
+            let needed = match (plane.known, plane.level) {
+                (None, None) => 3,
+                _ => 1,
+            };
             let found = count(&|row| row.height.is_some_and(|height| height.plane == index));
             if found < needed {
                 return Some((Instrument::Plane(index), found, needed));

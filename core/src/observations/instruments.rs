@@ -33,6 +33,8 @@ pub enum PositionFrame {
 pub struct Plane<T> {
     /// c and its σ, if something is known of it. Length.
     pub known: Option<(T, T)>,
+    /// One σ of the slopes a and b about 0, if the plane is known to be nearly level. No unit.
+    pub level: Option<T>,
 }
 
 /// A fixed point, whose place is unknown.

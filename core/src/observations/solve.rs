@@ -1,6 +1,6 @@
 //! How the problem is solved: what is known beforehand, the minimisation, a second start.
 
-use super::instruments::{OF_FRAME, OF_POINT, OF_ROBOT, PositionFrame};
+use super::instruments::{OF_FRAME, OF_PLANE, OF_POINT, OF_ROBOT, PositionFrame};
 use super::outcome::ObservationOutcome;
 use super::problem::{InstrumentsAt, ObservationProblem};
 use super::row::ObservationRow;
@@ -101,6 +101,13 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         for (index, plane) in (0..).zip(self.instruments.planes) {
             if let Some((_, sigma)) = plane.known {
                 put(self.instruments.plane_column(index), 1, sigma);
+            }
+            if let Some(sigma) = plane.level {
+                put(
+                    self.instruments.plane_column(index) + 1,
+                    OF_PLANE - 1,
+                    sigma,
+                );
             }
         }
         for (index, point) in (0..).zip(self.instruments.points) {

@@ -298,7 +298,9 @@ fn freedom(robot: &RobotFile, samples: &ObservationsFile, fit: &ObservedFit) -> 
     let readings = weighed.sum::<f64>() * fit.effective_rows / weights.max(f64::MIN_POSITIVE);
     let free = if robot.tolerance.is_some() { 0 } else { 24 };
     let facts = &robot.instruments;
+    let level = facts.planes.iter().filter(|plane| plane.tilt.is_some());
     let known = facts.planes.len()
+        + 2 * level.count()
         + 3 * facts
             .points
             .iter()

@@ -6,8 +6,10 @@ use super::completions::{self, CompletionsArguments, ManArguments};
 use super::device::DeviceArguments;
 use super::exit_codes::EXIT_CODES;
 use super::export::ExportArguments;
+use super::import::ImportArguments;
 use super::init::{self, InitArguments};
 use super::kinematics::{self, KinematicsArguments};
+use super::klipper::KlipperArguments;
 use super::plan::{self, PlanArguments};
 use super::reproduce::{self, ReproduceArguments};
 use super::simulate::{self, SimulateArguments};
@@ -31,6 +33,8 @@ Examples:
   delta-cal reproduce
   delta-cal workspace robot.toml --output workspace
   delta-cal export calibrated.toml --for klipper
+  delta-cal klipper printer.cfg
+  delta-cal import klipper printer.cfg --output mine
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
 
 /// Calibrates Delta robots from measured positions
@@ -75,6 +79,10 @@ pub(crate) enum Command {
     Workspace(WorkspaceArguments),
     /// Write a calibrated robot for another controller, and say what that loses
     Export(ExportArguments),
+    /// Read another controller's configuration and its saved measurements into files for calibrate
+    Import(ImportArguments),
+    /// Say what is wrong with a Klipper printer, what to measure next, and what to paste
+    Klipper(KlipperArguments),
     /// Let a controller calibrate its robot, over the controller's serial link
     Device(DeviceArguments),
     /// Print what makes a shell complete commands and options

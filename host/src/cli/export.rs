@@ -5,22 +5,30 @@ use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
 use super::print::print;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
+use delta_cal::robot::Drive;
 use delta_cal_host::export::case::Case;
 use delta_cal_host::export::choose::{CHOICES, Choice};
 use delta_cal_host::export::error::ExportError;
+use delta_cal_host::export::frame::Frame;
+use delta_cal_host::export::linear::level::of_heights;
 use delta_cal_host::export::settings::Settings;
 use delta_cal_host::export::wanted::Wanted;
 use delta_cal_host::files::output;
 use delta_cal_host::render::json;
 use delta_cal_host::report::export::{self, Files};
-use delta_cal_host::{InputError, InputText, RobotFile, read_positions};
+use delta_cal_host::{
+    InputError, InputText, Measurements, Options, RobotFile, read_positions, read_samples,
+};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
 TARGET is one of:
-  klipper           [printer] kinematics: rotary_delta, 14 parameters
-  reprapfirmware    M669 K10 and M666, 16 parameters
+  klipper           [printer] kinematics: rotary_delta, 14 parameters;
+                    with towers kinematics: delta, 10 parameters
+  reprapfirmware    M669 K10 and M666, 16 parameters;
+                    with towers M665 and M666, 10 parameters
+  marlin            robots with towers: M665 and M666, 10 parameters
   b-and-r           B&R mapp Motion, Delta/3AxesDeltaA, 18 parameters
   linuxcnc          rotarydeltakins with home offsets, 6 parameters
   smoothieware      rotary_delta with M206, 7 parameters
@@ -30,7 +38,10 @@ TARGET is one of:
   correction-table  CSV x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm: position corrections
                     for any controller
 
-No controller holds all 24 parameters. The program fits the target's parameters, and a rigid motion, so that \
+Robots whose elbows are carriages on towers (kind = \"linear\") can be exported for klipper, reprapfirmware, marlin and \
+correction-table. Name with --bed the file of their heights above the bed: the exported z = 0 is then the bed.
+
+No controller holds all parameters. The program fits the target's parameters, and a rigid motion, so that \
 the calibrated robot is where it is wanted at the joint angles that the controller computes, and states \
 what is lost. It writes the controller's lines, with that as their comment. docs/export.md has the conventions of \
 each controller.
@@ -40,6 +51,8 @@ Examples:
   delta-cal export calibrated.toml --for klipper --output delta.cfg
   delta-cal export calibrated.toml --for reprapfirmware --home-deg -52.5
   delta-cal export calibrated.toml --for sdf --output robot.sdf
+  delta-cal export calibrated.toml --for marlin --bed samples.csv \\
+      --home-mm 720.9,720.6,721.2
   delta-cal export calibrated.toml --for correction-table --nominal robot.toml
 
 Exit codes:
@@ -73,6 +86,13 @@ pub(crate) struct ExportArguments {
     /// three [default: the smallest whole degrees at which all three can be, elbows out]
     #[arg(long, value_name = "Q[,Q,Q]", value_delimiter = ',', value_parser = number, allow_negative_numbers = true, allow_hyphen_values = true)]
     home_deg: Option<Vec<f64>>,
+    /// With towers: the travels at which the carriages are at their end stops, one for all or three; delta-cal
+    /// import states them [default: the largest travel of the robot file]
+    #[arg(long, value_name = "S[,S,S]", value_delimiter = ',', value_parser = number, allow_negative_numbers = true, allow_hyphen_values = true)]
+    home_mm: Option<Vec<f64>>,
+    /// With towers: the samples file whose heights were measured above the bed, which becomes z = 0 and level
+    #[arg(long, value_name = "SAMPLES.csv")]
+    bed: Option<PathBuf>,
     /// The height of the robot's origin above the controller's z = 0, where the controller holds a height
     /// [default: the least whole number with which no position is below 0]
     #[arg(long, value_name = "MM", value_parser = length)]
@@ -109,7 +129,6 @@ fn length(text: &str) -> Result<f64, String> {
 
 pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
-    let home = home(arguments.home_deg.as_deref())?;
     let choice = CHOICES
         .into_iter()
         .find(|(name, _)| *name == arguments.target)
@@ -120,6 +139,8 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         Some(path) => Some(RobotFile::read(&InputText::from_file(path)?)?),
         None => None,
     };
+    let home = home(arguments, robot.robot.drive())?;
+    let level = level(arguments, &robot)?;
     let wanted = match &arguments.positions {
         Some(path) => {
             let rows = read_positions(&read(path, &arguments.columns)?)?;
@@ -136,6 +157,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             home,
             platform_radius: arguments.platform_radius,
             spacing: arguments.spacing,
+            level,
         },
     };
     let export = case
@@ -175,6 +197,7 @@ fn check_paths(arguments: &ExportArguments) -> Result<(), Failure> {
         ("the robot file", Some(arguments.robot.as_path())),
         ("the nominal robot", arguments.nominal.as_deref()),
         ("the positions", arguments.positions.as_deref()),
+        ("the heights", arguments.bed.as_deref()),
     ];
     let remedy = "give the output another name";
     for input in inputs {
@@ -184,20 +207,78 @@ fn check_paths(arguments: &ExportArguments) -> Result<(), Failure> {
     refuse_same("--json", json, ("--output", output), remedy)
 }
 
-/// Radians.
-fn home(degrees: Option<&[f64]>) -> Result<Option<[f64; 3]>, Failure> {
-    Ok(match degrees {
+/// The end stops: radians, or mm of travel.
+fn home(arguments: &ExportArguments, drive: Drive) -> Result<Option<[f64; 3]>, Failure> {
+    let (own, other, of_whom) = match drive {
+        Drive::Rotary => (
+            (
+                "--home-deg",
+                &arguments.home_deg,
+                "-52.5",
+                "-52.5,-52.1,-52.8",
+            ),
+            ("--home-mm", &arguments.home_mm),
+            "motors turn the arms of this robot, and it has no travels",
+        ),
+        Drive::Linear => (
+            ("--home-mm", &arguments.home_mm, "721", "720.9,720.6,721.2"),
+            ("--home-deg", &arguments.home_deg),
+            "carriages drive this robot, and it has no joint angles",
+        ),
+    };
+    let (option, values, one, three) = own;
+    if other.1.is_some() {
+        return Err(Failure::Usage {
+            cause: format!("{} cannot be used: {of_whom}", other.0),
+            remedy: format!("write for example {option} {three}"),
+        });
+    }
+    let unit = |value: f64| match drive {
+        Drive::Rotary => value.to_radians(),
+        Drive::Linear => value,
+    };
+    Ok(match values.as_deref() {
         None => None,
-        Some([all]) => Some([all.to_radians(); 3]),
-        Some([first, second, third]) => Some([*first, *second, *third].map(f64::to_radians)),
+        Some([all]) => Some([unit(*all); 3]),
+        Some([first, second, third]) => Some([*first, *second, *third].map(unit)),
         Some(_) => {
+            let what = match drive {
+                Drive::Rotary => "angle",
+                Drive::Linear => "travel",
+            };
             return Err(Failure::Usage {
-                cause: "--home-deg needs one angle, or three".to_owned(),
-                remedy: "write for example --home-deg -52.5 or --home-deg -52.5,-52.1,-52.8"
-                    .to_owned(),
+                cause: format!("{option} needs one {what}, or three"),
+                remedy: format!("write for example {option} {one} or {option} {three}"),
             });
         }
     })
+}
+
+/// The bed that heights were measured above.
+fn level(arguments: &ExportArguments, robot: &RobotFile) -> Result<Option<Frame>, Failure> {
+    let Some(path) = &arguments.bed else {
+        return Ok(None);
+    };
+    if robot.robot.drive() == Drive::Rotary {
+        return Err(Failure::Usage {
+            cause: "--bed cannot be used: motors turn the arms of this robot".to_owned(),
+            remedy: "leave it out; the fitted rigid motion levels the work frame".to_owned(),
+        });
+    }
+    let samples = read_samples(&InputText::from_table(path)?, robot, Options::default())
+        .map_err(Failure::from)?;
+    let found = match &samples {
+        Measurements::Observations(samples) => of_heights(&robot.robot, samples),
+        Measurements::Positions(_) => None,
+    };
+    if found.is_some() {
+        return Ok(found);
+    }
+    let cause = "the file holds fewer than three heights that are not on one line, and these determine no bed";
+    let fault = InputError::new(path.display().to_string(), cause);
+    Err(fault
+        .with_remedy("measure more heights, or leave out --bed")
+        .into())
 }
 
 /// Which file is at fault, and where.

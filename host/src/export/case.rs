@@ -1,11 +1,12 @@
 //! A robot, and how it is exported for a target.
 
-use super::choose::Choice;
+use super::choose::{Choice, names_for};
 use super::correction_table::CorrectionTable;
 use super::error::ExportError;
 use super::exported::Export;
 use super::fit::fit;
 use super::geometry::{Geometry, Holds};
+use super::linear;
 use super::loss::Loss;
 use super::nominal::{nearest_symmetric, symmetric_arms};
 use super::sdf;
@@ -15,6 +16,7 @@ use super::target::{Fitted, Target};
 use super::wanted::Wanted;
 use crate::files::robot_file::RobotFile;
 use crate::text::units::degrees;
+use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot, Tolerance};
 
 /// Fewer positions determine no fit.
@@ -50,18 +52,36 @@ impl Case<'_> {
             return Err(ExportError::TooFewPositions { found });
         }
         let robot = &self.robot.robot;
+        let drive = robot.drive();
+        let other_drive = || ExportError::OtherDrive {
+            drive,
+            others: names_for(drive),
+        };
+        if !choice.takes(drive) || self.nominal.is_some_and(|own| own.robot.drive() != drive) {
+            return Err(other_drive());
+        }
         let nominal = self.nominal_robot()?;
-        let (uncalibrated, uncalibrated_moved) = Loss::uncalibrated(robot, &nominal, self.wanted);
-        let export = match choice {
-            Choice::Controller(target) => self.controller(target)?,
-            Choice::Sdf => sdf::export(self.robot, self.wanted),
-            Choice::CorrectionTable => {
+        let (mut uncalibrated, uncalibrated_moved) =
+            Loss::uncalibrated(robot, &nominal, self.wanted);
+        let Settings { home, level, .. } = self.settings;
+        if let Some(level) = level {
+            uncalibrated = Loss::of_controller(robot, &nominal, &level.transform(), self.wanted);
+        }
+        let export = match (choice, drive) {
+            (Choice::Controller(Some(target), _), Drive::Rotary) => self.controller(target)?,
+            (Choice::Controller(_, Some(target)), Drive::Linear) => {
+                linear::case::export(self.robot, self.wanted, target, home, level)?
+            }
+            (Choice::Controller(..), _) => return Err(other_drive()),
+            (Choice::Sdf, _) => sdf::export(self.robot, self.wanted),
+            (Choice::CorrectionTable, _) => {
                 CorrectionTable::of(robot, &nominal, self.wanted, self.settings.spacing)?.export()
             }
         };
         Ok(Export {
             uncalibrated,
             uncalibrated_moved,
+            within: self.wanted.within,
             ..export
         })
     }
@@ -70,7 +90,13 @@ impl Case<'_> {
         if let Some(nominal) = self.nominal {
             return Ok(nominal.robot);
         }
-        nearest_symmetric(&self.robot.robot).map_err(|_| ExportError::Unreached)
+        let robot = &self.robot.robot;
+        match robot.drive() {
+            Drive::Rotary => nearest_symmetric(robot).map_err(|_| ExportError::Unreached),
+            Drive::Linear => {
+                linear::case::nominal(robot, self.wanted).ok_or(ExportError::Unreached)
+            }
+        }
     }
 
     fn controller(&self, target: &'static Target) -> Result<Export, ExportError> {
@@ -92,7 +118,7 @@ impl Case<'_> {
             start,
             &target.holds,
             &tolerance,
-            height,
+            (height, settings.level.is_some()),
             self.wanted,
         )
         .ok_or(ExportError::Unreached)?;
@@ -121,6 +147,8 @@ impl Case<'_> {
             loss,
             uncalibrated: loss,
             uncalibrated_moved: loss,
+            within: None,
+            controller: Some(controller),
             conventions: target.conventions.to_vec(),
             source: target.source,
             alternative: target.alternative,

@@ -145,6 +145,8 @@ impl CorrectionTable {
             loss: self.loss,
             uncalibrated: self.loss,
             uncalibrated_moved: self.loss,
+            within: None,
+            controller: None,
             conventions: vec![
                 "positions in the robot's frame, mm; nodes that the robot cannot reach are left out",
                 "to be at (x, y, z), command (x + dx, y + dy, z + dz) to a controller whose kinematics is that of the \

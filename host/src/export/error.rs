@@ -1,6 +1,8 @@
 //! Why a robot cannot be exported.
 
+use crate::text::words::list;
 use delta_cal::ArmIndex;
+use delta_cal::robot::Drive;
 use std::error::Error;
 use std::fmt;
 
@@ -25,6 +27,13 @@ pub enum ExportError {
     Unreached,
     /// A correction table would be too large.
     TooManyNodes,
+    /// The target takes no robots with these drives.
+    OtherDrive {
+        /// Those of the robot.
+        drive: Drive,
+        /// The targets that do.
+        others: Vec<String>,
+    },
     /// The end stop of an arm stands where the target cannot state it.
     Home {
         /// The arm.
@@ -48,6 +57,7 @@ impl ExportError {
                 "check the positions and their frame; the robot must reach all of them"
             }
             Self::TooManyNodes => "give a larger --spacing",
+            Self::OtherDrive { .. } => "choose one of these with --for",
             Self::Home { .. } => "give the joint angles at the end stops with --home-deg",
         }
     }
@@ -65,6 +75,18 @@ impl fmt::Display for ExportError {
             ),
             Self::TooManyNodes => {
                 formatter.write_str("the correction table would have more than two million nodes")
+            }
+            Self::OtherDrive { drive, others } => {
+                let (own, other) = match drive {
+                    Drive::Linear => ("carriages on towers drive", "motors that turn their arms"),
+                    Drive::Rotary => ("motors that turn its arms drive", "carriages on towers"),
+                };
+                let others = list(others);
+                write!(
+                    formatter,
+                    "{own} this robot, and the target takes only robots with {other}; this robot can be exported \
+                     for {others}"
+                )
             }
             Self::CannotHold { arm, cause, .. } | Self::Home { arm, cause } => {
                 write!(formatter, "{arm}: {cause}")

@@ -3,6 +3,7 @@
 use super::frame::Frame;
 use super::loss::Loss;
 use super::target::Written;
+use delta_cal::Robot;
 
 /// What a target is told, and what is lost.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,12 +20,16 @@ pub struct Export {
     pub written: Written,
     /// The rigid motion from the robot's frame to the controller's, if it was fitted.
     pub frame: Option<Frame>,
+    /// The robot whose inverse kinematics is the target's, if it has one.
+    pub controller: Option<Robot<f64>>,
     /// What is lost with the target's parameters.
     pub loss: Loss,
     /// What a controller with the nominal robot is off.
     pub uncalibrated: Loss,
     /// The same after the rigid motion that explains most of it.
     pub uncalibrated_moved: Loss,
+    /// The positions are within so far of the z axis, if that is not the whole workspace, mm.
+    pub within: Option<f64>,
     /// Signs, zero angles and order of arms.
     pub conventions: Vec<&'static str>,
     /// Where they come from.

@@ -1,7 +1,7 @@
 //! A target's parameters and a frame, fitted so that the robot is where it is wanted.
 
 use super::frame::Frame;
-use super::geometry::{Each, Free, Geometry, Holds};
+use super::geometry::{Each, Geometry, Holds};
 use super::loss::reached;
 use super::wanted::Wanted;
 use delta_cal::{Robot, Tolerance};
@@ -30,24 +30,36 @@ const fn frame_is_free(holds: &Holds) -> [bool; 6] {
     [true, true, height, true, true, turn]
 }
 
+/// What is fitted.
+pub(crate) struct Task<'a> {
+    /// The calibrated robot.
+    pub(crate) calibrated: &'a Robot<f64>,
+    /// Where it is wanted.
+    pub(crate) wanted: &'a Wanted,
+    /// The robot whose inverse kinematics is the controller's, at these changes of its parameters in σ.
+    pub(crate) controller: &'a dyn Fn(&[f64]) -> Option<Robot<f64>>,
+    /// How many parameters there are.
+    pub(crate) parameters: usize,
+    /// Where the fit of the frame starts.
+    pub(crate) frame: Frame,
+    /// Which of its shifts and turns are fitted.
+    pub(crate) frame_free: [bool; 6],
+    /// By what an error along z counts more than one along x or y.
+    pub(crate) height_weight: f64,
+}
+
 struct Problem<'a> {
-    calibrated: &'a Robot<f64>,
+    task: &'a Task<'a>,
     /// In the controller's frame.
     commanded: Vec<Vector3<f64>>,
-    start: Geometry,
-    free: Vec<Free>,
-    frame: Frame,
-    frame_free: [bool; 6],
     prior: f64,
 }
 
 impl Problem<'_> {
-    fn at(&self, unknowns: &[f64]) -> (Geometry, Frame) {
-        let count = self.free.len();
-        let geometry = self.start.changed(&self.free, unknowns);
-        let mut frame = self.frame;
-        let mut others = unknowns.iter().skip(count);
-        for (index, free) in self.frame_free.into_iter().enumerate() {
+    fn frame(&self, unknowns: &[f64]) -> Frame {
+        let mut frame = self.task.frame;
+        let mut others = unknowns.iter().skip(self.task.parameters);
+        for (index, free) in self.task.frame_free.into_iter().enumerate() {
             if !free {
                 continue;
             }
@@ -58,22 +70,23 @@ impl Problem<'_> {
                 frame.turns[index - 3] += by * TURN;
             }
         }
-        (geometry, frame)
+        frame
     }
 
     /// Three a position, and one a parameter. `None` where a position is out of reach.
     fn residuals(&self, unknowns: &[f64]) -> Option<DVector<f64>> {
-        let (geometry, frame) = self.at(unknowns);
-        let controller = geometry.robot().ok()?;
-        let transform = frame.transform();
+        let parameters = self.task.parameters;
+        let controller = (self.task.controller)(unknowns.get(..parameters)?)?;
+        let transform = self.frame(unknowns).transform();
         let positions = 3 * self.commanded.len();
-        let mut residuals = DVector::zeros(positions + self.free.len());
+        let mut residuals = DVector::zeros(positions + parameters);
         for (index, at) in self.commanded.iter().enumerate() {
-            let is = reached(self.calibrated, &controller, at)?;
-            let off = transform.apply(&is) - at;
+            let is = reached(self.task.calibrated, &controller, at)?;
+            let mut off = transform.apply(&is) - at;
+            off.z *= self.task.height_weight;
             residuals.fixed_rows_mut::<3>(3 * index).copy_from(&off);
         }
-        for (index, by) in unknowns.iter().take(self.free.len()).enumerate() {
+        for (index, by) in unknowns.iter().take(parameters).enumerate() {
             residuals[positions + index] = self.prior * by;
         }
         Some(residuals)
@@ -131,48 +144,64 @@ impl Problem<'_> {
     }
 }
 
-/// The parameters and the frame with which the calibrated robot is nearest to where it is wanted.
-/// `None` if the target's kinematics does not reach the positions from where the fit starts.
-pub(crate) fn fit(
-    calibrated: &Robot<f64>,
-    start: Geometry,
-    holds: &Holds,
-    tolerance: &Tolerance<f64>,
-    height: f64,
-    wanted: &Wanted,
-) -> Option<(Geometry, Frame)> {
-    let frame = Frame {
-        shift: match holds.heights {
-            Each::Fixed => Vector3::zeros(),
-            _ => Vector3::new(0.0, 0.0, height),
-        },
-        turns: Vector3::new(0.0, 0.0, start.turn),
-    };
-    let transform = frame.transform();
-    let controller = start.robot().ok()?;
-    let commanded: Vec<_> = wanted
+/// The changes of the parameters, in σ, and the frame with which the calibrated robot is nearest to where it is
+/// wanted. `None` if the controller's kinematics does not reach the positions from where the fit starts.
+pub(crate) fn solve(task: &Task<'_>) -> Option<(Vec<f64>, Frame)> {
+    let transform = task.frame.transform();
+    let mut unknowns = vec![0.0; task.parameters];
+    let controller = (task.controller)(&unknowns)?;
+    let commanded: Vec<_> = task
+        .wanted
         .fitted
         .iter()
         .map(|at| transform.apply(at))
-        .filter(|at| reached(calibrated, &controller, at).is_some())
+        .filter(|at| reached(task.calibrated, &controller, at).is_some())
         .collect();
     if commanded.len() < 20 {
         return None;
     }
     #[allow(clippy::cast_precision_loss)] // some hundreds
     let prior = PRIOR * (commanded.len() as f64).sqrt();
-    let frame_free = frame_is_free(holds);
     let problem = Problem {
-        calibrated,
+        task,
         commanded,
-        start,
-        free: Geometry::free(holds, tolerance),
-        frame,
-        frame_free,
         prior,
     };
-    let unknowns = problem.free.len() + frame_free.iter().filter(|free| **free).count();
-    let solution = problem.solve(unknowns)?;
-    let (geometry, frame) = problem.at(&solution);
+    let of_frame = task.frame_free.iter().filter(|free| **free).count();
+    let solution = problem.solve(task.parameters + of_frame)?;
+    let frame = problem.frame(&solution);
+    unknowns.copy_from_slice(solution.get(..task.parameters)?);
+    Some((unknowns, frame))
+}
+
+/// The parameters and the frame with which the calibrated robot is nearest to where it is wanted.
+/// `None` if the target's kinematics does not reach the positions from where the fit starts. `level`: the robot's z
+/// is the controller's.
+pub(crate) fn fit(
+    calibrated: &Robot<f64>,
+    start: Geometry,
+    holds: &Holds,
+    tolerance: &Tolerance<f64>,
+    (height, level): (f64, bool),
+    wanted: &Wanted,
+) -> Option<(Geometry, Frame)> {
+    let free = Geometry::free(holds, tolerance);
+    let [x, y, z, turn_x, turn_y, turn_z] = frame_is_free(holds);
+    let (changes, frame) = solve(&Task {
+        calibrated,
+        wanted,
+        controller: &|by| start.changed(&free, by).robot().ok(),
+        parameters: free.len(),
+        frame: Frame {
+            shift: match holds.heights {
+                Each::Fixed => Vector3::zeros(),
+                _ => Vector3::new(0.0, 0.0, height),
+            },
+            turns: Vector3::new(0.0, 0.0, start.turn),
+        },
+        frame_free: [x, y, z, turn_x && !level, turn_y && !level, turn_z],
+        height_weight: 1.0,
+    })?;
+    let geometry = start.changed(&free, &changes);
     Some((geometry.rounded(), frame.rounded()))
 }

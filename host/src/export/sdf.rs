@@ -164,6 +164,8 @@ pub(super) fn export(robot: &RobotFile, wanted: &Wanted) -> Export {
         loss: nothing,
         uncalibrated: nothing,
         uncalibrated_moved: nothing,
+        within: None,
+        controller: None,
         conventions: vec![
             "metres, radians; motor_1, motor_2 and motor_3 are the robot's joints, positive with the elbow down",
             "each forearm is one rod between two universal joints, whose parallel axes keep the platform from turning; \

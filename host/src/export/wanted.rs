@@ -2,10 +2,13 @@
 
 use crate::accuracy::workspace_poses::inside;
 use crate::files::robot_file::RobotFile;
+use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 
 /// At most so many positions are fitted.
 const FITTED: usize = 300;
+/// So far out, as a part of the towers' distance from the z axis, printers print.
+const BETWEEN_TOWERS: f64 = 0.85;
 
 /// Wanted positions in the calibrated robot's frame, mm.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,13 +17,28 @@ pub struct Wanted {
     pub fitted: Vec<Vector3<f64>>,
     /// Those of the stated loss, the fitted ones among them.
     pub evaluated: Vec<Vector3<f64>>,
+    /// Within so far of the z axis, if that was not the whole workspace, mm.
+    pub within: Option<f64>,
 }
 
 impl Wanted {
-    /// All over the workspace of a robot: evenly spread in joint space, clear of singularities.
+    /// All over the workspace of a robot: evenly spread in joint space, clear of singularities. Of a robot with
+    /// towers only what is well between them: further out the rods hang so flat that nobody works there.
     pub fn in_workspace(robot: &RobotFile) -> Self {
         let poses = inside(&robot.robot, &robot.reach());
-        Self::of(poses.into_iter().map(|pose| pose.position).collect())
+        let positions = poses.into_iter().map(|pose| pose.position);
+        match robot.robot.drive() {
+            Drive::Rotary => Self::of(positions.collect()),
+            Drive::Linear => {
+                let towers = robot.robot.arms().iter().map(|arm| arm.d().xy().norm());
+                let within = BETWEEN_TOWERS * towers.fold(f64::INFINITY, f64::min);
+                let within = within.round();
+                Self {
+                    within: Some(within),
+                    ..Self::of(positions.filter(|at| at.xy().norm() <= within).collect())
+                }
+            }
+        }
     }
 
     /// These.
@@ -29,6 +47,7 @@ impl Wanted {
         Self {
             fitted: positions.iter().copied().step_by(step).collect(),
             evaluated: positions,
+            within: None,
         }
     }
 

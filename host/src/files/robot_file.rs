@@ -52,6 +52,7 @@ use delta_cal::{Noise, Robot, Tolerance};
 /// [planes.NAME]                # optional: a plane that crosses the z axis at a known height
 /// z_mm = -560
 /// sigma_mm = 0.05
+/// tilt_deg = 0.1               # optional: one σ of its tilt, where it is known to be nearly level
 ///
 /// [points.NAME]                # optional: a point that distances begin at
 /// x_mm = 100                   # x_mm, y_mm, z_mm and sigma_mm, if its place is known

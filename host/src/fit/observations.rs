@@ -297,6 +297,7 @@ fn places(robot: &RobotFile, file: &ObservationsFile) -> (Vec<Plane<f64>>, Vec<P
         let known = facts.planes.iter().find(|plane| plane.name == *name);
         Plane {
             known: known.map(|plane| (plane.height, plane.sigma)),
+            level: known.and_then(|plane| plane.tilt).map(f64::tan),
         }
     });
     let points = file.points.iter().map(|name| {

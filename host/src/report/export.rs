@@ -125,7 +125,10 @@ fn over(export: &Export, files: &Files<'_>) -> String {
     let loss = &export.loss;
     let place = match files.positions {
         Some(name) => format!("of {name}"),
-        None => "spread over the workspace".to_owned(),
+        None => match export.within {
+            Some(within) => format!("spread over the workspace within {within} mm of the z axis"),
+            None => "spread over the workspace".to_owned(),
+        },
     };
     let mut text = format!("Over {} positions {place}.", loss.positions);
     if files.nominal.is_none() {
@@ -231,7 +234,7 @@ pub fn json(export: &Export, files: &Files<'_>) -> Value {
 }
 
 /// Lines of at most [`WIDTH`] columns.
-fn wrapped(text: &str) -> Vec<String> {
+pub(super) fn wrapped(text: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
         if let Some(line) = lines.last_mut() {

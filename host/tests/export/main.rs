@@ -7,7 +7,9 @@
 mod support;
 
 mod controllers;
+mod klipper;
 mod models;
 mod refusals;
 mod robots;
 mod round_trip;
+mod towers;

@@ -33,7 +33,7 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
         ("turned.toml --for linuxcnc", 3, "theta_deg: arm "),
         ("calibrated.toml", 2, "--for <TARGET>"),
         (
-            "calibrated.toml --for marlin",
+            "calibrated.toml --for mach3",
             2,
             "[possible values: klipper, reprapfirmware, b-and-r, linuxcnc, smoothieware",
         ),

@@ -109,6 +109,7 @@ struct Found {
 fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
     let planes = case.planes.iter().map(|known| Plane {
         known: known.as_ref().map(|[c, sigma]| (real(c), real(sigma))),
+        level: None,
     });
     let planes: Vec<Plane<T>> = planes.collect();
     let points = case.points.iter().map(|point| Point {

@@ -44,7 +44,7 @@ In place of x, y and z a row may hold, and other cells may be empty:
   distance_mm, and to_q1_deg,to_q2_deg,to_q3_deg      between two poses
 [noise] then states height_mm or distance_mm. The places of planes and points are unknown and are \
 found. Without x, y and z the [tolerance] is needed, and heights and distances cannot show that \
-joint columns are exchanged. ROBOT.toml may say more: [planes.NAME] z_mm, sigma_mm; [points.NAME] \
+joint columns are exchanged. ROBOT.toml may say more: [planes.NAME] z_mm, sigma_mm, tilt_deg; [points.NAME] \
 x_mm, y_mm, z_mm, sigma_mm, offset = \"unknown\"; [target] x_mm, y_mm, z_mm, the measured point from the \
 platform point.
 

@@ -30,6 +30,8 @@ pub struct KnownPlane {
     pub height: f64,
     /// One σ of that, mm.
     pub sigma: f64,
+    /// One σ of its tilt about x and about y, radians, if it is known to be nearly level.
+    pub tilt: Option<f64>,
 }
 
 /// A point that distances begin at.

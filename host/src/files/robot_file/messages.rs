@@ -1,10 +1,11 @@
 //! What the TOML reader finds wrong, by section and key.
 
-use super::schema::arm_key;
+use super::schema::{Number, arm_key};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::text::words::decimal_comma;
 use delta_cal::Parameter;
+use delta_cal::robot::Drive;
 use toml::Spanned;
 
 pub(super) const SECTIONS: &str = "a robot file has [nominal] or three [[arm]], then [joints], and may have \
@@ -33,6 +34,49 @@ pub(super) fn fault_at<T>(
     cause: impl Into<String>,
 ) -> InputError {
     fault(input, input.line_at(number.span().start), key, cause)
+}
+
+/// A key that the robot's drive needs; `section` begins in `line`.
+pub(super) fn required<'a>(
+    input: &InputText,
+    line: u64,
+    section: &str,
+    key: &str,
+    number: Option<&'a Number>,
+) -> Result<&'a Number, InputError> {
+    number.ok_or_else(|| {
+        InputError::new(input.name(), "the key is missing")
+            .at_line(line)
+            .at_key(format!("{section} {key}"))
+            .with_remedy(SECTIONS)
+    })
+}
+
+/// A key that belongs to the other drive.
+pub(super) fn foreign(
+    input: &InputText,
+    drive: Drive,
+    key: &str,
+    number: Option<&Number>,
+) -> Result<(), InputError> {
+    let Some(number) = number else {
+        return Ok(());
+    };
+    let cause = match drive {
+        Drive::Rotary => "a robot whose motors turn its arms has no such key",
+        Drive::Linear => "a robot with kind = \"linear\" has no such key",
+    };
+    Err(fault_at(input, number, key, cause))
+}
+
+pub(super) fn finite(input: &InputText, key: &str, number: &Number) -> Result<f64, InputError> {
+    let value = *number.as_ref();
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        let cause = format!("{value} is not a finite number");
+        Err(fault_at(input, number, key, cause))
+    }
 }
 
 /// The TOML reader's error, with the section and the key at fault.

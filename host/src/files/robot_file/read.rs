@@ -2,7 +2,7 @@ mod geometry;
 
 use super::RobotFile;
 use super::instruments::{InstrumentFacts, KnownPlane, NamedPoint};
-use super::messages::{SECTIONS, fault, fault_at, syntax};
+use super::messages::{SECTIONS, fault, fault_at, finite, foreign, required, syntax};
 use super::record::Record;
 use super::schema::{
     ByAxis, JointsToml, NoiseToml, Number, PointToml, RobotToml, SensorFrameToml, ToleranceToml,
@@ -99,49 +99,6 @@ impl RobotFile {
                 .map(|section| sensor_frame(input, &section))
                 .transpose()?,
         })
-    }
-}
-
-/// A key that the robot's drive needs; `section` begins in `line`.
-pub(super) fn required<'a>(
-    input: &InputText,
-    line: u64,
-    section: &str,
-    key: &str,
-    number: Option<&'a Number>,
-) -> Result<&'a Number, InputError> {
-    number.ok_or_else(|| {
-        InputError::new(input.name(), "the key is missing")
-            .at_line(line)
-            .at_key(format!("{section} {key}"))
-            .with_remedy(SECTIONS)
-    })
-}
-
-/// A key that belongs to the other drive.
-pub(super) fn foreign(
-    input: &InputText,
-    drive: Drive,
-    key: &str,
-    number: Option<&Number>,
-) -> Result<(), InputError> {
-    let Some(number) = number else {
-        return Ok(());
-    };
-    let cause = match drive {
-        Drive::Rotary => "a robot whose motors turn its arms has no such key",
-        Drive::Linear => "a robot with kind = \"linear\" has no such key",
-    };
-    Err(fault_at(input, number, key, cause))
-}
-
-pub(super) fn finite(input: &InputText, key: &str, number: &Number) -> Result<f64, InputError> {
-    let value = *number.as_ref();
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        let cause = format!("{value} is not a finite number");
-        Err(fault_at(input, number, key, cause))
     }
 }
 
@@ -326,6 +283,10 @@ fn instruments(
             line: input.line_at(plane.span().start),
             height: finite(input, "z_mm", &own.z_mm)?,
             sigma: positive(input, "sigma_mm", &own.sigma_mm)?,
+            tilt: match &own.tilt_deg {
+                Some(tilt) => Some(positive(input, "tilt_deg", tilt)?.to_radians()),
+                None => None,
+            },
         });
     }
     for (name, section) in &toml.points {

@@ -159,6 +159,7 @@ pub(super) struct NoiseToml {
 pub(super) struct PlaneToml {
     pub(super) z_mm: Number,
     pub(super) sigma_mm: Number,
+    pub(super) tilt_deg: Option<Number>,
 }
 
 #[derive(Deserialize)]

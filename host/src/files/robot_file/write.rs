@@ -94,6 +94,9 @@ impl RobotFile {
             let _ = writeln!(text, "\n[planes.{}]", key_of(&plane.name));
             entry(text, "z_mm", plane.height);
             entry(text, "sigma_mm", plane.sigma);
+            if let Some(tilt) = plane.tilt {
+                entry(text, "tilt_deg", degrees(tilt));
+            }
         }
         for point in &facts.points {
             let _ = writeln!(text, "\n[points.{}]", key_of(&point.name));

@@ -164,7 +164,7 @@ mod firmware {
         let noise = ObservationNoise::new(noise(), sigma, sigma).map_err(|_| fmt::Error)?;
         let instruments = Instruments {
             frame: PositionFrame::Base,
-            planes: &[Plane { known: None }],
+            planes: &[Plane::default()],
             points: &[Point::default()],
             noise,
         };

@@ -1,8 +1,8 @@
 //! The arms of a robot file.
 
-use super::{fault, fault_at, finite, foreign, required};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
+use crate::files::robot_file::messages::{fault, fault_at, finite, foreign, required};
 use crate::files::robot_file::schema::{ArmToml, NominalToml, arm_key};
 use delta_cal::robot::{Arm, Drive, GeometryError, ParameterKind, SymmetricLinearRobot};
 use delta_cal::{Parameter, Robot, SymmetricRobot};

@@ -1,0 +1,124 @@
+//! What to measure next.
+
+use super::area::{Area, bed};
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom, Row};
+use crate::fit::options::Frame;
+use crate::planning::measurements::covariance_after;
+use nalgebra::Vector3;
+
+/// Heights to propose.
+const HEIGHTS: usize = 4;
+/// Where they may be.
+const CIRCLES: u32 = 2;
+const ON_A_CIRCLE: u32 = 12;
+/// The outermost of them, as a part of the bed's radius.
+const OUT: f64 = 0.9;
+/// The object of Klipper's docs/prints/calibrate_size.stl: directions of its pillars, degrees, and their middle's
+/// and ridge's distances from the centre, mm.
+const DIRECTIONS: [f64; 6] = [210.0, 270.0, 330.0, 30.0, 90.0, 150.0];
+const OUTER: f64 = 65.0;
+const RIDGE: f64 = 4.5;
+
+/// What more measurements are expected to leave of the error: one σ, rms over the printed area, mm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Next {
+    /// With what was measured.
+    pub now: f64,
+    /// Where more heights are best measured, mm, and what they leave.
+    pub heights: Vec<[f64; 2]>,
+    /// What these leave.
+    pub with_heights: Option<f64>,
+    /// What the twelve distances on the printed object leave; `None` if it does not fit.
+    pub with_object: Option<f64>,
+}
+
+/// Of a calibrated robot and its measurements.
+pub(super) fn next(robot: &RobotFile, file: &ObservationsFile, area: &Area) -> Option<Next> {
+    let leaves = |file: &ObservationsFile| {
+        area.expected(robot, &covariance_after(robot, file, Frame::Base)?)
+    };
+    let now = leaves(file)?;
+    let mut with = file.clone();
+    let mut heights = Vec::new();
+    let mut with_heights = None;
+    let places: Vec<_> = bed(OUT * area.radius, CIRCLES, ON_A_CIRCLE)
+        .into_iter()
+        .filter_map(|place| Some((place, height(robot, file, place)?)))
+        .collect();
+    for _ in 0..HEIGHTS {
+        let added = places.iter().filter_map(|(place, row)| {
+            let mut more = with.clone();
+            more.rows.push(*row);
+            Some((leaves(&more)?, *place, row))
+        });
+        let best = added.min_by(|one, other| one.0.total_cmp(&other.0));
+        let Some((error, place, row)) = best else {
+            break;
+        };
+        with.rows.push(*row);
+        heights.push(place);
+        with_heights = Some(error);
+    }
+    let object = object(robot);
+    let with_object = object.and_then(|rows| {
+        let mut more = file.clone();
+        more.rows.extend(rows);
+        leaves(&more)
+    });
+    Some(Next {
+        now,
+        heights,
+        with_heights,
+        with_object,
+    })
+}
+
+fn row(reading: Reading) -> Row<Reading> {
+    Row {
+        line: 0,
+        value: reading,
+    }
+}
+
+/// The nozzle on the bed, above the plane that the file's heights have.
+fn height(robot: &RobotFile, file: &ObservationsFile, [x, y]: [f64; 2]) -> Option<Row<Reading>> {
+    let (plane, _) = file.rows.iter().find_map(|row| row.value.height)?;
+    let joints = robot.robot.inverse(&Vector3::new(x, y, 0.0)).ok()?;
+    Some(row(Reading {
+        joints,
+        position: [None; 3],
+        height: Some((plane, 0.0)),
+        distance: None,
+    }))
+}
+
+/// The distances of `DELTA_ANALYZE`: six from the centre to the pillars, six between the pillars.
+fn object(robot: &RobotFile) -> Option<Vec<Row<Reading>>> {
+    let towards = |degrees: f64, out: f64| {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        Vector3::new(out * cosine, out * sine, 0.0)
+    };
+    let mut rows = Vec::new();
+    for (index, direction) in DIRECTIONS.into_iter().enumerate() {
+        let across = DIRECTIONS[(index + 2) % DIRECTIONS.len()];
+        let pillar = towards(direction, OUTER);
+        for (from, to) in [
+            (towards(direction, RIDGE), towards(direction, OUTER + RIDGE)),
+            (
+                pillar + towards(across, RIDGE),
+                pillar + towards(across, OUTER + RIDGE),
+            ),
+        ] {
+            let joints = robot.robot.inverse(&to).ok()?;
+            let from_joints = robot.robot.inverse(&from).ok()?;
+            rows.push(row(Reading {
+                joints,
+                position: [None; 3],
+                height: None,
+                distance: Some((ReadingFrom::Pose(from_joints), (to - from).norm())),
+            }));
+        }
+    }
+    Some(rows)
+}

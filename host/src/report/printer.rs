@@ -1,0 +1,282 @@
+//! A printer's assessment, in ten lines and the lines to paste, and for programs.
+
+use crate::printer::area::Off;
+use crate::printer::assess::Assessment;
+use crate::render::json::report;
+use crate::report::export::{self, Files, wrapped};
+use crate::text::words::{count, list};
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+const SCHEMA_VERSION: u32 = 1;
+/// A change below this is none, as a part of what remains uncertain.
+const WORTH: f64 = 0.1;
+
+/// For people: ten statements at most, and what to paste.
+pub fn text(assessment: &Assessment) -> String {
+    let mut text = String::new();
+    for (number, statement) in (1..).zip(lines(assessment)) {
+        for (index, line) in wrapped(&statement).into_iter().enumerate() {
+            let _ = match index {
+                0 => writeln!(text, "{number:>2}. {line}"),
+                _ => writeln!(text, "    {line}"),
+            };
+        }
+    }
+    text.push('\n');
+    text.push_str(&assessment.export.written.lines);
+    for note in &assessment.imported.notes {
+        let _ = write!(text, "\n{}\n", wrapped(note).join("\n"));
+    }
+    text
+}
+
+/// Ten at most.
+pub fn lines(assessment: &Assessment) -> Vec<String> {
+    let report = &assessment.report;
+    let mut lines = vec![measured(assessment)];
+    lines.extend(assessment.before.as_ref().map(|off| wrong(assessment, off)));
+    lines.extend(changes(assessment));
+    lines.push(fit(assessment));
+    lines.push(known(assessment));
+    lines.extend(sure(assessment));
+    if !report.known.scale {
+        let more = if assessment.imported.saved.distances.is_empty() {
+            "that takes distances"
+        } else {
+            "the distances are too inexact or too few"
+        };
+        lines.push(format!(
+            "The size of printed parts is known no better than the tolerance says: {more}."
+        ));
+    }
+    lines.extend(next(assessment));
+    lines.push(paste(assessment));
+    lines.truncate(10);
+    lines
+}
+
+fn measured(assessment: &Assessment) -> String {
+    let saved = &assessment.imported.saved;
+    let kinds: Vec<_> = [
+        (saved.heights.len(), "height"),
+        (saved.distances.len(), "distance"),
+    ]
+    .into_iter()
+    .filter(|(number, _)| *number > 0)
+    .map(|(number, kind)| count(number, kind))
+    .collect();
+    let kind = if assessment.has_towers() {
+        "a Delta with towers"
+    } else {
+        "a Delta whose motors turn its arms"
+    };
+    let notes = if assessment.imported.notes.is_empty() {
+        ""
+    } else {
+        " (see the note below)"
+    };
+    format!(
+        "{}: {kind}; {}{notes}.",
+        assessment.imported.source,
+        list(&kinds)
+    )
+}
+
+/// What its configuration is off.
+fn wrong(assessment: &Assessment, off: &Off) -> String {
+    format!(
+        "Wrong now: over {:.0} mm around the centre the nozzle is {:.2} mm rms ({:.2} at most) off the height that \
+         Klipper believes, and 100 mm come out as {:.2} mm.",
+        assessment.area.radius, off.height, off.worst_height, off.hundred
+    )
+}
+
+/// The three largest changes of what Klipper is told.
+fn changes(assessment: &Assessment) -> Option<String> {
+    let mut changes: Vec<_> = assessment
+        .changes()
+        .into_iter()
+        .filter(|(_, before, after, _)| (after - before).abs() >= 0.01)
+        .collect();
+    changes.sort_by(|one, other| {
+        let size = |own: &(String, f64, f64, &str)| (own.2 - own.1).abs();
+        size(other).total_cmp(&size(one))
+    });
+    let largest: Vec<_> = changes
+        .into_iter()
+        .take(3)
+        .map(|(name, before, after, unit)| format!("{name} {:+.2} {unit}", after - before))
+        .collect();
+    (!largest.is_empty()).then(|| format!("The largest changes: {}.", list(&largest)))
+}
+
+fn fit(assessment: &Assessment) -> String {
+    let report = &assessment.report;
+    if report.widening > 1.0 {
+        let worst = (0..report.samples.rows.len())
+            .max_by(|one, other| {
+                report
+                    .row_residual(*one)
+                    .total_cmp(&report.row_residual(*other))
+            })
+            .and_then(|index| assessment.imported.saved.names.get(index));
+        return format!(
+            "Doubtful: the measurements are {:.1} times further off than noise and tolerance allow, {} most of all; \
+             every uncertainty is widened by that.",
+            report.lack_of_fit,
+            worst.map_or("one", String::as_str)
+        );
+    }
+    format!(
+        "The measurements fit: {:.2} times what noise and tolerance allow, where 1 is usual.",
+        report.lack_of_fit
+    )
+}
+
+/// What they determine at most, and what they do.
+fn known(assessment: &Assessment) -> String {
+    let parameters = if assessment.has_towers() { 21 } else { 24 };
+    let readings = assessment.readings();
+    format!(
+        "{readings} measurements determine at most {} combinations of the {parameters} parameters, here {} better \
+         than the tolerance; all others come from the tolerance.",
+        readings.min(parameters),
+        assessment.report.known.combinations
+    )
+}
+
+fn sure(assessment: &Assessment) -> Option<String> {
+    let next = assessment.next.as_ref()?;
+    let before = assessment.sigma_before.map_or_else(String::new, |before| {
+        format!("; by the tolerance alone {before:.2}")
+    });
+    Some(format!(
+        "How sure: positions are expected to be off by {:.2} mm rms (one sigma) after this calibration{before}.",
+        assessment.report.widening * next.now
+    ))
+}
+
+/// What to measure next.
+fn next(assessment: &Assessment) -> Vec<String> {
+    let Some(next) = &assessment.next else {
+        return Vec::new();
+    };
+    let widening = assessment.report.widening;
+    let mut lines = Vec::new();
+    let worthwhile = |error: &f64| *error < (1.0 - WORTH) * next.now;
+    let mut options = Vec::new();
+    if let Some(error) = next.with_object.filter(worthwhile) {
+        let again = if assessment.imported.saved.distances.is_empty() {
+            ""
+        } else {
+            " once more"
+        };
+        options.push((
+            error,
+            format!(
+                "print Klipper's docs/prints/calibrate_size.stl{again}, measure its twelve distances \
+                 (DELTA_ANALYZE): leaves {:.2} mm",
+                widening * error
+            ),
+        ));
+    }
+    if let Some(error) = next.with_heights.filter(worthwhile) {
+        let places: Vec<_> = next
+            .heights
+            .iter()
+            .map(|[x, y]| format!("({}, {})", x.round() + 0.0, y.round() + 0.0))
+            .collect();
+        options.push((
+            error,
+            format!(
+                "nozzle on a sheet of paper at x, y = {} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each): leaves {:.2} mm",
+                places.join(" "),
+                widening * error
+            ),
+        ));
+    }
+    options.sort_by(|one, other| one.0.total_cmp(&other.0));
+    for (words, (_, option)) in ["Measure next", "Or"].into_iter().zip(options) {
+        lines.push(format!("{words}: {option}."));
+    }
+    if lines.is_empty() {
+        lines.push("Measure next: nothing; heights and distances bring little more.".to_owned());
+    }
+    lines
+}
+
+fn paste(assessment: &Assessment) -> String {
+    let loss = &assessment.export.loss;
+    let before = &assessment.export.uncalibrated;
+    let after = assessment.after.as_ref().map_or_else(String::new, |off| {
+        format!(
+            "; heights over the bed are then {:.2} mm rms off",
+            off.height
+        )
+    });
+    format!(
+        "Paste these lines. Klipper cannot hold all: they lose {:.2} mm rms ({:.2} at most), where not calibrating loses \
+         {:.2} ({:.2}){after}.",
+        loss.rms, loss.worst, before.rms, before.worst
+    )
+}
+
+/// For programs.
+pub fn json(assessment: &Assessment) -> Value {
+    let off = |off: &Option<Off>| {
+        off.as_ref().map(|off| {
+            json!({
+                "height_rms_mm": off.height,
+                "height_worst_mm": off.worst_height,
+                "hundred_mm_become_mm": off.hundred,
+            })
+        })
+    };
+    let changes: Vec<_> = assessment
+        .changes()
+        .into_iter()
+        .map(|(name, before, after, unit)| {
+            json!({"name": name, "before": before, "after": after, "unit": unit})
+        })
+        .collect();
+    let next = assessment.next.as_ref().map(|next| {
+        json!({
+            "sigma_now_mm": next.now,
+            "heights_at_mm": next.heights,
+            "sigma_with_heights_mm": next.with_heights,
+            "sigma_with_printed_object_mm": next.with_object,
+        })
+    });
+    let own = &assessment.report;
+    let files = Files {
+        robot: &assessment.imported.source,
+        nominal: Some(&assessment.imported.source),
+        positions: None,
+    };
+    report(
+        SCHEMA_VERSION,
+        json!({
+            "configuration": assessment.imported.source,
+            "kinematics": if assessment.has_towers() { "delta" } else { "rotary_delta" },
+            "notes": assessment.imported.notes,
+            "heights": assessment.imported.saved.heights.len(),
+            "distances": assessment.imported.saved.distances.len(),
+            "bed_radius_mm": assessment.area.radius,
+            "lack_of_fit": own.lack_of_fit,
+            "sigma_widened_by": own.widening,
+            "combinations_known": own.known.combinations,
+            "combinations_at_most": assessment.readings().min(if assessment.has_towers() { 21 } else { 24 }),
+            "scale_known": own.known.scale,
+            "before": off(&assessment.before),
+            "after": off(&assessment.after),
+            "changes": changes,
+            // One sigma, rms over the printed area, after the best rigid motion; not widened.
+            "sigma_before_mm": assessment.sigma_before,
+            "next": next,
+            "warnings": own.warnings,
+            "export": export::json(&assessment.export, &files),
+            "lines": lines(assessment),
+        }),
+    )
+}

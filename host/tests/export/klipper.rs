@@ -1,0 +1,135 @@
+//! Klipper's own kinematics, forward and inverse: positions from the steps that the motors took from their end
+//! stops, and these steps from positions. Written from klippy/kinematics/delta.py, rotary_delta.py, mathutil.py and
+//! klippy/chelper/kin_rotary_delta.c.
+
+#![allow(dead_code)] // each test uses its part
+
+use crate::support::Point;
+
+/// `kinematics: delta`.
+pub(crate) struct Delta {
+    pub(crate) radius: f64,
+    pub(crate) angles: Point,
+    pub(crate) arms: Point,
+    pub(crate) endstops: Point,
+    pub(crate) step_lengths: Point,
+}
+
+impl Delta {
+    fn towers(&self) -> [[f64; 2]; 3] {
+        self.angles.map(|angle| {
+            let (sin, cos) = angle.to_radians().sin_cos();
+            [cos * self.radius, sin * self.radius]
+        })
+    }
+
+    pub(crate) fn absolute_endstops(&self) -> Point {
+        [0, 1, 2].map(|k| self.endstops[k] + (self.arms[k].powi(2) - self.radius.powi(2)).sqrt())
+    }
+
+    pub(crate) fn position(&self, steps: Point) -> Point {
+        let (towers, high) = (self.towers(), self.absolute_endstops());
+        let spheres = [0, 1, 2].map(|k| {
+            let [x, y] = towers[k];
+            [x, y, high[k] - steps[k] * self.step_lengths[k]]
+        });
+        trilateration(spheres, self.arms.map(|arm| arm * arm))
+    }
+
+    /// The carriages' heights.
+    pub(crate) fn carriages(&self, at: Point) -> Point {
+        let towers = self.towers();
+        [0, 1, 2].map(|k| {
+            let [x, y] = towers[k];
+            let across = (x - at[0]).powi(2) + (y - at[1]).powi(2);
+            (self.arms[k].powi(2) - across).sqrt() + at[2]
+        })
+    }
+
+    pub(crate) fn steps(&self, at: Point) -> Point {
+        let (high, carriages) = (self.absolute_endstops(), self.carriages(at));
+        [0, 1, 2].map(|k| (high[k] - carriages[k]) / self.step_lengths[k])
+    }
+}
+
+/// `kinematics: rotary_delta`. Step lengths in radians.
+pub(crate) struct RotaryDelta {
+    pub(crate) shoulder_radius: f64,
+    pub(crate) shoulder_height: f64,
+    pub(crate) angles: Point,
+    pub(crate) upper: Point,
+    pub(crate) lower: Point,
+    pub(crate) endstops: Point,
+    pub(crate) step_lengths: Point,
+}
+
+impl RotaryDelta {
+    /// An arm's angle, up positive, radians: the line elbow_y = c1 − c2 elbow_x meets the circle of the upper arm.
+    fn angle(&self, arm: usize, at: Point) -> f64 {
+        let (sin, cos) = self.angles[arm].to_radians().sin_cos();
+        let across = at[1] * cos - at[0] * sin;
+        let dx = at[0] * cos + at[1] * sin - self.shoulder_radius;
+        let dy = at[2] - self.shoulder_height;
+        let upper2 = self.upper[arm].powi(2);
+        let lower2 = self.lower[arm].powi(2) - across * across;
+        let c1 = 0.5 * (dx * dx + dy * dy + upper2 - lower2) / dy;
+        let c2 = dx / dy;
+        let scale = c2 * c2 + 1.0;
+        let x = c1 * c2 + (scale * upper2 - c1 * c1).sqrt();
+        let y = c1 * scale - c2 * x;
+        y.atan2(x)
+    }
+
+    pub(crate) fn angles_at_endstops(&self) -> Point {
+        [0, 1, 2].map(|arm| self.angle(arm, [0.0, 0.0, self.endstops[arm]]))
+    }
+
+    pub(crate) fn position(&self, steps: Point) -> Point {
+        let high = self.angles_at_endstops();
+        let elbows = [0, 1, 2].map(|arm| {
+            let angle = high[arm] - steps[arm] * self.step_lengths[arm];
+            let out = self.upper[arm] * angle.cos() + self.shoulder_radius;
+            let (sin, cos) = self.angles[arm].to_radians().sin_cos();
+            let z = self.upper[arm] * angle.sin() + self.shoulder_height;
+            [out * cos, out * sin, z]
+        });
+        trilateration(elbows, self.lower.map(|lower| lower * lower))
+    }
+
+    pub(crate) fn steps(&self, at: Point) -> Point {
+        let high = self.angles_at_endstops();
+        [0, 1, 2].map(|arm| (high[arm] - self.angle(arm, at)) / self.step_lengths[arm])
+    }
+}
+
+fn minus(a: Point, b: Point) -> Point {
+    [0, 1, 2].map(|k| a[k] - b[k])
+}
+
+fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn unit(a: Point) -> Point {
+    let length = dot(a, a).sqrt();
+    a.map(|value| value / length)
+}
+
+/// The lower of the two points at these squared distances from three others.
+fn trilateration([one, two, three]: [Point; 3], square: Point) -> Point {
+    let (s21, s31) = (minus(two, one), minus(three, one));
+    let d = dot(s21, s21).sqrt();
+    let ex = unit(s21);
+    let i = dot(ex, s31);
+    let ey = unit(minus(s31, ex.map(|value| value * i)));
+    let ez = [
+        ex[1] * ey[2] - ex[2] * ey[1],
+        ex[2] * ey[0] - ex[0] * ey[2],
+        ex[0] * ey[1] - ex[1] * ey[0],
+    ];
+    let j = dot(ey, s31);
+    let x = (square[0] - square[1] + d * d) / (2.0 * d);
+    let y = (square[0] - square[2] - x * x + (x - i).powi(2) + j * j) / (2.0 * j);
+    let z = -(square[0] - x * x - y * y).sqrt();
+    [0, 1, 2].map(|k| one[k] + ex[k] * x + ey[k] * y + ez[k] * z)
+}

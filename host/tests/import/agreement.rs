@@ -1,0 +1,227 @@
+//! What an import gives is what Klipper computes.
+
+use crate::fixtures::{Printer, Row, block, folder, printer, printers, rotary};
+use crate::support::{Folder, Point, distance, rows_of};
+use delta_cal_host::files::robot_file::RobotFile;
+use delta_cal_host::{InputText, Measurements, Options, read_samples};
+use std::fmt::Write;
+
+/// What the numbers of a samples file may be off, which has nine decimals, and of positions computed from it: mm.
+const EXACT: f64 = 1e-6;
+
+fn robot(folder: &Folder) -> RobotFile {
+    RobotFile::read(&InputText::from_file(&folder.path("mine/robot.toml")).unwrap()).unwrap()
+}
+
+fn close(found: Point, expected: Point) {
+    let off = distance(found, expected);
+    assert!(off < EXACT, "{found:?} {expected:?}");
+}
+
+fn import(configuration: &str) -> Folder {
+    let folder = folder(configuration);
+    folder.run("import klipper printer.cfg --output mine").ok();
+    assert_eq!(folder.read("printer.cfg"), configuration);
+    folder
+}
+
+#[test]
+fn ten_printers_have_the_carriages_and_positions_that_klipper_computes() {
+    for own in printers() {
+        let folder = import(&own.configuration());
+        let robot = robot(&folder);
+        let samples = folder.read("mine/samples.csv");
+        let header = samples.lines().next().unwrap();
+        let rows: Vec<Vec<Option<f64>>> = samples
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').map(|cell| cell.parse().ok()).collect())
+            .collect();
+        let three = |row: &[Option<f64>], first: usize| [0, 1, 2].map(|k| row[first + k].unwrap());
+        assert_eq!(rows.len(), own.rows.len(), "{}", own.number);
+        for (row, expected) in rows.iter().zip(&own.rows) {
+            let carriages = three(row, 0);
+            let at = robot.robot.forward(&carriages).unwrap();
+            let at = [at.x, at.y, at.z];
+            close(at, own.klipper.position(own.steps(carriages)));
+            close(
+                robot.robot.inverse(&at.into()).unwrap(),
+                own.klipper.carriages(at),
+            );
+            match expected {
+                Row::Height(from, height) => {
+                    assert!(
+                        header.starts_with("s1_mm,s2_mm,s3_mm,height_mm"),
+                        "{header}"
+                    );
+                    close(carriages, *from);
+                    assert!((row[3].unwrap() - height).abs() < EXACT);
+                }
+                Row::Distance(from, to, length) => {
+                    assert!(
+                        header.ends_with("distance_mm,to_s1_mm,to_s2_mm,to_s3_mm"),
+                        "{header}"
+                    );
+                    close(carriages, *from);
+                    close(three(row, 5), *to);
+                    assert!((row[4].unwrap() - length).abs() < EXACT);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_robot_whose_motors_turn_its_arms_has_klippers_positions() {
+    let (klipper, text) = rotary();
+    let mut saved = String::from("[delta_calibrate]\n");
+    let mut expected = Vec::new();
+    for (index, at) in [
+        [0.0, 0.0, 5.0],
+        [60.0, 0.0, 5.0],
+        [-40.0, 70.0, 80.0],
+        [10.0, -80.0, 40.0],
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let steps = klipper.steps(at);
+        close(klipper.position(steps), at);
+        let steps = steps.map(|n| format!("{n:.9}")).join(",");
+        writeln!(saved, "height{index} = 1.5\nheight{index}_pos = {steps}").unwrap();
+        expected.push(at);
+    }
+    let folder = import(&format!("{text}\n{}", block(&saved)));
+    let robot = robot(&folder);
+    let samples = folder.read("mine/samples.csv");
+    assert!(
+        samples.starts_with("q1_deg,q2_deg,q3_deg,height_mm\n"),
+        "{samples}"
+    );
+    for (row, at) in rows_of(&samples).iter().zip(expected) {
+        let joints = [row[0], row[1], row[2]].map(f64::to_radians);
+        let found = robot.robot.forward(&joints).unwrap();
+        close([found.x, found.y, found.z], at);
+        let back = robot.robot.inverse(&at.into()).unwrap();
+        // 1e-9 radians are 3e-7 mm at the end of the rods.
+        for (one, other) in back.into_iter().zip(joints) {
+            assert!((one - other).abs() < 1e-9, "{one} {other}");
+        }
+    }
+}
+
+/// What an owner writes wins over the saved block, later lines over earlier ones, in included files too.
+#[test]
+fn options_are_looked_up_as_klipper_does() {
+    let own = printer("01");
+    let plain = import(&own.configuration()).read("mine/samples.csv");
+    let by_hand = own.configuration().replace(
+        "kinematics: delta #",
+        "delta_radius: 100\ndelta_radius = 160.5 ; measured\nkinematics: delta #",
+    );
+    let folder = import(&by_hand);
+    assert!(
+        folder
+            .read("mine/robot.toml")
+            .contains("tower_radius_mm = 160.5\n")
+    );
+    // In included files, by a pattern.
+    let (first, rest) = plain_parts(&own);
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("parts")).unwrap();
+    folder.write("parts/steppers.cfg", rest);
+    folder.write("parts/.hidden.cfg", "[printer]\ndelta_radius: 7\n");
+    folder.write("printer.cfg", format!("[include parts/*.cfg]\n{first}"));
+    folder.run("import klipper printer.cfg --output mine").ok();
+    assert_eq!(folder.read("mine/samples.csv"), plain);
+}
+
+/// The configuration with its steppers apart.
+fn plain_parts(own: &Printer) -> (String, String) {
+    let text = own.configuration();
+    let start = text.find("[stepper_a]").unwrap();
+    let end = text.find("#*#").unwrap();
+    let first = format!("{}{}", &text[..start], &text[end..]);
+    (first, text[start..end].to_owned())
+}
+
+#[test]
+fn steps_may_be_of_any_length() {
+    let own = printer("07");
+    let expected = import(&own.configuration()).read("mine/samples.csv");
+    let length = own.klipper.step_lengths[0];
+    let line = format!("rotation_distance: {:?}", length * 3200.0);
+    let cases = [
+        format!("step_distance: {length:?}"),
+        format!(
+            "rotation_distance: {:?}\nfull_steps_per_rotation: 400",
+            length * 6400.0
+        ),
+        format!(
+            "rotation_distance: {:?}\ngear_ratio: 4:2, 3:1",
+            length * 19200.0
+        ),
+    ];
+    for other in cases {
+        let folder = import(&own.configuration().replace(&line, &other));
+        assert_eq!(folder.read("mine/samples.csv"), expected, "{other}");
+    }
+}
+
+/// Heights that were entered by hand stand beside the probed ones.
+#[test]
+fn manual_heights_are_read() {
+    let own = printer("01");
+    let more =
+        own.configuration() + "#*# manual_height0 = 0.1\n#*# manual_height0_pos = 1e5, 2e4,3.5\n";
+    let folder = import(&more);
+    let samples = folder.read("mine/samples.csv");
+    assert_eq!(rows_of(&samples).len(), own.rows.len() + 1);
+    assert!(samples.ends_with(",0.1\n"), "{samples}");
+}
+
+#[test]
+fn rods_of_an_earlier_calibration_are_kept_and_named_unless_their_length_is_stated() {
+    let own = printer("05");
+    let folder = import(&own.configuration());
+    let text = folder.read("mine/robot.toml");
+    assert!(
+        text.contains("the result of an earlier calibration"),
+        "{text}"
+    );
+    assert!(text.contains("lb_mm = 341.224128\n"), "{text}");
+    folder
+        .run("import klipper printer.cfg --rods 340 --output mine --force")
+        .ok();
+    let text = folder.read("mine/robot.toml");
+    assert!(text.contains("forearm_mm = 340.0\n"), "{text}");
+    // The end stop's height above z = 0 is that of rods of this length.
+    let robot = robot(&folder);
+    let high = own.klipper.endstops[2] + (340f64.powi(2) - own.klipper.radius.powi(2)).sqrt();
+    assert!((robot.limits.maximum() - high).abs() < EXACT);
+    let round = import(&printer("01").configuration()).read("mine/robot.toml");
+    assert!(!round.contains("earlier calibration"), "{round}");
+}
+
+/// What is written is what calibrate reads, and the bed is z = 0.
+#[test]
+fn the_files_calibrate() {
+    let folder = import(&printer("20").configuration());
+    let robot = robot(&folder);
+    let text = InputText::from_table(&folder.path("mine/samples.csv")).unwrap();
+    let samples = read_samples(&text, &robot, Options::default()).unwrap();
+    assert!(matches!(samples, Measurements::Observations(own) if own.rows.len() == 19));
+    folder
+        .run("calibrate mine/robot.toml mine/samples.csv --output mine/calibrated.toml --json report.json")
+        .ok();
+    let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    assert!(
+        folder
+            .read("mine/calibrated.toml")
+            .contains("tilt_deg = 0.001\n")
+    );
+    let plane = &report["planes"]["plane"];
+    // Level to 0.001 degrees and at 0 to 0.001 mm, six σ of each.
+    assert!(plane["offset_mm"].as_f64().unwrap().abs() < 0.006);
+    assert!((plane["normal"][2].as_f64().unwrap() - 1.0).abs() < 1e-8);
+}

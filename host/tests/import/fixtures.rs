@@ -1,0 +1,204 @@
+//! A printer.cfg of each printer: the numbers of a public configuration, in the form that Klipper writes.
+
+use crate::klipper::{Delta, RotaryDelta};
+use crate::support::{Folder, Point};
+use std::fmt::Write;
+use std::path::Path;
+
+/// What no message may hold.
+pub(crate) const SECRETS: [&str; 4] = ["hunter2", "usb-1a86", "abc:TOKEN", "homesweethome"];
+
+/// Sections that are none of the program's business, among them lines that are no options.
+const OTHERS: &str = "\
+[mcu]
+serial: /dev/serial/by-id/usb-1a86_X
+[telegram_bot]
+token: abc:TOKEN ; of my bot
+hunter2 is no option
+[gcode_macro START]
+gcode:
+    {% set password = 'homesweethome' %}
+    [printer]
+    delta_radius: 1
+    kinematics: cartesian
+";
+
+/// A measurement: carriages, and a height or a distance to other carriages.
+pub(crate) enum Row {
+    Height(Point, f64),
+    Distance(Point, Point, f64),
+}
+
+pub(crate) struct Printer {
+    pub(crate) number: String,
+    pub(crate) klipper: Delta,
+    pub(crate) rows: Vec<Row>,
+}
+
+fn numbers(line: &str, key: &str) -> Vec<f64> {
+    let start = line.find(&format!("{key} = ")).unwrap() + key.len() + 3;
+    let text = line[start..].split(';').next().unwrap();
+    let text = text.trim().trim_matches(['[', ']']);
+    text.split(',').map(|n| n.trim().parse().unwrap()).collect()
+}
+
+fn three(values: &[f64]) -> Point {
+    values.try_into().unwrap()
+}
+
+/// All ten.
+pub(crate) fn printers() -> Vec<Printer> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/printers");
+    let mut files: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    files.sort();
+    assert_eq!(files.len(), 10);
+    files.iter().map(|file| read(file)).collect()
+}
+
+pub(crate) fn printer(number: &str) -> Printer {
+    let mut all = printers().into_iter();
+    all.find(|own| own.number == number).unwrap()
+}
+
+fn read(file: &Path) -> Printer {
+    let text = std::fs::read_to_string(file).unwrap();
+    let facts = text.lines().nth(1).unwrap();
+    let klipper = Delta {
+        radius: numbers(facts, "delta_radius_mm")[0],
+        angles: three(&numbers(facts, "tower_deg")),
+        arms: three(&numbers(facts, "arm_mm")),
+        endstops: three(&numbers(facts, "endstop_mm")),
+        step_lengths: three(&numbers(facts, "step_mm")),
+    };
+    let rows = text.lines().skip(3).map(|line| {
+        let cells: Vec<_> = line.split(',').collect();
+        let at = |first: usize| [0, 1, 2].map(|k| cells[first + k].parse::<f64>().unwrap());
+        match cells[3] {
+            "" => Row::Distance(at(0), at(4), cells[7].parse().unwrap()),
+            height => Row::Height(at(0), height.parse().unwrap()),
+        }
+    });
+    let name = file.file_stem().unwrap().to_str().unwrap();
+    Printer {
+        number: name.trim_start_matches("printer_").to_owned(),
+        klipper,
+        rows: rows.collect(),
+    }
+}
+
+impl Printer {
+    /// Steps that lead from the end stops to these carriages.
+    pub(crate) fn steps(&self, carriages: Point) -> Point {
+        let high = self.klipper.absolute_endstops();
+        [0, 1, 2].map(|k| (high[k] - carriages[k]) / self.klipper.step_lengths[k])
+    }
+
+    fn measured(&self) -> String {
+        let steps = |at: Point| self.steps(at).map(|n| format!("{n:.9}")).join(",");
+        let (mut text, mut heights, mut distances) = (String::new(), 0, 0);
+        for row in &self.rows {
+            match row {
+                Row::Height(at, height) => {
+                    let name = format!("height{heights}");
+                    writeln!(text, "{name} = {height}\n{name}_pos = {}", steps(*at)).unwrap();
+                    heights += 1;
+                }
+                Row::Distance(at, to, distance) => {
+                    let name = format!("distance{distances}");
+                    let (at, to) = (steps(*at), steps(*to));
+                    writeln!(
+                        text,
+                        "{name} = {distance}\n{name}_pos1 = {at}\n{name}_pos2 = {to}"
+                    )
+                    .unwrap();
+                    distances += 1;
+                }
+            }
+        }
+        text
+    }
+
+    /// Everything that SAVE_CONFIG writes in its block.
+    pub(crate) fn configuration(&self) -> String {
+        let own = &self.klipper;
+        let mut saved = format!("[printer]\ndelta_radius = {}\n\n", own.radius);
+        for (k, letter) in ["a", "b", "c"].into_iter().enumerate() {
+            write!(
+                saved,
+                "[stepper_{letter}]\nangle = {}\narm_length = {}\nposition_endstop = {}\n\n",
+                own.angles[k], own.arms[k], own.endstops[k]
+            )
+            .unwrap();
+        }
+        writeln!(saved, "[delta_calibrate]\n{}", self.measured()).unwrap();
+        format!("{}\n{}", self.by_hand(), block(&saved))
+    }
+
+    /// What the owner writes: no geometry, no measurement.
+    pub(crate) fn by_hand(&self) -> String {
+        let mut text = format!(
+            "# my printer\n[printer]\nkinematics: delta # three towers\nmax_velocity: 300\nprint_radius: 120\n{OTHERS}"
+        );
+        for (letter, length) in ["a", "b", "c"].into_iter().zip(self.klipper.step_lengths) {
+            write!(
+                text,
+                "[stepper_{letter}]\nstep_pin: PE3\nMicrosteps: 16\nrotation_distance: {:?}\n\
+                 #position_endstop: 435\n",
+                length * 3200.0
+            )
+            .unwrap();
+        }
+        text + "[delta_calibrate]\nradius: 100\nhorizontal_move_z: 10\n"
+    }
+}
+
+/// The block of `SAVE_CONFIG`.
+pub(crate) fn block(saved: &str) -> String {
+    let mut text = String::from(
+        "#*# <---------------------- SAVE_CONFIG ---------------------->\n\
+         #*# DO NOT EDIT THIS BLOCK OR BELOW. The contents are auto-generated.\n#*#\n",
+    );
+    for line in saved.lines() {
+        text += format!("#*# {line}").trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+/// A folder with the configuration of a printer.
+pub(crate) fn folder(configuration: &str) -> Folder {
+    let folder = Folder::new();
+    folder.write("printer.cfg", configuration);
+    folder
+}
+
+/// A robot whose motors turn its arms, and its configuration without measurements.
+pub(crate) fn rotary() -> (RotaryDelta, String) {
+    let step = std::f64::consts::TAU / (200.0 * 16.0 * (107.0 / 16.0));
+    let klipper = RotaryDelta {
+        shoulder_radius: 33.9,
+        shoulder_height: 412.9,
+        angles: [30.4, 149.8, 270.1],
+        upper: [170.0, 170.4, 169.7],
+        lower: [320.0, 319.5, 320.2],
+        endstops: [252.0, 252.6, 251.3],
+        step_lengths: [step; 3],
+    };
+    let mut text = format!(
+        "[printer]\nkinematics: rotary_delta\nshoulder_radius: {}\nshoulder_height = {}\n{OTHERS}",
+        klipper.shoulder_radius, klipper.shoulder_height
+    );
+    for (k, letter) in ["a", "b", "c"].into_iter().enumerate() {
+        write!(
+            text,
+            "[stepper_{letter}]\nmicrosteps: 16\ngear_ratio: 107.000:16\nangle: {}\nupper_arm_length: {}\n\
+             lower_arm_length: {}\nposition_endstop: {}\n",
+            klipper.angles[k], klipper.upper[k], klipper.lower[k], klipper.endstops[k]
+        )
+        .unwrap();
+    }
+    (klipper, text)
+}

@@ -1,0 +1,217 @@
+//! Configurations that cannot be imported: place, cause and remedy, no file written, no secret told.
+
+use crate::fixtures::{SECRETS, block, folder, printer, rotary};
+use crate::support::Run;
+
+fn silent(run: &Run) {
+    for secret in SECRETS {
+        assert!(
+            !run.stderr.contains(secret) && !run.stdout.contains(secret),
+            "{secret}"
+        );
+    }
+}
+
+#[test]
+fn wrong_configurations_are_refused_with_place_and_cause() {
+    let good = printer("20").configuration();
+    let replaced = |from: &str, to: &str| {
+        assert!(good.contains(from), "{from}");
+        good.replacen(from, to, 1)
+    };
+    let saved = good.find("#*# [delta_calibrate]").unwrap();
+    let endstop = "#*# position_endstop = 418.72172\n";
+    let cases = [
+        (
+            replaced("kinematics: delta", "kinematics: corexy"),
+            "printer.cfg:3: [printer] kinematics: the value is not delta or rotary_delta",
+        ),
+        (
+            replaced("kinematics: delta", "speed: 1"),
+            "printer.cfg: [printer] kinematics: the option is missing",
+        ),
+        (
+            replaced("#*# delta_radius = 162.76928", "#*#"),
+            "[printer] delta_radius: the option is missing",
+        ),
+        (
+            replaced(endstop, ""),
+            "[stepper_a] position_endstop: the option is missing",
+        ),
+        (
+            replaced(endstop, "#*# position_endstop = four\n"),
+            "[stepper_a] position_endstop: the value is not a finite number",
+        ),
+        (
+            replaced("#*# delta_radius = 162.76928", "#*# delta_radius = -3"),
+            "[printer] delta_radius: the value is not a number above 0",
+        ),
+        (
+            replaced("#*# delta_radius = 162.76928", "#*# delta_radius = 600"),
+            "[stepper_a] arm_length: the value is not above 600",
+        ),
+        (
+            replaced("Microsteps: 16", "pins: 16"),
+            "[stepper_a] microsteps: the option is missing",
+        ),
+        (
+            replaced("rotation_distance:", "gears:"),
+            "[stepper_a] rotation_distance: the option is missing",
+        ),
+        (
+            replaced("#*# height3_pos = ", "#*# height3_pos = 1;"),
+            "[delta_calibrate] height3_pos: the value is not three numbers of steps",
+        ),
+        (
+            replaced("#*# height3_pos = ", "#*# height3_place = "),
+            "[delta_calibrate] height3_pos: the option is missing",
+        ),
+        (
+            replaced("#*# height3 = ", "#*# height3 = nan #"),
+            "[delta_calibrate] height3: the value is not a finite number",
+        ),
+        (
+            good[..saved].to_owned(),
+            "printer.cfg: the configuration holds no saved measurements",
+        ),
+        (
+            replaced("max_velocity: 300", "max_velocity 300"),
+            "printer.cfg:4: this line of [printer] is no option",
+        ),
+        (
+            replaced("# my printer", "[include printer.cfg]"),
+            "printer.cfg:1: this line includes a file that includes this one again",
+        ),
+    ];
+    for (text, cause) in cases {
+        let folder = folder(&text);
+        for command in [
+            "import klipper printer.cfg --output mine",
+            "klipper printer.cfg --output mine",
+        ] {
+            let run = folder.run(command);
+            assert_eq!(run.code, 3, "{cause}: {}", run.stderr);
+            assert!(run.stderr.contains(cause), "{cause}: {}", run.stderr);
+            assert!(run.stderr.contains("help:"), "{}", run.stderr);
+            assert_eq!(run.stdout, "");
+            assert_eq!(folder.names(), ["printer.cfg"]);
+            silent(&run);
+        }
+    }
+}
+
+/// An include that is not there is named, by its line, where an option is missing, and is a note otherwise.
+#[test]
+fn includes_that_are_not_there_are_told() {
+    let good = format!(
+        "[include hunter2/*.cfg]\n[include hunter2.cfg]\n{}",
+        printer("01").configuration()
+    );
+    let first = folder(&good);
+    let run = first.run("import klipper printer.cfg --output mine").ok();
+    assert!(
+        run.stdout
+            .contains("printer.cfg:2 includes a file that is not there"),
+        "{}",
+        run.stdout
+    );
+    assert!(!run.stdout.contains("printer.cfg:1 "), "{}", run.stdout);
+    silent(&run);
+    let lacking = folder(&good.replace("kinematics: delta", "speed: 1"));
+    let run = lacking.run("import klipper printer.cfg --output mine");
+    assert_eq!(run.code, 3);
+    assert!(
+        run.stderr
+            .contains("help: printer.cfg:2 includes a file that is not there"),
+        "{}",
+        run.stderr
+    );
+    silent(&run);
+}
+
+#[test]
+fn files_that_exist_are_only_replaced_with_force() {
+    let folder = folder(&printer("01").configuration());
+    std::fs::create_dir(folder.path("mine")).unwrap();
+    folder.write("mine/samples.csv", "of yesterday");
+    let run = folder.run("import klipper printer.cfg --output mine");
+    assert_eq!(run.code, 4, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("samples.csv: the file exists"),
+        "{}",
+        run.stderr
+    );
+    assert_eq!(folder.read("mine/samples.csv"), "of yesterday");
+    assert!(!folder.path("mine/robot.toml").exists());
+    folder
+        .run("import klipper printer.cfg --output mine --force")
+        .ok();
+    assert!(folder.read("mine/samples.csv").starts_with("s1_mm"));
+}
+
+#[test]
+fn a_robot_whose_motors_turn_its_arms_has_faults_of_its_own() {
+    let (_, text) = rotary();
+    let saved = block("[delta_calibrate]\nheight0 = 1\nheight0_pos = 1,2,3\n");
+    let good = format!("{text}\n{saved}");
+    let cases = [
+        (
+            good.replacen("gear_ratio: 107.000:16", "gears: 1", 1),
+            "[stepper_a] gear_ratio: the option is missing",
+        ),
+        (
+            good.replacen("gear_ratio: 107.000:16", "gear_ratio: 107", 1),
+            "[stepper_a] gear_ratio: the value is not ratios",
+        ),
+        (
+            good.replacen("position_endstop: 252\n", "position_endstop: -2000\n", 1),
+            "[stepper_a] position_endstop: the value is not a height that the arm reaches",
+        ),
+        (
+            good.replacen("shoulder_height", "height", 1),
+            "[printer] shoulder_height: the option is missing",
+        ),
+    ];
+    for (text, cause) in cases {
+        let folder = folder(&text);
+        let run = folder.run("import klipper printer.cfg --output mine");
+        assert_eq!(run.code, 3, "{cause}: {}", run.stderr);
+        assert!(run.stderr.contains(cause), "{cause}: {}", run.stderr);
+        assert_eq!(folder.names(), ["printer.cfg"]);
+        silent(&run);
+    }
+}
+
+#[test]
+fn the_command_line_is_checked() {
+    let folder = folder(&printer("01").configuration());
+    let cases = [
+        ("import klipper printer.cfg", "--output <FOLDER>"),
+        (
+            "import smoothieware printer.cfg --output mine",
+            "[possible values: klipper, reprapfirmware, marlin]",
+        ),
+        (
+            "import klipper printer.cfg --rods 1,2 --output mine",
+            "--rods needs one length, or three",
+        ),
+        (
+            "import klipper printer.cfg --rods=-1 --output mine",
+            "it must be a length above 0",
+        ),
+        (
+            "import marlin printer.cfg --rods 300 --output mine",
+            "--rods can only be used with klipper",
+        ),
+        (
+            "klipper printer.cfg --json printer.cfg",
+            "--json printer.cfg is the same file as the configuration",
+        ),
+    ];
+    for (command, cause) in cases {
+        let run = folder.run(command);
+        assert_eq!(run.code, 2, "{command}: {}", run.stderr);
+        assert!(run.stderr.contains(cause), "{command}: {}", run.stderr);
+        assert_eq!(folder.names(), ["printer.cfg"]);
+    }
+}

@@ -59,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (value, parameter) in parameters.iter_mut().zip(Parameter::ROTARY) {
             let sigma = match parameter.kind() {
                 ParameterKind::Length => 0.5,
-                ParameterKind::Angle => 0.2f64.to_radians(),
+                ParameterKind::Angle | ParameterKind::Ratio => 0.2f64.to_radians(),
             };
             *value += sigma * standard_normal::<f64, _>(&mut rng);
         }

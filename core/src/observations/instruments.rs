@@ -29,7 +29,7 @@ pub enum PositionFrame {
 }
 
 /// A plane z = c + a x + b y, whose c (length), a and b (slopes) are unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane<T> {
     /// c and its σ, if something is known of it. Length.
     pub known: Option<(T, T)>,
@@ -98,6 +98,15 @@ impl<T: Real> ObservationNoise<T> {
         T: Copy,
     {
         self.distance
+    }
+}
+
+impl<T> Default for Plane<T> {
+    fn default() -> Self {
+        Self {
+            known: None,
+            level: None,
+        }
     }
 }
 

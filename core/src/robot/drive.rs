@@ -68,6 +68,7 @@ impl DriveOf {
     };
 
     #[inline]
+    #[cfg_attr(not(feature = "linear"), allow(clippy::unused_self))]
     pub(crate) const fn get(self) -> Drive {
         #[cfg(feature = "linear")]
         return self.drive;

@@ -150,13 +150,13 @@ fn noise(text: &mut String, joint: &str, beside: &Beside<'_>) {
         &[
             (
                 "height_mm",
-                0.02,
-                "one sigma of a height: probe, or a sheet of paper",
+                0.1,
+                "one sigma of a height: probe or paper, and a bed that is not flat",
             ),
             (
                 "distance_mm",
-                0.1,
-                "one sigma of a distance on a printed object: calliper",
+                0.2,
+                "one sigma of a distance on a printed object: calliper, and the print",
             ),
             (joint, 0.0, "steps are counted"),
         ],

@@ -3,8 +3,8 @@
 use crate::numbers::{Bits, Source};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
-use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::robot::Drive;
+use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::{Noise, Robot, SymmetricRobot};
 use nalgebra::{Matrix3, Vector3};
 use rand_core::SeedableRng;

@@ -170,7 +170,11 @@ mod tests {
         let nominal = nominal();
         let at = Displacement::new(&nominal, &CORRECTION);
         let jacobian = at.linear_coefficient_jacobian();
-        let features = core::array::from_fn(|index| libm::sin(1.7 * f64::from(index as u8)));
+        let mut angle = 0.0;
+        let features = [(); 12].map(|()| {
+            angle += 1.7;
+            libm::sin(angle)
+        });
         let gradient = at.linear_gradient_of(&features);
         let step = 1e-6;
         for parameter in [0, 1, 2, 3, 4, 5, 7] {

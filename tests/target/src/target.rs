@@ -52,7 +52,7 @@ fn calibrate<T: Scalar>(console: &mut Console) -> fmt::Result {
         )?;
         for parameter in Parameter::ROTARY {
             let (factor, unit) = match parameter.kind() {
-                ParameterKind::Length => (1.0, "mm"),
+                ParameterKind::Length | ParameterKind::Ratio => (1.0, "mm"),
                 ParameterKind::Angle => (1_f64.to_degrees(), "deg"),
             };
             write!(

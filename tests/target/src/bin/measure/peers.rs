@@ -36,7 +36,7 @@ fn start_error(nominal: &Robot<f32>, rng: &mut Pcg32) -> Result<Robot<f32>, fmt:
         for (value, parameter) in parameters.iter_mut().zip(Parameter::ROTARY) {
             let bound = match parameter.kind() {
                 ParameterKind::Length => 10.0,
-                ParameterKind::Angle => 1_f32.to_radians(),
+                ParameterKind::Angle | ParameterKind::Ratio => 1_f32.to_radians(),
             };
             let fraction = f32::from(rng.next_u32().to_le_bytes()[3]) / 127.5 - 1.0;
             *value += bound * fraction;
@@ -144,7 +144,7 @@ where
 fn close(found: &[f32], expected: &[f32]) -> fmt::Result {
     for ((found, expected), parameter) in found.iter().zip(expected).zip(Parameter::ROTARY) {
         let bound = match parameter.kind() {
-            ParameterKind::Length => 0.1,
+            ParameterKind::Length | ParameterKind::Ratio => 0.1,
             ParameterKind::Angle => 1e-4,
         };
         if !((found - expected).abs() < bound) {

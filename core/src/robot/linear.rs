@@ -9,7 +9,7 @@ use crate::Real;
 /// ```
 /// use delta_cal::robot::SymmetricLinearRobot;
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let printer = SymmetricLinearRobot { tower_radius: 140.0, forearm: 330.0 }.robot()?;
+/// let printer = SymmetricLinearRobot { tower_radius: 140.0_f64, forearm: 330.0 }.robot()?;
 /// // All carriages at the same height: the platform hangs below the centre.
 /// let position = printer.forward(&[400.0; 3])?;
 /// let below = f64::sqrt(330.0 * 330.0 - 140.0 * 140.0);

@@ -365,6 +365,11 @@ pub(super) fn parts() -> Vec<(&'static str, Pieces)> {
             "refusal-no-common-up",
             Refusal::ImpossibleRobot(GeometryError::NoCommonUp),
         ),
+        ("refusal-lean", impossible(GeometryError::LeanTooLarge)),
+        (
+            "refusal-mixed-drives",
+            Refusal::ImpossibleRobot(GeometryError::MixedDrives),
+        ),
         ("refusal-wrong-side", Refusal::WrongSide),
         (
             "refusal-too-few-observations",

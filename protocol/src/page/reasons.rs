@@ -194,6 +194,8 @@ impl Pieces {
             GeometryError::AzimuthTooLarge => self.variant(OF, 3, "AzimuthTooLarge"),
             GeometryError::RadiusInvalid => self.variant(OF, 4, "RadiusInvalid"),
             GeometryError::NoCommonUp => self.variant(OF, 5, "NoCommonUp"),
+            GeometryError::LeanTooLarge => self.variant(OF, 6, "LeanTooLarge"),
+            GeometryError::MixedDrives => self.variant(OF, 7, "MixedDrives"),
             other => panic!("{other:?} is not described"),
         }
     }
@@ -231,7 +233,10 @@ impl Pieces {
             Parameter::LaX => (5, "LaX"),
             Parameter::LaY => (6, "LaY"),
             Parameter::Lb => (7, "Lb"),
-            other => panic!("{other:?} is of a linear drive, which the protocol does not carry"),
+            Parameter::Zero => (8, "Zero"),
+            Parameter::LeanX => (9, "LeanX"),
+            Parameter::LeanY => (10, "LeanY"),
+            Parameter::Scale => (11, "Scale"),
         };
         self.variant("Parameter", number, name);
     }

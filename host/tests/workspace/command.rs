@@ -183,7 +183,12 @@ fn an_empty_workspace_says_why() {
 fn wrong_options_and_paths_are_refused_with_place_and_cause() {
     refused(NOMINAL, "--tolerance 0", 2, &["--tolerance", "above 0"]);
     refused(NOMINAL, "--spacing -3", 2, &["--spacing"]);
-    refused(NOMINAL, "--spacing 0.01", 3, &["too many", "--spacing"]);
+    refused(
+        NOMINAL,
+        "--spacing 0.01",
+        2,
+        &["--spacing 0.01 is too small", "smallest value"],
+    );
     refused(
         NOMINAL,
         "--spacing 5000",

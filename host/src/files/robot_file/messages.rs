@@ -53,20 +53,20 @@ pub(super) fn required<'a>(
 }
 
 /// A key that belongs to the other drive.
-pub(super) fn foreign(
+pub(super) fn foreign<T>(
     input: &InputText,
     drive: Drive,
     key: &str,
-    number: Option<&Number>,
+    stated: Option<&Spanned<T>>,
 ) -> Result<(), InputError> {
-    let Some(number) = number else {
+    let Some(stated) = stated else {
         return Ok(());
     };
     let cause = match drive {
         Drive::Rotary => "a robot whose motors turn its arms has no such key",
         Drive::Linear => "a robot with kind = \"linear\" has no such key",
     };
-    Err(fault_at(input, number, key, cause))
+    Err(fault_at(input, stated, key, cause))
 }
 
 pub(super) fn finite(input: &InputText, key: &str, number: &Number) -> Result<f64, InputError> {

@@ -35,10 +35,7 @@ fn rotary(input: &InputText, line: u64, nominal: &NominalToml) -> Result<Robot<f
         "tower_radius_mm",
         nominal.tower_radius_mm.as_ref(),
     )?;
-    if let Some(azimuths) = &nominal.tower_deg {
-        let cause = "a robot whose motors turn its arms has no such key";
-        return Err(fault_at(input, azimuths, "tower_deg", cause));
-    }
+    foreign(input, drive, "tower_deg", nominal.tower_deg.as_ref())?;
     let get = |key, number| required(input, line, "[nominal]", key, number);
     let base_radius = get("base_radius_mm", nominal.base_radius_mm.as_ref())?;
     let platform_radius = get("platform_radius_mm", nominal.platform_radius_mm.as_ref())?;

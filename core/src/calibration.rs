@@ -25,6 +25,7 @@ mod problem;
 mod refusal;
 mod robot_solver;
 mod settings;
+mod snapshots;
 pub mod step_control;
 mod tolerance;
 

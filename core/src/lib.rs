@@ -48,6 +48,7 @@
 //! | [`calibration`] | settings, calibrator, solver, outcome, refusal |
 //! | [`observations`] | heights, distances and single coordinates, and the calibration from them |
 //! | [`stream`] | gate, forgetting and held-out samples, for samples that keep coming |
+//! | [`snapshot`] | what a calibrator has seen, as bytes that outlast a power cut |
 //! | [`robust`] | a fit of stored samples of which some are wrong |
 //!
 //! Cargo features, none of them on by default: `simulate` adds random poses and simulated measurements
@@ -81,6 +82,7 @@ pub mod samples;
 mod serialization;
 #[cfg(feature = "simulate")]
 pub mod simulate;
+pub mod snapshot;
 pub mod stream;
 
 pub use calibration::{

@@ -38,7 +38,13 @@ pub trait Real: Field + Scalar + Copy + PartialOrd + Debug + Display + Send + Sy
     /// Smallest square whose inverse is finite and whose root is accurate: the smallest normal
     /// number over ε.
     const SMALLEST_SQUARE: Self;
+    /// Bytes of a number: 4 or 8.
+    const BYTES: usize;
 
+    /// The number's bits; those of single precision are the lower half.
+    fn bit_pattern(self) -> u64;
+    /// The number of these bits.
+    fn from_bit_pattern(bits: u64) -> Self;
     /// The nearest representable number.
     fn from_f64(value: f64) -> Self;
     /// The same number in double precision (exact).
@@ -87,7 +93,14 @@ impl Real for f64 {
     const EPSILON: Self = Self::EPSILON;
     const INFINITY: Self = Self::INFINITY;
     const SMALLEST_SQUARE: Self = Self::MIN_POSITIVE / <Self as Real>::EPSILON;
+    const BYTES: usize = 8;
 
+    fn bit_pattern(self) -> u64 {
+        self.to_bits()
+    }
+    fn from_bit_pattern(bits: u64) -> Self {
+        Self::from_bits(bits)
+    }
     fn from_f64(value: f64) -> Self {
         value
     }
@@ -136,7 +149,15 @@ impl Real for f32 {
     const EPSILON: Self = Self::EPSILON;
     const INFINITY: Self = Self::INFINITY;
     const SMALLEST_SQUARE: Self = Self::MIN_POSITIVE / <Self as Real>::EPSILON;
+    const BYTES: usize = 4;
 
+    fn bit_pattern(self) -> u64 {
+        u64::from(self.to_bits())
+    }
+    #[allow(clippy::cast_possible_truncation)] // the upper half is empty
+    fn from_bit_pattern(bits: u64) -> Self {
+        Self::from_bits(bits as u32)
+    }
     #[allow(clippy::cast_possible_truncation)] // rounding to nearest is the meaning
     fn from_f64(value: f64) -> Self {
         value as Self

@@ -3,6 +3,7 @@ use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
 use crate::samples::{ArmFactor, MergeError, NominalArm, Sample, SampleError, Waiting};
+use crate::snapshot::state;
 use nalgebra::Vector3;
 
 /// The samples of a robot's three arms and what the calibration assumes.
@@ -38,6 +39,8 @@ pub struct RobotCalibrator<T: Real, P> {
 /// # }
 /// ```
 pub type Calibrator<T> = RobotCalibrator<T, ArmFactor<T>>;
+
+state!(Calibrator<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>);
 
 /// A point of the workspace from which positions are counted: the platform at equal joint angles, or with the
 /// carriages a forearm's length up.

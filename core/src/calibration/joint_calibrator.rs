@@ -3,6 +3,7 @@ use super::settings::Settings;
 use crate::Real;
 use crate::robot::Robot;
 use crate::samples::{JointFactor, LeftOver, MergeError, Sample, SampleError, WhitenedSample};
+use crate::snapshot::state;
 
 /// Calibration of all 24 parameters together, in constant memory and at the Cramér–Rao bound: the
 /// errors of the three closures of a sample share the noise of its position, and
@@ -45,6 +46,15 @@ pub struct JointCalibrator<T: Real> {
     begun: bool,
     left: LeftOver<T, 2>,
 }
+
+state!(
+    JointCalibrator<T>:
+    factor: JointFactor<T>,
+    waiting: [WhitenedSample<T>; 3],
+    count: usize,
+    begun: bool,
+    left: LeftOver<T, 2>,
+);
 
 impl<T: Real> JointCalibrator<T> {
     /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and

@@ -49,6 +49,9 @@ pub const SAMPLES_FOR_ROBUST_FIT: usize = 16;
 /// once in half a million samples, with two fifths once in 2,500; by the noise alone never. And so
 /// many samples determine an arm: the next calibration can begin.
 pub const REJECTIONS_OF_A_CHANGE: u64 = 8;
+/// One sample in so many may be wrong by accident. Where the gate rejects more, it is the model that does not hold, or the
+/// stated noise, and the samples that it took are those that happen to agree.
+pub const MOST_REJECTED: u64 = 5;
 
 /// Held-out samples contradict a calibration beyond this quantile of the normal distribution: one arm in
 /// three thousand, one robot in a thousand, of those that are right.

@@ -1,7 +1,9 @@
 use super::limits::SAMPLES_FOR_FREE_START;
 use super::tolerance::Tolerance;
 use crate::Real;
+use crate::robot::Drive;
 use crate::samples::Noise;
+use crate::snapshot::Fingerprint;
 
 /// How a step is taken from the linearised problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -117,6 +119,22 @@ impl<T: Real> Settings<T> {
     pub const fn with_iteration_limit(mut self, iteration_limit: u16) -> Self {
         self.iteration_limit = iteration_limit;
         self
+    }
+
+    /// What makes them others, for robots of this drive.
+    pub(crate) fn mark(&self, drive: Drive, fingerprint: &mut Fingerprint) {
+        fingerprint.optional(self.noise.map(|noise| noise.position_by_axis()));
+        fingerprint.optional(self.noise.map(|noise| [noise.joint()]));
+        fingerprint.optional(self.tolerance.map(|tolerance| tolerance.of_places(drive)));
+        fingerprint.byte(match self.solver {
+            Solver::GaussNewton => 0,
+            Solver::LevenbergMarquardt => 1,
+        });
+        fingerprint.byte(match self.start {
+            Start::Nominal => 0,
+            Start::Free => 1,
+        });
+        fingerprint.word(u32::from(self.iteration_limit));
     }
 
     /// How many samples a calibration with these settings needs: 8, 12 without a guess, 1 with a

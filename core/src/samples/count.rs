@@ -1,4 +1,5 @@
 use crate::Real;
+use crate::snapshot::state;
 
 /// How many samples a factor holds, and what they count after forgetting.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -8,6 +9,8 @@ pub(crate) struct SampleCount<T> {
     recent: u64,
     remembered: T,
 }
+
+state!(SampleCount<T>: seen: u64, recent: u64, remembered: T);
 
 impl<T: Real> SampleCount<T> {
     pub(crate) const fn none() -> Self {

@@ -5,6 +5,7 @@ use super::sample::SampleError;
 use super::triangle::{Triangle, put_row};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex};
+use crate::snapshot::state;
 use core::fmt;
 use nalgebra::Vector3;
 
@@ -48,6 +49,8 @@ pub struct ArmFactor<T: Real> {
     triangle: Triangle<T, COLUMNS, 91>,
     count: SampleCount<T>,
 }
+
+state!(ArmFactor<T>: triangle: Triangle<T, COLUMNS, 91>, count: SampleCount<T>);
 
 /// Why two factors do not merge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

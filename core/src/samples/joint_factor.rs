@@ -9,6 +9,7 @@ use super::triangle::Triangle;
 use super::whitened_sample::{FEATURES, JointDisplacement, WhitenedSample, residual_of};
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
+use crate::snapshot::state;
 use nalgebra::Vector3;
 
 /// Twelve features of each arm, and the right-hand side.
@@ -51,6 +52,13 @@ pub struct JointFactor<T: Real> {
     count: SampleCount<T>,
     mean: MeanPose<T>,
 }
+
+state!(
+    JointFactor<T>:
+    triangle: Triangle<T, JOINT_COLUMNS, 703>,
+    count: SampleCount<T>,
+    mean: MeanPose<T>,
+);
 
 /// What a block of samples leaves when the columns of the first arm are eliminated: a row of each.
 pub(crate) type LeftOver<T, const K: usize> = [[T; K]; JOINT_COLUMNS - FEATURES];

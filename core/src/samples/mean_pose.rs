@@ -1,4 +1,5 @@
 use crate::Real;
+use crate::snapshot::state;
 use nalgebra::Vector3;
 
 /// The mean of the samples, each arm's in its own units. Rows of the factor cannot tell it: near a
@@ -11,6 +12,8 @@ pub(crate) struct MeanPose<T: Real> {
     pub(crate) cosines: [T; 3],
     pub(crate) sines: [T; 3],
 }
+
+state!(MeanPose<T>: weight: T, position: Vector3<T>, cosines: [T; 3], sines: [T; 3]);
 
 impl<T: Real> MeanPose<T> {
     pub(super) fn none() -> Self {

@@ -2,6 +2,7 @@ use super::noise::Noise;
 use super::sample::{SampleError, check_joint, check_position};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Drive, Parameter, ParameterKind};
+use crate::snapshot::{Fingerprint, state};
 use nalgebra::Vector3;
 
 /// Number of columns of a sample's row: twelve features and the constraint at the nominal arm.
@@ -63,6 +64,8 @@ pub(crate) struct ArmSample<T: Real> {
     pub(crate) constraint: T,
 }
 
+state!(ArmSample<T>: x: Vector3<T>, sine: T, cosine: T, weight: T, constraint: T);
+
 /// One arm's closure f at the nominal arm, and what its error is made of.
 pub(super) struct Closure<T: Real> {
     pub(super) sample: ArmSample<T>,
@@ -112,6 +115,18 @@ impl<T: Real> NominalArm<T> {
                 Drive::Linear => (la_x, la_y),
             },
             lb: arm.lb() * inverse_scale,
+        }
+    }
+
+    /// What makes it another one.
+    pub(crate) fn mark(&self, fingerprint: &mut Fingerprint) {
+        fingerprint.byte(match self.arm.drive() {
+            Drive::Rotary => 0,
+            Drive::Linear => 1,
+        });
+        let centre = self.centre.iter().copied();
+        for value in self.arm.parameters().into_iter().chain(centre) {
+            fingerprint.number(value);
         }
     }
 

@@ -1,5 +1,6 @@
 use crate::Real;
 use crate::robot::{ArmIndex, Drive};
+use crate::snapshot::state;
 use core::fmt;
 use nalgebra::Vector3;
 
@@ -16,6 +17,8 @@ pub struct Sample<T: Real> {
     /// X, in the robot's unit of length and frame.
     pub position: Vector3<T>,
 }
+
+state!(Sample<T>: joints: [T; 3], position: Vector3<T>);
 
 /// Why a sample is not taken in. The factor or store that refused it is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,6 +2,7 @@
 //! Householder reflections.
 
 use crate::Real;
+use crate::snapshot::{Reader, State, Writer};
 use core::hint::black_box;
 
 /// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2
@@ -13,6 +14,18 @@ use core::hint::black_box;
 #[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
 pub struct Triangle<T, const N: usize, const LENGTH: usize> {
     entries: [T; LENGTH],
+}
+
+impl<T: Real, const N: usize, const LENGTH: usize> State<T> for Triangle<T, N, LENGTH> {
+    const BYTES: usize = LENGTH * T::BYTES;
+
+    fn save(&self, to: &mut Writer<'_>) {
+        self.entries.save(to);
+    }
+
+    fn load(&mut self, from: &mut Reader<'_>) {
+        self.entries.load(from);
+    }
 }
 
 impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {

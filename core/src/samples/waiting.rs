@@ -2,6 +2,7 @@ use super::factor::BLOCK;
 use super::sample::Sample;
 use crate::Real;
 use crate::robot::ArmIndex;
+use crate::snapshot::state;
 use nalgebra::Vector3;
 
 /// A block, and the samples that come while the arms take it in, one arm a sample.
@@ -18,6 +19,8 @@ pub struct Waiting<T: Real> {
     /// How many of them each arm has taken.
     taken: [usize; 3],
 }
+
+state!(Waiting<T>: samples: [Sample<T>; CAPACITY], count: usize, taken: [usize; 3]);
 
 impl<T: Real> Waiting<T> {
     pub(crate) fn none() -> Self {

@@ -5,6 +5,7 @@ use super::mean_pose::MeanPose;
 use super::nominal_arm::{ArmSample, COLUMNS};
 use super::triangle::put_row;
 use crate::Real;
+use crate::snapshot::state;
 
 /// Features of an arm.
 pub(super) const FEATURES: usize = 12;
@@ -25,6 +26,8 @@ pub(crate) struct WhitenedSample<T: Real> {
     /// What it counts.
     pub(super) weight: T,
 }
+
+state!(WhitenedSample<T>: arms: [ArmSample<T>; 3], rows: [[T; 3]; 3], weight: T);
 
 impl<T: Real> WhitenedSample<T> {
     /// A place that holds none.

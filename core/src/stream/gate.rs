@@ -12,6 +12,7 @@
 //! three linearised problems of eight parameters; every sample costs about the same.
 
 mod prediction;
+mod snapshot;
 mod verdict;
 
 pub use verdict::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};

@@ -21,6 +21,7 @@ use crate::calibration::{
 };
 use crate::robot::ArmIndex;
 use crate::samples::{ArmFactor, Displacement, MergeError, Sample, SampleError};
+use crate::snapshot::state;
 use core::fmt;
 
 /// Every k-th sample, in a second calibrator that is not calibrated.
@@ -54,6 +55,8 @@ pub struct HeldOut<T: Real> {
     every: u64,
     came: u64,
 }
+
+state!(HeldOut<T>: samples: Calibrator<T>, came: u64);
 
 /// How well an arm that was fitted to some samples agrees with the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -201,18 +204,24 @@ impl<T: Real> HeldOut<T> {
         calibrator: &mut Calibrator<T>,
         fitted: &RobotOutcome<T>,
     ) -> Result<[Validation<T>; 3], HeldOutRefusal> {
-        self.samples.flush();
+        self.flush();
         calibrator.flush();
         let [first, second, third] = ArmIndex::ALL;
         Ok([
-            self.arm(calibrator, fitted, first)?,
-            self.arm(calibrator, fitted, second)?,
-            self.arm(calibrator, fitted, third)?,
+            self.validate_arm(calibrator, fitted, first)?,
+            self.validate_arm(calibrator, fitted, second)?,
+            self.validate_arm(calibrator, fitted, third)?,
         ])
     }
 
+    /// Takes the waiting samples into the factors, before a validation.
+    pub(crate) fn flush(&mut self) {
+        self.samples.flush();
+    }
+
+    /// The same of one arm, once no samples wait here or in the calibrator.
     #[inline(never)]
-    fn arm(
+    pub(crate) fn validate_arm(
         &self,
         calibrator: &Calibrator<T>,
         fitted: &RobotOutcome<T>,

@@ -4,11 +4,11 @@ use super::noise_test::NoiseTest;
 use super::prior_test::PriorTest;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::workspace_comparison::WorkspaceComparison;
-use crate::fit::stream::StreamRefusal;
+use crate::fit::stream::Unweighed;
 use delta_cal::Refusal;
 use delta_cal::robust::RobustRefusal;
 use delta_cal::samples::SampleError;
-use delta_cal::stream::{Alarm, HeldOutRefusal};
+use delta_cal::stream::{Alarm, HeldOutRefusal, StreamRefusal};
 
 /// What speaks against a calibration.
 #[derive(Debug, Clone)]
@@ -85,16 +85,30 @@ impl From<RobustRefusal> for Objection {
     }
 }
 
-impl From<StreamRefusal> for Objection {
-    fn from(refusal: StreamRefusal) -> Self {
+impl From<Unweighed> for Objection {
+    fn from(unweighed: Unweighed) -> Self {
+        match unweighed {
+            Unweighed::Sample(index, error) => Self::Sample(index, error),
+            Unweighed::Refused {
+                refusal,
+                before,
+                run,
+            } => Self::of_stream(refusal, before, run),
+        }
+    }
+}
+
+impl Objection {
+    /// A stream's refusal; how many samples were taken in before an alarm, and the length of its run.
+    pub(crate) const fn of_stream(refusal: StreamRefusal, before: u64, run: u64) -> Self {
         match refusal {
-            StreamRefusal::Sample(index, error) => Self::Sample(index, error),
-            StreamRefusal::Fit(refusal) => Self::Fit(refusal),
             StreamRefusal::HeldOut(refusal) => Self::HeldOut(refusal),
             StreamRefusal::TooManyRejected { rejected, samples } => {
                 Self::TooManyRejected { rejected, samples }
             }
-            StreamRefusal::Alarm { alarm, before, run } => Self::Alarm { alarm, before, run },
+            StreamRefusal::Alarm(alarm) => Self::Alarm { alarm, before, run },
+            StreamRefusal::Calibration(refusal) => Self::Fit(refusal),
+            _ => Self::Fit(Refusal::Unfinished),
         }
     }
 }

@@ -7,14 +7,10 @@ use crate::fit::outcome::Outcome;
 use crate::fit::weights::Weights;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{
-    Alarm, Forgetting, Gate, GateCounts, HeldOut, HeldOutRefusal, Innovation, Validation, Verdict,
+    AddError, Added, Estimator, Forgetting, GateCounts, Innovation, Selection, StreamCalibrator,
+    StreamOptions, StreamOutcome, StreamRefusal, Validation, Verdict,
 };
-use delta_cal::{Calibrator, Refusal, Robot, RobotOutcome, Sample, Settings};
-use std::num::NonZeroU32;
-
-/// One sample in so many may be wrong by accident. Where the gate rejects more, it is the model that does
-/// not hold, or the stated noise, and the samples that it took are those that happen to agree.
-const MOST_REJECTED: u64 = 5;
+use delta_cal::{Progress, Real, Refusal, Robot, Sample, Settings};
 
 /// A sample that the gate did not take in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,33 +45,14 @@ pub struct StreamReport {
 
 /// Why there is no calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum StreamRefusal {
+pub(crate) enum Unweighed {
     Sample(usize, SampleError),
-    Fit(Refusal),
-    HeldOut(HeldOutRefusal),
-    /// The gate rejected so many of all samples that it is not known which are wrong.
-    TooManyRejected {
-        rejected: u64,
-        samples: u64,
-    },
-    /// A run of rejections, and how many samples were taken in before.
-    Alarm {
-        alarm: Alarm,
+    /// And how many samples the gate took in before an alarm, and the length of its run.
+    Refused {
+        refusal: StreamRefusal,
         before: u64,
         run: u64,
     },
-}
-
-impl From<Refusal> for StreamRefusal {
-    fn from(refusal: Refusal) -> Self {
-        Self::Fit(refusal)
-    }
-}
-
-impl From<HeldOutRefusal> for StreamRefusal {
-    fn from(refusal: HeldOutRefusal) -> Self {
-        Self::HeldOut(refusal)
-    }
 }
 
 /// What the samples count because of their order, and what there is to say of it.
@@ -89,6 +66,80 @@ pub(crate) struct Streamed {
     pub(crate) arms: Outcome,
 }
 
+/// What became of samples, one after the other.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Record {
+    tested_from: Option<u64>,
+    rejected: Vec<RejectedSample>,
+    marks: Vec<bool>,
+    /// Samples that the gate took in before it raised an alarm.
+    pub(crate) before: u64,
+}
+
+impl Record {
+    /// Adds the sample of a line; `alarmed` says whether the gate has raised an alarm.
+    pub(crate) fn note(&mut self, line: u64, added: &Added<f64>, alarmed: bool) {
+        let Added::Tested(verdict) = added else {
+            self.marks.push(false);
+            return;
+        };
+        if !matches!(verdict, Verdict::Untested(_)) {
+            self.tested_from = self.tested_from.or(Some(line));
+        }
+        if let Verdict::Rejected(innovation) = *verdict {
+            self.rejected.push(RejectedSample { line, innovation });
+        } else if !alarmed {
+            self.before += 1;
+        }
+        self.marks.push(matches!(verdict, Verdict::Rejected(_)));
+    }
+
+    /// What there is to say.
+    pub(crate) fn report(
+        &self,
+        asked: Streaming,
+        counts: Option<GateCounts>,
+        held_out: Option<[Validation<f64>; 3]>,
+    ) -> StreamReport {
+        StreamReport {
+            asked,
+            gate: counts.map(|counts| GateReport {
+                counts,
+                tested_from: self.tested_from,
+                rejected: self.rejected.clone(),
+            }),
+            held_out,
+        }
+    }
+
+    /// Each sample's weight after forgetting; 0 for one that the gate rejected.
+    pub(crate) fn weights(&self, asked: Streaming) -> Weights {
+        Weights::of(faded(&self.marks, forgetting(asked).as_ref()))
+    }
+
+    /// Of each sample, whether the gate rejected it.
+    pub(crate) fn rejected(&self) -> &[bool] {
+        &self.marks
+    }
+}
+
+fn forgetting<T: Real>(asked: Streaming) -> Option<Forgetting<T>> {
+    let samples = f64::from(asked.forget?.get());
+    Forgetting::new(T::from_f64(samples)).ok()
+}
+
+/// Which samples are taken in.
+pub(crate) fn selection<T: Real>(asked: Streaming) -> Selection<T> {
+    let forgetting = forgetting(asked);
+    match asked.held_out {
+        Some(every) => Selection::HeldOut {
+            every: u64::from(every.get()),
+        },
+        None if asked.gate => Selection::Gated { forgetting },
+        None => Selection::All { forgetting },
+    }
+}
+
 /// Decides, in the order of the samples, which of them count, and what. Gate and validation are the core's,
 /// of the three arms' calibration.
 pub(crate) fn weigh(
@@ -97,40 +148,43 @@ pub(crate) fn weigh(
     measured: &[Sample<f64>],
     rows: &[Row<Sample<f64>>],
     asked: Streaming,
-) -> Result<Streamed, StreamRefusal> {
-    let mut calibrator = Calibrator::new(robot, settings);
-    let memory = asked
-        .forget
-        .and_then(|samples| Forgetting::new(f64::from(samples.get())).ok());
-    let mut rejected = vec![false; measured.len()];
-    let mut report = StreamReport {
-        asked,
-        gate: None,
-        held_out: None,
+) -> Result<Streamed, Unweighed> {
+    let options = StreamOptions {
+        estimator: Estimator::Arms,
+        selection: selection(asked),
     };
-    let outcome = if let Some(every) = asked.held_out {
-        let (outcome, arms) = validated(&mut calibrator, measured, every)?;
-        report.held_out = Some(arms);
-        outcome
-    } else if asked.gate {
-        let gate = gated(&mut calibrator, measured, rows, memory, &mut rejected)?;
-        report.gate = Some(gate);
-        calibrator.solve()?
-    } else {
-        for (index, sample) in measured.iter().enumerate() {
-            match &memory {
-                Some(memory) => calibrator.add_forgetting(sample, memory),
-                None => calibrator.add(sample),
-            }
-            .map_err(|error| StreamRefusal::Sample(index, error))?;
+    let mut record = Record::default();
+    let refused = |refusal: StreamRefusal, before, run| Unweighed::Refused {
+        refusal,
+        before,
+        run,
+    };
+    let mut stream = StreamCalibrator::new(robot, settings, &options)
+        .map_err(|refusal| refused(refusal.into(), 0, 0))?;
+    for (index, (sample, row)) in measured.iter().zip(rows).enumerate() {
+        match stream.add(sample) {
+            Ok(added) => record.note(row.line, &added, stream.alarm().is_some()),
+            Err(AddError::Sample(error)) => return Err(Unweighed::Sample(index, error)),
+            // It was stepped to the end of what there was to solve.
+            Err(AddError::Busy) => {}
         }
-        calibrator.solve()?
+        while stream.step() == Progress::Working {}
+    }
+    stream.solve();
+    while stream.step() == Progress::Working {}
+    let counts = stream.gate_counts().copied();
+    let run = counts.map_or(0, |counts| counts.longest_run);
+    let arms = match stream.result() {
+        Some(Ok(StreamOutcome::Arms(outcome))) => Outcome::from(*outcome),
+        Some(Ok(StreamOutcome::Joint(outcome))) => Outcome::from(*outcome),
+        Some(Err(refusal)) => return Err(refused(refusal, record.before, run)),
+        None => return Err(refused(Refusal::Unfinished.into(), record.before, run)),
     };
     Ok(Streamed {
-        weights: Weights::of(faded(&rejected, memory.as_ref())),
-        report,
-        rejected,
-        arms: Outcome::from(outcome),
+        weights: record.weights(asked),
+        report: record.report(asked, counts, stream.validations().copied()),
+        rejected: record.rejected().to_vec(),
+        arms,
     })
 }
 
@@ -145,78 +199,4 @@ fn faded(rejected: &[bool], memory: Option<&Forgetting<f64>>) -> Vec<f64> {
         }
     }
     factors
-}
-
-fn validated(
-    calibrator: &mut Calibrator<f64>,
-    measured: &[Sample<f64>],
-    every: NonZeroU32,
-) -> Result<(RobotOutcome<f64>, [Validation<f64>; 3]), StreamRefusal> {
-    let mut held_out = HeldOut::new(calibrator, u64::from(every.get()))?;
-    for (index, sample) in measured.iter().enumerate() {
-        held_out
-            .add(calibrator, sample)
-            .map_err(|error| StreamRefusal::Sample(index, error))?;
-    }
-    let fitted = calibrator.solve()?;
-    let arms = held_out.validate(calibrator, &fitted)?;
-    // Both are of the same robot and noise: they merge.
-    let _ = held_out.merge_into(calibrator);
-    Ok((calibrator.solve()?, arms))
-}
-
-fn gated(
-    calibrator: &mut Calibrator<f64>,
-    measured: &[Sample<f64>],
-    rows: &[Row<Sample<f64>>],
-    memory: Option<Forgetting<f64>>,
-    marks: &mut [bool],
-) -> Result<GateReport, StreamRefusal> {
-    let mut gate = Gate::new(calibrator);
-    if let Some(memory) = memory {
-        gate = gate.with_forgetting(memory);
-    }
-    let (mut tested_from, mut rejected) = (None, Vec::new());
-    let mut before = 0;
-    for (index, ((sample, row), mark)) in measured.iter().zip(rows).zip(marks).enumerate() {
-        let verdict = gate
-            .add(calibrator, sample)
-            .map_err(|error| StreamRefusal::Sample(index, error))?;
-        if !matches!(verdict, Verdict::Untested(_)) {
-            tested_from = tested_from.or(Some(row.line));
-        }
-        if let Verdict::Rejected(innovation) = verdict {
-            *mark = true;
-            rejected.push(RejectedSample {
-                line: row.line,
-                innovation,
-            });
-        } else if gate.alarm().is_none() {
-            before = gate.counts().taken;
-        }
-        if gate.wants_estimate()
-            && let Ok(outcome) = calibrator.solve()
-        {
-            gate.adopt(calibrator, &outcome);
-        }
-    }
-    let counts = *gate.counts();
-    if gate.alarm().is_none() && counts.rejected * MOST_REJECTED > counts.taken + counts.rejected {
-        return Err(StreamRefusal::TooManyRejected {
-            rejected: counts.rejected,
-            samples: counts.taken + counts.rejected,
-        });
-    }
-    match gate.alarm() {
-        None => Ok(GateReport {
-            counts,
-            tested_from,
-            rejected,
-        }),
-        Some(alarm) => Err(StreamRefusal::Alarm {
-            alarm,
-            before,
-            run: counts.longest_run,
-        }),
-    }
 }

@@ -4,6 +4,7 @@ use crate::Real;
 use crate::calibration::step_control::LONGEST_STEP;
 use crate::calibration::{Linearize, Normal};
 use crate::samples::{ArmFactor, ArmSample, Displacement};
+use crate::snapshot::state;
 use nalgebra::SVector;
 
 /// Without a stated noise the parameters take eight degrees of freedom from the residuals, and Student's t has
@@ -38,6 +39,17 @@ pub(super) struct Prediction<T: Real> {
     since: u64,
     lasts: u64,
 }
+
+// Without `at`, which follows from the correction.
+state!(
+    Prediction<T>:
+    correction: [T; 8],
+    normal: Normal<T>,
+    beyond: T,
+    samples: T,
+    since: u64,
+    lasts: u64,
+);
 
 /// A sample as the arm has it: its row of the Jacobian (3.21) and f, both over σf.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,6 +94,11 @@ impl<T: Real> Prediction<T> {
         };
         prediction.linearize(factor, prior);
         prediction
+    }
+
+    /// After its correction was restored.
+    pub(super) fn displace(&mut self, factor: &ArmFactor<T>) {
+        self.at = Displacement::new(factor.nominal(), &self.correction);
     }
 
     pub(super) fn row(&self, sample: &ArmSample<T>) -> Row<T> {

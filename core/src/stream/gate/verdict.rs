@@ -1,6 +1,8 @@
 //! What the gate says.
 
+use crate::Real;
 use crate::robot::ArmIndex;
+use crate::snapshot::{Reader, State, Writer, state};
 use core::fmt;
 
 /// A sample against what was predicted of one arm.
@@ -108,6 +110,41 @@ pub struct GateCounts {
     pub run: u64,
     /// The longest such run.
     pub longest_run: u64,
+}
+
+state!(
+    GateCounts:
+    taken: u64,
+    untested: u64,
+    rejected: u64,
+    rejected_by_arm: [u64; 3],
+    run: u64,
+    longest_run: u64,
+);
+
+impl<T: Real> State<T> for Option<Alarm> {
+    const BYTES: usize = 9;
+
+    fn save(&self, to: &mut Writer<'_>) {
+        let kind: u8 = match self {
+            None => 0,
+            Some(Alarm::RobotChanged { .. }) => 1,
+            Some(Alarm::EarlySamplesWrong { .. }) => 2,
+        };
+        State::<T>::save(&kind, to);
+        State::<T>::save(&self.map_or(0, |alarm| alarm.first()), to);
+    }
+
+    fn load(&mut self, from: &mut Reader<'_>) {
+        let (mut kind, mut first) = (0_u8, 0_u64);
+        State::<T>::load(&mut kind, from);
+        State::<T>::load(&mut first, from);
+        *self = match kind {
+            1 => Some(Alarm::RobotChanged { first }),
+            2 => Some(Alarm::EarlySamplesWrong { first }),
+            _ => None,
+        };
+    }
 }
 
 /// Why a number is not a gate.

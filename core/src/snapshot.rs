@@ -1,0 +1,165 @@
+//! Snapshots: what a calibrator or a gate has seen, as bytes that outlast a power cut.
+//!
+//! ```text
+//! version  1 byte, kind  1 byte, bytes of a number  1 byte, 0  1 byte
+//! length of the whole snapshot  4 bytes
+//! fingerprint of the robot and all settings  4 bytes
+//! the state: numbers and counts
+//! CRC-32 of all before  4 bytes                           all of them little-endian
+//! ```
+//!
+//! A snapshot is restored into a new object of the same robot and settings. That object then goes on to the same bits as the
+//! one that the snapshot was taken of. Damaged bytes, and those of another robot, other settings, another kind of object or
+//! another scalar type are refused, and the object is as it was.
+
+mod checksum;
+mod state;
+
+use crate::Real;
+pub(crate) use checksum::Fingerprint;
+use checksum::crc;
+use core::fmt;
+pub(crate) use state::{Reader, State, Writer, state};
+
+/// The version of the bytes.
+const VERSION: u8 = 1;
+const HEADER: usize = 12;
+const CHECKSUM: usize = 4;
+
+/// Why bytes are not restored, or a snapshot is not written. Nothing has changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum SnapshotError {
+    /// The buffer is shorter than the snapshot: it needs `SNAPSHOT_BYTES`.
+    BufferTooShort,
+    /// The bytes are not a whole snapshot: cut off, damaged, or never written.
+    Damaged,
+    /// The snapshot is of another version of this crate, which writes it otherwise.
+    OtherVersion {
+        /// The version of the bytes.
+        version: u8,
+    },
+    /// The snapshot is of another kind of object, or of one that computes in another type.
+    OtherKind,
+    /// The snapshot is of another robot, or of other settings, or it belongs to a calibrator in another state.
+    OtherCalibration,
+    /// The calibration is being solved: samples wait, and so does the snapshot.
+    Busy,
+}
+
+impl fmt::Display for SnapshotError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BufferTooShort => formatter.write_str("the buffer is shorter than the snapshot"),
+            Self::Damaged => formatter.write_str("the bytes are not a whole snapshot"),
+            Self::OtherVersion { version } => {
+                write!(
+                    formatter,
+                    "the snapshot is of the unknown version {version}"
+                )
+            }
+            Self::OtherKind => formatter.write_str(
+                "the snapshot is of another kind of object or of another type of numbers",
+            ),
+            Self::OtherCalibration => formatter.write_str(
+                "the snapshot is of another robot, of other settings or of another state",
+            ),
+            Self::Busy => formatter
+                .write_str("a snapshot can be taken between two samples, not while solving"),
+        }
+    }
+}
+
+impl core::error::Error for SnapshotError {}
+
+/// Which object a snapshot is of. The numbers never change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Calibrator = 1,
+    JointCalibrator = 2,
+    Gate = 3,
+    Stream = 4,
+}
+
+/// The most bytes of a snapshot of such a state.
+pub(crate) const fn longest<T: Real, S: State<T>>() -> usize {
+    HEADER + S::BYTES + CHECKSUM
+}
+
+/// Writes a snapshot, and returns it.
+pub(crate) fn write<'a, T: Real, S: State<T>>(
+    kind: Kind,
+    fingerprint: u32,
+    state: &S,
+    bytes: &'a mut [u8],
+) -> Result<&'a [u8], SnapshotError> {
+    let enough = bytes.len() >= longest::<T, S>();
+    let (header, place) = bytes
+        .split_first_chunk_mut::<HEADER>()
+        .filter(|_| enough)
+        .ok_or(SnapshotError::BufferTooShort)?;
+    let mut writer = Writer::new(place);
+    state.save(&mut writer);
+    let length = HEADER + writer.written() + CHECKSUM;
+    let mut beginning = Writer::new(header);
+    beginning.put(&[VERSION, kind as u8, number_size::<T>(), 0]);
+    #[allow(clippy::cast_possible_truncation)] // some kilobytes
+    beginning.put(&(length as u32).to_le_bytes());
+    beginning.put(&fingerprint.to_le_bytes());
+    let whole = bytes
+        .get_mut(..length)
+        .ok_or(SnapshotError::BufferTooShort)?;
+    let (content, place) = whole
+        .split_last_chunk_mut::<CHECKSUM>()
+        .ok_or(SnapshotError::BufferTooShort)?;
+    *place = crc(content).to_le_bytes();
+    Ok(whole)
+}
+
+/// Restores what [`write`] has written; bytes behind it are not looked at.
+pub(crate) fn read<T: Real, S: State<T>>(
+    kind: Kind,
+    fingerprint: u32,
+    state: &mut S,
+    bytes: &[u8],
+) -> Result<(), SnapshotError> {
+    let [version, written_kind, size, _, length @ ..] = bytes else {
+        return Err(SnapshotError::Damaged);
+    };
+    // Before the checksum: another version may be longer or shorter.
+    if *version != VERSION {
+        return Err(match *version {
+            0 | u8::MAX => SnapshotError::Damaged,
+            version => SnapshotError::OtherVersion { version },
+        });
+    }
+    if *written_kind != kind as u8 || *size != number_size::<T>() {
+        return Err(SnapshotError::OtherKind);
+    }
+    let length = length
+        .first_chunk()
+        .map_or(0, |bytes| u32::from_le_bytes(*bytes));
+    let (content, checksum) = usize::try_from(length)
+        .ok()
+        .and_then(|length| bytes.get(..length))
+        .and_then(|whole| whole.split_last_chunk::<CHECKSUM>())
+        .ok_or(SnapshotError::Damaged)?;
+    if crc(content).to_le_bytes() != *checksum {
+        return Err(SnapshotError::Damaged);
+    }
+    let (header, content) = content
+        .split_first_chunk::<HEADER>()
+        .ok_or(SnapshotError::Damaged)?;
+    let [.., a, b, c, d] = *header;
+    if u32::from_le_bytes([a, b, c, d]) != fingerprint {
+        return Err(SnapshotError::OtherCalibration);
+    }
+    state.load(&mut Reader::new(content));
+    Ok(())
+}
+
+#[allow(clippy::cast_possible_truncation)] // 4 or 8
+const fn number_size<T: Real>() -> u8 {
+    T::BYTES as u8
+}

@@ -1,0 +1,99 @@
+//! Snapshots of all that a stream has seen.
+
+use super::StreamCalibrator;
+use super::calibrators::{Calibrators, Judge};
+use super::work::Work;
+use crate::Real;
+use crate::calibration::{Calibrator, JointCalibrator};
+use crate::snapshot::{Kind, Reader, SnapshotError, State, Writer, longest, read, write};
+use crate::stream::gate::Gate;
+use crate::stream::held_out::HeldOut;
+
+impl<T: Real> State<T> for Calibrators<T> {
+    // Gate and held-out samples exclude each other.
+    const BYTES: usize = {
+        let (gate, held_out) = (Gate::<T>::BYTES, HeldOut::<T>::BYTES);
+        let judge = if gate > held_out { gate } else { held_out };
+        Calibrator::<T>::BYTES + JointCalibrator::<T>::BYTES + judge
+    };
+
+    fn save(&self, to: &mut Writer<'_>) {
+        self.arms.save(to);
+        if let Some(joint) = &self.joint {
+            joint.save(to);
+        }
+        match &self.judge {
+            Judge::Nothing => {}
+            Judge::Gate(gate) => gate.save(to),
+            Judge::HeldOut { samples, .. } => samples.save(to),
+        }
+    }
+
+    fn load(&mut self, from: &mut Reader<'_>) {
+        self.arms.load(from);
+        if let Some(joint) = &mut self.joint {
+            joint.load(from);
+        }
+        match &mut self.judge {
+            Judge::Nothing => {}
+            Judge::Gate(gate) => {
+                gate.load(from);
+                gate.displace(&self.arms);
+            }
+            Judge::HeldOut {
+                samples,
+                validations,
+            } => {
+                samples.load(from);
+                *validations = None;
+            }
+        }
+    }
+}
+
+impl<T: Real> State<T> for StreamCalibrator<T> {
+    const BYTES: usize = <u64 as State<T>>::BYTES + Calibrators::<T>::BYTES;
+
+    fn save(&self, to: &mut Writer<'_>) {
+        State::<T>::save(&self.samples, to);
+        self.calibrators.save(to);
+    }
+
+    fn load(&mut self, from: &mut Reader<'_>) {
+        State::<T>::load(&mut self.samples, from);
+        self.calibrators.load(from);
+        self.work = Work::Collecting;
+    }
+}
+
+impl<T: Real> StreamCalibrator<T> {
+    /// How many bytes a [`snapshot`](Self::snapshot) takes at most.
+    pub const SNAPSHOT_BYTES: usize = longest::<T, Self>();
+
+    /// Writes what the stream has seen into `bytes`, of which there must be [`SNAPSHOT_BYTES`](Self::SNAPSHOT_BYTES), and
+    /// returns the part that was written. Results are not part of it: they are solved again.
+    ///
+    /// # Errors
+    /// [`SnapshotError::BufferTooShort`]; [`SnapshotError::Busy`] while something is being solved.
+    pub fn snapshot<'a>(&self, bytes: &'a mut [u8]) -> Result<&'a [u8], SnapshotError> {
+        if self.solving() {
+            return Err(SnapshotError::Busy);
+        }
+        write(Kind::Stream, self.fingerprint(), self, bytes)
+    }
+
+    /// Puts what a [`snapshot`](Self::snapshot) holds in place of what this stream has seen. It must be of the same robot,
+    /// settings and options. The stream goes on to the same bits as the one that the snapshot is of.
+    ///
+    /// # Errors
+    /// Bytes that are damaged, or a snapshot of something else; the stream is unchanged.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
+        read(Kind::Stream, self.fingerprint(), self, bytes)
+    }
+
+    fn fingerprint(&self) -> u32 {
+        let mut fingerprint = self.calibrators.arms.marked();
+        self.calibrators.options.mark(&mut fingerprint);
+        fingerprint.finish()
+    }
+}

@@ -1,0 +1,96 @@
+//! What a stream of samples is calibrated by.
+
+use super::forgetting::Forgetting;
+use crate::Real;
+use crate::snapshot::Fingerprint;
+
+/// How the parameters are estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Estimator {
+    /// Each arm by itself, with a [`Calibrator`](crate::Calibrator): the light one.
+    #[default]
+    Arms,
+    /// All 24 parameters together, with a [`JointCalibrator`](crate::calibration::JointCalibrator): the least error that the
+    /// measurements allow.
+    Joint,
+}
+
+/// Which of the samples that come are taken in, and what those before them count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
+pub enum Selection<T> {
+    /// All of them.
+    All {
+        /// With it the samples before fade.
+        forgetting: Option<Forgetting<T>>,
+    },
+    /// Those that agree with the samples before them; see [`Gate`](super::Gate). The gate tests each arm by itself, whatever
+    /// the estimator.
+    Gated {
+        /// With it the samples before fade.
+        forgetting: Option<Forgetting<T>>,
+    },
+    /// All but one in `every`, which judge the fit to the others and then join it; see [`HeldOut`](super::HeldOut). Each arm
+    /// is judged by itself, whatever the estimator.
+    HeldOut {
+        /// 2 or more.
+        every: u64,
+    },
+}
+
+/// What a stream of samples is calibrated by. The default: each arm by itself, all samples.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "T: Real + serde::Serialize",
+        deserialize = "T: Real + serde::Deserialize<'de>"
+    ))
+)]
+pub struct StreamOptions<T> {
+    /// How the parameters are estimated.
+    pub estimator: Estimator,
+    /// Which samples are taken in.
+    pub selection: Selection<T>,
+}
+
+impl<T> Default for Selection<T> {
+    fn default() -> Self {
+        Self::All { forgetting: None }
+    }
+}
+
+impl<T: Real> StreamOptions<T> {
+    pub(super) const fn forgetting(&self) -> Option<Forgetting<T>> {
+        match self.selection {
+            Selection::All { forgetting } | Selection::Gated { forgetting } => forgetting,
+            Selection::HeldOut { .. } => None,
+        }
+    }
+
+    /// What makes them others.
+    pub(super) fn mark(&self, fingerprint: &mut Fingerprint) {
+        fingerprint.byte(match self.estimator {
+            Estimator::Arms => 0,
+            Estimator::Joint => 1,
+        });
+        fingerprint.count(match self.selection {
+            Selection::All { .. } => 0,
+            Selection::Gated { .. } => 1,
+            Selection::HeldOut { every } => every,
+        });
+        fingerprint.optional(self.forgetting().map(|forgetting| [forgetting.mean_age()]));
+    }
+}

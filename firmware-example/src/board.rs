@@ -15,7 +15,7 @@ use cortex_m::peripheral::{CPUID, NVIC, SYST};
 use critical_section::Mutex;
 use defmt_semihosting as _;
 use delta_cal::Real;
-use delta_cal_firmware_example::{Foreground, ParameterFlash, TURNS_A_SECOND, Timer};
+use delta_cal_firmware_example::{Foreground, ParameterFlash, StreamFlash, TURNS_A_SECOND, Timer};
 use heapless::spsc::Producer;
 
 /// Clock of the core, its timers and its UARTs.
@@ -28,6 +28,7 @@ pub(crate) type Flash = ParameterFlash;
 /// The board's parts that are used here.
 pub(crate) struct Board {
     flash: &'static mut Flash,
+    stream_flash: &'static mut StreamFlash,
     link: Link,
 }
 
@@ -40,15 +41,21 @@ impl Board {
         timer.set_reload(SysTick::MASK);
         timer.clear_current();
         timer.enable_counter();
+        let Retained {
+            flash,
+            stream_flash,
+            ..
+        } = retained();
         Some(Self {
-            flash: flash(),
+            flash,
+            stream_flash,
             link: Link { nvic: core.NVIC },
         })
     }
 
-    /// The flash and the serial link.
-    pub(crate) fn split(self) -> (&'static mut Flash, Link) {
-        (self.flash, self.link)
+    /// The flash of the parameters and of the samples, and the serial link.
+    pub(crate) fn split(self) -> (&'static mut Flash, &'static mut StreamFlash, Link) {
+        (self.flash, self.stream_flash, self.link)
     }
 }
 
@@ -68,10 +75,11 @@ pub(crate) fn wait() {
     cortex_m::asm::nop();
 }
 
-/// Stands in for a region of flash: memory that a reset leaves as it is.
+/// Stands in for two regions of flash: memory that a reset leaves as it is.
 struct Retained {
     mark: u32,
     flash: Flash,
+    stream_flash: StreamFlash,
 }
 
 /// The memory was set up since the board has power.
@@ -81,15 +89,16 @@ const MARK: u32 = 0x64_63_61_6c;
 #[unsafe(link_section = ".uninit.flash")]
 static mut RETAINED: MaybeUninit<Retained> = MaybeUninit::uninit();
 
-fn flash() -> &'static mut Flash {
+fn retained() -> &'static mut Retained {
     // SAFETY: called by `Board::take` only, which succeeds once. Any bits are a `Retained`.
     #[allow(unsafe_code)]
     let retained = unsafe { &mut *(&raw mut RETAINED).cast::<Retained>() };
     if retained.mark != MARK {
-        *retained.flash.bytes_mut() = *Flash::new().bytes();
+        retained.flash.bytes_mut().fill(0xff);
+        retained.stream_flash.bytes_mut().fill(0xff);
         retained.mark = MARK;
     }
-    &mut retained.flash
+    retained
 }
 
 /// The free-running timer.

@@ -4,6 +4,7 @@ use crate::geometry::Geometries;
 use crate::handover::NewParameters;
 use crate::reception::Reception;
 use crate::session::Session;
+use crate::stream_store::{StreamPace, StreamStore};
 use crate::{Number, TURNS_A_SECOND};
 use delta_cal::Robot;
 use delta_cal_protocol::{
@@ -13,19 +14,20 @@ use delta_cal_protocol::{
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 
-/// Bytes of the largest request, with room to spare: a sample in `f64` has 75.
+/// Bytes of the largest request, with room to spare: the beginning of a session in `f64` has 92.
 const LARGEST_REQUEST: usize = 128;
 
 /// Everything behind the control loop: answers requests, takes in samples, solves in bounded steps,
 /// stores and hands over.
 ///
-/// `F` is NOR flash for the parameters alone: two halves of whole pages, 448 bytes or more each.
+/// `F` is NOR flash for the parameters alone: two halves of whole pages, 448 bytes or more each. `S` is NOR flash for the
+/// samples of a session: two halves of whole pages, 8 KiB or more each, 16 KiB in `f64`.
 ///
 /// ```
-/// use delta_cal_firmware_example::{Controller, ParameterFlash, nominal};
+/// use delta_cal_firmware_example::{Controller, ParameterFlash, StreamFlash, nominal};
 /// use delta_cal_protocol::{Direction, Request, encode};
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let mut controller = Controller::new(nominal::<f32>()?, ParameterFlash::new(), 0);
+/// let mut controller = Controller::new(nominal::<f32>()?, ParameterFlash::new(), StreamFlash::new(), 0);
 /// let request = encode(Direction::Request, 1, &Request::<f32>::Identify)?;
 /// let answer = request.iter().find_map(|byte| controller.receive(*byte));
 /// assert!(answer.is_some());
@@ -33,21 +35,23 @@ const LARGEST_REQUEST: usize = 128;
 /// # }
 /// ```
 #[derive(Debug)]
-pub struct Controller<T: Number, F> {
+pub struct Controller<T: Number, F, S> {
     processor: u32,
     receiver: Receiver<LARGEST_REQUEST>,
     reception: Reception,
     overrun: u32,
     session: Session<T>,
     geometries: Geometries<T, F>,
+    streams: StreamStore<T, S>,
     /// Parameters that the control loop has not been handed yet.
     switch: Option<NewParameters<T>>,
     control: ControlLoop<T>,
 }
 
-impl<T: Number, F: NorFlash> Controller<T, F> {
-    /// Reads the parameters from `flash`. `processor` is the CPUID that identifies the core.
-    pub fn new(nominal: Robot<T>, flash: F, processor: u32) -> Self {
+impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
+    /// Reads the parameters from `flash`; [`resume`](Self::resume) reads `stream_flash`. `processor` is the CPUID that identifies
+    /// the core.
+    pub fn new(nominal: Robot<T>, flash: F, stream_flash: S, processor: u32) -> Self {
         info!(
             "start: firmware {}, {} bytes a number, processor {=u32:08x}",
             FIRMWARE,
@@ -57,6 +61,7 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
         let geometries = Geometries::load(nominal, flash);
         let fingerprint = geometries.current().fingerprint;
         Self {
+            streams: StreamStore::new(stream_flash, geometries.nominal().fingerprint),
             processor,
             receiver: Receiver::new(Direction::Request),
             reception: Reception::default(),
@@ -79,13 +84,26 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
         }
     }
 
+    /// Goes on with the session that a restart has interrupted, if its samples are stored. Call it once, before the first
+    /// byte. It is not part of [`new`](Self::new), so that the controller can be made in its place in static memory.
+    // Not inlined, here and elsewhere: what is done one after the other shares the stack.
+    #[inline(never)]
+    pub fn resume(&mut self) {
+        let nominal = &self.geometries.nominal().robot;
+        self.streams.resume(nominal, &mut self.session);
+    }
+
+    /// How often the samples of a session are stored.
+    pub const fn set_stream_pace(&mut self, pace: StreamPace) {
+        self.streams.set_pace(pace);
+    }
+
     /// Takes in a byte from the link. When it completes a request: the answer, a whole frame.
     pub fn receive(&mut self, byte: u8) -> Option<Vec<u8, LARGEST_FRAME>> {
         let (sequence, response) = self.respond(byte)?;
         frame(sequence, &response)
     }
 
-    // Not inlined, here and elsewhere: what is done one after the other shares the stack.
     #[inline(never)]
     fn respond(&mut self, byte: u8) -> Option<(u16, Response<T>)> {
         Some(match self.receiver.push(byte)? {
@@ -112,7 +130,24 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
 
     /// One bounded step of whatever there is to do in the background; `true` while there is more.
     pub fn idle(&mut self) -> bool {
-        self.session.step()
+        if self.session.step() {
+            return true;
+        }
+        self.store_samples();
+        false
+    }
+
+    /// Stores the samples when that is due.
+    fn store_samples(&mut self) {
+        let turn = self.control.turns;
+        if let Some((begin, stream)) = self.session.storable()
+            && self.streams.due(begin, stream, turn)
+        {
+            match self.streams.save(begin, stream, turn) {
+                Ok(()) => info!("session {=u32:08x} stored", begin.session),
+                Err(error) => warning!("session not stored: {}", error),
+            }
+        }
     }
 
     /// Whether a calibration is at work: samples are taken in or solved.
@@ -149,9 +184,9 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
         self.overrun = overrun;
     }
 
-    /// The flash, when the controller is switched off.
-    pub fn into_flash(self) -> F {
-        self.geometries.into_flash()
+    /// Both flashes, when the controller is switched off.
+    pub fn into_flash(self) -> (F, S) {
+        (self.geometries.into_flash(), self.streams.into_flash())
     }
 
     fn answer(&mut self, request: Option<Request<T>>) -> Response<T> {
@@ -181,12 +216,12 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
             }
             Request::Begin(begin) => {
                 let nominal = &self.geometries.nominal().robot;
-                let next = self.session.begin(nominal, begin)?;
-                self.taken(next)
+                self.session.begin(nominal, begin)?;
+                self.taken()
             }
             Request::Sample(sample) => {
-                let next = self.session.sample(sample)?;
-                self.taken(next)
+                self.session.sample(sample)?;
+                self.taken()
             }
             Request::Solve { session, samples } => {
                 self.session.solve(*session, *samples)?;
@@ -205,7 +240,7 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
                 if there != *fingerprint {
                     return Err(Fault::OtherParameters { there });
                 }
-                let switched = self.geometries.apply(*from, &outcome.robot)?;
+                let switched = self.geometries.apply(*from, outcome.robot())?;
                 self.switched(switched)
             }
             Request::Revert { from, to } => {
@@ -213,21 +248,28 @@ impl<T: Number, F: NorFlash> Controller<T, F> {
                 self.switched(switched)
             }
             Request::Counters => Response::Counters(self.reception.counters(self.overrun)),
+            Request::Covariance {
+                session,
+                rows,
+                columns,
+            } => Response::Covariance(self.session.covariance(*session, *rows, *columns)?),
             _ => return Err(Fault::UnknownRequest),
         })
     }
 
-    const fn taken(&self, next: u32) -> Response<T> {
+    fn taken(&self) -> Response<T> {
         Response::Taken {
             session: self.session.number(),
-            next,
+            next: self.session.samples(),
+            last: self.session.last(),
         }
     }
 
-    const fn status(&self) -> Response<T> {
+    fn status(&self) -> Response<T> {
         Response::Status(Status {
             session: self.session.number(),
             phase: self.session.phase(),
+            gate: self.session.gate(),
             control: self.control,
         })
     }

@@ -3,11 +3,11 @@
 use crate::Number;
 use crate::board::{self, Board, Flash, Link};
 use crate::faults::fail;
-use delta_cal_firmware_example::{Background, Controller, Handover, nominal};
+use delta_cal_firmware_example::{Background, Controller, Handover, StreamFlash, nominal};
 use heapless::spsc::{Consumer, Queue};
 use static_cell::StaticCell;
 
-type Firmware = Controller<Number, &'static mut Flash>;
+type Firmware = Controller<Number, &'static mut Flash, &'static mut StreamFlash>;
 
 /// What the idle loop works with.
 struct Idle {
@@ -42,8 +42,10 @@ fn start(
     let (Some(board), Ok(nominal)) = (Board::take(), nominal()) else {
         fail(format_args!("started twice, or without a robot"))
     };
-    let (flash, mut link) = board.split();
-    let controller = memory.init_with(|| Controller::new(nominal, flash, board::processor()));
+    let (flash, stream_flash, mut link) = board.split();
+    let controller =
+        memory.init_with(|| Controller::new(nominal, flash, stream_flash, board::processor()));
+    controller.resume();
     let (control_loop, foreground) = handover.split(&controller.current());
     let (received_in, received) = received.split();
     link.start(foreground, received_in);

@@ -1,8 +1,9 @@
 //! Which parameters are in use, and how that changes: in flash first.
 
 use crate::Number;
+use crate::halves::StoreError;
 use crate::handover::NewParameters;
-use crate::store::{Geometry, Sets, Store, StoreError};
+use crate::store::{Geometry, Sets, Store};
 use delta_cal::Robot;
 use delta_cal_protocol::{Fault, Origin, Parameters, RevertTo, fingerprint};
 use embedded_storage_async::nor_flash::NorFlash;
@@ -30,7 +31,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     pub(crate) fn load(nominal: Robot<T>, flash: F) -> Self {
         let nominal = named(nominal);
         let mut geometries = Self {
-            store: Store::new(flash, nominal.fingerprint),
+            store: Store::new::<T>(flash, nominal.fingerprint),
             nominal,
             current: nominal,
             sets: Sets {

@@ -20,6 +20,7 @@ mod log;
 mod control_loop;
 mod controller;
 mod geometry;
+mod halves;
 mod handover;
 mod number;
 mod pace;
@@ -28,6 +29,7 @@ mod ram_flash;
 mod reception;
 mod session;
 mod store;
+mod stream_store;
 
 pub use control_loop::{BLEND_TURNS, ControlLoop};
 pub use controller::Controller;
@@ -35,7 +37,8 @@ pub use handover::{Background, Foreground, Handover, NewParameters};
 pub use number::Number;
 pub use pace::Timer;
 pub use path::Path;
-pub use ram_flash::{FlashError, PAGE, ParameterFlash, RamFlash, WORD};
+pub use ram_flash::{FlashError, PAGE, ParameterFlash, RamFlash, StreamFlash, WORD};
+pub use stream_store::StreamPace;
 
 use delta_cal::robot::GeometryError;
 use delta_cal::{Real, Robot, SymmetricRobot};

@@ -1,4 +1,6 @@
+use core::fmt::Debug;
 use delta_cal::Real;
+use delta_cal::stream::StreamCalibrator;
 use delta_cal_protocol::Scalar;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -19,12 +21,29 @@ mod logged {
 pub trait Number: Real + Serialize + DeserializeOwned + logged::Logged {
     /// Its name on the wire.
     const SCALAR: Scalar;
+    /// Memory for the samples of a session on their way into flash.
+    type StreamBytes: AsRef<[u8]> + AsMut<[u8]> + Debug;
+    /// All zeros.
+    const NO_STREAM_BYTES: Self::StreamBytes;
 }
+
+/// As much as fits into 8 KiB of flash, and twice that, with what stands before and behind.
+const SINGLE: usize = 8_128;
+const DOUBLE: usize = 16_320;
+
+/// What stands before the snapshot.
+const BEGIN: usize = 100;
+const _: () = assert!(StreamCalibrator::<f32>::SNAPSHOT_BYTES + BEGIN <= SINGLE);
+const _: () = assert!(StreamCalibrator::<f64>::SNAPSHOT_BYTES + BEGIN <= DOUBLE);
 
 impl Number for f32 {
     const SCALAR: Scalar = Scalar::Single;
+    type StreamBytes = [u8; SINGLE];
+    const NO_STREAM_BYTES: Self::StreamBytes = [0; SINGLE];
 }
 
 impl Number for f64 {
     const SCALAR: Scalar = Scalar::Double;
+    type StreamBytes = [u8; DOUBLE];
+    const NO_STREAM_BYTES: Self::StreamBytes = [0; DOUBLE];
 }

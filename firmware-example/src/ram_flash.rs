@@ -10,6 +10,9 @@ pub const WORD: usize = 4;
 /// As large as the parameters need: two halves of a page, see [`Controller`](crate::Controller).
 pub type ParameterFlash = RamFlash<{ 2 * PAGE }>;
 
+/// As large as the samples of a session need: two halves of eight pages.
+pub type StreamFlash = RamFlash<{ 16 * PAGE }>;
+
 const ERASED: u8 = 0xff;
 
 /// Memory that behaves like NOR flash: erased to ones by the page, and writing only clears bits.

@@ -29,5 +29,5 @@ mod target;
 pub(crate) mod thresholds;
 mod warnings;
 
-pub(crate) use calibrate::calibrated_elsewhere;
 pub use calibrate::{Accepted, accepted, calibrate, read_samples};
+pub(crate) use calibrate::{Elsewhere, calibrated_elsewhere};

@@ -21,6 +21,7 @@ mod progress;
 mod record;
 mod reproduce;
 mod simulate;
+mod streaming;
 mod validate;
 mod workspace;
 

@@ -17,15 +17,13 @@ mod transport;
 mod verify;
 
 pub use client::{Client, Patience};
-pub use convert::{assumptions, measurements, outcome, robot};
+pub use convert::{begin, measurements, outcome, robot};
 pub use emulator::{
     Emulation, Emulator, EmulatorError, FirmwareError, FlashError, Pace, build, check_firmware,
 };
 pub use error::DeviceError;
 pub use number::Number;
 pub use operations::{DeviceFailure, Verified, calibrate_robot, check_nominal, verify};
-pub use session::{
-    Assumptions, Finished, Measurement, Step, apply, calibrate, in_use, parameters_of,
-};
+pub use session::{Finished, Measurement, Solution, Step, apply, calibrate, in_use};
 pub use transport::{Board, Port, PortError, Serial, Tcp, Transport};
-pub use verify::{Comparison, Difference, Result3, compare, solve_here};
+pub use verify::{Comparison, Difference, Ended, compare, solve_here};

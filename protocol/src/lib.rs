@@ -25,9 +25,11 @@
 #[cfg(test)]
 extern crate std;
 
+mod begin;
 mod fingerprint;
 mod frame;
 mod messages;
+mod outcomes;
 #[cfg(test)]
 mod page;
 
@@ -37,6 +39,6 @@ pub use frame::{
     encode,
 };
 pub use messages::{
-    ArmReport, Begin, ControlLoop, Counters, Fault, Identity, Origin, ParameterSet, Parameters,
-    Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
+    ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Fault, GateStatus, Identity, Origin,
+    ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
 };

@@ -1,6 +1,7 @@
+use delta_cal::ArmIndex;
 use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::samples::SampleError;
-use delta_cal::{ArmIndex, Refusal};
+use delta_cal::stream::{Added, Alarm, Estimator, GateCounts, StreamRefusal, Validation};
 use serde::{Deserialize, Serialize};
 
 /// What the driver asks, numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
@@ -52,6 +53,16 @@ pub enum Request<T> {
     },
     /// What went wrong on the link so far. Answer: [`Response::Counters`].
     Counters,
+    /// Of a joint calibration, the covariance of one arm's parameters with another's. Answer:
+    /// [`Response::Covariance`].
+    Covariance {
+        /// The session.
+        session: u32,
+        /// The arm of the rows.
+        rows: ArmIndex,
+        /// The arm of the columns.
+        columns: ArmIndex,
+    },
 }
 
 /// Which of the controller's geometries.
@@ -79,10 +90,18 @@ pub struct Begin<T> {
     pub session: u32,
     /// One σ of the manufacturing tolerance: millimetres, radians.
     pub tolerance: Option<(T, T)>,
-    /// One σ of position and joint angle in a measurement: millimetres, radians.
-    pub noise: Option<(T, T)>,
+    /// One σ of each coordinate and of a joint angle in a measurement: millimetres, radians.
+    pub noise: Option<([T; 3], T)>,
     /// Start without a guess rather than from nominal.
     pub without_guess: bool,
+    /// Each arm by itself, or all 24 parameters together.
+    pub estimator: Estimator,
+    /// Test each sample against those before it, and leave out the ones that disagree.
+    pub gate: bool,
+    /// One sample in so many, 2 or more, judges the fit to the others. Not together with `gate` or `forgetting`.
+    pub held_out: Option<u32>,
+    /// The samples fade: N, their mean age. Samples.
+    pub forgetting: Option<T>,
 }
 
 /// One measurement.
@@ -113,8 +132,10 @@ pub enum Response<T> {
     Taken {
         /// The session.
         session: u32,
-        /// Index of the sample that is expected next: as many were taken in.
+        /// Index of the sample that is expected next: so many came, rejected and held-out ones included.
         next: u32,
+        /// What became of the sample before that one; `None` if the controller has restarted since, or there is none.
+        last: Option<Added<T>>,
     },
     /// What the controller is doing.
     Status(Status<T>),
@@ -122,6 +143,8 @@ pub enum Response<T> {
     Outcome(ArmReport<T>),
     /// What went wrong on the link so far.
     Counters(Counters),
+    /// A block of the covariance of a joint calibration.
+    Covariance(CovarianceBlock<T>),
 }
 
 /// Why a request changed nothing.
@@ -147,7 +170,8 @@ pub enum Fault {
     },
     /// The sample is impossible.
     Sample(SampleError),
-    /// The tolerance is not a tolerance, or the noise not a noise, or the session is 0.
+    /// The tolerance is not a tolerance, or the noise not a noise, or the session is 0, or the options of the stream exclude
+    /// each other.
     Settings,
     /// The controller is solving: samples wait until it has finished.
     Busy,
@@ -219,8 +243,19 @@ pub struct Status<T> {
     pub session: u32,
     /// How far it is.
     pub phase: Phase,
+    /// What the gate has done, if the session has one.
+    pub gate: Option<GateStatus>,
     /// The control loop.
     pub control: ControlLoop<T>,
+}
+
+/// What the gate has done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GateStatus {
+    /// How many samples came to what.
+    pub counts: GateCounts,
+    /// What a long run of rejections means, if there was one.
+    pub alarm: Option<Alarm>,
 }
 
 /// How far a calibration is.
@@ -236,8 +271,8 @@ pub enum Phase {
     },
     /// The solver is at work.
     Solving {
-        /// On this arm.
-        arm: ArmIndex,
+        /// On this arm; `None`: on all together, or about to begin.
+        arm: Option<ArmIndex>,
     },
     /// There is an outcome.
     Solved {
@@ -251,7 +286,7 @@ pub enum Phase {
         /// After so many samples.
         samples: u32,
         /// Why.
-        refusal: Refusal,
+        refusal: StreamRefusal,
     },
 }
 
@@ -307,6 +342,19 @@ pub struct ArmReport<T> {
     pub condition: T,
     /// The share of each parameter that the tolerance decided.
     pub prior_share: [T; 8],
+    /// How well it agrees with the held-out samples, if there are any.
+    pub held_out: Option<Validation<T>>,
+}
+
+/// The covariance of one arm's parameters with another's: mm², mm·rad, rad².
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CovarianceBlock<T> {
+    /// The arm of the rows.
+    pub rows: ArmIndex,
+    /// The arm of the columns.
+    pub columns: ArmIndex,
+    /// Column by column; `None` where the covariance is not known.
+    pub covariance: Option<[[T; 8]; 8]>,
 }
 
 /// What the controller has received since it started.

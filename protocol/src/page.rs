@@ -9,6 +9,7 @@ mod cases;
 mod described;
 mod pieces;
 mod reasons;
+mod streams;
 mod variants;
 
 use crate::{Direction, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION, encode, fingerprint};
@@ -236,13 +237,15 @@ fn every_vector_of_the_page_is_what_the_crate_sends_and_reads() {
 }
 
 /// Enums whose variants have no fields.
-const NUMBERS: [&str; 6] = [
+const NUMBERS: [&str; 8] = [
     "Scalar",
     "Origin",
     "ArmIndex",
     "Parameter",
     "Termination",
     "StartUsed",
+    "Estimator",
+    "Untested",
 ];
 
 #[test]
@@ -301,7 +304,7 @@ fn the_page_states_the_limits() {
         ),
         format!(
             "| largest request | {} bytes |",
-            longest("sample-f64", LONGER_SAMPLE)
+            longest("sample-f64", LONGER_SAMPLE).max(longest("begin-f64", LONGER_BEGIN))
         ),
     ] {
         assert!(page.contains(&row), "docs/protocol.md does not state {row}");
@@ -312,6 +315,8 @@ fn the_page_states_the_limits() {
 const LONGER_OUTCOME: usize = 9 + 2;
 /// Session and index in 32 bits.
 const LONGER_SAMPLE: usize = 3 + 4;
+/// Session in 32 bits, and either a share in 32 bits and no forgetting, or as here.
+const LONGER_BEGIN: usize = 3;
 
 #[test]
 fn the_checksum_is_the_one_that_the_page_names() {

@@ -76,6 +76,20 @@ pub struct Validation<T> {
     pub limit: T,
 }
 
+impl<T: Real> Validation<T> {
+    /// The same in another scalar type.
+    pub fn cast<U: Real>(&self) -> Validation<U> {
+        let cast = |value: T| U::from_f64(value.to_f64());
+        Validation {
+            samples: cast(self.samples),
+            residual_rms: cast(self.residual_rms),
+            expected_rms: cast(self.expected_rms),
+            statistic: cast(self.statistic),
+            limit: cast(self.limit),
+        }
+    }
+}
+
 /// Why held-out samples contradict a calibration, or cannot test it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

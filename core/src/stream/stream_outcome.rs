@@ -9,6 +9,8 @@ use core::fmt;
 
 /// What became of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Added<T> {
     /// It was taken in; nothing tested it.
     Taken,
@@ -16,6 +18,17 @@ pub enum Added<T> {
     HeldOut,
     /// The gate tested it, or could not.
     Tested(Verdict<T>),
+}
+
+impl<T: Real> Added<T> {
+    /// The same in another scalar type.
+    pub fn cast<U: Real>(&self) -> Added<U> {
+        match self {
+            Self::Taken => Added::Taken,
+            Self::HeldOut => Added::HeldOut,
+            Self::Tested(verdict) => Added::Tested(verdict.cast()),
+        }
+    }
 }
 
 /// Why a sample is not taken. Nothing has changed.

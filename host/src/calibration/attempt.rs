@@ -17,7 +17,7 @@ use crate::fit::outcome::Outcome;
 use crate::fit::robust::calibrate_weighted;
 use crate::fit::shared_noise;
 use crate::fit::stream::{self, StreamReport};
-use crate::fit::weights::{Fit, SampleWeight};
+use crate::fit::weights::Fit;
 use delta_cal::{Calibrator, Refusal, Settings};
 
 /// A fit that is good.
@@ -181,11 +181,7 @@ fn estimated(
     let Some(streamed) = streamed else {
         return Ok((fit, None));
     };
-    for (sample, rejected) in fit.samples.iter_mut().zip(&streamed.rejected) {
-        if *rejected {
-            *sample = SampleWeight::REJECTED;
-        }
-    }
+    fit.reject(&streamed.rejected);
     Ok((fit, Some(streamed.report)))
 }
 

@@ -22,13 +22,14 @@ use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Measurements, Row, SamplesFile, is_planned};
 use crate::fit::fkm;
-use crate::fit::options::{Frame, Options};
+use crate::fit::options::{CalibrationMethod, Frame, Options};
 use crate::fit::outcome::Outcome;
 use crate::fit::shared_noise;
-use crate::fit::weights::Fit;
+use crate::fit::stream::{StreamReport, Unweighed};
+use crate::fit::weights::{Fit, Weights};
 use crate::text::words::in_lines;
 use delta_cal::frame::RigidTransform;
-use delta_cal::{Noise, Refusal, RobotOutcome, Sample, Settings};
+use delta_cal::{Noise, Sample, Settings};
 use nalgebra::Vector3;
 
 /// Reads the samples of a robot that is to be calibrated. Where joint angles are outside its limits,
@@ -199,6 +200,15 @@ pub fn accepted(robot: &RobotFile, samples: &SamplesFile, options: Options) -> O
     })
 }
 
+/// What was found elsewhere.
+pub(crate) struct Elsewhere {
+    pub(crate) outcome: Outcome,
+    /// What the samples count, and what there is to say of it, if the calibration had options of streams.
+    pub(crate) stream: Option<(Weights, StreamReport)>,
+    /// Of each sample, whether a gate rejected it.
+    pub(crate) rejected: Vec<bool>,
+}
+
 /// The report of what a controller found from the same samples: `before` is its current geometry,
 /// `robot` the file with its nominal one.
 ///
@@ -209,16 +219,23 @@ pub(crate) fn calibrated_elsewhere(
     before: &RobotFile,
     samples: &SamplesFile,
     options: Options,
-    result: &Result<RobotOutcome<f64>, Refusal>,
+    found: Result<Elsewhere, Unweighed>,
 ) -> Result<CalibrationReport, CalibrateError> {
     let case = Case::on_controller(robot, before, samples, options);
-    let judged = result.map_err(Objection::Fit).and_then(|outcome| {
-        let mut fit = Fit::plain(Outcome::from(outcome), case.measured.len());
-        shared_noise::complete(&mut fit, &case.measured, robot.noise.as_ref());
+    let judged = found.map_err(Objection::from).and_then(|found| {
+        let outcome = found.outcome;
+        let (mut fit, stream) = match found.stream {
+            None => (Fit::plain(outcome, case.measured.len()), None),
+            Some((weights, report)) => (Fit::weighed(outcome, &weights), Some(report)),
+        };
+        fit.reject(&found.rejected);
+        if options.method == CalibrationMethod::Ikm {
+            shared_noise::complete(&mut fit, &case.measured, robot.noise.as_ref());
+        }
         let settings = Settings::default()
             .with_noise(robot.noise)
             .with_tolerance(robot.tolerance);
-        Attempt::of(&case, &settings, fit, None)
+        Attempt::of(&case, &settings, fit, stream)
     });
     let result = judged
         .map(|attempt| report(&case, attempt))

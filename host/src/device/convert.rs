@@ -2,25 +2,48 @@
 
 use super::error::DeviceError;
 use super::number::Number;
-use super::session::{Assumptions, Measurement};
+use super::session::{Measurement, Solution};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
-use crate::fit::options::Options;
+use crate::fit::options::{Options, Streaming};
+use crate::fit::outcome::Outcome;
 use delta_cal::calibration::ArmOutcome;
 use delta_cal::robot::Arm;
+use delta_cal::stream::Estimator;
 use delta_cal::{Parameter, Real, Robot, RobotOutcome};
-use delta_cal_protocol::ArmReport;
+use delta_cal_protocol::{ArmReport, Begin};
 use nalgebra::{SMatrix, SVector};
+use std::num::NonZeroU32;
 
-/// What a robot file states of tolerance and noise, rounded to the controller's numbers.
-pub fn assumptions<T: Number>(robot: &RobotFile, options: Options) -> Assumptions<T> {
-    let rounded = |(length, angle): (f64, f64)| (T::from_f64(length), T::from_f64(angle));
-    Assumptions {
-        tolerance: robot
-            .tolerance
-            .map(|t| rounded((t.of(Parameter::Lb), t.of(Parameter::Theta)))),
-        noise: robot.noise.map(|n| rounded((n.position(), n.joint()))),
+/// What a session is begun with: what a robot file states of tolerance and noise, rounded to the controller's numbers, and the
+/// options. The session is 0: it is drawn when it begins.
+pub fn begin<T: Number>(robot: &RobotFile, options: Options) -> Begin<T> {
+    let rounded = T::from_f64;
+    let Streaming {
+        gate,
+        held_out,
+        forget,
+    } = options.streaming;
+    Begin {
+        session: 0,
+        tolerance: robot.tolerance.map(|t| {
+            (
+                rounded(t.of(Parameter::Lb)),
+                rounded(t.of(Parameter::Theta)),
+            )
+        }),
+        noise: robot
+            .noise
+            .map(|n| (n.position_by_axis().map(rounded), rounded(n.joint()))),
         without_guess: options.no_guess,
+        estimator: if options.method.separates_arms() {
+            Estimator::Arms
+        } else {
+            Estimator::Joint
+        },
+        gate,
+        held_out: held_out.map(NonZeroU32::get),
+        forgetting: forget.map(|samples| rounded(f64::from(samples.get()))),
     }
 }
 
@@ -49,21 +72,37 @@ pub fn robot<T: Real, U: Real>(arms: &[[T; 8]; 3]) -> Result<Robot<U>, DeviceErr
 ///
 /// # Errors
 /// The parameters are not the geometry of a robot, or another figure is impossible.
-pub fn outcome<T: Real>(arms: &[ArmReport<T>; 3]) -> Result<RobotOutcome<f64>, DeviceError> {
-    if !arms.iter().all(possible) {
+pub fn outcome<T: Number>(solution: &Solution<T>) -> Result<Outcome, DeviceError> {
+    let blocks = solution.across.iter().flatten();
+    let mut across = blocks.flat_map(|block| block.covariance.iter().flatten().flatten());
+    if !(solution.arms.iter().all(possible) && across.all(|entry| entry.finite())) {
         return Err(DeviceError::ImpossibleOutcome);
     }
-    let robot: Robot<f64> = robot(&arms.map(|arm| arm.parameters))?;
-    let [first, second, third] = arms;
+    let robot: Robot<f64> = robot(&solution.parameters())?;
+    let [first, second, third] = &solution.arms;
     let [arm_1, arm_2, arm_3] = *robot.arms();
-    Ok(RobotOutcome {
+    let mut outcome = Outcome::from(RobotOutcome {
         robot,
         arms: [
             arm_outcome(first, arm_1),
             arm_outcome(second, arm_2),
             arm_outcome(third, arm_3),
         ],
-    })
+    });
+    for block in solution.across.iter().flatten() {
+        outcome.covariance = outcome
+            .covariance
+            .zip(block.covariance)
+            .map(|(mut all, own)| {
+                let (row, column) = (8 * block.rows.index(), 8 * block.columns.index());
+                let own = SMatrix::<f64, 8, 8>::from_fn(|row, column| own[column][row].to_f64());
+                all.fixed_view_mut::<8, 8>(row, column).copy_from(&own);
+                all.fixed_view_mut::<8, 8>(column, row)
+                    .copy_from(&own.transpose());
+                all
+            });
+    }
+    Ok(outcome)
 }
 
 /// Whether every figure beside the parameters is finite, and none negative that cannot be. A frame can

@@ -7,17 +7,19 @@ use super::error::DeviceError;
 use super::number::Number;
 use super::session::{self, Finished, Step};
 use super::transport::Transport;
-use super::verify::{Comparison, compare, solve_here};
-use crate::calibration::calibrated_elsewhere;
+use super::verify::{Comparison, Ended, compare, solve_here};
 use crate::calibration::case::settings;
 use crate::calibration::error::CalibrateError;
 use crate::calibration::report::CalibrationReport;
+use crate::calibration::{Elsewhere, calibrated_elsewhere};
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
 use crate::fit::options::Options;
+use crate::fit::stream::{Record, Unweighed};
 use crate::text::words::in_file_units;
 use delta_cal::robot::ParameterKind;
+use delta_cal::stream::Added;
 use delta_cal::{ArmIndex, Parameter};
 use delta_cal_protocol::{ParameterSet, fingerprint};
 use std::error::Error;
@@ -74,7 +76,7 @@ pub fn calibrate_robot<T: Number, L: Transport>(
     options: Options,
     progress: &mut dyn FnMut(Step),
 ) -> Result<(Finished<T>, CalibrationReport), DeviceFailure> {
-    settings(robot, options)?;
+    check(robot, options)?;
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
     check_nominal(robot, &nominal.arms)?;
     let finished: Finished<T> = calibrated(client, robot, samples, options, progress)?;
@@ -83,12 +85,61 @@ pub fn calibrate_robot<T: Number, L: Transport>(
         robot: convert::robot(&finished.parameters_before.arms)?,
         ..robot.clone()
     };
-    let result = match &finished.result {
-        Ok(arms) => Ok(convert::outcome(arms)?),
-        Err(refusal) => Err(*refusal),
-    };
-    let report = calibrated_elsewhere(robot, &before, samples, options, &result)?;
+    let found = found(samples, options, &finished)?;
+    let report = calibrated_elsewhere(robot, &before, samples, options, found)?;
     Ok((finished, report))
+}
+
+/// What can be asked of a controller.
+fn check(robot: &RobotFile, options: Options) -> Result<(), CalibrateError> {
+    options.check()?;
+    settings(robot, options)?;
+    Ok(())
+}
+
+/// What the controller found, as the judgement takes it.
+fn found<T: Number>(
+    samples: &SamplesFile,
+    options: Options,
+    finished: &Finished<T>,
+) -> Result<Result<Elsewhere, Unweighed>, DeviceError> {
+    let asked = options.streaming;
+    let gate = finished.status_after.gate;
+    let alarmed_from = gate.and_then(|gate| gate.alarm).map(|alarm| alarm.first());
+    let mut record = Record::default();
+    for (index, (row, added)) in (0..).zip(samples.rows.iter().zip(&finished.added)) {
+        // A restart of the controller took away what it had said.
+        let added = added.map_or(Added::Taken, |added| added.cast());
+        let alarmed = alarmed_from.is_some_and(|first: u64| index >= first);
+        record.note(row.line, &added, alarmed);
+    }
+    let counts = gate.map(|gate| gate.counts);
+    Ok(match &finished.result {
+        Err(refusal) => Err(Unweighed::Refused {
+            refusal: *refusal,
+            before: record.before,
+            run: counts.map_or(0, |counts| counts.longest_run),
+        }),
+        Ok(solution) => {
+            let [first, second, third] = solution.arms.map(|arm| arm.held_out);
+            let held_out = match (first, second, third) {
+                (Some(first), Some(second), Some(third)) => {
+                    Some([first.cast(), second.cast(), third.cast()])
+                }
+                _ => None,
+            };
+            Ok(Elsewhere {
+                outcome: convert::outcome(solution)?,
+                stream: asked.asked().then(|| {
+                    (
+                        record.weights(asked),
+                        record.report(asked, counts, held_out),
+                    )
+                }),
+                rejected: record.rejected().to_vec(),
+            })
+        }
+    })
 }
 
 fn calibrated<T: Number, L: Transport>(
@@ -98,9 +149,9 @@ fn calibrated<T: Number, L: Transport>(
     options: Options,
     progress: &mut dyn FnMut(Step),
 ) -> Result<Finished<T>, DeviceFailure> {
-    let assumptions = convert::assumptions(robot, options);
+    let begin = convert::begin(robot, options);
     let measurements = convert::measurements(samples);
-    session::calibrate(client, &assumptions, &measurements, progress)
+    session::calibrate(client, &begin, &measurements, progress)
         .map_err(|error| in_file(samples, error))
 }
 
@@ -132,18 +183,20 @@ pub fn verify<T: Number, L: Transport>(
     options: Options,
     progress: &mut dyn FnMut(Step),
 ) -> Result<Verified, DeviceFailure> {
-    settings(robot, options)?;
+    check(robot, options)?;
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
     check_nominal(robot, &nominal.arms)?;
-    let device = calibrated::<T, L>(client, robot, samples, options, progress)?.result;
+    let Finished { added, result, .. } =
+        calibrated::<T, L>(client, robot, samples, options, progress)?;
+    let device = Ended { added, result };
     let here = solve_here(
         &nominal.arms,
-        &convert::assumptions(robot, options),
+        &convert::begin(robot, options),
         &convert::measurements(samples),
     )
     .map_err(|error| in_file(samples, error))?;
     Ok(Verified {
-        calibrated: device.is_ok(),
+        calibrated: device.result.is_ok(),
         comparison: compare(&device, &here),
     })
 }

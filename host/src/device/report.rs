@@ -52,7 +52,8 @@ fn phase(phase: &Phase) -> String {
     match phase {
         Phase::Idle => "no calibration since the start".to_owned(),
         Phase::Collecting { samples } => format!("taking in samples, {samples} so far"),
-        Phase::Solving { arm } => format!("solving, {arm}"),
+        Phase::Solving { arm: Some(arm) } => format!("solving, {arm}"),
+        Phase::Solving { arm: None } => "solving, all arms together".to_owned(),
         Phase::Solved { samples, .. } => format!("solved, from {samples} samples"),
         Phase::CalibrationRefused { samples, refusal } => {
             format!("refused after {samples} samples: {refusal}")

@@ -4,11 +4,11 @@ use super::client::{Client, unexpected};
 use super::error::DeviceError;
 use super::number::Number;
 use super::transport::Transport;
-use delta_cal::{ArmIndex, Refusal};
-use delta_cal_protocol::fingerprint as fingerprint_of;
+use delta_cal::ArmIndex;
+use delta_cal::stream::{Added, Estimator, StreamRefusal};
 use delta_cal_protocol::{
-    ArmReport, Begin, Fault, ParameterSet, Parameters, Phase, Request, Response, SampleMessage,
-    Status,
+    ArmReport, Begin, CovarianceBlock, Fault, ParameterSet, Parameters, Phase, Request, Response,
+    SampleMessage, Status, fingerprint,
 };
 
 /// So often is a calibration begun again after the controller forgot it.
@@ -25,46 +25,61 @@ pub struct Measurement<T> {
     pub position: [T; 3],
 }
 
-/// How a calibration is to be done; see [`Begin`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Assumptions<T> {
-    /// One σ of the manufacturing tolerance: millimetres, radians.
-    pub tolerance: Option<(T, T)>,
-    /// One σ of position and joint angle in a measurement: millimetres, radians.
-    pub noise: Option<(T, T)>,
-    /// Start without a guess rather than from nominal.
-    pub without_guess: bool,
-}
-
 /// How far it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// So many samples are taken in.
     Taken(usize),
-    /// The controller is at work on this arm.
-    Solving(ArmIndex),
+    /// The controller is at work on this arm, or on all together.
+    Solving(Option<ArmIndex>),
     /// The controller forgot everything; it begins again.
     BegunAgain,
 }
 
-/// A calibration that the controller has finished, one way or the other.
+/// What a controller found.
 #[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution<T> {
+    /// Each arm.
+    pub arms: [ArmReport<T>; 3],
+    /// Of a joint calibration, the covariance of the first arm with the second, of the first with the third and of the
+    /// second with the third.
+    pub across: Option<[CovarianceBlock<T>; 3]>,
+}
+
+/// The pairs of arms whose covariance a [`Solution`] holds: rows and columns.
+pub(super) const ACROSS: [(ArmIndex, ArmIndex); 3] = [
+    (ArmIndex::First, ArmIndex::Second),
+    (ArmIndex::First, ArmIndex::Third),
+    (ArmIndex::Second, ArmIndex::Third),
+];
+
+impl<T: Number> Solution<T> {
+    /// The parameters of the three arms.
+    pub fn parameters(&self) -> [[T; 8]; 3] {
+        self.arms.map(|arm| arm.parameters)
+    }
+
+    /// What names it in [`Request::Apply`].
+    pub fn fingerprint(&self) -> u32 {
+        fingerprint(&self.parameters())
+    }
+}
+
+/// A calibration that the controller has finished, one way or the other.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Finished<T> {
     /// Its session.
     pub session: u32,
     /// What came out.
-    pub result: Result<[ArmReport<T>; 3], Refusal>,
+    pub result: Result<Solution<T>, StreamRefusal>,
+    /// What became of each measurement; `None` where the controller restarted before it could say so.
+    pub added: Vec<Option<Added<T>>>,
     /// What was in use before the first sample, and is to be replaced.
     pub parameters_before: Parameters<T>,
     /// The controller before the first sample.
     pub status_before: Status<T>,
     /// The controller with the result.
     pub status_after: Status<T>,
-}
-
-/// The parameters of three arms' results.
-pub fn parameters_of<T: Number>(arms: &[ArmReport<T>; 3]) -> [[T; 8]; 3] {
-    arms.map(|arm| arm.parameters)
 }
 
 /// Why a session does not go on.
@@ -83,20 +98,20 @@ impl From<DeviceError> for Broken {
     }
 }
 
-/// Sends the measurements and waits for what the controller makes of them. If the controller
-/// restarts meanwhile, begins again.
+/// Sends the measurements and waits for what the controller makes of them. If the controller restarts meanwhile, goes on with
+/// what it has stored, or begins again. The session of `begin` is not looked at: each calibration draws its own.
 ///
 /// # Errors
 /// A link that does not work, a sample that is not taken, a controller that restarts over and
 /// over. A calibration that is refused is no error.
 pub fn calibrate<T: Number, L: Transport>(
     client: &mut Client<L>,
-    assumptions: &Assumptions<T>,
+    begin: &Begin<T>,
     measurements: &[Measurement<T>],
     progress: &mut dyn FnMut(Step),
 ) -> Result<Finished<T>, DeviceError> {
     for _ in 0..SESSIONS {
-        match session(client, assumptions, measurements, progress) {
+        match session(client, begin, measurements, progress) {
             Ok(finished) => return Ok(finished),
             Err(Broken::Lost) => progress(Step::BegunAgain),
             Err(Broken::Error(error)) => return Err(error),
@@ -107,111 +122,159 @@ pub fn calibrate<T: Number, L: Transport>(
 
 fn session<T: Number, L: Transport>(
     client: &mut Client<L>,
-    assumptions: &Assumptions<T>,
+    begin: &Begin<T>,
     measurements: &[Measurement<T>],
     progress: &mut dyn FnMut(Step),
 ) -> Result<Finished<T>, Broken> {
     let session = client.new_session();
-    let begin = Request::Begin(Begin {
-        session,
-        tolerance: assumptions.tolerance,
-        noise: assumptions.noise,
-        without_guess: assumptions.without_guess,
-    });
-    taken(client, &begin, session, 0)?;
+    let begin = Begin { session, ..*begin };
+    match client.ask(&Request::Begin(begin))? {
+        Response::Taken {
+            session: open,
+            next: 0,
+            ..
+        } if open == session => {}
+        Response::Taken { .. } => return Err(Broken::Lost),
+        other => return Err(unexpected(&other).into()),
+    }
     // Not before: a controller that restarts in between counts from zero again.
     let status_before: Status<T> = client.status()?;
     if status_before.session != session {
         return Err(Broken::Lost);
     }
     let parameters_before = client.parameters(ParameterSet::Current)?;
-    let mut samples = 0;
-    for (index, measurement) in measurements.iter().enumerate() {
-        progress(Step::Taken(index));
+    let mut added = Vec::new();
+    // Each round ends with a restart of the controller, which has kept some of the samples.
+    for _ in 0..SESSIONS {
+        send(client, session, measurements, &mut added, progress)?;
+        let Some(status_after) = solve(client, session, &mut added, progress)? else {
+            continue;
+        };
+        let result = match status_after.phase {
+            Phase::CalibrationRefused { refusal, .. } => Err(refusal),
+            Phase::Solved { fingerprint, .. } => match solution(client, session, begin.estimator) {
+                Ok(solution) if solution.fingerprint() == fingerprint => Ok(solution),
+                Ok(_) => return Err(Broken::Error(DeviceError::OutcomeChanged)),
+                Err(Broken::Error(DeviceError::Fault(Fault::NoOutcome))) => continue,
+                Err(broken) => return Err(broken),
+            },
+            _ => return Err(Broken::Lost),
+        };
+        return Ok(Finished {
+            session,
+            result,
+            added,
+            parameters_before,
+            status_before,
+            status_after,
+        });
+    }
+    Err(Broken::Lost)
+}
+
+/// Sends the measurements that the controller does not have yet. After a restart it asks again for those that it has lost.
+fn send<T: Number, L: Transport>(
+    client: &mut Client<L>,
+    session: u32,
+    measurements: &[Measurement<T>],
+    added: &mut Vec<Option<Added<T>>>,
+    progress: &mut dyn FnMut(Step),
+) -> Result<(), Broken> {
+    let (mut restarts, mut looks) = (0, 0);
+    while let Some(measurement) = measurements.get(added.len()) {
+        progress(Step::Taken(added.len()));
+        let index = u32::try_from(added.len()).unwrap_or(u32::MAX);
         let sample = Request::Sample(SampleMessage {
             session,
-            index: samples,
+            index,
             joints: measurement.joints,
             position: measurement.position,
         });
-        samples += 1;
-        match taken(client, &sample, session, samples) {
-            Err(Broken::Error(DeviceError::Fault(Fault::Sample(error)))) => {
+        match client.ask(&sample)? {
+            Response::Taken {
+                session: open,
+                next,
+                last,
+            } if open == session && next == index.saturating_add(1) => added.push(last),
+            Response::Taken { .. } => return Err(Broken::Lost),
+            Response::Fault(Fault::OutOfOrder { next }) if next < index && restarts < SESSIONS => {
+                restarts += 1;
+                added.truncate(next as usize);
+            }
+            Response::Fault(Fault::OutOfOrder { .. }) => return Err(Broken::Lost),
+            // The gate's estimate is solved first.
+            Response::Fault(Fault::Busy) if looks < client.patience().looks => {
+                looks += 1;
+                std::thread::sleep(client.patience().pause);
+            }
+            Response::Fault(Fault::Sample(error)) => {
+                let index = added.len();
                 return Err(DeviceError::Sample { index, error }.into());
             }
-            other => other?,
+            other => return Err(unexpected(&other).into()),
         }
     }
     progress(Step::Taken(measurements.len()));
-    let status_after = solve(client, session, samples, progress)?;
-    let result = match status_after.phase {
-        Phase::Solved {
-            fingerprint: announced,
-            ..
-        } => {
-            let [first, second, third] = ArmIndex::ALL;
-            let arms = [
-                outcome(client, session, first)?,
-                outcome(client, session, second)?,
-                outcome(client, session, third)?,
-            ];
-            if fingerprint_of(&parameters_of(&arms)) != announced {
-                return Err(Broken::Error(DeviceError::OutcomeChanged));
-            }
-            Ok(arms)
-        }
-        Phase::CalibrationRefused { refusal, .. } => Err(refusal),
-        _ => return Err(Broken::Lost),
-    };
-    Ok(Finished {
-        session,
-        result,
-        parameters_before,
-        status_before,
-        status_after,
-    })
+    Ok(())
 }
 
-/// Sends a request after which this session must have so many samples. With any other number it is
-/// not this client's session, or the controller does not go on: both begin again.
-fn taken<T: Number, L: Transport>(
-    client: &mut Client<L>,
-    request: &Request<T>,
-    expected: u32,
-    samples: u32,
-) -> Result<(), Broken> {
-    match client.ask(request)? {
-        Response::Taken { session, next } if session == expected && next == samples => Ok(()),
-        Response::Taken { .. } | Response::Fault(Fault::OutOfOrder { .. }) => Err(Broken::Lost),
-        other => Err(unexpected(&other).into()),
-    }
-}
-
-/// Starts the solve and waits for its end.
+/// Starts the solve and waits for its end; `None` if the controller restarted and lacks samples or the result.
 fn solve<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
-    samples: u32,
+    added: &mut Vec<Option<Added<T>>>,
     progress: &mut dyn FnMut(Step),
-) -> Result<Status<T>, Broken> {
+) -> Result<Option<Status<T>>, Broken> {
+    let samples = u32::try_from(added.len()).unwrap_or(u32::MAX);
     let mut request = Request::Solve { session, samples };
     for _ in 0..client.patience().looks {
         let status = match client.ask(&request)? {
             Response::Status(status) => status,
+            Response::Fault(Fault::OutOfOrder { next }) if next < samples => {
+                added.truncate(next as usize);
+                return Ok(None);
+            }
+            Response::Fault(Fault::OutOfOrder { .. }) => return Err(Broken::Lost),
             other => return Err(unexpected(&other).into()),
         };
         if status.session != session {
             return Err(Broken::Lost);
         }
         match status.phase {
-            Phase::Solved { .. } | Phase::CalibrationRefused { .. } => return Ok(status),
+            Phase::Solved { .. } | Phase::CalibrationRefused { .. } => return Ok(Some(status)),
             Phase::Solving { arm } => progress(Step::Solving(arm)),
+            Phase::Collecting { .. } => return Ok(None),
             _ => return Err(Broken::Lost),
         }
         std::thread::sleep(client.patience().pause);
         request = Request::Status;
     }
     Err(Broken::Error(DeviceError::SolveHangs))
+}
+
+fn solution<T: Number, L: Transport>(
+    client: &mut Client<L>,
+    session: u32,
+    estimator: Estimator,
+) -> Result<Solution<T>, Broken> {
+    let [first, second, third] = ArmIndex::ALL;
+    let arms = [
+        outcome(client, session, first)?,
+        outcome(client, session, second)?,
+        outcome(client, session, third)?,
+    ];
+    let across = match estimator {
+        Estimator::Arms => None,
+        Estimator::Joint => {
+            let [one, two, three] = ACROSS;
+            Some([
+                covariance(client, session, one)?,
+                covariance(client, session, two)?,
+                covariance(client, session, three)?,
+            ])
+        }
+    };
+    Ok(Solution { arms, across })
 }
 
 fn outcome<T: Number, L: Transport>(
@@ -225,6 +288,22 @@ fn outcome<T: Number, L: Transport>(
     }
 }
 
+fn covariance<T: Number, L: Transport>(
+    client: &mut Client<L>,
+    session: u32,
+    (rows, columns): (ArmIndex, ArmIndex),
+) -> Result<CovarianceBlock<T>, Broken> {
+    let request = Request::Covariance {
+        session,
+        rows,
+        columns,
+    };
+    match client.ask(&request)? {
+        Response::Covariance(block) if (block.rows, block.columns) == (rows, columns) => Ok(block),
+        other => Err(unexpected(&other).into()),
+    }
+}
+
 /// Applies a result that was looked at, and reads back that the control loop uses it. If the
 /// controller has restarted since, calibrates again: the same samples give the same result.
 ///
@@ -233,14 +312,14 @@ fn outcome<T: Number, L: Transport>(
 /// now than [`Finished::parameters_before`]; [`DeviceError::Unconfirmed`].
 pub fn apply<T: Number, L: Transport>(
     client: &mut Client<L>,
-    assumptions: &Assumptions<T>,
+    begin: &Begin<T>,
     measurements: &[Measurement<T>],
     calibration: &Finished<T>,
 ) -> Result<Parameters<T>, DeviceError> {
-    let Ok(arms) = &calibration.result else {
+    let Ok(solution) = &calibration.result else {
         return Err(DeviceError::Fault(Fault::NoOutcome));
     };
-    let fingerprint = fingerprint_of(&parameters_of(arms));
+    let fingerprint = solution.fingerprint();
     let mut session = calibration.session;
     for _ in 0..SESSIONS {
         let request = Request::<T>::Apply {
@@ -250,18 +329,18 @@ pub fn apply<T: Number, L: Transport>(
         };
         match client.change(&request)? {
             Response::Parameters(_) => return in_use(client, fingerprint),
-            Response::Fault(Fault::NoSession) => {}
+            Response::Fault(Fault::NoSession | Fault::NoOutcome) => {}
             other => return Err(unexpected(&other)),
         }
         // A controller that applied it and restarted before it had answered uses it already.
         if let Ok(parameters) = in_use(client, fingerprint) {
             return Ok(parameters);
         }
-        let again = calibrate(client, assumptions, measurements, &mut |_| {})
+        let again = calibrate(client, begin, measurements, &mut |_| {})
             .map_err(DeviceError::unconfirmed)?;
         if !again
             .result
-            .is_ok_and(|arms| fingerprint_of(&parameters_of(&arms)) == fingerprint)
+            .is_ok_and(|solution| solution.fingerprint() == fingerprint)
         {
             return Err(DeviceError::OutcomeChanged);
         }
@@ -282,7 +361,7 @@ pub fn in_use<T: Number, L: Transport>(
     let parameters: Parameters<T> = client
         .parameters(ParameterSet::Current)
         .map_err(DeviceError::unconfirmed)?;
-    if fingerprint_of(&parameters.arms) == expected {
+    if fingerprint(&parameters.arms) == expected {
         for _ in 0..LOOKS_AT_SWITCH {
             let status = client.status::<T>().map_err(DeviceError::unconfirmed)?;
             if status.control.fingerprint == expected {

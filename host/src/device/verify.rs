@@ -3,17 +3,20 @@
 use super::convert;
 use super::error::DeviceError;
 use super::number::Number;
-use super::session::{Assumptions, Measurement};
-use delta_cal::calibration::{ArmOutcome, Start};
-use delta_cal::{
-    ArmIndex, Calibrator, Noise, Parameter, Progress, Real, Refusal, RobotSolver, Sample, Settings,
-    Tolerance,
-};
-use delta_cal_protocol::{ArmReport, Fault};
+use super::session::{ACROSS, Measurement, Solution};
+use delta_cal::stream::{AddError, Added, StreamOutcome, StreamRefusal, Validation};
+use delta_cal::{ArmIndex, Parameter, Progress, Refusal, RobotOutcome, Sample};
+use delta_cal_protocol::{ArmReport, Begin, CovarianceBlock, Fault};
 use nalgebra::Vector3;
 
-/// What a calibration ends with.
-pub type Result3<T> = Result<[ArmReport<T>; 3], Refusal>;
+/// What a calibration ends with: what became of each sample, and the result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ended<T> {
+    /// `None` where a controller restarted before it could say so.
+    pub added: Vec<Option<Added<T>>>,
+    /// The result.
+    pub result: Result<Solution<T>, StreamRefusal>,
+}
 
 /// Calibrates here as a controller does: one sample after the other, then solved step by step.
 ///
@@ -21,70 +24,58 @@ pub type Result3<T> = Result<[ArmReport<T>; 3], Refusal>;
 /// A nominal geometry that is none, settings or a sample that a controller would not take.
 pub fn solve_here<T: Number>(
     nominal: &[[T; 8]; 3],
-    assumptions: &Assumptions<T>,
+    begin: &Begin<T>,
     measurements: &[Measurement<T>],
-) -> Result<Result3<T>, DeviceError> {
-    let settings = settings(assumptions).ok_or(DeviceError::Fault(Fault::Settings))?;
-    let mut calibrator = Calibrator::new(&convert::robot(nominal)?, &settings);
+) -> Result<Ended<T>, DeviceError> {
+    // Any session will do.
+    let begin = Begin {
+        session: 1,
+        ..*begin
+    };
+    let robot = convert::robot(nominal)?;
+    let mut stream = begin.calibrator(&robot).map_err(DeviceError::Fault)?;
+    let mut added = Vec::new();
     for (index, measurement) in measurements.iter().enumerate() {
-        calibrator
-            .add(&Sample {
-                joints: measurement.joints,
-                position: Vector3::from(measurement.position),
-            })
-            .map_err(|error| DeviceError::Sample { index, error })?;
+        let sample = Sample {
+            joints: measurement.joints,
+            position: Vector3::from(measurement.position),
+        };
+        added.push(Some(stream.add(&sample).map_err(|error| match error {
+            AddError::Sample(error) => DeviceError::Sample { index, error },
+            AddError::Busy => DeviceError::Fault(Fault::Busy),
+        })?));
+        while stream.step() == Progress::Working {}
     }
-    Ok(solve(&mut calibrator))
+    stream.solve();
+    while stream.step() == Progress::Working {}
+    let result = match stream.result() {
+        Some(Ok(outcome)) => Ok(solution(outcome, stream.validations())),
+        Some(Err(refusal)) => Err(refusal),
+        None => Err(Refusal::Unfinished.into()),
+    };
+    Ok(Ended { added, result })
 }
 
-fn settings<T: Number>(assumptions: &Assumptions<T>) -> Option<Settings<T>> {
-    let tolerance = match assumptions.tolerance {
-        Some((length, angle)) => Some(Tolerance::new(length, angle).ok()?),
-        None => None,
+fn solution<T: Number>(
+    outcome: &StreamOutcome<T>,
+    validations: Option<&[Validation<T>; 3]>,
+) -> Solution<T> {
+    let (robot, across) = match outcome {
+        StreamOutcome::Arms(outcome) => (*outcome, None),
+        StreamOutcome::Joint(outcome) => {
+            let block = |(rows, columns)| CovarianceBlock::new(outcome, rows, columns);
+            (RobotOutcome::from(outcome), Some(ACROSS.map(block)))
+        }
     };
-    let noise = match assumptions.noise {
-        Some((position, joint)) => Some(Noise::new(position, joint).ok()?),
-        None => None,
-    };
-    Some(
-        Settings::default()
-            .with_noise(noise)
-            .with_tolerance(tolerance)
-            .with_start(if assumptions.without_guess {
-                Start::Free
-            } else {
-                Start::Nominal
-            }),
-    )
-}
-
-fn solve<T: Number>(calibrator: &mut Calibrator<T>) -> Result3<T> {
-    let mut solver = RobotSolver::new(calibrator)?;
-    while solver.step(calibrator)? == Progress::Working {}
-    let outcome = solver.outcome()?;
-    let [first, second, third] = &outcome.arms;
+    let [first, second, third] = &robot.arms;
     let [one, two, three] = ArmIndex::ALL;
-    Ok([
-        arm_report(one, first),
-        arm_report(two, second),
-        arm_report(three, third),
-    ])
-}
-
-fn arm_report<T: Real>(arm: ArmIndex, outcome: &ArmOutcome<T>) -> ArmReport<T> {
-    ArmReport {
-        arm,
-        parameters: outcome.arm.parameters(),
-        covariance: outcome.covariance.map(|matrix| matrix.data.0),
-        residual_rms: outcome.residual_rms,
-        estimated_noise: outcome.estimated_noise,
-        degrees_of_freedom: outcome.degrees_of_freedom,
-        samples: outcome.samples,
-        iterations: outcome.iterations,
-        termination: outcome.termination,
-        start: outcome.start,
-        condition: outcome.condition,
-        prior_share: outcome.prior_share.data.0[0],
+    Solution {
+        arms: [
+            ArmReport::new(one, first, validations),
+            ArmReport::new(two, second, validations),
+            ArmReport::new(three, third, validations),
+        ],
+        across,
     }
 }
 
@@ -109,7 +100,7 @@ pub struct Comparison {
 }
 
 /// Compares every bit of two results; a refusal counts as one figure.
-pub fn compare<T: Number>(device: &Result3<T>, here: &Result3<T>) -> Comparison {
+pub fn compare<T: Number>(device: &Ended<T>, here: &Ended<T>) -> Comparison {
     let (device, here) = (figures(device), figures(here));
     let figures = device.len().max(here.len());
     let missing = || ("nothing".to_owned(), "nothing".to_owned());
@@ -131,13 +122,24 @@ pub fn compare<T: Number>(device: &Result3<T>, here: &Result3<T>) -> Comparison 
 }
 
 /// Every figure with its name; Rust prints a number so that it reads back as the same bits.
-fn figures<T: Number>(result: &Result3<T>) -> Vec<(String, String)> {
-    let arms = match result {
-        Ok(arms) => arms,
-        Err(refusal) => return vec![("refusal".to_owned(), format!("{refusal:?}"))],
+fn figures<T: Number>(ended: &Ended<T>) -> Vec<(String, String)> {
+    let mut figures: Vec<_> = (1..)
+        .zip(&ended.added)
+        .filter(|(_, added)| **added != Some(Added::Taken))
+        .map(|(number, added): (u32, _)| (format!("sample {number}"), format!("{added:?}")))
+        .collect();
+    let solution = match &ended.result {
+        Ok(solution) => solution,
+        Err(refusal) => {
+            figures.push(("refusal".to_owned(), format!("{refusal:?}")));
+            return figures;
+        }
     };
-    let mut figures = Vec::new();
-    for report in arms {
+    for block in solution.across.iter().flatten() {
+        let name = format!("covariance of {} with {}", block.rows, block.columns);
+        figures.push((name, format!("{:?}", block.covariance)));
+    }
+    for report in &solution.arms {
         let mut add = |name: &str, value: String| {
             figures.push((format!("{name} of {}", report.arm), value));
         };
@@ -168,6 +170,9 @@ fn figures<T: Number>(result: &Result3<T>) -> Vec<(String, String)> {
         add("termination", format!("{:?}", report.termination));
         add("start", format!("{:?}", report.start));
         add("condition", format!("{:?}", report.condition));
+        if let Some(validation) = report.held_out {
+            add("held-out samples", format!("{validation:?}"));
+        }
     }
     figures
 }

@@ -55,7 +55,7 @@ pub struct SampleWeight {
 
 impl SampleWeight {
     /// A gate did not take it in.
-    pub(crate) const REJECTED: Self = Self {
+    const REJECTED: Self = Self {
         weight: 0.0,
         remembered: 1.0,
         suspected: true,
@@ -94,6 +94,15 @@ impl Fit {
                 })
                 .collect(),
             settled: true,
+        }
+    }
+
+    /// Marks the samples that a gate did not take in.
+    pub(crate) fn reject(&mut self, rejected: &[bool]) {
+        for (sample, rejected) in self.samples.iter_mut().zip(rejected) {
+            if *rejected {
+                *sample = SampleWeight::REJECTED;
+            }
         }
     }
 

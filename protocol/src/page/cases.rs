@@ -3,16 +3,21 @@
 use super::described::Message;
 use super::pieces::{Bits, Pieces};
 use crate::{
-    ArmReport, Begin, ControlLoop, Counters, Fault, Identity, Origin, ParameterSet, Parameters,
-    Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status, UNKNOWN_SEQUENCE,
-    fingerprint,
+    ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Fault, GateStatus, Identity, Origin,
+    ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
+    UNKNOWN_SEQUENCE, fingerprint,
 };
 use delta_cal::calibration::{Instrument, StartUsed, Termination};
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
+use delta_cal::stream::{
+    Added, Alarm, Estimator, GateCounts, HeldOutRefusal, Innovation, StreamRefusal, Untested,
+    Validation, Verdict,
+};
 use delta_cal::{ArmIndex, Parameter, Refusal};
-use postcard::to_slice;
+use postcard::{from_bytes, to_slice};
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::vec;
 use std::vec::Vec;
 
@@ -50,10 +55,30 @@ fn numbers<T: Bits, const N: usize>(numbers: [f64; N]) -> [T; N] {
     numbers.map(T::from_f64)
 }
 
-fn status<T: Bits>(phase: Phase) -> Response<T> {
+/// Of a type that only its own crate constructs: its fields in their order are its bytes.
+fn of_fields<F: Serialize, V: DeserializeOwned>(fields: F) -> V {
+    let mut buffer = [0; 64];
+    from_bytes(to_slice(&fields, &mut buffer).unwrap()).unwrap()
+}
+
+fn innovation<T: Bits + Serialize + DeserializeOwned>() -> Innovation<T> {
+    let [distance, normalized] = numbers::<T, 2>([-3.5, -123.5]);
+    of_fields((ArmIndex::Second, distance, normalized))
+}
+
+fn gate(alarm: Option<Alarm>) -> GateStatus {
+    let mut counts = GateCounts::default();
+    (counts.taken, counts.untested, counts.rejected) = (300, 12, 9);
+    counts.rejected_by_arm = [9, 2, 0];
+    (counts.run, counts.longest_run) = (8, 8);
+    GateStatus { counts, alarm }
+}
+
+fn status<T: Bits>(phase: Phase, gate: Option<GateStatus>) -> Response<T> {
     Response::Status(Status {
         session: SESSION,
         phase,
+        gate,
         control: ControlLoop {
             turns: 123_456,
             longest_ticks: 1400,
@@ -69,8 +94,7 @@ fn status<T: Bits>(phase: Phase) -> Response<T> {
     })
 }
 
-fn report<T: Bits>(covariance: bool) -> Response<T> {
-    let [parameters, ..] = arms();
+fn columns<T: Bits>() -> [[T; 8]; 8] {
     let mut columns = [[T::ZERO; 8]; 8];
     for (index, column) in columns.iter_mut().enumerate() {
         for (row, entry) in column.iter_mut().enumerate() {
@@ -79,10 +103,16 @@ fn report<T: Bits>(covariance: bool) -> Response<T> {
             *entry = T::from_f64(1.0 / f64::from(3 + 3 * distance));
         }
     }
+    columns
+}
+
+fn report<T: Bits + Serialize + DeserializeOwned>(covariance: bool) -> Response<T> {
+    let [parameters, ..] = arms();
+    let validation = numbers::<T, 5>([10.0, 0.75, 0.875, 8.5, 24.0]);
     Response::Outcome(ArmReport {
         arm: ArmIndex::First,
         parameters,
-        covariance: covariance.then_some(columns),
+        covariance: covariance.then(columns),
         residual_rms: T::from_f64(0.75),
         estimated_noise: covariance.then_some(T::from_f64(0.03125)),
         degrees_of_freedom: T::from_f64(12.0),
@@ -92,6 +122,7 @@ fn report<T: Bits>(covariance: bool) -> Response<T> {
         start: StartUsed::Nominal,
         condition: T::from_f64(40.0),
         prior_share: numbers([0.5, 0.25, 0.125, 0.0, 0.0, 0.25, 0.5, 1.0]),
+        held_out: covariance.then(|| of_fields::<_, Validation<T>>(validation)),
     })
 }
 
@@ -106,8 +137,12 @@ fn requests<T: Bits>() -> Vec<(&'static str, Request<T>)> {
             Request::Begin(Begin {
                 session: SESSION,
                 tolerance: pair(0.5, 0.007_812_5),
-                noise: pair(0.0625, 0.0),
+                noise: Some((numbers([0.0625, 0.0625, 0.125]), T::ZERO)),
                 without_guess: false,
+                estimator: Estimator::Joint,
+                gate: true,
+                held_out: None,
+                forgetting: Some(T::from_f64(50.0)),
             }),
         ),
         (
@@ -117,6 +152,10 @@ fn requests<T: Bits>() -> Vec<(&'static str, Request<T>)> {
                 tolerance: None,
                 noise: None,
                 without_guess: true,
+                estimator: Estimator::Arms,
+                gate: false,
+                held_out: Some(4),
+                forgetting: None,
             }),
         ),
         (
@@ -166,13 +205,21 @@ fn requests<T: Bits>() -> Vec<(&'static str, Request<T>)> {
             },
         ),
         ("get-counters", Request::Counters),
+        (
+            "get-covariance",
+            Request::Covariance {
+                session: SESSION,
+                rows: ArmIndex::First,
+                columns: ArmIndex::Third,
+            },
+        ),
     ]
 }
 
 fn faults() -> Vec<(&'static str, Fault)> {
     vec![
         ("fault-damaged", Fault::Damaged),
-        ("fault-unknown-version", Fault::UnknownVersion { spoken: 2 }),
+        ("fault-unknown-version", Fault::UnknownVersion { spoken: 3 }),
         ("fault-unknown-request", Fault::UnknownRequest),
         ("fault-no-session", Fault::NoSession),
         ("fault-out-of-order", Fault::OutOfOrder { next: SAMPLES }),
@@ -191,7 +238,8 @@ fn faults() -> Vec<(&'static str, Fault)> {
     ]
 }
 
-fn responses<T: Bits>() -> Vec<(&'static str, Response<T>)> {
+#[allow(clippy::too_many_lines)] // a table
+fn responses<T: Bits + Serialize + DeserializeOwned>() -> Vec<(&'static str, Response<T>)> {
     let identity = |scalar| {
         Response::Identity(Identity {
             firmware: [0, 1, 300],
@@ -216,24 +264,62 @@ fn responses<T: Bits>() -> Vec<(&'static str, Response<T>)> {
             Response::Taken {
                 session: SESSION,
                 next: 1,
+                last: Some(Added::Taken),
+            },
+        ),
+        (
+            "taken-none",
+            Response::Taken {
+                session: SESSION,
+                next: 0,
+                last: None,
+            },
+        ),
+        (
+            "taken-rejected",
+            Response::Taken {
+                session: SESSION,
+                next: 1,
+                last: Some(Added::Tested(Verdict::Rejected(innovation()))),
             },
         ),
         (
             "status",
-            status(Phase::Solved {
-                samples: SAMPLES,
-                fingerprint: 0xdead_beef,
-            }),
+            status(
+                Phase::Solved {
+                    samples: SAMPLES,
+                    fingerprint: 0xdead_beef,
+                },
+                None,
+            ),
         ),
         (
             "status-refused",
-            status(Phase::CalibrationRefused {
-                samples: SAMPLES,
-                refusal: Refusal::Undetermined {
-                    arm: ArmIndex::Second,
-                    parameter: Parameter::LaY,
-                    condition: 1e6,
+            status(
+                Phase::CalibrationRefused {
+                    samples: SAMPLES,
+                    refusal: StreamRefusal::Calibration(Refusal::Undetermined {
+                        arm: ArmIndex::Second,
+                        parameter: Parameter::LaY,
+                        condition: 1e6,
+                    }),
                 },
+                None,
+            ),
+        ),
+        (
+            "status-gate",
+            status(
+                Phase::Collecting { samples: 309 },
+                Some(gate(Some(Alarm::RobotChanged { first: 301 }))),
+            ),
+        ),
+        (
+            "covariance",
+            Response::Covariance(CovarianceBlock {
+                rows: ArmIndex::First,
+                columns: ArmIndex::Third,
+                covariance: Some(columns()),
             }),
         ),
         ("outcome", report(true)),
@@ -255,7 +341,7 @@ fn responses<T: Bits>() -> Vec<(&'static str, Response<T>)> {
 }
 
 /// Messages in whole frames.
-pub(super) fn cases<T: Bits>() -> Vec<Case<T>> {
+pub(super) fn cases<T: Bits + Serialize + DeserializeOwned>() -> Vec<Case<T>> {
     let requests = requests().into_iter().map(|(name, request)| Case {
         name,
         message: Message::Request(request),
@@ -295,7 +381,8 @@ pub(super) fn parts() -> Vec<(&'static str, Pieces)> {
     let phases = [
         ("phase-idle", Phase::Idle),
         ("phase-collecting", Phase::Collecting { samples: SAMPLES }),
-        ("phase-solving", Phase::Solving { arm }),
+        ("phase-solving", Phase::Solving { arm: Some(arm) }),
+        ("phase-solving-all", Phase::Solving { arm: None }),
     ];
     let impossible = |error| Refusal::ImpossibleGeometry { arm, error };
     let refusals = [
@@ -400,5 +487,59 @@ pub(super) fn parts() -> Vec<(&'static str, Pieces)> {
     let refusals = refusals
         .into_iter()
         .map(|(name, refusal)| part(name, &refusal, |pieces| pieces.refusal(&refusal)));
-    faults.chain(phases).chain(refusals).collect()
+    faults
+        .chain(phases)
+        .chain(refusals)
+        .chain(of_streams())
+        .collect()
+}
+
+fn of_streams() -> Vec<(&'static str, Pieces)> {
+    let arm = ArmIndex::Second;
+    let added = [
+        ("added-held-out", Added::HeldOut),
+        (
+            "added-taken",
+            Added::Tested(Verdict::Taken(innovation::<f32>())),
+        ),
+        (
+            "added-untested",
+            Added::Tested(Verdict::Untested(Untested::NoEstimate)),
+        ),
+    ];
+    let refusals = [
+        ("stream-held-out-every", HeldOutRefusal::Every),
+        ("stream-held-out-none", HeldOutRefusal::NoSamples { arm }),
+        ("stream-held-out-noise", HeldOutRefusal::NoNoise { arm }),
+        (
+            "stream-held-out-contradicted",
+            HeldOutRefusal::Contradicted { arm, ratio: 2.5 },
+        ),
+        (
+            "stream-held-out-overfitted",
+            HeldOutRefusal::Overfitted { arm, ratio: 12.5 },
+        ),
+    ];
+    let refusals = refusals
+        .into_iter()
+        .map(|(name, refusal)| (name, StreamRefusal::HeldOut(refusal)))
+        .chain([
+            (
+                "stream-alarm",
+                StreamRefusal::Alarm(Alarm::EarlySamplesWrong { first: 8 }),
+            ),
+            (
+                "stream-too-many-rejected",
+                StreamRefusal::TooManyRejected {
+                    rejected: 16,
+                    samples: 60,
+                },
+            ),
+        ]);
+    let added = added
+        .into_iter()
+        .map(|(name, added)| part(name, &added, |pieces| pieces.added(&added)));
+    let refusals = refusals
+        .map(|(name, refusal)| part(name, &refusal, |pieces| pieces.stream_refusal(&refusal)));
+    added.chain(refusals).collect()
 }

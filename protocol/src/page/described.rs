@@ -5,10 +5,11 @@
 
 use super::pieces::{Bits, Pieces};
 use crate::{
-    ArmReport, Begin, ControlLoop, Counters, Identity, Origin, ParameterSet, Parameters, Request,
-    Response, RevertTo, SampleMessage, Scalar, Status,
+    ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Identity, Origin, ParameterSet,
+    Parameters, Request, Response, RevertTo, SampleMessage, Scalar, Status,
 };
 use delta_cal::calibration::{StartUsed, Termination};
+use delta_cal::stream::Estimator;
 use std::format;
 use std::vec::Vec;
 
@@ -23,8 +24,8 @@ impl Pieces {
     /// Up to the checksum.
     pub(super) fn message<T: Bits>(&mut self, sequence: u16, message: &Message<T>) {
         let (first, meaning) = match message {
-            Message::Request(_) => (0x02, "version 2, request"),
-            Message::Response(_) => (0x82, "version 2, answer"),
+            Message::Request(_) => (0x03, "version 3, request"),
+            Message::Response(_) => (0x83, "version 3, answer"),
         };
         self.add(&[first], meaning);
         let bytes = sequence.to_le_bytes();
@@ -52,13 +53,34 @@ impl Pieces {
                     tolerance,
                     noise,
                     without_guess,
+                    estimator,
+                    gate,
+                    held_out,
+                    forgetting,
                 } = begin;
                 self.variant(OF, 2, "Begin");
                 self.varint("session", *session);
                 self.pair("tolerance", *tolerance);
-                self.pair("noise", *noise);
+                self.option("noise", noise.is_some());
+                if let Some((position, joint)) = noise {
+                    self.numbers("position", position);
+                    self.number("joint", *joint);
+                }
                 let meaning = format!("without_guess = {without_guess}");
                 self.add(&[(*without_guess).into()], &meaning);
+                match estimator {
+                    Estimator::Arms => self.variant("Estimator", 0, "Arms"),
+                    Estimator::Joint => self.variant("Estimator", 1, "Joint"),
+                }
+                self.add(&[(*gate).into()], &format!("gate = {gate}"));
+                self.option("held_out", held_out.is_some());
+                if let Some(every) = held_out {
+                    self.varint("held_out", *every);
+                }
+                self.option("forgetting", forgetting.is_some());
+                if let Some(samples) = forgetting {
+                    self.number("forgetting", *samples);
+                }
             }
             Request::Sample(sample) => {
                 let SampleMessage {
@@ -103,6 +125,16 @@ impl Pieces {
                 }
             }
             Request::Counters => self.variant(OF, 9, "Counters"),
+            Request::Covariance {
+                session,
+                rows,
+                columns,
+            } => {
+                self.variant(OF, 10, "Covariance");
+                self.varint("session", *session);
+                self.arm(*rows);
+                self.arm(*columns);
+            }
         }
     }
 
@@ -121,10 +153,18 @@ impl Pieces {
                 self.variant(OF, 2, "Parameters");
                 self.parameters(parameters);
             }
-            Response::Taken { session, next } => {
+            Response::Taken {
+                session,
+                next,
+                last,
+            } => {
                 self.variant(OF, 3, "Taken");
                 self.varint("session", *session);
                 self.varint("next", *next);
+                self.option("last", last.is_some());
+                if let Some(last) = last {
+                    self.added(last);
+                }
             }
             Response::Status(status) => {
                 self.variant(OF, 4, "Status");
@@ -137,6 +177,17 @@ impl Pieces {
             Response::Counters(counters) => {
                 self.variant(OF, 6, "Counters");
                 self.counters(counters);
+            }
+            Response::Covariance(block) => {
+                let CovarianceBlock {
+                    rows,
+                    columns,
+                    covariance,
+                } = block;
+                self.variant(OF, 7, "Covariance");
+                self.arm(*rows);
+                self.arm(*columns);
+                self.covariance(covariance.as_ref());
             }
         }
     }
@@ -182,10 +233,15 @@ impl Pieces {
         let Status {
             session,
             phase,
+            gate,
             control,
         } = status;
         self.varint("session", *session);
         self.phase(phase);
+        self.option("gate", gate.is_some());
+        if let Some(gate) = gate {
+            self.gate(gate);
+        }
         let ControlLoop {
             turns,
             longest_ticks,
@@ -224,17 +280,11 @@ impl Pieces {
             start,
             condition,
             prior_share,
+            held_out,
         } = report;
         self.arm(*arm);
         self.numbers("parameters", parameters);
-        self.option("covariance", covariance.is_some());
-        for (index, column) in (1..).zip(covariance.iter().flatten()) {
-            let bytes: Vec<Vec<u8>> = column.iter().map(|value| value.bits()).collect();
-            self.add(
-                &bytes.concat(),
-                &format!("column {index} of the covariance"),
-            );
-        }
+        self.covariance(covariance.as_ref());
         self.number("residual_rms", *residual_rms);
         self.option("estimated_noise", estimated_noise.is_some());
         if let Some(noise) = estimated_noise {
@@ -255,6 +305,21 @@ impl Pieces {
         }
         self.number("condition", *condition);
         self.numbers("prior_share", prior_share);
+        self.option("held_out", held_out.is_some());
+        if let Some(validation) = held_out {
+            self.validation(validation);
+        }
+    }
+
+    fn covariance<T: Bits>(&mut self, covariance: Option<&[[T; 8]; 8]>) {
+        self.option("covariance", covariance.is_some());
+        for (index, column) in (1..).zip(covariance.into_iter().flatten()) {
+            let bytes: Vec<Vec<u8>> = column.iter().map(|value| value.bits()).collect();
+            self.add(
+                &bytes.concat(),
+                &format!("column {index} of the covariance"),
+            );
+        }
     }
 
     fn counters(&mut self, counters: &Counters) {

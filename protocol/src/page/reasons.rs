@@ -71,7 +71,10 @@ impl Pieces {
             }
             Phase::Solving { arm } => {
                 self.variant(OF, 2, "Solving");
-                self.arm(*arm);
+                self.option("arm", arm.is_some());
+                if let Some(arm) = arm {
+                    self.arm(*arm);
+                }
             }
             Phase::Solved {
                 samples,
@@ -84,7 +87,7 @@ impl Pieces {
             Phase::CalibrationRefused { samples, refusal } => {
                 self.variant(OF, 4, "CalibrationRefused");
                 self.varint("samples", *samples);
-                self.refusal(refusal);
+                self.stream_refusal(refusal);
             }
         }
     }

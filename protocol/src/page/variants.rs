@@ -5,6 +5,9 @@ use crate::{Fault, Origin, ParameterSet, Phase, Request, Response, RevertTo, Sca
 use delta_cal::calibration::{Instrument, StartUsed, Termination};
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
+use delta_cal::stream::{
+    Added, Alarm, Estimator, HeldOutRefusal, StreamRefusal, Untested, Verdict,
+};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
 use serde::forward_to_deserialize_any;
@@ -25,6 +28,13 @@ pub(super) fn variants() -> Vec<(&'static str, Variants)> {
         of::<Scalar>(),
         of::<Origin>(),
         of::<Phase>(),
+        of::<StreamRefusal>(),
+        of::<HeldOutRefusal>(),
+        of::<Alarm>(),
+        of::<Estimator>(),
+        of::<Added<f32>>(),
+        of::<Verdict<f32>>(),
+        of::<Untested>(),
         of::<Refusal>(),
         of::<GeometryError>(),
         of::<Instrument>(),

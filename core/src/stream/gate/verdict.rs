@@ -21,6 +21,17 @@ pub struct Innovation<T> {
     pub normalized: T,
 }
 
+impl<T: Real> Innovation<T> {
+    /// The same in another scalar type.
+    pub fn cast<U: Real>(&self) -> Innovation<U> {
+        Innovation {
+            arm: self.arm,
+            distance: U::from_f64(self.distance.to_f64()),
+            normalized: U::from_f64(self.normalized.to_f64()),
+        }
+    }
+}
+
 /// Why a sample was not tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -45,6 +56,17 @@ pub enum Verdict<T> {
     Untested(Untested),
     /// It disagrees, and was not taken in.
     Rejected(Innovation<T>),
+}
+
+impl<T: Real> Verdict<T> {
+    /// The same in another scalar type.
+    pub fn cast<U: Real>(&self) -> Verdict<U> {
+        match self {
+            Self::Taken(innovation) => Verdict::Taken(innovation.cast()),
+            Self::Untested(untested) => Verdict::Untested(*untested),
+            Self::Rejected(innovation) => Verdict::Rejected(innovation.cast()),
+        }
+    }
 }
 
 /// What a run of rejections means: [`REJECTIONS_OF_A_CHANGE`](crate::calibration::limits::REJECTIONS_OF_A_CHANGE) in a row.

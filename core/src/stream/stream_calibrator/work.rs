@@ -2,9 +2,11 @@
 
 use super::calibrators::{Calibrators, Judge};
 use crate::Real;
-use crate::calibration::{Calibrator, JointSolver, Progress, Refusal, RobotOutcome, RobotSolver};
+use crate::calibration::{
+    Calibrator, JointCalibrator, JointSolver, Progress, Refusal, RobotOutcome, RobotSolver,
+};
 use crate::robot::ArmIndex;
-use crate::stream::held_out::Validation;
+use crate::stream::held_out::{HeldOut, Validation};
 use crate::stream::stream_outcome::StreamOutcome;
 use crate::stream::stream_refusal::StreamRefusal;
 
@@ -160,22 +162,39 @@ impl<T: Real> Work<T> {
         Ok(())
     }
 
-    #[inline(never)]
     fn begin_last(&mut self, calibrators: &mut Calibrators<T>) -> Result<(), StreamRefusal> {
         if let Some(joint) = &mut calibrators.joint {
-            *self = Self::Joint(JointSolver::new(joint)?);
-            return Ok(());
+            return self.begin_jointly(joint);
         }
-        *self = match &calibrators.judge {
-            Judge::Nothing | Judge::Gate(_) => Self::Arms(RobotSolver::new(&mut calibrators.arms)?),
-            Judge::HeldOut { samples, .. } => {
-                let mut calibrator = calibrators.arms;
-                // Both are of the same robot and noise: they merge.
-                let _ = samples.merge_into(&mut calibrator);
-                let solver = RobotSolver::new(&mut calibrator)?;
-                Self::Merged { calibrator, solver }
-            }
-        };
+        match &calibrators.judge {
+            Judge::Nothing | Judge::Gate(_) => self.begin_with_arms(&mut calibrators.arms),
+            Judge::HeldOut { samples, .. } => self.begin_with_merged(&calibrators.arms, samples),
+        }
+    }
+
+    #[inline(never)]
+    fn begin_jointly(&mut self, joint: &mut JointCalibrator<T>) -> Result<(), StreamRefusal> {
+        *self = Self::Joint(JointSolver::new(joint)?);
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn begin_with_arms(&mut self, arms: &mut Calibrator<T>) -> Result<(), StreamRefusal> {
+        *self = Self::Arms(RobotSolver::new(arms)?);
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn begin_with_merged(
+        &mut self,
+        arms: &Calibrator<T>,
+        held_out: &HeldOut<T>,
+    ) -> Result<(), StreamRefusal> {
+        let mut calibrator = *arms;
+        // Both are of the same robot and noise: they merge.
+        let _ = held_out.merge_into(&mut calibrator);
+        let solver = RobotSolver::new(&mut calibrator)?;
+        *self = Self::Merged { calibrator, solver };
         Ok(())
     }
 

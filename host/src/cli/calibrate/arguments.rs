@@ -4,10 +4,9 @@ use crate::cli::choices::{FrameArgument, LossArgument, MethodArgument, SolverArg
 use crate::cli::length::Length;
 use crate::cli::paths::{ColumnsArgument, robot_path};
 use crate::cli::record::RecordArguments;
-use clap::builder::TypedValueParser;
-use clap::{Args, value_parser};
-use delta_cal_host::{Options, Streaming};
-use std::num::NonZeroU32;
+use crate::cli::streaming::StreamingArguments;
+use clap::Args;
+use delta_cal_host::Options;
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
@@ -120,16 +119,8 @@ pub(crate) struct CalibrateArguments {
     /// How much a sample counts that disagrees with the others
     #[arg(long, value_enum, default_value_t = LossArgument::Squared)]
     pub(crate) loss: LossArgument,
-    /// Compare each sample with those before it in the file, and leave it out if it disagrees
-    #[arg(long)]
-    pub(crate) gate: bool,
-    /// Fit the robot without every K-th sample, and refuse the fit if those samples contradict it
-    #[arg(long, value_name = "K", value_parser = held_out(), conflicts_with_all = ["gate", "forget"])]
-    pub(crate) held_out: Option<NonZeroU32>,
-    /// Let older samples count less, with a memory of N samples, to find the robot as it is at the
-    /// end of the file
-    #[arg(long, value_name = "N")]
-    pub(crate) forget: Option<NonZeroU32>,
+    #[command(flatten)]
+    pub(crate) streaming: StreamingArguments,
     /// The frame of the measured positions
     #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
     pub(crate) frame: FrameArgument,
@@ -157,10 +148,6 @@ pub(crate) struct CalibrateArguments {
     pub(crate) force: bool,
 }
 
-fn held_out() -> impl TypedValueParser<Value = NonZeroU32> {
-    value_parser!(u32).range(2..).try_map(NonZeroU32::try_from)
-}
-
 impl CalibrateArguments {
     /// mm.
     pub(crate) fn limit(&self) -> Option<f64> {
@@ -173,11 +160,7 @@ impl CalibrateArguments {
             solver: self.solver.solver(),
             frame: self.frame.frame(),
             loss: self.loss.loss(),
-            streaming: Streaming {
-                gate: self.gate,
-                held_out: self.held_out,
-                forget: self.forget,
-            },
+            streaming: self.streaming.streaming(),
             no_guess: self.no_guess,
         }
     }

@@ -1,7 +1,8 @@
 use crate::cli::paths::{ColumnsArgument, robot_path};
-use clap::{Args, Subcommand};
-use delta_cal_host::Options;
+use crate::cli::streaming::StreamingArguments;
+use clap::{Args, Subcommand, ValueEnum};
 use delta_cal_host::device::Port;
+use delta_cal_host::{CalibrationMethod, Options};
 use std::path::PathBuf;
 
 const DEVICE_EXIT_CODES: &str = "\
@@ -49,6 +50,7 @@ Examples:
   delta-cal device --port emulate:m7 calibrate --apply
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv \\
       --json report.json
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --gate
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv \\
       --apply --output now.toml";
 
@@ -138,14 +140,33 @@ pub(super) struct Files {
     pub(super) samples: Option<PathBuf>,
     #[command(flatten)]
     pub(super) columns: ColumnsArgument,
+    /// How the controller estimates the parameters
+    #[arg(long, value_enum, default_value_t = EstimatorArgument::Joint)]
+    pub(super) method: EstimatorArgument,
+    #[command(flatten)]
+    pub(super) streaming: StreamingArguments,
     /// Do not use the robot file as a start value (needs 12 samples), and accept any geometry
     #[arg(long)]
     pub(super) no_guess: bool,
 }
 
+/// The methods of a controller.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum EstimatorArgument {
+    /// Fit all 24 parameters at once, from the closures of all arms and their common noise
+    Joint,
+    /// Fit each arm by itself, from the closure of its kinematic chain: three times less work
+    Ikm,
+}
+
 impl Files {
     pub(super) fn options(&self) -> Options {
         Options {
+            method: match self.method {
+                EstimatorArgument::Joint => CalibrationMethod::Joint,
+                EstimatorArgument::Ikm => CalibrationMethod::Ikm,
+            },
+            streaming: self.streaming.streaming(),
             no_guess: self.no_guess,
             ..Options::default()
         }

@@ -5,14 +5,11 @@ use super::progress::Bar;
 use crate::cli::failure::Failure;
 use crate::cli::paths::{is_stream, refuse_same, report_path};
 use delta_cal_host::device::report::{json, text};
-use delta_cal_host::device::{
-    Finished, Number, apply, assumptions, calibrate_robot, measurements, parameters_of,
-};
+use delta_cal_host::device::{Finished, Number, apply, begin, calibrate_robot, measurements};
 use delta_cal_host::files::output;
 use delta_cal_host::report::calibration::{html, table};
 use delta_cal_host::report::document::About;
 use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile};
-use delta_cal_protocol::fingerprint;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -102,7 +99,7 @@ impl Task for Calibrate<'_> {
         if arguments.apply {
             apply(
                 client,
-                &assumptions(&robot, options),
+                &begin(&robot, options),
                 &measurements(&samples),
                 &finished,
             )?;
@@ -161,7 +158,7 @@ fn result_fingerprint<T: Number>(finished: &Finished<T>) -> u32 {
     finished
         .result
         .as_ref()
-        .map_or(0, |arms| fingerprint(&parameters_of(arms)))
+        .map_or(0, |solution| solution.fingerprint())
 }
 
 fn comment(report: &CalibrationReport, port: &str, arguments: &CalibrateArguments) -> String {

@@ -21,7 +21,8 @@ impl Bar {
             Step::Taken(count) => self
                 .0
                 .set_position(u64::try_from(count).unwrap_or(u64::MAX)),
-            Step::Solving(arm) => self.0.set_message(format!("solving {arm}")),
+            Step::Solving(Some(arm)) => self.0.set_message(format!("solving {arm}")),
+            Step::Solving(None) => self.0.set_message("solving"),
             Step::BegunAgain => self.0.set_message("restarted, sending"),
         }
     }

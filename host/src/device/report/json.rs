@@ -115,6 +115,17 @@ pub fn status<T: Number>(
         "origin": origin(parameters.origin),
         // Whether the result of the last calibration is in use; `null` without a result.
         "result_in_use": result_in_use(&status.phase, parameters),
+        // What the gate has done with the samples; `null` without one.
+        "gate": status.gate.map(|gate| json!({
+            "taken": gate.counts.taken,
+            // Of them, those that could not be tested.
+            "untested": gate.counts.untested,
+            "rejected": gate.counts.rejected,
+            "rejected_by_arm": gate.counts.rejected_by_arm,
+            "longest_run": gate.counts.longest_run,
+            // In words; `null` without one.
+            "alarm": gate.alarm.map(|alarm| alarm.to_string()),
+        })),
         // Since the controller started.
         "control_loop": control_loop(&status.control, pace),
         // What it has received since it started.

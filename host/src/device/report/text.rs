@@ -7,7 +7,8 @@ use crate::render::section::{Part, Section};
 use crate::render::table::Table;
 use crate::render::terminal::{self, DOUBTFUL, GOOD};
 use anstyle::Style;
-use delta_cal_protocol::{ControlLoop, Counters, Identity, Origin, Parameters, Status};
+use delta_cal_protocol::{ControlLoop, Counters, GateStatus, Identity, Origin, Parameters, Status};
+use std::fmt::Write;
 
 /// Differences that are shown one by one.
 const SHOWN: usize = 10;
@@ -117,15 +118,29 @@ pub fn status<T: Number>(
         Some(false) => "; the result is not in use",
     };
     format!(
-        "Parameters in use: {style}{}{style:#} (fingerprint {})\nCalibration: {}{result}\n\n{}",
+        "Parameters in use: {style}{}{style:#} (fingerprint {})\nCalibration: {}{result}\n{}\n{}",
         origin(parameters.origin),
         hexadecimal(control.fingerprint),
         phase(&status.phase),
+        status.gate.as_ref().map(gate).unwrap_or_default(),
         terminal::text([
             control_loop,
             Section::new("The link since the controller started").table(Table::facts(link)),
         ])
     )
+}
+
+/// A line, or two with an alarm.
+fn gate(gate: &GateStatus) -> String {
+    let counts = &gate.counts;
+    let mut text = format!(
+        "Gate: {} accepted, of them {} not tested; {} rejected\n",
+        counts.taken, counts.untested, counts.rejected
+    );
+    if let Some(alarm) = &gate.alarm {
+        let _ = writeln!(text, "{DOUBTFUL}Alarm: {alarm}{DOUBTFUL:#}");
+    }
+    text
 }
 
 /// A comparison of bits.

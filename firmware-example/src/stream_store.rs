@@ -1,0 +1,139 @@
+//! The samples of a session in flash, so that it goes on after a power cut.
+
+use crate::Number;
+use crate::halves::{Halves, StoreError};
+use crate::session::Session;
+use crate::store::mark;
+use delta_cal::Robot;
+use delta_cal::stream::StreamCalibrator;
+use delta_cal_protocol::Begin;
+use embedded_storage_async::nor_flash::NorFlash;
+
+/// Version of the stored record.
+const VERSION: u8 = 0x81;
+
+/// How often a session is stored.
+///
+/// A record replaces the one before, and each of the two halves of the flash is erased for every other one. With the default, and
+/// flash that bears 10,000 erasures, samples may come without a pause for 13 days before it is worn out: one record a
+/// minute. A calibration without forgetting does not come near that: the next record waits for a sixteenth more samples, so that
+/// a million samples are 150 records.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StreamPace {
+    /// Turns of the control loop between two records at least.
+    pub turns: u32,
+    /// One in so many of the stored samples, or of the mean age where samples are forgotten, must be new.
+    pub part: u32,
+}
+
+impl Default for StreamPace {
+    fn default() -> Self {
+        Self {
+            turns: 60 * crate::TURNS_A_SECOND,
+            part: 16,
+        }
+    }
+}
+
+/// The store of one session.
+#[derive(Debug)]
+pub(crate) struct StreamStore<T: Number, F> {
+    halves: Halves<F>,
+    /// A record on its way.
+    bytes: T::StreamBytes,
+    pace: StreamPace,
+    /// Of which session how many samples are stored, and since which turn.
+    stored: (u32, u32),
+    turn: u32,
+}
+
+impl<T: Number, F: NorFlash> StreamStore<T, F> {
+    pub(crate) fn new(flash: F, nominal: u32) -> Self {
+        let bytes = T::NO_STREAM_BYTES;
+        let largest = bytes.as_ref().len();
+        Self {
+            halves: Halves::new(flash, mark::<T>(VERSION, nominal), largest),
+            bytes,
+            pace: StreamPace::default(),
+            stored: (0, 0),
+            turn: 0,
+        }
+    }
+
+    pub(crate) const fn set_pace(&mut self, pace: StreamPace) {
+        self.pace = pace;
+    }
+
+    pub(crate) fn into_flash(self) -> F {
+        self.halves.into_flash()
+    }
+
+    /// Lets the session that is stored go on, if there is one and it is of use.
+    #[inline(never)]
+    pub(crate) fn resume(&mut self, nominal: &Robot<T>, session: &mut Session<T>) {
+        let content = match self.halves.load(self.bytes.as_mut()) {
+            Ok(Some(content)) => content,
+            Ok(None) => return,
+            Err(error) => {
+                warning!("stored samples are damaged: {}", error);
+                return;
+            }
+        };
+        let Ok((begin, snapshot)) = postcard::take_from_bytes::<Begin<T>>(content) else {
+            return;
+        };
+        if let Err(error) = session.resume(nominal, &begin, snapshot) {
+            warning!("stored samples are no use: {}", error);
+            return;
+        }
+        self.stored = (begin.session, session.samples());
+        info!(
+            "session {=u32:08x} goes on after {} samples",
+            begin.session,
+            session.samples()
+        );
+    }
+
+    /// Whether the session is to be stored now, at this turn of the control loop.
+    pub(crate) fn due(&self, begin: &Begin<T>, stream: &StreamCalibrator<T>, turn: u32) -> bool {
+        let (session, stored) = self.stored;
+        let samples = samples(stream);
+        let new = if session == begin.session {
+            samples.saturating_sub(stored)
+        } else {
+            samples
+        };
+        let remembered = begin
+            .forgetting
+            .map_or(f64::INFINITY, delta_cal::Real::to_f64)
+            .min(f64::from(stored));
+        let enough = f64::from(new) * f64::from(self.pace.part) >= remembered;
+        new > 0 && enough && turn.wrapping_sub(self.turn) >= self.pace.turns
+    }
+
+    /// Stores a session that is not being solved, at this turn of the control loop.
+    #[inline(never)]
+    pub(crate) fn save(
+        &mut self,
+        begin: &Begin<T>,
+        stream: &StreamCalibrator<T>,
+        turn: u32,
+    ) -> Result<(), StoreError> {
+        // Also after a failure: flash that fails is not tried at every turn.
+        self.turn = turn;
+        let bytes = self.bytes.as_mut();
+        let used = postcard::to_slice(begin, bytes)
+            .map_err(|_| StoreError::Record)?
+            .len();
+        let rest = bytes.get_mut(used..).ok_or(StoreError::Record)?;
+        let length = stream.snapshot(rest).map_err(|_| StoreError::Record)?.len();
+        let content = bytes.get(..used + length).ok_or(StoreError::Record)?;
+        self.halves.save(content)?;
+        self.stored = (begin.session, samples(stream));
+        Ok(())
+    }
+}
+
+fn samples<T: Number>(stream: &StreamCalibrator<T>) -> u32 {
+    u32::try_from(stream.samples()).unwrap_or(u32::MAX)
+}

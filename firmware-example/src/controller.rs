@@ -14,7 +14,7 @@ use delta_cal_protocol::{
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 
-/// Bytes of the largest request, with room to spare: the beginning of a session in `f64` has 92.
+/// Bytes of the largest request, with room to spare: the beginning of a session in `f64` has 79.
 const LARGEST_REQUEST: usize = 128;
 
 /// Everything behind the control loop: answers requests, takes in samples, solves in bounded steps,

@@ -129,9 +129,25 @@ impl<F: NorFlash> Halves<F> {
     ) -> Result<Option<&'a [u8]>, StoreError> {
         let lower = self.look(Half::Lower);
         let upper = self.look(Half::Upper);
-        let Some((half, found)) = self.newest() else {
-            return lower.and(upper).map(|_| None);
-        };
+        while let Some((half, found)) = self.newest() {
+            match self.read_content(half, &found, content) {
+                Ok(()) => return Ok(content.get(..found.length)),
+                // It can be read no more: then what was before it.
+                Err(error) => self.halves[half as usize] = Err(error),
+            }
+        }
+        match self.halves {
+            [Err(error), _] | [_, Err(error)] => Err(error),
+            _ => lower.and(upper).map(|_| None),
+        }
+    }
+
+    fn read_content(
+        &mut self,
+        half: Half,
+        found: &Found,
+        content: &mut [u8],
+    ) -> Result<(), StoreError> {
         let content = content.get_mut(..found.length).ok_or(StoreError::Record)?;
         let start = self.range(half)?.start;
         let mut places = content.iter_mut();
@@ -146,10 +162,11 @@ impl<F: NorFlash> Halves<F> {
         // It may read otherwise the second time.
         let mut digest = self.digest(found.generation, found.length);
         digest.update(content);
-        if digest.finalize() != found.checksum {
-            return Err(StoreError::Record);
+        if digest.finalize() == found.checksum {
+            Ok(())
+        } else {
+            Err(StoreError::Record)
         }
-        Ok(Some(content))
     }
 
     /// Stores a content and reads it back.

@@ -138,8 +138,9 @@ pub fn encode<M: Serialize>(
         .map_err(|_| EncodeError::TooLarge)?;
     let stuffed = frame.get_mut(1..LARGEST_FRAME - 1).unwrap_or_default();
     let length = try_encode(content, stuffed).map_err(|_| EncodeError::TooLarge)?;
-    // The rest of the buffer is zero already: the delimiter.
     frame.truncate(length + 2);
+    // Behind a block of 254 bytes at the end the encoder has left the beginning of another.
+    *frame.last_mut().ok_or(EncodeError::TooLarge)? = 0;
     Ok(frame)
 }
 

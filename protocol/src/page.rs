@@ -349,3 +349,48 @@ fn the_fingerprint_is_computed_as_described() {
         assert!(page.contains(&row), "docs/protocol.md does not state {row}");
     }
 }
+
+/// Contents of every length about one block and about two, with a zero anywhere or nowhere: a block of 254 bytes at
+/// the very end is among them.
+#[test]
+fn frames_of_every_length_end_with_a_delimiter_and_are_received() {
+    let mut full_at_the_end = 0;
+    for length in (230..270).chain(480..530) {
+        for round in 0..40_u8 {
+            let mut message: Vec<u8> = (0..length)
+                .map(|place: u32| u8::try_from(place % 251 + 1).unwrap())
+                .collect();
+            message[0] = round + 1;
+            if round >= 20 {
+                message[usize::from(round) * 5] = 0;
+            }
+            // As postcard writes an array: no length before it.
+            let frame = encode(Direction::Request, SEQUENCE, &Array(&message)).unwrap();
+            let (content, sent) = opened(&frame);
+            assert_eq!(checksum(&content), sent);
+            assert_eq!(content[3..], message);
+            let stuffed = content.len() + 4;
+            let blocks = frame.len() - 2 - stuffed;
+            full_at_the_end += usize::from(stuffed.is_multiple_of(254) && blocks == stuffed / 254);
+            let mut receiver = Receiver::<LARGEST_FRAME>::new(Direction::Request);
+            let whole = frame
+                .iter()
+                .filter(|byte| receiver.push(**byte).is_some_and(|frame| frame.is_ok()));
+            assert_eq!(whole.count(), 1, "{length} bytes");
+        }
+    }
+    assert!(full_at_the_end > 10, "{full_at_the_end}");
+}
+
+struct Array<'a>(&'a [u8]);
+
+impl Serialize for Array<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeTuple;
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        for byte in self.0 {
+            tuple.serialize_element(byte)?;
+        }
+        tuple.end()
+    }
+}

@@ -53,6 +53,8 @@ pub struct StreamCalibrator<T: Real> {
     calibrators: Calibrators<T>,
     samples: u64,
     work: Work<T>,
+    /// To be solved as soon as the gate has its estimate.
+    asked: bool,
 }
 
 impl<T: Real> StreamCalibrator<T> {
@@ -69,6 +71,7 @@ impl<T: Real> StreamCalibrator<T> {
             calibrators: Calibrators::new(robot, settings, options)?,
             samples: 0,
             work: Work::Collecting,
+            asked: false,
         })
     }
 
@@ -90,13 +93,18 @@ impl<T: Real> StreamCalibrator<T> {
         Ok(added)
     }
 
-    /// Begins to solve, unless that is under way or done. The work itself is done by [`step`](Self::step).
+    /// Begins to solve, unless that is under way or done; after the gate's estimate, if that is under way. The work itself is
+    /// done by [`step`](Self::step).
     pub fn solve(&mut self) {
-        if matches!(self.work, Work::Collecting) {
-            self.work = match self.rejected_too_many() {
-                Some(refusal) => Work::Refused(refusal),
-                None => Work::Solve,
-            };
+        match self.work {
+            Work::Collecting => {
+                self.work = match self.rejected_too_many() {
+                    Some(refusal) => Work::Refused(refusal),
+                    None => Work::Solve,
+                };
+            }
+            Work::Estimate | Work::Estimating(_) => self.asked = true,
+            _ => {}
         }
     }
 
@@ -119,6 +127,9 @@ impl<T: Real> StreamCalibrator<T> {
     /// readiness for the next sample.
     pub fn step(&mut self) -> Progress {
         self.work.step(&mut self.calibrators);
+        if !self.solving() && core::mem::take(&mut self.asked) {
+            self.solve();
+        }
         if self.solving() {
             Progress::Working
         } else {

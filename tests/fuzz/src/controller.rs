@@ -3,7 +3,8 @@
 use crate::frames::{Raw, frame, messages, request};
 use crate::numbers::{Bits, Source};
 use crate::promises::finite_robot;
-use delta_cal_firmware_example::{Controller, ParameterFlash, nominal};
+use delta_cal::stream::Estimator;
+use delta_cal_firmware_example::{Controller, ParameterFlash, StreamFlash, StreamPace, nominal};
 use delta_cal_protocol::{
     ControlLoop, Direction, Origin, ParameterSet, Phase, Request, Response, RevertTo, SampleMessage,
 };
@@ -23,7 +24,7 @@ pub fn controller(data: &[u8]) {
 
 /// A controller and what its driver knows.
 pub(crate) struct Bench<T: Bits> {
-    pub(crate) controller: Controller<T, ParameterFlash>,
+    pub(crate) controller: Controller<T, ParameterFlash, StreamFlash>,
     sequence: u16,
     /// The session's next sample.
     next: u32,
@@ -32,9 +33,20 @@ pub(crate) struct Bench<T: Bits> {
 
 impl<T: Bits> Bench<T> {
     pub(crate) fn start(flash: ParameterFlash) -> Self {
+        Self::start_with((flash, StreamFlash::new()))
+    }
+
+    /// Every sample is stored.
+    pub(crate) fn start_with((flash, stream_flash): (ParameterFlash, StreamFlash)) -> Self {
         let robot = nominal().expect("the robot as drawn is a robot");
+        let mut controller = Controller::new(robot, flash, stream_flash, 0);
+        controller.set_stream_pace(StreamPace {
+            turns: 0,
+            part: u32::MAX,
+        });
+        controller.resume();
         Self {
-            controller: Controller::new(robot, flash, 0),
+            controller,
             sequence: 0,
             next: 0,
             solved: None,
@@ -131,6 +143,10 @@ impl<T: Bits> Bench<T> {
             tolerance: Some((T::from_f64(0.5), T::from_f64(3e-3))),
             noise: None,
             without_guess: false,
+            estimator: Estimator::Arms,
+            gate: false,
+            held_out: None,
+            forgetting: None,
         };
         self.ask(&Request::Begin(begin));
         for (index, sample) in (0..).zip(samples) {
@@ -205,8 +221,14 @@ fn session<T: Bits>(source: &mut Source<'_>) {
             }
             5 => {
                 let before = bench.controller.current();
-                let flash = bench.controller.into_flash();
-                bench = Bench::start(flash);
+                let mut flash = bench.controller.into_flash();
+                if source.byte() & 1 == 0 {
+                    let place = source.below(flash.1.bytes().len());
+                    flash.1.bytes_mut()[place] ^= source.byte();
+                }
+                bench = Bench::start_with(flash);
+                // As many samples as were stored.
+                bench.ask(&Request::Status);
                 assert_eq!(
                     bench.controller.current(),
                     before,

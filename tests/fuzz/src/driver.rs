@@ -6,7 +6,7 @@ use crate::numbers::{Bits, Source};
 use crate::promises::{finite_outcome, finite_robot};
 use delta_cal_firmware_example::ParameterFlash;
 use delta_cal_host::device::{
-    Client, DeviceError, Patience, Transport, apply, assumptions, calibrate, calibrate_robot,
+    Client, DeviceError, Patience, Transport, apply, begin, calibrate, calibrate_robot,
     measurements, outcome, robot,
 };
 use delta_cal_host::files::example;
@@ -150,7 +150,7 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
     let _ = explained(client.identity());
     let _ = explained(client.counters::<T>());
     let options = Options::default();
-    let (assumptions, measurements) = (assumptions(robot_file, options), measurements(samples));
+    let (begin, measurements) = (begin(robot_file, options), measurements(samples));
     let finished = if whole_report {
         let made = calibrate_robot::<T, _>(
             &mut client,
@@ -171,20 +171,15 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
             }
         }
     } else {
-        explained(calibrate(
-            &mut client,
-            &assumptions,
-            &measurements,
-            &mut |_| {},
-        ))
+        explained(calibrate(&mut client, &begin, &measurements, &mut |_| {}))
     };
     if let Some(finished) = finished {
-        if let Ok(arms) = &finished.result
-            && let Some(outcome) = explained(outcome(arms))
+        if let Ok(solution) = &finished.result
+            && let Some(outcome) = explained(outcome(solution))
         {
-            finite_outcome(&outcome);
+            finite_outcome(&outcome.fit);
         }
-        let applied = apply(&mut client, &assumptions, &measurements, &finished);
+        let applied = apply(&mut client, &begin, &measurements, &finished);
         if let Some(parameters) = explained(applied) {
             let robot = robot::<T, f64>(&parameters.arms);
             assert!(robot.is_ok(), "{parameters:?}");

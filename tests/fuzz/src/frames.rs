@@ -2,6 +2,7 @@
 
 use crate::numbers::{Bits, Source};
 use delta_cal::ArmIndex;
+use delta_cal::stream::Estimator;
 use delta_cal_protocol::{
     Begin, Direction, LARGEST_FRAME, ParameterSet, Receiver, Request, RevertTo, SampleMessage,
     encode,
@@ -57,8 +58,16 @@ pub(crate) fn request<T: Bits>(source: &mut Source<'_>, next: u32) -> Request<T>
             Request::Begin(Begin {
                 session,
                 tolerance: pair(1, 0.5, 3e-3),
-                noise: pair(2, 0.02, 3e-5),
+                noise: pair(2, 0.02, 3e-5).map(|(position, joint)| ([position; 3], joint)),
                 without_guess: kind & 0b1100 == 0b1100,
+                estimator: if kind & 0b1_0000 == 0 {
+                    Estimator::Arms
+                } else {
+                    Estimator::Joint
+                },
+                gate: kind & 0b10_0000 != 0,
+                held_out: (kind & 0b1100_0000 == 0b1000_0000).then(|| u32::from(source.byte() % 6)),
+                forgetting: (kind & 0b1100_0000 == 0b0100_0000).then(|| source.number(20.0, 20.0)),
             })
         }
         4 => Request::Sample(SampleMessage {

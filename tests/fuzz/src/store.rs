@@ -9,7 +9,6 @@ use delta_cal_firmware_example::{PAGE, ParameterFlash, nominal};
 use delta_cal_protocol::{
     Origin, ParameterSet, Request, Response, RevertTo, SampleMessage, fingerprint,
 };
-use serde::Serialize;
 
 /// As in `f32`, so in `f64`, whichever the first byte says.
 pub fn store(data: &[u8]) {
@@ -64,7 +63,7 @@ fn starts<T: Bits>(source: &mut Source<'_>) {
 }
 
 fn restarted<T: Bits>(bench: Bench<T>) -> Bench<T> {
-    Bench::start(bench.controller.into_flash())
+    Bench::start_with(bench.controller.into_flash())
 }
 
 fn arms<T: Bits>(robot: &delta_cal::Robot<T>) -> [[T; 8]; 3] {
@@ -106,42 +105,33 @@ fn change<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
             let mut bench = Bench::<T>::start(flash.clone());
             let samples: Vec<_> = source.samples::<T>(14).iter().map(message).collect();
             bench.calibrated(&samples);
-            *flash = bench.controller.into_flash();
+            *flash = bench.controller.into_flash().0;
         }
         _ => write::<T>(flash, source),
     }
 }
 
-/// What `store.rs` of the firmware stores.
-#[derive(Serialize)]
-struct Record<T> {
-    version: u8,
-    number: u8,
-    nominal: u32,
-    generation: u32,
-    current: Option<[[T; 8]; 3]>,
-    previous: Option<[[T; 8]; 3]>,
-}
-
-/// A record with any generation and any numbers, whole by its checksum.
+/// A record with any generation and any numbers, whole by its checksum: mark, generation, length and content.
 fn record<T: Bits>(source: &mut Source<'_>) -> Vec<u8> {
     let drawn = drawn::<T>();
     let kind = source.byte();
     let mut set = |bit: u8| (kind & bit != 0).then(|| source.geometry::<T>().unwrap_or(drawn));
-    let (current, previous) = (set(1), set(2));
-    let record = Record {
-        version: 2 + u8::from(kind & 0xf0 == 0xf0),
-        number: if size_of::<T>() == 4 { 4 } else { 8 },
-        nominal: fingerprint(&drawn).wrapping_add(u32::from(kind & 0xf0 == 0xe0)),
-        generation: if kind & 4 == 0 {
-            u32::from(source.byte())
-        } else {
-            source.wide()
-        },
-        current,
-        previous,
+    let content = postcard::to_allocvec(&(set(1), set(2))).unwrap_or_default();
+    let version = 3 + u8::from(kind & 0xf0 == 0xf0);
+    let number = if size_of::<T>() == 4 { 4 } else { 8 };
+    let nominal = fingerprint(&drawn).wrapping_add(u32::from(kind & 0xf0 == 0xe0));
+    let mark = nominal.rotate_left(8) ^ u32::from_le_bytes([b'd', version, number, b'c']);
+    let generation = if kind & 4 == 0 {
+        u32::from(source.byte())
+    } else {
+        source.wide()
     };
-    let mut bytes = postcard::to_allocvec(&record).unwrap_or_default();
+    let length = u32::try_from(content.len()).unwrap_or_default();
+    let mut bytes = Vec::new();
+    for word in [mark, generation, length] {
+        bytes.extend(word.to_le_bytes());
+    }
+    bytes.extend(content);
     let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes);
     bytes.extend(checksum.to_le_bytes());
     bytes

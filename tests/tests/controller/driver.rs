@@ -1,7 +1,8 @@
 //! The other end of the link.
 
+use delta_cal::stream::{Added, Estimator};
 use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
-use delta_cal_firmware_example::{Controller, NewParameters, Number, nominal};
+use delta_cal_firmware_example::{Controller, NewParameters, Number, StreamFlash, nominal};
 use delta_cal_protocol::{
     Begin, Direction, Fault, LARGEST_FRAME, ParameterSet, Parameters, Phase, Receiver, Request,
     Response, RevertTo, SampleMessage, Status, encode, fingerprint,
@@ -12,15 +13,29 @@ use embedded_storage_async::nor_flash::NorFlash;
 pub(crate) use delta_cal_firmware_example::ParameterFlash as Flash;
 
 /// A controller and the sequence numbers of whoever talks to it.
-pub(crate) struct Driver<T: Number, F> {
-    pub(crate) controller: Controller<T, F>,
+pub(crate) struct Driver<T: Number, F, S = StreamFlash> {
+    pub(crate) controller: Controller<T, F, S>,
     pub(crate) sequence: u16,
 }
 
 impl<T: Number, F: NorFlash> Driver<T, F> {
+    /// With no samples stored.
     pub(crate) fn start(flash: F) -> Self {
+        Self::start_with(flash, StreamFlash::new())
+    }
+
+    /// The flash of the parameters.
+    pub(crate) fn into_flash(self) -> F {
+        self.controller.into_flash().0
+    }
+}
+
+impl<T: Number, F: NorFlash, S: NorFlash> Driver<T, F, S> {
+    pub(crate) fn start_with(flash: F, stream_flash: S) -> Self {
+        let mut controller = Controller::new(nominal().expect("a robot"), flash, stream_flash, 0);
+        controller.resume();
         Self {
-            controller: Controller::new(nominal().expect("a robot"), flash, 0),
+            controller,
             sequence: 0,
         }
     }
@@ -65,7 +80,7 @@ impl<T: Number, F: NorFlash> Driver<T, F> {
 
     pub(crate) fn begin_with(&mut self, begin: Begin<T>) -> u32 {
         match self.ask(&Request::Begin(begin)) {
-            Response::Taken { session, next } if session == begin.session => next,
+            Response::Taken { session, next, .. } if session == begin.session => next,
             response => panic!("{response:?}"),
         }
     }
@@ -108,10 +123,7 @@ impl<T: Number, F: NorFlash> Driver<T, F> {
         for (index, sample) in (0..).zip(samples) {
             assert_eq!(
                 self.sample(session, index, sample),
-                Response::Taken {
-                    session,
-                    next: index + 1
-                }
+                taken(session, index + 1)
             );
         }
         self.solve(session, u32::try_from(samples.len()).unwrap());
@@ -163,7 +175,9 @@ pub(crate) fn read_answer<T: Number>(bytes: &[u8]) -> (u16, Response<T>) {
             )
         })
     });
-    let answer = answers.next().expect("an answer");
+    let answer = answers
+        .next()
+        .unwrap_or_else(|| panic!("no answer: {bytes:02x?}"));
     assert!(answers.next().is_none());
     answer
 }
@@ -180,11 +194,25 @@ pub(crate) fn message<T: Number>(session: u32, index: u32, sample: &Sample<T>) -
 /// A session that states the noise of [`samples`] and a tolerance.
 pub(crate) fn begin<T: Number>(session: u32) -> Begin<T> {
     let pair = |(length, angle): (f64, f64)| (T::from_f64(length), T::from_f64(angle));
+    let (position, joint) = pair(NOISE);
     Begin {
         session,
         tolerance: Some(pair(TOLERANCE)),
-        noise: Some(pair(NOISE)),
+        noise: Some(([position; 3], joint)),
         without_guess: false,
+        estimator: Estimator::Arms,
+        gate: false,
+        held_out: None,
+        forgetting: None,
+    }
+}
+
+/// The answer to a sample that nothing tested, or to the beginning.
+pub(crate) fn taken<T: Number>(session: u32, next: u32) -> Response<T> {
+    Response::Taken {
+        session,
+        next,
+        last: (next > 0).then_some(Added::Taken),
     }
 }
 

@@ -1,13 +1,15 @@
 //! Flash whose power fails, and flash that cannot be read.
 
-use crate::driver::Flash;
-use delta_cal_firmware_example::{FlashError, PAGE, WORD};
+use delta_cal_firmware_example::{FlashError, PAGE, RamFlash, WORD};
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::ops::Range;
+
+/// Bytes of the flash of the parameters.
+const PARAMETERS: usize = 2 * PAGE;
 
 /// How much of a write or an erase is done when the power fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,8 +38,8 @@ impl Cut {
 
 /// Flash that fails at one write or erase, and from then on altogether.
 #[derive(Debug, Clone)]
-pub(crate) struct FailingFlash {
-    pub(crate) flash: Flash,
+pub(crate) struct FailingFlash<const N: usize = PARAMETERS> {
+    pub(crate) flash: RamFlash<N>,
     /// Writes and erases so far.
     pub(crate) operations: u32,
     /// At which of them the power fails.
@@ -53,8 +55,8 @@ pub(crate) struct FailingFlash {
     pub(crate) unreadable: Range<u32>,
 }
 
-impl FailingFlash {
-    pub(crate) fn new(flash: Flash) -> Self {
+impl<const N: usize> FailingFlash<N> {
+    pub(crate) fn new(flash: RamFlash<N>) -> Self {
         Self {
             flash,
             operations: 0,
@@ -68,7 +70,7 @@ impl FailingFlash {
     }
 
     /// Reads within these bytes fail for good.
-    pub(crate) fn unreadable(flash: Flash, bytes: Range<u32>) -> Self {
+    pub(crate) fn unreadable(flash: RamFlash<N>, bytes: Range<u32>) -> Self {
         Self {
             failing_reads: 0..u32::MAX,
             unreadable: bytes,
@@ -77,7 +79,7 @@ impl FailingFlash {
     }
 
     /// Reads of these numbers fail, wherever they are.
-    pub(crate) fn failing_reads(flash: Flash, reads: Range<u32>) -> Self {
+    pub(crate) fn failing_reads(flash: RamFlash<N>, reads: Range<u32>) -> Self {
         Self {
             failing_reads: reads,
             ..Self::new(flash)
@@ -85,7 +87,7 @@ impl FailingFlash {
     }
 
     /// Counts from here, and fails at the `at`th operation.
-    pub(crate) fn fail(flash: Flash, at: u32, cut: Cut) -> Self {
+    pub(crate) fn fail(flash: RamFlash<N>, at: u32, cut: Cut) -> Self {
         Self {
             cut: Some((at, cut)),
             ..Self::new(flash)
@@ -127,11 +129,11 @@ impl NorFlashError for Failure {
     }
 }
 
-impl ErrorType for FailingFlash {
+impl<const N: usize> ErrorType for FailingFlash<N> {
     type Error = Failure;
 }
 
-impl ReadNorFlash for FailingFlash {
+impl<const N: usize> ReadNorFlash for FailingFlash<N> {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
@@ -155,7 +157,7 @@ impl ReadNorFlash for FailingFlash {
     }
 }
 
-impl NorFlash for FailingFlash {
+impl<const N: usize> NorFlash for FailingFlash<N> {
     const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = PAGE;
 

@@ -18,3 +18,4 @@ mod parameters;
 mod records;
 mod sessions;
 mod store;
+mod streams;

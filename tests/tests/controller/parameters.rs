@@ -132,7 +132,7 @@ fn going_back_twice_is_going_back_once() {
         assert_eq!(driver.revert(to), once);
         assert_eq!(driver.ask(&Request::Revert { from, to }), once);
         assert!(driver.controller.take_switch().is_none());
-        let mut driver = Driver::<f32, _>::start(driver.controller.into_flash());
+        let mut driver = Driver::<f32, _>::start(driver.into_flash());
         assert_eq!(driver.revert(to), once);
     }
 }

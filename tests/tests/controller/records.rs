@@ -3,8 +3,7 @@
 use crate::driver::{Driver, Flash, crc_32, samples};
 use delta_cal_protocol::{Origin, Parameters};
 
-/// Where the stored f32 parameters of the first arm begin: behind version, size of a number, two
-/// varints and the mark that there are any. They are the last 96 bytes but for "no previous ones"
+/// The stored f32 parameters: behind mark, generation, length and the mark that there are any. They are the last 96 bytes but for "no previous ones"
 /// and the checksum.
 const NUMBERS: usize = 96;
 
@@ -75,10 +74,12 @@ fn another_version_or_impossible_parameters_are_not_taken() {
         assert_eq!(parameters.origin, Origin::NominalStoreDamaged);
         assert_eq!(parameters.arms[0][7].to_bits(), 480_f32.to_bits());
     };
-    // The next version; numbers of another size; another robot's; more bytes than there should be.
-    refused(&|content| content[0] += 1);
-    refused(&|content| content[1] = 8);
-    refused(&|content| content[2] ^= 1);
+    // Each byte of the mark: version, size of a number and robot. Another length; more bytes than there should be.
+    for place in 0..4 {
+        refused(&|content| content[place] ^= 1);
+    }
+    refused(&|content| content[8] ^= 1);
+    refused(&|content| content[9] ^= 0xff);
     refused(&|content| content.push(0));
     for (place, value) in [
         (7, -480.0),
@@ -102,12 +103,8 @@ fn another_version_or_impossible_parameters_are_not_taken() {
 #[test]
 fn what_is_stored_after_the_highest_generation_is_the_newest() {
     let record = record();
-    // Behind version and size of a number the nominal fingerprint, a varint as the generation is.
-    let end = |from: usize| from + 1 + record[from..].iter().take_while(|b| **b >= 0x80).count();
-    let (from, to) = (end(2), end(end(2)));
-    let highest = signed(&record, |content| {
-        content.splice(from..to, [0xff, 0xff, 0xff, 0xff, 0x0f]);
-    });
+    // The generation stands behind the mark.
+    let highest = signed(&record, |content| content[4..8].fill(0xff));
     let mut flash = flash_with(&highest);
     let mut stored = Vec::new();
     for robot in [2, 3] {

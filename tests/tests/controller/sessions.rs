@@ -1,5 +1,6 @@
-use crate::driver::{Driver, Flash, arms, begin, on_the_host, samples};
+use crate::driver::{Driver, Flash, arms, begin, on_the_host, samples, taken};
 use delta_cal::samples::SampleError;
+use delta_cal::stream::StreamRefusal;
 use delta_cal::{ArmIndex, Real, Refusal};
 use delta_cal_firmware_example::Number;
 use delta_cal_protocol::{Begin, Fault, Phase, Request, Response, fingerprint};
@@ -23,7 +24,7 @@ fn same_bits_as_the_core<T: Number>(robots: u64) {
         let expected = on_the_host(&samples).solve();
         match (phase, expected) {
             (Phase::CalibrationRefused { refusal, .. }, Err(expected)) => {
-                assert_eq!(refusal, expected);
+                assert_eq!(refusal, StreamRefusal::Calibration(expected));
                 refused += 1;
             }
             (Phase::Solved { fingerprint, .. }, Ok(expected)) => {
@@ -139,11 +140,29 @@ fn settings_that_are_none_leave_the_open_session() {
             ..valid
         },
         Begin {
-            noise: Some((-1.0, 0.1)),
+            noise: Some(([0.1, -1.0, 0.1], 0.1)),
             ..valid
         },
         Begin {
-            noise: Some((0.1, f32::INFINITY)),
+            noise: Some(([0.1; 3], f32::INFINITY)),
+            ..valid
+        },
+        Begin {
+            held_out: Some(1),
+            ..valid
+        },
+        Begin {
+            held_out: Some(4),
+            gate: true,
+            ..valid
+        },
+        Begin {
+            held_out: Some(4),
+            forgetting: Some(20.0),
+            ..valid
+        },
+        Begin {
+            forgetting: Some(0.5),
             ..valid
         },
     ] {
@@ -164,16 +183,10 @@ fn each_sample_is_taken_in_once_and_in_order() {
         let other = crate::driver::message(8, index, sample);
         assert_eq!(driver.fault(&other), Fault::NoSession);
         for _ in 0..3 {
-            assert_eq!(
-                driver.sample(9, index, sample),
-                Response::Taken { session: 9, next }
-            );
+            assert_eq!(driver.sample(9, index, sample), taken(9, next));
         }
         // An old one neither.
-        assert_eq!(
-            driver.sample(9, index / 2, &samples[0]),
-            Response::Taken { session: 9, next }
-        );
+        assert_eq!(driver.sample(9, index / 2, &samples[0]), taken(9, next));
     }
     driver.solve(9, 20);
     driver.rest();
@@ -232,17 +245,12 @@ fn solving_starts_once_with_every_sample() {
         seen.push(driver.solve(9, 20));
         let next = crate::driver::message(9, 20, &samples[0]);
         assert_eq!(driver.fault(&next), Fault::Busy);
-        assert_eq!(
-            driver.sample(9, 19, &samples[19]),
-            Response::Taken {
-                session: 9,
-                next: 20
-            }
-        );
+        assert_eq!(driver.sample(9, 19, &samples[19]), taken(9, 20));
         assert_eq!(driver.fault(&outcome), Fault::NoOutcome);
     }
     for arm in ArmIndex::ALL {
-        assert!(seen.contains(&Phase::Solving { arm }), "{arm}: {seen:?}");
+        let solving = Phase::Solving { arm: Some(arm) };
+        assert!(seen.contains(&solving), "{arm}: {seen:?}");
     }
     assert!(seen.len() < 40, "{} steps", seen.len());
     let solved = driver.status().phase;
@@ -263,9 +271,9 @@ fn more_samples_may_follow_a_result_and_a_refusal() {
     let mut next = 0;
     for (count, solved) in [(4, false), (30, true), (60, true)] {
         while next < count {
-            let taken = driver.sample(9, next, &samples[next as usize]);
+            let answer = driver.sample(9, next, &samples[next as usize]);
             next += 1;
-            assert_eq!(taken, Response::Taken { session: 9, next });
+            assert_eq!(answer, taken(9, next));
             assert_eq!(driver.status().phase, Phase::Collecting { samples: next });
         }
         driver.solve(9, next);
@@ -278,11 +286,11 @@ fn more_samples_may_follow_a_result_and_a_refusal() {
                 phase,
                 Phase::CalibrationRefused {
                     samples: 4,
-                    refusal: Refusal::TooFewSamples {
+                    refusal: StreamRefusal::Calibration(Refusal::TooFewSamples {
                         arm: ArmIndex::First,
                         samples: 4,
                         needed: 8
-                    }
+                    })
                 }
             );
             assert_eq!(driver.solve(9, next), phase);

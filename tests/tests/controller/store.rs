@@ -1,7 +1,7 @@
 use crate::driver::{Driver, Flash, arms, samples, stored};
 use crate::flash::{Cut, FailingFlash};
 use delta_cal::SymmetricRobot;
-use delta_cal_firmware_example::{Controller, FlashError, PAGE, WORD};
+use delta_cal_firmware_example::{Controller, FlashError, PAGE, StreamFlash, WORD};
 use delta_cal_protocol::{Fault, Origin, Request, Response, RevertTo, fingerprint};
 use delta_cal_tests::paper_robot;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
@@ -145,7 +145,7 @@ fn what_is_current_is_not_written_again() {
     let mut driver = Driver::<f32, _>::start(FailingFlash::new(Flash::new()));
     let calibrated = driver.solved(5, &samples(1, 12));
     let applied = driver.apply(5, calibrated);
-    let mut flash = driver.controller.into_flash();
+    let mut flash = driver.into_flash();
     assert!(flash.operations > 0);
     flash.operations = 0;
     let mut driver = Driver::<f32, _>::start(flash);
@@ -153,7 +153,7 @@ fn what_is_current_is_not_written_again() {
     for _ in 0..5 {
         assert_eq!(driver.apply(6, calibrated), applied);
     }
-    assert_eq!(driver.controller.into_flash().operations, 0);
+    assert_eq!(driver.into_flash().operations, 0);
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn parameters_of_another_robot_or_scalar_are_not_taken() {
         forearm: 480.5,
     };
     let mut driver = Driver {
-        controller: Controller::new(longer.robot().unwrap(), flash, 0),
+        controller: Controller::new(longer.robot().unwrap(), flash, StreamFlash::new(), 0),
         sequence: 0,
     };
     let parameters = driver.parameters();
@@ -240,7 +240,7 @@ fn a_set_that_was_not_stored_is_not_used_after_a_restart_either() {
     let after = driver.solved(5, &samples(3, 12));
     assert_eq!(driver.apply(5, after), Response::Fault(Fault::Store));
     assert_eq!(driver.controller.current().fingerprint, before);
-    let flash = driver.controller.into_flash().flash;
+    let flash = driver.into_flash().flash;
     let (found, _) = start(&mut FailingFlash::new(flash));
     assert_eq!(found, before, "refused with a fault, and used after all");
 }

@@ -1,7 +1,8 @@
 //! The controller's firmware without its board.
 
 use delta_cal_firmware_example::{
-    Background, Controller, Foreground, Handover, Number, ParameterFlash, Timer, nominal,
+    Background, Controller, Foreground, Handover, Number, ParameterFlash, StreamFlash, StreamPace,
+    Timer, nominal,
 };
 
 /// Turns of the control loop between two looks at the link.
@@ -20,14 +21,16 @@ impl Timer for Still {
 
 /// A controller that is switched on.
 struct On<T: Number> {
-    controller: Controller<T, ParameterFlash>,
+    controller: Controller<T, ParameterFlash, StreamFlash>,
     background: Background<'static, T>,
     foreground: Foreground<'static, T>,
 }
 
 impl<T: Number> On<T> {
-    fn start(flash: ParameterFlash) -> Self {
-        let controller = Controller::new(nominal().unwrap(), flash, 0);
+    fn start(flash: ParameterFlash, stream_flash: StreamFlash, pace: StreamPace) -> Self {
+        let mut controller = Controller::new(nominal().unwrap(), flash, stream_flash, 0);
+        controller.set_stream_pace(pace);
+        controller.resume();
         // Static memory on a controller; here a kilobyte that stays allocated after each start.
         let handover = Box::leak(Box::new(Handover::new()));
         let (background, foreground) = handover.split(&controller.current());
@@ -57,23 +60,30 @@ pub(crate) struct Device<T: Number> {
     pub(crate) restart_at: Option<(usize, Cut)>,
     /// Fingerprints of all parameters that were ever in use, in their order.
     pub(crate) used: Vec<u32>,
+    pace: StreamPace,
 }
 
 impl<T: Number> Device<T> {
     pub(crate) fn new() -> Self {
-        let on = On::<T>::start(ParameterFlash::new());
+        Self::with(StreamPace::default())
+    }
+
+    /// Whose samples are stored as often as that.
+    pub(crate) fn with(pace: StreamPace) -> Self {
+        let on = On::<T>::start(ParameterFlash::new(), StreamFlash::new(), pace);
         let used = vec![on.controller.current().fingerprint];
         Self {
             on: Some(on),
             answered: 0,
             restart_at: None,
             used,
+            pace,
         }
     }
 
     pub(crate) fn restart(&mut self) {
-        let flash = self.on.take().unwrap().controller.into_flash();
-        self.on = Some(On::start(flash));
+        let (flash, stream_flash) = self.on.take().unwrap().controller.into_flash();
+        self.on = Some(On::start(flash, stream_flash, self.pace));
     }
 
     /// Takes in a byte; the bytes that it answers with.

@@ -2,7 +2,7 @@
 
 use delta_cal::ArmIndex;
 use delta_cal::calibration::{StartUsed, Termination};
-use delta_cal_host::device::{DeviceError, outcome};
+use delta_cal_host::device::{DeviceError, Solution, outcome};
 use delta_cal_protocol::ArmReport;
 use delta_cal_tests::paper_robot;
 
@@ -24,13 +24,17 @@ fn report(arm: ArmIndex) -> ArmReport<f32> {
         start: StartUsed::Nominal,
         condition: 9.0,
         prior_share: [0.1; 8],
+        held_out: None,
     }
 }
 
 /// The fuzz target `driver` asserts it too.
 #[test]
 fn figures_that_no_result_has_are_no_result() {
-    let honest = ArmIndex::ALL.map(report);
+    let honest = Solution {
+        arms: ArmIndex::ALL.map(report),
+        across: None,
+    };
     assert!(outcome(&honest).is_ok());
     let wrong: [fn(&mut ArmReport<f32>); 9] = [
         |report| report.residual_rms = f32::NAN,
@@ -46,7 +50,7 @@ fn figures_that_no_result_has_are_no_result() {
     for (number, change) in wrong.iter().enumerate() {
         for arm in 0..3 {
             let mut lie = honest;
-            change(&mut lie[arm]);
+            change(&mut lie.arms[arm]);
             let made = outcome(&lie);
             assert!(
                 matches!(made, Err(DeviceError::ImpossibleOutcome)),

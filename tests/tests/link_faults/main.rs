@@ -8,16 +8,16 @@ mod lies;
 mod link;
 mod stubborn;
 
-use delta_cal_firmware_example::Number;
+use delta_cal_firmware_example::{Number, StreamPace};
 use delta_cal_host::device::{
-    Client, DeviceError, DeviceFailure, Finished, Patience, apply, assumptions, calibrate,
+    Client, DeviceError, DeviceFailure, Finished, Patience, apply, begin, calibrate,
     calibrate_robot, check_nominal, measurements,
 };
 use delta_cal_host::files::example;
 use delta_cal_host::{Options, RobotFile, SamplesFile};
 use delta_cal_protocol::{Origin, ParameterSet, Phase, RevertTo, fingerprint};
 use delta_cal_tests::size;
-use device::Cut;
+use device::{Cut, Device};
 use link::{Bench, Harm, Harms, Link, WAYS, Way};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -71,10 +71,9 @@ fn calibrated<T: Number>(
     }
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
     check_nominal(robot, &nominal.arms)?;
-    let assumptions = assumptions(robot, options);
     Ok(calibrate(
         client,
-        &assumptions,
+        &begin(robot, options),
         &measurements(samples),
         &mut |_| {},
     )?)
@@ -94,7 +93,7 @@ fn session<T: Number>(
     let finished = calibrated(client, files, judgement)?;
     let applied = apply(
         client,
-        &assumptions(robot, options),
+        &begin(robot, options),
         &measurements(samples),
         &finished,
     )?;
@@ -123,7 +122,20 @@ fn run<T: Number>(
     seed: u64,
     files: &(RobotFile, SamplesFile),
 ) -> (Result<Outcome, DeviceFailure>, Rc<RefCell<Bench<T>>>) {
-    let bench = Rc::new(RefCell::new(Bench::new(harms)));
+    run_on(
+        Rc::new(RefCell::new(Bench::new(harms))),
+        restart_at,
+        seed,
+        files,
+    )
+}
+
+fn run_on<T: Number>(
+    bench: Rc<RefCell<Bench<T>>>,
+    restart_at: Option<(usize, Cut)>,
+    seed: u64,
+    files: &(RobotFile, SamplesFile),
+) -> (Result<Outcome, DeviceFailure>, Rc<RefCell<Bench<T>>>) {
     bench.borrow_mut().device.restart_at = restart_at;
     let mut client = Client::new(Link::new(&bench), PATIENCE, seed);
     let outcome = session(&mut client, &bench, files, Judgement::LeftOut);
@@ -215,13 +227,32 @@ fn every_byte_turned_into_a_delimiter_or_preceded_by_one() {
     every_byte::<f32>(&HARMS[6..]);
 }
 
-fn controller_restarts<T: Number>() {
+/// Every sample is stored, or none before a minute has passed.
+const PACES: [StreamPace; 2] = [
+    StreamPace {
+        turns: 0,
+        part: u32::MAX,
+    },
+    StreamPace {
+        turns: 60_000,
+        part: 16,
+    },
+];
+
+fn controller_restarts<T: Number>(pace: StreamPace) {
     let files = example::load().unwrap();
     let (expected, _, requests) = undisturbed::<T>(&files);
     let mut restarts = 0;
     for index in 0..requests {
         for cut in [Cut::BeforeTheAnswer, Cut::AfterTheAnswer] {
-            let (outcome, bench) = run::<T>(Harms::None, Some((index, cut)), 1, &files);
+            let bench = Rc::new(RefCell::new(Bench::new(Harms::None)));
+            bench.borrow_mut().device = Device::with(pace);
+            let (outcome, bench) = run_on::<T>(bench, Some((index, cut)), 1, &files);
+            if pace == PACES[0] {
+                // Not one sample is sent again but the one whose answer was lost.
+                let answered = bench.borrow().device.answered;
+                assert!(answered <= requests + 20, "{answered} of {requests}");
+            }
             let what = format!("restarted at request {index}, {cut:?}");
             let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
             assert_eq!(outcome, expected, "{what}");
@@ -234,12 +265,17 @@ fn controller_restarts<T: Number>() {
 
 #[test]
 fn controller_restarted_at_every_request() {
-    controller_restarts::<f32>();
+    controller_restarts::<f32>(PACES[1]);
 }
 
 #[test]
 fn controller_in_double_precision_restarted_at_every_request() {
-    controller_restarts::<f64>();
+    controller_restarts::<f64>(PACES[1]);
+}
+
+#[test]
+fn controller_that_stores_its_samples_restarted_at_every_request() {
+    controller_restarts::<f32>(PACES[0]);
 }
 
 #[test]

@@ -1,9 +1,8 @@
 //! Ports and controllers that keep a client busy: every request and every session comes to its end.
 
 use delta_cal::Refusal;
-use delta_cal_host::device::{
-    Assumptions, Client, DeviceError, Measurement, Patience, Transport, calibrate,
-};
+use delta_cal::stream::{Estimator, StreamRefusal};
+use delta_cal_host::device::{Client, DeviceError, Measurement, Patience, Transport, calibrate};
 use delta_cal_protocol::{
     Begin, ControlLoop, Direction, Fault, LARGEST_FRAME, Origin, Parameters, Phase, Receiver,
     Request, Response, Status, encode,
@@ -191,10 +190,15 @@ impl<F: FnMut(&Request<f32>) -> Response<f32>> Transport for Scripted<F> {
     }
 }
 
-const ASSUMPTIONS: Assumptions<f32> = Assumptions {
+const BEGIN: Begin<f32> = Begin {
+    session: 0,
     tolerance: None,
     noise: None,
     without_guess: false,
+    estimator: Estimator::Arms,
+    gate: false,
+    held_out: None,
+    forgetting: None,
 };
 
 fn measurements() -> Vec<Measurement<f32>> {
@@ -209,6 +213,7 @@ fn status(session: u32, phase: Phase, turns: u32) -> Response<f32> {
     Response::Status(Status {
         session,
         phase,
+        gate: None,
         control: ControlLoop {
             turns,
             longest_ticks: 0,
@@ -232,6 +237,7 @@ fn honest(request: &Request<f32>, open: &Cell<u32>) -> Response<f32> {
             Response::Taken {
                 session: *session,
                 next: 0,
+                last: None,
             }
         }
         Request::Parameters(_) => Response::Parameters(Parameters {
@@ -242,6 +248,7 @@ fn honest(request: &Request<f32>, open: &Cell<u32>) -> Response<f32> {
         Request::Sample(sample) => Response::Taken {
             session: sample.session,
             next: sample.index + 1,
+            last: None,
         },
         _ => status(open.get(), Phase::Collecting { samples: 0 }, 0),
     }
@@ -250,7 +257,7 @@ fn honest(request: &Request<f32>, open: &Cell<u32>) -> Response<f32> {
 /// Sends 20 measurements; how many requests that took.
 fn gives_up(answer: impl FnMut(&Request<f32>) -> Response<f32>) -> usize {
     let mut client = Scripted::client(answer);
-    let error = calibrate(&mut client, &ASSUMPTIONS, &measurements(), &mut |_| {}).unwrap_err();
+    let error = calibrate(&mut client, &BEGIN, &measurements(), &mut |_| {}).unwrap_err();
     assert!(
         matches!(error, DeviceError::SessionsLost { .. }),
         "{error:?}"
@@ -267,6 +274,7 @@ fn a_controller_that_takes_no_sample_in_is_given_up() {
             Request::Sample(sample) => Response::Taken {
                 session: sample.session,
                 next,
+                last: None,
             },
             request => honest(request, open),
         }
@@ -297,6 +305,7 @@ fn a_session_that_has_samples_already_is_another_clients() {
             Response::Taken {
                 session: begin.session,
                 next: 3,
+                last: None,
             }
         }
         Request::Begin(begin) => {
@@ -310,7 +319,7 @@ fn a_session_that_has_samples_already_is_another_clients() {
         Request::Solve { .. } => Response::Fault(Fault::Busy),
         request => honest(request, &open),
     });
-    let ended = calibrate(&mut client, &ASSUMPTIONS, &measurements(), &mut |_| {});
+    let ended = calibrate(&mut client, &BEGIN, &measurements(), &mut |_| {});
     // It came as far as the solve, with all samples of its own.
     assert!(
         matches!(ended, Err(DeviceError::Fault(Fault::Busy))),
@@ -326,7 +335,7 @@ fn a_session_that_has_samples_already_is_another_clients() {
 fn a_restart_before_the_session_is_no_part_of_it() {
     let open = Cell::new(0);
     let mut turns = 1_000_000;
-    let refusal = Refusal::WrongSide;
+    let refusal = StreamRefusal::Calibration(Refusal::WrongSide);
     let mut client = Scripted::client(|request: &Request<f32>| {
         turns += 1;
         match request {
@@ -343,7 +352,7 @@ fn a_restart_before_the_session_is_no_part_of_it() {
             request => honest(request, &open),
         }
     });
-    let finished = calibrate(&mut client, &ASSUMPTIONS, &measurements(), &mut |_| {}).unwrap();
+    let finished = calibrate(&mut client, &BEGIN, &measurements(), &mut |_| {}).unwrap();
     assert_eq!(finished.result, Err(refusal));
     let [before, after] = [finished.status_before, finished.status_after].map(|s| s.control.turns);
     assert!(before < after && after <= 25, "{before}, {after}");

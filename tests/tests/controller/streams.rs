@@ -1,0 +1,470 @@
+//! Gate, held-out samples, forgetting and the joint estimator on the controller, and its samples over restarts.
+
+use crate::driver::{Driver, Flash, begin, message, samples};
+use crate::flash::{Cut, FailingFlash};
+use delta_cal::stream::{
+    Added, Estimator, Forgetting, Selection, StreamCalibrator, StreamOptions, StreamOutcome,
+    StreamRefusal,
+};
+use delta_cal::{
+    ArmIndex, Noise, Progress, RobotOutcome, Sample, Settings, Tolerance, calibration::JointOutcome,
+};
+use delta_cal_firmware_example::{Number, StreamFlash, StreamPace};
+use delta_cal_protocol::{Begin, Fault, GateStatus, Phase, Request, Response, fingerprint};
+use delta_cal_tests::paper_robot;
+use embedded_storage_async::nor_flash::NorFlash;
+
+/// Every option, each as the core has it and as it goes over the wire.
+fn options<T: Number>() -> Vec<(StreamOptions<T>, Begin<T>)> {
+    let age = T::from_f64(20.0);
+    let fading = Some(Forgetting::new(age).unwrap());
+    let mut all = Vec::new();
+    for estimator in [Estimator::Arms, Estimator::Joint] {
+        let plain = Begin {
+            estimator,
+            ..begin(1)
+        };
+        let gate = Begin {
+            gate: true,
+            ..plain
+        };
+        for (selection, begin) in [
+            (Selection::All { forgetting: None }, plain),
+            (
+                Selection::All { forgetting: fading },
+                Begin {
+                    forgetting: Some(age),
+                    ..plain
+                },
+            ),
+            (Selection::Gated { forgetting: None }, gate),
+            (
+                Selection::Gated { forgetting: fading },
+                Begin {
+                    forgetting: Some(age),
+                    ..gate
+                },
+            ),
+            (
+                Selection::HeldOut { every: 4 },
+                Begin {
+                    held_out: Some(4),
+                    ..plain
+                },
+            ),
+        ] {
+            let options = StreamOptions {
+                estimator,
+                selection,
+            };
+            all.push((options, begin));
+        }
+    }
+    all
+}
+
+fn settings<T: Number>(begin: &Begin<T>) -> Settings<T> {
+    let noise = begin
+        .noise
+        .map(|(position, joint)| Noise::by_axis(position, joint).unwrap());
+    let tolerance = begin
+        .tolerance
+        .map(|(length, angle)| Tolerance::new(length, angle).unwrap());
+    Settings::default()
+        .with_noise(noise)
+        .with_tolerance(tolerance)
+}
+
+/// Samples of a robot, of which one that is not held out is 5 mm off.
+fn one_wrong<T: Number>(robot: u64, count: usize) -> Vec<Sample<T>> {
+    let mut samples = samples::<T>(robot, count);
+    samples[count / 2].position.x += T::from_f64(5.0);
+    samples
+}
+
+/// Sends a sample as often as it takes; what became of it.
+fn send<T: Number, F: NorFlash, S: NorFlash>(
+    driver: &mut Driver<T, F, S>,
+    index: u32,
+    sample: &Sample<T>,
+) -> Option<Added<T>> {
+    loop {
+        match driver.ask(&message(1, index, sample)) {
+            Response::Taken { next, last, .. } => {
+                assert_eq!(next, index + 1);
+                return last;
+            }
+            Response::Fault(Fault::Busy) => {
+                let solving = matches!(driver.status().phase, Phase::Solving { .. });
+                assert!(solving, "busy with nothing");
+                driver.rest();
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+fn covariance_block<T: Number>(
+    outcome: &JointOutcome<T>,
+    rows: ArmIndex,
+    columns: ArmIndex,
+) -> Option<[[T; 8]; 8]> {
+    let all = outcome.estimate.covariance?;
+    let entry = |row, column| all[(8 * rows.index() + row, 8 * columns.index() + column)];
+    Some(std::array::from_fn(|column| {
+        std::array::from_fn(|row| entry(row, column))
+    }))
+}
+
+/// The controller's result against the core's, every bit of it.
+fn compare<T: Number>(
+    driver: &mut Driver<T, Flash>,
+    begin: &Begin<T>,
+    here: &StreamCalibrator<T>,
+) -> bool {
+    let status = driver.status();
+    let gate = here.gate_counts().map(|counts| GateStatus {
+        counts: *counts,
+        alarm: here.alarm(),
+    });
+    assert_eq!(status.gate, gate);
+    let outcome = match (status.phase, here.result().unwrap()) {
+        (Phase::CalibrationRefused { refusal, .. }, Err(expected)) => {
+            assert_eq!(refusal, expected);
+            return false;
+        }
+        (Phase::Solved { fingerprint, .. }, Ok(outcome)) => {
+            assert_eq!(
+                fingerprint,
+                self::fingerprint(&outcome.robot().parameters())
+            );
+            outcome
+        }
+        (phase, expected) => panic!("{begin:?}: {phase:?}, {expected:?}"),
+    };
+    let session = begin.session;
+    let arms = match outcome {
+        StreamOutcome::Arms(outcome) => outcome.arms,
+        StreamOutcome::Joint(outcome) => RobotOutcome::from(outcome).arms,
+    };
+    for (arm, expected) in ArmIndex::ALL.into_iter().zip(arms) {
+        let Response::Outcome(report) = driver.ask(&Request::Outcome { session, arm }) else {
+            panic!("no outcome")
+        };
+        assert_eq!(report.parameters, expected.arm.parameters());
+        assert_eq!(report.covariance, expected.covariance.map(|c| c.data.0));
+        assert_eq!(
+            report.held_out,
+            here.validations().map(|all| all[arm.index()])
+        );
+        for columns in ArmIndex::ALL {
+            let request = Request::Covariance {
+                session,
+                rows: arm,
+                columns,
+            };
+            match (driver.ask(&request), outcome) {
+                (Response::Covariance(block), StreamOutcome::Joint(outcome)) => {
+                    assert_eq!((block.rows, block.columns), (arm, columns));
+                    assert_eq!(block.covariance, covariance_block(outcome, arm, columns));
+                }
+                (answer, StreamOutcome::Arms(_)) => {
+                    assert_eq!(answer, Response::Fault(Fault::NoOutcome));
+                }
+                (answer, _) => panic!("{answer:?}"),
+            }
+        }
+    }
+    true
+}
+
+fn options_have_the_bits_of_the_core<T: Number>() {
+    let (mut solved, mut refused) = (0, 0);
+    for (options, begin) in options::<T>() {
+        for robot in 0..6 {
+            // Noise and tolerance stated; neither, so that the gate waits for an estimate.
+            for begin in [
+                begin,
+                Begin {
+                    noise: None,
+                    tolerance: None,
+                    ..begin
+                },
+            ] {
+                let samples = one_wrong::<T>(robot, 40);
+                let mut driver = Driver::<T, _>::start(Flash::new());
+                assert_eq!(driver.begin_with(begin), 0);
+                let mut here =
+                    StreamCalibrator::new(&paper_robot(), &settings(&begin), &options).unwrap();
+                for (index, sample) in (0..).zip(&samples) {
+                    let added = here.add(sample).unwrap();
+                    while here.step() == Progress::Working {}
+                    assert_eq!(send(&mut driver, index, sample), Some(added), "{index}");
+                }
+                here.solve();
+                while here.step() == Progress::Working {}
+                while driver.solve(1, 40) == (Phase::Solving { arm: None })
+                    || matches!(driver.status().phase, Phase::Solving { .. })
+                {
+                    driver.rest();
+                }
+                if compare(&mut driver, &begin, &here) {
+                    solved += 1;
+                } else {
+                    refused += 1;
+                }
+            }
+        }
+    }
+    println!("{solved} solved, {refused} refused, all as by the core");
+    assert!(solved > 40 && refused > 10);
+}
+
+#[test]
+fn every_option_has_the_bits_of_the_core() {
+    options_have_the_bits_of_the_core::<f32>();
+}
+
+#[test]
+fn every_option_in_double_precision_has_the_bits_of_the_core() {
+    options_have_the_bits_of_the_core::<f64>();
+}
+
+#[test]
+fn a_robot_that_changes_is_told_before_the_solve_and_refused_by_it() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let begin = Begin {
+        gate: true,
+        estimator: Estimator::Joint,
+        ..begin(1)
+    };
+    driver.begin_with(begin);
+    let mut all = samples::<f32>(2, 60);
+    for sample in &mut all[50..] {
+        sample.position.z += 1.0;
+    }
+    for (index, sample) in (0..).zip(&all) {
+        send(&mut driver, index, sample);
+        let alarm = driver.status().gate.and_then(|gate| gate.alarm);
+        // Eight in a row, the first of them the fiftieth, counted from 0.
+        assert_eq!(
+            alarm.map(|alarm| alarm.first()),
+            (index >= 57).then_some(50)
+        );
+    }
+    driver.solve(1, 60);
+    driver.rest();
+    assert!(matches!(
+        driver.status().phase,
+        Phase::CalibrationRefused {
+            samples: 60,
+            refusal: StreamRefusal::Alarm(_)
+        }
+    ));
+}
+
+/// Every sample is stored.
+const ALWAYS: StreamPace = StreamPace {
+    turns: 0,
+    part: u32::MAX,
+};
+
+fn started<T: Number, S: NorFlash>(stream_flash: S) -> Driver<T, Flash, S> {
+    let mut driver = Driver::start_with(Flash::new(), stream_flash);
+    driver.controller.set_stream_pace(ALWAYS);
+    driver
+}
+
+/// How many samples a controller has, of session 1.
+fn kept<T: Number, S: NorFlash>(driver: &mut Driver<T, Flash, S>) -> Option<u32> {
+    let status = driver.status();
+    match status.phase {
+        Phase::Idle => {
+            assert_eq!(status.session, 0);
+            None
+        }
+        Phase::Collecting { samples } => {
+            assert_eq!(status.session, 1);
+            Some(samples)
+        }
+        phase => panic!("{phase:?}"),
+    }
+}
+
+/// The rest of the samples, and the result.
+fn ended<T: Number, S: NorFlash>(
+    driver: &mut Driver<T, Flash, S>,
+    from: u32,
+    samples: &[Sample<T>],
+) -> Phase {
+    for (index, sample) in (0..).zip(samples).skip(from as usize) {
+        send(driver, index, sample);
+    }
+    driver.rest();
+    driver.solve(1, u32::try_from(samples.len()).unwrap());
+    driver.rest();
+    driver.status().phase
+}
+
+/// The power fails after every sample.
+fn goes_on_after_every_sample<T: Number>() {
+    for (_, begin) in options::<T>() {
+        let samples = one_wrong::<T>(3, 30);
+        let mut whole = Driver::<T, _>::start(Flash::new());
+        whole.begin_with(begin);
+        let expected = ended(&mut whole, 0, &samples);
+
+        let mut driver = started(StreamFlash::new());
+        driver.begin_with(begin);
+        for (index, sample) in (0..).zip(&samples) {
+            let added = send(&mut driver, index, sample);
+            assert!(added.is_some());
+            driver.rest();
+            let (_, stream_flash) = driver.controller.into_flash();
+            driver = started(stream_flash);
+            assert_eq!(kept(&mut driver), Some(index + 1), "{begin:?}");
+            // The same beginning goes on, too.
+            assert_eq!(driver.begin_with(begin), index + 1);
+        }
+        assert_eq!(ended(&mut driver, 30, &samples), expected, "{begin:?}");
+    }
+}
+
+#[test]
+fn a_session_goes_on_after_a_power_cut_at_every_sample() {
+    goes_on_after_every_sample::<f32>();
+    goes_on_after_every_sample::<f64>();
+}
+
+/// A stream with the gate and both estimators: it has the most to store.
+fn full() -> Begin<f32> {
+    Begin {
+        gate: true,
+        estimator: Estimator::Joint,
+        ..begin(1)
+    }
+}
+
+/// The flash after two samples were stored, one after the other.
+fn two_stored(samples: &[Sample<f32>]) -> StreamFlash {
+    let mut driver = started(StreamFlash::new());
+    driver.begin_with(full());
+    for (index, sample) in (0..).zip(&samples[..2]) {
+        send(&mut driver, index, sample);
+        driver.rest();
+    }
+    driver.controller.into_flash().1
+}
+
+/// The power fails at every write and erase of a record, in every way: the samples before it, or with it, are there, and the
+/// session ends with the bits of the undisturbed one.
+#[test]
+fn a_power_cut_while_samples_are_stored_loses_none_but_the_last() {
+    let samples = one_wrong::<f32>(3, 30);
+    let mut whole = Driver::<f32, _>::start(Flash::new());
+    whole.begin_with(full());
+    let expected = ended(&mut whole, 0, &samples);
+    let flash = two_stored(&samples);
+    // The third record, in place of the first.
+    let third = |flash: FailingFlash<{ 16 * delta_cal_firmware_example::PAGE }>| {
+        let mut driver = started(flash);
+        assert_eq!(kept(&mut driver), Some(2));
+        send(&mut driver, 2, &samples[2]);
+        driver.rest();
+        driver.controller.into_flash().1
+    };
+    let operations = third(FailingFlash::new(flash.clone())).operations;
+    assert!(operations > 50);
+    let mut counts = [0; 2];
+    for at in 0..operations {
+        for cut in Cut::ALL {
+            let failed = third(FailingFlash::fail(flash.clone(), at, cut));
+            let mut driver = started(FailingFlash::new(failed.flash));
+            let kept = kept(&mut driver).unwrap_or_else(|| panic!("{at}, {cut:?}: all are gone"));
+            assert!(kept == 2 || kept == 3, "{at}, {cut:?}: {kept}");
+            counts[kept as usize - 2] += 1;
+            // Each of the ways once is gone to the end.
+            if at % 7 == 0 {
+                assert_eq!(
+                    ended(&mut driver, kept, &samples),
+                    expected,
+                    "{at}, {cut:?}"
+                );
+            }
+        }
+    }
+    let [before, after] = counts;
+    println!("{operations} writes and erases: {before} cuts left two samples, {after} three");
+    assert!(before > 0 && after > 0);
+}
+
+/// Damage to what is stored never makes other samples: the newest record is there, or the one before, or none.
+#[test]
+fn damage_to_stored_samples_never_makes_others() {
+    let samples = one_wrong::<f32>(3, 30);
+    let mut whole = Driver::<f32, _>::start(Flash::new());
+    whole.begin_with(full());
+    let expected = ended(&mut whole, 0, &samples);
+    let flash = two_stored(&samples);
+    let mut counts = [0; 3];
+    for place in (0..flash.bytes().len()).step_by(3) {
+        let mut damaged = flash.clone();
+        damaged.bytes_mut()[place] ^= [0xff, 1, 0x80, 0x10][place % 4];
+        let mut driver = started(damaged);
+        let kept = kept(&mut driver);
+        counts[kept.unwrap_or(0) as usize] += 1;
+        if place % 50 == 0 {
+            let from = kept.unwrap_or_else(|| driver.begin_with(full()));
+            assert_eq!(ended(&mut driver, from, &samples), expected, "byte {place}");
+        }
+    }
+    let [none, one, two] = counts;
+    println!("{two} damages left two samples, {one} left one, {none} none");
+    assert!(none == 0 && one > 1000 && two > 1000);
+    // Both records.
+    let mut damaged = flash.clone();
+    damaged.bytes_mut()[100] ^= 1;
+    let half = damaged.bytes().len() / 2;
+    damaged.bytes_mut()[half + 100] ^= 1;
+    assert_eq!(kept(&mut started::<f32, _>(damaged)), None);
+    // Another scalar type.
+    assert_eq!(kept(&mut started::<f64, _>(flash)), None);
+}
+
+/// Turns of the control loop, as its interrupt would report them.
+fn at_turn<S: NorFlash>(driver: &mut Driver<f32, Flash, S>, turns: u32) {
+    let mut control = driver.status().control;
+    control.turns = turns;
+    driver.controller.set_control(control);
+    driver.rest();
+}
+
+/// One sample a second for two hours: how often it is stored, and what a power cut would lose.
+#[test]
+fn samples_are_stored_as_rarely_as_stated() {
+    let samples = samples::<f32>(3, 60);
+    for (forgetting, most) in [(None, 60), (Some(160.0), 120)] {
+        let flash =
+            FailingFlash::<{ 16 * delta_cal_firmware_example::PAGE }>::new(StreamFlash::new());
+        let mut driver = Driver::<f32, Flash, _>::start_with(Flash::new(), flash);
+        driver.begin_with(Begin {
+            forgetting,
+            ..begin(1)
+        });
+        for second in 0..7200 {
+            send(&mut driver, second, &samples[second as usize % 60]);
+            at_turn(&mut driver, 1000 * (second + 1));
+        }
+        let (parameters, flash) = driver.controller.into_flash();
+        // A record is one erasure and one write of 64 bytes after the other.
+        let flash = flash.flash;
+        let mut driver = Driver::<f32, Flash, _>::start_with(parameters, flash);
+        let kept = kept(&mut driver).unwrap();
+        let lost = 7200 - kept;
+        println!("memory {forgetting:?}: {lost} of 7200 samples would be lost");
+        assert!(
+            lost <= most || forgetting.is_none() && lost <= 7200 / 16,
+            "{lost}"
+        );
+    }
+}

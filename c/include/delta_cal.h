@@ -157,6 +157,16 @@ enum {
     DELTA_CAL_NO_ESTIMATE = 90,
     /* The sample was not tested: the noise is neither stated nor known. */
     DELTA_CAL_NO_NOISE = 91,
+    /* The memory for the snapshot is shorter than the header states. */
+    DELTA_CAL_SNAPSHOT_BUFFER = 100,
+    /* The bytes are not a whole snapshot: cut off, damaged, or never written. */
+    DELTA_CAL_SNAPSHOT_DAMAGED = 101,
+    /* The snapshot is of another version of the library. */
+    DELTA_CAL_SNAPSHOT_OTHER_VERSION = 102,
+    /* The snapshot is of another kind of object, or of one in the other precision. */
+    DELTA_CAL_SNAPSHOT_OTHER_KIND = 103,
+    /* The snapshot is of another robot, of other settings, or belongs to a calibrator in another state. */
+    DELTA_CAL_SNAPSHOT_OTHER_CALIBRATION = 104,
     /* A refusal that this version of the library has no number for. */
     DELTA_CAL_OTHER = 127
 };
@@ -381,6 +391,11 @@ typedef struct delta_cal_observation_row_f32 {
     DELTA_CAL_ALIGNED unsigned char memory[DELTA_CAL_OBSERVATION_ROW_F32_SIZE];
 } delta_cal_observation_row_f32;
 DELTA_CAL_OBJECT(delta_cal_observation_row_f32, DELTA_CAL_OBSERVATION_ROW_F32_SIZE);
+
+/* The bytes of a snapshot. */
+#define DELTA_CAL_CALIBRATOR_SNAPSHOT_F32_SIZE 1316
+#define DELTA_CAL_JOINT_CALIBRATOR_SNAPSHOT_F32_SIZE 3462
+#define DELTA_CAL_GATE_SNAPSHOT_F32_SIZE 798
 
 /* The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -835,6 +850,68 @@ delta_cal_status delta_cal_gate_adopt_f32(
     delta_cal_calibrator_f32 *calibrator,
     const delta_cal_outcome_f32 *outcome);
 
+/* Writes what the per-arm calibrator has seen into bytes, of which there are capacity: write
+ * DELTA_CAL_CALIBRATOR_SNAPSHOT_..._SIZE. length is how many were written. They are the same on every
+ * target. Store them where they outlast a power cut, and give them to delta_cal_calibrator_restore_f32.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_BUFFER. */
+delta_cal_status delta_cal_calibrator_snapshot_f32(
+    const delta_cal_calibrator_f32 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    uint64_t *length);
+
+/* Puts what a snapshot holds in place of what the per-arm calibrator has seen. The calibrator must be of
+ * the same robot and settings. It goes on to the same bits as the one that the snapshot is of.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_...; the calibrator is unchanged. */
+delta_cal_status delta_cal_calibrator_restore_f32(
+    delta_cal_calibrator_f32 *calibrator,
+    const uint8_t *bytes,
+    size_t length);
+
+/* Writes what the joint calibrator has seen into bytes, of which there are capacity: write
+ * DELTA_CAL_JOINT_CALIBRATOR_SNAPSHOT_..._SIZE. length is how many were written.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_BUFFER. */
+delta_cal_status delta_cal_joint_calibrator_snapshot_f32(
+    const delta_cal_joint_calibrator_f32 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    uint64_t *length);
+
+/* Puts what a snapshot holds in place of what the joint calibrator has seen. The calibrator must be of
+ * the same robot and settings. It goes on to the same bits as the one that the snapshot is of.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_...; the calibrator is unchanged. */
+delta_cal_status delta_cal_joint_calibrator_restore_f32(
+    delta_cal_joint_calibrator_f32 *calibrator,
+    const uint8_t *bytes,
+    size_t length);
+
+/* Writes what the gate has seen into bytes, of which there are capacity: write
+ * DELTA_CAL_GATE_SNAPSHOT_..._SIZE. length is how many were written. They belong to the snapshot of the
+ * calibrator as it is now: store both together.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_BUFFER. */
+delta_cal_status delta_cal_gate_snapshot_f32(
+    const delta_cal_gate_f32 *gate,
+    const delta_cal_calibrator_f32 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    uint64_t *length);
+
+/* Puts what a snapshot holds in place of what the gate has seen. The gate must be of the same width. Make
+ * the gate first, then restore the calibrator, then the gate: delta_cal_gate_init_f32 takes in the
+ * samples that wait in the calibrator.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_...; the gate is unchanged. */
+delta_cal_status delta_cal_gate_restore_f32(
+    delta_cal_gate_f32 *gate,
+    const delta_cal_calibrator_f32 *calibrator,
+    const uint8_t *bytes,
+    size_t length);
+
 /* Calibrates a robot from count observations: touches on planes, distances, single coordinates, in any
  * mixture. robot is the robot before calibration. settings must state the noise of positions and joint
  * angles, and a tolerance unless x, y and z were measured often enough; instruments states the noise of
@@ -960,6 +1037,11 @@ typedef struct delta_cal_observation_row_f64 {
     DELTA_CAL_ALIGNED unsigned char memory[DELTA_CAL_OBSERVATION_ROW_F64_SIZE];
 } delta_cal_observation_row_f64;
 DELTA_CAL_OBJECT(delta_cal_observation_row_f64, DELTA_CAL_OBSERVATION_ROW_F64_SIZE);
+
+/* The bytes of a snapshot. */
+#define DELTA_CAL_CALIBRATOR_SNAPSHOT_F64_SIZE 2564
+#define DELTA_CAL_JOINT_CALIBRATOR_SNAPSHOT_F64_SIZE 6890
+#define DELTA_CAL_GATE_SNAPSHOT_F64_SIZE 1458
 
 /* The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -1413,6 +1495,68 @@ delta_cal_status delta_cal_gate_adopt_f64(
     delta_cal_gate_f64 *gate,
     delta_cal_calibrator_f64 *calibrator,
     const delta_cal_outcome_f64 *outcome);
+
+/* Writes what the per-arm calibrator has seen into bytes, of which there are capacity: write
+ * DELTA_CAL_CALIBRATOR_SNAPSHOT_..._SIZE. length is how many were written. They are the same on every
+ * target. Store them where they outlast a power cut, and give them to delta_cal_calibrator_restore_f64.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_BUFFER. */
+delta_cal_status delta_cal_calibrator_snapshot_f64(
+    const delta_cal_calibrator_f64 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    uint64_t *length);
+
+/* Puts what a snapshot holds in place of what the per-arm calibrator has seen. The calibrator must be of
+ * the same robot and settings. It goes on to the same bits as the one that the snapshot is of.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_...; the calibrator is unchanged. */
+delta_cal_status delta_cal_calibrator_restore_f64(
+    delta_cal_calibrator_f64 *calibrator,
+    const uint8_t *bytes,
+    size_t length);
+
+/* Writes what the joint calibrator has seen into bytes, of which there are capacity: write
+ * DELTA_CAL_JOINT_CALIBRATOR_SNAPSHOT_..._SIZE. length is how many were written.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_BUFFER. */
+delta_cal_status delta_cal_joint_calibrator_snapshot_f64(
+    const delta_cal_joint_calibrator_f64 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    uint64_t *length);
+
+/* Puts what a snapshot holds in place of what the joint calibrator has seen. The calibrator must be of
+ * the same robot and settings. It goes on to the same bits as the one that the snapshot is of.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_...; the calibrator is unchanged. */
+delta_cal_status delta_cal_joint_calibrator_restore_f64(
+    delta_cal_joint_calibrator_f64 *calibrator,
+    const uint8_t *bytes,
+    size_t length);
+
+/* Writes what the gate has seen into bytes, of which there are capacity: write
+ * DELTA_CAL_GATE_SNAPSHOT_..._SIZE. length is how many were written. They belong to the snapshot of the
+ * calibrator as it is now: store both together.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_BUFFER. */
+delta_cal_status delta_cal_gate_snapshot_f64(
+    const delta_cal_gate_f64 *gate,
+    const delta_cal_calibrator_f64 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    uint64_t *length);
+
+/* Puts what a snapshot holds in place of what the gate has seen. The gate must be of the same width. Make
+ * the gate first, then restore the calibrator, then the gate: delta_cal_gate_init_f64 takes in the
+ * samples that wait in the calibrator.
+ *
+ * Errors: DELTA_CAL_SNAPSHOT_...; the gate is unchanged. */
+delta_cal_status delta_cal_gate_restore_f64(
+    delta_cal_gate_f64 *gate,
+    const delta_cal_calibrator_f64 *calibrator,
+    const uint8_t *bytes,
+    size_t length);
 
 /* Calibrates a robot from count observations: touches on planes, distances, single coordinates, in any
  * mixture. robot is the robot before calibration. settings must state the noise of positions and joint

@@ -26,3 +26,5 @@ pub mod outcome;
 pub mod robot;
 #[path = "scalar/sample.rs"]
 pub mod sample;
+#[path = "scalar/snapshot.rs"]
+pub mod snapshot;

@@ -8,6 +8,7 @@ use delta_cal::kinematics::{KinematicsError, Singularity};
 use delta_cal::observations::{ObservationError, PrepareError};
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::{MergeError, NoiseError, SampleError};
+use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{GateError, Untested};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
@@ -220,6 +221,19 @@ impl From<ToleranceError> for Error {
 impl From<GateError> for Error {
     fn from(_: GateError) -> Self {
         status::WIDTH_OF_GATE.into()
+    }
+}
+
+impl From<SnapshotError> for Error {
+    fn from(error: SnapshotError) -> Self {
+        Self::from(match error {
+            SnapshotError::BufferTooShort => status::SNAPSHOT_BUFFER,
+            SnapshotError::Damaged => status::SNAPSHOT_DAMAGED,
+            SnapshotError::OtherVersion { .. } => status::SNAPSHOT_OTHER_VERSION,
+            SnapshotError::OtherKind => status::SNAPSHOT_OTHER_KIND,
+            SnapshotError::OtherCalibration => status::SNAPSHOT_OTHER_CALIBRATION,
+            _ => status::OTHER,
+        })
     }
 }
 

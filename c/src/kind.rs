@@ -117,6 +117,28 @@ kinds! {
     Observed "observation_outcome" = 9, 6400, 12672, "A robot calibrated from observations, and where the instruments are.";
 }
 
+/// The bytes of a snapshot, in single and in double precision: of what, and how many.
+pub const SNAPSHOTS: [(&str, [usize; 2]); 3] = [
+    (
+        "calibrator",
+        [
+            Calibrator::<f32>::SNAPSHOT_BYTES,
+            Calibrator::<f64>::SNAPSHOT_BYTES,
+        ],
+    ),
+    (
+        "joint_calibrator",
+        [
+            JointCalibrator::<f32>::SNAPSHOT_BYTES,
+            JointCalibrator::<f64>::SNAPSHOT_BYTES,
+        ],
+    ),
+    (
+        "gate",
+        [Gate::<f32>::SNAPSHOT_BYTES, Gate::<f64>::SNAPSHOT_BYTES],
+    ),
+];
+
 /// Fails to compile where an object does not fit its memory in C.
 const fn fits<K: Kind>() {
     assert!(size_of::<Stored<K>>() <= K::SIZE);

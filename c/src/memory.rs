@@ -17,6 +17,7 @@ pub trait Plain: Copy {}
 impl Plain for f32 {}
 impl Plain for f64 {}
 impl Plain for i32 {}
+impl Plain for u8 {}
 impl Plain for u64 {}
 impl<T: Plain, const N: usize> Plain for [T; N] {}
 
@@ -107,10 +108,15 @@ fn object<K: Kind>(pointer: *const u8) -> Result<*const Stored<K>, Status> {
 }
 
 fn apart<K: Kind, L: Kind>(one: *const u8, other: *const u8) -> Result<(), Status> {
-    let (one, other) = (one.addr(), other.addr());
+    no_overlap::<K>(one, other, size_of::<Stored<L>>())
+}
+
+/// That an object and so many bytes lie apart.
+fn no_overlap<K: Kind>(object: *const u8, other: *const u8, size: usize) -> Result<(), Status> {
+    let (object, other) = (object.addr(), other.addr());
     let before =
         |first: usize, size: usize, second: usize| second >= first && second - first >= size;
-    if before(one, size_of::<Stored<K>>(), other) || before(other, size_of::<Stored<L>>(), one) {
+    if before(object, size_of::<Stored<K>>(), other) || before(other, size, object) {
         Ok(())
     } else {
         Err(status::OVERLAP)
@@ -127,7 +133,31 @@ impl<K: Kind> Held<K> {
     }
 }
 
+impl<K: Kind> Held<K> {
+    /// The object, and bytes that lie elsewhere and are written.
+    pub(crate) fn beside_bytes<'a>(
+        &'a self,
+        bytes: &'a mut Out<u8>,
+        size: usize,
+    ) -> Result<(&'a K, &'a mut [u8]), Status> {
+        object::<K>(self.0)?;
+        no_overlap::<K>(self.0, bytes.0, size)?;
+        Ok((self.get()?, bytes.row(size)?))
+    }
+}
+
 impl<K: Kind> HeldMut<K> {
+    /// The object, and bytes that lie elsewhere.
+    pub(crate) fn beside_bytes<'a>(
+        &'a mut self,
+        bytes: &'a Many<u8>,
+        size: usize,
+    ) -> Result<(&'a mut K, &'a [u8]), Status> {
+        object::<K>(self.0)?;
+        no_overlap::<K>(self.0, bytes.0, size)?;
+        Ok((self.get()?, bytes.row(size)?))
+    }
+
     /// The object.
     pub(crate) fn get(&mut self) -> Result<&mut K, Status> {
         object::<K>(self.0)?;
@@ -207,6 +237,31 @@ impl<T: Plain> Many<T> {
         let first = self.0.cast::<T>();
         // SAFETY: as in `In::get`; `count` values lie there by the interface's promise, and their size fits.
         Ok((0..count).map(move |index| unsafe { first.add(index).read() }))
+    }
+}
+
+impl Many<u8> {
+    /// The bytes as they lie there.
+    fn row(&self, count: usize) -> Result<&[u8], Status> {
+        self.usable(count)?;
+        // SAFETY: as in `values`; and nobody else changes them during the call.
+        Ok(unsafe { core::slice::from_raw_parts(self.0, count) })
+    }
+}
+
+impl Out<u8> {
+    /// Memory for so many bytes, all zero.
+    fn row(&mut self, count: usize) -> Result<&mut [u8], Status> {
+        self.usable()?;
+        if isize::try_from(count).is_err() {
+            return Err(status::WRONG_SIZE);
+        }
+        // SAFETY: not NULL, and by the interface's promise memory of so many bytes, which nobody else uses during the call.
+        // It may never have been written: that is done first.
+        Ok(unsafe {
+            self.0.write_bytes(0, count);
+            core::slice::from_raw_parts_mut(self.0, count)
+        })
     }
 }
 

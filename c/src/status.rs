@@ -149,6 +149,17 @@ statuses! {
     /// The sample was not tested: the noise is neither stated nor known.
     NO_NOISE = 91,
 
+    /// The memory for the snapshot is shorter than the header states.
+    SNAPSHOT_BUFFER = 100,
+    /// The bytes are not a whole snapshot: cut off, damaged, or never written.
+    SNAPSHOT_DAMAGED = 101,
+    /// The snapshot is of another version of the library.
+    SNAPSHOT_OTHER_VERSION = 102,
+    /// The snapshot is of another kind of object, or of one in the other precision.
+    SNAPSHOT_OTHER_KIND = 103,
+    /// The snapshot is of another robot, of other settings, or belongs to a calibrator in another state.
+    SNAPSHOT_OTHER_CALIBRATION = 104,
+
     /// A refusal that this version of the library has no number for.
     OTHER = 127,
 }

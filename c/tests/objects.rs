@@ -14,48 +14,7 @@ use delta_cal_c::single::{
 };
 use delta_cal_c::status::{self, Status};
 use delta_cal_c::{Held, HeldMut, In, Many, New, Out, Workspace};
-use support::{Memory, dimensions, no_error, sample};
-
-/// The forearms are 0.9 mm shorter than drawn.
-fn built() -> Memory<512> {
-    let dimensions = Dimensions {
-        forearm: 479.1,
-        ..*dimensions()
-    };
-    let mut robot = Memory::zeroed();
-    let made = unsafe {
-        robot_from_dimensions(
-            New::from_c(robot.place()),
-            512,
-            In::from_c((&raw const dimensions).cast()),
-            no_error(),
-        )
-    };
-    assert_eq!(made, status::OK);
-    robot
-}
-
-fn measured() -> Vec<Sample> {
-    let mut robot = built();
-    (0_u8..14)
-        .map(|k| {
-            let t = f32::from(k);
-            let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-            sample(&mut robot, joints)
-        })
-        .collect()
-}
-
-static SETTINGS: Settings = Settings {
-    position_noise: [0.02; 3],
-    joint_noise: 0.0,
-    length_tolerance: 0.5,
-    angle_tolerance: 0.0035,
-    solver: 0,
-    start: 0,
-    iteration_limit: 0,
-    reserved: 0,
-};
+use support::{Memory, SETTINGS, built, dimensions, measured, no_error, sample};
 
 /// Lb of the three arms is what was built, to a tenth of the tolerance.
 fn assert_built(robot: &mut Memory<512>) {

@@ -127,6 +127,11 @@ pub(crate) fn header(source: &Source) -> String {
         let row = format!("delta_cal_observation_row{}", scalar.suffix());
         let size = [kind::OBSERVATION_ROW_F32, kind::OBSERVATION_ROW_F64][index];
         opaque(&mut text, &row, "Workspace for one observation.", size);
+        text.push_str("\n/* The bytes of a snapshot. */\n");
+        for (of, sizes) in kind::SNAPSHOTS {
+            let name = format!("DELTA_CAL_{of}_SNAPSHOT{}_SIZE", scalar.suffix());
+            writeln!(text, "#define {} {}", name.to_uppercase(), sizes[index]).unwrap();
+        }
         for structure in &source.structures {
             page.structure(&mut text, structure, scalar);
         }

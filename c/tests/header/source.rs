@@ -3,13 +3,14 @@
 use syn::{Attribute, Expr, ExprLit, Fields, FnArg, Item, Lit, Meta, Pat, ReturnType, Type};
 
 /// The files with functions, in the header's order.
-const SCALAR: [&str; 7] = [
+const SCALAR: [&str; 8] = [
     "robot",
     "sample",
     "calibrator",
     "joint",
     "outcome",
     "gate",
+    "snapshot",
     "observations",
 ];
 

@@ -83,6 +83,7 @@ fn value(kind: &Type, scalar: Scalar) -> String {
     match &*path(kind).0 {
         "Real" => scalar.real().to_owned(),
         "f32" => "float".to_owned(),
+        "u8" => "uint8_t".to_owned(),
         "i32" => "int32_t".to_owned(),
         "u32" => "uint32_t".to_owned(),
         "u64" => "uint64_t".to_owned(),

@@ -5,6 +5,7 @@ use delta_cal::calibration::{JointCalibrator, Settings, Solver};
 use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{Estimator, Forgetting, Gate, Selection, StreamCalibrator, StreamOptions};
 use delta_cal::{Calibrator, Noise, Real, Tolerance};
+use delta_cal_tests::documents::print_documented;
 
 /// After every sample the stream is written, forgotten and restored; the other one is not.
 fn interrupted<T: Real>() {
@@ -240,4 +241,34 @@ fn a_stream_that_solves_has_no_snapshot() {
     stream.solve();
     let mut bytes = vec![0; StreamCalibrator::<f64>::SNAPSHOT_BYTES];
     assert_eq!(stream.snapshot(&mut bytes), Err(SnapshotError::Busy));
+}
+
+/// The sizes in the documentation.
+#[test]
+fn snapshots_have_the_documented_sizes() {
+    for (of, single, double) in [
+        (
+            "`Calibrator`",
+            Calibrator::<f32>::SNAPSHOT_BYTES,
+            Calibrator::<f64>::SNAPSHOT_BYTES,
+        ),
+        (
+            "`JointCalibrator`",
+            JointCalibrator::<f32>::SNAPSHOT_BYTES,
+            JointCalibrator::<f64>::SNAPSHOT_BYTES,
+        ),
+        (
+            "`Gate`",
+            Gate::<f32>::SNAPSHOT_BYTES,
+            Gate::<f64>::SNAPSHOT_BYTES,
+        ),
+        (
+            "`StreamCalibrator`, at most",
+            StreamCalibrator::<f32>::SNAPSHOT_BYTES,
+            StreamCalibrator::<f64>::SNAPSHOT_BYTES,
+        ),
+    ] {
+        let row = format!("| {of} | {single} bytes | {double} bytes |");
+        print_documented("docs/streams.md", &row);
+    }
 }

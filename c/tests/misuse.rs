@@ -10,7 +10,7 @@ mod support;
 use core::ptr::{null, null_mut};
 use delta_cal_c::single::sample::{Sample, Settings};
 use delta_cal_c::single::{
-    calibrator::*, gate::*, joint::*, observations::*, outcome::*, robot::*,
+    calibrator::*, gate::*, joint::*, observations::*, outcome::*, robot::*, snapshot::*,
 };
 use delta_cal_c::{Held, HeldMut, In, Many, New, Out, Workspace, double, error::Error, status};
 use support::{Memory, dimensions, no_error, sample};
@@ -42,6 +42,11 @@ macro_rules! every_function {
         macro_rules! o {
             () => {
                 unsafe { Out::from_c(place) }
+            };
+        }
+        macro_rules! b {
+            () => {
+                unsafe { Many::from_c(place) }
             };
         }
         [
@@ -110,6 +115,21 @@ macro_rules! every_function {
             ("gate_add", gate_add(m!(), m!(), i!(), o!(), no_error())),
             ("gate_state", gate_state(c!(), o!())),
             ("gate_adopt", gate_adopt(m!(), m!(), c!())),
+            (
+                "calibrator_snapshot",
+                calibrator_snapshot(c!(), o!(), 9999, o!()),
+            ),
+            ("calibrator_restore", calibrator_restore(m!(), b!(), 9999)),
+            (
+                "joint_calibrator_snapshot",
+                joint_calibrator_snapshot(c!(), o!(), 9999, o!()),
+            ),
+            (
+                "joint_calibrator_restore",
+                joint_calibrator_restore(m!(), b!(), 9999),
+            ),
+            ("gate_snapshot", gate_snapshot(c!(), c!(), o!(), 9999, o!())),
+            ("gate_restore", gate_restore(m!(), c!(), b!(), 9999)),
             (
                 "observations_solve",
                 observations_solve(

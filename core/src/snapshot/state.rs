@@ -35,7 +35,10 @@ impl<'a> Writer<'a> {
         if let Some((place, rest)) =
             core::mem::take(&mut self.rest).split_at_mut_checked(bytes.len())
         {
-            place.copy_from_slice(bytes);
+            // Not by copy_from_slice, whose check of the lengths can panic.
+            for (place, byte) in place.iter_mut().zip(bytes) {
+                *place = *byte;
+            }
             self.rest = rest;
             self.written += bytes.len();
         }

@@ -9,7 +9,9 @@ mod refusals;
 #[path = "../support/mod.rs"]
 mod support;
 
-use delta_cal_firmware_example::{Controller, Handover, ParameterFlash, Timer, nominal};
+use delta_cal_firmware_example::{
+    Controller, Handover, ParameterFlash, StreamFlash, Timer, nominal,
+};
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpListener;
 use std::sync::mpsc::Sender;
@@ -47,7 +49,12 @@ fn controller_with(changes: Vec<Change>) -> String {
     let port = format!("tcp:{}", listener.local_addr().unwrap());
     std::thread::spawn(move || {
         let flash = ParameterFlash::new();
-        let mut controller = Controller::new(nominal::<f32>().unwrap(), flash, 0x410f_c241);
+        let mut controller = Controller::new(
+            nominal::<f32>().unwrap(),
+            flash,
+            StreamFlash::new(),
+            0x410f_c241,
+        );
         let mut handover = Handover::new();
         let mut changes = changes.into_iter();
         let (mut background, mut foreground) = handover.split(&controller.current());

@@ -43,6 +43,7 @@ mod drives;
 mod joint;
 mod observations;
 mod stream;
+mod stream_calibrator;
 
 macro_rules! of_scalar {
     ($module:ident, $prefix:literal, $t:ident, $other:ident) => {

@@ -76,6 +76,7 @@ pub(crate) fn wait() {
 }
 
 /// Stands in for two regions of flash: memory that a reset leaves as it is.
+#[repr(C)] // the next firmware finds it in the same place
 struct Retained {
     mark: u32,
     flash: Flash,

@@ -145,12 +145,26 @@ mod on_target {
         let lines: Vec<_> = text.lines().filter(|l| !l.starts_with('#')).collect();
         std::fs::write(&few, lines[..7].join("\n")).unwrap();
         std::fs::write(&bare, crate::support::NOMINAL).unwrap();
-        let report = json(&[link, &["verify"]].concat());
-        assert_eq!(report["differences"], serde_json::json!([]), "{link:?}");
-        assert_eq!(report["figures"], 264);
-        assert_eq!(report["calibrated"], true);
-        assert_eq!(report["device"]["scalar"], scalar);
-        println!("{link:?}: {} figures equal to the bit", report["figures"]);
+        // 88 figures an arm; three covariances between arms; what became of 40 samples, or of the ten that are
+        // held out, and how well these agree with each arm.
+        for (options, figures) in [
+            (&[][..], 3 * 88 + 3),
+            (&["--gate"], 3 * 88 + 3 + 40),
+            (&["--held-out", "4"], 3 * 88 + 3 + 10 + 3),
+            (&["--method", "ikm"], 3 * 88),
+            (
+                &["--method", "ikm", "--gate", "--forget", "30"],
+                3 * 88 + 40,
+            ),
+        ] {
+            let report = json(&[link, &["verify"], options].concat());
+            let what = format!("{link:?} {options:?}");
+            assert_eq!(report["differences"], serde_json::json!([]), "{what}");
+            assert_eq!(report["figures"], figures, "{what}");
+            assert_eq!(report["calibrated"], true, "{what}");
+            assert_eq!(report["device"]["scalar"], scalar);
+            println!("{what}: {figures} figures equal to the bit");
+        }
         let refused = json(&[link, &["verify", &bare, &few]].concat());
         assert_eq!(refused["differences"], serde_json::json!([]), "{link:?}");
         assert_eq!(refused["calibrated"], false);

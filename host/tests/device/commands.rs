@@ -115,7 +115,7 @@ fn verifies_calibrations_and_refusals() {
     folder.write("bare.toml", NOMINAL);
     let good = run(&folder, &port, "verify robot.toml samples.csv").ok();
     assert!(
-        good.stdout.contains("264 of 264 figures are equal"),
+        good.stdout.contains("267 of 267 figures are equal"),
         "{}",
         good.stdout
     );

@@ -3,6 +3,7 @@
 use super::boundary::{self, BoundaryPoint};
 use super::error::WorkspaceError;
 use super::grid::Grid;
+use super::line::{self, Intervals};
 use super::options::Options;
 use crate::geometry::reach::Reach;
 use delta_cal::Robot;
@@ -20,6 +21,8 @@ pub struct Workspace {
     pub grid: Grid,
     /// Where the grid's lines enter and leave.
     pub points: Vec<BoundaryPoint>,
+    /// The pieces inside of all lines of the grid along each axis.
+    pub(super) lines: [Vec<Intervals>; 3],
 }
 
 impl Workspace {
@@ -54,13 +57,16 @@ impl Workspace {
     ) -> Result<Self, WorkspaceError> {
         let grid = Grid::of(robot, reach, options.spacing)?;
         let points = boundary::points(robot, reach, &grid, options.tolerance);
-        Ok(Self {
+        let mut workspace = Self {
             robot: *robot,
             reach: *reach,
             tolerance: options.tolerance,
             grid,
             points,
-        })
+            lines: Default::default(),
+        };
+        workspace.lines = line::of_grid(&workspace);
+        Ok(workspace)
     }
 
     /// Whether the platform gets to a position (mm).

@@ -7,16 +7,20 @@
 
 use super::Workspace;
 use super::boundary::bisect;
+use super::grid::Intervals;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-/// Pieces of a line that are reachable: from and to, mm from its beginning, in order.
-pub(super) type Intervals = Vec<(f64, f64)>;
+impl Workspace {
+    /// The reachable pieces of all lines of the grid along x, y and z. A line along x is at y + `counts.y` z, those
+    /// along the other axes cyclically.
+    pub(super) fn lines(&self) -> &[Vec<Intervals>; 3] {
+        self.pieces.get_or_init(|| of_grid(self))
+    }
+}
 
-/// The reachable pieces of all lines of the grid along x, y and z. A line along x is at y + `counts.y` z, those
-/// along the other axes cyclically.
 #[allow(clippy::cast_precision_loss)] // some hundreds
-pub(super) fn of_grid(workspace: &Workspace) -> [Vec<Intervals>; 3] {
+fn of_grid(workspace: &Workspace) -> [Vec<Intervals>; 3] {
     let counts = workspace.grid.counts;
     [0, 1, 2].map(|axis| {
         let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);

@@ -21,7 +21,7 @@ use nalgebra::Vector3;
 pub use piece::Piece;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use sheets::Sheets;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use vertex::Vertex;
 
 /// Surfaces of a vertex at most.
@@ -30,6 +30,8 @@ const MOST: usize = 4;
 const NEAR: f64 = 0.01;
 /// Edges shorter than this part of the spacing are taken out.
 const SHORTEST: f64 = 0.1;
+/// Vertices at one place are moved by this part of the tolerance.
+const APART: f64 = 0.25;
 /// Times that vertices are moved towards the mean of their neighbours.
 const EVENED: usize = 4;
 
@@ -77,13 +79,6 @@ impl Mesh {
                 .into_iter()
                 .unzip();
         let (kept, left_out) = piece::apart(&positions, &triangles);
-        let mut areas = vec![0.0; vertices.len()];
-        for number in &kept {
-            let [a, b, c] = triangles[*number].map(|corner| positions[corner]);
-            for corner in triangles[*number] {
-                areas[corner] += (b - a).cross(&(c - a)).norm() / 6.0;
-            }
-        }
         let mut kept_numbers = vec![None; vertices.len()];
         let mut mesh = Self {
             vertices: Vec::new(),
@@ -94,14 +89,41 @@ impl Mesh {
         for number in kept {
             let triangle = triangles[number].map(|corner| {
                 *kept_numbers[corner].get_or_insert_with(|| {
-                    let point = vertices[corner].point(workspace, areas[corner]);
-                    mesh.vertices.push(point);
+                    mesh.vertices.push(vertices[corner].point(workspace));
                     mesh.vertices.len() - 1
                 })
             });
             mesh.triangles.push(triangle);
         }
+        mesh.tell_apart(workspace.tolerance * APART);
+        mesh.weigh();
         mesh
+    }
+
+    /// Moves vertices that a file in single precision would take for one apart.
+    #[allow(clippy::cast_possible_truncation)] // that is what is compared
+    fn tell_apart(&mut self, step: f64) {
+        let mut seen = BTreeSet::new();
+        for vertex in &mut self.vertices {
+            let bits =
+                |at: &Vector3<f64>| -> [u32; 3] { at.map(|at| (at as f32).to_bits()).into() };
+            let positions = [0.0, -1.0, 1.0, -0.5, 0.5];
+            let mut positions =
+                positions.map(|way| vertex.position + vertex.outward * (way * step));
+            if let Some(free) = positions.iter_mut().find(|at| seen.insert(bits(at))) {
+                vertex.position = *free;
+            }
+        }
+    }
+
+    /// Gives each vertex a third of its triangles' areas.
+    fn weigh(&mut self) {
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|corner| self.vertices[corner].position);
+            for corner in triangle {
+                self.vertices[*corner].area += (b - a).cross(&(c - a)).norm() / 6.0;
+            }
+        }
     }
 
     /// The corners of each triangle, mm.
@@ -143,7 +165,8 @@ impl Mesh {
     }
 }
 
-/// The vertex of each sheet. A corner of the workspace is one sheet's, the nearest one's.
+/// The vertex of each sheet. A corner of the workspace is one sheet's; others that are near take an
+/// edge.
 fn vertices(workspace: &Workspace, crossings: &[Crossing], sheets: &Sheets) -> Vec<Vertex> {
     let vertex = |sheet: &Vec<usize>, most: usize| {
         let points: Vec<&BoundaryPoint> = sheet.iter().map(|at| &crossings[*at].point).collect();
@@ -151,18 +174,16 @@ fn vertices(workspace: &Workspace, crossings: &[Crossing], sheets: &Sheets) -> V
     };
     let of_sheets = sheets.crossings.par_iter();
     let mut vertices: Vec<Vertex> = of_sheets.map(|sheet| vertex(sheet, MOST)).collect();
-    let mut corners: BTreeMap<[i64; 3], usize> = BTreeMap::new();
-    let same = NEAR * workspace.grid.spacing;
-    for number in 0..vertices.len() {
-        if vertices[number].surfaces.len() < 3 {
-            continue;
-        }
+    let (mut corners, same) = (BTreeSet::new(), NEAR * workspace.grid.spacing);
+    let at_corners = vertices.iter_mut().zip(&sheets.crossings);
+    for (at_corner, sheet) in at_corners.filter(|(vertex, _)| vertex.surfaces.len() > 2) {
         #[allow(clippy::cast_possible_truncation)] // some millions
-        let key = vertices[number]
+        let place: [i64; 3] = at_corner
             .position
-            .map(|at| (at / same).round() as i64);
-        if corners.insert(key.into(), number).is_some() {
-            vertices[number] = vertex(&sheets.crossings[number], 2);
+            .map(|at| (at / same).round() as i64)
+            .into();
+        if !corners.insert(place) {
+            *at_corner = vertex(sheet, 2);
         }
     }
     vertices

@@ -2,11 +2,11 @@
 
 use super::boundary::{self, BoundaryPoint};
 use super::error::WorkspaceError;
-use super::grid::Grid;
-use super::line::{self, Intervals};
+use super::grid::{Grid, Intervals};
 use super::options::Options;
 use crate::geometry::reach::Reach;
 use delta_cal::Robot;
+use std::sync::OnceLock;
 
 /// The reachable workspace of a robot.
 #[derive(Debug, Clone)]
@@ -21,8 +21,8 @@ pub struct Workspace {
     pub grid: Grid,
     /// Where the grid's lines enter and leave.
     pub points: Vec<BoundaryPoint>,
-    /// The pieces inside of all lines of the grid along each axis.
-    pub(super) lines: [Vec<Intervals>; 3],
+    /// The reachable pieces of the grid's lines along each axis, once they have been asked for.
+    pub(super) pieces: OnceLock<[Vec<Intervals>; 3]>,
 }
 
 impl Workspace {
@@ -57,16 +57,14 @@ impl Workspace {
     ) -> Result<Self, WorkspaceError> {
         let grid = Grid::of(robot, reach, options.spacing)?;
         let points = boundary::points(robot, reach, &grid, options.tolerance);
-        let mut workspace = Self {
+        Ok(Self {
             robot: *robot,
             reach: *reach,
             tolerance: options.tolerance,
             grid,
             points,
-            lines: Default::default(),
-        };
-        workspace.lines = line::of_grid(&workspace);
-        Ok(workspace)
+            pieces: OnceLock::new(),
+        })
     }
 
     /// Whether the platform gets to a position (mm).

@@ -40,7 +40,7 @@ impl Workspace {
     fn lengths_along(&self, axis: usize) -> [f64; 4] {
         let across = self.grid.counts[(axis + 1) % 3];
         let mut sums = [0.0; 4];
-        for (index, pieces) in self.lines[axis].iter().enumerate() {
+        for (index, pieces) in self.lines()[axis].iter().enumerate() {
             let length: f64 = pieces.iter().map(|(from, to)| to - from).sum();
             sums[index % across % 2 + 2 * (index / across % 2)] += length;
         }

@@ -38,7 +38,7 @@ impl<'a> Lattice<'a> {
             .collect();
         // Of several places that a node could be moved to, the nearest.
         let mut nearest: BTreeMap<usize, (f64, Vector3<f64>)> = BTreeMap::new();
-        for (axis, lines) in workspace.lines.iter().enumerate() {
+        for (axis, lines) in workspace.lines().iter().enumerate() {
             let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
             for (line, pieces) in lines.iter().enumerate() {
                 let gaps = pieces.windows(2).map(|pair| (pair[0].1, pair[1].0));

@@ -76,14 +76,14 @@ impl Vertex {
         Self::on(workspace, &self.surfaces, to).and_then(Result::ok)
     }
 
-    /// As a point that stands for this area, mm².
-    pub(super) fn point(&self, workspace: &Workspace, area: f64) -> BoundaryPoint {
+    /// As a point that stands for no area.
+    pub(super) fn point(&self, workspace: &Workspace) -> BoundaryPoint {
         let Surface { limit, q } = self.surfaces[0];
         BoundaryPoint {
             position: self.position,
             limit,
             outward: self.outward,
-            area,
+            area: 0.0,
             q: branch(&workspace.robot, &self.position, &q).unwrap_or(q),
         }
     }

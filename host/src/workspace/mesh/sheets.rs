@@ -41,12 +41,25 @@ impl Sheets {
         }
         members.par_sort_unstable();
         let mut turned = BTreeSet::new();
-        let (sheets, doubled) = Self::joined(lattice, crossings, &members, &turned);
-        if doubled.is_empty() {
-            return sheets;
+        loop {
+            let (sheets, doubled) = Self::joined(lattice, crossings, &members, &turned);
+            if doubled.is_empty() {
+                return sheets;
+            }
+            // One face of a cell at a time: each turn parts a sheet of both its cells, so that this ends.
+            let mut cells = BTreeSet::new();
+            for (node, axis) in doubled {
+                let mut steps = [0; 3];
+                steps[axis] = 1;
+                let both = [node, node - lattice.next(0, steps)];
+                if both.iter().all(|cell| !cells.contains(cell)) {
+                    cells.extend(both);
+                    if !turned.remove(&(node, axis)) {
+                        turned.insert((node, axis));
+                    }
+                }
+            }
         }
-        turned.extend(doubled);
-        Self::joined(lattice, crossings, &members, &turned).0
     }
 
     /// The sheets, and the faces of which both joins are of one sheet in each cell.

@@ -1,9 +1,9 @@
 //! Everything that is known of a robot's workspace, computed at once.
 
 use super::{
-    Band, BandOptions, Comparison, ConditionedPosition, Cylinder, Options, ParameterInfluence,
-    PathSummary, Volume, Workspace, WorkspaceError, band, compare, conditioning_map, cylinders,
-    influence,
+    Band, BandOptions, Comparison, ConditionedPosition, Cylinder, Mesh, Options,
+    ParameterInfluence, PathSummary, Volume, Workspace, WorkspaceError, band, compare,
+    conditioning_map, cylinders, influence,
 };
 use crate::files::robot_file::RobotFile;
 use crate::geometry::range::range;
@@ -21,6 +21,8 @@ pub struct Analysis {
     pub name: String,
     /// The boundary.
     pub workspace: Workspace,
+    /// The boundary as a mesh.
+    pub mesh: Mesh,
     /// How large it is.
     pub volume: Volume,
     /// The largest cylinder, then one of each diameter.
@@ -72,6 +74,8 @@ impl Analysis {
                 (Some((other.name.clone(), comparison)), Some(second))
             }
         };
+        progress("mesh");
+        let mesh = Mesh::of(&workspace);
         progress("cylinders");
         let cylinders = cylinders(&workspace);
         progress("influence of the parameters");
@@ -83,6 +87,7 @@ impl Analysis {
         progress("conditioning");
         Ok(Self {
             name: robot.name.clone(),
+            mesh,
             volume: workspace.volume(),
             cylinders,
             influence,

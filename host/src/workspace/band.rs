@@ -91,7 +91,7 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 /// finds the boundary of each along the normals. The same seed gives the same band.
 pub fn band(workspace: &Workspace, tolerance: &Tolerance<f64>, options: &BandOptions) -> Band {
     let sigmas = tolerance.of_places(workspace.robot.drive());
-    let linear = displacements(workspace);
+    let linear = displacements(workspace, &workspace.points);
     let sigma_of = |moved: &[f64; 24]| {
         let parts = moved.iter().zip(sigmas.into_iter().cycle());
         parts

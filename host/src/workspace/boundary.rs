@@ -25,12 +25,6 @@ pub struct BoundaryPoint {
     pub area: f64,
     /// The joint angles there, radians.
     pub q: [f64; 3],
-    /// The axis of its line: 0, 1, 2 for x, y, z.
-    pub(super) axis: usize,
-    /// The node before it on the line.
-    pub(super) node: usize,
-    /// Whether the line leaves the workspace there, and does not enter it.
-    pub(super) leaves: bool,
 }
 
 impl BoundaryPoint {
@@ -50,42 +44,57 @@ impl BoundaryPoint {
     }
 }
 
-/// All of them, in the order of the grid.
+/// The grid's edges, as node and axis, of which one end is reachable and the other is not, in order.
+pub(super) fn edges(grid: &Grid) -> impl Iterator<Item = (usize, usize)> + '_ {
+    (0..grid.len()).flat_map(move |node| {
+        let place = grid.place(node);
+        let here = grid.is_reachable(place);
+        (0..3).filter_map(move |axis| {
+            let mut next = place;
+            next[axis] += 1;
+            (grid.is_reachable(next) != here).then_some((node, axis))
+        })
+    })
+}
+
+/// One on each of these edges.
 pub(super) fn points(
     robot: &Robot<f64>,
     reach: &Reach,
     grid: &Grid,
     tolerance: f64,
 ) -> Vec<BoundaryPoint> {
-    (0..grid.len())
-        .into_par_iter()
-        .flat_map_iter(|node| {
-            (0..3).filter_map(move |axis| point(robot, reach, grid, tolerance, (node, axis)))
-        })
-        .collect()
+    let edges: Vec<(usize, usize)> = edges(grid).collect();
+    let point = |(node, axis): (usize, usize)| {
+        let place = grid.place(node);
+        let mut next = place;
+        next[axis] += 1;
+        let (from, to) = if grid.is_reachable(place) {
+            (place, next)
+        } else {
+            (next, place)
+        };
+        let ends = (grid.node(from), grid.node(to));
+        let point = between(robot, reach, ends, tolerance);
+        BoundaryPoint {
+            area: grid.spacing.powi(2) * point.outward[axis].abs(),
+            ..point
+        }
+    };
+    edges.into_par_iter().map(point).collect()
 }
 
-fn point(
+/// The boundary point between a reachable position and one that is not, which stands for no area.
+pub(super) fn between(
     robot: &Robot<f64>,
     reach: &Reach,
-    grid: &Grid,
+    ends: (Vector3<f64>, Vector3<f64>),
     tolerance: f64,
-    (node, axis): (usize, usize),
-) -> Option<BoundaryPoint> {
-    let place = grid.place(node);
-    let mut next = place;
-    next[axis] += 1;
-    let leaves = grid.is_reachable(place);
-    if leaves == grid.is_reachable(next) {
-        return None;
-    }
-    let (from, to) = if leaves { (place, next) } else { (next, place) };
-    let (inside, outside) = bisect(
-        |x| reach.any_joints(robot, x).is_ok(),
-        (grid.node(from), grid.node(to)),
-        tolerance * PART,
-    );
-    let q = reach.any_joints(robot, &inside).ok()?;
+) -> BoundaryPoint {
+    let is_inside = |x: &Vector3<f64>| reach.any_joints(robot, x).is_ok();
+    let (inside, outside) = bisect(is_inside, ends, tolerance * PART);
+    let joints = reach.any_joints(robot, &inside);
+    let q = joints.unwrap_or([reach.limits.at(0.5); 3]);
     let limit = what_stops(robot, reach, &q, &outside);
     let face = Face {
         robot,
@@ -93,17 +102,14 @@ fn point(
         limit,
         q,
     };
-    let (_, outward) = face.distance(&inside)?;
-    Some(BoundaryPoint {
+    let normal = face.distance(&inside).map(|(_, normal)| normal);
+    BoundaryPoint {
         position: inside,
         limit,
-        outward,
-        area: grid.spacing.powi(2) * outward[axis].abs(),
+        outward: normal.unwrap_or_else(|| (ends.1 - ends.0).normalize()),
+        area: 0.0,
         q,
-        axis,
-        node,
-        leaves,
-    })
+    }
 }
 
 /// The last point from `inside` that is, and the first towards `outside` that is not, at most
@@ -128,7 +134,12 @@ pub(super) fn bisect(
 }
 
 /// What keeps the platform from `outside`, coming from a pose nearby with joint angles `q`.
-fn what_stops(robot: &Robot<f64>, reach: &Reach, q: &[f64; 3], outside: &Vector3<f64>) -> Limit {
+pub(super) fn what_stops(
+    robot: &Robot<f64>,
+    reach: &Reach,
+    q: &[f64; 3],
+    outside: &Vector3<f64>,
+) -> Limit {
     if let Err(error) = robot.inverse(outside) {
         return match error {
             KinematicsError::Unreachable(arm) => Limit::Serial(arm),

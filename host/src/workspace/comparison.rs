@@ -2,8 +2,8 @@
 
 use super::band::{displacement_to, predicted};
 use super::influence::displacements;
-use super::{Volume, Workspace};
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use super::{BoundaryPoint, Volume, Workspace};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 /// The other boundary is searched for within this distance of where it is expected, or twice as far
 /// as it moves, mm.
@@ -29,26 +29,29 @@ pub struct Comparison {
     pub after: Volume,
 }
 
-/// Compares two robots with the same limits.
-pub fn compare(first: &Workspace, second: &Workspace) -> Comparison {
-    let linear = displacements(first);
+/// How far outwards along the normals of these points of the first robot's boundary the second robot's is, mm;
+/// found, and to first order.
+pub(crate) fn displacements_to(
+    first: &Workspace,
+    points: &[BoundaryPoint],
+    second: &Workspace,
+) -> (Vec<Option<f64>>, Vec<Option<f64>>) {
+    let linear = displacements(first, points);
     let predicted: Vec<Option<f64>> = linear
         .iter()
         .map(|moved| Some(predicted(&first.robot, &second.robot, moved.as_ref()?)))
         .collect();
-    let displacements: Vec<Option<f64>> = (0..first.points.len())
-        .into_par_iter()
-        .map(|index| {
-            let (point, expected) = (&first.points[index], predicted[index].unwrap_or(0.0));
-            let range = RANGE.max(expected.abs());
-            displacement_to(
-                first,
-                (&second.robot, &second.reach),
-                point,
-                (expected, range),
-            )
-        })
-        .collect();
+    let found = points.par_iter().zip(&predicted).map(|(point, predicted)| {
+        let expected = predicted.unwrap_or(0.0);
+        let other = (&second.robot, &second.reach);
+        displacement_to(first, other, point, (expected, RANGE.max(expected.abs())))
+    });
+    (found.collect(), predicted)
+}
+
+/// Compares two robots with the same limits.
+pub fn compare(first: &Workspace, second: &Workspace) -> Comparison {
+    let (displacements, predicted) = displacements_to(first, &first.points, second);
     let (mut square, mut area) = (0.0, 0.0);
     let mut outwards: Option<(f64, usize)> = None;
     let mut inwards: Option<(f64, usize)> = None;

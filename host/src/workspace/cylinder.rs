@@ -4,7 +4,8 @@
 //! intervals are found to the tolerance; those common to all lines within a radius are where a
 //! cylinder of that radius can stand.
 
-use super::line::{self, Intervals, intersection};
+use super::grid::Intervals;
+use super::line::{self, intersection};
 use super::{BoundaryPoint, Workspace};
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};

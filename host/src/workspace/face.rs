@@ -3,13 +3,13 @@
 //! | limit of arm i | the surface | its outward normal |
 //! | --- | --- | --- |
 //! | a joint at its end q̄ | sphere of radius Lb about B(q̄) | ± w/\|w\|, w = X − B, the sign of ∇q = w/(w·B′) |
-//! | serial singularity | envelope of these spheres over q: w·B′ = 0 | w/\|w\| stretched, −w/\|w\| folded |
+//! | serial singularity | envelope of these spheres over q: w·B′ = 0, about a tower a cylinder | w/\|w\| stretched, −w/\|w\| folded |
 //! | forearm at its largest angle β | plane \|(X − D)·ey\| = Lb sin β | ± ey |
 //! | parallel singularity | det(w₁, w₂, w₃) = 0, qᵢ(X) on their branches | towards falling \|det\| |
 //! | elbows' plane upright | ((B₂ − B₁) × (B₃ − B₁))·up = 0, the same | towards falling \|·\| |
 
 use crate::geometry::reach::{Limit, Reach, other_elbow};
-use delta_cal::robot::Arm;
+use delta_cal::robot::{Arm, Drive};
 use delta_cal::{ArmIndex, Parameter, Robot};
 use nalgebra::{SVector, Vector3};
 use std::f64::consts::{PI, TAU};
@@ -51,6 +51,10 @@ impl Face<'_> {
             }
             Limit::Serial(_) | Limit::Unreachable(_) => {
                 let w = x - arm.d();
+                if arm.drive() == Drive::Linear {
+                    let axis = arm.basis().v;
+                    return Some((axis.dot(&w) / axis.norm_squared(), 1.0));
+                }
                 let stretched = arm.basis().v.dot(&w).atan2(arm.basis().u.dot(&w));
                 let far = apart(stretched, q) > PI / 2.0;
                 Some(if far {

@@ -14,6 +14,9 @@ const MARGIN: f64 = 2.0;
 /// Nodes of the largest grid.
 const LARGEST: f64 = 6e7;
 
+/// Pieces of a line that are reachable: from and to, mm from its beginning, in order.
+pub(super) type Intervals = Vec<(f64, f64)>;
+
 /// A grid of lines parallel to the axes. Its outermost nodes are not reachable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {

@@ -1,6 +1,6 @@
 //! How the boundary moves with the 24 parameters, to first order.
 
-use super::Workspace;
+use super::{BoundaryPoint, Workspace};
 use crate::accuracy::information::parameters;
 use delta_cal::{ArmIndex, Parameter};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -24,8 +24,11 @@ pub struct ParameterInfluence {
 
 /// Displacement of each point along its outward normal for each parameter, arm by arm at its place: mm per mm,
 /// and mm per radian.
-pub(crate) fn displacements(workspace: &Workspace) -> Vec<Option<[f64; 24]>> {
-    let of = |point: &super::BoundaryPoint| {
+pub(crate) fn displacements(
+    workspace: &Workspace,
+    points: &[BoundaryPoint],
+) -> Vec<Option<[f64; 24]>> {
+    let of = |point: &BoundaryPoint| {
         let arms = point.displacement(&workspace.robot, &workspace.reach)?;
         let mut all = [0.0; 24];
         for (all, value) in all.iter_mut().zip(arms.iter().flat_map(|arm| arm.iter())) {
@@ -33,7 +36,7 @@ pub(crate) fn displacements(workspace: &Workspace) -> Vec<Option<[f64; 24]>> {
         }
         Some(all)
     };
-    workspace.points.par_iter().map(of).collect()
+    points.par_iter().map(of).collect()
 }
 
 /// A millimetre, or a degree in radians.
@@ -46,7 +49,7 @@ pub(crate) fn unit(parameter: Parameter) -> f64 {
 
 /// All 24, arm by arm.
 pub fn influence(workspace: &Workspace) -> Vec<ParameterInfluence> {
-    let displacements = displacements(workspace);
+    let displacements = displacements(workspace, &workspace.points);
     parameters(&workspace.robot)
         .map(|(arm, parameter)| {
             let index = 8 * arm.index() + parameter.index();

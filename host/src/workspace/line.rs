@@ -1,15 +1,41 @@
 //! Straight lines through the workspace: where they are inside.
 //!
 //! Beside evenly spaced places, a line is looked at on both sides of where it meets the spheres and
-//! planes of the limits, in closed form. So no piece is missed, however thin, that has an end at one
-//! of those; one between two singularities may be, if it is shorter than the spacing.
+//! planes of the limits, in closed form, and between two places that different limits forbid: a thin
+//! piece lies where one limit ends and the other begins. A piece shorter than the spacing can be missed
+//! only if it has both ends at singularities of one kind.
 
 use super::Workspace;
 use super::boundary::bisect;
+use super::grid::Intervals;
 use nalgebra::Vector3;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-/// Pieces of a line that are reachable: from and to, mm from its beginning, in order.
-pub(super) type Intervals = Vec<(f64, f64)>;
+impl Workspace {
+    /// The reachable pieces of all lines of the grid along x, y and z. A line along x is at y + `counts.y` z, those
+    /// along the other axes cyclically.
+    pub(super) fn lines(&self) -> &[Vec<Intervals>; 3] {
+        self.pieces.get_or_init(|| of_grid(self))
+    }
+}
+
+#[allow(clippy::cast_precision_loss)] // some hundreds
+fn of_grid(workspace: &Workspace) -> [Vec<Intervals>; 3] {
+    let counts = workspace.grid.counts;
+    [0, 1, 2].map(|axis| {
+        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+        let length = (counts[axis] - 1) as f64 * workspace.grid.spacing;
+        let direction = Vector3::ith(axis, 1.0);
+        let line = |index: usize| {
+            let mut place = [0; 3];
+            (place[b], place[c]) = (index % counts[b], index / counts[b]);
+            let origin = workspace.grid.node(place);
+            intervals(workspace, &origin, &direction, length)
+        };
+        let lines = 0..counts[b] * counts[c];
+        lines.into_par_iter().map(line).collect()
+    })
+}
 
 /// The reachable pieces of the line from `origin` along the unit vector `direction` of this length.
 /// Each end is within the tolerance.
@@ -20,7 +46,10 @@ pub(super) fn intervals(
     length: f64,
 ) -> Intervals {
     let at = |way: f64| origin + direction * way;
-    let inside = |way: f64| workspace.contains(&at(way));
+    let fault = |way: f64| {
+        let joints = workspace.reach.any_joints(&workspace.robot, &at(way));
+        joints.err()
+    };
     let edge = |from: f64, to: f64| {
         let is_inside = |x: &Vector3<f64>| workspace.contains(x);
         let (inside, outside) = bisect(is_inside, (at(from), at(to)), workspace.tolerance / 16.0);
@@ -31,19 +60,34 @@ pub(super) fn intervals(
     let Some(mut before) = places.next() else {
         return intervals;
     };
-    let mut entered = inside(before).then_some(before);
+    let mut forbidden = fault(before);
+    let mut entered = before;
     for place in places {
-        match (entered, inside(place)) {
-            (None, true) => entered = Some(edge(place, before)),
-            (Some(from), false) => {
-                intervals.push((from, edge(before, place)));
-                entered = None;
+        let fault_there = fault(place);
+        match (forbidden, fault_there) {
+            (Some(_), None) => entered = edge(place, before),
+            (None, Some(_)) => intervals.push((entered, edge(before, place))),
+            (Some(here), Some(there)) if here != there => {
+                let (mut low, mut high) = (before, place);
+                while high - low > workspace.tolerance {
+                    let middle = f64::midpoint(low, high);
+                    match fault(middle) {
+                        None => {
+                            intervals.push((edge(middle, low), edge(middle, high)));
+                            break;
+                        }
+                        Some(fault) if fault == here => low = middle,
+                        Some(_) => high = middle,
+                    }
+                }
             }
             _ => {}
         }
-        before = place;
+        (before, forbidden) = (place, fault_there);
     }
-    intervals.extend(entered.map(|from| (from, before)));
+    if forbidden.is_none() {
+        intervals.push((entered, before));
+    }
     intervals
 }
 

@@ -1,71 +1,128 @@
-//! The boundary as a closed mesh of triangles.
+//! The boundary as one closed mesh of triangles.
 //!
-//! Surface nets: a vertex for each sheet of the boundary in each cell of the grid, and around each
-//! point of the boundary the two triangles between the four cells that share its line. The mesh is
-//! closed by construction. Which of a cell's points belong to one sheet is told by its faces: two
-//! points on a face are joined, and of four those beside the same reachable corner. Each vertex is then moved onto the surfaces that limit its
-//! cell ([`Face::distance`](super::Face::distance)), all at once, so that edges and corners of the
-//! workspace stay sharp.
+//! Dual contouring: a vertex for each sheet of the boundary in each cell of the lattice, and around each of its
+//! crossings two triangles between the four sheets that meet there. Each vertex lies on all surfaces that limit
+//! the workspace in its cell ([`Face::distance`](super::Face::distance)), so that edges and corners stay sharp.
+//!
+//! ```text
+//! Workspace ─→ Lattice ─→ Crossing ─→ Sheets ─→ Vertex, evened ─→ triangles ─→ the largest piece
+//! ```
+
+mod collapse;
+mod lattice;
+mod piece;
+mod sheets;
+mod vertex;
 
 use super::{BoundaryPoint, Workspace};
 use crate::geometry::reach::Limit;
-use nalgebra::{DMatrix, DVector, Vector3};
-use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-use std::collections::BTreeMap;
+use lattice::{Crossing, Lattice};
+use nalgebra::Vector3;
+pub use piece::Piece;
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use sheets::Sheets;
+use std::collections::BTreeSet;
+use vertex::Vertex;
 
-/// Steps of the iteration that moves a vertex onto the surfaces; it converges in three or four.
-const STEPS: usize = 8;
-/// Surfaces whose normals differ by less than this are one: they do not fix a corner.
-const LEAST_ANGLE: f64 = 0.05;
-/// A vertex stays within so many spacings of where its cell's points are on the mean.
-const LARGEST_STEP: f64 = 1.0;
+/// Surfaces of a vertex at most.
+const MOST: usize = 4;
+/// Corners nearer than this part of the spacing are one.
+const NEAR: f64 = 0.01;
+/// Edges shorter than this part of the spacing are taken out.
+const SHORTEST: f64 = 0.1;
+/// Vertices at one place are moved by this part of the tolerance.
+const APART: f64 = 0.25;
+/// Times that vertices are moved towards the mean of their neighbours.
+const EVENED: usize = 4;
 
 /// A closed surface; seen from outside, the corners of a triangle run counter-clockwise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
-    /// Corners, mm.
-    pub vertices: Vec<Vector3<f64>>,
-    /// The boundary points near each corner, as indices: those on the edges of its cell.
-    pub points: Vec<Vec<usize>>,
+    /// Corners; the area of each is a third of that of its triangles.
+    pub vertices: Vec<BoundaryPoint>,
     /// The corners of each triangle.
     pub triangles: Vec<[usize; 3]>,
     /// What limits the workspace at each triangle.
     pub limits: Vec<Limit>,
+    /// What the mesh leaves out: pieces that hang together with it nowhere, largest first.
+    pub left_out: Vec<Piece>,
 }
 
 impl Mesh {
     /// The mesh of a workspace's boundary.
     pub fn of(workspace: &Workspace) -> Self {
-        let sheets = sheets(workspace);
-        let mut numbers: BTreeMap<(usize, usize), usize> = BTreeMap::new();
-        for (number, (cell, points)) in sheets.iter().enumerate() {
-            numbers.extend(points.iter().map(|point| ((*cell, *point), number)));
+        let lattice = Lattice::of(workspace);
+        let crossings = lattice.crossings();
+        let sheets = Sheets::of(&lattice, &crossings);
+        let vertices = evened(workspace, vertices(workspace, &crossings, &sheets), &sheets);
+        let positions: Vec<Vector3<f64>> = vertices.iter().map(|vertex| vertex.position).collect();
+        let mut triangles = Vec::with_capacity(2 * crossings.len());
+        let mut limits = Vec::with_capacity(2 * crossings.len());
+        for (crossing, around) in crossings.iter().zip(&sheets.around) {
+            for triangle in halves(&vertices, *around) {
+                let [i, j, k] = triangle;
+                triangles.push(if crossing.leaves {
+                    [i, j, k]
+                } else {
+                    [i, k, j]
+                });
+                limits.push(limit_of(&vertices, triangle, crossing));
+            }
         }
-        let vertices: Vec<Vector3<f64>> = sheets
-            .par_iter()
-            .map(|(_, points)| vertex(workspace, points))
+        let ranks: Vec<usize> = vertices
+            .iter()
+            .map(|vertex| vertex.surfaces.len())
             .collect();
-        let mut triangles = Vec::with_capacity(2 * workspace.points.len());
-        let mut limits = Vec::with_capacity(2 * workspace.points.len());
-        for (index, point) in workspace.points.iter().enumerate() {
-            let around = cells_around(workspace, point);
-            let [a, b, c, d] = around.map(|cell| numbers[&(cell, index)]);
-            // The shorter diagonal.
-            let length = |i: usize, j: usize| (vertices[i] - vertices[j]).norm_squared();
-            let pair = if length(a, c) <= length(b, d) {
-                [[a, b, c], [a, c, d]]
-            } else {
-                [[a, b, d], [b, c, d]]
-            };
-            let turned = |[i, j, k]: [usize; 3]| if point.leaves { [i, j, k] } else { [i, k, j] };
-            triangles.extend(pair.map(turned));
-            limits.extend([point.limit; 2]);
+        let least = SHORTEST * workspace.grid.spacing;
+        let (numbers, triangles): (Vec<usize>, Vec<[usize; 3]>) =
+            collapse::collapsed(&positions, &ranks, &triangles, least)
+                .into_iter()
+                .unzip();
+        let (kept, left_out) = piece::apart(&positions, &triangles);
+        let mut kept_numbers = vec![None; vertices.len()];
+        let mut mesh = Self {
+            vertices: Vec::new(),
+            triangles: Vec::with_capacity(kept.len()),
+            limits: kept.iter().map(|number| limits[numbers[*number]]).collect(),
+            left_out,
+        };
+        for number in kept {
+            let triangle = triangles[number].map(|corner| {
+                *kept_numbers[corner].get_or_insert_with(|| {
+                    mesh.vertices.push(vertices[corner].point(workspace));
+                    mesh.vertices.len() - 1
+                })
+            });
+            mesh.triangles.push(triangle);
         }
-        Self {
-            vertices,
-            points: sheets.into_iter().map(|(_, points)| points).collect(),
-            triangles,
-            limits,
+        mesh.tell_apart(workspace.tolerance * APART);
+        mesh.weigh();
+        mesh
+    }
+
+    /// Moves vertices that a file in single precision would take for one apart.
+    #[allow(clippy::cast_possible_truncation)] // that is what is compared
+    fn tell_apart(&mut self, step: f64) {
+        let mut seen = BTreeSet::new();
+        for vertex in &mut self.vertices {
+            let bits =
+                |at: &Vector3<f64>| -> [u32; 3] { at.map(|at| (at as f32).to_bits()).into() };
+            let positions = [0.0, -1.0, 1.0, -0.5, 0.5];
+            let mut positions =
+                positions.map(|way| vertex.position + vertex.outward * (way * step));
+            if let Some(free) = positions.iter_mut().find(|at| seen.insert(bits(at))) {
+                vertex.position = *free;
+            }
+        }
+    }
+
+    /// Gives each vertex a third of its triangles' areas.
+    fn weigh(&mut self) {
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|corner| self.vertices[corner].position);
+            for corner in triangle {
+                self.vertices[*corner].area += (b - a).cross(&(c - a)).norm() / 6.0;
+            }
         }
     }
 
@@ -73,31 +130,12 @@ impl Mesh {
     pub fn corners(&self) -> impl Iterator<Item = [Vector3<f64>; 3]> + '_ {
         self.triangles
             .iter()
-            .map(|triangle| triangle.map(|corner| self.vertices[corner]))
+            .map(|triangle| triangle.map(|corner| self.vertices[corner].position))
     }
 
-    /// The mean at each corner of what is known at the boundary points; what is not known of any is
-    /// NaN.
-    pub fn means(&self, values: &[f64]) -> Vec<f64> {
-        let mean = |points: &Vec<usize>| {
-            let known = points
-                .iter()
-                .map(|point| values[*point])
-                .filter(|v| v.is_finite());
-            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
-            sum / count
-        };
-        self.points.iter().map(mean).collect()
-    }
-
-    /// The volume inside, by the divergence theorem: Σ a·(b × c)/6, mm³.
+    /// The volume inside, mm³.
     pub fn volume(&self) -> f64 {
-        // About a point nearby, so that less is cancelled.
-        let centre = self.vertices.first().copied().unwrap_or_default();
-        self.corners()
-            .map(|corners| corners.map(|corner| corner - centre))
-            .map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0)
-            .sum()
+        piece::volume(self.corners())
     }
 
     /// As binary STL, in mm.
@@ -127,131 +165,104 @@ impl Mesh {
     }
 }
 
-/// The four cells that share a point's line, counter-clockwise seen from the line's far end.
-fn cells_around(workspace: &Workspace, point: &BoundaryPoint) -> [usize; 4] {
-    let (b, c) = ((point.axis + 1) % 3, (point.axis + 2) % 3);
-    // The outermost nodes are not reachable, so that there is a cell on each side.
-    let place = workspace.grid.place(point.node);
-    [(1, 1), (0, 1), (0, 0), (1, 0)].map(|(back_b, back_c)| {
-        let mut cell = place;
-        cell[b] -= back_b;
-        cell[c] -= back_c;
-        workspace.grid.index(cell)
-    })
-}
-
-/// The sheets of the boundary in each cell, in order: the cell and the points on its edges.
-fn sheets(workspace: &Workspace) -> Vec<(usize, Vec<usize>)> {
-    let mut cells: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for (number, point) in workspace.points.iter().enumerate() {
-        for cell in cells_around(workspace, point) {
-            cells.entry(cell).or_default().push(number);
-        }
-    }
-    let sheets = cells.into_iter().flat_map(|(cell, points)| {
-        let sheets = apart(workspace, cell, &points);
-        sheets.into_iter().map(move |sheet| (cell, sheet))
-    });
-    sheets.collect()
-}
-
-/// The points of a cell, by sheets.
-fn apart(workspace: &Workspace, cell: usize, points: &[usize]) -> Vec<Vec<usize>> {
-    // Four edges of a cell at most are cut by one sheet alone: nothing to tell apart.
-    if points.len() < 6 {
-        return vec![points.to_vec()];
-    }
-    let origin = workspace.grid.place(cell);
-    let at = |number: usize| {
-        let point = &workspace.points[number];
-        let place = workspace.grid.place(point.node);
-        let back = [0, 1, 2].map(|axis| place[axis] - origin[axis]);
-        // On its own axis a point lies between the faces.
-        (point, back)
+/// The vertex of each sheet. A corner of the workspace is one sheet's; others that are near take an
+/// edge.
+fn vertices(workspace: &Workspace, crossings: &[Crossing], sheets: &Sheets) -> Vec<Vertex> {
+    let vertex = |sheet: &Vec<usize>, most: usize| {
+        let points: Vec<&BoundaryPoint> = sheet.iter().map(|at| &crossings[*at].point).collect();
+        Vertex::of(workspace, &points, most)
     };
-    let mut sheets: Vec<Vec<usize>> = points.iter().map(|point| vec![*point]).collect();
-    for axis in 0..3 {
-        for side in 0..2 {
-            let on_face = |number: &usize| {
-                let (point, back) = at(*number);
-                point.axis != axis && back[axis] == side
-            };
-            let face: Vec<usize> = points.iter().copied().filter(on_face).collect();
-            if let [a, b] = face[..] {
-                join(&mut sheets, a, b);
-            }
-            for (index, a) in face.iter().enumerate().filter(|_| face.len() == 4) {
-                for b in &face[index + 1..] {
-                    if reachable_end(workspace, *a) == reachable_end(workspace, *b) {
-                        join(&mut sheets, *a, *b);
-                    }
+    let of_sheets = sheets.crossings.par_iter();
+    let mut vertices: Vec<Vertex> = of_sheets.map(|sheet| vertex(sheet, MOST)).collect();
+    let (mut corners, same) = (BTreeSet::new(), NEAR * workspace.grid.spacing);
+    let at_corners = vertices.iter_mut().zip(&sheets.crossings);
+    for (at_corner, sheet) in at_corners.filter(|(vertex, _)| vertex.surfaces.len() > 2) {
+        #[allow(clippy::cast_possible_truncation)] // some millions
+        let place: [i64; 3] = at_corner
+            .position
+            .map(|at| (at / same).round() as i64)
+            .into();
+        if !corners.insert(place) {
+            *at_corner = vertex(sheet, 2);
+        }
+    }
+    vertices
+}
+
+/// The vertices, each moved several times towards the mean of its neighbours: those at an edge of the workspace
+/// along it, those at a corner not at all. So none stand in the wrong order along a sharp rim.
+fn evened(workspace: &Workspace, mut vertices: Vec<Vertex>, sheets: &Sheets) -> Vec<Vertex> {
+    let mut neighbours = vec![Vec::new(); vertices.len()];
+    for around in &sheets.around {
+        for at in 0..4 {
+            let (one, other) = (around[at], around[(at + 1) % 4]);
+            neighbours[one].push(other);
+            neighbours[other].push(one);
+        }
+    }
+    let at_edge = |number: &usize| vertices[*number].surfaces.len() > 1;
+    let near_edges: Vec<bool> = (0..vertices.len())
+        .map(|number| at_edge(&number) || neighbours[number].iter().any(at_edge))
+        .collect();
+    for _ in 0..EVENED {
+        vertices = (0..vertices.len())
+            .into_par_iter()
+            .map(|number| {
+                let vertex = &vertices[number];
+                if !near_edges[number] {
+                    return vertex.clone();
                 }
-            }
-        }
+                let along = neighbours[number].iter().map(|other| &vertices[*other]);
+                let along = along.filter(|other| vertex.limits().all(|limit| other.shares(limit)));
+                let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+                for other in along {
+                    sum += other.position;
+                    count += 1.0;
+                }
+                if vertex.surfaces.len() > 2 || count < 2.0 {
+                    return vertex.clone();
+                }
+                let to = (vertex.position + sum / count) * 0.5;
+                vertex
+                    .moved(workspace, &to)
+                    .unwrap_or_else(|| vertex.clone())
+            })
+            .collect();
     }
-    sheets
+    vertices
 }
 
-/// The reachable node beside a point.
-fn reachable_end(workspace: &Workspace, number: usize) -> [usize; 3] {
-    let point = &workspace.points[number];
-    let mut place = workspace.grid.place(point.node);
-    place[point.axis] += usize::from(!point.leaves);
-    place
+/// The two triangles about a crossing: parted along an edge of the workspace if there is one, and by the shorter
+/// diagonal otherwise.
+fn halves(vertices: &[Vertex], [a, b, c, d]: [usize; 4]) -> [[usize; 3]; 2] {
+    let ways = [[[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]];
+    let flat = ways.map(|way| {
+        way.iter()
+            .filter(|half| shared(vertices, **half).is_some())
+            .count()
+    });
+    let length = |i: usize, j: usize| (vertices[i].position - vertices[j].position).norm_squared();
+    if flat[0] > flat[1] || flat[0] == flat[1] && length(a, c) <= length(b, d) {
+        ways[0]
+    } else {
+        ways[1]
+    }
 }
 
-fn join(sheets: &mut Vec<Vec<usize>>, a: usize, b: usize) {
-    let of = |sheets: &[Vec<usize>], point| sheets.iter().position(|sheet| sheet.contains(point));
-    if let (Some(first), Some(second)) = (of(sheets, &a), of(sheets, &b))
-        && first != second
+/// The surface on which all corners of a triangle lie.
+fn shared(vertices: &[Vertex], [i, j, k]: [usize; 3]) -> Option<Limit> {
+    let mut limits = vertices[i].limits();
+    limits.find(|limit| vertices[j].shares(*limit) && vertices[k].shares(*limit))
+}
+
+/// What limits the workspace at a triangle about a crossing.
+fn limit_of(vertices: &[Vertex], triangle: [usize; 3], crossing: &Crossing) -> Limit {
+    let limit = crossing.point.limit;
+    if triangle
+        .iter()
+        .all(|corner| vertices[*corner].shares(limit))
     {
-        let moved = sheets.remove(first.max(second));
-        sheets[first.min(second)].extend(moved);
+        return limit;
     }
-}
-
-/// A sheet's vertex.
-fn vertex(workspace: &Workspace, points: &[usize]) -> Vector3<f64> {
-    let points: Vec<&BoundaryPoint> = points.iter().map(|p| &workspace.points[*p]).collect();
-    let number = points.iter().fold(0.0, |count, _| count + 1.0);
-    let mean = points.iter().map(|p| p.position).sum::<Vector3<f64>>() / number;
-    let mut surfaces: Vec<&BoundaryPoint> = Vec::new();
-    for point in points {
-        if !surfaces.iter().any(|surface| surface.limit == point.limit) {
-            surfaces.push(point);
-        }
-    }
-    let mut place = mean;
-    for _ in 0..STEPS {
-        let Some(step) = step_onto(workspace, &surfaces, &place) else {
-            return mean;
-        };
-        place += step;
-        if !((place - mean).norm() <= LARGEST_STEP * workspace.grid.spacing) {
-            return mean;
-        }
-        if step.norm() <= workspace.tolerance * 1e-3 {
-            break;
-        }
-    }
-    place
-}
-
-/// The shortest step onto all surfaces at once: −N⁺ d, with the normals' matrix N and distances d.
-fn step_onto(
-    workspace: &Workspace,
-    surfaces: &[&BoundaryPoint],
-    place: &Vector3<f64>,
-) -> Option<Vector3<f64>> {
-    let mut normals = DMatrix::zeros(surfaces.len(), 3);
-    let mut distances = DVector::zeros(surfaces.len());
-    for (row, surface) in surfaces.iter().enumerate() {
-        let face = surface.face(&workspace.robot, &workspace.reach);
-        let (distance, normal) = face.distance(place)?;
-        normals.set_row(row, &normal.transpose());
-        distances[row] = distance;
-    }
-    let inverse = normals.pseudo_inverse(LEAST_ANGLE).ok()?;
-    let step = inverse * distances;
-    Some(-Vector3::new(step[0], step[1], step[2]))
+    shared(vertices, triangle).unwrap_or(limit)
 }

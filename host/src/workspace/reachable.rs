@@ -2,10 +2,11 @@
 
 use super::boundary::{self, BoundaryPoint};
 use super::error::WorkspaceError;
-use super::grid::Grid;
+use super::grid::{Grid, Intervals};
 use super::options::Options;
 use crate::geometry::reach::Reach;
 use delta_cal::Robot;
+use std::sync::OnceLock;
 
 /// The reachable workspace of a robot.
 #[derive(Debug, Clone)]
@@ -20,6 +21,8 @@ pub struct Workspace {
     pub grid: Grid,
     /// Where the grid's lines enter and leave.
     pub points: Vec<BoundaryPoint>,
+    /// The reachable pieces of the grid's lines along each axis, once they have been asked for.
+    pub(super) pieces: OnceLock<[Vec<Intervals>; 3]>,
 }
 
 impl Workspace {
@@ -60,6 +63,7 @@ impl Workspace {
             tolerance: options.tolerance,
             grid,
             points,
+            pieces: OnceLock::new(),
         })
     }
 

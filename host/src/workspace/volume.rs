@@ -1,8 +1,6 @@
 //! The volume of the workspace.
 
-use super::{Workspace, line};
-use nalgebra::Vector3;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use super::Workspace;
 
 /// A volume and how well it is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,26 +37,12 @@ impl Workspace {
     }
 
     /// The length inside of all lines along an axis, mm, for odd and even lines each.
-    #[allow(clippy::cast_precision_loss)] // some hundreds
     fn lengths_along(&self, axis: usize) -> [f64; 4] {
-        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
-        let counts = self.grid.counts;
-        let length = (counts[axis] - 1) as f64 * self.grid.spacing;
-        let direction = Vector3::ith(axis, 1.0);
-        let lengths: Vec<f64> = (0..counts[b] * counts[c])
-            .into_par_iter()
-            .map(|index| {
-                let mut place = [0; 3];
-                (place[b], place[c]) = (index % counts[b], index / counts[b]);
-                let origin = self.grid.node(place);
-                let intervals = line::intervals(self, &origin, &direction, length);
-                intervals.iter().map(|(from, to)| to - from).sum()
-            })
-            .collect();
-        // In one order, whatever the number of threads.
+        let across = self.grid.counts[(axis + 1) % 3];
         let mut sums = [0.0; 4];
-        for (index, length) in lengths.iter().enumerate() {
-            sums[index % counts[b] % 2 + 2 * (index / counts[b] % 2)] += length;
+        for (index, pieces) in self.lines()[axis].iter().enumerate() {
+            let length: f64 = pieces.iter().map(|(from, to)| to - from).sum();
+            sums[index % across % 2 + 2 * (index / across % 2)] += length;
         }
         sums
     }

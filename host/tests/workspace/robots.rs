@@ -1,6 +1,7 @@
 //! The robots of these tests.
 
 use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::{Arm, SymmetricLinearRobot};
 use delta_cal::{Robot, SymmetricRobot};
 use delta_cal_host::geometry::reach::Reach;
 use delta_cal_host::workspace::{Options, Workspace};
@@ -79,6 +80,79 @@ pub(super) fn cases() -> Vec<Case> {
         );
     }
     cases
+}
+
+/// Robots as they are built, and some at the ends of what can be: name, robot, limits.
+pub(super) fn geometries() -> Vec<Case> {
+    let mut geometries = Vec::new();
+    let mut add = |name: &str, robot, reach| {
+        geometries.push(Case {
+            name: name.to_owned(),
+            robot,
+            reach,
+        });
+    };
+    let usual = || reach(-60.0, 90.0, None);
+    for (name, [base, platform, upper, fore]) in [
+        ("194/30/260/480", [194.0, 30.0, 260.0, 480.0]),
+        ("200/45/235/800", [200.0, 45.0, 235.0, 800.0]),
+        ("small", [40.0, 15.0, 50.0, 110.0]),
+        ("large", [600.0, 100.0, 800.0, 1800.0]),
+        ("tall", [120.0, 30.0, 200.0, 900.0]),
+        ("short forearms", [194.0, 30.0, 250.0, 300.0]),
+    ] {
+        add(name, symmetric(base - platform, upper, fore), usual());
+    }
+    let wide_platform = Robot::new([0.0, 120.0, 240.0].map(|azimuth: f64| {
+        let (sin, cos) = azimuth.to_radians().sin_cos();
+        let at = [-60.0 * cos, -60.0 * sin, 0.0];
+        rotary(at, [azimuth, 0.0], [200.0, 0.0, 400.0])
+    }));
+    add(
+        "platform wider than the base",
+        wide_platform.unwrap(),
+        usual(),
+    );
+    add("ball joints", paper(), reach(-60.0, 90.0, Some(30.0)));
+    add("narrow limits", paper(), reach(20.0, 40.0, None));
+    let uneven = Robot::new([
+        rotary([170.0, 0.0, 0.0], [0.0, 0.0], [240.0, 0.0, 500.0]),
+        rotary([-70.4, 132.4, 5.0], [118.0, 0.0], [280.0, 0.0, 470.0]),
+        rotary([-84.0, -164.8, -8.0], [243.0, 0.0], [260.0, 0.0, 450.0]),
+    ]);
+    add("uneven arms", uneven.unwrap(), usual());
+    let tilted = Robot::new([
+        rotary([170.0, 0.0, 0.0], [2.0, 6.0], [240.0, 3.0, 500.0]),
+        rotary([-80.0, 138.6, 0.0], [117.0, -8.0], [260.0, -5.0, 480.0]),
+        rotary([-82.5, -142.9, 4.0], [244.0, 5.0], [250.0, 0.0, 490.0]),
+    ]);
+    add("tilted axes", tilted.unwrap(), usual());
+    for (name, tower_radius, forearm, low, high) in [
+        ("towers 140/330", 140.0, 330.0, 100.0, 600.0),
+        ("towers 80/180", 80.0, 180.0, 0.0, 200.0),
+        ("towers 120/700", 120.0, 700.0, 0.0, 400.0),
+    ] {
+        let towers = SymmetricLinearRobot {
+            tower_radius,
+            forearm,
+        };
+        let reach = Reach {
+            limits: JointLimits::travel(low, high).unwrap(),
+            forearm_limit: None,
+        };
+        add(name, towers.robot().unwrap(), reach);
+    }
+    geometries
+}
+
+/// D in mm, azimuth and tilt in degrees, La and Lb in mm.
+fn rotary(
+    [dx, dy, dz]: [f64; 3],
+    [theta, alpha]: [f64; 2],
+    [la_x, la_y, lb]: [f64; 3],
+) -> Arm<f64> {
+    let [theta, alpha] = [theta, alpha].map(f64::to_radians);
+    Arm::new([dx, dy, dz, theta, alpha, la_x, la_y, lb]).unwrap()
 }
 
 pub(super) fn workspace(case: &Case, lines: f64) -> Workspace {

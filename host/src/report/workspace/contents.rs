@@ -39,9 +39,8 @@ impl Contents {
             .comparison
             .as_ref()
             .map(|(_, comparison)| comparison);
-        let mesh = Mesh::of(&analysis.workspace);
         contents.text("boundary.csv", csv::boundary(&analysis.workspace));
-        contents.bytes("boundary.stl", mesh.to_stl());
+        contents.bytes("boundary.stl", analysis.mesh.to_stl());
         contents.text(
             "influence.csv",
             csv::influence(&analysis.workspace, comparison),
@@ -57,7 +56,7 @@ impl Contents {
         if let Some(path) = &analysis.path {
             contents.text("path.csv", csv::path(path));
         }
-        let drawn = Drawn::of(analysis, &mesh);
+        let drawn = Drawn::of(analysis);
         let figures = &drawn.figures;
         for NamedFigure { name, figure, .. } in figures {
             contents.text(&format!("{name}.svg"), figure.to_svg()?);
@@ -96,7 +95,7 @@ impl Contents {
 
 /// The figures alone.
 pub fn figures(analysis: &Analysis) -> Vec<NamedFigure> {
-    Drawn::of(analysis, &Mesh::of(&analysis.workspace)).figures
+    Drawn::of(analysis).figures
 }
 
 /// The figures, and the coarser workspace that is shown in space.
@@ -107,11 +106,11 @@ struct Drawn {
 }
 
 impl Drawn {
-    fn of(analysis: &Analysis, mesh: &Mesh) -> Self {
+    fn of(analysis: &Analysis) -> Self {
         let coarse = coarse(&analysis.workspace).unwrap_or_else(|| analysis.workspace.clone());
         let coarse_mesh = Mesh::of(&coarse);
         Self {
-            figures: figures::figures(analysis, mesh, &coarse_mesh),
+            figures: figures::figures(analysis, &coarse_mesh),
             coarse,
             coarse_mesh,
         }

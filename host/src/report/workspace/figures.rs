@@ -73,7 +73,7 @@ pub(super) const fn kind(limit: Limit) -> &'static str {
 
 /// All of them, in the order of [`NAMES`]. `coarse` is a mesh with fewer triangles, for the view in
 /// space.
-pub fn figures(analysis: &Analysis, mesh: &Mesh, coarse: &Mesh) -> Vec<NamedFigure> {
+pub fn figures(analysis: &Analysis, coarse: &Mesh) -> Vec<NamedFigure> {
     let vertical = |across, held| Plane {
         across,
         up: 2,
@@ -94,12 +94,9 @@ pub fn figures(analysis: &Analysis, mesh: &Mesh, coarse: &Mesh) -> Vec<NamedFigu
     let parallel = |at: &ConditionedPosition| at.conditioning.parallel;
     let view = view(coarse, OVERLAP * analysis.workspace.grid.spacing);
     let figures = [
-        (
-            heights(analysis, mesh),
-            "Outlines at five heights, from above.",
-        ),
-        (section(analysis, mesh, vertical(0, 1)), "Section y = 0."),
-        (section(analysis, mesh, vertical(1, 0)), "Section x = 0."),
+        (heights(analysis), "Outlines at five heights, from above."),
+        (section(analysis, vertical(0, 1)), "Section y = 0."),
+        (section(analysis, vertical(1, 0)), "Section x = 0."),
         (
             map(analysis, vertical(0, 1), serial),
             &caption("Type 1 (an arm stretched or folded), section y = 0"),
@@ -170,9 +167,9 @@ fn outline(mesh: &Mesh, plane: Plane) -> BTreeMap<Limit, Vec<Segment>> {
     outline
 }
 
-fn section(analysis: &Analysis, mesh: &Mesh, plane: Plane) -> Figure {
+fn section(analysis: &Analysis, plane: Plane) -> Figure {
     let mut kinds: BTreeMap<&str, (Colour, Vec<Segment>)> = BTreeMap::new();
-    for (limit, segments) in outline(mesh, plane) {
+    for (limit, segments) in outline(&analysis.mesh, plane) {
         let of_kind = kinds
             .entry(kind(limit))
             .or_insert((colour(limit), Vec::new()));
@@ -190,7 +187,7 @@ fn section(analysis: &Analysis, mesh: &Mesh, plane: Plane) -> Figure {
     figure
 }
 
-fn heights(analysis: &Analysis, mesh: &Mesh) -> Figure {
+fn heights(analysis: &Analysis) -> Figure {
     let (low, high) = analysis.extent()[2];
     let colours = [
         Colour::Blue,
@@ -208,7 +205,10 @@ fn heights(analysis: &Analysis, mesh: &Mesh) -> Figure {
     let mut figure = plain(analysis, plane(0.0));
     for (colour, part) in colours.into_iter().zip([0.1, 0.3, 0.5, 0.7, 0.9]) {
         let at = (low + part * (high - low)).round();
-        let segments = outline(mesh, plane(at)).into_values().flatten().collect();
+        let segments = outline(&analysis.mesh, plane(at))
+            .into_values()
+            .flatten()
+            .collect();
         figure = figure.with(format!("z = {at}"), colour, Shape::Segments(segments));
     }
     figure

@@ -35,8 +35,12 @@ pub(super) fn render(
     if !analysis.cylinders.is_empty() {
         cylinders = cylinders.after(drawn(&["cylinders"])?);
     }
+    let mut in_space = Section::new("In space").in_page(viewer());
+    if let Some(left_out) = sections::left_out(analysis) {
+        in_space = in_space.part(left_out);
+    }
     let mut parts = vec![
-        Section::new("In space").in_page(viewer()),
+        in_space,
         Section::new("Slices")
             .in_page(beside(&["vertical_xz", "vertical_yz", "horizontal"])?)
             .table(sections::limits(analysis)),

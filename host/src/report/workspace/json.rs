@@ -4,8 +4,8 @@ use super::LITRE;
 use crate::render::json;
 use crate::text::units::degrees;
 use crate::workspace::{
-    Analysis, Comparison, ConditionedPosition, Cylinder, ParameterInfluence, PathRow, PathSummary,
-    Volume,
+    Analysis, Comparison, ConditionedPosition, Cylinder, Mesh, ParameterInfluence, PathRow,
+    PathSummary, Volume,
 };
 use delta_cal::robot::ParameterKind;
 use serde_json::{Value, json};
@@ -32,6 +32,7 @@ pub fn report(analysis: &Analysis) -> Value {
         "spacing_mm": analysis.workspace.grid.spacing,
         "boundary_points": analysis.workspace.points.len(),
         "volume": volume(&analysis.volume),
+        "mesh": mesh(&analysis.mesh),
         "extent_mm": { "x": x, "y": y, "z": z },
         "limits": limits.collect::<Vec<_>>(),
         "largest_cylinder": analysis.cylinders.first().map(cylinder),
@@ -57,6 +58,19 @@ pub fn report(analysis: &Analysis) -> Value {
         "path": analysis.path.as_ref().map(path),
     });
     json::report(SCHEMA_VERSION, contents)
+}
+
+fn mesh(mesh: &Mesh) -> Value {
+    let left_out = mesh.left_out.iter().map(|piece| {
+        let [x, y, z]: [f64; 3] = piece.centre.into();
+        json!({ "litres": piece.volume / LITRE, "about_mm": { "x": x, "y": y, "z": z } })
+    });
+    json!({
+        "vertices": mesh.vertices.len(),
+        "triangles": mesh.triangles.len(),
+        "litres": mesh.volume() / LITRE,
+        "left_out": left_out.collect::<Vec<_>>(),
+    })
 }
 
 fn volume(volume: &Volume) -> Value {

@@ -8,6 +8,12 @@ use crate::workspace::{Analysis, Band, Comparison, Cylinder, PathSummary};
 use delta_cal::{ArmIndex, Parameter};
 use maud::html;
 
+/// Pieces that the mesh leaves out are named from so many cells on, and so many of them at most.
+const CELLS: f64 = 8.0;
+const NAMED: usize = 10;
+/// In mm³.
+const CUBIC_CENTIMETRE: f64 = 1e3;
+
 /// What limits the boundary.
 pub(super) fn limits(analysis: &Analysis) -> Table {
     Table::of(analysis.limits())
@@ -16,6 +22,35 @@ pub(super) fn limits(analysis: &Analysis) -> Table {
             format!("{:.1} %", 100.0 * share)
         })
         .table()
+}
+
+/// What the mesh leaves out, if anything; pieces larger than some cells are named.
+pub(super) fn left_out(analysis: &Analysis) -> Option<Part> {
+    let pieces = &analysis.mesh.left_out;
+    if pieces.is_empty() {
+        return None;
+    }
+    let volume: f64 = pieces.iter().map(|piece| piece.volume.abs()).sum();
+    let heading = format!(
+        "The mesh is one piece. It leaves out {} apart from it, {:.3} cm³ in all",
+        count(pieces.len(), "piece"),
+        volume / CUBIC_CENTIMETRE
+    );
+    let cell = analysis.workspace.grid.spacing.powi(3);
+    let named = pieces
+        .iter()
+        .filter(|piece| piece.volume.abs() > CELLS * cell);
+    let named = named.take(NAMED).map(|piece| {
+        let [x, y, z] = piece.centre.into();
+        let what = if piece.volume < 0.0 {
+            "a hollow"
+        } else {
+            "a piece"
+        };
+        let volume = piece.volume.abs() / CUBIC_CENTIMETRE;
+        format!("{what} of {volume:.1} cm³ about x {x:.0}, y {y:.0}, z {z:.0} mm")
+    });
+    Some(Part::Doubts(heading, named.collect()))
 }
 
 /// The largest upright cylinder, and at most so many others, evenly chosen, narrow to wide.

@@ -40,12 +40,16 @@ fn summary(analysis: &Analysis) -> Section {
     let section = axes.fold(section, |section, (axis, (from, to))| {
         section.text(format!("{axis} from {from:.2} to {to:.2} mm"))
     });
-    section.text(format!(
+    let section = section.text(format!(
         "{} of the boundary, each within {} mm of it, on lines {:.2} mm apart",
         count(workspace.points.len(), "point"),
         workspace.tolerance,
         workspace.grid.spacing,
-    ))
+    ));
+    match sections::left_out(analysis) {
+        Some(left_out) => section.part(left_out),
+        None => section,
+    }
 }
 
 fn singularities(analysis: &Analysis) -> Section {

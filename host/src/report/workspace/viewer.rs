@@ -4,8 +4,7 @@ use super::figures::{colour, kind};
 use crate::geometry::range::range;
 use crate::render::plot::STEPS;
 use crate::workspace::Analysis;
-use crate::workspace::displacements;
-use crate::workspace::{Mesh, Workspace};
+use crate::workspace::{Mesh, Workspace, displacements, displacements_to};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -47,8 +46,8 @@ pub(super) fn scene(
     mesh: &Mesh,
 ) -> Result<String, serde_json::Error> {
     let mut modes = vec![kinds(mesh)];
-    let conditioning: Vec<_> = coarse
-        .points
+    let conditioning: Vec<_> = mesh
+        .vertices
         .iter()
         .map(|point| coarse.robot.singularity_distance(&point.position, &point.q))
         .collect();
@@ -58,13 +57,11 @@ pub(super) fn scene(
     let parallel = conditioning.iter().map(|c| c.parallel);
     modes.push(graded(
         "distance from type 1",
-        mesh,
         &serial.collect::<Vec<_>>(),
         "",
     ));
     modes.push(graded(
         "distance from type 2",
-        mesh,
         &parallel.collect::<Vec<_>>(),
         "",
     ));
@@ -80,33 +77,30 @@ pub(super) fn scene(
             });
             parts.map_or(f64::NAN, f64::sqrt)
         };
-        let sigmas: Vec<_> = displacements(coarse).into_iter().map(sigma).collect();
+        let sigmas: Vec<_> = displacements(coarse, &mesh.vertices)
+            .into_iter()
+            .map(sigma)
+            .collect();
         modes.push(graded(
             "sigma of the boundary for the tolerance",
-            mesh,
             &sigmas,
             " mm",
         ));
     }
     if let Some(other) = &analysis.other {
-        let moved = crate::workspace::compare(coarse, other).displacements;
+        let (moved, _) = displacements_to(coarse, &mesh.vertices, other);
         let moved: Vec<_> = moved
             .into_iter()
             .map(|moved| moved.unwrap_or(f64::NAN))
             .collect();
-        modes.push(graded(
-            "displacement to the other robot",
-            mesh,
-            &moved,
-            " mm",
-        ));
+        modes.push(graded("displacement to the other robot", &moved, " mm"));
     }
     let rounded = |value: f64| (value * 10.0).round() / 10.0;
     let scene = Scene {
         vertices: mesh
             .vertices
             .iter()
-            .flat_map(|v| v.data.0[0])
+            .flat_map(|v| v.position.data.0[0])
             .map(rounded)
             .collect(),
         triangles: mesh.triangles.iter().flatten().copied().collect(),
@@ -147,9 +141,8 @@ fn kinds(mesh: &Mesh) -> Mode {
 }
 
 /// Six equal steps from the least to the greatest.
-fn graded(name: &'static str, mesh: &Mesh, values: &[f64], unit: &str) -> Mode {
-    let means = mesh.means(values);
-    let (low, high) = range(means.iter().copied().filter(|value| value.is_finite()));
+fn graded(name: &'static str, values: &[f64], unit: &str) -> Mode {
+    let (low, high) = range(values.iter().copied().filter(|value| value.is_finite()));
     let step = (high - low) / 6.0;
     let mut classes = Vec::new();
     let mut end = low;
@@ -170,7 +163,7 @@ fn graded(name: &'static str, mesh: &Mesh, values: &[f64], unit: &str) -> Mode {
             .count();
         if value.is_finite() { passed } else { 6 }
     };
-    let values: Vec<usize> = means.iter().map(class).collect();
+    let values: Vec<usize> = values.iter().map(class).collect();
     if !values.contains(&6) {
         classes.pop();
     }

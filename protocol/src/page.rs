@@ -7,14 +7,16 @@
 
 mod cases;
 mod described;
+mod parts;
 mod pieces;
 mod reasons;
 mod streams;
 mod variants;
 
 use crate::{Direction, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION, encode, fingerprint};
-use cases::{Case, SEQUENCE, cases, parts};
+use cases::{Case, SEQUENCE, cases};
 use described::Message;
+use parts::parts;
 use pieces::{Bits, Piece, Pieces};
 use serde::Serialize;
 use serde::de::DeserializeOwned;

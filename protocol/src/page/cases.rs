@@ -1,18 +1,16 @@
 //! The messages of which the page shows the bytes.
 
 use super::described::Message;
-use super::pieces::{Bits, Pieces};
+use super::pieces::Bits;
 use crate::{
     ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Fault, GateStatus, Identity, Origin,
     ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
     UNKNOWN_SEQUENCE, fingerprint,
 };
-use delta_cal::calibration::{Instrument, StartUsed, Termination};
-use delta_cal::robot::GeometryError;
+use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{
-    Added, Alarm, Estimator, GateCounts, HeldOutRefusal, Innovation, StreamRefusal, Untested,
-    Validation, Verdict,
+    Added, Alarm, Estimator, GateCounts, Innovation, StreamRefusal, Validation, Verdict,
 };
 use delta_cal::{ArmIndex, Parameter, Refusal};
 use postcard::{from_bytes, to_slice};
@@ -24,7 +22,7 @@ use std::vec::Vec;
 /// Of every frame but one.
 pub(super) const SEQUENCE: u16 = 0x1234;
 const SESSION: u32 = 300;
-const SAMPLES: u32 = 20;
+pub(super) const SAMPLES: u32 = 20;
 const GENERATION: u32 = 3;
 
 #[derive(Debug)]
@@ -61,7 +59,7 @@ fn of_fields<F: Serialize, V: DeserializeOwned>(fields: F) -> V {
     from_bytes(to_slice(&fields, &mut buffer).unwrap()).unwrap()
 }
 
-fn innovation<T: Bits + Serialize + DeserializeOwned>() -> Innovation<T> {
+pub(super) fn innovation<T: Bits + Serialize + DeserializeOwned>() -> Innovation<T> {
     let [distance, normalized] = numbers::<T, 2>([-3.5, -123.5]);
     of_fields((ArmIndex::Second, distance, normalized))
 }
@@ -354,192 +352,4 @@ pub(super) fn cases<T: Bits + Serialize + DeserializeOwned>() -> Vec<Case<T>> {
         message: Message::Response(response),
     });
     requests.chain(responses).collect()
-}
-
-fn part<P: Serialize>(
-    name: &'static str,
-    part: &P,
-    describe: impl FnOnce(&mut Pieces),
-) -> (&'static str, Pieces) {
-    let mut pieces = Pieces::default();
-    describe(&mut pieces);
-    let mut buffer = [0; 64];
-    let bytes = to_slice(part, &mut buffer).unwrap();
-    assert_eq!(pieces.bytes(), bytes, "{name}: not as described");
-    (name, pieces)
-}
-
-/// Parts of messages, without a frame.
-#[allow(clippy::too_many_lines)] // a table
-pub(super) fn parts() -> Vec<(&'static str, Pieces)> {
-    let (arm, parameter) = (ArmIndex::Second, Parameter::Lb);
-    let faults = [
-        ("fault-position-non-finite", SampleError::PositionNonFinite),
-        ("fault-position-too-far", SampleError::PositionTooFar(arm)),
-        ("fault-joint-non-finite", SampleError::JointNonFinite(arm)),
-    ];
-    let phases = [
-        ("phase-idle", Phase::Idle),
-        ("phase-collecting", Phase::Collecting { samples: SAMPLES }),
-        ("phase-solving", Phase::Solving { arm: Some(arm) }),
-        ("phase-solving-all", Phase::Solving { arm: None }),
-    ];
-    let impossible = |error| Refusal::ImpossibleGeometry { arm, error };
-    let refusals = [
-        (
-            "refusal-too-few-samples",
-            Refusal::TooFewSamples {
-                arm,
-                samples: 5,
-                needed: 8,
-            },
-        ),
-        (
-            "refusal-uncertain",
-            Refusal::Uncertain {
-                arm,
-                parameter,
-                sigma: 50.0,
-            },
-        ),
-        (
-            "refusal-not-converged",
-            Refusal::NotConverged {
-                arm,
-                iterations: 200,
-            },
-        ),
-        (
-            "refusal-residual",
-            Refusal::ResidualContradictsNoise {
-                arm: Some(arm),
-                ratio: 2.5,
-            },
-        ),
-        (
-            "refusal-residual-all",
-            Refusal::ResidualContradictsNoise {
-                arm: None,
-                ratio: 2.5,
-            },
-        ),
-        (
-            "refusal-far",
-            Refusal::FarFromNominal {
-                arm,
-                parameter,
-                tolerances: 12.5,
-            },
-        ),
-        (
-            "refusal-non-finite-parameter",
-            impossible(GeometryError::NonFinite(parameter)),
-        ),
-        (
-            "refusal-not-positive",
-            impossible(GeometryError::NotPositive(parameter)),
-        ),
-        ("refusal-tilt", impossible(GeometryError::TiltTooLarge)),
-        (
-            "refusal-azimuth",
-            impossible(GeometryError::AzimuthTooLarge),
-        ),
-        (
-            "refusal-radius",
-            Refusal::ImpossibleRobot(GeometryError::RadiusInvalid),
-        ),
-        (
-            "refusal-no-common-up",
-            Refusal::ImpossibleRobot(GeometryError::NoCommonUp),
-        ),
-        ("refusal-lean", impossible(GeometryError::LeanTooLarge)),
-        (
-            "refusal-mixed-drives",
-            Refusal::ImpossibleRobot(GeometryError::MixedDrives),
-        ),
-        ("refusal-wrong-side", Refusal::WrongSide),
-        (
-            "refusal-too-few-observations",
-            Refusal::TooFewObservations {
-                instrument: Instrument::Plane(1),
-                observations: 2,
-                needed: 3,
-            },
-        ),
-        (
-            "refusal-point",
-            Refusal::UndeterminedInstrument(Instrument::Point(0)),
-        ),
-        (
-            "refusal-frame",
-            Refusal::UndeterminedInstrument(Instrument::Frame),
-        ),
-        ("refusal-non-finite", Refusal::NonFinite { arm }),
-        ("refusal-unfinished", Refusal::Unfinished),
-    ];
-    let faults = faults.into_iter().map(|(name, error)| {
-        let fault = Fault::Sample(error);
-        part(name, &fault, |pieces| pieces.fault(fault))
-    });
-    let phases = phases
-        .into_iter()
-        .map(|(name, phase)| part(name, &phase, |pieces| pieces.phase(&phase)));
-    let refusals = refusals
-        .into_iter()
-        .map(|(name, refusal)| part(name, &refusal, |pieces| pieces.refusal(&refusal)));
-    faults
-        .chain(phases)
-        .chain(refusals)
-        .chain(of_streams())
-        .collect()
-}
-
-fn of_streams() -> Vec<(&'static str, Pieces)> {
-    let arm = ArmIndex::Second;
-    let added = [
-        ("added-held-out", Added::HeldOut),
-        (
-            "added-taken",
-            Added::Tested(Verdict::Taken(innovation::<f32>())),
-        ),
-        (
-            "added-untested",
-            Added::Tested(Verdict::Untested(Untested::NoEstimate)),
-        ),
-    ];
-    let refusals = [
-        ("stream-held-out-every", HeldOutRefusal::Every),
-        ("stream-held-out-none", HeldOutRefusal::NoSamples { arm }),
-        ("stream-held-out-noise", HeldOutRefusal::NoNoise { arm }),
-        (
-            "stream-held-out-contradicted",
-            HeldOutRefusal::Contradicted { arm, ratio: 2.5 },
-        ),
-        (
-            "stream-held-out-overfitted",
-            HeldOutRefusal::Overfitted { arm, ratio: 12.5 },
-        ),
-    ];
-    let refusals = refusals
-        .into_iter()
-        .map(|(name, refusal)| (name, StreamRefusal::HeldOut(refusal)))
-        .chain([
-            (
-                "stream-alarm",
-                StreamRefusal::Alarm(Alarm::EarlySamplesWrong { first: 8 }),
-            ),
-            (
-                "stream-too-many-rejected",
-                StreamRefusal::TooManyRejected {
-                    rejected: 16,
-                    samples: 60,
-                },
-            ),
-        ]);
-    let added = added
-        .into_iter()
-        .map(|(name, added)| part(name, &added, |pieces| pieces.added(&added)));
-    let refusals = refusals
-        .map(|(name, refusal)| part(name, &refusal, |pieces| pieces.stream_refusal(&refusal)));
-    added.chain(refusals).collect()
 }

@@ -17,6 +17,7 @@ pub mod fit;
 pub mod frame;
 pub mod geometry;
 pub mod linear;
+pub mod linuxcnc_component;
 pub mod loss;
 pub mod nominal;
 pub mod sdf;

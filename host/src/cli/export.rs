@@ -31,6 +31,9 @@ TARGET is one of:
   marlin            robots with towers: M665 and M666, 10 parameters
   b-and-r           B&R mapp Motion, Delta/3AxesDeltaA, 18 parameters
   linuxcnc          rotarydeltakins with home offsets, 6 parameters
+  linuxcnc-component
+                    deltacalkins, a kinematics component with all 24 parameters
+                    (docs/linuxcnc.md)
   smoothieware      rotary_delta with M206, 7 parameters
   fluidnc, grblhal, ucnc, delta-x, codesys
                     four lengths, of which 3 count
@@ -41,7 +44,7 @@ TARGET is one of:
 Robots whose elbows are carriages on towers (kind = \"linear\") can be exported for klipper, reprapfirmware, marlin and \
 correction-table. Name with --bed the file of their heights above the bed: the exported z = 0 is then the bed.
 
-No controller holds all parameters. The program fits the target's parameters, and a rigid motion, so that \
+No controller's own kinematics holds all parameters. The program fits the target's parameters, and a rigid motion, so that \
 the calibrated robot is where it is wanted at the joint angles that the controller computes, and states \
 what is lost. It writes the controller's lines, with that as their comment. docs/export.md has the conventions of \
 each controller.
@@ -50,6 +53,7 @@ Examples:
   delta-cal export calibrated.toml --for klipper
   delta-cal export calibrated.toml --for klipper --output delta.cfg
   delta-cal export calibrated.toml --for reprapfirmware --home-deg -52.5
+  delta-cal export calibrated.toml --for linuxcnc-component --output robot.hal
   delta-cal export calibrated.toml --for sdf --output robot.sdf
   delta-cal export calibrated.toml --for marlin --bed samples.csv \\
       --home-mm 720.9,720.6,721.2

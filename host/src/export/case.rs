@@ -3,10 +3,11 @@
 use super::choose::{Choice, names_for};
 use super::correction_table::CorrectionTable;
 use super::error::ExportError;
-use super::exported::Export;
+use super::exported::{Content, Export};
 use super::fit::fit;
 use super::geometry::{Geometry, Holds};
 use super::linear;
+use super::linuxcnc_component;
 use super::loss::Loss;
 use super::nominal::{nearest_symmetric, symmetric_arms};
 use super::sdf;
@@ -74,6 +75,9 @@ impl Case<'_> {
             }
             (Choice::Controller(..), _) => return Err(other_drive()),
             (Choice::Sdf, _) => sdf::export(self.robot, self.wanted),
+            (Choice::LinuxcncComponent, _) => {
+                linuxcnc_component::export(self.robot, self.wanted, home)?
+            }
             (Choice::CorrectionTable, _) => {
                 CorrectionTable::of(robot, &nominal, self.wanted, self.settings.spacing)?.export()
             }
@@ -141,7 +145,7 @@ impl Case<'_> {
             name: target.name,
             title: target.title,
             comment: target.comment,
-            fitted: Some(target.holds.count()),
+            content: Content::Fitted(target.holds.count()),
             written,
             frame: Some(frame),
             loss,

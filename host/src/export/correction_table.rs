@@ -1,7 +1,7 @@
 //! A grid of position corrections for a controller whose kinematics is the nominal robot's.
 
 use super::error::ExportError;
-use super::exported::Export;
+use super::exported::{Content, Export};
 use super::loss::{Loss, reached};
 use super::target::Written;
 use super::wanted::Wanted;
@@ -135,7 +135,7 @@ impl CorrectionTable {
             name: "correction-table",
             title: "correction table",
             comment: "#",
-            fitted: None,
+            content: Content::Corrections,
             written: Written {
                 entries: Vec::new(),
                 lines,

@@ -48,7 +48,7 @@ impl ExportError {
     pub const fn remedy(&self) -> &'static str {
         match self {
             Self::CannotHold { .. } => {
-                "check the robot file; --for sdf and --for correction-table hold such a robot"
+                "check the robot file; --for linuxcnc-component, --for sdf and --for correction-table hold such a robot"
             }
             Self::TooFewPositions { .. } => {
                 "check [joints] in the robot file, or the positions and their frame"

@@ -1,6 +1,6 @@
 //! What an export writes: the target's lines below what is lost, and the same for programs.
 
-use crate::export::exported::Export;
+use crate::export::exported::{Content, Export};
 use crate::export::frame::Frame;
 use crate::export::loss::Loss;
 use crate::render::json::report;
@@ -31,10 +31,10 @@ pub struct Files<'a> {
 /// The summary, line by line.
 pub fn summary(export: &Export, files: &Files<'_>) -> Vec<String> {
     let mut text = Vec::new();
-    let what = match export.fitted {
-        Some(count) => format!("{count} parameters and a frame fitted"),
-        None if export.name == "sdf" => "all 24 parameters".to_owned(),
-        None => "position corrections".to_owned(),
+    let what = match export.content {
+        Content::Fitted(count) => format!("{count} parameters and a frame fitted"),
+        Content::Everything => "all 24 parameters".to_owned(),
+        Content::Corrections => "position corrections".to_owned(),
     };
     text.push(format!("{}: {what}, from {}", export.title, files.robot));
     text.push(String::new());
@@ -84,7 +84,7 @@ pub fn summary(export: &Export, files: &Files<'_>) -> Vec<String> {
 
 fn verdict(export: &Export) -> String {
     let loss = &export.loss;
-    if loss.rms < NOTHING && export.fitted.is_none() && export.name == "sdf" {
+    if loss.worst < NOTHING && export.content == Content::Everything {
         return "Nothing is lost: the target holds all 24 parameters.".to_owned();
     }
     let lost = if loss.worst < NOTHING {
@@ -139,7 +139,7 @@ fn over(export: &Export, files: &Files<'_>) -> String {
     }
     if loss.unreached > 0 {
         let _ = write!(text, " Another {} are left out: ", loss.unreached);
-        text.push_str(if export.name == "correction-table" {
+        text.push_str(if export.content == Content::Corrections {
             "they lie in cells of which a node is out of reach."
         } else {
             "the target's kinematics does not reach them."
@@ -218,7 +218,10 @@ pub fn json(export: &Export, files: &Files<'_>) -> Value {
             "target": export.name,
             "robot": files.robot,
             "nominal": files.nominal,
-            "fitted_parameters": export.fitted,
+            "fitted_parameters": match export.content {
+                Content::Fitted(count) => Some(count),
+                Content::Everything | Content::Corrections => None,
+            },
             "parameters": parameters,
             "frame": frame,
             "loss": loss(&export.loss),

@@ -102,6 +102,47 @@ fn the_model_for_simulators_has_the_calibrated_robots_loops() {
 }
 
 #[test]
+fn the_pins_of_linuxcncs_component_are_the_calibrated_robot() {
+    for prepare in [example, one_arm_longer] {
+        let folder = Folder::new();
+        prepare(&folder);
+        let export = |name: &str| {
+            let command = format!(
+                "export {name} --for linuxcnc-component --home-deg -40,-41,-42 --output robot.hal --json report.json"
+            );
+            folder.run(&command).ok();
+            folder.read("robot.hal")
+        };
+        let lines = export("calibrated.toml");
+        let pin = |name: &str| -> f64 {
+            let start = format!("setp deltacalkins.{name} ");
+            let value = lines.lines().find_map(|line| line.strip_prefix(&start));
+            value.unwrap().parse().unwrap()
+        };
+        let written: [[f64; 8]; 3] = [1, 2, 3].map(|arm| {
+            let keys = ["dx", "dy", "dz", "theta", "alpha", "la-x", "la-y", "lb"];
+            keys.map(|key| pin(&format!("arm{arm}.{key}")))
+        });
+        let calibrated = arms_of(&folder.read("calibrated.toml"));
+        for q in [[0.0; 3], [10.0, -20.0, 30.0], [55.0, 40.0, 60.0]] {
+            // 24 numbers are written to 1e-9 mm and degrees.
+            let off = distance(platform(&written, q), platform(&calibrated, q));
+            assert!(off < 1e-6, "{off}");
+        }
+        // The last of the pins, and another one for another robot.
+        let setp = |line: &&str| line.starts_with("setp");
+        let last = lines.lines().rfind(setp).unwrap();
+        assert!(last.contains("deltacalkins.revision "), "{last}");
+        assert!(pin("revision") >= 1.0);
+        assert_ne!(last, export("robot.toml").lines().rfind(setp).unwrap());
+        assert!(lines.contains("# [JOINT_2]") && lines.contains("# HOME_OFFSET = -42.0000"));
+        let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+        assert!(report["loss"]["worst_mm"].as_f64().unwrap() < 1e-6);
+        assert_eq!(report["parameters"].as_array().unwrap().len(), 24);
+    }
+}
+
+#[test]
 fn the_correction_table_takes_the_robot_where_it_is_wanted() {
     for prepare in [example, one_arm_longer] {
         let folder = Folder::new();

@@ -11,6 +11,7 @@
 pub mod case;
 pub mod choose;
 pub mod correction_table;
+pub mod corrections;
 pub mod error;
 pub mod exported;
 pub mod fit;

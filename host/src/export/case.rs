@@ -1,7 +1,7 @@
 //! A robot, and how it is exported for a target.
 
 use super::choose::{Choice, names_for};
-use super::correction_table::CorrectionTable;
+use super::correction_table;
 use super::error::ExportError;
 use super::exported::{Content, Export};
 use super::fit::fit;
@@ -79,7 +79,13 @@ impl Case<'_> {
                 linuxcnc_component::export(self.robot, self.wanted, home)?
             }
             (Choice::CorrectionTable, _) => {
-                CorrectionTable::of(robot, &nominal, self.wanted, self.settings.spacing)?.export()
+                let settings = &self.settings;
+                correction_table::export(
+                    self.robot,
+                    (&nominal, self.nominal.is_some()),
+                    self.wanted,
+                    (settings.corrections, settings.nodes),
+                )?
             }
         };
         Ok(Export {

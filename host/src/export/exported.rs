@@ -1,19 +1,20 @@
 //! A robot exported for a target.
 
+use super::corrections::choice::Finished;
 use super::frame::Frame;
 use super::loss::Loss;
 use super::target::Written;
 use delta_cal::Robot;
 
 /// What a target receives of a robot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Content {
     /// So many numbers of its own, which the fit determined, without the frame.
     Fitted(usize),
     /// All parameters of the robot.
     Everything,
     /// Corrections of a nominal robot.
-    Corrections,
+    Corrections(Box<Finished>),
 }
 
 /// What a target is told, and what is lost.

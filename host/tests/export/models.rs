@@ -1,8 +1,7 @@
-//! The targets that hold everything: the model for simulators, and the correction table.
+//! The targets that hold everything: the model for simulators, and LinuxCNC's component.
 
-use crate::controllers::Arm;
-use crate::robots::{Sequence, csv, example, one_arm_longer, positions};
-use crate::support::{Folder, Point, arms_of, distance, platform, rows_of};
+use crate::robots::{example, one_arm_longer};
+use crate::support::{Folder, Point, arms_of, distance, platform};
 use roxmltree::{Document, Node};
 use std::collections::BTreeMap;
 
@@ -140,77 +139,4 @@ fn the_pins_of_linuxcncs_component_are_the_calibrated_robot() {
         assert!(report["loss"]["worst_mm"].as_f64().unwrap() < 1e-6);
         assert_eq!(report["parameters"].as_array().unwrap().len(), 24);
     }
-}
-
-#[test]
-fn the_correction_table_takes_the_robot_where_it_is_wanted() {
-    for prepare in [example, one_arm_longer] {
-        let folder = Folder::new();
-        prepare(&folder);
-        let calibrated = arms_of(&folder.read("calibrated.toml"));
-        let wanted = positions(&calibrated, 200, &mut Sequence::new(3));
-        folder.write("wanted.csv", csv(&wanted));
-        let command = "export calibrated.toml --nominal robot.toml --for correction-table --positions wanted.csv \
-                       --output table.csv --json report.json";
-        folder.run(command).ok();
-        let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
-        let text = folder.read("table.csv");
-        let lines = text.lines().filter(|line| !line.starts_with('#'));
-        let table = lines.collect::<Vec<_>>().join("\n");
-        assert!(table.starts_with("x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm\n"));
-        let key = |at: Point| at.map(|c| format!("{:.3}", c + 0.0)).join(",");
-        let nodes: BTreeMap<_, _> = rows_of(&table)
-            .into_iter()
-            .map(|row| (key([row[0], row[1], row[2]]), [row[3], row[4], row[5]]))
-            .collect();
-        let (mut sum, mut worst, mut count) = (0.0, 0.0, 0.0);
-        'wanted: for at in &wanted {
-            let low = at.map(|c| (c / 25.0).floor() * 25.0);
-            let mut command = *at;
-            for corner in 0..8_u32 {
-                let up = [0, 1, 2].map(|axis| f64::from(corner >> axis & 1));
-                let node = [0, 1, 2].map(|k| low[k] + 25.0 * up[k]);
-                let Some(by) = nodes.get(&key(node)) else {
-                    continue 'wanted;
-                };
-                let part = [0, 1, 2].map(|k| (at[k] - low[k]) / 25.0);
-                let weights = [0, 1, 2].map(|k| up[k] * part[k] + (1.0 - up[k]) * (1.0 - part[k]));
-                for k in 0..3 {
-                    command[k] += by[k] * weights[0] * weights[1] * weights[2];
-                }
-            }
-            let is = platform(&calibrated, inverse_of_nominal(command));
-            let off = distance(is, *at);
-            sum += off * off;
-            worst = f64::max(worst, off);
-            count += 1.0;
-        }
-        let (rms, stated) = (f64::sqrt(sum / count), &report["loss"]);
-        assert!((stated["positions"].as_f64().unwrap() - count).abs() < 0.5);
-        // Corrections are written to 0.00001 mm.
-        let near = |found: f64, key: &str| {
-            let stated = stated[key].as_f64().unwrap();
-            assert!(
-                (found - stated).abs() < f64::max(0.02 * stated, 2e-5),
-                "{found} {stated}"
-            );
-        };
-        near(rms, "rms_mm");
-        near(worst, "worst_mm");
-        assert!(rms < 0.02, "{rms}");
-    }
-}
-
-/// Joint angles of the nominal robot, degrees.
-fn inverse_of_nominal(at: Point) -> Point {
-    [0.0, 120.0, 240.0].map(|azimuth| {
-        let arm = Arm {
-            azimuth,
-            radius: 164.0,
-            height: 0.0,
-            upper: 260.0,
-            lower: 480.0,
-        };
-        -arm.above_horizontal(at)
-    })
 }

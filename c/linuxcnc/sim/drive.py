@@ -90,4 +90,9 @@ status = linuxcnc.stat()
 errors = linuxcnc.error_channel()
 # LinuxCNC puts its own INI file between.
 arguments = [value for value in sys.argv[1:] if value != "-ini" and not value.endswith(".ini")]
-main(arguments[0], arguments[1:])
+try:
+    main(arguments[0], arguments[1:])
+except OSError as error:
+    raise SystemExit(f"drive.py: {error}") from None
+except (KeyError, TypeError, ValueError) as error:
+    raise SystemExit(f"drive.py: positions need the columns x_mm,y_mm,z_mm and numbers in them: {error}") from None

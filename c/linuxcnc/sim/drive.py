@@ -16,7 +16,7 @@ import time
 import linuxcnc
 
 # A move takes less than a second; a controller that hangs must not hang this program.
-LONGEST = 30
+LONGEST = 10
 
 
 def until(what, condition):
@@ -56,7 +56,8 @@ def messages():
 def drive(position, result):
     messages()
     command.mdi("G0 X{:.9f} Y{:.9f} Z{:.9f}".format(*position))
-    command.wait_complete(LONGEST)
+    if command.wait_complete(LONGEST) == -1:
+        raise SystemExit("drive.py: LinuxCNC does not end a move")
     # The last points of a path are still interpolated.
     until("in position", lambda: status.inpos and status.interp_state == linuxcnc.INTERP_IDLE)
     time.sleep(0.03)

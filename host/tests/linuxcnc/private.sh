@@ -15,4 +15,4 @@ cd "$run"
 HOME=$run
 export HOME
 # LinuxCNC refuses to run as root.
-exec unshare --user --map-user=1000 --map-group=1000 timeout 200 linuxcnc -r delta.ini
+exec unshare --user --map-user=1000 --map-group=1000 timeout --kill-after=10 150 linuxcnc -r delta.ini

@@ -53,16 +53,28 @@ def messages():
         found.append(message[1].strip())
 
 
+def settle(position):
+    """Waits for the last points of the path, which are still interpolated: a busy computer is late with them."""
+    end, before = time.time() + 2, None
+    while time.time() < end:
+        status.poll()
+        joints = status.joint_position[:3]
+        if joints == before and all(abs(a - b) < 1e-7 for a, b in zip(status.actual_position, position)):
+            return
+        before = joints
+        time.sleep(0.01)
+
+
 def drive(position, result):
     messages()
     command.mdi("G0 X{:.9f} Y{:.9f} Z{:.9f}".format(*position))
     if command.wait_complete(LONGEST) == -1:
         raise SystemExit("drive.py: LinuxCNC does not end a move")
-    # The last points of a path are still interpolated.
     until("in position", lambda: status.inpos and status.interp_state == linuxcnc.INTERP_IDLE)
     time.sleep(0.03)
-    status.poll()
     refusal = messages()
+    if not refusal:
+        settle(position)
     if refusal:
         result.write("# {}, {}, {}: {}\n".format(*position, refusal))
         return

@@ -11,12 +11,14 @@
 pub mod case;
 pub mod choose;
 pub mod correction_table;
+pub mod corrections;
 pub mod error;
 pub mod exported;
 pub mod fit;
 pub mod frame;
 pub mod geometry;
 pub mod linear;
+pub mod linuxcnc_component;
 pub mod loss;
 pub mod nominal;
 pub mod sdf;

@@ -8,6 +8,8 @@ use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
 use delta_cal_host::export::case::Case;
 use delta_cal_host::export::choose::{CHOICES, Choice};
+use delta_cal_host::export::corrections::choice::Nodes;
+use delta_cal_host::export::corrections::kind::Kind;
 use delta_cal_host::export::error::ExportError;
 use delta_cal_host::export::frame::Frame;
 use delta_cal_host::export::linear::level::of_heights;
@@ -31,17 +33,20 @@ TARGET is one of:
   marlin            robots with towers: M665 and M666, 10 parameters
   b-and-r           B&R mapp Motion, Delta/3AxesDeltaA, 18 parameters
   linuxcnc          rotarydeltakins with home offsets, 6 parameters
+  linuxcnc-component
+                    deltacalkins, a kinematics component with all 24 parameters
+                    (docs/linuxcnc.md)
   smoothieware      rotary_delta with M206, 7 parameters
   fluidnc, grblhal, ucnc, delta-x, codesys
                     four lengths, of which 3 count
   sdf               a model for simulators, with all 24 parameters
-  correction-table  CSV x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm: position corrections
-                    for any controller
+  correction-table  CSV x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm,node: corrections on a
+                    grid for any controller, of positions or of joint angles
 
 Robots whose elbows are carriages on towers (kind = \"linear\") can be exported for klipper, reprapfirmware, marlin and \
 correction-table. Name with --bed the file of their heights above the bed: the exported z = 0 is then the bed.
 
-No controller holds all parameters. The program fits the target's parameters, and a rigid motion, so that \
+No controller's own kinematics holds all parameters. The program fits the target's parameters, and a rigid motion, so that \
 the calibrated robot is where it is wanted at the joint angles that the controller computes, and states \
 what is lost. It writes the controller's lines, with that as their comment. docs/export.md has the conventions of \
 each controller.
@@ -50,10 +55,13 @@ Examples:
   delta-cal export calibrated.toml --for klipper
   delta-cal export calibrated.toml --for klipper --output delta.cfg
   delta-cal export calibrated.toml --for reprapfirmware --home-deg -52.5
+  delta-cal export calibrated.toml --for linuxcnc-component --output robot.hal
   delta-cal export calibrated.toml --for sdf --output robot.sdf
   delta-cal export calibrated.toml --for marlin --bed samples.csv \\
       --home-mm 720.9,720.6,721.2
   delta-cal export calibrated.toml --for correction-table --nominal robot.toml
+  delta-cal export calibrated.toml --for correction-table --nominal robot.toml \\
+      --corrections joint --limit 0.1 --positions work.csv
 
 Exit codes:
   0  done
@@ -100,9 +108,15 @@ pub(crate) struct ExportArguments {
     /// The platform's radius, for controllers that hold it beside the base's; only the difference counts
     #[arg(long, value_name = "MM", default_value_t = 25.0, value_parser = length)]
     platform_radius: f64,
-    /// The distance between the nodes of a correction table
-    #[arg(long, value_name = "MM", default_value_t = 25.0, value_parser = length)]
-    spacing: f64,
+    /// Of a correction table: what to correct, the commanded position or the joint angles [default: position]
+    #[arg(long, value_name = "WHAT", value_parser = PossibleValuesParser::new(["position", "joint"]))]
+    corrections: Option<String>,
+    /// Of a correction table: the distance between its nodes [default: 25]
+    #[arg(long, value_name = "MM", value_parser = length)]
+    spacing: Option<f64>,
+    /// Of a correction table: choose the distance between its nodes so that interpolation leaves less than this
+    #[arg(long, value_name = "MM", value_parser = length, conflicts_with = "spacing")]
+    limit: Option<f64>,
     /// Write the lines to this file instead of standard output, replacing a file that exists
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -133,6 +147,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         .into_iter()
         .find(|(name, _)| *name == arguments.target)
         .map_or(Choice::Sdf, |(_, choice)| choice);
+    check_table(arguments, choice)?;
     let text = InputText::from_file(&arguments.robot)?;
     let robot = RobotFile::read(&text)?;
     let nominal = match &arguments.nominal {
@@ -140,6 +155,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         None => None,
     };
     let home = home(arguments, robot.robot.drive())?;
+    let (corrections, nodes) = corrections(arguments);
     let level = level(arguments, &robot)?;
     let wanted = match &arguments.positions {
         Some(path) => {
@@ -156,7 +172,8 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             height: arguments.height,
             home,
             platform_radius: arguments.platform_radius,
-            spacing: arguments.spacing,
+            corrections,
+            nodes,
             level,
         },
     };
@@ -252,6 +269,42 @@ fn home(arguments: &ExportArguments, drive: Drive) -> Result<Option<[f64; 3]>, F
             });
         }
     })
+}
+
+/// The options of a correction table are of no use to other targets.
+fn check_table(arguments: &ExportArguments, choice: Choice) -> Result<(), Failure> {
+    if matches!(choice, Choice::CorrectionTable) {
+        return Ok(());
+    }
+    let stated = [
+        ("--corrections", arguments.corrections.is_some()),
+        ("--spacing", arguments.spacing.is_some()),
+        ("--limit", arguments.limit.is_some()),
+    ];
+    match stated.into_iter().find(|(_, stated)| *stated) {
+        None => Ok(()),
+        Some((option, _)) => Err(Failure::Usage {
+            cause: format!(
+                "{option} cannot be used with --for {}, which has no correction table",
+                arguments.target
+            ),
+            remedy: format!("leave out {option}, or write --for correction-table"),
+        }),
+    }
+}
+
+/// What a table corrects, and where its nodes are.
+fn corrections(arguments: &ExportArguments) -> (Kind, Nodes) {
+    let kind = match arguments.corrections.as_deref() {
+        Some("joint") => Kind::Joint,
+        _ => Kind::Position,
+    };
+    let nodes = match (arguments.limit, arguments.spacing) {
+        (Some(limit), _) => Nodes::Limit(limit),
+        (None, Some(spacing)) => Nodes::Spacing(spacing),
+        (None, None) => Settings::default().nodes,
+    };
+    (kind, nodes)
 }
 
 /// The bed that heights were measured above.

@@ -1,12 +1,13 @@
 //! A robot, and how it is exported for a target.
 
 use super::choose::{Choice, names_for};
-use super::correction_table::CorrectionTable;
+use super::correction_table;
 use super::error::ExportError;
-use super::exported::Export;
+use super::exported::{Content, Export};
 use super::fit::fit;
 use super::geometry::{Geometry, Holds};
 use super::linear;
+use super::linuxcnc_component;
 use super::loss::Loss;
 use super::nominal::{nearest_symmetric, symmetric_arms};
 use super::sdf;
@@ -74,8 +75,17 @@ impl Case<'_> {
             }
             (Choice::Controller(..), _) => return Err(other_drive()),
             (Choice::Sdf, _) => sdf::export(self.robot, self.wanted),
+            (Choice::LinuxcncComponent, _) => {
+                linuxcnc_component::export(self.robot, self.wanted, home)?
+            }
             (Choice::CorrectionTable, _) => {
-                CorrectionTable::of(robot, &nominal, self.wanted, self.settings.spacing)?.export()
+                let settings = &self.settings;
+                correction_table::export(
+                    self.robot,
+                    (&nominal, self.nominal.is_some()),
+                    self.wanted,
+                    (settings.corrections, settings.nodes),
+                )?
             }
         };
         Ok(Export {
@@ -141,7 +151,7 @@ impl Case<'_> {
             name: target.name,
             title: target.title,
             comment: target.comment,
-            fitted: Some(target.holds.count()),
+            content: Content::Fitted(target.holds.count()),
             written,
             frame: Some(frame),
             loss,

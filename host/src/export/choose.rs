@@ -19,12 +19,14 @@ pub enum Choice {
     Controller(Option<&'static Target>, Option<&'static LinearTarget>),
     /// A simulator's model, with all 24 parameters.
     Sdf,
+    /// LinuxCNC's kinematics component, with all 24 parameters.
+    LinuxcncComponent,
     /// Position corrections for any controller.
     CorrectionTable,
 }
 
 /// All, by their names on the command line.
-pub const CHOICES: [(&str, Choice); 13] = [
+pub const CHOICES: [(&str, Choice); 14] = [
     (
         "klipper",
         Choice::Controller(Some(&KLIPPER), Some(&linear::KLIPPER)),
@@ -35,6 +37,7 @@ pub const CHOICES: [(&str, Choice); 13] = [
     ),
     ("b-and-r", Choice::Controller(Some(&B_AND_R), None)),
     ("linuxcnc", Choice::Controller(Some(&LINUXCNC), None)),
+    ("linuxcnc-component", Choice::LinuxcncComponent),
     (
         "smoothieware",
         Choice::Controller(Some(&SMOOTHIEWARE), None),
@@ -55,7 +58,7 @@ impl Choice {
         match (self, drive) {
             (Self::Controller(rotary, _), Drive::Rotary) => rotary.is_some(),
             (Self::Controller(_, linear), Drive::Linear) => linear.is_some(),
-            (Self::Sdf, drive) => matches!(drive, Drive::Rotary),
+            (Self::Sdf | Self::LinuxcncComponent, drive) => matches!(drive, Drive::Rotary),
             (Self::CorrectionTable, _) => true,
         }
     }

@@ -1,159 +1,132 @@
-//! A grid of position corrections for a controller whose kinematics is the nominal robot's.
+//! A correction table as a target: its lines and what is lost.
 
+use super::corrections::between::Region;
+use super::corrections::choice::{Finished, Nodes};
+use super::corrections::kind::{Kind, Pair};
+use super::corrections::table::Node;
 use super::error::ExportError;
-use super::exported::Export;
-use super::loss::{Loss, reached};
+use super::exported::{Content, Export};
+use super::shape::ArmShape;
 use super::target::Written;
 use super::wanted::Wanted;
-use crate::geometry::range::range;
+use crate::files::robot_file::RobotFile;
+use crate::text::units::degrees;
 use delta_cal::Robot;
-use nalgebra::Vector3;
+use delta_cal::robot::Drive;
 use std::fmt::Write;
 
-/// More nodes than this are refused.
-const MOST_NODES: usize = 2_000_000;
-
-/// To be at x the controller is told to go to x + correction.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CorrectionTable {
-    origin: Vector3<f64>,
-    spacing: f64,
-    counts: [usize; 3],
-    /// z runs fastest, then y. `None` where a robot has no pose.
-    corrections: Vec<Option<Vector3<f64>>>,
-    /// With corrections interpolated between the nodes.
-    loss: Loss,
+/// The table of a calibrated robot for a controller that computes with the nominal one, which the user stated or not.
+///
+/// # Errors
+/// Too many nodes, a limit that no spacing keeps to, or no wanted position in a cell with corrections.
+pub(crate) fn export(
+    robot: &RobotFile,
+    (nominal, stated): (&Robot<f64>, bool),
+    wanted: &Wanted,
+    (kind, nodes): (Kind, Nodes),
+) -> Result<Export, ExportError> {
+    let pair = Pair {
+        calibrated: &robot.robot,
+        nominal,
+    };
+    let region = Region::of(robot, wanted);
+    let finished = Finished::of(&pair, kind, nodes, &region)?;
+    let loss = finished.between.wanted;
+    if loss.positions == 0 {
+        return Err(ExportError::Unreached);
+    }
+    let how = match (kind, robot.robot.drive()) {
+        (Kind::Position, _) => {
+            "to be at (x, y, z), command (x + dx, y + dy, z + dz) to a controller whose kinematics is that of the \
+             robot before calibration; between nodes interpolate linearly along x, y and z"
+        }
+        (Kind::Joint, Drive::Rotary) => {
+            "to be at (x, y, z), add dq1, dq2, dq3 to the joint angles that the kinematics of the robot before \
+             calibration has there; between nodes interpolate linearly along x, y and z"
+        }
+        (Kind::Joint, Drive::Linear) => {
+            "to be at (x, y, z), add ds1, ds2, ds3 to the travels that the kinematics of the robot before \
+             calibration has there; between nodes interpolate linearly along x, y and z"
+        }
+    };
+    Ok(Export {
+        name: "correction-table",
+        title: "correction table",
+        comment: "#",
+        written: Written {
+            entries: Vec::new(),
+            lines: lines(&finished, robot.robot.drive()),
+            warnings: nominal_assumed(nominal, stated).into_iter().collect(),
+        },
+        frame: None,
+        loss,
+        uncalibrated: loss,
+        uncalibrated_moved: loss,
+        within: None,
+        controller: None,
+        conventions: vec![
+            "positions in the calibrated robot's frame, mm",
+            how,
+            "node: computed; extrapolated, where the robot reaches nodes beside this one only, which serves positions \
+             between them; empty, where there is no correction",
+        ],
+        source: "computed",
+        alternative: "a smaller --spacing, or a --limit",
+        content: Content::Corrections(Box::new(finished)),
+    })
 }
 
-impl CorrectionTable {
-    /// Over the box around wanted positions.
-    ///
-    /// # Errors
-    /// So narrow a spacing that the table would be too large, or no position in a cell of it.
-    pub fn of(
-        calibrated: &Robot<f64>,
-        nominal: &Robot<f64>,
-        wanted: &Wanted,
-        spacing: f64,
-    ) -> Result<Self, ExportError> {
-        let mut origin = Vector3::zeros();
-        let mut counts = [0; 3];
-        for axis in 0..3 {
-            let (low, high) = range(wanted.evaluated.iter().map(|at| at[axis]));
-            origin[axis] = (low / spacing).floor() * spacing;
-            let cells = ((high - origin[axis]) / spacing).floor() + 1.0;
-            if !(cells < 1e4) {
-                return Err(ExportError::TooManyNodes);
-            }
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 1 to 10,000
-            let cells = cells as usize;
-            counts[axis] = cells + 1;
+/// What to say of a controller's robot that nobody stated.
+fn nominal_assumed(nominal: &Robot<f64>, stated: bool) -> Option<String> {
+    if stated {
+        return None;
+    }
+    let which = match nominal.drive() {
+        Drive::Rotary => {
+            let [arm, ..] = ArmShape::all(nominal);
+            format!(
+                " (base less platform radius {:.4}, height {:.4}, upper arm {:.4}, forearm {:.4} mm, first arm at \
+                 {:.4}°, joint angles 0 at {:.4}° above horizontal)",
+                arm.radius,
+                arm.height,
+                arm.upper,
+                arm.lower,
+                degrees(arm.azimuth),
+                degrees(arm.zero)
+            )
         }
-        let nodes: usize = counts.iter().product();
-        if nodes > MOST_NODES {
-            return Err(ExportError::TooManyNodes);
+        Drive::Linear => String::new(),
+    };
+    Some(format!(
+        "The table is right only for a controller that computes with the symmetric robot{which}, for --nominal does not \
+         name the controller's own."
+    ))
+}
+
+/// A row for each node.
+fn lines(finished: &Finished, drive: Drive) -> String {
+    let table = &finished.table;
+    // To 1e-5 mm, or to 1e-7°, which are 1e-6 mm half a metre away.
+    let (names, digits) = match (table.kind, drive) {
+        (Kind::Position, _) => ("dx_mm,dy_mm,dz_mm", 5),
+        (Kind::Joint, Drive::Rotary) => ("dq1_deg,dq2_deg,dq3_deg", 7),
+        (Kind::Joint, Drive::Linear) => ("ds1_mm,ds2_mm,ds3_mm", 5),
+    };
+    let number = |value: f64| {
+        let text = format!("{value:.digits$}");
+        match text.strip_prefix('-') {
+            Some(zero) if zero.bytes().all(|byte| matches!(byte, b'0' | b'.')) => zero.to_owned(),
+            _ => text,
         }
-        let mut table = Self {
-            origin,
-            spacing,
-            counts,
-            corrections: Vec::with_capacity(nodes),
-            loss: Loss::of(std::iter::empty()),
+    };
+    let mut lines = format!("x_mm,y_mm,z_mm,{names},node\n");
+    for (node, index) in table.nodes.iter().zip(0..) {
+        let at = table.grid.position(index).map(|value| value + 0.0);
+        let values = match node {
+            Node::Computed(by) | Node::Extrapolated(by) => [by.x, by.y, by.z].map(number).join(","),
+            Node::Empty => ",,".to_owned(),
         };
-        for node in 0..nodes {
-            let at = table.node(node);
-            table
-                .corrections
-                .push(reached(nominal, calibrated, &at).map(|command| command - at));
-        }
-        table.loss = Loss::of(wanted.evaluated.iter().map(|at| {
-            let is = table
-                .interpolated(at)
-                .and_then(|correction| reached(calibrated, nominal, &(at + correction)));
-            (*at, is.map(|is| (is - at).norm()))
-        }));
-        if table.loss.positions == 0 {
-            return Err(ExportError::Unreached);
-        }
-        Ok(table)
+        let _ = writeln!(lines, "{},{},{},{values},{}", at.x, at.y, at.z, node.name());
     }
-
-    #[allow(clippy::cast_precision_loss)] // up to 10,000
-    fn node(&self, node: usize) -> Vector3<f64> {
-        let [_, y, z] = self.counts;
-        let at = [node / z / y, node / z % y, node % z];
-        self.origin + Vector3::from(at.map(|index| index as f64)) * self.spacing
-    }
-
-    /// The correction at a position, linear between the eight nodes around it, mm; `None` outside the cells that
-    /// have all eight.
-    pub fn interpolated(&self, at: &Vector3<f64>) -> Option<Vector3<f64>> {
-        let place = (at - self.origin) / self.spacing;
-        let cell = place.map(f64::floor);
-        let part = place - cell;
-        let [_, y, z] = self.counts;
-        let mut base = 0;
-        for (axis, stride) in [y * z, z, 1].into_iter().enumerate() {
-            if !(cell[axis] >= 0.0) {
-                return None;
-            }
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // not negative
-            let index = cell[axis] as usize;
-            if index + 1 >= self.counts[axis] {
-                return None;
-            }
-            base += index * stride;
-        }
-        let mut sum = Vector3::zeros();
-        for corner in 0..8 {
-            let bits = [corner & 1, corner >> 1 & 1, corner >> 2 & 1];
-            let node = base + bits[0] * y * z + bits[1] * z + bits[2];
-            let weight = (0..3).fold(1.0, |weight, axis| {
-                weight
-                    * if bits[axis] == 1 {
-                        part[axis]
-                    } else {
-                        1.0 - part[axis]
-                    }
-            });
-            sum += weight * self.corrections.get(node).copied().flatten()?;
-        }
-        Some(sum)
-    }
-
-    pub(super) fn export(self) -> Export {
-        let mut lines = String::from("x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm\n");
-        for (node, correction) in self.corrections.iter().enumerate() {
-            if let Some(by) = correction {
-                let at = self.node(node);
-                let [dx, dy, dz] =
-                    [by.x, by.y, by.z].map(|value| (value * 1e5).round() / 1e5 + 0.0);
-                let _ = writeln!(lines, "{},{},{},{dx:.5},{dy:.5},{dz:.5}", at.x, at.y, at.z);
-            }
-        }
-        Export {
-            name: "correction-table",
-            title: "correction table",
-            comment: "#",
-            fitted: None,
-            written: Written {
-                entries: Vec::new(),
-                lines,
-                warnings: Vec::new(),
-            },
-            frame: None,
-            loss: self.loss,
-            uncalibrated: self.loss,
-            uncalibrated_moved: self.loss,
-            within: None,
-            controller: None,
-            conventions: vec![
-                "positions in the robot's frame, mm; nodes that the robot cannot reach are left out",
-                "to be at (x, y, z), command (x + dx, y + dy, z + dz) to a controller whose kinematics is that of the \
-                 robot before calibration; between nodes interpolate linearly along x, y and z",
-            ],
-            source: "computed",
-            alternative: "a smaller --spacing",
-        }
-    }
+    lines
 }

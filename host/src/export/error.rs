@@ -3,6 +3,7 @@
 use crate::text::words::list;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
+use nalgebra::Vector3;
 use std::error::Error;
 use std::fmt;
 
@@ -27,6 +28,19 @@ pub enum ExportError {
     Unreached,
     /// A correction table would be too large.
     TooManyNodes,
+    /// No correction table that is small enough keeps to the limit.
+    LimitNotMet {
+        /// The limit, mm.
+        limit: f64,
+        /// The narrowest spacing that was tried, mm.
+        spacing: f64,
+        /// What interpolation leaves then, mm.
+        worst: f64,
+        /// Where, mm.
+        at: Vector3<f64>,
+        /// Wanted positions in cells without corrections.
+        left_out: usize,
+    },
     /// The target takes no robots with these drives.
     OtherDrive {
         /// Those of the robot.
@@ -48,7 +62,7 @@ impl ExportError {
     pub const fn remedy(&self) -> &'static str {
         match self {
             Self::CannotHold { .. } => {
-                "check the robot file; --for sdf and --for correction-table hold such a robot"
+                "check the robot file; --for linuxcnc-component, --for sdf and --for correction-table hold such a robot"
             }
             Self::TooFewPositions { .. } => {
                 "check [joints] in the robot file, or the positions and their frame"
@@ -57,6 +71,10 @@ impl ExportError {
                 "check the positions and their frame; the robot must reach all of them"
             }
             Self::TooManyNodes => "give a larger --spacing",
+            Self::LimitNotMet { .. } => {
+                "name with --positions where your robot works, for the corrections change most at the edge of the \
+                 workspace; or give a larger --limit"
+            }
             Self::OtherDrive { .. } => "choose one of these with --for",
             Self::Home { .. } => "give the joint angles at the end stops with --home-deg",
         }
@@ -75,6 +93,24 @@ impl fmt::Display for ExportError {
             ),
             Self::TooManyNodes => {
                 formatter.write_str("the correction table would have more than two million nodes")
+            }
+            Self::LimitNotMet {
+                limit,
+                spacing,
+                worst,
+                at,
+                left_out,
+            } => {
+                write!(
+                    formatter,
+                    "no correction table of up to two million nodes keeps the error of interpolation below {limit} mm: \
+                     with nodes {spacing} mm apart it is {worst:.4} mm at x = {:.1}, y = {:.1}, z = {:.1} mm",
+                    at.x, at.y, at.z
+                )?;
+                if *left_out > 0 {
+                    write!(formatter, ", and {left_out} positions have no corrections")?;
+                }
+                Ok(())
             }
             Self::OtherDrive { drive, others } => {
                 let (own, other) = match drive {

@@ -1,9 +1,21 @@
 //! A robot exported for a target.
 
+use super::corrections::choice::Finished;
 use super::frame::Frame;
 use super::loss::Loss;
 use super::target::Written;
 use delta_cal::Robot;
+
+/// What a target receives of a robot.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Content {
+    /// So many numbers of its own, which the fit determined, without the frame.
+    Fitted(usize),
+    /// All parameters of the robot.
+    Everything,
+    /// Corrections of a nominal robot.
+    Corrections(Box<Finished>),
+}
 
 /// What a target is told, and what is lost.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,8 +26,8 @@ pub struct Export {
     pub title: &'static str,
     /// What begins a comment in the lines; empty for XML.
     pub comment: &'static str,
-    /// Numbers that the fit determined, without the frame; `None` if nothing was fitted.
-    pub fitted: Option<usize>,
+    /// What the target receives of the robot.
+    pub content: Content,
     /// The parameters and the lines.
     pub written: Written,
     /// The rigid motion from the robot's frame to the controller's, if it was fitted.

@@ -1,6 +1,6 @@
 //! A model for simulators, with all 24 parameters and its closed loops.
 
-use super::exported::Export;
+use super::exported::{Content, Export};
 use super::loss::Loss;
 use super::target::Written;
 use super::wanted::Wanted;
@@ -154,7 +154,7 @@ pub(super) fn export(robot: &RobotFile, wanted: &Wanted) -> Export {
         name: "sdf",
         title: "SDF 1.8",
         comment: "",
-        fitted: None,
+        content: Content::Everything,
         written: Written {
             entries: Vec::new(),
             lines: format!("<sdf version=\"1.8\">\n{}</sdf>\n", model(robot)),

@@ -1,5 +1,7 @@
 //! What the user states beside the robot.
 
+use super::corrections::choice::Nodes;
+use super::corrections::kind::Kind;
 use super::frame::Frame;
 
 /// Of lengths and angles that the 24 parameters do not contain.
@@ -13,8 +15,10 @@ pub struct Settings {
     pub home: Option<[f64; 3]>,
     /// The radius of the platform, mm. Controllers that hold it beside the base's use only the difference.
     pub platform_radius: f64,
-    /// The distance between the nodes of a correction table, mm.
-    pub spacing: f64,
+    /// What a correction table corrects.
+    pub corrections: Kind,
+    /// How far the nodes of a correction table are from each other.
+    pub nodes: Nodes,
     /// With towers: the motion after which z is the height above the bed; `None` if the robot's own z is. Otherwise
     /// any: the robot's z is the controller's, and the fit turns it no more.
     pub level: Option<Frame>,
@@ -26,7 +30,8 @@ impl Default for Settings {
             height: None,
             home: None,
             platform_radius: 25.0,
-            spacing: 25.0,
+            corrections: Kind::Position,
+            nodes: Nodes::Spacing(25.0),
             level: None,
         }
     }

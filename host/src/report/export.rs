@@ -1,6 +1,9 @@
 //! What an export writes: the target's lines below what is lost, and the same for programs.
 
-use crate::export::exported::Export;
+use crate::export::corrections::between::Between;
+use crate::export::corrections::choice::Finished;
+use crate::export::corrections::table::{Node, Table};
+use crate::export::exported::{Content, Export};
 use crate::export::frame::Frame;
 use crate::export::loss::Loss;
 use crate::render::json::report;
@@ -31,10 +34,14 @@ pub struct Files<'a> {
 /// The summary, line by line.
 pub fn summary(export: &Export, files: &Files<'_>) -> Vec<String> {
     let mut text = Vec::new();
-    let what = match export.fitted {
-        Some(count) => format!("{count} parameters and a frame fitted"),
-        None if export.name == "sdf" => "all 24 parameters".to_owned(),
-        None => "position corrections".to_owned(),
+    let what = match &export.content {
+        Content::Fitted(count) => format!("{count} parameters and a frame fitted"),
+        Content::Everything => "all 24 parameters".to_owned(),
+        Content::Corrections(finished) => format!(
+            "{} corrections, {} mm between the nodes",
+            finished.table.kind.name(),
+            finished.table.grid.spacing
+        ),
     };
     text.push(format!("{}: {what}, from {}", export.title, files.robot));
     text.push(String::new());
@@ -47,6 +54,7 @@ pub fn summary(export: &Export, files: &Files<'_>) -> Vec<String> {
         ),
         (format!("for {}", export.name), &export.loss),
     ];
+    let rows: Vec<_> = rows.into_iter().chain(between(export)).collect();
     let width = rows.iter().map(|(name, _)| name.chars().count()).max();
     let width = width.unwrap_or(0);
     text.push(format!(
@@ -82,9 +90,31 @@ pub fn summary(export: &Export, files: &Files<'_>) -> Vec<String> {
     text
 }
 
+/// What interpolation between the nodes of a table leaves.
+fn between(export: &Export) -> Vec<(String, &Loss)> {
+    match &export.content {
+        Content::Corrections(finished) => {
+            let Between {
+                centres, random, ..
+            } = &finished.between;
+            let mut rows = vec![
+                (
+                    format!("- in the middle of {} cells", centres.positions),
+                    centres,
+                ),
+                (format!("- at {} random points", random.positions), random),
+            ];
+            // Of positions in one plane the centres are none.
+            rows.retain(|(_, loss)| loss.positions > 0);
+            rows
+        }
+        Content::Fitted(_) | Content::Everything => Vec::new(),
+    }
+}
+
 fn verdict(export: &Export) -> String {
     let loss = &export.loss;
-    if loss.rms < NOTHING && export.fitted.is_none() && export.name == "sdf" {
+    if loss.worst < NOTHING && export.content == Content::Everything {
         return "Nothing is lost: the target holds all 24 parameters.".to_owned();
     }
     let lost = if loss.worst < NOTHING {
@@ -139,8 +169,8 @@ fn over(export: &Export, files: &Files<'_>) -> String {
     }
     if loss.unreached > 0 {
         let _ = write!(text, " Another {} are left out: ", loss.unreached);
-        text.push_str(if export.name == "correction-table" {
-            "they lie in cells of which a node is out of reach."
+        text.push_str(if matches!(export.content, Content::Corrections(_)) {
+            "they lie in cells without corrections at all eight nodes."
         } else {
             "the target's kinematics does not reach them."
         });
@@ -188,17 +218,48 @@ pub fn text(export: &Export, files: &Files<'_>) -> String {
     text + &export.written.lines
 }
 
+fn loss(loss: &Loss) -> Value {
+    json!({
+        "rms_mm": loss.rms,
+        "worst_mm": loss.worst,
+        "worst_at_mm": [loss.at.x, loss.at.y, loss.at.z],
+        "positions": loss.positions,
+        "unreached": loss.unreached,
+    })
+}
+
+/// A correction table.
+fn table(finished: &Finished) -> Value {
+    let Table { kind, grid, nodes } = &finished.table;
+    let corrections: Vec<_> = nodes
+        .iter()
+        .map(|node| node.correction().map(|by| [by.x, by.y, by.z]))
+        .collect();
+    let extrapolated = nodes
+        .iter()
+        .zip(0..)
+        .filter_map(|(node, index)| match node {
+            Node::Extrapolated(_) => Some(index),
+            Node::Computed(_) | Node::Empty => None,
+        });
+    let extrapolated: Vec<usize> = extrapolated.collect();
+    json!({
+        "corrections_of": kind.name(),
+        "unit": finished.unit,
+        "origin_mm": [grid.origin.x, grid.origin.y, grid.origin.z],
+        "spacing_mm": grid.spacing,
+        "nodes_along_xyz": grid.counts,
+        "fastest": "z",
+        "corrections": corrections,
+        "extrapolated": extrapolated,
+        "limit_mm": finished.limit,
+        "at_cell_centres": loss(&finished.between.centres),
+        "at_random_points": loss(&finished.between.random),
+    })
+}
+
 /// For programs.
 pub fn json(export: &Export, files: &Files<'_>) -> Value {
-    let loss = |loss: &Loss| {
-        json!({
-            "rms_mm": loss.rms,
-            "worst_mm": loss.worst,
-            "worst_at_mm": [loss.at.x, loss.at.y, loss.at.z],
-            "positions": loss.positions,
-            "unreached": loss.unreached,
-        })
-    };
     let parameters: Vec<_> = export
         .written
         .entries
@@ -218,7 +279,14 @@ pub fn json(export: &Export, files: &Files<'_>) -> Value {
             "target": export.name,
             "robot": files.robot,
             "nominal": files.nominal,
-            "fitted_parameters": export.fitted,
+            "fitted_parameters": match export.content {
+                Content::Fitted(count) => Some(count),
+                Content::Everything | Content::Corrections(_) => None,
+            },
+            "table": match &export.content {
+                Content::Corrections(finished) => Some(table(finished)),
+                Content::Fitted(_) | Content::Everything => None,
+            },
             "parameters": parameters,
             "frame": frame,
             "loss": loss(&export.loss),

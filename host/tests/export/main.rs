@@ -12,4 +12,5 @@ mod models;
 mod refusals;
 mod robots;
 mod round_trip;
+mod tables;
 mod towers;

@@ -1,8 +1,7 @@
-//! The targets that hold everything: the model for simulators, and the correction table.
+//! The targets that hold everything: the model for simulators, and LinuxCNC's component.
 
-use crate::controllers::Arm;
-use crate::robots::{Sequence, csv, example, one_arm_longer, positions};
-use crate::support::{Folder, Point, arms_of, distance, platform, rows_of};
+use crate::robots::{example, one_arm_longer};
+use crate::support::{Folder, Point, arms_of, distance, platform};
 use roxmltree::{Document, Node};
 use std::collections::BTreeMap;
 
@@ -102,74 +101,42 @@ fn the_model_for_simulators_has_the_calibrated_robots_loops() {
 }
 
 #[test]
-fn the_correction_table_takes_the_robot_where_it_is_wanted() {
+fn the_pins_of_linuxcncs_component_are_the_calibrated_robot() {
     for prepare in [example, one_arm_longer] {
         let folder = Folder::new();
         prepare(&folder);
-        let calibrated = arms_of(&folder.read("calibrated.toml"));
-        let wanted = positions(&calibrated, 200, &mut Sequence::new(3));
-        folder.write("wanted.csv", csv(&wanted));
-        let command = "export calibrated.toml --nominal robot.toml --for correction-table --positions wanted.csv \
-                       --output table.csv --json report.json";
-        folder.run(command).ok();
-        let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
-        let text = folder.read("table.csv");
-        let lines = text.lines().filter(|line| !line.starts_with('#'));
-        let table = lines.collect::<Vec<_>>().join("\n");
-        assert!(table.starts_with("x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm\n"));
-        let key = |at: Point| at.map(|c| format!("{:.3}", c + 0.0)).join(",");
-        let nodes: BTreeMap<_, _> = rows_of(&table)
-            .into_iter()
-            .map(|row| (key([row[0], row[1], row[2]]), [row[3], row[4], row[5]]))
-            .collect();
-        let (mut sum, mut worst, mut count) = (0.0, 0.0, 0.0);
-        'wanted: for at in &wanted {
-            let low = at.map(|c| (c / 25.0).floor() * 25.0);
-            let mut command = *at;
-            for corner in 0..8_u32 {
-                let up = [0, 1, 2].map(|axis| f64::from(corner >> axis & 1));
-                let node = [0, 1, 2].map(|k| low[k] + 25.0 * up[k]);
-                let Some(by) = nodes.get(&key(node)) else {
-                    continue 'wanted;
-                };
-                let part = [0, 1, 2].map(|k| (at[k] - low[k]) / 25.0);
-                let weights = [0, 1, 2].map(|k| up[k] * part[k] + (1.0 - up[k]) * (1.0 - part[k]));
-                for k in 0..3 {
-                    command[k] += by[k] * weights[0] * weights[1] * weights[2];
-                }
-            }
-            let is = platform(&calibrated, inverse_of_nominal(command));
-            let off = distance(is, *at);
-            sum += off * off;
-            worst = f64::max(worst, off);
-            count += 1.0;
-        }
-        let (rms, stated) = (f64::sqrt(sum / count), &report["loss"]);
-        assert!((stated["positions"].as_f64().unwrap() - count).abs() < 0.5);
-        // Corrections are written to 0.00001 mm.
-        let near = |found: f64, key: &str| {
-            let stated = stated[key].as_f64().unwrap();
-            assert!(
-                (found - stated).abs() < f64::max(0.02 * stated, 2e-5),
-                "{found} {stated}"
+        let export = |name: &str| {
+            let command = format!(
+                "export {name} --for linuxcnc-component --home-deg -40,-41,-42 --output robot.hal --json report.json"
             );
+            folder.run(&command).ok();
+            folder.read("robot.hal")
         };
-        near(rms, "rms_mm");
-        near(worst, "worst_mm");
-        assert!(rms < 0.02, "{rms}");
+        let lines = export("calibrated.toml");
+        let pin = |name: &str| -> f64 {
+            let start = format!("setp deltacalkins.{name} ");
+            let value = lines.lines().find_map(|line| line.strip_prefix(&start));
+            value.unwrap().parse().unwrap()
+        };
+        let written: [[f64; 8]; 3] = [1, 2, 3].map(|arm| {
+            let keys = ["dx", "dy", "dz", "theta", "alpha", "la-x", "la-y", "lb"];
+            keys.map(|key| pin(&format!("arm{arm}.{key}")))
+        });
+        let calibrated = arms_of(&folder.read("calibrated.toml"));
+        for q in [[0.0; 3], [10.0, -20.0, 30.0], [55.0, 40.0, 60.0]] {
+            // 24 numbers are written to 1e-9 mm and degrees.
+            let off = distance(platform(&written, q), platform(&calibrated, q));
+            assert!(off < 1e-6, "{off}");
+        }
+        // The last of the pins, and another one for another robot.
+        let setp = |line: &&str| line.starts_with("setp");
+        let last = lines.lines().rfind(setp).unwrap();
+        assert!(last.contains("deltacalkins.revision "), "{last}");
+        assert!(pin("revision") >= 1.0);
+        assert_ne!(last, export("robot.toml").lines().rfind(setp).unwrap());
+        assert!(lines.contains("# [JOINT_2]") && lines.contains("# HOME_OFFSET = -42.0000"));
+        let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+        assert!(report["loss"]["worst_mm"].as_f64().unwrap() < 1e-6);
+        assert_eq!(report["parameters"].as_array().unwrap().len(), 24);
     }
-}
-
-/// Joint angles of the nominal robot, degrees.
-fn inverse_of_nominal(at: Point) -> Point {
-    [0.0, 120.0, 240.0].map(|azimuth| {
-        let arm = Arm {
-            azimuth,
-            radius: 164.0,
-            height: 0.0,
-            upper: 260.0,
-            lower: 480.0,
-        };
-        -arm.above_horizontal(at)
-    })
 }

@@ -35,7 +35,7 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
         (
             "calibrated.toml --for mach3",
             2,
-            "[possible values: klipper, reprapfirmware, b-and-r, linuxcnc, smoothieware",
+            "[possible values: klipper, reprapfirmware, b-and-r, linuxcnc, linuxcnc-component, smoothieware",
         ),
         (
             "calibrated.toml --for klipper --output calibrated.toml",
@@ -97,7 +97,7 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
         assert_eq!(folder.names(), names, "{arguments}");
     }
     // The same robots can be exported for what holds everything.
-    for target in ["sdf", "correction-table"] {
+    for target in ["linuxcnc-component", "sdf", "correction-table"] {
         folder
             .run(&format!("export tilted.toml --for {target}"))
             .ok();

@@ -308,6 +308,43 @@ fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
     }
 }
 
+/// Travels of the printer as drawn, by Klipper's equations, and what a table adds to them.
+#[test]
+fn a_table_of_travels_takes_the_printer_where_it_is_wanted() {
+    let (folder, robot) = prepared(&leaning());
+    folder
+        .run(
+            "export calibrated.toml --nominal robot.toml --for correction-table --corrections joint --spacing 10 \
+             --positions wanted.csv --output table.csv",
+        )
+        .ok();
+    let drawn = Delta {
+        radius: 140.6,
+        angles: [210.4, 329.7, 90.2],
+        arms: [330.0; 3],
+        endstops: HOME,
+        step_lengths: [1.0; 3],
+    };
+    let table = folder.read("table.csv");
+    let mut rows = table.lines().filter(|line| !line.starts_with('#'));
+    assert_eq!(
+        rows.next(),
+        Some("x_mm,y_mm,z_mm,ds1_mm,ds2_mm,ds3_mm,node")
+    );
+    let mut count = 0;
+    for row in rows.filter(|row| row.ends_with("computed")) {
+        let fields: Vec<f64> = row.split(',').take(6).map(|n| n.parse().unwrap()).collect();
+        let at = [fields[0], fields[1], fields[2]];
+        let carriages = drawn.carriages(at);
+        let travels = [0, 1, 2].map(|k| carriages[k] + fields[3 + k]);
+        let is = robot.robot.forward(&travels).unwrap();
+        // Written to 0.00001 mm.
+        assert!(distance([is.x, is.y, is.z], at) < 5e-5, "{row}");
+        count += 1;
+    }
+    assert!(count > 1000, "{count}");
+}
+
 /// Without --home-mm, --bed and --positions the command says what it assumes.
 #[test]
 fn assumptions_are_stated() {

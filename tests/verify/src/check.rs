@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 #[derive(Debug, Default)]
 pub(crate) struct Check {
     failures: Vec<String>,
+    skipped: Option<String>,
 }
 
 impl Check {
@@ -35,6 +36,17 @@ impl Check {
     pub(crate) fn fail(&mut self, what: String) {
         eprintln!("FAILED: {what}");
         self.failures.push(what);
+    }
+
+    /// Notes why the stage checks nothing here.
+    pub(crate) fn skip(&mut self, why: &str) {
+        println!("skipped: {why}");
+        self.skipped = Some(why.to_owned());
+    }
+
+    /// Why nothing was checked.
+    pub(crate) fn take_skipped(&mut self) -> Option<String> {
+        self.skipped.take()
     }
 
     pub(crate) fn into_failures(self) -> Vec<String> {

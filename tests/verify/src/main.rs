@@ -6,6 +6,7 @@ mod docs;
 mod features;
 mod fuzz;
 mod licences;
+mod linuxcnc;
 mod mutants;
 mod package;
 mod programs;
@@ -85,6 +86,7 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Stage>, &str> {
 struct Finished {
     name: &'static str,
     failures: Vec<String>,
+    skipped: Option<String>,
     time: Duration,
 }
 
@@ -98,6 +100,7 @@ fn run(stages: &[&Stage]) -> ExitCode {
         (stage.run)(&mut check);
         finished.push(Finished {
             name: stage.name,
+            skipped: check.take_skipped(),
             failures: check.into_failures(),
             time: start.elapsed(),
         });
@@ -105,17 +108,17 @@ fn run(stages: &[&Stage]) -> ExitCode {
 
     println!("\n=== summary");
     for stage in &finished {
-        let verdict = if stage.failures.is_empty() {
-            "ok"
-        } else {
-            "failed"
+        let verdict = match &stage.skipped {
+            _ if !stage.failures.is_empty() => "failed",
+            Some(_) => "skipped",
+            None => "ok",
         };
         println!(
-            "{:<10}  {verdict:<6}  {:>6.1} s",
+            "{:<10}  {verdict:<7}  {:>6.1} s",
             stage.name,
             stage.time.as_secs_f64()
         );
-        for failure in &stage.failures {
+        for failure in stage.skipped.iter().chain(&stage.failures) {
             println!("    {}", failure.replace('\n', "\n    "));
         }
     }
@@ -123,9 +126,11 @@ fn run(stages: &[&Stage]) -> ExitCode {
         .iter()
         .filter(|stage| !stage.failures.is_empty())
         .count();
+    let skipped = finished.iter().filter(|stage| stage.skipped.is_some());
+    let skipped = skipped.count();
     println!(
-        "{} passed, {failed} failed, {:.1} s",
-        finished.len() - failed,
+        "{} passed, {failed} failed, {skipped} skipped, {:.1} s",
+        finished.len() - failed - skipped,
         begin.elapsed().as_secs_f64()
     );
     if failed == 0 {

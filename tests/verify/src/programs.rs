@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 const BUILD: &str = "cargo test --no-run --message-format=json-render-diagnostics";
 /// The documentation's examples, which are no programs of their own.
 const EXAMPLES: &str = "cargo test --no-fail-fast --doc";
-/// They need QEMU; the stage `firmware` runs them.
-const NOT_HERE: &str = "on_target::";
+/// They need QEMU or LinuxCNC; the stages `firmware` and `linuxcnc` run them.
+const NOT_HERE: [&str; 2] = ["on_target::", "in_linuxcnc::"];
 
 /// How large the tests' campaigns are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +54,7 @@ impl Job {
                 process
                     .current_dir(&program.directory)
                     .env("CARGO_MANIFEST_DIR", &program.directory)
-                    .args(["--skip", NOT_HERE]);
+                    .args(NOT_HERE.iter().flat_map(|name| ["--skip", name]));
                 process
             }
         };

@@ -1,6 +1,7 @@
 //! What the checks need beside Rust: found, or installed.
 
 use crate::check::{Check, attempt, output};
+use crate::linuxcnc;
 use delta_cal_verify::firmware::TARGET;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -65,8 +66,42 @@ const NEEDS: [Need; 7] = [
     },
 ];
 
+/// What a stage can do without, by being skipped: large, and installed only if somebody says so.
+const OPTIONAL: Need = Need {
+    what: "LinuxCNC and its component compiler (60 MB to fetch, 210 MB on the disk); without it the stage linuxcnc is skipped",
+    found: linuxcnc::found,
+    install: || packages(linuxcnc::PACKAGE),
+    by_hand: "apt-get install linuxcnc-uspace-dev",
+};
+
 /// Says what is there, and what it would install; asks on a terminal, and installs.
 pub(crate) fn check(check: &mut Check) {
+    needed(check);
+    offer();
+}
+
+/// Installs what is optional if somebody at a terminal agrees. Nothing fails without it.
+fn offer() {
+    if let Some(found) = (OPTIONAL.found)() {
+        return println!("{found}");
+    }
+    println!("\nNot needed, and not here: {}", OPTIONAL.what);
+    match (OPTIONAL.install)() {
+        Some(lines) => {
+            for line in &lines {
+                println!("    {line}");
+            }
+            if somebody_sits_here() && agreed() {
+                for line in &lines {
+                    let _ = attempt(line);
+                }
+            }
+        }
+        None => println!("    {}, by hand", OPTIONAL.by_hand),
+    }
+}
+
+fn needed(check: &mut Check) {
     let mut missing = Vec::new();
     for need in &NEEDS {
         match (need.found)() {
@@ -112,8 +147,7 @@ pub(crate) fn check(check: &mut Check) {
 
 /// Whether the user agrees; whoever cannot be asked does.
 fn agreed() -> bool {
-    let automatic = std::env::var("CI").is_ok_and(|value| !matches!(&*value, "" | "false" | "0"));
-    if !must_ask(std::io::stdin().is_terminal(), automatic) {
+    if !somebody_sits_here() {
         return true;
     }
     print!("Install this now? [y/N] ");
@@ -122,6 +156,11 @@ fn agreed() -> bool {
         .flush()
         .and_then(|()| std::io::stdin().read_line(&mut answer));
     read.is_ok() && is_yes(&answer)
+}
+
+fn somebody_sits_here() -> bool {
+    let automatic = std::env::var("CI").is_ok_and(|value| !matches!(&*value, "" | "false" | "0"));
+    must_ask(std::io::stdin().is_terminal(), automatic)
 }
 
 /// Somebody sits at the terminal, and this is no automatic build (`CI` is set).

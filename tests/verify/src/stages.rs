@@ -6,6 +6,7 @@ use crate::docs;
 use crate::features;
 use crate::fuzz;
 use crate::licences;
+use crate::linuxcnc;
 use crate::mutants;
 use crate::package;
 use crate::programs::{self, Campaigns};
@@ -59,6 +60,11 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "c",
         about: "the C library: header, misuse, and C and C++ programs that give the core's bits, on this machine and under QEMU",
         run: c,
+    },
+    Stage {
+        name: "linuxcnc",
+        about: "LinuxCNC's component: built by its compiler, and asked by its motion controller, without a screen",
+        run: linuxcnc::check,
     },
     Stage {
         name: "budgets",

@@ -3,7 +3,7 @@
 use super::geometry::{LinearGeometry, PARAMETERS, nearest_symmetric};
 use super::target::{LinearFitted, LinearTarget};
 use crate::export::error::ExportError;
-use crate::export::exported::Export;
+use crate::export::exported::{Content, Export};
 use crate::export::fit::{Task, solve};
 use crate::export::frame::Frame;
 use crate::export::loss::Loss;
@@ -84,7 +84,7 @@ pub(crate) fn export(
         name: target.name,
         title: target.title,
         comment: target.comment,
-        fitted: Some(PARAMETERS),
+        content: Content::Fitted(PARAMETERS),
         written,
         frame: Some(frame),
         loss,

@@ -167,7 +167,7 @@ pub(crate) const CODESYS: Target = Target {
         "to be confirmed on the machine: the names; the radii are radii, not sides of triangles",
     ],
     source: "the controller's documentation; its source is not public, so nothing here is verified against it",
-    alternative: "a kinematics function block of your own with all 24 parameters",
+    alternative: "a correction table (--for correction-table) or a kinematics function block of your own with all 24 parameters",
     write: |fitted| {
         let arm = fitted.geometry.arm_of_motor(0);
         let platform = fitted.platform_radius;

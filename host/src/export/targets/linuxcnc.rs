@@ -26,7 +26,7 @@ pub(crate) const LINUXCNC: Target = Target {
          home offset that was in force",
     ],
     source: "src/emc/kinematics/rotarydeltakins-common.h of LinuxCNC",
-    alternative: "a kinematics module of your own with all 24 parameters, written in C (halcompile --install)",
+    alternative: "the kinematics component deltacalkins with all 24 parameters (--for linuxcnc-component)",
     write,
 };
 

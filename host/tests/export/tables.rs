@@ -1,0 +1,395 @@
+//! Correction tables: read again, interpolated here, and added to a nominal kinematics that is written here.
+
+use crate::controllers::Arm;
+use crate::robots::{Sequence, csv, example, made, one_arm_longer, positions, toml};
+use crate::support::{Arm as Parameters, Folder, Point, arms_of, distance, nominal_arms, platform};
+use delta_cal_tests::documents::print_documented;
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// A table as its file has it: corrections and kind of each node.
+struct Table {
+    header: String,
+    spacing: f64,
+    nodes: BTreeMap<[i64; 3], (Option<Point>, String)>,
+}
+
+impl Table {
+    fn read(text: &str, spacing: f64) -> Self {
+        let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+        let header = lines.next().unwrap().to_owned();
+        let mut nodes = BTreeMap::new();
+        for line in lines {
+            let fields: Vec<_> = line.split(',').collect();
+            let [x, y, z, first, second, third, kind] = fields[..] else {
+                panic!("{line}");
+            };
+            let index = [x, y, z].map(|c| {
+                let place = c.parse::<f64>().unwrap() / spacing;
+                assert!((place - place.round()).abs() < 1e-9, "{line}");
+                #[allow(clippy::cast_possible_truncation)] // some thousand
+                let place = place.round() as i64;
+                place
+            });
+            let by =
+                (!first.is_empty()).then(|| [first, second, third].map(|c| c.parse().unwrap()));
+            assert_eq!(by.is_none(), kind == "empty", "{line}");
+            assert!(nodes.insert(index, (by, kind.to_owned())).is_none());
+        }
+        Self {
+            header,
+            spacing,
+            nodes,
+        }
+    }
+
+    fn count(&self, kind: &str) -> usize {
+        self.nodes.values().filter(|(_, own)| own == kind).count()
+    }
+
+    /// Linear along x, then y, then z.
+    fn at(&self, at: Point) -> Option<Point> {
+        #[allow(clippy::cast_possible_truncation)] // some thousand
+        let low = at.map(|c| (c / self.spacing).floor() as i64);
+        let part = [0, 1, 2].map(|k| (at[k] / self.spacing).rem_euclid(1.0));
+        let node =
+            |x: i64, y: i64, z: i64| self.nodes.get(&[low[0] + x, low[1] + y, low[2] + z])?.0;
+        let between = |a: Point, b: Point, t: f64| [0, 1, 2].map(|k| a[k] + t * (b[k] - a[k]));
+        let along_x = |y, z| Some(between(node(0, y, z)?, node(1, y, z)?, part[0]));
+        let along_y = |z| Some(between(along_x(0, z)?, along_x(1, z)?, part[1]));
+        Some(between(along_y(0)?, along_y(1)?, part[2]))
+    }
+}
+
+/// Joint angles of the nominal robot, degrees.
+fn inverse_of_nominal(at: Point) -> Point {
+    [0.0, 120.0, 240.0].map(|azimuth| {
+        let arm = Arm {
+            azimuth,
+            radius: 164.0,
+            height: 0.0,
+            upper: 260.0,
+            lower: 480.0,
+        };
+        -arm.above_horizontal(at)
+    })
+}
+
+/// Where a robot is that is wanted at a position.
+fn reached(calibrated: &[Parameters; 3], kind: &str, at: Point, by: Point) -> Point {
+    let sum = |a: Point, b: Point| [0, 1, 2].map(|k| a[k] + b[k]);
+    let joints = match kind {
+        "position" => inverse_of_nominal(sum(at, by)),
+        _ => sum(inverse_of_nominal(at), by),
+    };
+    platform(calibrated, joints)
+}
+
+fn export(folder: &Folder, options: &str) -> (String, Value) {
+    let command = format!(
+        "export calibrated.toml --nominal robot.toml --for correction-table --output table.csv --json report.json \
+         {options}"
+    );
+    folder.run(&command).ok();
+    let report = serde_json::from_str(&folder.read("report.json")).unwrap();
+    (folder.read("table.csv"), report)
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap()
+}
+
+#[test]
+fn the_table_takes_the_robot_where_it_is_wanted() {
+    for prepare in [example, one_arm_longer] {
+        let folder = Folder::new();
+        prepare(&folder);
+        let calibrated = arms_of(&folder.read("calibrated.toml"));
+        let wanted = positions(&calibrated, 200, &mut Sequence::new(3));
+        folder.write("wanted.csv", csv(&wanted));
+        for (kind, header, allowed) in [
+            ("position", "x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm,node", 0.03),
+            ("joint", "x_mm,y_mm,z_mm,dq1_deg,dq2_deg,dq3_deg,node", 0.2),
+        ] {
+            let (text, report) = export(
+                &folder,
+                &format!("--positions wanted.csv --corrections {kind}"),
+            );
+            let table = Table::read(&text, 25.0);
+            assert_eq!(table.header, header);
+            let (mut sum, mut worst) = (0.0, 0.0);
+            for at in &wanted {
+                let by = table.at(*at).unwrap();
+                let off = distance(reached(&calibrated, kind, *at, by), *at);
+                sum += off * off;
+                worst = f64::max(worst, off);
+            }
+            let (rms, stated) = (f64::sqrt(sum / 200.0), &report["loss"]);
+            assert_eq!(stated["positions"], 200);
+            // Corrections are written to 0.00001 mm and 1e-7°.
+            for (found, key) in [(rms, "rms_mm"), (worst, "worst_mm")] {
+                let stated = number(stated, key);
+                let tolerance = f64::max(0.02 * stated, 2e-5);
+                assert!(
+                    (found - stated).abs() < tolerance,
+                    "{kind}: {found} {stated}"
+                );
+            }
+            assert!(rms < allowed, "{kind}: {rms}");
+        }
+    }
+}
+
+/// Positions within 250 mm of the axis and more than 400 mm below the motors: away from the edge of the workspace.
+fn low(calibrated: &[Parameters; 3], seed: u64) -> Vec<Point> {
+    let all = positions(calibrated, 2000, &mut Sequence::new(seed));
+    all.into_iter().filter(|at| at[2] < -400.0).collect()
+}
+
+/// The limit holds at centres of cells and random points of the test's own, and the next wider spacing breaks it.
+#[test]
+fn a_limit_chooses_the_spacing() {
+    for prepare in [example, one_arm_longer] {
+        let folder = Folder::new();
+        prepare(&folder);
+        let calibrated = arms_of(&folder.read("calibrated.toml"));
+        let wanted = low(&calibrated, 4);
+        folder.write("wanted.csv", csv(&wanted));
+        for (kind, limit) in [("position", 0.05), ("joint", 0.05)] {
+            let options = format!("--positions wanted.csv --corrections {kind}");
+            let (text, report) = export(&folder, &format!("{options} --limit {limit}"));
+            let found = &report["table"];
+            let table = Table::read(&text, number(found, "spacing_mm"));
+            assert_eq!(number(found, "limit_mm").to_bits(), f64::to_bits(limit));
+            let own = low(&calibrated, 5);
+            let in_box = |at: &&Point| {
+                let within = |k: usize| {
+                    let each = wanted.iter().map(|own| own[k]);
+                    each.clone().fold(f64::INFINITY, f64::min) <= at[k]
+                        && at[k] <= each.fold(f64::NEG_INFINITY, f64::max)
+                };
+                within(0) && within(1) && within(2)
+            };
+            let inside: Vec<_> = own.iter().filter(in_box).collect();
+            assert!(inside.len() > 100);
+            let centres: Vec<Point> = inside
+                .iter()
+                .map(|at| at.map(|c| ((c / table.spacing).floor() + 0.5) * table.spacing))
+                .filter(|at| in_box(&at))
+                .collect();
+            for at in inside.into_iter().chain(&centres) {
+                let off = distance(reached(&calibrated, kind, *at, table.at(*at).unwrap()), *at);
+                assert!(off <= limit, "{kind}: {off} at {at:?}");
+            }
+            for place in ["at_cell_centres", "at_random_points"] {
+                assert!(number(&found[place], "worst_mm") <= limit);
+                assert!(number(&found[place], "positions") > 100.0);
+            }
+            // Half as fine breaks it: interpolation leaves about the square of the spacing.
+            let (_, wider) = export(
+                &folder,
+                &format!("{options} --spacing {}", 2.0 * table.spacing),
+            );
+            let worst = |place: &str| number(&wider["table"][place], "worst_mm");
+            assert!(f64::max(worst("at_cell_centres"), worst("at_random_points")) > limit);
+        }
+    }
+}
+
+/// Three equal arms: base less platform radius, upper arm and forearm, mm.
+fn equal_arms([radius, upper, lower]: Point) -> [Parameters; 3] {
+    [0.0, 120.0, 240.0].map(|theta: f64| {
+        let (sin, cos) = theta.to_radians().sin_cos();
+        [
+            radius * cos,
+            radius * sin,
+            0.0,
+            theta,
+            0.0,
+            upper,
+            0.0,
+            lower,
+        ]
+    })
+}
+
+/// Eight robots of each of three geometries, made to 0.5 mm and 0.2°, at positions up to the edge of the workspace.
+#[test]
+fn robots_of_three_geometries_lose_what_is_documented() {
+    let folder = Folder::new();
+    for (name, geometry) in [
+        ("paper's, 164, 260, 480 mm", [164.0, 260.0, 480.0]),
+        ("small, 60, 120, 280 mm", [60.0, 120.0, 280.0]),
+        ("large, 250, 400, 900 mm", [250.0, 400.0, 900.0]),
+    ] {
+        let nominal = equal_arms(geometry);
+        folder.write("robot.toml", toml(&nominal));
+        let mut sequence = Sequence::new(11);
+        let mut found = vec![Vec::new(); 5];
+        for _ in 0..8 {
+            let mut arms = made(&mut sequence);
+            for ((arm, paper), own) in arms.iter_mut().zip(nominal_arms()).zip(nominal) {
+                for ((value, paper), own) in arm.iter_mut().zip(paper).zip(own) {
+                    *value += own - paper;
+                }
+            }
+            folder.write("calibrated.toml", toml(&arms));
+            folder.write("wanted.csv", csv(&positions(&arms, 150, &mut sequence)));
+            for (kind, columns) in [("position", [0, 1]), ("joint", [2, 3])] {
+                let options = format!("--positions wanted.csv --corrections {kind}");
+                let (_, report) = export(&folder, &options);
+                assert_eq!(report["loss"]["unreached"], 0);
+                for (column, key) in columns.into_iter().zip(["rms_mm", "worst_mm"]) {
+                    found[column].push(number(&report["loss"], key));
+                }
+                if kind == "position" {
+                    let before = &report["not_calibrated_after_rigid_motion"];
+                    found[4].push(number(before, "rms_mm"));
+                }
+            }
+        }
+        let [rms, worst, joint_rms, joint_worst, before] = [0, 1, 2, 3, 4].map(|column: usize| {
+            let mut values = found[column].clone();
+            values.sort_by(f64::total_cmp);
+            f64::midpoint(values[3], values[4])
+        });
+        print_documented(
+            "docs/export.md",
+            &format!(
+                "| {name} | {before:.2} | {rms:.3} / {worst:.2} | {joint_rms:.3} / {joint_worst:.2} |"
+            ),
+        );
+        assert!(rms < 0.1 * before, "{name}: {rms} {before}");
+    }
+}
+
+/// Up to the edge of the workspace, where nodes are out of reach.
+#[test]
+fn nodes_out_of_reach_are_marked_and_serve_the_positions_beside_them() {
+    let folder = Folder::new();
+    example(&folder);
+    let calibrated = arms_of(&folder.read("calibrated.toml"));
+    let (text, report) = export(&folder, "--spacing 40");
+    let table = Table::read(&text, 40.0);
+    // Every position of the workspace has corrections.
+    assert_eq!(report["loss"]["positions"], 2000);
+    assert_eq!(report["loss"]["unreached"], 0);
+    let (computed, extrapolated) = (table.count("computed"), table.count("extrapolated"));
+    assert!(computed > 1000 && extrapolated > 200 && table.count("empty") > 100);
+    for (index, (by, kind)) in &table.nodes {
+        #[allow(clippy::cast_precision_loss)] // some thousand
+        let at = index.map(|c| c as f64 * 40.0);
+        // In reach: the upper arm's circle comes as near to the position as the forearm is long.
+        let beyond = calibrated.iter().any(|arm| !in_reach(arm, at));
+        assert_eq!(kind != "computed", beyond, "{at:?} {kind}");
+        if let (Some(by), "computed") = (by, kind.as_str()) {
+            let off = distance(reached(&calibrated, "position", at, *by), at);
+            // Written to 0.00001 mm, of which singularities near by make some times as much.
+            assert!(off < 1e-3, "{off} at {at:?}");
+        }
+    }
+    // The JSON holds the same.
+    let found = &report["table"];
+    assert_eq!(found["unit"], "mm");
+    let corrections = found["corrections"].as_array().unwrap();
+    assert_eq!(corrections.len(), table.nodes.len());
+    for (own, (by, _)) in corrections.iter().zip(table.nodes.values()) {
+        assert_eq!(own.is_null(), by.is_none());
+        for (k, value) in by.iter().flatten().enumerate() {
+            assert!((own[k].as_f64().unwrap() - value).abs() < 1e-5);
+        }
+    }
+    assert_eq!(
+        found["extrapolated"].as_array().unwrap().len(),
+        extrapolated
+    );
+}
+
+/// Whether elbow and platform can be a forearm apart: with u and v across the motor axis, |w| between the extremes.
+fn in_reach(arm: &Parameters, at: Point) -> bool {
+    let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = *arm;
+    let (st, ct) = theta.to_radians().sin_cos();
+    let (sa, ca) = alpha.to_radians().sin_cos();
+    let axis = [-st * ca, ct * ca, sa];
+    let w = [at[0] - dx, at[1] - dy, at[2] - dz];
+    let along: f64 = (0..3).map(|k| axis[k] * w[k]).sum();
+    let across = ((0..3).map(|k| w[k] * w[k]).sum::<f64>() - along * along).sqrt();
+    let upper = la_x.hypot(la_y);
+    let square = lb * lb - along * along;
+    square >= 0.0 && (across - upper).abs() <= square.sqrt() && square.sqrt() <= across + upper
+}
+
+/// Work in one plane: cells have their centres elsewhere.
+#[test]
+fn a_plane_has_a_table_and_a_robot_that_is_assumed_is_stated() {
+    let folder = Folder::new();
+    example(&folder);
+    let mut sequence = Sequence::new(6);
+    let mut coordinate = || 300.0 * sequence.uniform() - 150.0;
+    let wanted: Vec<Point> = (0..50)
+        .map(|_| [coordinate(), coordinate(), -447.3])
+        .collect();
+    folder.write("wanted.csv", csv(&wanted));
+    let (text, report) = export(&folder, "--positions wanted.csv --limit 0.05");
+    assert!(number(&report["loss"], "worst_mm") < 0.05);
+    assert!(number(&report["table"]["at_random_points"], "positions") > 1000.0);
+    assert!(!text.contains("in the middle of"), "{text}");
+    assert!(!text.contains("The table is right only for"), "{text}");
+    let run = folder
+        .run("export calibrated.toml --for correction-table --spacing 80")
+        .ok();
+    let robot =
+        "# - The table is right only for a controller that computes with the symmetric robot";
+    assert!(run.stdout.contains(robot), "{}", run.stdout);
+}
+
+#[test]
+fn options_of_tables_are_refused_where_they_say_nothing() {
+    let folder = Folder::new();
+    folder.write("calibrated.toml", toml(&nominal_arms()));
+    for (arguments, code, cause) in [
+        (
+            "--for klipper --limit 0.1",
+            2,
+            "--limit cannot be used with --for klipper",
+        ),
+        (
+            "--for sdf --corrections joint",
+            2,
+            "--corrections cannot be used with --for sdf",
+        ),
+        (
+            "--for linuxcnc-component --spacing 9",
+            2,
+            "--spacing cannot be used",
+        ),
+        (
+            "--for correction-table --limit 0.1 --spacing 9",
+            2,
+            "cannot be used with",
+        ),
+        ("--for correction-table --limit 0", 2, "it must be above 0"),
+        (
+            "--for correction-table --corrections both",
+            2,
+            "[possible values: position, joint]",
+        ),
+    ] {
+        let run = folder.run(&format!("export calibrated.toml {arguments}"));
+        assert_eq!(run.code, code, "{arguments}: {}", run.stderr);
+        assert!(run.stderr.contains(cause), "{arguments}: {}", run.stderr);
+    }
+    let folder = Folder::new();
+    example(&folder);
+    let run = folder.run(
+        "export calibrated.toml --nominal robot.toml --for correction-table --limit 1e-6 --output table.csv",
+    );
+    assert_eq!(run.code, 3, "{}", run.stderr);
+    assert!(
+        run.stderr
+            .contains("keeps the error of interpolation below 0.000001 mm: with nodes"),
+        "{}",
+        run.stderr
+    );
+    assert!(!folder.names().contains(&"table.csv".to_owned()));
+}

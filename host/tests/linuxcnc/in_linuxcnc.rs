@@ -1,0 +1,192 @@
+//! Joint angles that LinuxCNC commands, beside those of the robot.
+
+use crate::program::{drive, missing};
+use crate::support::{Arm, Folder, KEYS, Point, TOLERANCE, distance, platform, poses, rows_of};
+use crate::support::{nominal_arms, true_arms};
+use std::fmt::Write;
+
+/// Of joint angles, radians; a pin has 1e-9 mm and degrees, which are 1e-11 of these robots' arms.
+const JOINTS: f64 = 1e-9;
+/// Of positions, mm.
+const POSITION: f64 = 1e-6;
+
+fn skipped() -> bool {
+    let why = missing();
+    if let Some(why) = &why {
+        println!("skipped: {why}");
+    }
+    why.is_some()
+}
+
+fn toml(arms: &[Arm; 3]) -> String {
+    let mut text = String::new();
+    for arm in arms {
+        text += "[[arm]]\n";
+        for (key, value) in KEYS.iter().zip(arm) {
+            writeln!(text, "{key} = {value:?}").unwrap();
+        }
+    }
+    text + "\n[joints]\nmin_deg = -60\nmax_deg = 90\n" + TOLERANCE
+}
+
+fn one_arm_longer() -> [Arm; 3] {
+    let mut arms = nominal_arms();
+    arms[1][5] += 1.0;
+    arms
+}
+
+/// What no other controller holds, and largely: tilt, and planes beside the z axis.
+fn far_off() -> [Arm; 3] {
+    let mut arms = true_arms();
+    let off = [
+        [12.0, -9.0, 15.0, 4.0, 3.0, -8.0, 20.0, 6.0],
+        [-7.0, 5.0, -11.0, -3.0, -4.0, 9.0, -15.0, -12.0],
+        [4.0, 10.0, 8.0, 2.0, 5.0, -14.0, 9.0, 15.0],
+    ];
+    for (arm, off) in arms.iter_mut().zip(off) {
+        for (value, by) in arm.iter_mut().zip(off) {
+            *value += by;
+        }
+    }
+    arms
+}
+
+/// So many of each robot: LinuxCNC takes a tenth of a second for each.
+const POSITIONS: usize = 24;
+
+/// Joint angles, and where the robot is with them by Newton's method, within 250 mm of its axis.
+fn wanted(arms: &[Arm; 3]) -> Vec<(Point, Point)> {
+    let all = poses(80).into_iter().map(|q| (q, platform(arms, q)));
+    let near = all.filter(|(_, at)| at[0].hypot(at[1]) < 250.0);
+    let wanted: Vec<_> = near.take(POSITIONS).collect();
+    assert_eq!(wanted.len(), POSITIONS);
+    wanted
+}
+
+fn positions(wanted: &[(Point, Point)], unit: f64) -> String {
+    let mut text = String::from("x_mm,y_mm,z_mm\n");
+    for (_, [x, y, z]) in wanted {
+        writeln!(text, "{},{},{}", x / unit, y / unit, z / unit).unwrap();
+    }
+    text
+}
+
+fn export(folder: &Folder, name: &str, arms: &[Arm; 3]) {
+    folder.write(&format!("{name}.toml"), toml(arms));
+    folder
+        .run(&format!(
+            "export {name}.toml --for linuxcnc-component --output {name}.hal"
+        ))
+        .ok();
+}
+
+/// Joint angles that LinuxCNC commanded are those of the robot, by its own equations and by `delta-cal inverse`.
+fn assert_driven(
+    folder: &Folder,
+    (name, unit): (&str, f64),
+    wanted: &[(Point, Point)],
+    rows: &[Option<(Point, Point)>],
+) {
+    assert_eq!(rows.len(), wanted.len());
+    folder.write("wanted.csv", positions(wanted, 1.0));
+    let inverse = folder.run(&format!("inverse {name}.toml wanted.csv")).ok();
+    let (mut worst_joint, mut worst_position) = (0.0, 0.0);
+    for (((q, at), row), own) in wanted.iter().zip(rows).zip(rows_of(&inverse.stdout)) {
+        let (driven, position) = row.unwrap();
+        for k in 0..3 {
+            for expected in [q[k], own[k]] {
+                worst_joint = f64::max(worst_joint, (driven[k] - expected).to_radians().abs());
+            }
+        }
+        worst_position = f64::max(worst_position, distance(position.map(|c| c * unit), *at));
+    }
+    println!("{name}: {worst_joint:.1e} rad, {worst_position:.1e} mm");
+    assert!(worst_joint < JOINTS && worst_position < POSITION);
+}
+
+#[test]
+fn linuxcnc_commands_the_joint_angles_of_the_robot() {
+    if skipped() {
+        return;
+    }
+    let folder = Folder::new();
+    let robots = [
+        ("robot", true_arms()),
+        ("longer", one_arm_longer()),
+        ("far_off", far_off()),
+    ];
+    for (name, arms) in &robots {
+        export(&folder, name, arms);
+        folder.write(&format!("{name}.csv"), positions(&wanted(arms), 1.0));
+    }
+    // Parameters of another robot on the pins, at first without the revision that takes them over, then as no robot.
+    let other = folder.read("longer.hal");
+    let half = other.replace("setp deltacalkins.revision", "# ");
+    folder.write("half.hal", &half);
+    folder.write(
+        "none.hal",
+        "setp deltacalkins.arm3.lb -480\nsetp deltacalkins.revision 5\n",
+    );
+    folder.write("beyond.csv", "x_mm,y_mm,z_mm\n0,0,-2000\n0,0,-450\n");
+    let driven = drive(
+        &folder,
+        "robot.csv longer.hal longer.csv far_off.hal far_off.csv half.hal far_off.csv none.hal far_off.csv beyond.csv",
+        |ini| ini,
+    );
+    let printed = &driven.printed;
+    let mut rows = driven.rows.chunks(POSITIONS);
+    for name in ["robot", "longer", "far_off", "far_off", "far_off"] {
+        let (_, arms) = robots.iter().find(|(own, _)| *own == name).unwrap();
+        let chunk = rows.next().unwrap_or_else(|| panic!("{printed}"));
+        assert_driven(&folder, (name, 1.0), &wanted(arms), chunk);
+    }
+    let cause = "revision 5 is not taken over: The upper arm or the forearm is not longer than 0.";
+    assert!(printed.contains(cause), "{printed}");
+    // Where the robot cannot be LinuxCNC does not go, and goes on.
+    let [None, Some(_)] = rows.next().unwrap() else {
+        panic!("{printed}");
+    };
+    assert!(printed.contains("fails kinematicsInverse"), "{printed}");
+}
+
+#[test]
+fn a_machine_in_inches_moves_the_same_robot() {
+    if skipped() {
+        return;
+    }
+    let folder = Folder::new();
+    export(&folder, "robot", &true_arms());
+    let lines = folder.read("robot.hal");
+    folder.write(
+        "robot.hal",
+        format!("setp deltacalkins.units-per-mm {}\n{lines}", 1.0 / 25.4),
+    );
+    let wanted = wanted(&true_arms());
+    folder.write("positions.csv", positions(&wanted, 25.4));
+    let driven = drive(&folder, "positions.csv", |ini| {
+        assert!(ini.contains("LINEAR_UNITS = mm"));
+        ini.replace("LINEAR_UNITS = mm", "LINEAR_UNITS = inch")
+    });
+    assert_driven(&folder, ("robot", 25.4), &wanted, &driven.rows);
+}
+
+#[test]
+fn without_one_of_the_lines_nothing_moves() {
+    if skipped() {
+        return;
+    }
+    let folder = Folder::new();
+    export(&folder, "robot", &true_arms());
+    let lines = folder.read("robot.hal");
+    let lines = lines.lines().filter(|line| !line.contains("arm2.dz "));
+    let lines: Vec<_> = lines.collect();
+    folder.write("robot.hal", lines.join("\n") + "\n");
+    folder.write("positions.csv", "x_mm,y_mm,z_mm\n0,0,-450\n0,0,-400\n");
+    let driven = drive(&folder, "positions.csv", |ini| ini);
+    assert!(
+        driven.printed.contains("arm2.dz is not set"),
+        "{}",
+        driven.printed
+    );
+    assert_eq!(driven.rows, [None, None]);
+}

@@ -8,13 +8,13 @@ mod support;
 
 use delta_cal_c::error::Error;
 use delta_cal_c::plain::{READ_HEIGHT, READ_X, READ_Y, READ_Z, REJECTED, TAKEN};
-use delta_cal_c::single::sample::{Sample, Settings};
+use delta_cal_c::single::sample::Settings;
 use delta_cal_c::single::{
     calibrator::*, gate::*, joint::*, observations::*, outcome::*, robot::*,
 };
 use delta_cal_c::status::{self, Status};
 use delta_cal_c::{Held, HeldMut, In, Many, New, Out, Workspace};
-use support::{Memory, SETTINGS, built, dimensions, measured, no_error, sample};
+use support::{Memory, SETTINGS, measured, no_error};
 
 /// Lb of the three arms is what was built, to a tenth of the tolerance.
 fn assert_built(robot: &mut Memory<512>) {

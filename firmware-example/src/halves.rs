@@ -43,7 +43,7 @@ pub(crate) struct Halves<F> {
     largest: usize,
     /// What the lower and the upper half hold: a record, nothing, or what is no use.
     /// [`StoreError::Flash`] is not known, because it could not be read.
-    halves: [Result<Option<Found>, StoreError>; 2],
+    found: [Result<Option<Found>, StoreError>; 2],
 }
 
 /// A whole record of the right mark.
@@ -84,7 +84,7 @@ impl<F: NorFlash> Halves<F> {
             flash,
             mark,
             largest,
-            halves: [Err(StoreError::Flash); 2],
+            found: [Err(StoreError::Flash); 2],
         }
     }
 
@@ -99,7 +99,7 @@ impl<F: NorFlash> Halves<F> {
 
     /// Whether the newest record is surely there: no half is damaged or unreadable, and none lost a record.
     pub(crate) fn complete(&self) -> bool {
-        match self.halves {
+        match self.found {
             // The halves are written in turn: with a gap between them a record is lost.
             [Ok(Some(lower)), Ok(Some(upper))] => {
                 matches!(
@@ -112,7 +112,7 @@ impl<F: NorFlash> Halves<F> {
     }
 
     fn newest(&self) -> Option<(Half, Found)> {
-        match self.halves.map(|half| half.ok().flatten()) {
+        match self.found.map(|half| half.ok().flatten()) {
             [None, None] => None,
             [Some(lower), None] => Some((Half::Lower, lower)),
             [Some(lower), Some(upper)] if follows(lower.generation, upper.generation) => {
@@ -133,10 +133,10 @@ impl<F: NorFlash> Halves<F> {
             match self.read_content(half, &found, content) {
                 Ok(()) => return Ok(content.get(..found.length)),
                 // It can be read no more: then what was before it.
-                Err(error) => self.halves[half as usize] = Err(error),
+                Err(error) => self.found[half as usize] = Err(error),
             }
         }
-        match self.halves {
+        match self.found {
             [Err(error), _] | [_, Err(error)] => Err(error),
             _ => lower.and(upper).map(|_| None),
         }
@@ -197,7 +197,7 @@ impl<F: NorFlash> Halves<F> {
     }
 
     fn unread(&self, half: Half) -> bool {
-        self.halves[half as usize] == Err(StoreError::Flash)
+        self.found[half as usize] == Err(StoreError::Flash)
     }
 
     /// Puts a record in place of what the half holds.
@@ -210,7 +210,7 @@ impl<F: NorFlash> Halves<F> {
             Err(error) => return Err(error),
         }
         let other = half.other();
-        match self.halves[other as usize] {
+        match self.found[other as usize] {
             Ok(_) => Ok(()),
             // The next start would take rubbish for a lost record, and what it can read again may be
             // of a higher generation.
@@ -222,7 +222,7 @@ impl<F: NorFlash> Halves<F> {
     #[inline(never)]
     fn look(&mut self, half: Half) -> Result<Option<Found>, StoreError> {
         let found = self.read(half);
-        self.halves[half as usize] = found;
+        self.found[half as usize] = found;
         found
     }
 
@@ -337,9 +337,9 @@ impl<F: NorFlash> Halves<F> {
     fn erase(&mut self, half: Half) -> Result<(), StoreError> {
         let Range { start, end } = self.range(half)?;
         // Until it has been looked at again.
-        self.halves[half as usize] = Err(StoreError::Flash);
+        self.found[half as usize] = Err(StoreError::Flash);
         block_on(self.flash.erase(start, end)).map_err(|_| StoreError::Flash)?;
-        self.halves[half as usize] = Ok(None);
+        self.found[half as usize] = Ok(None);
         Ok(())
     }
 

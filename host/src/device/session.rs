@@ -196,12 +196,13 @@ fn send<T: Number, L: Transport>(
                 next,
                 last,
             } if open == session && next == index.saturating_add(1) => added.push(last),
-            Response::Taken { .. } => return Err(Broken::Lost),
             Response::Fault(Fault::OutOfOrder { next }) if next < index && restarts < SESSIONS => {
                 restarts += 1;
                 added.truncate(next as usize);
             }
-            Response::Fault(Fault::OutOfOrder { .. }) => return Err(Broken::Lost),
+            Response::Taken { .. } | Response::Fault(Fault::OutOfOrder { .. }) => {
+                return Err(Broken::Lost);
+            }
             // The gate's estimate is solved first.
             Response::Fault(Fault::Busy) if looks < client.patience().looks => {
                 looks += 1;

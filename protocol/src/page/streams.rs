@@ -95,7 +95,7 @@ impl Pieces {
             }
             StreamRefusal::HeldOut(refusal) => {
                 self.variant(OF, 1, "HeldOut");
-                self.held_out_refusal(refusal);
+                self.held_out_refusal(*refusal);
             }
             StreamRefusal::Alarm(alarm) => {
                 self.variant(OF, 2, "Alarm");
@@ -110,9 +110,9 @@ impl Pieces {
         }
     }
 
-    fn held_out_refusal(&mut self, refusal: &HeldOutRefusal) {
+    fn held_out_refusal(&mut self, refusal: HeldOutRefusal) {
         const OF: &str = "HeldOutRefusal";
-        match *refusal {
+        match refusal {
             HeldOutRefusal::Every => self.variant(OF, 0, "Every"),
             HeldOutRefusal::NoSamples { arm } => {
                 self.variant(OF, 1, "NoSamples");

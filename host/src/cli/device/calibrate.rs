@@ -158,7 +158,7 @@ fn result_fingerprint<T: Number>(finished: &Finished<T>) -> u32 {
     finished
         .result
         .as_ref()
-        .map_or(0, |solution| solution.fingerprint())
+        .map_or(0, delta_cal_host::device::Solution::fingerprint)
 }
 
 fn comment(report: &CalibrationReport, port: &str, arguments: &CalibrateArguments) -> String {

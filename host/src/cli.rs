@@ -14,6 +14,7 @@ mod init;
 mod kinematics;
 mod klipper;
 mod length;
+mod outputs;
 mod paths;
 mod plan;
 mod print;

@@ -363,7 +363,7 @@ fn a_wrong_command_line_is_refused_before_anything_is_read() {
         "calibrate robot.toml",
         "calibrate --solver simplex",
         "calibrate --frame world",
-        "calibrate --output -",
+        "calibrate --output - --json -",
         "calibrate --output same --json ./same",
         "forward",
         "reverse",

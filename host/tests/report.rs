@@ -426,6 +426,31 @@ fn the_report_is_written_with_the_other_files_or_none_is() {
     assert_eq!(folder.names(), ["robot.toml", "samples.csv"]);
 }
 
+/// Whatever can be a file can be standard output, which then holds nothing else.
+#[test]
+fn each_output_can_be_standard_output() {
+    let folder = folder(NOMINAL, &csv(&noisy(&true_arms(), 20, 0.01)));
+    for (command, options) in [
+        (
+            "calibrate robot.toml samples.csv",
+            &["--output", "--json", "--report"][..],
+        ),
+        (
+            "validate robot.toml samples.csv --limit 5mm",
+            &["--json", "--report"],
+        ),
+    ] {
+        for option in options {
+            folder.run(&format!("{command} {option} file")).ok();
+            let streamed = folder.run(&format!("{command} {option} -")).ok();
+            let file = folder.read("file");
+            // The report for people names the file; nothing else may differ.
+            assert_eq!(streamed.stdout, file, "{command} {option}");
+            assert!(file.len() > 500);
+        }
+    }
+}
+
 #[test]
 fn the_report_takes_no_other_file_s_place() {
     let folder = folder(NOMINAL, &csv(&noisy(&true_arms(), 20, 0.01)));
@@ -434,7 +459,8 @@ fn the_report_takes_no_other_file_s_place() {
         "--report ./samples.csv",
         "--report out --output out",
         "--report out --json out",
-        "--report -",
+        "--report - --json -",
+        "--report - --output -",
     ] {
         let run = folder.run(&format!("calibrate robot.toml samples.csv {arguments}"));
         assert_eq!(run.code, 2, "{arguments}: {}", run.stderr);

@@ -5,12 +5,13 @@ mod arguments;
 pub(crate) use arguments::{CalibrateArguments, HELP};
 
 use super::failure::Failure;
-use super::paths::{is_stream, read, refuse_same, report_path};
+use super::outputs::{self, deliver};
+use super::paths::{is_stream, read, refuse_same};
 use super::print::print;
 use delta_cal::calibration::Solver;
 use delta_cal::robust::Loss;
 use delta_cal_host::accuracy::coverage::Acceptance;
-use delta_cal_host::files::{example, output};
+use delta_cal_host::files::example;
 use delta_cal_host::render::json;
 use delta_cal_host::report::calibration::{self, html, observations, stream, table};
 use delta_cal_host::report::document::{About, Document, Source};
@@ -18,10 +19,6 @@ use delta_cal_host::{
     CalibrateError, CalibrationReport, Frame, InputText, Measurements, ObservationsFile, RobotFile,
     calibrate, calibrate_observations, read_samples,
 };
-use std::fmt::Write;
-use std::path::Path;
-
-const OTHER_NAME: &str = "give the output another name";
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
@@ -76,7 +73,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         );
     }
     text.push_str(&table::render(&report, &about));
-    deliver(arguments, &toml, &json, &page, text)?;
+    deliver(&arguments.outputs(&toml, &json, &page), text)?;
     accepted(acceptance.as_ref())
 }
 
@@ -105,24 +102,13 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let robot = ("the robot file", arguments.robot.as_deref());
     let samples = ("the samples file", arguments.samples.as_deref());
     let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
-    if output.is_some_and(is_stream) {
-        return Err(Failure::Usage {
-            cause: "--output needs the name of a file".to_owned(),
-            remedy: "only --json can write to standard output, as --json -".to_owned(),
-        });
-    }
     if !arguments.force {
         let remedy = "give the output another name, or --force to replace the robot file";
         refuse_same("--output", output, robot, remedy)?;
     }
-    refuse_same("--output", output, samples, OTHER_NAME)?;
-    refuse_same("--json", json, robot, OTHER_NAME)?;
-    refuse_same("--json", json, samples, OTHER_NAME)?;
-    refuse_same("--json", json, ("--output", output), OTHER_NAME)?;
-    report_path(
-        arguments.report.as_deref(),
-        &[robot, samples, ("--output", output), ("--json", json)],
-    )
+    let (json, report) = (("--json", json), ("--report", arguments.report.as_deref()));
+    outputs::check(&[robot], &[json, report])?;
+    outputs::check(&[samples], &[("--output", output), json, report])
 }
 
 /// What is calibrated, from what, and the files that say so.
@@ -188,36 +174,8 @@ fn observed(
     );
     let toml = report.after.to_toml(&comment);
     let text = observations::text(&report, &about);
-    deliver(arguments, &toml, &json, &page, text)?;
+    deliver(&arguments.outputs(&toml, &json, &page), text)?;
     accepted(acceptance.as_ref())
-}
-
-/// Writes the files that were asked for, all or none, and prints the report or the JSON.
-fn deliver(
-    arguments: &CalibrateArguments,
-    toml: &str,
-    json: &str,
-    page: &str,
-    mut text: String,
-) -> Result<(), Failure> {
-    let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));
-    let files = [
-        (arguments.output.as_deref(), toml),
-        (json_file, json),
-        (arguments.report.as_deref(), page),
-    ];
-    let files: Vec<(&Path, &str)> = files
-        .into_iter()
-        .filter_map(|(path, text)| Some((path?, text)))
-        .collect();
-    output::write_all(&files)?;
-    if arguments.json.is_some() && json_file.is_none() {
-        return print(json);
-    }
-    for (path, _) in &files {
-        let _ = writeln!(text, "Written: {}", path.display());
-    }
-    print(&text)
 }
 
 fn comment(report: &CalibrationReport, simulated: bool) -> String {

@@ -2,11 +2,10 @@
 
 use super::choices::{FrameArgument, MethodArgument};
 use super::failure::Failure;
-use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
-use super::print::print;
+use super::outputs::deliver;
+use super::paths::{ColumnsArgument, read, refuse_same, robot_path};
 use super::progress::Waiting;
 use clap::Args;
-use delta_cal_host::files::output;
 use delta_cal_host::planning::measurements::{CheckRequest, MeasurementCheck};
 use delta_cal_host::planning::observability::Observability;
 use delta_cal_host::planning::poses::{PlanRequest, Region, next_poses};
@@ -15,8 +14,6 @@ use delta_cal_host::report::check::{json as check_json, measurements, table};
 use delta_cal_host::{
     InputText, MeasurementsToCheck, ObservationsToCheck, PosesToCheck, RobotFile,
 };
-use serde_json::Value;
-use std::path::Path;
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
@@ -130,7 +127,7 @@ fn positions(
         .map_err(|error| super::plan::failure(robot, error))?;
     let report = check_json::report(robot, samples, unmeasured, method, &observability, &next);
     let text = table::render(robot, samples, unmeasured, method, &observability, &next);
-    deliver(arguments.json.as_deref(), &report, &text)?;
+    deliver(&[(arguments.json.as_deref(), &json::text(&report))], text)?;
     if observability.determined() {
         return Ok(());
     }
@@ -170,7 +167,7 @@ fn observations(
     let unmeasured = &samples.unmeasured;
     let report = measurements::json(&check, unmeasured);
     let text = measurements::text(&check, unmeasured);
-    deliver(arguments.json.as_deref(), &report, &text)?;
+    deliver(&[(arguments.json.as_deref(), &json::text(&report))], text)?;
     if check.worthwhile() {
         return Ok(());
     }
@@ -184,17 +181,6 @@ fn observations(
         measurements::obstacle(&check, unmeasured),
         more,
     ))
-}
-
-/// Writes the file that was asked for, and prints the report or the JSON.
-fn deliver(json_file: Option<&Path>, report: &Value, text: &str) -> Result<(), Failure> {
-    let json = json::text(report);
-    match json_file {
-        Some(path) if is_stream(path) => return print(&json),
-        Some(path) => output::write_all(&[(path, &json)])?,
-        None => {}
-    }
-    print(text)
 }
 
 fn not_determined(robot: &RobotFile, cause: String, more: &str) -> Failure {

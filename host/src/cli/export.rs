@@ -1,8 +1,8 @@
 //! `delta-cal export`.
 
 use super::failure::Failure;
-use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
-use super::print::print;
+use super::outputs::{self, deliver};
+use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
@@ -15,13 +15,11 @@ use delta_cal_host::export::frame::Frame;
 use delta_cal_host::export::linear::level::of_heights;
 use delta_cal_host::export::settings::Settings;
 use delta_cal_host::export::wanted::Wanted;
-use delta_cal_host::files::output;
 use delta_cal_host::render::json;
 use delta_cal_host::report::export::{self, Files};
 use delta_cal_host::{
     InputError, InputText, Measurements, Options, RobotFile, read_positions, read_samples,
 };
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
@@ -189,23 +187,16 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     };
     let lines = export::text(&export, &files);
     let json = json::text(&export::json(&export, &files));
-    let file = |path: &'_ Option<PathBuf>| path.clone().filter(|path| !is_stream(path));
-    let (to, json_to) = (file(&arguments.output), file(&arguments.json));
-    let mut outputs: Vec<(&Path, &str)> = Vec::new();
-    outputs.extend(to.as_deref().map(|path| (path, lines.as_str())));
-    outputs.extend(json_to.as_deref().map(|path| (path, json.as_str())));
-    output::write_all(&outputs)?;
-    if arguments.json.is_some() && json_to.is_none() {
-        return print(&json);
-    }
-    if to.is_none() {
-        return print(&lines);
-    }
-    let mut shown = export::summary(&export, &files).join("\n") + "\n\n";
-    for (path, _) in outputs {
-        let _ = writeln!(shown, "Written: {}", path.display());
-    }
-    print(&shown)
+    let (output, json_path) = (arguments.output.as_deref(), arguments.json.as_deref());
+    let output = match output {
+        // The lines are the report.
+        None if !json_path.is_some_and(is_stream) => Some(Path::new("-")),
+        output => output,
+    };
+    deliver(
+        &[(output, &lines), (json_path, &json)],
+        export::summary(&export, &files).join("\n") + "\n\n",
+    )
 }
 
 fn check_paths(arguments: &ExportArguments) -> Result<(), Failure> {
@@ -216,12 +207,7 @@ fn check_paths(arguments: &ExportArguments) -> Result<(), Failure> {
         ("the positions", arguments.positions.as_deref()),
         ("the heights", arguments.bed.as_deref()),
     ];
-    let remedy = "give the output another name";
-    for input in inputs {
-        refuse_same("--output", output, input, remedy)?;
-        refuse_same("--json", json, input, remedy)?;
-    }
-    refuse_same("--json", json, ("--output", output), remedy)
+    outputs::check(&inputs, &[("--output", output), ("--json", json)])
 }
 
 /// The end stops: radians, or mm of travel.

@@ -88,19 +88,3 @@ pub(crate) fn refuse_same(
         _ => Ok(()),
     }
 }
-
-/// The HTML report must be a file, and none of the others.
-pub(crate) fn report_path(
-    report: Option<&Path>,
-    others: &[(&str, Option<&Path>)],
-) -> Result<(), Failure> {
-    if report.is_some_and(is_stream) {
-        return Err(Failure::Usage {
-            cause: "--report needs the name of a file".to_owned(),
-            remedy: "only --json can write to standard output, as --json -".to_owned(),
-        });
-    }
-    others.iter().try_for_each(|other| {
-        refuse_same("--report", report, *other, "give the report another name")
-    })
-}

@@ -10,7 +10,8 @@ pub(super) use deliver::failure;
 
 use super::failure::Failure;
 use super::length::Length;
-use super::paths::{is_stream, refuse_same};
+use super::outputs;
+use super::paths::is_stream;
 use super::progress::Waiting;
 use arguments::CriterionArgument;
 use deliver::deliver;
@@ -153,18 +154,5 @@ fn write(
 fn check_paths(arguments: &PlanArguments) -> Result<(), Failure> {
     let robot = ("the robot file", Some(arguments.robot.as_path()));
     let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
-    let remedy = "give the output another name";
-    refuse_same("--output", output, robot, remedy)?;
-    refuse_same("--json", json, robot, remedy)?;
-    refuse_same("--json", json, ("--output", output), remedy)?;
-    if [output, json]
-        .into_iter()
-        .all(|path| path.is_some_and(is_stream))
-    {
-        return Err(Failure::Usage {
-            cause: "--output and --json cannot both be standard output".to_owned(),
-            remedy: "give one of them the name of a file".to_owned(),
-        });
-    }
-    Ok(())
+    outputs::check(&[robot], &[("--output", output), ("--json", json)])
 }

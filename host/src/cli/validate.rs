@@ -3,11 +3,10 @@
 use super::choices::FrameArgument;
 use super::failure::Failure;
 use super::length::Length;
-use super::paths::{ColumnsArgument, is_stream, read, refuse_same, report_path, robot_path};
-use super::print::print;
+use super::outputs::{self, deliver};
+use super::paths::{ColumnsArgument, read, robot_path};
 use super::record::RecordArguments;
 use clap::Args;
-use delta_cal_host::files::output;
 use delta_cal_host::render::json;
 use delta_cal_host::report::document::Source;
 use delta_cal_host::report::validation::{self, html, table};
@@ -16,8 +15,7 @@ use delta_cal_host::{
     CalibrateError, InputError, InputText, Measurements, Options, RobotFile, SamplesFile,
     read_samples,
 };
-use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
 The program compares where the robot of ROBOT.toml is said to be with where it was measured, and \
@@ -74,21 +72,18 @@ pub(crate) struct ValidateArguments {
     /// Write the report as JSON to this file, or with - to standard output in place of the table
     #[arg(long, value_name = "REPORT.json")]
     json: Option<PathBuf>,
-    /// Write a certificate to this HTML file, which prints on one page
+    /// Write a certificate to this HTML file, which prints on one page, or with - to standard output
     #[arg(long, value_name = "CERTIFICATE.html")]
     report: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
-    let json_file = arguments.json.as_deref();
     let robot = ("the robot file", Some(arguments.robot.as_path()));
     let samples = ("the samples file", Some(arguments.samples.as_path()));
-    for other in [robot, samples] {
-        refuse_same("--json", json_file, other, "give the output another name")?;
-    }
-    report_path(
-        arguments.report.as_deref(),
-        &[robot, samples, ("--json", json_file)],
+    let (json_file, report_file) = (arguments.json.as_deref(), arguments.report.as_deref());
+    outputs::check(
+        &[robot, samples],
+        &[("--json", json_file), ("--report", report_file)],
     )?;
     let robot_text = InputText::from_file(&arguments.robot)?;
     let robot = RobotFile::read(&robot_text)?;
@@ -108,7 +103,10 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
         Some(_) => html::render(&found, &document)?,
         None => String::new(),
     };
-    deliver(arguments, &json, &page, table::render(&found))?;
+    deliver(
+        &[(json_file, &json), (report_file, &page)],
+        table::render(&found),
+    )?;
     match found.verdict {
         Verdict::Pass => Ok(()),
         Verdict::Fail => Err(Failure::NotPassed("the robot fails its limit".to_owned())),
@@ -150,26 +148,4 @@ fn positions(
             .into())
         }
     }
-}
-
-/// Writes the files that were asked for, all or none, and prints the report or the JSON.
-fn deliver(
-    arguments: &ValidateArguments,
-    json: &str,
-    page: &str,
-    mut text: String,
-) -> Result<(), Failure> {
-    let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));
-    let files: Vec<(&Path, &str)> = [(json_file, json), (arguments.report.as_deref(), page)]
-        .into_iter()
-        .filter_map(|(path, text)| Some((path?, text)))
-        .collect();
-    output::write_all(&files)?;
-    if arguments.json.is_some() && json_file.is_none() {
-        return print(json);
-    }
-    for (path, _) in &files {
-        let _ = writeln!(text, "Written: {}", path.display());
-    }
-    print(&text)
 }

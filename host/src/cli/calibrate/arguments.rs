@@ -7,7 +7,7 @@ use crate::cli::record::RecordArguments;
 use crate::cli::streaming::StreamingArguments;
 use clap::Args;
 use delta_cal_host::Options;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
 ROBOT.toml:
@@ -133,14 +133,16 @@ pub(crate) struct CalibrateArguments {
     limit: Option<Length>,
     #[command(flatten)]
     pub(crate) record: RecordArguments,
-    /// Write the calibrated robot to this file, replacing a file that exists
+    /// Write the calibrated robot to this file, replacing a file that exists, or with - to standard
+    /// output in place of the table
     #[arg(long, value_name = "CALIBRATED.toml")]
     pub(crate) output: Option<PathBuf>,
     /// Write the report as JSON to this file, or with - to standard output in place of the table; a
     /// refusal is then written there as well
     #[arg(long, value_name = "REPORT.json")]
     pub(crate) json: Option<PathBuf>,
-    /// Write the report with figures to this HTML file, which opens in any browser
+    /// Write the report with figures to this HTML file, which opens in any browser, or with - to
+    /// standard output
     #[arg(long, value_name = "REPORT.html")]
     pub(crate) report: Option<PathBuf>,
     /// Let --output replace ROBOT.toml itself
@@ -152,6 +154,20 @@ impl CalibrateArguments {
     /// mm.
     pub(crate) fn limit(&self) -> Option<f64> {
         self.limit.map(|Length(limit)| limit)
+    }
+
+    /// Where the calibrated robot, the JSON and the page go.
+    pub(crate) fn outputs<'a>(
+        &'a self,
+        toml: &'a str,
+        json: &'a str,
+        page: &'a str,
+    ) -> [(Option<&'a Path>, &'a str); 3] {
+        [
+            (self.output.as_deref(), toml),
+            (self.json.as_deref(), json),
+            (self.report.as_deref(), page),
+        ]
     }
 
     pub(crate) fn options(&self) -> Options {

@@ -140,7 +140,8 @@ pub(super) struct Files {
     pub(super) samples: Option<PathBuf>,
     #[command(flatten)]
     pub(super) columns: ColumnsArgument,
-    /// How the controller estimates the parameters
+    /// How the controller estimates the parameters: joint fits all 24 at once, ikm fits each arm by
+    /// itself with a third of the work
     #[arg(long, value_enum, default_value_t = EstimatorArgument::Joint)]
     pub(super) method: EstimatorArgument,
     #[command(flatten)]
@@ -150,12 +151,10 @@ pub(super) struct Files {
     pub(super) no_guess: bool,
 }
 
-/// The methods of a controller.
+/// The methods of a controller. Without a help text each, which would spread out all options.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(super) enum EstimatorArgument {
-    /// Fit all 24 parameters at once, from the closures of all arms and their common noise
     Joint,
-    /// Fit each arm by itself, from the closure of its kinematic chain: three times less work
     Ikm,
 }
 
@@ -180,13 +179,15 @@ pub(super) struct CalibrateArguments {
     /// Store the result in the controller and let its control loop use it
     #[arg(long)]
     pub(super) apply: bool,
-    /// Write the calibrated robot to this file, replacing a file that exists
+    /// Write the calibrated robot to this file, replacing a file that exists, or with - to standard
+    /// output in place of the table
     #[arg(long, value_name = "CALIBRATED.toml")]
     pub(super) output: Option<PathBuf>,
     /// Write the report as JSON to this file, or with - to standard output in place of the table
     #[arg(long, value_name = "REPORT.json")]
     pub(super) json: Option<PathBuf>,
-    /// Write the report with figures to this HTML file, which opens in any browser
+    /// Write the report with figures to this HTML file, which opens in any browser, or with - to
+    /// standard output
     #[arg(long, value_name = "REPORT.html")]
     pub(super) report: Option<PathBuf>,
 }

@@ -3,7 +3,8 @@ use super::connect::{Device, Task, with_device};
 use super::files::{inputs, publish};
 use super::progress::Bar;
 use crate::cli::failure::Failure;
-use crate::cli::paths::{is_stream, refuse_same, report_path};
+use crate::cli::outputs;
+use crate::cli::paths::is_stream;
 use delta_cal_host::device::report::{json, text};
 use delta_cal_host::device::{Finished, Number, apply, begin, calibrate_robot, measurements};
 use delta_cal_host::files::output;
@@ -11,9 +12,6 @@ use delta_cal_host::report::calibration::{html, table};
 use delta_cal_host::report::document::About;
 use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile};
 use std::fmt::Write;
-use std::path::Path;
-
-const OTHER_NAME: &str = "give the output another name";
 
 pub(super) fn run(link: &LinkArguments, arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
@@ -40,21 +38,14 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let robot = ("the robot file", arguments.files.robot.as_deref());
     let samples = ("the samples file", arguments.files.samples.as_deref());
     let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
-    if output.is_some_and(is_stream) {
-        return Err(Failure::Usage {
-            cause: "--output needs the name of a file".to_owned(),
-            remedy: "only --json can write to standard output, as --json -".to_owned(),
-        });
-    }
     // The nominal robot is needed for every further calibration.
-    refuse_same("--output", output, robot, OTHER_NAME)?;
-    refuse_same("--output", output, samples, OTHER_NAME)?;
-    refuse_same("--json", json, robot, OTHER_NAME)?;
-    refuse_same("--json", json, samples, OTHER_NAME)?;
-    refuse_same("--json", json, ("--output", output), OTHER_NAME)?;
-    report_path(
-        arguments.report.as_deref(),
-        &[robot, samples, ("--output", output), ("--json", json)],
+    outputs::check(
+        &[robot, samples],
+        &[
+            ("--output", output),
+            ("--json", json),
+            ("--report", arguments.report.as_deref()),
+        ],
     )
 }
 
@@ -139,11 +130,10 @@ impl Task for Calibrate<'_> {
             kept || device.pace.is_none(),
         ));
         let toml = report.after.to_toml(&comment(&report, &port, arguments));
-        let mut files: Vec<(&Path, &str)> = Vec::new();
-        let output = arguments.output.as_deref();
-        files.extend(output.map(|path| (path, toml.as_str())));
-        let report_file = arguments.report.as_deref();
-        files.extend(report_file.map(|path| (path, page.as_str())));
+        let files = [
+            (arguments.output.as_deref(), toml.as_str()),
+            (arguments.report.as_deref(), page.as_str()),
+        ];
         let json = json::of_device(&port, &device.identity, json);
         publish(&files, arguments.json.as_deref(), &json, shown).map_err(|failure| match failure {
             Failure::Output(cause) if arguments.apply => {

@@ -2,14 +2,13 @@
 
 use super::args::Files;
 use crate::cli::failure::Failure;
-use crate::cli::paths::{is_stream, read};
-use crate::cli::print::print;
+use crate::cli::outputs::deliver;
+use crate::cli::paths::read;
 use delta_cal::robot::Drive;
-use delta_cal_host::files::{example, output};
+use delta_cal_host::files::example;
 use delta_cal_host::render::json;
 use delta_cal_host::{CalibrateError, InputError, InputText, RobotFile, SamplesFile, read_samples};
 use serde_json::Value;
-use std::fmt::Write;
 use std::path::Path;
 
 /// The two files, or the built-in example.
@@ -34,27 +33,15 @@ pub(super) fn refuse_linear(robot: &RobotFile) -> Result<(), InputError> {
         .with_remedy("calibrate it with delta-cal calibrate, and export the result"))
 }
 
-/// Writes the files and the JSON report, and prints the report for people unless JSON takes its
-/// place.
+/// Writes the files and the JSON report, and prints the report for people unless something else goes to standard output.
 pub(super) fn publish(
-    files: &[(&Path, &str)],
+    files: &[(Option<&Path>, &str)],
     json_path: Option<&Path>,
     report: &Value,
-    mut text: String,
+    text: String,
 ) -> Result<(), Failure> {
-    let json_text = json::text(report);
-    let mut files = files.to_vec();
-    files.extend(
-        json_path
-            .filter(|path| !is_stream(path))
-            .map(|path| (path, json_text.as_str())),
-    );
-    output::write_all(&files)?;
-    if json_path.is_some_and(is_stream) {
-        return print(&json_text);
-    }
-    for (path, _) in &files {
-        let _ = writeln!(text, "Written: {}", path.display());
-    }
-    print(&text)
+    let json = json::text(report);
+    let mut outputs = files.to_vec();
+    outputs.push((json_path, &json));
+    deliver(&outputs, text)
 }

@@ -2,13 +2,14 @@ use super::args::{LinkArguments, ParametersArguments, RevertArguments, StatusArg
 use super::connect::{Device, Task, with_device};
 use super::files::{publish, refuse_linear};
 use crate::cli::failure::Failure;
-use crate::cli::paths::{is_stream, refuse_same};
-use crate::cli::print::print;
+use crate::cli::outputs;
+use crate::cli::paths::is_stream;
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal_host::device::report::{json, text};
 use delta_cal_host::device::{DeviceError, Number, in_use, robot as robot_of};
 use delta_cal_host::{InputText, InstrumentFacts, Record, RobotFile};
 use delta_cal_protocol::{ParameterSet, Parameters, RevertTo, fingerprint};
+use std::path::Path;
 
 pub(super) fn status(link: &LinkArguments, arguments: &StatusArguments) -> Result<(), Failure> {
     with_device(link, Status(arguments))
@@ -35,18 +36,9 @@ pub(super) fn parameters(
     link: &LinkArguments,
     arguments: &ParametersArguments,
 ) -> Result<(), Failure> {
-    let remedy = "give the output another name";
     let robot = ("the robot file", arguments.robot.as_deref());
     let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
-    refuse_same("--output", output, robot, remedy)?;
-    refuse_same("--json", json, robot, remedy)?;
-    refuse_same("--json", json, ("--output", output), remedy)?;
-    if json.is_some_and(is_stream) && output.is_some_and(is_stream) {
-        return Err(Failure::Usage {
-            cause: "--json - and --output - both write to standard output".to_owned(),
-            remedy: "give one of them the name of a file".to_owned(),
-        });
-    }
+    outputs::check(&[robot], &[("--output", output), ("--json", json)])?;
     let template = match &arguments.robot {
         Some(path) => {
             let robot = RobotFile::read(&InputText::from_file(path)?)?;
@@ -83,21 +75,13 @@ impl Task for ReadParameters<'_> {
         let port = device.port.to_string();
         let json = json::geometry(name, &parameters);
         let json = json::of_device(&port, &device.identity, json);
-        let output = arguments.output.as_deref().filter(|path| !is_stream(path));
-        match (output, arguments.json.as_deref()) {
-            (None, None) => print(&toml),
-            (None, Some(path)) if !is_stream(path) => {
-                publish(&[], Some(path), &json, String::new())?;
-                print(&toml)
-            }
-            (output, path) => {
-                let files: Vec<_> = output
-                    .map(|path| (path, toml.as_str()))
-                    .into_iter()
-                    .collect();
-                publish(&files, path, &json, String::new())
-            }
-        }
+        let json_path = arguments.json.as_deref();
+        let output = match arguments.output.as_deref() {
+            // The robot file is the report.
+            None if !json_path.is_some_and(is_stream) => Some(Path::new("-")),
+            output => output,
+        };
+        publish(&[(output, &toml)], json_path, &json, String::new())
     }
 }
 

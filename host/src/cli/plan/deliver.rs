@@ -2,42 +2,24 @@
 
 use super::arguments::PlanArguments;
 use crate::cli::failure::Failure;
-use crate::cli::paths::is_stream;
-use crate::cli::print::print;
-use delta_cal_host::files::output;
+use crate::cli::outputs;
 use delta_cal_host::planning::poses::PlanError;
 use delta_cal_host::{InputError, RobotFile};
-use std::fmt::Write;
-use std::path::{Path, PathBuf};
 
-/// Writes the files, and prints the report or what goes to standard output in its place.
+/// Writes the files, and prints the report or what goes to standard output in its place. Without a file the poses are part of
+/// the report.
 pub(super) fn deliver(
     arguments: &PlanArguments,
     csv: &str,
     json: &str,
     report: &str,
 ) -> Result<(), Failure> {
-    let mut files: Vec<(&Path, &str)> = Vec::new();
-    for (path, text) in [(&arguments.output, csv), (&arguments.json, json)] {
-        let file = path.as_deref().filter(|path| !is_stream(path));
-        files.extend(file.map(|path| (path, text)));
-    }
-    output::write_all(&files)?;
-    let streamed = |path: &Option<PathBuf>| path.as_deref().is_some_and(is_stream);
-    if streamed(&arguments.output) {
-        return print(csv);
-    }
-    if streamed(&arguments.json) {
-        return print(json);
-    }
-    let mut text = report.to_owned();
-    if arguments.output.is_none() {
-        let _ = write!(text, "\n{csv}");
-    }
-    for (path, _) in &files {
-        let _ = writeln!(text, "Written: {}", path.display());
-    }
-    print(&text)
+    let (output, json_file) = (arguments.output.as_deref(), arguments.json.as_deref());
+    let text = match output {
+        Some(_) => report.to_owned(),
+        None => format!("{report}\n{csv}"),
+    };
+    outputs::deliver(&[(output, csv), (json_file, json)], text)
 }
 
 /// Each cause has its exit code.

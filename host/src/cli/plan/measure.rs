@@ -4,18 +4,14 @@ use super::arguments::PlanArguments;
 use super::deliver::{deliver, failure};
 use super::instruments::{InstrumentSigma, Lengths};
 use crate::cli::failure::Failure;
-use crate::cli::paths::is_stream;
-use crate::cli::print::print;
+use crate::cli::outputs;
 use crate::cli::progress::Waiting;
-use delta_cal_host::files::output;
 use delta_cal_host::planning::measurements::{
     Instrument, Kind, MeasurementRequest, Wishes, compare, plan_measurements,
 };
 use delta_cal_host::render::json;
 use delta_cal_host::report::plan::{comparison, measurements};
 use delta_cal_host::{Frame, RobotFile};
-use std::fmt::Write;
-use std::path::Path;
 
 fn request<'a>(
     arguments: &PlanArguments,
@@ -99,21 +95,11 @@ pub(super) fn compare_instruments(
         Some(_) => comparison::html(&robot.name, &comparisons)?,
         None => String::new(),
     };
-    let json_file = arguments.json.as_deref();
-    let mut files: Vec<(&Path, &str)> = Vec::new();
-    files.extend(
-        json_file
-            .filter(|path| !is_stream(path))
-            .map(|path| (path, json.as_str())),
-    );
-    files.extend(own.report.as_deref().map(|path| (path, page.as_str())));
-    output::write_all(&files)?;
-    if json_file.is_some_and(is_stream) {
-        return print(&json);
-    }
-    let mut text = comparison::text(&robot.name, &comparisons);
-    for (path, _) in &files {
-        let _ = writeln!(text, "Written: {}", path.display());
-    }
-    print(&text)
+    outputs::deliver(
+        &[
+            (arguments.json.as_deref(), &json),
+            (own.report.as_deref(), &page),
+        ],
+        comparison::text(&robot.name, &comparisons),
+    )
 }

@@ -37,7 +37,7 @@ impl<T: Real> Added<T> {
 pub enum AddError {
     /// It is impossible.
     Sample(SampleError),
-    /// Something is being solved: first call [`StreamCalibrator::step`] until it has finished.
+    /// Something is being solved: first call [`StreamCalibrator::step`](super::StreamCalibrator::step) until it has finished.
     Busy,
 }
 

@@ -26,7 +26,9 @@ PROVIDE(TIMER0 = DefaultHandler);
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
-    if env::var("CARGO_CFG_TARGET_OS")? == "none" {
+    // Without the board the package is a library: whoever links it has a memory map of their own.
+    let board = env::var_os("CARGO_FEATURE_BOARD").is_some();
+    if board && env::var("CARGO_CFG_TARGET_OS")? == "none" {
         let out = PathBuf::from(env::var("OUT_DIR")?);
         // Not files of this package: the linker would find them here before it looks in OUT_DIR.
         fs::write(out.join("memory.x"), MEMORY)?;

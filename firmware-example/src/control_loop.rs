@@ -1,4 +1,4 @@
-use crate::path::Path;
+use crate::path::{Circle, Path};
 use delta_cal::{Real, Robot};
 use nalgebra::Vector3;
 
@@ -17,8 +17,8 @@ struct Blend<T: Real> {
 ///
 /// It owns its parameters. New ones come in whole, and the joint targets go over to them smoothly.
 #[derive(Debug, Clone, Copy)]
-pub struct ControlLoop<T: Real> {
-    path: Path<T>,
+pub struct ControlLoop<T: Real, P = Circle<T>> {
+    path: P,
     robot: Robot<T>,
     blend: Option<Blend<T>>,
     point: Vector3<T>,
@@ -29,10 +29,17 @@ pub struct ControlLoop<T: Real> {
 }
 
 impl<T: Real> ControlLoop<T> {
-    /// At rest, with these parameters.
+    /// At rest, with these parameters, to go around a circle.
     pub fn new(robot: &Robot<T>) -> Self {
+        Self::with_path(robot, Circle::default())
+    }
+}
+
+impl<T: Real, P: Path<T>> ControlLoop<T, P> {
+    /// At rest, with these parameters, to go along a path.
+    pub fn with_path(robot: &Robot<T>, path: P) -> Self {
         Self {
-            path: Path::default(),
+            path,
             robot: *robot,
             blend: None,
             point: Vector3::zeros(),

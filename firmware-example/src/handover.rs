@@ -2,6 +2,7 @@
 
 use crate::ControlLoop;
 use crate::pace::{Pace, Timer};
+use crate::path::{Circle, Path};
 use core::sync::atomic::{AtomicBool, Ordering};
 use delta_cal::{Real, Robot};
 use delta_cal_protocol as protocol;
@@ -41,11 +42,20 @@ impl<T: Real> Handover<T> {
         }
     }
 
-    /// The two sides; the control loop begins with `parameters`.
+    /// The two sides; the control loop begins with `parameters`, and goes around a circle.
     pub fn split(
         &mut self,
         parameters: &NewParameters<T>,
     ) -> (Background<'_, T>, Foreground<'_, T>) {
+        self.split_with(parameters, Circle::default())
+    }
+
+    /// The two sides; the control loop begins with `parameters`, and goes along a path.
+    pub fn split_with<P: Path<T>>(
+        &mut self,
+        parameters: &NewParameters<T>,
+        path: P,
+    ) -> (Background<'_, T>, Foreground<'_, T, P>) {
         let (parameters_in, parameters_out) = self.parameters.split();
         let (state_in, state_out) = self.state.split();
         (
@@ -55,7 +65,7 @@ impl<T: Real> Handover<T> {
                 calibrating: &self.calibrating,
             },
             Foreground {
-                control_loop: ControlLoop::new(&parameters.robot),
+                control_loop: ControlLoop::with_path(&parameters.robot, path),
                 fingerprint: parameters.fingerprint,
                 next_fingerprint: parameters.fingerprint,
                 pace: Pace::default(),
@@ -106,8 +116,8 @@ impl<T: Real> Background<'_, T> {
 
 /// The side of the control loop's interrupt, and the loop itself.
 #[allow(missing_debug_implementations)] // the ends of a queue have none
-pub struct Foreground<'a, T: Real> {
-    control_loop: ControlLoop<T>,
+pub struct Foreground<'a, T: Real, P = Circle<T>> {
+    control_loop: ControlLoop<T, P>,
     fingerprint: u32,
     next_fingerprint: u32,
     pace: Pace,
@@ -116,7 +126,7 @@ pub struct Foreground<'a, T: Real> {
     calibrating: &'a AtomicBool,
 }
 
-impl<T: Real> Foreground<'_, T> {
+impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
     /// One turn, joint targets to `drive`, measured with `timer`.
     pub fn turn<C: Timer>(&mut self, timer: &C, drive: impl FnOnce(&[T; 3])) {
         self.pace.begin(timer);
@@ -138,7 +148,7 @@ impl<T: Real> Foreground<'_, T> {
     }
 
     /// The control loop.
-    pub const fn control_loop(&self) -> &ControlLoop<T> {
+    pub const fn control_loop(&self) -> &ControlLoop<T, P> {
         &self.control_loop
     }
 

@@ -27,6 +27,7 @@ mod pace;
 mod path;
 mod ram_flash;
 mod reception;
+mod serve;
 mod session;
 mod store;
 mod stream_store;
@@ -36,7 +37,7 @@ pub use controller::Controller;
 pub use handover::{Background, Foreground, Handover, NewParameters};
 pub use number::Number;
 pub use pace::Timer;
-pub use path::Path;
+pub use path::{Circle, Path};
 pub use ram_flash::{FlashError, PAGE, ParameterFlash, RamFlash, StreamFlash, WORD};
 pub use stream_store::StreamPace;
 

@@ -1,11 +1,11 @@
-//! `defmt` on the target, nothing on the host.
+//! `defmt` on a target with that feature, otherwise nothing.
 
 /// As `defmt::info!`.
 macro_rules! info {
     ($format:literal $(, $argument:expr)* $(,)?) => {{
-        #[cfg(target_os = "none")]
+        #[cfg(all(target_os = "none", feature = "defmt"))]
         defmt::info!($format $(, $argument)*);
-        #[cfg(not(target_os = "none"))]
+        #[cfg(not(all(target_os = "none", feature = "defmt")))]
         let _ = ($(&$argument,)*);
     }};
 }
@@ -13,9 +13,9 @@ macro_rules! info {
 /// As `defmt::warn!`.
 macro_rules! warning {
     ($format:literal $(, $argument:expr)* $(,)?) => {{
-        #[cfg(target_os = "none")]
+        #[cfg(all(target_os = "none", feature = "defmt"))]
         defmt::warn!($format $(, $argument)*);
-        #[cfg(not(target_os = "none"))]
+        #[cfg(not(all(target_os = "none", feature = "defmt")))]
         let _ = ($(&$argument,)*);
     }};
 }

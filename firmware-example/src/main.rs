@@ -1,7 +1,7 @@
 //! The firmware: a controller whose control loop never stops while it recalibrates its robot.
 //!
 //! ```text
-//! cargo build --profile firmware -p delta-cal-firmware-example --target thumbv7em-none-eabihf
+//! cargo build --profile firmware -p delta-cal-firmware-example --features board --target thumbv7em-none-eabihf
 //! qemu-system-arm -machine mps2-an386 -nographic -monitor none \
 //!     -serial tcp:127.0.0.1:PORT,server=on,wait=on,nodelay=on \
 //!     -semihosting-config enable=on,target=native -icount shift=6 \

@@ -5,14 +5,14 @@ use delta_cal_protocol::Scalar;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "defmt"))]
 mod logged {
     pub(super) use defmt::Format as Logged;
 }
 
-#[cfg(not(target_os = "none"))]
+#[cfg(not(all(target_os = "none", feature = "defmt")))]
 mod logged {
-    /// What can be logged: on the host anything, for nothing is.
+    /// What can be logged: anything, for nothing is.
     pub trait Logged {}
     impl<T> Logged for T {}
 }

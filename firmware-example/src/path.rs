@@ -7,23 +7,28 @@ const RADIUS: f64 = 100.0;
 const HEIGHT: f64 = -450.0;
 const RISE: f64 = 40.0;
 
-/// Where the platform is to go: around a circle of 100 mm that rises and falls by 40 mm twice on
-/// the way, in four seconds. Stands in for the motion planner of a real controller.
+/// Where the platform is to go: the motion planner of your controller.
+pub trait Path<T: Real> {
+    /// The point of the next turn, mm.
+    fn next_point(&mut self) -> Vector3<T>;
+}
+
+/// Around a circle of 100 mm that rises and falls by 40 mm twice on the way, in four seconds. Stands in for the motion
+/// planner of a real controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Path<T> {
+pub struct Circle<T> {
     /// A whole number.
     turn: T,
 }
 
-impl<T: Real> Default for Path<T> {
+impl<T: Real> Default for Circle<T> {
     fn default() -> Self {
         Self { turn: T::ZERO }
     }
 }
 
-impl<T: Real> Path<T> {
-    /// The next point, mm.
-    pub fn next_point(&mut self) -> Vector3<T> {
+impl<T: Real> Path<T> for Circle<T> {
+    fn next_point(&mut self) -> Vector3<T> {
         let turns = T::from_f64(TURNS);
         let (sine, cosine) = (T::TWO * T::PI * self.turn / turns).sine_cosine();
         self.turn += T::ONE;

@@ -1,7 +1,7 @@
 use crate::driver::{Driver, Flash, arms, named, samples};
 use crate::pace::{Clock, PERIOD};
 use delta_cal::{Robot, SymmetricRobot};
-use delta_cal_firmware_example::{BLEND_TURNS, ControlLoop, Handover, Path};
+use delta_cal_firmware_example::{BLEND_TURNS, Circle, ControlLoop, Handover, Path};
 use delta_cal_protocol::{Response, fingerprint};
 use delta_cal_tests::{Spread, generator, paper_robot, perturbed};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,7 +17,7 @@ fn robot(number: u64) -> Robot<f32> {
 fn the_whole_path_is_reached() {
     for robot in [paper_robot(), robot(1), robot(2)] {
         let mut control = ControlLoop::new(&robot);
-        let mut path = Path::default();
+        let mut path = Circle::default();
         for _ in 0..5000 {
             let joints = *control.turn();
             let point = path.next_point();
@@ -36,7 +36,7 @@ fn the_whole_path_is_reached() {
 fn joint_targets_do_not_jump_when_the_parameters_change() {
     let (old, new) = (paper_robot::<f32>(), robot(3));
     let mut control = ControlLoop::new(&old);
-    let mut path = Path::default();
+    let mut path = Circle::default();
     for _ in 0..777 {
         control.turn();
         path.next_point();

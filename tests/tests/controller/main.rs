@@ -16,6 +16,7 @@ mod noise_on_the_link;
 mod pace;
 mod parameters;
 mod records;
+mod serve;
 mod sessions;
 mod store;
 mod streams;

@@ -1,7 +1,7 @@
-//! The core with every combination of its features.
+//! The core with every combination of its features, and the controller for other boards.
 
 use crate::check::{Check, root};
-use delta_cal_verify::firmware::TARGET;
+use delta_cal_verify::firmware::{OTHER_TARGETS, TARGET};
 
 pub(crate) fn check(check: &mut Check) {
     let manifest = root().join("core/Cargo.toml");
@@ -17,6 +17,11 @@ pub(crate) fn check(check: &mut Check) {
                 features.join(",")
             ));
         }
+    }
+    for target in OTHER_TARGETS {
+        check.command(&format!(
+            "cargo check --quiet --package delta-cal-firmware-example --lib --target {target}"
+        ));
     }
 }
 

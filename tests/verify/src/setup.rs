@@ -2,7 +2,7 @@
 
 use crate::check::{Check, attempt, output};
 use crate::linuxcnc;
-use delta_cal_verify::firmware::TARGET;
+use delta_cal_verify::firmware::{OTHER_TARGETS, TARGET};
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
@@ -21,7 +21,7 @@ struct Need {
     by_hand: &'static str,
 }
 
-const NEEDS: [Need; 7] = [
+const NEEDS: [Need; 8] = [
     Need {
         what: "the bare Rust target, for firmware",
         found: || target(TARGET),
@@ -33,6 +33,20 @@ const NEEDS: [Need; 7] = [
         found: || target(SOFT_TARGET),
         install: || Some(vec![format!("rustup target add {SOFT_TARGET}")]),
         by_hand: "rustup target add thumbv7em-none-eabi",
+    },
+    Need {
+        what: "two more bare Rust targets, of other boards",
+        found: || {
+            let found: Option<Vec<_>> = OTHER_TARGETS.into_iter().map(target).collect();
+            found.map(|found| found.join(", "))
+        },
+        install: || {
+            Some(vec![format!(
+                "rustup target add {}",
+                OTHER_TARGETS.join(" ")
+            )])
+        },
+        by_hand: "rustup target add thumbv6m-none-eabi riscv32imac-unknown-none-elf",
     },
     Need {
         what: "QEMU for Arm, which runs firmware",

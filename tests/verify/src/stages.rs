@@ -48,7 +48,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "features",
-        about: "the core with every combination of its features, on host and bare target",
+        about: "the core with every combination of its features, on host and bare target; the controller for other boards",
         run: features::check,
     },
     Stage {
@@ -174,7 +174,7 @@ fn lint(check: &mut Check) {
         format!("--package delta-cal-c --features panic-handler --target {TARGET}"),
         format!("--package delta-cal-target-tests --target {TARGET}"),
         format!("--package delta-cal-link-tests --target {TARGET}"),
-        format!("--package delta-cal-firmware-example --target {TARGET}"),
+        format!("--package delta-cal-firmware-example --features board --target {TARGET}"),
         format!("--package delta-cal-firmware-example --features double --target {TARGET}"),
     ] {
         check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));

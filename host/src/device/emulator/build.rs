@@ -106,7 +106,14 @@ pub fn build(double: bool, announce: impl FnOnce()) -> Result<PathBuf, FirmwareE
     command
         .current_dir(&workspace)
         .args(["build", "--profile", PROFILE, "--target", TARGET])
-        .args(["--package", PACKAGE, "--bin", PACKAGE])
+        .args([
+            "--package",
+            PACKAGE,
+            "--bin",
+            PACKAGE,
+            "--features",
+            "board",
+        ])
         .args(["--message-format", "json-render-diagnostics"])
         .stdin(Stdio::null())
         .stderr(Stdio::inherit());

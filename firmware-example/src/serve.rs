@@ -1,0 +1,44 @@
+//! The controller behind a link of the ecosystem's traits.
+
+use crate::{Controller, Number};
+use embassy_futures::yield_now;
+use embedded_io_async::{Read, ReadReady, Write};
+use embedded_storage_async::nor_flash::NorFlash;
+
+impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
+    /// Serves a link until it ends: takes in what comes, answers it, and works in the background while nothing comes. `between` runs
+    /// after every byte and every step; it hands new parameters to the control loop and takes in the loop's state, as
+    /// `firmware.rs` does.
+    ///
+    /// A task of its own at the lowest priority: a step of the solver takes some 20,000 instructions, and storing samples as long
+    /// as the flash.
+    ///
+    /// # Errors
+    /// Those of the link.
+    pub async fn serve<L: Read + ReadReady + Write>(
+        &mut self,
+        link: &mut L,
+        mut between: impl FnMut(&mut Self),
+    ) -> Result<(), L::Error> {
+        let mut buffer = [0; 64];
+        loop {
+            if !link.read_ready()? {
+                self.idle();
+                between(self);
+                yield_now().await;
+                continue;
+            }
+            let count = link.read(&mut buffer).await?;
+            if count == 0 {
+                return Ok(());
+            }
+            for byte in buffer.iter().take(count) {
+                if let Some(answer) = self.receive(*byte) {
+                    link.write_all(&answer).await?;
+                    link.flush().await?;
+                }
+                between(self);
+            }
+        }
+    }
+}

@@ -17,7 +17,7 @@ const VERSION: u8 = 0x81;
 /// A record replaces the one before, and each of the two halves of the flash is erased for every other one. With the default, and
 /// flash that bears 10,000 erasures, samples may come without a pause for 13 days before it is worn out: one record a
 /// minute. A calibration without forgetting does not come near that: the next record waits for a sixteenth more samples, so that
-/// a million samples are 150 records.
+/// a million samples are some 200 records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamPace {
     /// Turns of the control loop between two records at least.

@@ -8,8 +8,15 @@ use std::time::{Duration, Instant};
 /// The Rust target of a Cortex-M with a floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Targets of other people's boards, for which the controller builds: a Cortex-M0+, and a RISC-V core.
-pub const OTHER_TARGETS: [&str; 2] = ["thumbv6m-none-eabi", "riscv32imac-unknown-none-elf"];
+/// The target of the Raspberry Pi Pico 2, a Cortex-M33.
+pub const BOARD_TARGET: &str = "thumbv8m.main-none-eabihf";
+
+/// Targets of other people's boards, for which the controller builds: a Cortex-M0+, a RISC-V core, and the one above.
+pub const OTHER_TARGETS: [&str; 3] = [
+    "thumbv6m-none-eabi",
+    "riscv32imac-unknown-none-elf",
+    BOARD_TARGET,
+];
 /// The workspace's profile of what is built for it.
 pub const PROFILE: &str = "firmware";
 /// The programs of this package run on host and target.

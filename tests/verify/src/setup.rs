@@ -35,7 +35,7 @@ const NEEDS: [Need; 8] = [
         by_hand: "rustup target add thumbv7em-none-eabi",
     },
     Need {
-        what: "two more bare Rust targets, of other boards",
+        what: "three more bare Rust targets, of other boards",
         found: || {
             let found: Option<Vec<_>> = OTHER_TARGETS.into_iter().map(target).collect();
             found.map(|found| found.join(", "))
@@ -46,7 +46,7 @@ const NEEDS: [Need; 8] = [
                 OTHER_TARGETS.join(" ")
             )])
         },
-        by_hand: "rustup target add thumbv6m-none-eabi riscv32imac-unknown-none-elf",
+        by_hand: "rustup target add thumbv6m-none-eabi riscv32imac-unknown-none-elf thumbv8m.main-none-eabihf",
     },
     Need {
         what: "QEMU for Arm, which runs firmware",

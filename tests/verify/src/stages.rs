@@ -13,7 +13,7 @@ use crate::programs::{self, Campaigns};
 use crate::setup;
 use crate::structure;
 use crate::versions;
-use delta_cal_verify::firmware::TARGET;
+use delta_cal_verify::firmware::{BOARD_TARGET, TARGET};
 
 /// One group of checks.
 #[derive(Debug)]
@@ -55,6 +55,11 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "firmware",
         about: "under QEMU a Cortex-M4F and a Cortex-M7 give the host's bits, and calibrate when the host drives them",
         run: firmware,
+    },
+    Stage {
+        name: "board",
+        about: "the controller on a real board: the program for a Raspberry Pi Pico 2 is built, without a warning",
+        run: board,
     },
     Stage {
         name: "c",
@@ -158,6 +163,7 @@ pub(crate) const BY_HAND: &[Stage] = &[
 fn format(check: &mut Check) {
     check.command("cargo fmt --all --check");
     check.command("cargo fmt --manifest-path tests/fuzz/Cargo.toml --check");
+    check.command("cargo fmt --manifest-path firmware-example/boards/pico2/Cargo.toml --check");
 }
 
 fn clippy(check: &mut Check) {
@@ -204,6 +210,13 @@ fn firmware(check: &mut Check) {
         2,
         "cargo test --test target --test device_on_target -- --nocapture on_target::",
     );
+}
+
+/// A workspace of its own, which names its target.
+fn board(check: &mut Check) {
+    check.command(&format!(
+        "env RUSTFLAGS=-Dwarnings cargo build --quiet --locked --manifest-path firmware-example/boards/pico2/Cargo.toml --target {BOARD_TARGET} --target-dir target/pico2 --release"
+    ));
 }
 
 fn c(check: &mut Check) {

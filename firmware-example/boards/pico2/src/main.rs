@@ -1,0 +1,144 @@
+//! The controller on a Raspberry Pi Pico 2 (RP2350): its UART, its flash, and the control loop in an interrupt above
+//! everything else.
+//!
+//! ```text
+//! cd firmware-example/boards/pico2
+//! cargo build --release
+//! picotool load -u -v -x -t elf target/thumbv8m.main-none-eabihf/release/delta-cal-pico2
+//! delta-cal device --port /dev/ttyUSB0 status
+//! ```
+//!
+//! UART 0 on GPIO 0 (transmit) and GPIO 1 (receive), 115,200 bits per second. The last 24 KiB of the first 2 MiB of flash hold
+//! the parameters and the samples of a session.
+
+#![no_std]
+#![no_main]
+
+use cortex_m_rt as _;
+use delta_cal_firmware_example::{
+    Controller, Foreground, Handover, TURNS_A_SECOND, Timer, nominal,
+};
+use embassy_embedded_hal::adapter::BlockingAsync;
+use embassy_embedded_hal::flash::partition::Partition;
+use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_rp::bind_interrupts;
+use embassy_rp::flash::{Blocking, ERASE_SIZE, Flash};
+use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use embassy_rp::peripherals::{FLASH, UART0};
+use embassy_rp::uart::{BufferedInterruptHandler, BufferedUart, Config};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::mutex::Mutex;
+use embassy_time::{Duration, Instant, Ticker};
+use panic_halt as _;
+use static_cell::{ConstStaticCell, StaticCell};
+
+/// As much of the flash as is used.
+const FLASH_SIZE: usize = 2 * 1024 * 1024;
+/// Two halves of a page.
+const PARAMETERS: u32 = 2 * ERASE_SIZE as u32;
+/// Two halves of 8 KiB.
+const SAMPLES: u32 = 2 * 8 * 1024;
+
+type Chip = BlockingAsync<Flash<'static, FLASH, Blocking, FLASH_SIZE>>;
+type Region = Partition<'static, NoopRawMutex, Chip>;
+
+bind_interrupts!(struct Irqs {
+    UART0_IRQ => BufferedInterruptHandler<UART0>;
+});
+
+/// Microseconds since the start.
+struct Clock;
+
+impl Timer for Clock {
+    const TICKS_A_SECOND: u32 = 1_000_000;
+    const MASK: u32 = u32::MAX;
+
+    #[allow(clippy::cast_possible_truncation)] // it runs around
+    fn now(&self) -> u32 {
+        Instant::now().as_micros() as u32
+    }
+}
+
+static CONTROL: InterruptExecutor = InterruptExecutor::new();
+
+#[embassy_rp::interrupt]
+#[allow(unsafe_code, non_snake_case)]
+unsafe fn SWI_IRQ_1() {
+    // SAFETY: this is the interrupt that the executor was started with.
+    unsafe { CONTROL.on_interrupt() }
+}
+
+/// The control loop. Its targets would go to the drives.
+#[embassy_executor::task]
+async fn control_loop(mut foreground: Foreground<'static, f32>) {
+    let mut ticker = Ticker::every(Duration::from_hz(TURNS_A_SECOND.into()));
+    loop {
+        ticker.next().await;
+        foreground.turn(&Clock, |_joints| {});
+    }
+}
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    static CHIP: StaticCell<Mutex<NoopRawMutex, Chip>> = StaticCell::new();
+    static CONTROLLER: StaticCell<Controller<f32, Region, Region>> = StaticCell::new();
+    static HANDOVER: StaticCell<Handover<f32>> = StaticCell::new();
+    static RECEIVED: ConstStaticCell<[u8; 1024]> = ConstStaticCell::new([0; 1024]);
+    static SENT: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
+
+    let board = embassy_rp::init(embassy_rp::config::Config::default());
+    let flash = Flash::new_blocking(board.FLASH);
+    let chip = CHIP.init(Mutex::new(BlockingAsync::new(flash)));
+    let end = FLASH_SIZE as u32;
+    let parameters = Partition::new(chip, end - PARAMETERS, PARAMETERS);
+    let samples = Partition::new(chip, end - PARAMETERS - SAMPLES, SAMPLES);
+
+    // The robot of the example is one.
+    let Ok(robot) = nominal() else { return };
+    let processor = cortex_m_cpuid();
+    let controller =
+        CONTROLLER.init_with(|| Controller::new(robot, parameters, samples, processor));
+    controller.resume();
+    let handover = HANDOVER.init(Handover::new());
+    let (mut background, foreground) = handover.split(&controller.current());
+
+    interrupt::SWI_IRQ_1.set_priority(Priority::P1);
+    let control = CONTROL.start(interrupt::SWI_IRQ_1);
+    if let Ok(task) = control_loop(foreground) {
+        control.spawn(task);
+    }
+
+    let (sent, received) = (SENT.take(), RECEIVED.take());
+    let mut uart = BufferedUart::new(
+        board.UART0,
+        board.PIN_0,
+        board.PIN_1,
+        Irqs,
+        sent,
+        received,
+        Config::default(),
+    );
+    loop {
+        // An error of the line, such as a break, is over with the next byte.
+        let _ = controller
+            .serve(&mut uart, |controller| {
+                if let Some(state) = background.state() {
+                    controller.set_control(state);
+                }
+                if background.ready()
+                    && let Some(parameters) = controller.take_switch()
+                {
+                    let _ = background.hand_over(parameters);
+                }
+                background.set_calibrating(controller.calibrating());
+            })
+            .await;
+    }
+}
+
+/// CPUID, which tells processors apart.
+#[allow(unsafe_code)]
+fn cortex_m_cpuid() -> u32 {
+    // SAFETY: the register is read-only and reading it has no effect.
+    unsafe { (*cortex_m::peripheral::CPUID::PTR).base.read() }
+}

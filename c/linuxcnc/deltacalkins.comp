@@ -11,12 +11,14 @@ Specify it in the INI file:
     KINEMATICS = deltacalkins
     JOINTS = 3
 
-Joints 0, 1 and 2 drive arms 1, 2 and 3, in degrees, positive with the elbow down, 0 where the robot file has it.
+Joints 0, 1 and 2 drive arms 1, 2 and 3, in degrees, positive with the elbow down. At 0 the upper arm is as the pins
+la-x and la-y state it.
 X, Y and Z are those of the platform point in the robot's frame. Further joints are A, B, C, U, V and W.
 
-The parameters of all arms are taken over together, when the number on the pin revision changes. If they are no robot,
-or if one is not set, the component keeps the last robot that was one, and says why. Without any robot, and where
-the robot cannot be, forward and inverse kinematics fail, and LinuxCNC refuses the move.
+The component takes over the parameters of all arms together, when the number on the pin revision changes. If they
+are not those of a robot, or if one is not set, the component keeps the robot before, and says why. Without any
+robot, and for a position or joint angles that the robot cannot have, the kinematics fails, and LinuxCNC refuses the
+move.
 """;
 
 pin in float arm1.dx "x of the point on the motor axis, mm";

@@ -1,4 +1,4 @@
-//! Snapshots: what a calibrator or a gate has seen, as bytes that outlast a power cut.
+//! Snapshots: what a calibrator or a gate has seen, as bytes to be stored where they outlast a power cut.
 //!
 //! ```text
 //! version  1 byte, kind  1 byte, bytes of a number  1 byte, 0  1 byte
@@ -8,9 +8,9 @@
 //! CRC-32 of all before  4 bytes                           all of them little-endian
 //! ```
 //!
-//! A snapshot is restored into a new object of the same robot and settings. That object then goes on to the same bits as the
-//! one that the snapshot was taken of. Damaged bytes, and those of another robot, other settings, another kind of object or
-//! another scalar type are refused, and the object is as it was.
+//! A snapshot is restored into a new object of the same robot and settings. From then on that object gives the same
+//! results as the one that the snapshot was taken of, bit by bit. Damaged bytes, and those of another robot, other
+//! settings, another kind of object or another scalar type are refused, and the object is as it was.
 
 mod checksum;
 mod state;
@@ -35,7 +35,7 @@ pub enum SnapshotError {
     BufferTooShort,
     /// The bytes are not a whole snapshot: cut off, damaged, or never written.
     Damaged,
-    /// The snapshot is of another version of this crate, which writes it otherwise.
+    /// The snapshot is of another version of this crate, which writes snapshots in another form.
     OtherVersion {
         /// The version of the bytes.
         version: u8,
@@ -44,7 +44,7 @@ pub enum SnapshotError {
     OtherKind,
     /// The snapshot is of another robot, or of other settings, or it belongs to a calibrator in another state.
     OtherCalibration,
-    /// The calibration is being solved: samples wait, and so does the snapshot.
+    /// The calibration is being solved: until that has finished, no sample is taken and no snapshot is written.
     Busy,
 }
 
@@ -117,7 +117,7 @@ pub(crate) fn write<'a, T: Real, S: State<T>>(
     Ok(whole)
 }
 
-/// Restores what [`write`] has written; bytes behind it are not looked at.
+/// Restores what [`write`] has written; bytes behind it are ignored.
 pub(crate) fn read<T: Real, S: State<T>>(
     kind: Kind,
     fingerprint: u32,

@@ -1,6 +1,6 @@
 //! Samples that come one by one for as long as the robot works: a [`Gate`] that rejects wrong ones before
 //! they are taken in, [`Forgetting`] for a robot that changes, and samples [held out](HeldOut) to validate
-//! a calibration. [`StreamCalibrator`] is all of it behind one door, as a controller needs it.
+//! a calibration. [`StreamCalibrator`] combines all of them, as a controller needs it.
 
 mod forgetting;
 mod gate;

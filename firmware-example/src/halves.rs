@@ -37,12 +37,12 @@ pub(crate) enum StoreError {
 #[derive(Debug)]
 pub(crate) struct Halves<F> {
     flash: F,
-    /// What a record begins with: other records are useless.
+    /// What a record begins with. A record that begins otherwise is of no use.
     mark: u32,
     /// The most bytes of a content.
     largest: usize,
-    /// What the lower and the upper half hold: a record, nothing, or what is no use.
-    /// [`StoreError::Flash`] is not known, because it could not be read.
+    /// What the lower and the upper half hold: a record, nothing, or bytes that are of no use. With
+    /// [`StoreError::Flash`] that is not known, because the half could not be read.
     found: [Result<Option<Found>, StoreError>; 2],
 }
 
@@ -132,7 +132,7 @@ impl<F: NorFlash> Halves<F> {
         while let Some((half, found)) = self.newest() {
             match self.read_content(half, &found, content) {
                 Ok(()) => return Ok(content.get(..found.length)),
-                // It can be read no more: then what was before it.
+                // It can no longer be read: then the record before it.
                 Err(error) => self.found[half as usize] = Err(error),
             }
         }
@@ -159,7 +159,7 @@ impl<F: NorFlash> Halves<F> {
                 *place = *byte;
             }
         }
-        // It may read otherwise the second time.
+        // Flash that fails may give other bytes at the second reading.
         let mut digest = self.digest(found.generation, found.length);
         digest.update(content);
         if digest.finalize() == found.checksum {

@@ -12,7 +12,7 @@ mod logged {
 
 #[cfg(not(all(target_os = "none", feature = "defmt")))]
 mod logged {
-    /// What can be logged: anything, for nothing is.
+    /// What can be logged. Without a logger that is every type.
     pub trait Logged {}
     impl<T> Logged for T {}
 }
@@ -21,17 +21,17 @@ mod logged {
 pub trait Number: Real + Serialize + DeserializeOwned + logged::Logged {
     /// Its name on the wire.
     const SCALAR: Scalar;
-    /// Memory for the samples of a session on their way into flash.
+    /// Memory for the samples of a session while they are read from flash or written to it.
     type StreamBytes: AsRef<[u8]> + AsMut<[u8]> + Debug;
     /// All zeros.
     const NO_STREAM_BYTES: Self::StreamBytes;
 }
 
-/// As much as fits into 8 KiB of flash, and twice that, with what stands before and behind.
+/// Bytes of a record's content that fit into 8 KiB and 16 KiB of flash together with its header and checksum.
 const SINGLE: usize = 8_128;
 const DOUBLE: usize = 16_320;
 
-/// What stands before the snapshot.
+/// Bytes of the request that stands before the snapshot, at most.
 const BEGIN: usize = 100;
 const _: () = assert!(StreamCalibrator::<f32>::SNAPSHOT_BYTES + BEGIN <= SINGLE);
 const _: () = assert!(StreamCalibrator::<f64>::SNAPSHOT_BYTES + BEGIN <= DOUBLE);

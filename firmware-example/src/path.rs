@@ -13,8 +13,8 @@ pub trait Path<T: Real> {
     fn next_point(&mut self) -> Vector3<T>;
 }
 
-/// Around a circle of 100 mm that rises and falls by 40 mm twice on the way, in four seconds. Stands in for the motion
-/// planner of a real controller.
+/// Around a circle with a radius of 100 mm, in four seconds; on the way the height rises and falls twice by 40 mm
+/// about its mean. Stands in for the motion planner of a real controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Circle<T> {
     /// A whole number.

@@ -7,10 +7,10 @@ pub const PAGE: usize = 2048;
 /// Bytes that are written together.
 pub const WORD: usize = 4;
 
-/// As large as the parameters need: two halves of a page, see [`Controller`](crate::Controller).
+/// As large as the parameters need: two halves of one page each, see [`Controller`](crate::Controller).
 pub type ParameterFlash = RamFlash<{ 2 * PAGE }>;
 
-/// As large as the samples of a session need: two halves of eight pages.
+/// As large as the samples of a session need: two halves of eight pages each.
 pub type StreamFlash = RamFlash<{ 16 * PAGE }>;
 
 const ERASED: u8 = 0xff;

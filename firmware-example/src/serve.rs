@@ -1,4 +1,4 @@
-//! The controller behind a link of the ecosystem's traits.
+//! The controller behind a link of `embedded-io-async`.
 
 use crate::{Controller, Number};
 use embassy_futures::yield_now;
@@ -6,12 +6,12 @@ use embedded_io_async::{Read, ReadReady, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 
 impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
-    /// Serves a link until it ends: takes in what comes, answers it, and works in the background while nothing comes. `between` runs
-    /// after every byte and every step; it hands new parameters to the control loop and takes in the loop's state, as
-    /// `firmware.rs` does.
+    /// Serves a link until it ends: takes in what comes, answers it, and works in the background while nothing comes.
+    /// `between` runs after every byte and every step. It must hand new parameters to the control loop, and the
+    /// loop's state to [`set_control`](Self::set_control), as `firmware.rs` does.
     ///
-    /// A task of its own at the lowest priority: a step of the solver takes some 20,000 instructions, and storing samples as long
-    /// as the flash.
+    /// Run it in a task of its own with the lowest priority: a step of the solver takes some 20,000 instructions, and
+    /// storing takes as long as the flash needs.
     ///
     /// # Errors
     /// Those of the link.

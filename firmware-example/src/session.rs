@@ -31,7 +31,7 @@ impl<T: Number> Session<T> {
         }
     }
 
-    /// Goes on with what was stored, or stays without a session.
+    /// Goes on with the session that was stored. If that is not possible, there is no session.
     pub(crate) fn resume(
         &mut self,
         nominal: &Robot<T>,
@@ -70,8 +70,8 @@ impl<T: Number> Session<T> {
         self.last
     }
 
-    /// Starts again without samples, unless it is the open session that is asked for: of the same number,
-    /// and with the same settings.
+    /// Begins a session without samples, unless the same session is open already: with the same number and
+    /// the same settings.
     pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<(), Fault> {
         if self.begin.as_ref() != Some(begin) {
             self.renew(nominal, begin)?;

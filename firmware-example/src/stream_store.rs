@@ -20,9 +20,10 @@ const VERSION: u8 = 0x81;
 /// a million samples are some 200 records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamPace {
-    /// Turns of the control loop between two records at least.
+    /// The least number of turns of the control loop between two records.
     pub turns: u32,
-    /// One in so many of the stored samples, or of the mean age where samples are forgotten, must be new.
+    /// A record waits until the new samples are one in so many of the stored ones, or, with forgetting, of their mean
+    /// age if that is less.
     pub part: u32,
 }
 
@@ -39,11 +40,12 @@ impl Default for StreamPace {
 #[derive(Debug)]
 pub(crate) struct StreamStore<T: Number, F> {
     halves: Halves<F>,
-    /// A record on its way.
+    /// Memory for the record that is read or written.
     bytes: T::StreamBytes,
     pace: StreamPace,
-    /// Of which session how many samples are stored, and since which turn.
+    /// Which session is stored, and how many samples of it.
     stored: (u32, u32),
+    /// The turn of the control loop at which it was last stored.
     turn: u32,
 }
 
@@ -68,7 +70,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         self.halves.into_flash()
     }
 
-    /// Lets the session that is stored go on, if there is one and it is of use.
+    /// Opens the session that is stored again, if there is one and this robot can use it.
     #[inline(never)]
     pub(crate) fn resume(&mut self, nominal: &Robot<T>, session: &mut Session<T>) {
         let content = match self.halves.load(self.bytes.as_mut()) {
@@ -119,7 +121,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         stream: &StreamCalibrator<T>,
         turn: u32,
     ) -> Result<(), StoreError> {
-        // Also after a failure: flash that fails is not tried at every turn.
+        // Also before a failure, so that flash that fails is not tried at every turn.
         self.turn = turn;
         let bytes = self.bytes.as_mut();
         let used = postcard::to_slice(begin, bytes)

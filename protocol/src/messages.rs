@@ -12,12 +12,12 @@ pub enum Request<T> {
     Identify,
     /// The geometry. Answer: [`Response::Parameters`].
     Parameters(ParameterSet),
-    /// Starts a calibration from no samples; one that is under way is dropped. The session that this
-    /// very request has opened is not started again. Answer: [`Response::Taken`].
+    /// Begins a calibration without samples; one that is under way is dropped. If the session is open
+    /// already with the same fields, nothing changes. Answer: [`Response::Taken`].
     Begin(Begin<T>),
     /// One measurement. Answer: [`Response::Taken`].
     Sample(SampleMessage<T>),
-    /// Starts solving, once `samples` were taken in. Answer: [`Response::Status`].
+    /// Starts solving, if `samples` is the number of samples that have come. Answer: [`Response::Status`].
     Solve {
         /// The session.
         session: u32,
@@ -100,7 +100,8 @@ pub struct Begin<T> {
     pub gate: bool,
     /// One sample in so many, 2 or more, judges the fit to the others. Not together with `gate` or `forgetting`.
     pub held_out: Option<u32>,
-    /// The samples fade: N, their mean age. Samples.
+    /// Older samples count less: N, the mean age of the samples in the estimate; see
+    /// [`Forgetting`](delta_cal::stream::Forgetting).
     pub forgetting: Option<T>,
 }
 
@@ -132,7 +133,7 @@ pub enum Response<T> {
     Taken {
         /// The session.
         session: u32,
-        /// Index of the sample that is expected next: so many came, rejected and held-out ones included.
+        /// Index of the sample that is expected next: this many have come, rejected and held-out ones included.
         next: u32,
         /// What became of the sample before that one; `None` if the controller has restarted since, or there is none.
         last: Option<Added<T>>,
@@ -170,8 +171,8 @@ pub enum Fault {
     },
     /// The sample is impossible.
     Sample(SampleError),
-    /// The tolerance is not a tolerance, or the noise not a noise, or the session is 0, or the options of the stream exclude
-    /// each other.
+    /// The tolerance, the noise, `held_out` or `forgetting` is not valid, `held_out` is stated together with `gate` or
+    /// `forgetting`, or the session is 0.
     Settings,
     /// The controller is solving: samples wait until it has finished.
     Busy,
@@ -252,9 +253,9 @@ pub struct Status<T> {
 /// What the gate has done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GateStatus {
-    /// How many samples came to what.
+    /// How many samples were taken in, not tested, and rejected.
     pub counts: GateCounts,
-    /// What a long run of rejections means, if there was one.
+    /// What the first run of eight rejected samples means, if there was one.
     pub alarm: Option<Alarm>,
 }
 
@@ -266,24 +267,24 @@ pub enum Phase {
     Idle,
     /// Samples are taken in.
     Collecting {
-        /// So many so far.
+        /// This many have come, rejected and held-out ones included.
         samples: u32,
     },
     /// The solver is at work.
     Solving {
-        /// On this arm; `None`: on all together, or about to begin.
+        /// On this arm; `None`: on all arms together, or it is about to begin.
         arm: Option<ArmIndex>,
     },
     /// There is an outcome.
     Solved {
-        /// From so many samples.
+        /// This many samples had come, rejected and held-out ones included.
         samples: u32,
         /// Its fingerprint.
         fingerprint: u32,
     },
-    /// There is none: the measurements cannot calibrate this robot. More samples may be sent.
+    /// There is no outcome: the samples cannot calibrate this robot. More samples may be sent.
     CalibrationRefused {
-        /// After so many samples.
+        /// This many samples had come, rejected and held-out ones included.
         samples: u32,
         /// Why.
         refusal: StreamRefusal,
@@ -372,7 +373,7 @@ pub struct Counters {
     pub repeated: u32,
     /// Sequence numbers that were left out.
     pub lost: u32,
-    /// Requests answered with a fault.
+    /// Requests that were understood and answered with a fault.
     pub refused: u32,
     /// Bytes that came faster than they were read, and were lost.
     pub overrun: u32,

@@ -1,9 +1,9 @@
-//! What of an object goes into a snapshot, in which order.
+//! Which parts of an object go into a snapshot, and in which order.
 
 use crate::Real;
 use nalgebra::Vector3;
 
-/// The part of an object that its samples have made, without what follows from robot and settings.
+/// The part of an object that depends on its samples, without what follows from robot and settings.
 pub(crate) trait State<T: Real> {
     /// Bytes that it takes.
     const BYTES: usize;
@@ -13,7 +13,7 @@ pub(crate) trait State<T: Real> {
     fn load(&mut self, from: &mut Reader<'_>);
 }
 
-/// Where a state goes; what finds no room is left out.
+/// Where a state is written to; what finds no room is left out.
 pub(crate) struct Writer<'a> {
     rest: &'a mut [u8],
     written: usize,
@@ -45,7 +45,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Where a state comes from; what is not there is zero.
+/// Where a state is read from; what is missing is read as zero.
 pub(crate) struct Reader<'a> {
     rest: &'a [u8],
 }

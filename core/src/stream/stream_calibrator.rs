@@ -1,4 +1,4 @@
-//! A stream calibrated step by step, with everything that it may need.
+//! The calibration of a stream in bounded steps, with gate, held-out samples and forgetting.
 
 mod calibrators;
 mod snapshot;
@@ -17,8 +17,9 @@ use crate::samples::Sample;
 use calibrators::Calibrators;
 use work::Work;
 
-/// A robot's calibration from samples that come one by one: the estimator, the gate or the held-out samples, forgetting, and
-/// the order of their steps. Controller and host run the same code, so that they decide alike and compute the same bits.
+/// A robot's calibration from samples that come one by one. It contains the estimator, the gate or the held-out
+/// samples, and forgetting, and does their steps in the right order. Controller and host run this code, so that both
+/// accept and reject the same samples and compute the same bits.
 ///
 /// ```
 /// use delta_cal::{Noise, Progress, Sample, Settings, SymmetricRobot, Tolerance};
@@ -55,7 +56,7 @@ pub struct StreamCalibrator<T: Real> {
     calibrators: Calibrators<T>,
     samples: u64,
     work: Work<T>,
-    /// To be solved as soon as the gate has its estimate.
+    /// Whether to solve as soon as the gate's estimate is finished.
     asked: bool,
 }
 
@@ -77,7 +78,7 @@ impl<T: Real> StreamCalibrator<T> {
         })
     }
 
-    /// Takes in one sample, or tests it first, or holds it out. A result that was there is gone.
+    /// Takes in one sample, or tests it first, or holds it out. A result of the samples before is dropped.
     ///
     /// # Errors
     /// A faulty number, or a solve that has not finished; nothing has changed.
@@ -95,8 +96,8 @@ impl<T: Real> StreamCalibrator<T> {
         Ok(added)
     }
 
-    /// Begins to solve, unless that is under way or done; after the gate's estimate, if that is under way. The work itself is
-    /// done by [`step`](Self::step).
+    /// Begins to solve, unless that is under way or done. If the gate's estimate is being solved, the solve begins
+    /// after it. The work itself is done by [`step`](Self::step).
     pub fn solve(&mut self) {
         match self.work {
             Work::Collecting => {
@@ -125,8 +126,8 @@ impl<T: Real> StreamCalibrator<T> {
         )
     }
 
-    /// One bounded step of what there is to solve. It ends with a result, or, where the gate asked for an estimate, with the
-    /// readiness for the next sample.
+    /// One bounded step of what there is to solve. After the last step there is a result; if it was the gate's
+    /// estimate that was solved, the next sample can be added.
     pub fn step(&mut self) -> Progress {
         self.work.step(&mut self.calibrators);
         if !self.solving() && core::mem::take(&mut self.asked) {
@@ -139,7 +140,7 @@ impl<T: Real> StreamCalibrator<T> {
         }
     }
 
-    /// Whether there is something left to solve; samples wait until it is done.
+    /// Whether there is something left to solve; until that is done, no sample is taken.
     pub const fn solving(&self) -> bool {
         !matches!(
             self.work,
@@ -172,7 +173,7 @@ impl<T: Real> StreamCalibrator<T> {
         }
     }
 
-    /// What it was made with.
+    /// The options that it was made with.
     pub const fn options(&self) -> &StreamOptions<T> {
         &self.calibrators.options
     }

@@ -1,4 +1,4 @@
-//! What a stream of samples is calibrated by.
+//! How a stream of samples is calibrated.
 
 use super::forgetting::Forgetting;
 use crate::Real;
@@ -9,7 +9,7 @@ use crate::snapshot::Fingerprint;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Estimator {
-    /// Each arm by itself, with a [`Calibrator`](crate::Calibrator): the light one.
+    /// Each arm by itself, with a [`Calibrator`](crate::Calibrator): a third of the work.
     #[default]
     Arms,
     /// All 24 parameters together, with a [`JointCalibrator`](crate::calibration::JointCalibrator): the least error that the
@@ -17,7 +17,7 @@ pub enum Estimator {
     Joint,
 }
 
-/// Which of the samples that come are taken in, and what those before them count.
+/// Which of the samples that come are taken in, and how much older samples count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(
@@ -31,24 +31,24 @@ pub enum Estimator {
 pub enum Selection<T> {
     /// All of them.
     All {
-        /// With it the samples before fade.
+        /// If stated, older samples count less.
         forgetting: Option<Forgetting<T>>,
     },
-    /// Those that agree with the samples before them; see [`Gate`](super::Gate). The gate tests each arm by itself, whatever
-    /// the estimator.
+    /// Those that agree with the samples before them; see [`Gate`](super::Gate). The gate tests each arm by itself,
+    /// with either estimator.
     Gated {
-        /// With it the samples before fade.
+        /// If stated, older samples count less.
         forgetting: Option<Forgetting<T>>,
     },
-    /// All but one in `every`, which judge the fit to the others and then join it; see [`HeldOut`](super::HeldOut). Each arm
-    /// is judged by itself, whatever the estimator.
+    /// All but one in `every`: the samples left out judge the fit to the others, and the final fit has all of them; see
+    /// [`HeldOut`](super::HeldOut). Each arm is judged by itself, with either estimator.
     HeldOut {
         /// 2 or more.
         every: u64,
     },
 }
 
-/// What a stream of samples is calibrated by. The default: each arm by itself, all samples.
+/// How a stream of samples is calibrated. The default: each arm by itself, from all samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(
@@ -80,7 +80,7 @@ impl<T: Real> StreamOptions<T> {
         }
     }
 
-    /// What makes them others.
+    /// What distinguishes these options from others.
     pub(super) fn mark(&self, fingerprint: &mut Fingerprint) {
         fingerprint.byte(match self.estimator {
             Estimator::Arms => 0,

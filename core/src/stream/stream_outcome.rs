@@ -1,4 +1,4 @@
-//! What a stream answers to a sample, and what it ends with.
+//! What becomes of a sample in a stream, and the outcome of the stream's calibration.
 
 use super::gate::Verdict;
 use crate::Real;

@@ -13,15 +13,15 @@ use core::fmt;
 pub enum StreamRefusal {
     /// The calibration itself is refused.
     Calibration(Refusal),
-    /// The held-out samples contradict it, or cannot judge it.
+    /// The held-out samples contradict the calibration, or cannot judge it.
     HeldOut(HeldOutRefusal),
     /// The gate rejected a run of samples.
     Alarm(Alarm),
     /// The gate rejected so many of all samples that it is not known which are wrong.
     TooManyRejected {
-        /// So many.
+        /// This many were rejected.
         rejected: u64,
-        /// Of so many.
+        /// This many came.
         samples: u64,
     },
 }

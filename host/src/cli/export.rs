@@ -64,7 +64,8 @@ Examples:
 Exit codes:
   0  done
   2  the command line is wrong
-  3  an input file is wrong, or the target cannot hold this robot
+  3  an input file is wrong, the target cannot hold this robot, or no correction
+     table keeps to --limit
   4  a file could not be written
 
 With exit codes 2 and 3 no output file is written or changed.";
@@ -112,7 +113,7 @@ pub(crate) struct ExportArguments {
     /// Of a correction table: the distance between its nodes [default: 25]
     #[arg(long, value_name = "MM", value_parser = length)]
     spacing: Option<f64>,
-    /// Of a correction table: choose the distance between its nodes so that interpolation leaves less than this
+    /// Of a correction table: choose the distance between its nodes so that interpolation leaves at most this error
     #[arg(long, value_name = "MM", value_parser = length, conflicts_with = "spacing")]
     limit: Option<f64>,
     /// Write the lines to this file instead of standard output, replacing a file that exists

@@ -13,8 +13,8 @@ pub(crate) struct StreamingArguments {
     /// Fit the robot without every K-th sample, and refuse the fit if those samples contradict it
     #[arg(long, value_name = "K", value_parser = held_out(), conflicts_with_all = ["gate", "forget"])]
     held_out: Option<NonZeroU32>,
-    /// Let older samples count less, with a memory of N samples, to find the robot as it is at the
-    /// end of the file
+    /// Let older samples count less, so that their mean age is N samples, to find the robot as it is
+    /// at the end of the file
     #[arg(long, value_name = "N")]
     forget: Option<NonZeroU32>,
 }

@@ -96,7 +96,7 @@ fn text(value: f64) -> String {
     }
 }
 
-/// What belongs into the INI file, as comments: the rest is a HAL file.
+/// The lines for the INI file, as comments: the file itself is a HAL file.
 fn ini(robot: &RobotFile, home: Option<[f64; 3]>) -> String {
     let mut lines = String::from(
         "#\n# In the INI file:\n#\n# [KINS]\n# KINEMATICS = deltacalkins\n# JOINTS = 3\n",

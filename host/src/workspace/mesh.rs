@@ -44,7 +44,7 @@ pub struct Mesh {
     pub triangles: Vec<[usize; 3]>,
     /// What limits the workspace at each triangle.
     pub limits: Vec<Limit>,
-    /// What the mesh leaves out: pieces that hang together with it nowhere, largest first.
+    /// What the mesh leaves out: pieces that are not connected with it, largest first.
     pub left_out: Vec<Piece>,
 }
 
@@ -100,7 +100,7 @@ impl Mesh {
         mesh
     }
 
-    /// Moves vertices that a file in single precision would take for one apart.
+    /// Moves vertices apart that would be the same point in single precision, as STL files have it.
     #[allow(clippy::cast_possible_truncation)] // that is what is compared
     fn tell_apart(&mut self, step: f64) {
         let mut seen = BTreeSet::new();
@@ -165,8 +165,8 @@ impl Mesh {
     }
 }
 
-/// The vertex of each sheet. A corner of the workspace is one sheet's; others that are near take an
-/// edge.
+/// The vertex of each sheet. A corner of the workspace belongs to one sheet; the vertices of other sheets near it are
+/// moved onto an edge.
 fn vertices(workspace: &Workspace, crossings: &[Crossing], sheets: &Sheets) -> Vec<Vertex> {
     let vertex = |sheet: &Vec<usize>, most: usize| {
         let points: Vec<&BoundaryPoint> = sheet.iter().map(|at| &crossings[*at].point).collect();
@@ -189,8 +189,8 @@ fn vertices(workspace: &Workspace, crossings: &[Crossing], sheets: &Sheets) -> V
     vertices
 }
 
-/// The vertices, each moved several times towards the mean of its neighbours: those at an edge of the workspace
-/// along it, those at a corner not at all. So none stand in the wrong order along a sharp rim.
+/// The vertices, each moved several times towards the mean of its neighbours: vertices at an edge of the workspace move
+/// along it, and those at a corner do not move. So the vertices along a sharp rim are in the right order.
 fn evened(workspace: &Workspace, mut vertices: Vec<Vertex>, sheets: &Sheets) -> Vec<Vertex> {
     let mut neighbours = vec![Vec::new(); vertices.len()];
     for around in &sheets.around {
@@ -232,8 +232,8 @@ fn evened(workspace: &Workspace, mut vertices: Vec<Vertex>, sheets: &Sheets) -> 
     vertices
 }
 
-/// The two triangles about a crossing: parted along an edge of the workspace if there is one, and by the shorter
-/// diagonal otherwise.
+/// The two triangles about a crossing: divided along an edge of the workspace if there is one, and otherwise along the
+/// shorter diagonal.
 fn halves(vertices: &[Vertex], [a, b, c, d]: [usize; 4]) -> [[usize; 3]; 2] {
     let ways = [[[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]];
     let flat = ways.map(|way| {

@@ -82,8 +82,9 @@ impl<T: Real> StreamCalibrator<T> {
         write(Kind::Stream, self.fingerprint(), self, bytes)
     }
 
-    /// Puts what a [`snapshot`](Self::snapshot) holds in place of what this stream has seen. It must be of the same robot,
-    /// settings and options. The stream goes on to the same bits as the one that the snapshot is of.
+    /// Puts what a [`snapshot`](Self::snapshot) holds in place of what this stream has seen. It must be of the same
+    /// robot, settings and options. From then on this stream gives the same results as the one that the snapshot is
+    /// of, bit by bit.
     ///
     /// # Errors
     /// Bytes that are damaged, or a snapshot of something else; the stream is unchanged.

@@ -51,7 +51,7 @@ impl<T: Real> Work<T> {
         }
     }
 
-    /// One step; a refusal ends the work, but for the gate's estimate: the gate then goes on without one.
+    /// One step. A refusal ends the work; if it was the gate's estimate that was refused, the gate goes on without one.
     pub(super) fn step(&mut self, calibrators: &mut Calibrators<T>) {
         let done = match self {
             Self::Collecting | Self::Solved(_) | Self::Refused(_) => Ok(()),

@@ -76,8 +76,8 @@ it out if it is off by 4.7 sigma or more. Eight such rows in succession mean tha
 changed, and the calibration is refused. With --held-out K the program fits the robot without every \
 K-th row, and refuses the fit if those rows contradict it; if they agree, all rows make the result. \
 With --forget N each row counts N/(N+1) times as much as the next one, so that the result follows a \
-robot that warms up; it lags N rows behind. Firmware can do the same with the library's functions of \
-these names.
+robot that warms up; it lags N rows behind. Firmware can do the same with StreamCalibrator of the \
+Rust library.
 
 With --limit the report says whether the expanded uncertainty of the position, k times the expected \
 position error (rms over the workspace), is within the limit: k = 2, or from Student's distribution \

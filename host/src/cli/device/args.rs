@@ -140,7 +140,7 @@ pub(super) struct Files {
     pub(super) samples: Option<PathBuf>,
     #[command(flatten)]
     pub(super) columns: ColumnsArgument,
-    /// How the controller estimates the parameters: joint fits all 24 at once, ikm fits each arm by
+    /// How the controller estimates the parameters: joint fits all 24 together, ikm fits each arm by
     /// itself with a third of the work
     #[arg(long, value_enum, default_value_t = EstimatorArgument::Joint)]
     pub(super) method: EstimatorArgument,

@@ -58,7 +58,7 @@ impl<'a> Region<'a> {
         })
     }
 
-    /// Always the same.
+    /// The same points at every call.
     fn random_points(&self) -> Vec<Vector3<f64>> {
         let mut generator = Pcg32::seed_from_u64(1);
         let mut uniform = || f64::from(generator.next_u32()) / f64::from(u32::MAX);

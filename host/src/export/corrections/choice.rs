@@ -1,4 +1,4 @@
-//! The spacing of the nodes: stated, or the widest with which interpolation stays within a limit.
+//! The spacing of the nodes: stated, or the widest of some with which the error of interpolation stays within a limit.
 
 use super::between::{Between, Region};
 use super::grid::Grid;
@@ -9,9 +9,9 @@ use crate::export::error::ExportError;
 /// How far the nodes are from each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Nodes {
-    /// So far, mm.
+    /// This distance, mm.
     Spacing(f64),
-    /// As far as the error of interpolation allows, mm.
+    /// As far as this limit of the error of interpolation allows, mm.
     Limit(f64),
 }
 

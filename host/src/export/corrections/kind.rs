@@ -15,7 +15,7 @@ pub enum Kind {
     Joint,
 }
 
-/// The two robots of a table: what the controller computes with, and what it moves.
+/// The two robots of a table: the one that the controller moves, and the one that it computes with.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pair<'a> {
     /// As it was built.

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 pub enum Node {
     /// The correction there, mm or degrees.
     Computed(Vector3<f64>),
-    /// The robot does not reach the node, but the nodes beside it: the correction that continues theirs.
+    /// The robot does not reach this node, but one beside it: the correction extrapolated from the nodes around it.
     Extrapolated(Vector3<f64>),
     /// Nothing: neither the node nor one beside it can be reached.
     Empty,
@@ -62,7 +62,7 @@ impl Table {
         }
     }
 
-    /// The correction at a position; `None` where the cell is not whole.
+    /// The correction at a position; `None` where a node of the cell has none.
     pub fn interpolated(&self, at: &Vector3<f64>) -> Option<Vector3<f64>> {
         let mut sum = Vector3::zeros();
         for (node, weight) in self.grid.place(at)?.corners {

@@ -1,8 +1,8 @@
 //! The lattice that is meshed: the grid, with nodes moved into what is thinner than its spacing.
 //!
-//! Towards a sharp rim the workspace is thinner than the spacing, and whether a node falls into it is
-//! chance: the rim would be saw-toothed, and pieces of it would float. So would the bottom of a groove. The
-//! lines of the grid know of thin pieces and gaps. The node next to one is moved into it, along the line.
+//! Towards a sharp rim the workspace is thinner than the spacing, and it is chance whether a node lies in it:
+//! the rim would be saw-toothed, and pieces of it would be separate. The same holds for the bottom of a groove.
+//! The lines of the grid show thin pieces and gaps. The node next to one is moved into it, along the line.
 
 use crate::workspace::boundary::{self, BoundaryPoint};
 use crate::workspace::reachable::Workspace;

@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
-/// What hangs together with the rest of a surface nowhere: a part of the workspace of its own, or a hollow in one.
+/// A part of a surface that is not connected with the rest: about a separate region of the workspace, or about a
+/// hollow in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
     /// The volume inside, mm³; that of a hollow is negative.

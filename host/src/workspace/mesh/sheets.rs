@@ -1,8 +1,8 @@
 //! Which crossings of a cell's edges belong to one sheet of the boundary.
 //!
 //! Two crossings on a face of a cell are joined. Of four, where two reachable corners stand across from each
-//! other, those beside the same unreachable corner are joined, so that what is thinner than a cell holds
-//! together; in a thin gap those beside the same reachable corner, so that the gap does. Both cells of a face
+//! other, those beside the same unreachable corner are joined, so that a part thinner than a cell stays
+//! connected; in a thin gap those beside the same reachable corner, so that the gap stays open. Both cells of a face
 //! join the same crossings. So each join belongs to two cells, a crossing to four sheets, and the sheets around
 //! each sheet make a ring: what is dual to them is a closed surface without branches. It has two edges between
 //! the same two vertices only where both joins of a face belong to one sheet in each cell; there the other two

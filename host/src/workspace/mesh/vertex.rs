@@ -14,7 +14,7 @@ const STEPS: usize = 8;
 const LEAST_ANGLE: f64 = 0.02;
 /// A vertex stays within so many spacings of its sheet's crossings.
 const LARGEST_STEP: f64 = 2.0;
-/// A vertex is tested at this part of the tolerance from it; the rest is left for what moves it last.
+/// A vertex is tested at this part of the tolerance from it; the rest remains for moving equal vertices apart.
 const PART: f64 = 0.5;
 
 /// A surface and joint angles nearby.

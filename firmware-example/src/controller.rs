@@ -241,6 +241,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                     return Err(Fault::OtherParameters { there });
                 }
                 let switched = self.geometries.apply(*from, outcome.robot())?;
+                self.streams.forget();
                 self.switched(switched)
             }
             Request::Revert { from, to } => {

@@ -159,9 +159,10 @@ impl<T: Number> Session<T> {
         false
     }
 
-    /// The session as it can be stored: there is one, and nothing is being solved.
+    /// The session as it can be stored: it takes in samples, and has no result.
     pub(crate) fn storable(&self) -> Option<(&Begin<T>, &StreamCalibrator<T>)> {
-        let stream = self.stream.as_ref().filter(|stream| !stream.solving())?;
+        let stream = self.stream.as_ref();
+        let stream = stream.filter(|stream| !stream.solving() && stream.result().is_none())?;
         Some((self.begin.as_ref()?, stream))
     }
 

@@ -44,7 +44,7 @@ pub(crate) struct StreamStore<T: Number, F> {
     bytes: T::StreamBytes,
     pace: StreamPace,
     /// Which session is stored, and how many samples of it.
-    stored: (u32, u32),
+    stored: Option<(Begin<T>, u32)>,
     /// The turn of the control loop at which it was last stored.
     turn: u32,
 }
@@ -57,7 +57,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
             halves: Halves::new(flash, mark::<T>(VERSION, nominal), largest),
             bytes,
             pace: StreamPace::default(),
-            stored: (0, 0),
+            stored: None,
             turn: 0,
         }
     }
@@ -88,7 +88,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
             warning!("stored samples are no use: {}", error);
             return;
         }
-        self.stored = (begin.session, session.samples());
+        self.stored = Some((begin, session.samples()));
         info!(
             "session {=u32:08x} goes on after {} samples",
             begin.session,
@@ -98,19 +98,28 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
 
     /// Whether the session is to be stored now, at this turn of the control loop.
     pub(crate) fn due(&self, begin: &Begin<T>, stream: &StreamCalibrator<T>, turn: u32) -> bool {
-        let (session, stored) = self.stored;
-        let samples = samples(stream);
-        let new = if session == begin.session {
-            samples.saturating_sub(stored)
-        } else {
-            samples
+        let stored = match &self.stored {
+            Some((session, stored)) if session == begin => *stored,
+            _ => 0,
         };
+        let new = samples(stream).saturating_sub(stored);
         let remembered = begin
             .forgetting
             .map_or(f64::INFINITY, delta_cal::Real::to_f64)
             .min(f64::from(stored));
         let enough = f64::from(new) * f64::from(self.pace.part) >= remembered;
-        new > 0 && enough && turn.wrapping_sub(self.turn) >= self.pace.turns
+        let never = self.pace.turns == u32::MAX;
+        !never && new > 0 && enough && turn.wrapping_sub(self.turn) >= self.pace.turns
+    }
+
+    /// Lets what is stored not come back: its result is in use.
+    pub(crate) fn forget(&mut self) {
+        if self.stored.is_some() {
+            match self.halves.save(&[0]) {
+                Ok(()) => self.stored = None,
+                Err(error) => warning!("stored samples not deleted: {}", error),
+            }
+        }
     }
 
     /// Stores a session that is not being solved, at this turn of the control loop.
@@ -131,7 +140,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         let length = stream.snapshot(rest).map_err(|_| StoreError::Record)?.len();
         let content = bytes.get(..used + length).ok_or(StoreError::Record)?;
         self.halves.save(content)?;
-        self.stored = (begin.session, samples(stream));
+        self.stored = Some((*begin, samples(stream)));
         Ok(())
     }
 }

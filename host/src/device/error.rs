@@ -171,7 +171,9 @@ const fn fault_in_words(fault: Fault) -> &'static str {
         Fault::NoSession => "the controller forgot the calibration: it restarted",
         Fault::OutOfOrder { .. } => "the controller missed a sample",
         Fault::Sample(_) => "the controller does not take a sample",
-        Fault::Settings => "the controller does not take the tolerance or the noise",
+        Fault::Settings => {
+            "the controller does not take the tolerance, the noise, or the number of --held-out or --forget"
+        }
         Fault::Busy => "the controller is solving",
         Fault::NoOutcome => "the controller has no result to apply or to go back to",
         Fault::OtherParameters { .. } => {

@@ -79,7 +79,8 @@ pub fn calibrate_robot<T: Number, L: Transport>(
     check(robot, options)?;
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
     check_nominal(robot, &nominal.arms)?;
-    let finished: Finished<T> = calibrated(client, robot, samples, options, progress)?;
+    let mut finished: Finished<T> = calibrated(client, robot, samples, options, progress)?;
+    complete(&mut finished, &nominal.arms, robot, samples, options)?;
     let before = RobotFile {
         name: format!("the controller on {port}"),
         robot: convert::robot(&finished.parameters_before.arms)?,
@@ -97,6 +98,25 @@ fn check(robot: &RobotFile, options: Options) -> Result<(), CalibrateError> {
     Ok(())
 }
 
+/// What became of samples whose answers a restart of the controller took away: the same as here, for both decide alike.
+fn complete<T: Number>(
+    finished: &mut Finished<T>,
+    nominal: &[[T; 8]; 3],
+    robot: &RobotFile,
+    samples: &SamplesFile,
+    options: Options,
+) -> Result<(), DeviceError> {
+    if finished.added.iter().all(Option::is_some) {
+        return Ok(());
+    }
+    let begin = convert::begin(robot, options);
+    let here = solve_here(nominal, &begin, &convert::measurements(samples))?;
+    for (added, here) in finished.added.iter_mut().zip(here.added) {
+        *added = added.or(here);
+    }
+    Ok(())
+}
+
 /// What the controller found, as the judgement takes it.
 fn found<T: Number>(
     samples: &SamplesFile,
@@ -108,7 +128,6 @@ fn found<T: Number>(
     let alarmed_from = gate.and_then(|gate| gate.alarm).map(|alarm| alarm.first());
     let mut record = Record::default();
     for (index, (row, added)) in (0..).zip(samples.rows.iter().zip(&finished.added)) {
-        // A restart of the controller took away what it had said.
         let added = added.map_or(Added::Taken, |added| added.cast());
         let alarmed = alarmed_from.is_some_and(|first: u64| index >= first);
         record.note(row.line, &added, alarmed);

@@ -53,7 +53,7 @@ fn phase(phase: &Phase) -> String {
         Phase::Idle => "no calibration since the start".to_owned(),
         Phase::Collecting { samples } => format!("taking in samples, {samples} so far"),
         Phase::Solving { arm: Some(arm) } => format!("solving, {arm}"),
-        Phase::Solving { arm: None } => "solving, all arms together".to_owned(),
+        Phase::Solving { arm: None } => "solving".to_owned(),
         Phase::Solved { samples, .. } => format!("solved, from {samples} samples"),
         Phase::CalibrationRefused { samples, refusal } => {
             format!("refused after {samples} samples: {refusal}")

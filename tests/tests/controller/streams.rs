@@ -468,3 +468,50 @@ fn samples_are_stored_as_rarely_as_stated() {
         );
     }
 }
+
+/// A calibration whose result is in use is over: its samples do not come back with the next restart.
+#[test]
+fn samples_of_an_applied_calibration_do_not_come_back() {
+    let samples = samples::<f32>(3, 30);
+    let mut driver = started::<f32, _>(StreamFlash::new());
+    driver.begin_with(full());
+    let Phase::Solved { fingerprint, .. } = ended(&mut driver, 0, &samples) else {
+        panic!("not solved")
+    };
+    let (parameters, long) = driver.controller.into_flash();
+    let mut driver = Driver::<f32, Flash, _>::start_with(parameters, long.clone());
+    driver.controller.set_stream_pace(ALWAYS);
+    assert_eq!(kept(&mut driver), Some(30));
+    driver.solve(1, 30);
+    driver.rest();
+    let applied = driver.apply(1, fingerprint);
+    assert!(matches!(applied, Response::Parameters(_)), "{applied:?}");
+    driver.rest();
+    let (parameters, stream_flash) = driver.controller.into_flash();
+    let mut driver = Driver::<f32, Flash, _>::start_with(parameters, stream_flash);
+    assert_eq!(driver.controller.current().fingerprint, fingerprint);
+    assert_eq!(kept(&mut driver), None);
+
+    // After a long session a new one is stored from its first sample on; and never, where that is asked for.
+    for (pace, expected) in [
+        (StreamPace { turns: 0, part: 16 }, Some(1)),
+        (
+            StreamPace {
+                turns: u32::MAX,
+                part: u32::MAX,
+            },
+            Some(30),
+        ),
+    ] {
+        let mut driver = started::<f32, _>(long.clone());
+        driver.begin_with(Begin {
+            forgetting: Some(1000.0),
+            ..full()
+        });
+        send(&mut driver, 0, &samples[0]);
+        driver.controller.set_stream_pace(pace);
+        at_turn(&mut driver, u32::MAX);
+        let (_, stream_flash) = driver.controller.into_flash();
+        assert_eq!(kept(&mut started::<f32, _>(stream_flash)), expected);
+    }
+}

@@ -1,5 +1,5 @@
 //! The controller on a Raspberry Pi Pico 2 (RP2350): its UART, its flash, and the control loop in an interrupt above
-//! everything else.
+//! everything but the clock.
 //!
 //! ```text
 //! cd firmware-example/boards/pico2
@@ -102,6 +102,8 @@ async fn main(_spawner: Spawner) {
     let handover = HANDOVER.init(Handover::new());
     let (mut background, foreground) = handover.split(&controller.current());
 
+    // Above the loop is only the clock, which wakes it.
+    interrupt::UART0_IRQ.set_priority(Priority::P3);
     interrupt::SWI_IRQ_1.set_priority(Priority::P1);
     let control = CONTROL.start(interrupt::SWI_IRQ_1);
     if let Ok(task) = control_loop(foreground) {

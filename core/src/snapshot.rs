@@ -110,10 +110,13 @@ pub(crate) fn write<'a, T: Real, S: State<T>>(
     let whole = bytes
         .get_mut(..length)
         .ok_or(SnapshotError::BufferTooShort)?;
-    let (content, place) = whole
-        .split_last_chunk_mut::<CHECKSUM>()
+    // Not by split_last_chunk_mut, whose check of the place can panic.
+    let (content, places) = whole
+        .split_at_mut_checked(length.saturating_sub(CHECKSUM))
         .ok_or(SnapshotError::BufferTooShort)?;
-    *place = crc(content).to_le_bytes();
+    for (place, byte) in places.iter_mut().zip(crc(content).to_le_bytes()) {
+        *place = byte;
+    }
     Ok(whole)
 }
 

@@ -19,4 +19,5 @@ mod records;
 mod serve;
 mod sessions;
 mod store;
+mod stored_streams;
 mod streams;

@@ -156,15 +156,11 @@ impl<T: Real> State<T> for Vector3<T> {
     const BYTES: usize = 3 * T::BYTES;
 
     fn save(&self, to: &mut Writer<'_>) {
-        for item in self {
-            item.save(to);
-        }
+        State::<T>::save(&self.data.0, to);
     }
 
     fn load(&mut self, from: &mut Reader<'_>) {
-        for item in self {
-            item.load(from);
-        }
+        State::<T>::load(&mut self.data.0, from);
     }
 }
 

@@ -20,14 +20,6 @@ pub enum Estimator {
 /// Which of the samples that come are taken in, and how much older samples count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: Real + serde::Serialize",
-        deserialize = "T: Real + serde::Deserialize<'de>"
-    ))
-)]
 pub enum Selection<T> {
     /// All of them.
     All {
@@ -51,14 +43,6 @@ pub enum Selection<T> {
 /// How a stream of samples is calibrated. The default: each arm by itself, from all samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(bound(
-        serialize = "T: Real + serde::Serialize",
-        deserialize = "T: Real + serde::Deserialize<'de>"
-    ))
-)]
 pub struct StreamOptions<T> {
     /// How the parameters are estimated.
     pub estimator: Estimator,

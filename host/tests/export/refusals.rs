@@ -1,20 +1,20 @@
 //! What is refused, and what is written then: nothing.
 
-use crate::robots::toml;
+use crate::support::robot_toml;
 use crate::support::{Folder, nominal_arms};
 
 #[test]
 fn what_cannot_be_exported_is_refused_with_place_and_cause() {
     let folder = Folder::new();
     let mut arms = nominal_arms();
-    folder.write("calibrated.toml", toml(&arms));
+    folder.write("calibrated.toml", robot_toml(&arms));
     arms[1][4] = 20.0;
-    folder.write("tilted.toml", toml(&arms));
+    folder.write("tilted.toml", robot_toml(&arms));
     arms[1][4] = 0.0;
     arms[2][3] = 220.0;
     let (sin, cos) = f64::to_radians(220.0).sin_cos();
     (arms[2][0], arms[2][1]) = (164.0 * cos, 164.0 * sin);
-    folder.write("turned.toml", toml(&arms));
+    folder.write("turned.toml", robot_toml(&arms));
     folder.write("few.csv", "x_mm,y_mm,z_mm\n0,0,-400\n");
     let mut far = String::from("x_mm,y_mm,z_mm\n");
     for _ in 0..30 {
@@ -109,7 +109,7 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
 fn arms_that_are_numbered_clockwise_keep_their_motors() {
     let folder = Folder::new();
     let [first, second, third] = nominal_arms();
-    folder.write("robot.toml", toml(&[first, third, second]));
+    folder.write("robot.toml", robot_toml(&[first, third, second]));
     let run = folder.run("export robot.toml --for linuxcnc").ok();
     // LinuxCNC's joints run clockwise: joint k drives arm k + 1.
     let arms: Vec<_> = run
@@ -119,7 +119,7 @@ fn arms_that_are_numbered_clockwise_keep_their_motors() {
         .collect();
     assert_eq!(arms, ["# arm 1", "# arm 2", "# arm 3"]);
     let counter_clockwise = [first, second, third];
-    folder.write("robot.toml", toml(&counter_clockwise));
+    folder.write("robot.toml", robot_toml(&counter_clockwise));
     let run = folder.run("export robot.toml --for linuxcnc").ok();
     let arms: Vec<_> = run
         .stdout

@@ -1,20 +1,8 @@
 //! Robots to export, and positions where they are wanted.
 
-use crate::support::{Arm, Folder, KEYS, Point, TOLERANCE, nominal_arms, platform};
+use crate::support::{Folder, KEYS, Point, TOLERANCE, nominal_arms, platform, robot_toml};
 use std::fmt::Write;
 use std::path::Path;
-
-/// A robot file.
-pub(crate) fn toml(arms: &[Arm; 3]) -> String {
-    let mut text = String::new();
-    for arm in arms {
-        text += "[[arm]]\n";
-        for (key, value) in KEYS.iter().zip(arm) {
-            writeln!(text, "{key} = {value:?}").unwrap();
-        }
-    }
-    text + "\n[joints]\nmin_deg = -60\nmax_deg = 90\n" + TOLERANCE
-}
 
 /// The built-in example, calibrated by the command.
 pub(crate) fn example(folder: &Folder) {
@@ -30,9 +18,9 @@ pub(crate) fn example(folder: &Folder) {
 /// The nominal robot with the upper arm of arm 2 longer by 1 mm.
 pub(crate) fn one_arm_longer(folder: &Folder) {
     let mut arms = nominal_arms();
-    folder.write("robot.toml", toml(&arms));
+    folder.write("robot.toml", robot_toml(&arms));
     arms[1][5] += 1.0;
-    folder.write("calibrated.toml", toml(&arms));
+    folder.write("calibrated.toml", robot_toml(&arms));
 }
 
 /// Numbers in [0, 1) from a fixed sequence.

@@ -1,7 +1,8 @@
 //! What is lost, computed again from the lines to paste.
 
 use crate::controllers::{ALL, Inverse};
-use crate::robots::{Sequence, csv, example, made, one_arm_longer, positions, toml};
+use crate::robots::{Sequence, csv, example, made, one_arm_longer, positions};
+use crate::support::robot_toml;
 use crate::support::{Arm, Folder, NOMINAL, Point, TOLERANCE, arms_of, distance, platform};
 use delta_cal_tests::documents::print_documented;
 use serde_json::Value;
@@ -204,7 +205,7 @@ fn a_dozen_robots_lose_what_is_documented() {
     for _ in 0..12 {
         let arms = made(&mut sequence);
         let wanted = positions(&arms, 150, &mut sequence);
-        folder.write("calibrated.toml", toml(&arms));
+        folder.write("calibrated.toml", robot_toml(&arms));
         folder.write("wanted.csv", csv(&wanted));
         for ((target, _), found) in ALL.iter().zip(&mut losses) {
             let (_, report) = export(&folder, target, "");

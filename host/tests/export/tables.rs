@@ -1,7 +1,8 @@
 //! Correction tables: read again, interpolated here, and added to a nominal kinematics that is written here.
 
 use crate::controllers::Arm;
-use crate::robots::{Sequence, csv, example, made, one_arm_longer, positions, toml};
+use crate::robots::{Sequence, csv, example, made, one_arm_longer, positions};
+use crate::support::robot_toml;
 use crate::support::{Arm as Parameters, Folder, Point, arms_of, distance, nominal_arms, platform};
 use delta_cal_tests::documents::print_documented;
 use serde_json::Value;
@@ -223,7 +224,7 @@ fn robots_of_three_geometries_lose_what_is_documented() {
         ("large, 250, 400, 900 mm", [250.0, 400.0, 900.0]),
     ] {
         let nominal = equal_arms(geometry);
-        folder.write("robot.toml", toml(&nominal));
+        folder.write("robot.toml", robot_toml(&nominal));
         let mut sequence = Sequence::new(11);
         let mut found = vec![Vec::new(); 5];
         for _ in 0..8 {
@@ -233,7 +234,7 @@ fn robots_of_three_geometries_lose_what_is_documented() {
                     *value += own - paper;
                 }
             }
-            folder.write("calibrated.toml", toml(&arms));
+            folder.write("calibrated.toml", robot_toml(&arms));
             folder.write("wanted.csv", csv(&positions(&arms, 150, &mut sequence)));
             for (kind, columns) in [("position", [0, 1]), ("joint", [2, 3])] {
                 let options = format!("--positions wanted.csv --corrections {kind}");
@@ -346,7 +347,7 @@ fn a_plane_has_a_table_and_a_robot_that_is_assumed_is_stated() {
 #[test]
 fn options_of_tables_are_refused_where_they_say_nothing() {
     let folder = Folder::new();
-    folder.write("calibrated.toml", toml(&nominal_arms()));
+    folder.write("calibrated.toml", robot_toml(&nominal_arms()));
     for (arguments, code, cause) in [
         (
             "--for klipper --limit 0.1",

@@ -12,7 +12,7 @@ use std::fmt::Write;
 const HOME: Point = [712.0, 711.5, 712.4];
 
 /// Seven parameters an arm: x, y, zero, leans (degrees), scale, rod.
-fn toml(arms: &[[f64; 7]; 3]) -> String {
+fn robot_toml(arms: &[[f64; 7]; 3]) -> String {
     let keys = [
         "dx_mm",
         "dy_mm",
@@ -157,14 +157,14 @@ fn wanted() -> Vec<Point> {
 fn prepared(arms: &[[f64; 7]; 3]) -> (Folder, RobotFile) {
     let folder = Folder::new();
     let even = upright().map(|[x, y, ..]| [x, y, 0.0, 0.0, 0.0, 1.0, 330.0]);
-    folder.write("robot.toml", toml(&even));
-    folder.write("calibrated.toml", toml(arms));
+    folder.write("robot.toml", robot_toml(&even));
+    folder.write("calibrated.toml", robot_toml(arms));
     let mut text = String::from("x_mm,y_mm,z_mm\n");
     for [x, y, z] in wanted() {
         writeln!(text, "{x},{y},{z}").unwrap();
     }
     folder.write("wanted.csv", text);
-    let robot = RobotFile::read(&InputText::new("calibrated.toml", &toml(arms))).unwrap();
+    let robot = RobotFile::read(&InputText::new("calibrated.toml", &robot_toml(arms))).unwrap();
     (folder, robot)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::program::{drive, missing};
 use crate::support::{Arm, Folder, KEYS, Point, TOLERANCE, distance, platform, poses, rows_of};
-use crate::support::{nominal_arms, true_arms};
+use crate::support::{nominal_arms, robot_toml, true_arms};
 use std::fmt::Write;
 
 /// Of joint angles, radians; a pin has 1e-9 mm and degrees, which are 1e-11 of these robots' arms.
@@ -16,17 +16,6 @@ fn skipped() -> bool {
         println!("skipped: {why}");
     }
     why.is_some()
-}
-
-fn toml(arms: &[Arm; 3]) -> String {
-    let mut text = String::new();
-    for arm in arms {
-        text += "[[arm]]\n";
-        for (key, value) in KEYS.iter().zip(arm) {
-            writeln!(text, "{key} = {value:?}").unwrap();
-        }
-    }
-    text + "\n[joints]\nmin_deg = -60\nmax_deg = 90\n" + TOLERANCE
 }
 
 fn one_arm_longer() -> [Arm; 3] {
@@ -72,7 +61,7 @@ fn positions(wanted: &[(Point, Point)], unit: f64) -> String {
 }
 
 fn export(folder: &Folder, name: &str, arms: &[Arm; 3]) {
-    folder.write(&format!("{name}.toml"), toml(arms));
+    folder.write(&format!("{name}.toml"), robot_toml(arms));
     folder
         .run(&format!(
             "export {name}.toml --for linuxcnc-component --output {name}.hal"

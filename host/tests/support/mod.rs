@@ -299,3 +299,15 @@ pub fn assert_fails(robot: &[u8], samples: &[u8], code: i32, expected: &[&str]) 
     assert_eq!(folder.names(), ["report.json", "robot.toml", "samples.csv"]);
     assert_eq!(folder.read("report.json"), "of yesterday");
 }
+
+/// A robot file of these arms, with limits and [`TOLERANCE`].
+pub fn robot_toml(arms: &[Arm; 3]) -> String {
+    let mut text = String::new();
+    for arm in arms {
+        text += "[[arm]]\n";
+        for (key, value) in KEYS.iter().zip(arm) {
+            writeln!(text, "{key} = {value:?}").unwrap();
+        }
+    }
+    text + "\n[joints]\nmin_deg = -60\nmax_deg = 90\n" + TOLERANCE
+}

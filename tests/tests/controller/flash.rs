@@ -42,6 +42,8 @@ pub(crate) struct FailingFlash<const N: usize = PARAMETERS> {
     pub(crate) flash: RamFlash<N>,
     /// Writes and erases so far.
     pub(crate) operations: u32,
+    /// Of them, those that erased.
+    pub(crate) erasures: u32,
     /// At which of them the power fails.
     pub(crate) cut: Option<(u32, Cut)>,
     dead: bool,
@@ -60,6 +62,7 @@ impl<const N: usize> FailingFlash<N> {
         Self {
             flash,
             operations: 0,
+            erasures: 0,
             cut: None,
             dead: false,
             rewritten: 0,
@@ -165,6 +168,7 @@ impl<const N: usize> NorFlash for FailingFlash<N> {
         if self.dead {
             return Err(Failure::NoPower);
         }
+        self.erasures += 1;
         let range = from as usize..to as usize;
         if let Some(mask) = self.failing(range.len()) {
             for (byte, set) in self.flash.bytes_mut()[range].iter_mut().zip(mask) {

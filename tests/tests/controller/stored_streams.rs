@@ -5,9 +5,12 @@ use crate::flash::{Cut, FailingFlash};
 use crate::streams::{one_wrong, options, send};
 use delta_cal::Sample;
 use delta_cal::stream::Estimator;
-use delta_cal_firmware_example::{Number, StreamFlash, StreamPace};
+use delta_cal_firmware_example::{Number, PAGE, StreamFlash, StreamPace};
 use delta_cal_protocol::{Begin, Phase, Response};
 use embedded_storage_async::nor_flash::NorFlash;
+
+/// Bytes of the flash of the samples.
+const SAMPLES: usize = 16 * PAGE;
 
 /// Every sample is stored.
 const ALWAYS: StreamPace = StreamPace {
@@ -112,7 +115,7 @@ fn a_power_cut_while_samples_are_stored_loses_none_but_the_last() {
     let expected = ended(&mut whole, 0, &samples);
     let flash = two_stored(&samples);
     // The third record, in place of the first.
-    let third = |flash: FailingFlash<{ 16 * delta_cal_firmware_example::PAGE }>| {
+    let third = |flash: FailingFlash<SAMPLES>| {
         let mut driver = started(flash);
         assert_eq!(kept(&mut driver), Some(2));
         send(&mut driver, 2, &samples[2]);
@@ -185,34 +188,53 @@ fn at_turn<S: NorFlash>(driver: &mut Driver<f32, Flash, S>, turns: u32) {
     driver.rest();
 }
 
-/// One sample a second for two hours: how often it is stored, and what a power cut would lose.
+/// Of so many samples, one a second, how many records were stored, and how many samples a power cut would lose.
+fn stored(pace: StreamPace, forgetting: Option<f32>, count: u32) -> (u32, u32) {
+    let samples = samples::<f32>(3, 60);
+    let flash = FailingFlash::<SAMPLES>::new(StreamFlash::new());
+    let mut driver = Driver::<f32, Flash, _>::start_with(Flash::new(), flash);
+    driver.begin_with(Begin {
+        forgetting,
+        ..begin(1)
+    });
+    driver.controller.set_stream_pace(pace);
+    for second in 0..count {
+        send(&mut driver, second, &samples[second as usize % 60]);
+        at_turn(&mut driver, 1000 * (second + 60));
+    }
+    let (parameters, flash) = driver.controller.into_flash();
+    let erasures = flash.erasures;
+    let mut driver = Driver::<f32, Flash, _>::start_with(parameters, flash.flash);
+    (erasures, count - kept(&mut driver).unwrap())
+}
+
+/// The wear and the loss that the documentation states.
 #[test]
 fn samples_are_stored_as_rarely_as_stated() {
-    let samples = samples::<f32>(3, 60);
-    for (forgetting, most) in [(None, 60), (Some(160.0), 120)] {
-        let flash =
-            FailingFlash::<{ 16 * delta_cal_firmware_example::PAGE }>::new(StreamFlash::new());
-        let mut driver = Driver::<f32, Flash, _>::start_with(Flash::new(), flash);
-        driver.begin_with(Begin {
-            forgetting,
-            ..begin(1)
-        });
-        for second in 0..7200 {
-            send(&mut driver, second, &samples[second as usize % 60]);
-            at_turn(&mut driver, 1000 * (second + 1));
-        }
-        let (parameters, flash) = driver.controller.into_flash();
-        // A record is one erasure and one write of 64 bytes after the other.
-        let flash = flash.flash;
-        let mut driver = Driver::<f32, Flash, _>::start_with(parameters, flash);
-        let kept = kept(&mut driver).unwrap();
-        let lost = 7200 - kept;
-        println!("memory {forgetting:?}: {lost} of 7200 samples would be lost");
-        assert!(
-            lost <= most || forgetting.is_none() && lost <= 7200 / 16,
-            "{lost}"
-        );
+    // Two hours. With forgetting a record a minute; without, that for the first 16 minutes, and from 960 samples on one for a
+    // sixteenth more, ln(7200/960)/ln(17/16) = 33.
+    for (forgetting, expected) in [(None, 47..=51), (Some(160.0), 118..=120)] {
+        let (records, lost) = stored(StreamPace::default(), forgetting, 7200);
+        println!("memory {forgetting:?}: {records} records of 7200 samples, {lost} would be lost");
+        assert!(expected.contains(&records), "{records}");
+        assert!(lost < 7200 / 16, "{lost}");
     }
+    // However fast: one for each of the first 17, and then for a sixteenth more, 17 + ln(7200/17)/ln(17/16).
+    let fast = |part| StreamPace { turns: 0, part };
+    let (records, lost) = stored(fast(16), None, 7200);
+    println!("{records} records of 7200 samples without a pause, {lost} would be lost");
+    assert!(
+        (100..=117).contains(&records) && lost < 7200 / 16,
+        "{records}, {lost}"
+    );
+    // With forgetting from 160 samples on for each ten, a sixteenth of the mean age: 17 + ln(160/17)/ln(17/16) + 56.
+    let (records, lost) = stored(fast(16), Some(160.0), 720);
+    assert!(
+        (100..=110).contains(&records) && lost < 10,
+        "{records}, {lost}"
+    );
+    // And each of them, where that is asked for.
+    assert_eq!(stored(fast(u32::MAX), None, 100), (100, 0));
 }
 
 /// A calibration whose result is in use is over: its samples do not come back with the next restart.

@@ -65,8 +65,6 @@ impl<T: Real> Calibrators<T> {
 
     /// What became of the sample, and whether the gate wants an estimate before the next.
     pub(super) fn add(&mut self, sample: &Sample<T>) -> Result<(Added<T>, bool), SampleError> {
-        // Everything below checks the same.
-        self.arms.check(sample)?;
         let forgetting = self.options.forgetting();
         let (added, wants_estimate) = match &mut self.judge {
             Judge::Nothing => {

@@ -96,7 +96,7 @@ fn the_stated_uncertainty_is_what_a_finer_grid_changes() {
     for case in cases() {
         let (coarse, fine) = (
             workspace(&case, 40.0).volume(),
-            workspace(&case, 120.0).volume(),
+            workspace(&case, 80.0).volume(),
         );
         let off = (coarse.volume - fine.volume).abs();
         println!(

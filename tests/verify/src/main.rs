@@ -2,6 +2,7 @@
 
 mod budgets;
 mod check;
+mod clock;
 mod docs;
 mod features;
 mod fuzz;
@@ -16,9 +17,9 @@ mod structure;
 mod versions;
 
 use check::Check;
+use clock::{Cost, Start};
 use stages::{BY_HAND, QUICK, STAGES, Stage};
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
 
 const USAGE: &str = "\
 Runs every check, in stages; all failures are collected and summed up at the end.
@@ -87,22 +88,22 @@ struct Finished {
     name: &'static str,
     failures: Vec<String>,
     skipped: Option<String>,
-    time: Duration,
+    cost: Cost,
 }
 
 fn run(stages: &[&Stage]) -> ExitCode {
-    let begin = Instant::now();
+    let begin = Start::now();
     let mut finished = Vec::new();
     for stage in stages {
         println!("\n=== {}: {}", stage.name, stage.about);
-        let start = Instant::now();
+        let start = Start::now();
         let mut check = Check::default();
         (stage.run)(&mut check);
         finished.push(Finished {
             name: stage.name,
             skipped: check.take_skipped(),
             failures: check.into_failures(),
-            time: start.elapsed(),
+            cost: start.cost(),
         });
     }
 
@@ -113,11 +114,7 @@ fn run(stages: &[&Stage]) -> ExitCode {
             Some(_) => "skipped",
             None => "ok",
         };
-        println!(
-            "{:<10}  {verdict:<7}  {:>6.1} s",
-            stage.name,
-            stage.time.as_secs_f64()
-        );
+        println!("{:<10}  {verdict:<7}  {}", stage.name, stage.cost);
         for failure in stage.skipped.iter().chain(&stage.failures) {
             println!("    {}", failure.replace('\n', "\n    "));
         }
@@ -129,9 +126,9 @@ fn run(stages: &[&Stage]) -> ExitCode {
     let skipped = finished.iter().filter(|stage| stage.skipped.is_some());
     let skipped = skipped.count();
     println!(
-        "{} passed, {failed} failed, {skipped} skipped, {:.1} s",
+        "{} passed, {failed} failed, {skipped} skipped, {}",
         finished.len() - failed - skipped,
-        begin.elapsed().as_secs_f64()
+        begin.cost().to_string().trim_start()
     );
     if failed == 0 {
         ExitCode::SUCCESS

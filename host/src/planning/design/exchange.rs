@@ -78,10 +78,8 @@ struct Addition<const R: usize, const K: usize> {
     combined: SMatrix<f64, K, R>,
     /// (I + Vᵀ C V)⁻¹.
     inverse: SMatrix<f64, R, R>,
-    /// ln det (I + Vᵀ C V).
-    determinant: f64,
-    /// By which tr Lᵀ C L falls.
-    trace: f64,
+    /// By which the criterion falls: tr Lᵀ C L, or ln det C.
+    gain: f64,
 }
 
 /// A candidate of the set, rows U, that may be removed.
@@ -103,7 +101,7 @@ impl<const B: usize, const D: usize, const R: usize, const K: usize> Candidates<
             let mut information = SMatrix::<f64, D, D>::from_diagonal(&self.prior[block]);
             for candidate in &chosen {
                 let rows = &self.rows[*candidate].blocks[block];
-                information += rows * rows.transpose();
+                information += product(rows, &rows.transpose());
             }
             let factor = Cholesky::new(information)?;
             *covariance = factor.inverse();
@@ -169,10 +167,7 @@ impl<const B: usize, const D: usize, const R: usize, const K: usize> Candidates<
             let gain = |candidate: usize| -> f64 {
                 additions[candidate]
                     .iter()
-                    .map(|addition| match self.criterion {
-                        Criterion::A => addition.trace,
-                        Criterion::D => addition.determinant,
-                    })
+                    .map(|addition| addition.gain)
                     .sum()
             };
             let counts = self.counts(&set);
@@ -219,8 +214,12 @@ impl<const B: usize, const D: usize, const R: usize, const K: usize> Candidates<
         let of = |rows: &Rows<B, D, R>| {
             std::array::from_fn(|block| {
                 let rows = &rows.blocks[block];
-                let spread = set.covariance[block] * rows;
-                Addition::new(rows.transpose() * spread, combined[block] * rows)
+                let spread = product(&set.covariance[block], rows);
+                Addition::new(
+                    transposed_product(rows, &spread),
+                    product(&combined[block], rows),
+                    self.criterion,
+                )
             })
         };
         self.rows.iter().map(of).collect()
@@ -256,11 +255,15 @@ impl<const B: usize, const D: usize, const R: usize, const K: usize> Candidates<
             let (combined, combined_gone) = (combinations * spread, combinations * spread_of_gone);
             for (additions, rows) in additions.iter_mut().zip(self.rows) {
                 let (rows, addition) = (&rows.blocks[block], &mut additions[block]);
-                let (one, other) = (spread.transpose() * rows, spread_of_gone.transpose() * rows);
+                let one = transposed_product(&spread, rows);
+                let other = transposed_product(&spread_of_gone, rows);
                 let (solved, solved_gone) = (grown.solve(&one), shrunk.solve(&other));
                 *addition = Addition::new(
-                    addition.within - one.transpose() * solved + other.transpose() * solved_gone,
-                    addition.combined - combined * solved + combined_gone * solved_gone,
+                    addition.within - transposed_product(&one, &solved)
+                        + transposed_product(&other, &solved_gone),
+                    addition.combined - product(&combined, &solved)
+                        + product(&combined_gone, &solved_gone),
+                    self.criterion,
                 );
             }
         }
@@ -277,10 +280,10 @@ impl<const B: usize, const D: usize, const R: usize, const K: usize> Candidates<
         let removed = &self.rows[set.chosen[place]];
         let removal: [_; B] = std::array::from_fn(|block| {
             let rows = &removed.blocks[block];
-            let spread = set.covariance[block] * rows;
+            let spread = product(&set.covariance[block], rows);
             Removal {
-                within: rows.transpose() * spread,
-                combined: self.combinations[block].transpose() * spread,
+                within: transposed_product(rows, &spread),
+                combined: transposed_product(&self.combinations[block], &spread),
                 spread,
             }
         });
@@ -306,17 +309,18 @@ impl<const B: usize, const D: usize, const R: usize, const K: usize> Candidates<
 }
 
 impl<const R: usize, const K: usize> Addition<R, K> {
-    fn new(within: SMatrix<f64, R, R>, combined: SMatrix<f64, K, R>) -> Self {
-        let (inverse, determinant) = Cholesky::new(identity::<R>() + within).map_or_else(
-            || (SMatrix::zeros(), f64::NEG_INFINITY),
-            |factor| (factor.inverse(), logarithm(&factor)),
-        );
+    fn new(within: SMatrix<f64, R, R>, combined: SMatrix<f64, K, R>, criterion: Criterion) -> Self {
+        let factor = Cholesky::new(identity::<R>() + within);
+        let inverse = factor.as_ref().map_or(SMatrix::zeros(), Cholesky::inverse);
+        let gain = match criterion {
+            Criterion::A => inverse.dot(&transposed_product(&combined, &combined)),
+            Criterion::D => factor.as_ref().map_or(f64::NEG_INFINITY, logarithm),
+        };
         Self {
             within,
             combined,
             inverse,
-            determinant,
-            trace: inverse.dot(&(combined.transpose() * combined)),
+            gain,
         }
     }
 
@@ -328,19 +332,52 @@ impl<const R: usize, const K: usize> Addition<R, K> {
         removal: &Removal<D, R, K>,
         criterion: Criterion,
     ) -> Option<f64> {
-        let coupling = rows.transpose() * removal.spread;
-        let carried = self.inverse * coupling;
-        let left = identity::<R>() - removal.within + coupling.transpose() * carried;
+        let coupling = transposed_product(rows, &removal.spread);
+        let carried = product(&self.inverse, &coupling);
+        let left = identity::<R>() - removal.within + transposed_product(&coupling, &carried);
         let factor = Cholesky::new(left)?;
         match criterion {
-            Criterion::D => Some(-self.determinant - logarithm(&factor)),
+            Criterion::D => Some(-self.gain - logarithm(&factor)),
             Criterion::A => {
-                let moved = removal.combined - self.combined * carried;
-                let lost = factor.solve(&(moved.transpose() * moved)).trace();
-                Some(lost - self.trace)
+                let moved = removal.combined - product(&self.combined, &carried);
+                let lost = factor.solve(&transposed_product(&moved, &moved)).trace();
+                Some(lost - self.gain)
             }
         }
     }
+}
+
+/// As `left * right`, to the bit, without nalgebra's calls for every column: most matrices here have one.
+fn product<const A: usize, const B: usize, const C: usize>(
+    left: &SMatrix<f64, A, B>,
+    right: &SMatrix<f64, B, C>,
+) -> SMatrix<f64, A, C> {
+    let mut product = SMatrix::zeros();
+    for column in 0..C {
+        for inner in 0..B {
+            let factor = right[(inner, column)];
+            for row in 0..A {
+                product[(row, column)] += left[(row, inner)] * factor;
+            }
+        }
+    }
+    product
+}
+
+/// As `left.transpose() * right`, likewise.
+fn transposed_product<const A: usize, const B: usize, const C: usize>(
+    left: &SMatrix<f64, B, A>,
+    right: &SMatrix<f64, B, C>,
+) -> SMatrix<f64, A, C> {
+    let mut product = SMatrix::zeros();
+    for column in 0..C {
+        for row in 0..A {
+            for inner in 0..B {
+                product[(row, column)] += left[(inner, row)] * right[(inner, column)];
+            }
+        }
+    }
+    product
 }
 
 fn identity<const R: usize>() -> SMatrix<f64, R, R> {

@@ -47,6 +47,8 @@ impl<T: Number> On<T> {
 pub(crate) enum Cut {
     /// It has acted on the request, and its answer is lost.
     BeforeTheAnswer,
+    /// The answer is lost, and the supply fails only after the controller has stored what it took in.
+    OnceStored,
     /// The answer has left.
     AfterTheAnswer,
 }
@@ -91,10 +93,15 @@ impl<T: Number> Device<T> {
         let Some(answer) = self.on.as_mut().unwrap().controller.receive(byte) else {
             return Vec::new();
         };
+        let answer = answer.to_vec();
         let index = self.answered;
         self.answered += 1;
         let cut = match self.restart_at {
             Some((at, cut)) if at == index => {
+                if cut == Cut::OnceStored {
+                    // More turns of the idle loop than a record takes.
+                    (0..64).for_each(|_| self.run());
+                }
                 self.restart();
                 Some(cut)
             }
@@ -102,8 +109,8 @@ impl<T: Number> Device<T> {
         };
         self.look();
         match cut {
-            Some(Cut::BeforeTheAnswer) => Vec::new(),
-            _ => answer.to_vec(),
+            Some(Cut::BeforeTheAnswer | Cut::OnceStored) => Vec::new(),
+            _ => answer,
         }
     }
 

@@ -14,6 +14,7 @@ use delta_cal_host::device::{
     calibrate_robot, check_nominal, measurements,
 };
 use delta_cal_host::files::example;
+use delta_cal_host::fit::options::Streaming;
 use delta_cal_host::{Options, RobotFile, SamplesFile};
 use delta_cal_protocol::{Origin, ParameterSet, Phase, RevertTo, fingerprint};
 use delta_cal_tests::size;
@@ -278,6 +279,47 @@ fn controller_in_double_precision_restarted_at_every_request() {
 #[test]
 fn controller_that_stores_its_samples_restarted_at_every_request() {
     controller_restarts::<f32>(PACES[0]);
+}
+
+/// The controller's answer to a sample is lost with its supply; whether the gate rejected that sample is in the
+/// report all the same.
+#[test]
+fn verdicts_that_a_restart_took_away_are_in_the_report() {
+    let (robot, mut samples) = example::load().unwrap();
+    samples.rows[10].value.position.x += 5.0;
+    let options = Options {
+        streaming: Streaming {
+            gate: true,
+            ..Streaming::default()
+        },
+        ..Options::default()
+    };
+    let stream = |restart_at| {
+        let bench = Rc::new(RefCell::new(Bench::<f32>::new(Harms::None)));
+        bench.borrow_mut().device = Device::with(PACES[0]);
+        bench.borrow_mut().device.restart_at = restart_at;
+        let mut client = Client::new(Link::new(&bench), PATIENCE, 1);
+        let judged = calibrate_robot::<f32, _>(
+            &mut client,
+            "memory",
+            &robot,
+            &samples,
+            options,
+            &mut |_| {},
+        );
+        judged.unwrap().1.stream.unwrap()
+    };
+    let expected = stream(None);
+    assert_eq!(expected.gate.as_ref().unwrap().counts.rejected, 1);
+    for index in 5..48 {
+        for cut in [Cut::BeforeTheAnswer, Cut::OnceStored] {
+            assert_eq!(
+                stream(Some((index, cut))),
+                expected,
+                "restarted at request {index}, {cut:?}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -36,12 +36,14 @@ enum Work<T: Real, A, const N: usize, const M: usize, const E: usize> {
         piece: usize,
         then: StepResult,
     },
-    /// Summing up the residuals at the correction that is tried.
+    /// Summing up the residuals at the correction that is tried, by a chord step if nothing was judged.
     Trying {
         trial: Trial<T, A, N>,
         piece: usize,
-        prospect: Prospect<T>,
+        prospect: Option<Prospect<T>>,
     },
+    /// A step was taken, and chord steps may follow it before the next linearisation.
+    Refining { at: A },
     /// Damping the step that is to be tried.
     Damping {
         damped: Triangle<T, M, E>,
@@ -70,6 +72,18 @@ impl<T: Real, R> Weighted<'_, T, R> {
         R: Prior<T, N, M, E>,
     {
         self.prior.cost(correction) * self.sigma.squared()
+    }
+
+    fn add_gradient<const N: usize, const M: usize, const E: usize>(
+        &self,
+        correction: &[T; N],
+        to: &mut [T; N],
+    ) where
+        R: Prior<T, N, M, E>,
+    {
+        for (sum, part) in to.iter_mut().zip(self.prior.gradient(correction)) {
+            *sum += part * self.sigma.squared();
+        }
     }
 }
 
@@ -213,7 +227,12 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             } => {
                 let (trial, piece, prospect) = (trial.clone(), *piece, *prospect);
                 self.work = Work::None;
-                self.try_piece(problem, prior, trial, piece, &prospect)
+                self.try_piece(problem, prior, trial, piece, prospect)
+            }
+            Work::Refining { at } => {
+                let at = at.clone();
+                self.refine(problem, prior, at);
+                None
             }
             Work::Damping {
                 damped,
@@ -290,7 +309,39 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             at,
             sum_of_squares: T::ZERO,
         };
-        self.try_piece(problem, prior, trial, 0, prospect)
+        self.try_piece(problem, prior, trial, 0, Some(*prospect))
+    }
+
+    /// Prepares a chord step where it contracts, otherwise begins a linearisation.
+    #[inline(never)]
+    fn refine<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>, at: A)
+    where
+        P: Problem<T, N, M, E, At = A>,
+        R: Prior<T, N, M, E>,
+    {
+        let mut correction = self.point.correction;
+        let step = problem.gradient(&at).and_then(|mut gradient| {
+            prior.add_gradient(&correction, &mut gradient);
+            self.point.normal.step_against(gradient)
+        });
+        match step {
+            Some((step, gain)) if self.control.refines(gain) && self.usable(&step) => {
+                for (value, delta) in correction.iter_mut().zip(&step) {
+                    *value += *delta;
+                }
+                let trial = Trial {
+                    correction,
+                    at: problem.displaced(&correction),
+                    sum_of_squares: T::ZERO,
+                };
+                self.work = Work::Trying {
+                    trial,
+                    piece: 0,
+                    prospect: None,
+                };
+            }
+            _ => self.linearize(prior, at, StepResult::Continue),
+        }
     }
 
     /// A piece of the residuals at a trial; after the last the trial is taken or rejected.
@@ -300,7 +351,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         prior: &Weighted<'_, T, R>,
         mut trial: Trial<T, A, N>,
         piece: usize,
-        prospect: &Prospect<T>,
+        prospect: Option<Prospect<T>>,
     ) -> Option<StepResult>
     where
         P: Problem<T, N, M, E, At = A>,
@@ -312,7 +363,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             self.work = Work::Trying {
                 trial,
                 piece: piece + 1,
-                prospect: *prospect,
+                prospect,
             };
             return None;
         }
@@ -322,18 +373,42 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             sum_of_squares,
         } = trial;
         let cost = sum_of_squares + prior.cost(&correction);
-        if !self.control.accepts(prospect, cost) {
-            return Some(self.reject(prospect));
+        let Some(prospect) = prospect else {
+            if self.control.accepts_refined(self.point.cost, cost) {
+                self.point.correction = correction;
+                self.point.cost = cost;
+                self.refine_or_linearize(prior, at, StepResult::Continue);
+            } else {
+                let at = problem.displaced(&self.point.correction);
+                self.linearize(prior, at, StepResult::Continue);
+            }
+            return None;
+        };
+        if !self.control.accepts(&prospect, cost) {
+            return Some(self.reject(&prospect));
         }
         self.point.correction = correction;
+        self.point.sum_of_squares = sum_of_squares;
+        self.point.cost = cost;
+        let then = self.control.accepted(&prospect);
         if prospect.settled {
-            self.point.sum_of_squares = sum_of_squares;
-            self.point.cost = cost;
-            return Some(self.control.accepted(prospect));
+            return Some(then);
         }
-        let then = self.control.accepted(prospect);
-        self.linearize(prior, at, then);
+        self.refine_or_linearize(prior, at, then);
         None
+    }
+
+    fn refine_or_linearize<R: Prior<T, N, M, E>>(
+        &mut self,
+        prior: &Weighted<'_, T, R>,
+        at: A,
+        then: StepResult,
+    ) {
+        if then == StepResult::Continue && self.control.may_refine() {
+            self.work = Work::Refining { at };
+        } else {
+            self.linearize(prior, at, then);
+        }
     }
 
     /// How much of the cost may be rounding.

@@ -10,7 +10,7 @@ use super::robot_solver::check_side;
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Drive, Robot};
 use crate::samples::{
-    JOINT_COLUMNS, JointDisplacement, JointFactor, Triangle, corrected_arm, put_row, residual_of,
+    JOINT_COLUMNS, JointDisplacement, JointFactor, Triangle, corrected_arm, put_row,
 };
 
 /// The triangular factor of the linearised problem: 24 columns ∂r/∂P and the residual r.
@@ -57,8 +57,7 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
         for index in 0..ROWS {
             let row = first_row + index;
             let entries = self.triangle().row(row);
-            let residual = residual_of(entries, row, at);
-            sum += residual.squared();
+            let mut residual = entries.last().copied().unwrap_or(T::ZERO);
             let (mut rest, mut skipped, mut start) = (entries, row % FEATURES, 0);
             for displacement in at.arms.iter().skip(arm) {
                 let mut features = [T::ZERO; FEATURES];
@@ -66,11 +65,15 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
                 for (feature, entry) in own.iter_mut().zip(rest) {
                     *feature = *entry;
                 }
+                for (feature, coefficient) in features.iter().zip(&displacement.coefficients) {
+                    residual += *feature * *coefficient;
+                }
                 put_row(columns, index, start, &displacement.gradient_of(&features));
                 rest = rest.get(FEATURES - skipped..).unwrap_or_default();
                 skipped = 0;
                 start += PARAMETERS;
             }
+            sum += residual.squared();
             put_row(columns, index, start, &[residual]);
         }
         let pivots = columns.len();
@@ -83,6 +86,10 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
             sum_of_squares: sum,
             more,
         }
+    }
+
+    fn gradient(&self, at: &JointDisplacement<T>) -> Option<[T; 24]> {
+        Some(self.gradient(at))
     }
 
     fn damp(&self, damped: &mut JointNormal<T>, diagonal: &[T; 24], piece: usize) -> bool {

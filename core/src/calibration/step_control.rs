@@ -24,6 +24,9 @@ const ENOUGH_DAMPING: f64 = 0.1;
 /// the solution by √g σ at most, and the cost of n samples of an arm is (n − 8) σ²: by
 /// 1e-5 √(n − 8) of its own σ at most.
 const IRRELEVANT: f64 = 1e-10;
+/// A chord step must gain less than this part of what the step before it gained: then three of them bring
+/// as much as a full step.
+const CONTRACTION: f64 = 1.0 / 64.0;
 /// A predicted gain must be this much smaller than a seen one to count as nothing.
 const SURELY_NOTHING: f64 = 1e-6;
 
@@ -95,7 +98,14 @@ pub struct Prospect<T> {
 pub struct StepControl<T> {
     solver: Solver,
     damping: T,
+    /// What the last full step promised to gain, and what it then left to gain; infinite if not known.
     previous_gain: T,
+    left: T,
+    /// What the last step of either kind promised, and what the next one may be expected to.
+    last_gain: T,
+    expected: T,
+    /// A gain that is rounding.
+    nothing: T,
 }
 
 impl<T: Real> StepControl<T> {
@@ -106,6 +116,10 @@ impl<T: Real> StepControl<T> {
             solver,
             damping: T::ZERO,
             previous_gain: T::INFINITY,
+            left: T::INFINITY,
+            last_gain: T::INFINITY,
+            expected: T::INFINITY,
+            nothing: T::ZERO,
         }
     }
 
@@ -128,21 +142,16 @@ impl<T: Real> StepControl<T> {
         // r is known to ε times the terms it is made of, so a gain below that squared is nothing.
         // |r|² is blurred by |r| times as much, so a smaller gain cannot be seen in it and is taken
         // on trust.
-        let nothing = T::from_f64(16.0) * T::EPSILON.squared() * (cost + terms_squared);
-        // Near the solution each gain follows from the last two, as quadratic convergence has it: the
-        // next one would be g (g/g′)². If that is nothing, this step is the last.
-        let ratio = if self.previous_gain.finite() && gain < self.previous_gain {
-            gain / self.previous_gain
-        } else {
-            T::ONE
-        };
-        let settled =
-            gain <= nothing || gain * ratio.squared() <= nothing * T::from_f64(SURELY_NOTHING);
+        self.nothing = T::from_f64(16.0) * T::EPSILON.squared() * (cost + terms_squared);
+        let settled = gain <= self.nothing || self.settles(gain);
         let blur = blur(cost, terms_squared);
         let at_rounding = gain <= blur;
         let slow = gain >= self.previous_gain * T::from_f64(0.25);
         let stagnant = slow && (at_rounding || gain <= T::from_f64(IRRELEVANT) * cost);
+        self.expected = self.left_by_full_step(gain);
         self.previous_gain = gain;
+        self.left = T::INFINITY;
+        self.last_gain = gain;
         Prospect {
             settled,
             at_rounding,
@@ -150,6 +159,51 @@ impl<T: Real> StepControl<T> {
             cost,
             blur,
         }
+    }
+
+    /// What a full step leaves to gain. Near the solution, as quadratic convergence has it, this goes with
+    /// the square of what there was to gain, l = g² l′/g′²; without chord steps between, l′ is g.
+    fn left_by_full_step(&self, gain: T) -> T {
+        let previous = self.previous_gain;
+        let left = if self.left.finite() { self.left } else { gain };
+        if previous.finite() && gain < previous && left < previous {
+            gain * (gain / previous) * (left / previous)
+        } else {
+            gain
+        }
+    }
+
+    /// Whether a full step is the last where there is so much to gain.
+    fn settles(&self, gain: T) -> bool {
+        self.left_by_full_step(gain) <= self.nothing * T::from_f64(SURELY_NOTHING)
+    }
+
+    /// Whether a chord step may be worth its while after a step that was taken: a step with the triangle
+    /// of the last linearisation and the gradient of now. Not if the next full step is the last anyway.
+    #[inline]
+    pub fn may_refine(&self) -> bool {
+        !(self.damping > T::ZERO || self.settles(self.expected))
+    }
+
+    /// Whether a chord step that promises this gain is to be tried: if the steps become shorter fast, that
+    /// is near the minimum.
+    #[inline]
+    pub fn refines(&mut self, gain: T) -> bool {
+        let before = self.last_gain;
+        self.last_gain = gain;
+        self.expected = gain * (gain / before);
+        if !self.left.finite() {
+            self.left = gain;
+        }
+        gain <= T::from_f64(CONTRACTION) * before && !self.settles(gain)
+    }
+
+    /// Whether a chord step from a cost to another is taken: if it leads down, as far as rounding shows.
+    #[inline]
+    pub fn accepts_refined(&self, before: T, cost: T) -> bool {
+        // The blur, as there is nothing in the cost that was not in the one before the full step.
+        let rounding = T::from_f64(256.0) * self.nothing;
+        cost <= before + (rounding * before).square_root() + rounding
     }
 
     /// Whether a step to this cost is taken: for Gauss–Newton if there is such a cost, for

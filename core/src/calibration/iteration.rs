@@ -1,8 +1,9 @@
 //! One iteration of Gauss–Newton or Levenberg–Marquardt.
 
+use super::outcome::Termination;
 use super::problem::{Prior, Problem};
 use super::settings::Solver;
-use super::step_control::{self, LONGEST_STEP, Prospect, StepControl, StepResult};
+use super::step_control::{self, LONGEST_STEP, Prospect, Refinement, StepControl, StepResult};
 use crate::Real;
 use crate::samples::Triangle;
 
@@ -231,8 +232,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             }
             Work::Refining { at } => {
                 let at = at.clone();
-                self.refine(problem, prior, at);
-                None
+                self.refine(problem, prior, at)
             }
             Work::Damping {
                 damped,
@@ -312,9 +312,14 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         self.try_piece(problem, prior, trial, 0, Some(*prospect))
     }
 
-    /// Prepares a chord step where it contracts, otherwise begins a linearisation.
+    /// Prepares a chord step, or the next linearisation where none leads far.
     #[inline(never)]
-    fn refine<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>, at: A)
+    fn refine<P, R>(
+        &mut self,
+        problem: &P,
+        prior: &Weighted<'_, T, R>,
+        at: A,
+    ) -> Option<StepResult>
     where
         P: Problem<T, N, M, E, At = A>,
         R: Prior<T, N, M, E>,
@@ -324,11 +329,19 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             prior.add_gradient(&correction, &mut gradient);
             self.point.normal.step_against(gradient)
         });
-        match step {
-            Some((step, gain)) if self.control.refines(gain) && self.usable(&step) => {
+        self.work = Work::None;
+        let refinement = match step {
+            Some((step, gain)) if self.usable(&step) => {
                 for (value, delta) in correction.iter_mut().zip(&step) {
                     *value += *delta;
                 }
+                self.control.refine(gain)
+            }
+            _ => Refinement::Linearize,
+        };
+        match refinement {
+            Refinement::Linearize => self.linearize(prior, at, StepResult::Continue),
+            Refinement::Chord => {
                 let trial = Trial {
                     correction,
                     at: problem.displaced(&correction),
@@ -340,8 +353,13 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
                     prospect: None,
                 };
             }
-            _ => self.linearize(prior, at, StepResult::Continue),
+            Refinement::Last => {
+                // The cost does not show it.
+                self.point.correction = correction;
+                return Some(StepResult::Finished(Termination::GradientVanished));
+            }
         }
+        None
     }
 
     /// A piece of the residuals at a trial; after the last the trial is taken or rejected.
@@ -373,42 +391,36 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             sum_of_squares,
         } = trial;
         let cost = sum_of_squares + prior.cost(&correction);
-        let Some(prospect) = prospect else {
-            if self.control.accepts_refined(self.point.cost, cost) {
-                self.point.correction = correction;
-                self.point.cost = cost;
-                self.refine_or_linearize(prior, at, StepResult::Continue);
-            } else {
+        let taken = match &prospect {
+            Some(prospect) => self.control.accepts(prospect, cost),
+            None => self.control.accepts_chord(self.point.cost, cost),
+        };
+        if !taken {
+            let Some(prospect) = prospect else {
                 let at = problem.displaced(&self.point.correction);
                 self.linearize(prior, at, StepResult::Continue);
-            }
-            return None;
-        };
-        if !self.control.accepts(&prospect, cost) {
+                return None;
+            };
             return Some(self.reject(&prospect));
         }
         self.point.correction = correction;
         self.point.sum_of_squares = sum_of_squares;
         self.point.cost = cost;
+        let Some(prospect) = prospect else {
+            self.work = Work::Refining { at };
+            return None;
+        };
         let then = self.control.accepted(&prospect);
         if prospect.settled {
             return Some(then);
         }
-        self.refine_or_linearize(prior, at, then);
-        None
-    }
-
-    fn refine_or_linearize<R: Prior<T, N, M, E>>(
-        &mut self,
-        prior: &Weighted<'_, T, R>,
-        at: A,
-        then: StepResult,
-    ) {
-        if then == StepResult::Continue && self.control.may_refine() {
+        let least = problem.least_sum_of_squares() + self.point.normal.least_sum_of_squares();
+        if then == StepResult::Continue && self.control.may_refine(least, cost) {
             self.work = Work::Refining { at };
         } else {
             self.linearize(prior, at, then);
         }
+        None
     }
 
     /// How much of the cost may be rounding.

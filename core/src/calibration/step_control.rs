@@ -24,8 +24,11 @@ const ENOUGH_DAMPING: f64 = 0.1;
 /// the solution by √g σ at most, and the cost of n samples of an arm is (n − 8) σ²: by
 /// 1e-5 √(n − 8) of its own σ at most.
 const IRRELEVANT: f64 = 1e-10;
-/// A chord step must gain less than this part of what the step before it gained: then three of them bring
-/// as much as a full step.
+/// A full step that leaves less than this part of what it gained ends so near the minimum that the triangle
+/// it was taken with serves once more. The Jacobian has then changed by 1e-3 at most along what is
+/// determined well; along what is determined a hundred times worse that is a tenth of it.
+const NEAR: f64 = 1e-6;
+/// A chord step that leaves more than this part of what it gained is no better than a linearisation.
 const CONTRACTION: f64 = 1.0 / 64.0;
 /// A predicted gain must be this much smaller than a seen one to count as nothing.
 const SURELY_NOTHING: f64 = 1e-6;
@@ -52,6 +55,17 @@ pub enum StepResult {
     Finished(Termination),
     /// The full step does not exist or does not lead down, and the method has no other.
     Failed,
+}
+
+/// What follows a step near the minimum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refinement {
+    /// A chord step.
+    Chord,
+    /// A chord step, whose gain is nothing: the iteration has settled.
+    Last,
+    /// A linearisation, since chord steps would not lead far.
+    Linearize,
 }
 
 /// What a step may be expected to bring.
@@ -98,12 +112,11 @@ pub struct Prospect<T> {
 pub struct StepControl<T> {
     solver: Solver,
     damping: T,
-    /// What the last full step promised to gain, and what it then left to gain; infinite if not known.
+    /// What the last full step promised to gain, and what it then left, if that was measured.
     previous_gain: T,
-    left: T,
-    /// What the last step of either kind promised, and what the next one may be expected to.
+    left: Option<T>,
+    /// What the last step of either kind promised.
     last_gain: T,
-    expected: T,
     /// A gain that is rounding.
     nothing: T,
 }
@@ -116,9 +129,8 @@ impl<T: Real> StepControl<T> {
             solver,
             damping: T::ZERO,
             previous_gain: T::INFINITY,
-            left: T::INFINITY,
+            left: None,
             last_gain: T::INFINITY,
-            expected: T::INFINITY,
             nothing: T::ZERO,
         }
     }
@@ -143,14 +155,21 @@ impl<T: Real> StepControl<T> {
         // |r|² is blurred by |r| times as much, so a smaller gain cannot be seen in it and is taken
         // on trust.
         self.nothing = T::from_f64(16.0) * T::EPSILON.squared() * (cost + terms_squared);
-        let settled = gain <= self.nothing || self.settles(gain);
+        // Near the solution what a full step leaves goes with the square of what it gains, as quadratic
+        // convergence has it. If that is nothing, this step is the last.
+        let previous = self.previous_gain;
+        let left = self.left.take().unwrap_or(gain);
+        let next = if previous.finite() && gain < previous && left < previous {
+            gain * (gain / previous) * (left / previous)
+        } else {
+            gain
+        };
+        let settled = gain <= self.nothing || next <= self.nothing * T::from_f64(SURELY_NOTHING);
         let blur = blur(cost, terms_squared);
         let at_rounding = gain <= blur;
         let slow = gain >= self.previous_gain * T::from_f64(0.25);
         let stagnant = slow && (at_rounding || gain <= T::from_f64(IRRELEVANT) * cost);
-        self.expected = self.left_by_full_step(gain);
         self.previous_gain = gain;
-        self.left = T::INFINITY;
         self.last_gain = gain;
         Prospect {
             settled,
@@ -161,49 +180,44 @@ impl<T: Real> StepControl<T> {
         }
     }
 
-    /// What a full step leaves to gain. Near the solution, as quadratic convergence has it, this goes with
-    /// the square of what there was to gain, l = g² l′/g′²; without chord steps between, l′ is g.
-    fn left_by_full_step(&self, gain: T) -> T {
-        let previous = self.previous_gain;
-        let left = if self.left.finite() { self.left } else { gain };
-        if previous.finite() && gain < previous && left < previous {
-            gain * (gain / previous) * (left / previous)
-        } else {
-            gain
-        }
-    }
-
-    /// Whether a full step is the last where there is so much to gain.
-    fn settles(&self, gain: T) -> bool {
-        self.left_by_full_step(gain) <= self.nothing * T::from_f64(SURELY_NOTHING)
-    }
-
-    /// Whether a chord step may be worth its while after a step that was taken: a step with the triangle
-    /// of the last linearisation and the gradient of now. Not if the next full step is the last anyway.
+    /// Whether a full step that was taken may have ended near enough to the minimum for chord steps: with the
+    /// triangle of the last linearisation and the gradient of now. `least`: the cost that the linearised
+    /// problem promised.
     #[inline]
-    pub fn may_refine(&self) -> bool {
-        !(self.damping > T::ZERO || self.settles(self.expected))
+    pub fn may_refine(&self, least: T, cost: T) -> bool {
+        let near = T::from_f64(NEAR) * self.previous_gain;
+        !(self.damping > T::ZERO) && cost <= least + near + self.rounding(least)
     }
 
-    /// Whether a chord step that promises this gain is to be tried: if the steps become shorter fast, that
-    /// is near the minimum.
+    /// What to do where a chord step promises a gain.
     #[inline]
-    pub fn refines(&mut self, gain: T) -> bool {
+    pub fn refine(&mut self, gain: T) -> Refinement {
         let before = self.last_gain;
+        let contraction = match self.left {
+            None => NEAR,
+            Some(_) => CONTRACTION,
+        };
         self.last_gain = gain;
-        self.expected = gain * (gain / before);
-        if !self.left.finite() {
-            self.left = gain;
+        self.left = self.left.or(Some(gain));
+        if gain <= self.nothing {
+            Refinement::Last
+        } else if gain <= T::from_f64(contraction) * before {
+            Refinement::Chord
+        } else {
+            Refinement::Linearize
         }
-        gain <= T::from_f64(CONTRACTION) * before && !self.settles(gain)
     }
 
     /// Whether a chord step from a cost to another is taken: if it leads down, as far as rounding shows.
     #[inline]
-    pub fn accepts_refined(&self, before: T, cost: T) -> bool {
-        // The blur, as there is nothing in the cost that was not in the one before the full step.
-        let rounding = T::from_f64(256.0) * self.nothing;
-        cost <= before + (rounding * before).square_root() + rounding
+    pub fn accepts_chord(&self, before: T, cost: T) -> bool {
+        cost <= before + self.rounding(before)
+    }
+
+    /// The [`blur`] of a cost, not above that where the last linearisation was.
+    fn rounding(&self, cost: T) -> T {
+        let squared = T::from_f64(256.0) * self.nothing;
+        (squared * cost).square_root() + squared
     }
 
     /// Whether a step to this cost is taken: for Gauss–Newton if there is such a cost, for

@@ -102,6 +102,11 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         residual
     }
 
+    /// The square of the last column's own entry: what no x leaves less of |R (x, 1)|².
+    pub(crate) fn least_sum_of_squares(&self) -> T {
+        self.entries.last().map_or(T::ZERO, |entry| entry.squared())
+    }
+
     /// Completes a column whose last entry is given, so that the rows above that entry give zero.
     pub(crate) fn complete_column(&self, column: &mut [T]) {
         substitute(&self.entries, N, column);

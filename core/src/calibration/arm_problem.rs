@@ -22,11 +22,6 @@ pub trait Linearize<T: Real> {
     /// Takes the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
     #[doc(hidden)]
     fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T;
-    /// ½ ∂Σ(f/σf)²/∂P, if that costs little beside a linearisation.
-    #[doc(hidden)]
-    fn gradient(&self, _at: &Displacement<T>) -> Option<[T; 8]> {
-        None
-    }
     /// How many samples were taken in.
     #[doc(hidden)]
     fn taken_in(&self) -> u64;
@@ -83,10 +78,6 @@ macro_rules! problem_of_an_arm {
                     sum_of_squares: Linearize::linearize(self, at, normal),
                     more: false,
                 }
-            }
-
-            fn gradient(&self, at: &Displacement<T>) -> Option<[T; 8]> {
-                Linearize::gradient(self, at)
             }
 
             fn damp(&self, damped: &mut Normal<T>, diagonal: &[T; 8], _: usize) -> bool {
@@ -191,11 +182,6 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
         *last = residual;
         normal.absorb(&mut block);
         sum
-    }
-
-    fn gradient(&self, at: &Displacement<T>) -> Option<[T; 8]> {
-        let (residual, _) = self.residual(at);
-        Some(at.gradient_of(&self.triangle().leading_transposed(&residual)))
     }
 
     fn sum_of_squares(&self, at: &Displacement<T>) -> T {

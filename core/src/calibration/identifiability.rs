@@ -10,7 +10,7 @@ const ARM: usize = 8;
 /// Columns that are inverted together.
 const COLUMNS: usize = 4;
 /// How long the columns of a piece may be, squared and summed up; columns more are begun before.
-const PIECE: usize = 800;
+const PIECE: usize = 350;
 
 /// The inverse of the factor's N × N part, some columns at a time, and what it tells.
 #[derive(Debug, Clone, Copy)]

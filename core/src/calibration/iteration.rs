@@ -203,7 +203,6 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         R: Prior<T, N, M, E>,
     {
         match &mut self.work {
-            Work::None => self.propose(problem, prior),
             Work::Linearizing { at, piece, then } => {
                 let Point {
                     normal,
@@ -230,10 +229,11 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
                 self.work = Work::None;
                 self.try_piece(problem, prior, trial, piece, prospect)
             }
-            Work::Refining { at } => {
+            Work::Refining { at } if P::CHORDS => {
                 let at = at.clone();
                 self.refine(problem, prior, at)
             }
+            Work::None | Work::Refining { .. } => self.propose(problem, prior),
             Work::Damping {
                 damped,
                 piece,
@@ -314,21 +314,15 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
 
     /// Prepares a chord step, or the next linearisation where none leads far.
     #[inline(never)]
-    fn refine<P, R>(
-        &mut self,
-        problem: &P,
-        prior: &Weighted<'_, T, R>,
-        at: A,
-    ) -> Option<StepResult>
+    fn refine<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>, at: A) -> Option<StepResult>
     where
         P: Problem<T, N, M, E, At = A>,
         R: Prior<T, N, M, E>,
     {
         let mut correction = self.point.correction;
-        let step = problem.gradient(&at).and_then(|mut gradient| {
-            prior.add_gradient(&correction, &mut gradient);
-            self.point.normal.step_against(gradient)
-        });
+        let mut gradient = problem.gradient(&at);
+        prior.add_gradient(&correction, &mut gradient);
+        let step = self.point.normal.step_against(gradient);
         self.work = Work::None;
         let refinement = match step {
             Some((step, gain)) if self.usable(&step) => {
@@ -396,12 +390,14 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             None => self.control.accepts_chord(self.point.cost, cost),
         };
         if !taken {
-            let Some(prospect) = prospect else {
+            if let Some(prospect) = prospect {
+                return Some(self.reject(&prospect));
+            }
+            if P::CHORDS {
                 let at = problem.displaced(&self.point.correction);
                 self.linearize(prior, at, StepResult::Continue);
-                return None;
-            };
-            return Some(self.reject(&prospect));
+            }
+            return None;
         }
         self.point.correction = correction;
         self.point.sum_of_squares = sum_of_squares;
@@ -414,8 +410,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         if prospect.settled {
             return Some(then);
         }
-        let least = problem.least_sum_of_squares() + self.point.normal.least_sum_of_squares();
-        if then == StepResult::Continue && self.control.may_refine(least, cost) {
+        if P::CHORDS && then == StepResult::Continue && prospect.near {
             self.work = Work::Refining { at };
         } else {
             self.linearize(prior, at, then);

@@ -15,6 +15,8 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     type At: Clone;
     /// Whether a solver's step ends after each piece of a linearisation, so that it stays short.
     const PIECEWISE: bool;
+    /// Whether a [`gradient`](Self::gradient) costs so little beside a linearisation that chord steps pay.
+    const CHORDS: bool = false;
     /// Residuals of a sample.
     const RESIDUALS: u8;
     /// How many starts without a guess there are.
@@ -26,9 +28,9 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     fn sum_of_squares(&self, at: &Self::At, piece: usize) -> Piece<T>;
     /// Takes a piece of the rows (∂r/∂P, r) into `normal`, the first of piece 0.
     fn linearize(&self, at: &Self::At, normal: &mut Triangle<T, M, E>, piece: usize) -> Piece<T>;
-    /// ½ ∂Σr²/∂P, if that costs little beside a linearisation.
-    fn gradient(&self, _at: &Self::At) -> Option<[T; N]> {
-        None
+    /// ½ ∂Σr²/∂P, for chord steps.
+    fn gradient(&self, _at: &Self::At) -> [T; N] {
+        [T::ZERO; N]
     }
 
     /// Takes a piece of the rows of a diagonal matrix into a triangle; whether there are more.

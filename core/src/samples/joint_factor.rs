@@ -350,10 +350,7 @@ impl<T: Real> JointFactor<T> {
 
     /// The least sum of squares that any coefficients whatever could leave.
     pub(crate) fn least_sum_of_squares(&self) -> T {
-        self.triangle
-            .row(JOINT_COLUMNS - 1)
-            .last()
-            .map_or(T::ZERO, |entry| entry.squared())
+        self.triangle.least_sum_of_squares()
     }
 
     /// The square triangular part of the features, and the right-hand side.

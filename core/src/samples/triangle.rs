@@ -384,18 +384,24 @@ fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -
 /// Columns side by side: an entry of the triangle is loaded once for all of them.
 #[inline(never)]
 fn inverse_columns<T: Real, const K: usize>(entries: &[T], size: usize, columns: &mut [[T; K]]) {
-    let length = columns.len();
+    let length = black_box(columns.len());
+    let end = (length * size).saturating_sub(length.saturating_sub(1) * length / 2);
+    let mut rest = entries.get(..end).unwrap_or_default();
     for row in (0..length).rev() {
-        let ([pivot, entries @ ..], Some([target, known @ ..])) =
-            (packed_row(entries, size, row), columns.get_mut(row..))
+        let above = rest.len().saturating_sub(size.saturating_sub(row));
+        let (Some((before, [pivot, entries @ ..])), Some([target, known @ ..])) =
+            (rest.split_at_checked(above), columns.get_mut(row..))
         else {
             return;
         };
-        let mut values = [T::ZERO; K];
-        let unit = (row + K).checked_sub(length);
-        if let Some(value) = unit.and_then(|column| values.get_mut(column)) {
-            *value = T::ONE;
-        }
+        rest = before;
+        let mut values = core::array::from_fn(|column| {
+            if column + length == row + K {
+                T::ONE
+            } else {
+                T::ZERO
+            }
+        });
         for (entry, known) in entries.iter().zip(known.iter()) {
             for (value, known) in values.iter_mut().zip(known) {
                 *value -= *entry * *known;

@@ -25,7 +25,7 @@ const ENOUGH_DAMPING: f64 = 0.1;
 /// 1e-5 √(n − 8) of its own σ at most.
 const IRRELEVANT: f64 = 1e-10;
 /// A full step that leaves less than this part of what it gained ends so near the minimum that the triangle
-/// it was taken with serves once more, and for the covariance: of 57,600 simulated calibrations of six
+/// it was taken with serves once more, and for the covariance: of 28,800 simulated calibrations of six
 /// geometries the σ were off by less than a hundredth.
 const NEAR: f64 = 1e-7;
 /// A chord step that leaves more than this part of what it gained is no better than a linearisation.

@@ -28,4 +28,4 @@ pub use sample::{Sample, SampleError};
 pub use triangle::Triangle;
 pub(crate) use triangle::put_row;
 pub(crate) use waiting::Waiting;
-pub(crate) use whitened_sample::{JointDisplacement, WhitenedSample, residual_of};
+pub(crate) use whitened_sample::{JointDisplacement, WhitenedSample};

@@ -187,6 +187,16 @@ impl<T: Real> Prior<T, 24, 25, 325> for FreeFrame<T> {
         sum
     }
 
+    fn gradient(&self, correction: &[T; 24]) -> [T; 24] {
+        let mut gradient = [T::ZERO; 24];
+        for (index, (row, part)) in self.rows.rows().zip(self.product(correction)).enumerate() {
+            for (entry, factor) in gradient.iter_mut().skip(index).zip(row) {
+                *entry += *factor * part;
+            }
+        }
+        gradient
+    }
+
     fn unheld(&self) -> usize {
         if self.holds() {
             return self.motions.len();

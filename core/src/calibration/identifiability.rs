@@ -7,12 +7,12 @@ use nalgebra::SMatrix;
 
 /// Parameters of an arm.
 const ARM: usize = 8;
-/// What a piece of the inverse may cost, in multiplications; a column more is begun before.
-const PIECE: usize = 2500;
-/// What a row of a column costs beside its multiplications.
-const OF_A_ROW: usize = 26;
+/// Columns that are inverted together.
+const COLUMNS: usize = 4;
+/// How long the columns of a piece may be, squared and summed up; columns more are begun before.
+const PIECE: usize = 350;
 
-/// The inverse of the factor's N × N part, column by column, and what it tells.
+/// The inverse of the factor's N × N part, some columns at a time, and what it tells.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Identifiability<T: Real, const N: usize> {
     /// (JᵀJ)⁻¹ in internal units.
@@ -49,8 +49,8 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         whole
     }
 
-    /// Inverts a few columns; whether there are more to do. W = T⁻¹ column by column, and W Wᵀ as the sum
-    /// of its columns' products, of which both halves are the same sums: symmetric to the bit.
+    /// Inverts a few columns; whether there are more to do. W = T⁻¹ by columns, and W Wᵀ as the sum of
+    /// their products, whose upper half is that below the diagonal: symmetric to the bit.
     #[inline(never)]
     pub(crate) fn invert<const M: usize, const E: usize>(
         &mut self,
@@ -61,16 +61,18 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
             self.covariance.as_mut_slice().fill(T::ZERO);
         }
         while self.inverted < N && cost < PIECE {
-            self.inverted += 1;
-            let mut column = [T::ZERO; N];
-            let column = column.get_mut(..self.inverted).unwrap_or_default();
-            normal.inverse_column(column);
-            add_square(column, self.covariance.as_mut_slice(), N);
-            cost += self.inverted * (self.inverted * 3 / 2 + OF_A_ROW);
+            // The first may be fewer.
+            self.inverted += (N - self.inverted - 1) % COLUMNS + 1;
+            let mut columns = [[T::ZERO; COLUMNS]; N];
+            let columns = columns.get_mut(..self.inverted).unwrap_or_default();
+            normal.inverse_columns(columns);
+            add_square(columns, self.covariance.as_mut_slice(), N);
+            cost += self.inverted * self.inverted;
         }
         if self.inverted < N {
             return true;
         }
+        self.covariance.fill_upper_triangle_with_lower_triangle();
         self.compare(normal);
         false
     }
@@ -180,11 +182,21 @@ fn weakest_of_singular<T: Real, const N: usize, const M: usize, const E: usize>(
     weakest.0
 }
 
-/// Adds v vᵀ to a matrix of that many rows given by columns; v may be shorter, zeros behind it.
+/// Adds V Vᵀ to the lower half of a matrix of that many rows given by columns. V is given by rows, which may
+/// be fewer, zeros behind them.
 #[inline(never)]
-fn add_square<T: Real>(vector: &[T], matrix: &mut [T], rows: usize) {
-    for (column, part) in matrix.chunks_exact_mut(rows).zip(vector) {
-        add_multiple(vector, *part, column);
+fn add_square<T: Real, const K: usize>(mut v: &[[T; K]], matrix: &mut [T], rows: usize) {
+    for (index, column) in matrix.chunks_exact_mut(rows).enumerate() {
+        let Some((own, below)) = v.split_first() else {
+            return;
+        };
+        let column = column.get_mut(index..).unwrap_or_default();
+        for (sum, other) in column.iter_mut().zip(v) {
+            for (a, b) in own.iter().zip(other) {
+                *sum += *a * *b;
+            }
+        }
+        v = below;
     }
 }
 

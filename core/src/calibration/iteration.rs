@@ -1,8 +1,9 @@
 //! One iteration of Gauss–Newton or Levenberg–Marquardt.
 
+use super::outcome::Termination;
 use super::problem::{Prior, Problem};
 use super::settings::Solver;
-use super::step_control::{self, LONGEST_STEP, Prospect, StepControl, StepResult};
+use super::step_control::{self, LONGEST_STEP, Prospect, Refinement, StepControl, StepResult};
 use crate::Real;
 use crate::samples::Triangle;
 
@@ -36,12 +37,14 @@ enum Work<T: Real, A, const N: usize, const M: usize, const E: usize> {
         piece: usize,
         then: StepResult,
     },
-    /// Summing up the residuals at the correction that is tried.
+    /// Summing up the residuals at the correction that is tried, by a chord step if nothing was judged.
     Trying {
         trial: Trial<T, A, N>,
         piece: usize,
-        prospect: Prospect<T>,
+        prospect: Option<Prospect<T>>,
     },
+    /// A step was taken, and chord steps may follow it before the next linearisation.
+    Refining { at: A },
     /// Damping the step that is to be tried.
     Damping {
         damped: Triangle<T, M, E>,
@@ -70,6 +73,18 @@ impl<T: Real, R> Weighted<'_, T, R> {
         R: Prior<T, N, M, E>,
     {
         self.prior.cost(correction) * self.sigma.squared()
+    }
+
+    fn add_gradient<const N: usize, const M: usize, const E: usize>(
+        &self,
+        correction: &[T; N],
+        to: &mut [T; N],
+    ) where
+        R: Prior<T, N, M, E>,
+    {
+        for (sum, part) in to.iter_mut().zip(self.prior.gradient(correction)) {
+            *sum += part * self.sigma.squared();
+        }
     }
 }
 
@@ -188,7 +203,6 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         R: Prior<T, N, M, E>,
     {
         match &mut self.work {
-            Work::None => self.propose(problem, prior),
             Work::Linearizing { at, piece, then } => {
                 let Point {
                     normal,
@@ -213,8 +227,13 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             } => {
                 let (trial, piece, prospect) = (trial.clone(), *piece, *prospect);
                 self.work = Work::None;
-                self.try_piece(problem, prior, trial, piece, &prospect)
+                self.try_piece(problem, prior, trial, piece, prospect)
             }
+            Work::Refining { at } if P::CHORDS => {
+                let at = at.clone();
+                self.refine(problem, prior, at)
+            }
+            Work::None | Work::Refining { .. } => self.propose(problem, prior),
             Work::Damping {
                 damped,
                 piece,
@@ -290,7 +309,51 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             at,
             sum_of_squares: T::ZERO,
         };
-        self.try_piece(problem, prior, trial, 0, prospect)
+        self.try_piece(problem, prior, trial, 0, Some(*prospect))
+    }
+
+    /// Prepares a chord step, or the next linearisation where none leads far.
+    #[inline(never)]
+    fn refine<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>, at: A) -> Option<StepResult>
+    where
+        P: Problem<T, N, M, E, At = A>,
+        R: Prior<T, N, M, E>,
+    {
+        let mut correction = self.point.correction;
+        let mut gradient = problem.gradient(&at);
+        prior.add_gradient(&correction, &mut gradient);
+        let step = self.point.normal.step_against(gradient);
+        self.work = Work::None;
+        let refinement = match step {
+            Some((step, gain)) if self.usable(&step) => {
+                for (value, delta) in correction.iter_mut().zip(&step) {
+                    *value += *delta;
+                }
+                self.control.refine(gain)
+            }
+            _ => Refinement::Linearize,
+        };
+        match refinement {
+            Refinement::Linearize => self.linearize(prior, at, StepResult::Continue),
+            Refinement::Chord => {
+                let trial = Trial {
+                    correction,
+                    at: problem.displaced(&correction),
+                    sum_of_squares: T::ZERO,
+                };
+                self.work = Work::Trying {
+                    trial,
+                    piece: 0,
+                    prospect: None,
+                };
+            }
+            Refinement::Last => {
+                // The cost does not show it.
+                self.point.correction = correction;
+                return Some(StepResult::Finished(Termination::GradientVanished));
+            }
+        }
+        None
     }
 
     /// A piece of the residuals at a trial; after the last the trial is taken or rejected.
@@ -300,7 +363,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         prior: &Weighted<'_, T, R>,
         mut trial: Trial<T, A, N>,
         piece: usize,
-        prospect: &Prospect<T>,
+        prospect: Option<Prospect<T>>,
     ) -> Option<StepResult>
     where
         P: Problem<T, N, M, E, At = A>,
@@ -312,7 +375,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             self.work = Work::Trying {
                 trial,
                 piece: piece + 1,
-                prospect: *prospect,
+                prospect,
             };
             return None;
         }
@@ -322,17 +385,36 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             sum_of_squares,
         } = trial;
         let cost = sum_of_squares + prior.cost(&correction);
-        if !self.control.accepts(prospect, cost) {
-            return Some(self.reject(prospect));
+        let taken = match &prospect {
+            Some(prospect) => self.control.accepts(prospect, cost),
+            None => self.control.accepts_chord(self.point.cost, cost),
+        };
+        if !taken {
+            if let Some(prospect) = prospect {
+                return Some(self.reject(&prospect));
+            }
+            if P::CHORDS {
+                let at = problem.displaced(&self.point.correction);
+                self.linearize(prior, at, StepResult::Continue);
+            }
+            return None;
         }
         self.point.correction = correction;
+        self.point.sum_of_squares = sum_of_squares;
+        self.point.cost = cost;
+        let Some(prospect) = prospect else {
+            self.work = Work::Refining { at };
+            return None;
+        };
+        let then = self.control.accepted(&prospect);
         if prospect.settled {
-            self.point.sum_of_squares = sum_of_squares;
-            self.point.cost = cost;
-            return Some(self.control.accepted(prospect));
+            return Some(then);
         }
-        let then = self.control.accepted(prospect);
-        self.linearize(prior, at, then);
+        if P::CHORDS && then == StepResult::Continue && prospect.near {
+            self.work = Work::Refining { at };
+        } else {
+            self.linearize(prior, at, then);
+        }
         None
     }
 

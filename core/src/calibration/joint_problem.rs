@@ -10,8 +10,9 @@ use super::robot_solver::check_side;
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Drive, Robot};
 use crate::samples::{
-    JOINT_COLUMNS, JointDisplacement, JointFactor, Triangle, corrected_arm, put_row, residual_of,
+    JOINT_COLUMNS, JointDisplacement, JointFactor, Triangle, corrected_arm, put_row,
 };
+use core::iter::once;
 
 /// The triangular factor of the linearised problem: 24 columns ∂r/∂P and the residual r.
 pub type JointNormal<T> = Triangle<T, 25, 325>;
@@ -26,6 +27,7 @@ const ONE: usize = 11;
 impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
     type At = JointDisplacement<T>;
     const PIECEWISE: bool = true;
+    const CHORDS: bool = true;
     const RESIDUALS: u8 = 3;
     const FREE_STARTS: u8 = 1;
 
@@ -57,20 +59,25 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
         for index in 0..ROWS {
             let row = first_row + index;
             let entries = self.triangle().row(row);
-            let residual = residual_of(entries, row, at);
-            sum += residual.squared();
-            let (mut rest, mut skipped, mut start) = (entries, row % FEATURES, 0);
-            for displacement in at.arms.iter().skip(arm) {
-                let mut features = [T::ZERO; FEATURES];
-                let own = features.get_mut(skipped..).unwrap_or_default();
-                for (feature, entry) in own.iter_mut().zip(rest) {
-                    *feature = *entry;
+            let mut residual = entries.last().copied().unwrap_or(T::ZERO);
+            let zeros = row % FEATURES;
+            let (diagonal, others) = entries
+                .split_at_checked(FEATURES - zeros)
+                .unwrap_or_default();
+            let mut own = [T::ZERO; FEATURES];
+            for (feature, entry) in own.iter_mut().skip(zeros).zip(diagonal) {
+                *feature = *entry;
+            }
+            let features = once(&own).chain(others.as_chunks().0);
+            let mut start = 0;
+            for (displacement, features) in at.arms.iter().skip(arm).zip(features) {
+                for (feature, coefficient) in features.iter().zip(&displacement.coefficients) {
+                    residual += *feature * *coefficient;
                 }
-                put_row(columns, index, start, &displacement.gradient_of(&features));
-                rest = rest.get(FEATURES - skipped..).unwrap_or_default();
-                skipped = 0;
+                put_row(columns, index, start, &displacement.gradient_of(features));
                 start += PARAMETERS;
             }
+            sum += residual.squared();
             put_row(columns, index, start, &[residual]);
         }
         let pivots = columns.len();
@@ -83,6 +90,10 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
             sum_of_squares: sum,
             more,
         }
+    }
+
+    fn gradient(&self, at: &JointDisplacement<T>) -> [T; 24] {
+        self.gradient(at)
     }
 
     fn damp(&self, damped: &mut JointNormal<T>, diagonal: &[T; 24], piece: usize) -> bool {

@@ -21,7 +21,7 @@ impl<T: Real> JointCalibrator<T> {
 }
 
 /// Calibrates a robot's 24 parameters together, one bounded step at a time, so that a control loop can
-/// interleave it: 24 parameters are linearised in nine steps, and their covariance takes five.
+/// interleave it: 24 parameters are linearised in nine steps, and their covariance takes three.
 ///
 /// ```
 /// use delta_cal::{Progress, Refusal, Settings, SymmetricRobot};
@@ -73,7 +73,11 @@ impl<T: Real> JointSolver<T> {
     /// Every [`Refusal`]; [`Refusal::Unfinished`] before the last step.
     pub fn outcome(&self, calibrator: &JointCalibrator<T>) -> Result<JointOutcome<T>, Refusal> {
         let factor = calibrator.factor();
-        JointOutcome::new(factor, &self.minimizer.estimate(factor)?)
+        // Not moved out of its place: a copy costs thousands of instructions.
+        match &self.minimizer.estimate(factor) {
+            Ok(estimate) => JointOutcome::new(factor, estimate),
+            Err(refusal) => Err(*refusal),
+        }
     }
 }
 

@@ -87,9 +87,9 @@ where
         let unit = if stated { T::ONE } else { problem.unit() };
         let [first, second, third] = [0, 1, 2].map(|arm| self.identifiability.condition(arm));
         // Brought into units where it is to stay: a copy of a covariance is long.
-        let mut estimate = Estimate {
+        let mut estimate = Ok(Estimate {
             correction: self.point.correction,
-            covariance: sigma.map(|_| *covariance),
+            covariance: None,
             residual_rms: (sum / residuals).square_root() * unit,
             estimated_noise,
             degrees_of_freedom,
@@ -100,12 +100,15 @@ where
             start,
             conditions: [first, second, third],
             prior_share,
-        };
-        if let (Some(covariance), Some(sigma)) = (&mut estimate.covariance, sigma) {
+        });
+        if let (Ok(Estimate { covariance, .. }), Some(sigma)) = (&mut estimate, sigma) {
+            let covariance = covariance.insert(self.identifiability.covariance);
             to_units(covariance, problem, sigma);
-            self.check_sigmas(covariance, problem)?;
+            if let Err(refusal) = self.check_sigmas(covariance, problem) {
+                estimate = Err(refusal);
+            }
         }
-        Ok(estimate)
+        estimate
     }
 
     /// Why an iteration did not settle: along a flat valley it is the poses, or the stated noise,

@@ -64,6 +64,8 @@ pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usi
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     From(StartUsed),
+    /// An iteration has ended.
+    Ended(StartUsed, Option<Termination>),
     /// Computing the covariance at the best end point.
     Identifying,
     /// There is no start without a guess: looking for what the samples leave free.
@@ -168,14 +170,10 @@ where
     pub fn step<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> Progress {
         match self.phase {
             Phase::From(start) => self.iterate(problem, start),
+            Phase::Ended(start, termination) => self.settle(problem, start, termination),
             Phase::Identifying => self.identify(problem),
             Phase::Undetermined => self.look_for_free(problem),
             Phase::Done => {}
-        }
-        if !P::PIECEWISE {
-            while self.phase == Phase::Identifying {
-                self.identify(problem);
-            }
         }
         match self.phase {
             Phase::Done => Progress::Finished,
@@ -203,7 +201,7 @@ where
                 Some(StepResult::Finished(termination)) => Some(termination),
             }
         };
-        self.settle(problem, start, termination);
+        self.phase = Phase::Ended(start, termination);
     }
 
     /// An iteration has ended: keeps the better end, and decides what is next.

@@ -15,6 +15,8 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     type At: Clone;
     /// Whether a solver's step ends after each piece of a linearisation, so that it stays short.
     const PIECEWISE: bool;
+    /// Whether a [`gradient`](Self::gradient) costs so little beside a linearisation that chord steps pay.
+    const CHORDS: bool = false;
     /// Residuals of a sample.
     const RESIDUALS: u8;
     /// How many starts without a guess there are.
@@ -26,6 +28,11 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     fn sum_of_squares(&self, at: &Self::At, piece: usize) -> Piece<T>;
     /// Takes a piece of the rows (∂r/∂P, r) into `normal`, the first of piece 0.
     fn linearize(&self, at: &Self::At, normal: &mut Triangle<T, M, E>, piece: usize) -> Piece<T>;
+    /// ½ ∂Σr²/∂P, for chord steps.
+    fn gradient(&self, _at: &Self::At) -> [T; N] {
+        [T::ZERO; N]
+    }
+
     /// Takes a piece of the rows of a diagonal matrix into a triangle; whether there are more.
     fn damp(&self, damped: &mut Triangle<T, M, E>, diagonal: &[T; N], piece: usize) -> bool;
     /// A correction from which to start without a guess, the best first; `None` if the samples do not give
@@ -120,6 +127,8 @@ pub trait Prior<T: Real, const N: usize, const M: usize, const E: usize>: Clone 
     fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E>;
     /// |U δ|².
     fn cost(&self, correction: &[T; N]) -> T;
+    /// UᵀU δ.
+    fn gradient(&self, correction: &[T; N]) -> [T; N];
     /// How many combinations of parameters it says nothing of.
     fn unheld(&self) -> usize;
     /// A parameter's distance from nominal, in tolerances.
@@ -146,6 +155,14 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E> 
             sum += (*weight * *delta).squared();
         }
         sum
+    }
+
+    fn gradient(&self, correction: &[T; N]) -> [T; N] {
+        let mut gradient = *self;
+        for (weight, delta) in gradient.iter_mut().zip(correction) {
+            *weight *= *weight * *delta;
+        }
+        gradient
     }
 
     fn unheld(&self) -> usize {

@@ -245,11 +245,7 @@ impl<T: Real> ArmFactor<T> {
 
     /// The least sum of squares that any coefficients whatever could leave.
     pub(crate) fn least_sum_of_squares(&self) -> T {
-        self.triangle
-            .rows()
-            .last()
-            .and_then(|row| row.last())
-            .map_or(T::ZERO, |entry| entry.squared())
+        self.triangle.least_sum_of_squares()
     }
 
     /// The square triangular part of the features, and the right-hand side.

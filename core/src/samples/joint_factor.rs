@@ -6,7 +6,7 @@ use super::noise::Noise;
 use super::nominal_arm::NominalArm;
 use super::sample::{Sample, SampleError};
 use super::triangle::Triangle;
-use super::whitened_sample::{FEATURES, JointDisplacement, WhitenedSample, residual_of};
+use super::whitened_sample::{FEATURES, JointDisplacement, WhitenedSample};
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
 use crate::snapshot::state;
@@ -334,19 +334,23 @@ impl<T: Real> JointFactor<T> {
     /// |R (δc, 1)|².
     #[inline(never)]
     pub(crate) fn residual_sum(&self, at: &JointDisplacement<T>) -> T {
-        let mut sum = T::ZERO;
-        for (index, row) in self.triangle.rows().enumerate() {
-            sum += residual_of(row, index, at).squared();
+        let mut sum = self.least_sum_of_squares();
+        for entry in self.triangle.leading_residual(&at.coefficients()) {
+            sum += entry.squared();
         }
         sum
     }
 
+    /// ½ ∂|R (δc, 1)|²/∂P.
+    #[inline(never)]
+    pub(crate) fn gradient(&self, at: &JointDisplacement<T>) -> [T; 24] {
+        let residual = self.triangle.leading_residual(&at.coefficients());
+        at.gradient_of(&self.triangle.leading_transposed(&residual))
+    }
+
     /// The least sum of squares that any coefficients whatever could leave.
     pub(crate) fn least_sum_of_squares(&self) -> T {
-        self.triangle
-            .row(JOINT_COLUMNS - 1)
-            .last()
-            .map_or(T::ZERO, |entry| entry.squared())
+        self.triangle.least_sum_of_squares()
     }
 
     /// The square triangular part of the features, and the right-hand side.

@@ -63,16 +63,48 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
     pub(crate) fn minimiser<const M: usize>(&self, smallest: &[T; N]) -> Option<[T; M]> {
         const { assert!(M + 1 == N) };
         let mut solution = [T::ZERO; M];
+        for (right, row) in solution.iter_mut().zip(self.rows()) {
+            *right = row.last().copied().unwrap_or(T::ZERO);
+        }
         back_substitute(&self.entries, smallest, &mut solution).then_some(solution)
     }
 
-    /// The last column of the inverse of the leading rows and columns, as many as `column` is long.
-    pub(crate) fn inverse_column(&self, column: &mut [T]) {
-        let pivot = column.len().checked_sub(1).map(|last| self.row(last));
-        if let (Some([pivot, ..]), Some(last)) = (pivot, column.last_mut()) {
-            *last = T::ONE / *pivot;
+    /// −(UᵀU)⁻¹ v and vᵀ (UᵀU)⁻¹ v, U the columns but the last: the step to the minimum where Jᵀr = v, and
+    /// what it gains, by two substitutions.
+    pub(crate) fn step_against<const M: usize>(&self, mut v: [T; M]) -> Option<([T; M], T)> {
+        const { assert!(M + 1 == N) };
+        left_substitute(&self.entries, N, &mut v);
+        let mut gain = T::ZERO;
+        for entry in v {
+            gain += entry.squared();
         }
-        substitute(&self.entries, N, column);
+        back_substitute(&self.entries, &[T::ZERO; N], &mut v).then_some((v, gain))
+    }
+
+    /// The last columns of the inverse of the leading rows and columns, as many as `columns` is long.
+    pub(crate) fn inverse_columns<const K: usize>(&self, columns: &mut [[T; K]]) {
+        inverse_columns(&self.entries, N, columns);
+    }
+
+    /// Uᵀ v, U the rows and columns but the last.
+    pub(crate) fn leading_transposed<const M: usize>(&self, v: &[T; M]) -> [T; M] {
+        const { assert!(M + 1 == N) };
+        let mut product = [T::ZERO; M];
+        transposed(&self.entries, v, &mut product);
+        product
+    }
+
+    /// U x + c, U the rows and columns but the last and c the last one's entries beside them.
+    pub(crate) fn leading_residual<const M: usize>(&self, x: &[T; M]) -> [T; M] {
+        const { assert!(M + 1 == N) };
+        let mut residual = [T::ZERO; M];
+        affine(&self.entries, x, &mut residual);
+        residual
+    }
+
+    /// The square of the last column's own entry: what no x leaves less of |R (x, 1)|².
+    pub(crate) fn least_sum_of_squares(&self) -> T {
+        self.entries.last().map_or(T::ZERO, |entry| entry.squared())
     }
 
     /// Completes a column whose last entry is given, so that the rows above that entry give zero.
@@ -251,6 +283,40 @@ fn packed_row<T>(entries: &[T], size: usize, row: usize) -> &[T] {
 }
 
 #[inline(never)]
+fn affine<T: Real>(entries: &[T], x: &[T], product: &mut [T]) {
+    let mut rest = entries;
+    for (index, target) in product.iter_mut().enumerate() {
+        let x = x.get(index..).unwrap_or_default();
+        let Some((row, [right, below @ ..])) = rest.split_at_checked(x.len()) else {
+            return;
+        };
+        rest = below;
+        let mut value = *right;
+        for (factor, x) in row.iter().zip(x) {
+            value += *factor * *x;
+        }
+        *target = value;
+    }
+}
+
+#[inline(never)]
+fn transposed<T: Real>(entries: &[T], v: &[T], product: &mut [T]) {
+    let (mut rest, mut product) = (entries, product);
+    for part in v {
+        let Some((row, [_, below @ ..])) = rest.split_at_checked(product.len()) else {
+            return;
+        };
+        for (sum, factor) in product.iter_mut().zip(row) {
+            *sum += *factor * *part;
+        }
+        let Some((_, others)) = product.split_first_mut() else {
+            return;
+        };
+        (rest, product) = (below, others);
+    }
+}
+
+#[inline(never)]
 fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
     let size = norms.len();
     for row in 0..size {
@@ -264,6 +330,25 @@ fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
     }
 }
 
+/// x with xᵀ U = vᵀ in the place of v.
+#[inline(never)]
+fn left_substitute<T: Real>(entries: &[T], size: usize, vector: &mut [T]) {
+    let (mut rows, mut rest) = (entries, vector);
+    for length in (2..=size).rev() {
+        let (Some(([pivot, row @ ..], below)), Some((target, later))) =
+            (rows.split_at_checked(length), rest.split_first_mut())
+        else {
+            return;
+        };
+        *target /= *pivot;
+        for (entry, factor) in later.iter_mut().zip(row) {
+            *entry -= *target * *factor;
+        }
+        (rows, rest) = (below, later);
+    }
+}
+
+/// x with U x = −v in the place of v.
 #[inline(never)]
 fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -> bool {
     // From the last row, which holds the right-hand side's own entry alone.
@@ -279,15 +364,13 @@ fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -
             return false;
         };
         rest = before;
-        let (Some((right, coefficients)), Some([target, known @ ..]), Some(smallest)) = (
-            row.split_last(),
-            solution.get_mut(index..),
-            smallest.get(index),
-        ) else {
+        let (Some([target, known @ ..]), Some(smallest)) =
+            (solution.get_mut(index..), smallest.get(index))
+        else {
             return false;
         };
-        let mut value = -*right;
-        for (coefficient, known) in coefficients.iter().zip(known.iter()) {
+        let mut value = -*target;
+        for (coefficient, known) in row.iter().zip(known.iter()) {
             value -= *coefficient * *known;
         }
         if !(pivot.magnitude() > *smallest) {
@@ -296,6 +379,37 @@ fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -
         *target = value / *pivot;
     }
     true
+}
+
+/// Columns side by side: an entry of the triangle is loaded once for all of them.
+#[inline(never)]
+fn inverse_columns<T: Real, const K: usize>(entries: &[T], size: usize, columns: &mut [[T; K]]) {
+    let length = black_box(columns.len());
+    let end = (length * size).saturating_sub(length.saturating_sub(1) * length / 2);
+    let mut rest = entries.get(..end).unwrap_or_default();
+    for row in (0..length).rev() {
+        let above = rest.len().saturating_sub(size.saturating_sub(row));
+        let (Some((before, [pivot, entries @ ..])), Some([target, known @ ..])) =
+            (rest.split_at_checked(above), columns.get_mut(row..))
+        else {
+            return;
+        };
+        rest = before;
+        let mut values = core::array::from_fn(|column| {
+            if column + length == row + K {
+                T::ONE
+            } else {
+                T::ZERO
+            }
+        });
+        for (entry, known) in entries.iter().zip(known.iter()) {
+            for (value, known) in values.iter_mut().zip(known) {
+                *value -= *entry * *known;
+            }
+        }
+        let inverse = T::ONE / *pivot;
+        *target = values.map(|value| value * inverse);
+    }
 }
 
 #[inline(never)]

@@ -17,6 +17,27 @@ pub struct JointDisplacement<T: Real> {
     pub(crate) arms: [Displacement<T>; 3],
 }
 
+impl<T: Real> JointDisplacement<T> {
+    /// Of the arms one after the other.
+    pub(super) fn coefficients(&self) -> [T; 3 * FEATURES] {
+        let mut coefficients = [T::ZERO; 3 * FEATURES];
+        for (own, arm) in coefficients.chunks_exact_mut(FEATURES).zip(&self.arms) {
+            own.copy_from_slice(&arm.coefficients);
+        }
+        coefficients
+    }
+
+    /// Features times ∂c/∂P, arm by arm.
+    pub(super) fn gradient_of(&self, features: &[T; 3 * FEATURES]) -> [T; 24] {
+        let mut gradient = [T::ZERO; 24];
+        let features = features.as_chunks::<FEATURES>().0;
+        for ((own, arm), features) in gradient.chunks_exact_mut(8).zip(&self.arms).zip(features) {
+            own.copy_from_slice(&arm.gradient_of(features));
+        }
+        gradient
+    }
+}
+
 /// A sample of all arms, and the rows of W: the first is that of all arms, the second that of the
 /// second and third arm, the third that of the third arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,25 +145,4 @@ impl<T: Real> WhitenedSample<T> {
             sines: self.arms.each_ref().map(|arm| arm.sine),
         }
     }
-}
-
-/// One entry of R (δc, 1), from its row, which begins at that column.
-pub(crate) fn residual_of<T: Real>(row: &[T], index: usize, at: &JointDisplacement<T>) -> T {
-    let Some((right, mut factors)) = row.split_last() else {
-        return T::ZERO;
-    };
-    let mut entry = *right;
-    let mut skipped = index;
-    for arm in &at.arms {
-        let coefficients = arm.coefficients.get(skipped..).unwrap_or_default();
-        skipped = skipped.saturating_sub(FEATURES);
-        let Some((own, others)) = factors.split_at_checked(coefficients.len()) else {
-            break;
-        };
-        for (factor, coefficient) in own.iter().zip(coefficients) {
-            entry += *factor * *coefficient;
-        }
-        factors = others;
-    }
-    entry
 }

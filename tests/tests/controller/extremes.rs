@@ -96,7 +96,7 @@ fn sessions_of_extreme_numbers<T: Number>(sessions: u32) {
         while driver.controller.idle() {
             steps += 1;
             // 50 linearisations for each of 10 starts, 20 balances, an arm; of all arms together, in nine steps and
-            // five for their covariance.
+            // a few for trial and chord steps and their covariance.
             assert!(steps < 14 * 50 * 40, "{begin:?}: no end");
         }
         match driver.status().phase {

@@ -75,6 +75,9 @@ fn the_pieces_are_the_jacobian_row_by_row() {
                     expected += row * row.transpose();
                 }
             }
+            let gradient = SVector::from(Problem::gradient(&factor, &displaced));
+            let scale = (sum * expected.trace()).sqrt();
+            assert!((gradient - expected.fixed_view::<24, 1>(0, 24)).norm() < 1e-10 * scale);
             // What no coefficients explain is in the sum, and not among the rows.
             let unexplained = factor.least_sum_of_squares();
             assert!((sum / expected[(24, 24)] - 1.0).abs() < 1e-8);

@@ -143,19 +143,35 @@ fn the_minimiser_solves_the_normal_equations() {
         let gram = gram(&all);
         let matrix = gram.fixed_view::<4, 4>(0, 0).into_owned();
         let right = gram.fixed_view::<4, 1>(0, 4).into_owned();
-        let expected = -(matrix.try_inverse().unwrap() * right);
+        let inverse = matrix.try_inverse().unwrap();
+        let expected = -(inverse * right);
         let found: [f64; 4] = triangle.minimiser(&[0.0; 5]).unwrap();
         // The normal equations square a condition of up to some hundreds.
         assert!((SVector::from(found) - expected).norm() < 1e-8 * (1.0 + expected.norm()));
 
-        // The inverse's columns, of every leading part.
+        let (step, gain) = triangle.step_against::<4>(right.into()).unwrap();
+        assert!((SVector::from(step) - expected).norm() < 1e-8 * (1.0 + expected.norm()));
+        assert!((gain + right.dot(&expected)).abs() < 1e-8 * (1.0 + gain));
+
+        // Products with the leading part and its transpose.
+        let leading = full(&triangle).fixed_view::<4, 4>(0, 0).into_owned();
+        let beside = full(&triangle).fixed_view::<4, 1>(0, 4).into_owned();
+        let residual = SVector::from(triangle.leading_residual::<4>(&step));
+        assert!((residual - (leading * SVector::from(step) + beside)).norm() < SAME);
+        let back = SVector::from(triangle.leading_transposed::<4>(&residual.into()));
+        assert!((back - leading.transpose() * residual).norm() < SAME);
+
+        // The inverse's last columns, two at a time, of every leading part.
         for length in 1..=5 {
-            let mut column = [0.0; 5];
-            triangle.inverse_column(&mut column[..length]);
-            let product = full(&triangle) * SVector::from(column);
-            for (row, value) in product.iter().enumerate().take(length) {
-                let expected = if row + 1 == length { 1.0 } else { 0.0 };
-                assert!((value - expected).abs() < 1e-11);
+            let mut columns = [[0.0; 2]; 5];
+            triangle.inverse_columns(&mut columns[..length]);
+            for place in 0..2_usize.min(length) {
+                let column = columns.map(|entries| entries[1 - place]);
+                let product = full(&triangle) * SVector::from(column);
+                for (row, value) in product.iter().enumerate().take(length) {
+                    let expected = if row + 1 + place == length { 1.0 } else { 0.0 };
+                    assert!((value - expected).abs() < 1e-11);
+                }
             }
         }
     }

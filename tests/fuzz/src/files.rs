@@ -10,7 +10,7 @@ use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, read_joints,
 use std::fmt::Write;
 use std::path::Path;
 
-fn text(name: &str, data: &[u8]) -> Option<InputText> {
+pub(crate) fn text(name: &str, data: &[u8]) -> Option<InputText> {
     match InputText::from_reader(name, data) {
         Ok(text) => Some(text),
         Err(error) => {
@@ -21,7 +21,7 @@ fn text(name: &str, data: &[u8]) -> Option<InputText> {
 }
 
 /// A refusal names the file, a line that it has, and a cause, all in one line.
-fn refused(name: &str, data: &[u8], error: &InputError) {
+pub(crate) fn refused(name: &str, data: &[u8], error: &InputError) {
     let message = error.to_string();
     let cause = message
         .strip_prefix(name)
@@ -72,7 +72,7 @@ pub fn robot_file(data: &[u8]) {
 }
 
 /// The same numbers, but for what angles lose in degrees.
-fn alike(a: &RobotFile, b: &RobotFile) -> bool {
+pub(crate) fn alike(a: &RobotFile, b: &RobotFile) -> bool {
     let numbers = |file: &RobotFile| {
         let arms = file.robot.arms().map(|arm| arm.parameters());
         let mut numbers = arms.as_flattened().to_vec();

@@ -7,6 +7,7 @@
 // In a fuzz target a panic is the failure.
 #![allow(clippy::expect_used, clippy::panic, clippy::missing_panics_doc)]
 
+mod calibration;
 mod controller;
 mod driver;
 mod files;
@@ -18,6 +19,7 @@ mod robust;
 mod solver;
 mod store;
 
+pub use calibration::calibration;
 pub use controller::controller;
 pub use driver::driver;
 pub use files::{campaign_file, robot_file, samples_file};

@@ -61,6 +61,48 @@ fn a_moved_robot_is_as_near_to_nominal_as_before() {
     }
 }
 
+/// The prior is a projection: of 24 directions it leaves the six motions free, whatever the robot, and its three
+/// figures (cost, distances, shares) are of the same matrix.
+#[test]
+fn the_prior_holds_all_directions_but_the_six_motions() {
+    for (name, nominal) in geometries() {
+        let empty = *JointCalibrator::new(&nominal, &Settings::default()).factor();
+        let units = std::array::from_fn(|parameter| empty.unit_of(parameter));
+        let sigmas: [f64; 24] = std::array::from_fn(|parameter| {
+            tolerance().of(delta_cal::Parameter::ROTARY[parameter % 8]) / units[parameter]
+        });
+        let free = FreeFrame::new(&nominal, &units, Some(&tolerance()));
+        assert_eq!(free.unheld(), 6, "{name}");
+        let mut covariance = vec![0.0; 24 * 24];
+        for (parameter, sigma) in sigmas.iter().enumerate() {
+            covariance[25 * parameter] = sigma * sigma;
+        }
+        let (mut held, mut shares) = (0.0, 0.0);
+        for (parameter, sigma) in sigmas.iter().enumerate() {
+            let mut correction = [0.0; 24];
+            correction[parameter] = *sigma;
+            let cost = free.cost(&correction);
+            held += cost;
+            shares += free.share(&covariance, parameter);
+            // Of a projection P: |P e|² = eᵀP e.
+            let distance = free.distance(&correction, parameter);
+            assert!((distance - cost).abs() < 1e-12, "{name}");
+        }
+        // Its trace is its rank; 24 terms of some 1e-16 each, conditioned by the motions' up to 1e3.
+        assert!((held - 18.0).abs() < 1e-11, "{name}: {held}");
+        assert!((shares - 18.0).abs() < 1e-11, "{name}: {shares}");
+
+        let correction =
+            std::array::from_fn(|parameter| sigmas[parameter] * ((parameter % 7) as f64 - 2.0));
+        let distances = (0..24).map(|parameter| free.distance(&correction, parameter).powi(2));
+        let (sum, cost) = (distances.sum::<f64>(), free.cost(&correction));
+        assert!((sum / cost - 1.0).abs() < 1e-12, "{name}");
+        let nothing = FreeFrame::new(&nominal, &units, None);
+        assert_eq!(nothing.unheld(), 24, "{name}");
+        assert!(nothing.cost(&correction) == 0.0 && nothing.distance(&correction, 3) == 0.0);
+    }
+}
+
 /// 24 parameters and the six numbers of the frame, the prior of the parameters alone: covariance of the
 /// 24, then of the six.
 fn bound(truth: &Robot<f64>, samples: &[Sample<f64>]) -> Option<DMatrix<f64>> {

@@ -9,10 +9,12 @@
 
 use delta_cal::calibration::{FreeFrame, JointCalibrator, Prior, Problem};
 use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::JointLimits;
+use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::{Noise, Robot, Sample, Settings, Tolerance};
 use delta_cal_host::Frame;
 use delta_cal_host::fit::joint;
-use delta_cal_tests::geometries::{geometries, position_jacobian};
+use delta_cal_tests::geometries::{geometries, linear_geometries, position_jacobian};
 use delta_cal_tests::{Spread, generator, measurements, perturbed, size, uniform};
 use nalgebra::{DMatrix, Matrix3, Rotation3, SMatrix, Vector3};
 
@@ -24,17 +26,51 @@ fn tolerance() -> Tolerance<f64> {
     Tolerance::new(0.5, 0.2f64.to_radians()).unwrap()
 }
 
+/// Every geometry, with exact measurements of it.
+fn robots() -> Vec<(&'static str, Robot<f64>, Vec<Sample<f64>>)> {
+    let rotary = geometries().into_iter().enumerate();
+    let rotary = rotary.map(|(index, (name, nominal))| {
+        let mut rng = generator(1501, index as u64);
+        let samples = measurements(&nominal, 60, None, &mut rng);
+        (name, nominal, samples)
+    });
+    let linear = linear_geometries().into_iter().enumerate();
+    let linear = linear.map(|(index, (name, nominal, [low, high]))| {
+        let mut rng = generator(1502, index as u64);
+        let limits = JointLimits::travel(low, high).unwrap();
+        let sample = |_| {
+            let pose = random_pose(&nominal, &limits, &mut rng).unwrap();
+            simulate_sample(&nominal, &pose.joints, None, &mut rng).unwrap()
+        };
+        let samples = (0..60).map(sample).collect();
+        (name, nominal, samples)
+    });
+    rotary.chain(linear).collect()
+}
+
+/// One σ of each of the 24 places, in the problem's units.
+fn sigmas(nominal: &Robot<f64>, units: &[f64; 24]) -> [f64; 24] {
+    let of_places = tolerance().of_places(nominal.drive());
+    std::array::from_fn(|place| of_places[place % 8] / units[place])
+}
+
+/// Which of the 24 places hold a parameter.
+fn parameters(nominal: &Robot<f64>) -> Vec<usize> {
+    let places = nominal.drive().places();
+    (0..24)
+        .filter(|place| places[place % 8].is_some())
+        .collect()
+}
+
 /// A robot that is nominal and stands elsewhere costs nothing, and the prior says where it stands: the
 /// moved robot is found by calibrating it from exact positions.
 #[test]
 fn a_moved_robot_is_as_near_to_nominal_as_before() {
-    for (index, (name, nominal)) in geometries().into_iter().enumerate() {
+    for (index, (name, nominal, mut samples)) in robots().into_iter().enumerate() {
         let mut rng = generator(1500, index as u64);
         let mut draw = |by: f64| Vector3::from_fn(|_, _| by * uniform(&mut rng));
         let (translation, rotation) = (draw(0.1), draw(2e-4));
         let turn = Rotation3::new(rotation);
-        let mut rng = generator(1501, index as u64);
-        let mut samples = measurements(&nominal, 60, None, &mut rng);
 
         let settings = Settings::default().with_tolerance(tolerance());
         let plain = Settings::default();
@@ -53,52 +89,52 @@ fn a_moved_robot_is_as_near_to_nominal_as_before() {
         // Second order: 2e-4² of some hundred millimetres, and of a rad.
         assert!((motion.translation - translation).norm() < 1e-4, "{name}");
         assert!((motion.rotation - rotation).norm() < 3e-7, "{name}");
-        let fixed: [f64; 24] = std::array::from_fn(|parameter| {
-            units[parameter] / tolerance().of(delta_cal::Parameter::ROTARY[parameter % 8])
-        });
-        let cost = Prior::<f64, 24, 25, 325>::cost(&fixed, &correction);
+        let sigmas = sigmas(&nominal, &units);
+        let square = |place: usize| (correction[place] / sigmas[place]).powi(2);
+        let cost: f64 = parameters(&nominal).into_iter().map(square).sum();
         assert!(free.cost(&correction) < 1e-5 * cost, "{name}");
     }
 }
 
-/// The prior is a projection: of 24 directions it leaves the six motions free, whatever the robot, and its three
-/// figures (cost, distances, shares) are of the same matrix.
+/// The prior is a projection: of the parameters' directions it leaves the six motions free, whatever the robot, and
+/// its three figures (cost, distances, shares) are of the same matrix.
 #[test]
 fn the_prior_holds_all_directions_but_the_six_motions() {
-    for (name, nominal) in geometries() {
+    for (name, nominal, _) in robots() {
         let empty = *JointCalibrator::new(&nominal, &Settings::default()).factor();
         let units = std::array::from_fn(|parameter| empty.unit_of(parameter));
-        let sigmas: [f64; 24] = std::array::from_fn(|parameter| {
-            tolerance().of(delta_cal::Parameter::ROTARY[parameter % 8]) / units[parameter]
-        });
+        let (sigmas, parameters) = (sigmas(&nominal, &units), parameters(&nominal));
         let free = FreeFrame::new(&nominal, &units, Some(&tolerance()));
         assert_eq!(free.unheld(), 6, "{name}");
         let mut covariance = vec![0.0; 24 * 24];
-        for (parameter, sigma) in sigmas.iter().enumerate() {
-            covariance[25 * parameter] = sigma * sigma;
+        for parameter in &parameters {
+            covariance[25 * parameter] = sigmas[*parameter].powi(2);
         }
+        let mut correction = [0.0; 24];
         let (mut held, mut shares) = (0.0, 0.0);
-        for (parameter, sigma) in sigmas.iter().enumerate() {
-            let mut correction = [0.0; 24];
-            correction[parameter] = *sigma;
-            let cost = free.cost(&correction);
+        for (index, parameter) in parameters.iter().copied().enumerate() {
+            let mut one = [0.0; 24];
+            one[parameter] = sigmas[parameter];
+            let cost = free.cost(&one);
             held += cost;
             shares += free.share(&covariance, parameter);
-            // Of a projection P: |P e|² = eᵀP e.
-            let distance = free.distance(&correction, parameter);
-            assert!((distance - cost).abs() < 1e-12, "{name}");
+            // Of a projection P: |P e|² = eᵀP e. All are at most 1, and rounded a few dozen times.
+            assert!((free.distance(&one, parameter) - cost).abs() < 1e-12);
+            correction[parameter] = sigmas[parameter] * ((index % 7) as f64 - 2.0);
         }
-        // Its trace is its rank; 24 terms of some 1e-16 each, conditioned by the motions' up to 1e3.
-        assert!((held - 18.0).abs() < 1e-11, "{name}: {held}");
-        assert!((shares - 18.0).abs() < 1e-11, "{name}: {shares}");
+        // Its trace is its rank.
+        let rank = parameters.len() as f64 - 6.0;
+        assert!((held - rank).abs() < 1e-11, "{name}: {held}");
+        assert!((shares - rank).abs() < 1e-11, "{name}: {shares}");
 
-        let correction =
-            std::array::from_fn(|parameter| sigmas[parameter] * ((parameter % 7) as f64 - 2.0));
-        let distances = (0..24).map(|parameter| free.distance(&correction, parameter).powi(2));
+        let distances = parameters
+            .iter()
+            .map(|parameter| free.distance(&correction, *parameter).powi(2));
         let (sum, cost) = (distances.sum::<f64>(), free.cost(&correction));
         assert!((sum / cost - 1.0).abs() < 1e-12, "{name}");
+
         let nothing = FreeFrame::new(&nominal, &units, None);
-        assert_eq!(nothing.unheld(), 24, "{name}");
+        assert_eq!(nothing.unheld(), parameters.len(), "{name}");
         assert!(nothing.cost(&correction) == 0.0 && nothing.distance(&correction, 3) == 0.0);
     }
 }

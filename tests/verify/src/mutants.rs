@@ -5,6 +5,10 @@ use crate::check::{Check, attempt, output, root};
 use std::collections::BTreeMap;
 
 const EXPLAINED: &str = include_str!("../../mutants.toml");
+const CONFIGURATION: &str = include_str!("../../../.cargo/mutants.toml");
+
+/// Seconds: the tests take less; a mutant that loops without end is stopped.
+const TIMEOUT: u32 = 120;
 
 pub(crate) fn check(check: &mut Check) {
     if output("cargo mutants --version").is_none() {
@@ -15,13 +19,36 @@ pub(crate) fn check(check: &mut Check) {
         Ok(explained) => explained,
         Err(error) => return check.fail(format!("tests/mutants.toml: {error}")),
     };
+    // cargo-mutants' own run without a mutation would be of the mutated package alone, which has no test of most
+    // of these names.
+    let Some(tests) = tests(CONFIGURATION) else {
+        return check.fail(".cargo/mutants.toml names no tests".to_owned());
+    };
+    if let Err(error) = attempt(&format!("cargo test --quiet {tests}")) {
+        return check.fail(format!("without a mutation: {error}"));
+    }
     // It fails if a mutant survives; which ones may is decided below.
-    let _ = attempt("cargo mutants --package delta-cal --output target");
+    let _ = attempt(&format!(
+        "cargo mutants --package delta-cal --baseline=skip --timeout={TIMEOUT} --output target"
+    ));
     let missed = root().join("target/mutants.out/missed.txt");
     match std::fs::read_to_string(&missed) {
         Ok(missed) => judge(check, &missed, &explained),
         Err(error) => check.fail(format!("{}: {error}", missed.display())),
     }
+}
+
+/// The tests that are run against a mutant, as arguments of `cargo test`.
+fn tests(configuration: &str) -> Option<String> {
+    let table: toml::Table = configuration.parse().ok()?;
+    let words = |key: &str, before: &str| {
+        let words = table.get(key)?.as_array()?.iter();
+        let words = words.map(|word| Some(format!("{before}{}", word.as_str()?)));
+        words.collect::<Option<Vec<_>>>()
+    };
+    let mut all = words("test_package", "--package=")?;
+    all.extend(words("additional_cargo_test_args", "")?);
+    Some(all.join(" "))
 }
 
 /// Mutants that make no difference: the name without line and column, and how many of that name there
@@ -91,6 +118,12 @@ mod tests {
             let file = name.split(':').next().unwrap_or_default();
             assert!(root().join(file).is_file(), "{name}");
         }
+    }
+
+    #[test]
+    fn the_tests_are_those_of_the_configuration() {
+        let tests = tests(CONFIGURATION).unwrap_or_default();
+        assert!(tests.starts_with("--package=delta-cal --package=delta-cal-tests --lib --test="));
     }
 
     #[test]

@@ -61,6 +61,32 @@ impl Stream {
     }
 }
 
+/// A position that is measured too far from an elbow has a positive innovation there, one too near a negative one,
+/// whether the noise is stated or not.
+#[test]
+fn the_sign_of_an_innovation_is_that_of_the_error() {
+    for settings in [stated(0.5, 0.2 * DEGREE), Settings::default()] {
+        let mut rng = generator(1190, 0);
+        let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+        let mut stream = Stream::new(&settings);
+        for sample in measurements(&truth, 60, Some(&noise()), &mut rng) {
+            stream.add(&sample);
+        }
+        for next in measurements(&truth, 20, None, &mut rng) {
+            for (index, (arm, q)) in truth.arms().iter().zip(next.joints).enumerate() {
+                let away = (next.position - arm.elbow(q)).normalize();
+                // Fifty times the noise.
+                for by in [1.0, -1.0] {
+                    let position = next.position + away * by;
+                    let moved = Sample { position, ..next };
+                    let found = stream.gate.innovations(&stream.calibrator, &moved).unwrap();
+                    assert!(found[index].normalized * by > 0.0, "{:?}", found[index]);
+                }
+            }
+        }
+    }
+}
+
 /// Normalised innovations of good samples: mean square, and how many are beyond a number of σ.
 #[derive(Debug, Default)]
 struct Innovations {

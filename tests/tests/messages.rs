@@ -8,6 +8,7 @@ use delta_cal::robot::GeometryError;
 use delta_cal::robust::RobustRefusal;
 use delta_cal::samples::{MergeError, NoiseError, SampleError};
 use delta_cal::simulate::PoseError;
+use delta_cal::snapshot::SnapshotError;
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
 /// An error's message, and words that its reader cannot do without.
@@ -33,6 +34,17 @@ fn kinematics_errors_name_arm_and_kind() {
     let not_finite = KinematicsError::NonFinite(first);
     says(&not_finite, &["not finite", "arm 1"]);
     assert_eq!(not_finite.arm(), first);
+}
+
+#[test]
+fn snapshot_errors_say_what_the_bytes_are() {
+    says(&SnapshotError::BufferTooShort, &["buffer", "shorter"]);
+    says(&SnapshotError::Damaged, &["not a whole snapshot"]);
+    let version = SnapshotError::OtherVersion { version: 7 };
+    says(&version, &["unknown version 7"]);
+    says(&SnapshotError::OtherKind, &["another kind"]);
+    says(&SnapshotError::OtherCalibration, &["another robot"]);
+    says(&SnapshotError::Busy, &["while solving"]);
 }
 
 #[test]

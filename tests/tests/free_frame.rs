@@ -26,8 +26,10 @@ fn tolerance() -> Tolerance<f64> {
     Tolerance::new(0.5, 0.2f64.to_radians()).unwrap()
 }
 
+type Measured = (&'static str, Robot<f64>, Vec<Sample<f64>>);
+
 /// Every geometry, with exact measurements of it.
-fn robots() -> Vec<(&'static str, Robot<f64>, Vec<Sample<f64>>)> {
+fn robots() -> Vec<Measured> {
     let rotary = geometries().into_iter().enumerate();
     let rotary = rotary.map(|(index, (name, nominal))| {
         let mut rng = generator(1501, index as u64);

@@ -3,7 +3,7 @@
 use super::outcome::Termination;
 use super::problem::{Prior, Problem};
 use super::settings::Solver;
-use super::step_control::{self, End, LONGEST_STEP, Prospect, Refinement, StepControl, StepResult};
+use super::step_control::{self, LONGEST_STEP, Prospect, Refinement, StepControl, StepResult};
 use crate::Real;
 use crate::samples::Triangle;
 
@@ -407,10 +407,10 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             return None;
         };
         let then = self.control.accepted(&prospect);
-        if prospect.end == End::Settled {
+        if prospect.settled {
             return Some(then);
         }
-        if P::CHORDS && then == StepResult::Continue && prospect.end == End::Near {
+        if P::CHORDS && then == StepResult::Continue && prospect.near {
             self.work = Work::Refining { at };
         } else {
             self.linearize(prior, at, then);

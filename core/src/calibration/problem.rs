@@ -158,9 +158,9 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E> 
     }
 
     fn gradient(&self, correction: &[T; N]) -> [T; N] {
-        let mut gradient = *correction;
-        for (delta, weight) in gradient.iter_mut().zip(self) {
-            *delta *= weight.squared();
+        let mut gradient = *self;
+        for (weight, delta) in gradient.iter_mut().zip(correction) {
+            *weight = *weight * *weight * *delta;
         }
         gradient
     }

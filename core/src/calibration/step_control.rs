@@ -68,23 +68,19 @@ pub(crate) enum Refinement {
     Linearize,
 }
 
-/// How near the minimum a step ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    /// The next step would gain nothing: this is the last. It is so short that the Jacobian before it is
-    /// the Jacobian after it.
-    Settled,
-    /// Chord steps may follow: with the triangle of the last linearisation and the gradient of now.
-    Near,
-    /// Anywhere else.
-    Far,
-}
-
 /// What a step may be expected to bring.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "each answers a question of its own"
+)]
 pub struct Prospect<T> {
-    /// Where this step ends, if it is taken.
-    pub end: End,
+    /// Whether this step, if it is taken, is the last: the next would gain nothing. It is so short
+    /// that the Jacobian before it is the Jacobian after it.
+    pub settled: bool,
+    /// Whether it ends so near the minimum that chord steps may follow: with the triangle of the last
+    /// linearisation and the gradient of now.
+    pub(crate) near: bool,
     at_rounding: bool,
     stagnant: bool,
     cost: T,
@@ -175,13 +171,7 @@ impl<T: Real> StepControl<T> {
         } else {
             gain
         };
-        let end = if gain <= self.nothing || next <= self.nothing * T::from_f64(SURELY_NOTHING) {
-            End::Settled
-        } else if next <= T::from_f64(NEAR) * gain && !(self.damping > T::ZERO) {
-            End::Near
-        } else {
-            End::Far
-        };
+        let settled = gain <= self.nothing || next <= self.nothing * T::from_f64(SURELY_NOTHING);
         let blur = blur(cost, terms_squared);
         let at_rounding = gain <= blur;
         let slow = gain >= self.previous_gain * T::from_f64(0.25);
@@ -189,7 +179,8 @@ impl<T: Real> StepControl<T> {
         self.previous_gain = gain;
         self.last_gain = gain;
         Prospect {
-            end,
+            settled,
+            near: next <= T::from_f64(NEAR) * gain && !(self.damping > T::ZERO),
             at_rounding,
             stagnant,
             cost,
@@ -248,7 +239,7 @@ impl<T: Real> StepControl<T> {
         if self.damping < T::from_f64(LEAST_DAMPING) {
             self.damping = T::ZERO;
         }
-        if prospect.end == End::Settled {
+        if prospect.settled {
             StepResult::Finished(Termination::GradientVanished)
         } else if prospect.stagnant {
             StepResult::Finished(Termination::RoundingReached)

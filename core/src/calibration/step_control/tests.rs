@@ -1,4 +1,4 @@
-use super::{End, StepControl, StepResult, blur};
+use super::{StepControl, StepResult, blur};
 use crate::calibration::Solver::{GaussNewton, LevenbergMarquardt};
 use crate::calibration::Termination::{GradientVanished, RoundingReached};
 
@@ -36,7 +36,7 @@ fn only_rejected_steps_are_damped() {
     assert_eq!(control.solver(), LevenbergMarquardt);
     assert!(control.damping() <= 0.0);
     let prospect = control.judge(0.5, 1.0, TERMS);
-    assert_ne!(prospect.end, End::Settled);
+    assert!(!prospect.settled);
     assert_eq!(control.accepted(&prospect), StepResult::Continue);
     assert!(control.damping() <= 0.0);
     // Each rejection damps eight times as much, each accepted step a tenth of it; below 1e-5 the full
@@ -131,7 +131,7 @@ fn the_step_before_nothing_is_the_last() {
         let mut control = StepControl::<f64>::new(LevenbergMarquardt);
         let mut last = false;
         for gain in gains {
-            last = control.judge(*gain, cost, terms).end == End::Settled;
+            last = control.judge(*gain, cost, terms).settled;
         }
         last
     };

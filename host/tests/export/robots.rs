@@ -1,6 +1,6 @@
 //! Robots to export, and positions where they are wanted.
 
-use crate::support::{Folder, KEYS, Point, TOLERANCE, nominal_arms, platform, robot_toml};
+use crate::support::{Arm, Folder, KEYS, Point, nominal_arms, platform, robot_toml};
 use std::fmt::Write;
 use std::path::Path;
 

@@ -48,7 +48,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "features",
-        about: "the core with every combination of its features, on host and bare target; the controller for other boards",
+        about: "the core with every combination of its features, on the bare target with none, each and all; the controller for other boards",
         run: features::check,
     },
     Stage {

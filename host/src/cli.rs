@@ -30,7 +30,8 @@ use arguments::{Arguments, Command};
 use clap::{CommandFactory, Parser};
 use std::process::ExitCode;
 
-pub(crate) fn run() -> ExitCode {
+/// Reads the command line of this process, does what it says, prints and writes.
+pub fn run() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),

@@ -21,6 +21,7 @@
 //! report       results for people and for programs
 //! device       a controller that calibrates itself, over its link
 //! reproduce    the paper's simulations, run again
+//! cli          the command `delta-cal`: arguments, help, exit codes, progress
 //! ```
 //!
 //! A calibration of two files:
@@ -50,6 +51,7 @@
 pub mod accuracy;
 pub mod calibration;
 pub mod campaign;
+pub mod cli;
 pub mod device;
 pub mod export;
 pub mod files;

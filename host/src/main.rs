@@ -1,9 +1,7 @@
-//! The command `delta-cal`: reads the command line, calls the library, prints and writes.
-
-mod cli;
+//! The command `delta-cal`. All of it is in the library, with which it is compiled at the same time.
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::run()
+    delta_cal_host::cli::run()
 }

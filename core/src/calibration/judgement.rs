@@ -67,11 +67,12 @@ where
         for (parameter, share) in prior_share.iter_mut().enumerate() {
             let part =
                 self.prior.share(covariance.as_slice(), parameter) * self.residual_sigma.squared();
-            determined -= part;
             *share = part.larger(T::ZERO);
-            if *share > T::ONE {
+            // The square of a large weight overflows: no number, or infinite.
+            if !(*share <= T::ONE) {
                 *share = T::ONE;
             }
+            determined -= *share;
         }
         let residuals = problem.residuals();
         let degrees_of_freedom = (residuals - determined).larger(T::ZERO);

@@ -8,17 +8,17 @@ use super::failure::Failure;
 use super::outputs::{self, deliver};
 use super::paths::{is_stream, read, refuse_same};
 use super::print::print;
-use delta_cal::calibration::Solver;
-use delta_cal::robust::Loss;
-use delta_cal_host::accuracy::coverage::Acceptance;
-use delta_cal_host::files::example;
-use delta_cal_host::render::json;
-use delta_cal_host::report::calibration::{self, html, observations, stream, table};
-use delta_cal_host::report::document::{About, Document, Source};
-use delta_cal_host::{
+use crate::accuracy::coverage::Acceptance;
+use crate::files::example;
+use crate::render::json;
+use crate::report::calibration::{self, html, observations, stream, table};
+use crate::report::document::{About, Document, Source};
+use crate::{
     CalibrateError, CalibrationReport, Frame, InputText, Measurements, ObservationsFile, RobotFile,
     calibrate, calibrate_observations, read_samples,
 };
+use delta_cal::calibration::Solver;
+use delta_cal::robust::Loss;
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;

@@ -5,15 +5,13 @@ use super::failure::Failure;
 use super::outputs::deliver;
 use super::paths::{ColumnsArgument, read, refuse_same, robot_path};
 use super::progress::Waiting;
+use crate::planning::measurements::{CheckRequest, MeasurementCheck};
+use crate::planning::observability::Observability;
+use crate::planning::poses::{PlanRequest, Region, next_poses};
+use crate::render::json;
+use crate::report::check::{json as check_json, measurements, table};
+use crate::{InputText, MeasurementsToCheck, ObservationsToCheck, PosesToCheck, RobotFile};
 use clap::Args;
-use delta_cal_host::planning::measurements::{CheckRequest, MeasurementCheck};
-use delta_cal_host::planning::observability::Observability;
-use delta_cal_host::planning::poses::{PlanRequest, Region, next_poses};
-use delta_cal_host::render::json;
-use delta_cal_host::report::check::{json as check_json, measurements, table};
-use delta_cal_host::{
-    InputText, MeasurementsToCheck, ObservationsToCheck, PosesToCheck, RobotFile,
-};
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\

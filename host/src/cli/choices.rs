@@ -1,9 +1,9 @@
 //! Values that options choose from.
 
+use crate::{CalibrationMethod, Frame};
 use clap::ValueEnum;
 use delta_cal::calibration::Solver;
 use delta_cal::robust::Loss;
-use delta_cal_host::{CalibrationMethod, Frame};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum MethodArgument {

@@ -2,9 +2,9 @@
 
 use super::failure::Failure;
 use super::print::print;
+use crate::files::output;
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
-use delta_cal_host::files::output;
 use std::path::{Path, PathBuf};
 
 pub(crate) const COMPLETIONS_HELP: &str = "\

@@ -3,23 +3,23 @@
 use super::failure::Failure;
 use super::outputs::{self, deliver};
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
+use crate::export::case::Case;
+use crate::export::choose::{CHOICES, Choice};
+use crate::export::corrections::choice::Nodes;
+use crate::export::corrections::kind::Kind;
+use crate::export::error::ExportError;
+use crate::export::frame::Frame;
+use crate::export::linear::level::of_heights;
+use crate::export::settings::Settings;
+use crate::export::wanted::Wanted;
+use crate::render::json;
+use crate::report::export::{self, Files};
+use crate::{
+    InputError, InputText, Measurements, Options, RobotFile, read_positions, read_samples,
+};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
-use delta_cal_host::export::case::Case;
-use delta_cal_host::export::choose::{CHOICES, Choice};
-use delta_cal_host::export::corrections::choice::Nodes;
-use delta_cal_host::export::corrections::kind::Kind;
-use delta_cal_host::export::error::ExportError;
-use delta_cal_host::export::frame::Frame;
-use delta_cal_host::export::linear::level::of_heights;
-use delta_cal_host::export::settings::Settings;
-use delta_cal_host::export::wanted::Wanted;
-use delta_cal_host::render::json;
-use delta_cal_host::report::export::{self, Files};
-use delta_cal_host::{
-    InputError, InputText, Measurements, Options, RobotFile, read_positions, read_samples,
-};
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\

@@ -1,8 +1,8 @@
+use crate::device::{DeviceError, DeviceFailure};
+use crate::files::output::OutputError;
+use crate::render::plot::PlotError;
+use crate::{CalibrateError, InputError, Reason};
 use anstyle::{AnsiColor, Style};
-use delta_cal_host::device::{DeviceError, DeviceFailure};
-use delta_cal_host::files::output::OutputError;
-use delta_cal_host::render::plot::PlotError;
-use delta_cal_host::{CalibrateError, InputError, Reason};
 use std::io::Write;
 use std::process::ExitCode;
 

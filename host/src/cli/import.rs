@@ -3,14 +3,14 @@
 use super::failure::Failure;
 use super::paths::is_stream;
 use super::print::print;
+use crate::files::output;
+use crate::import::gcode::{self, Firmware};
+use crate::import::imported::Imported;
+use crate::import::klipper;
+use crate::{InputError, InputText};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
-use delta_cal_host::files::output;
-use delta_cal_host::import::gcode::{self, Firmware};
-use delta_cal_host::import::imported::Imported;
-use delta_cal_host::import::klipper;
-use delta_cal_host::{InputError, InputText};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

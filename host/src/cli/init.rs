@@ -3,9 +3,9 @@
 use super::failure::Failure;
 use super::paths::is_stream;
 use super::print::print;
+use crate::files::output;
+use crate::files::robot_file::Draft;
 use clap::Args;
-use delta_cal_host::files::output;
-use delta_cal_host::files::robot_file::Draft;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 

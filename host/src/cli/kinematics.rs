@@ -3,10 +3,10 @@
 use super::failure::Failure;
 use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
 use super::print::print;
+use crate::files::{kinematics, output};
+use crate::{InputError, InputText, RobotFile};
 use clap::Args;
 use delta_cal::Sample;
-use delta_cal_host::files::{kinematics, output};
-use delta_cal_host::{InputError, InputText, RobotFile};
 use std::path::{Path, PathBuf};
 
 pub(crate) const EXIT_CODES: &str = "\

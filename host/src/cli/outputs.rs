@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
 use super::print::print;
-use delta_cal_host::files::output;
+use crate::files::output;
 use std::fmt::Write;
 use std::path::Path;
 

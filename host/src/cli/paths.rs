@@ -1,7 +1,7 @@
 use super::failure::Failure;
+use crate::{ColumnMapping, InputError, InputText};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use delta_cal_host::{ColumnMapping, InputError, InputText};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 

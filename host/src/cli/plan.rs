@@ -13,16 +13,16 @@ use super::length::Length;
 use super::outputs;
 use super::paths::is_stream;
 use super::progress::Waiting;
-use arguments::CriterionArgument;
-use deliver::deliver;
-use delta_cal_host::files::kinematics;
-use delta_cal_host::files::samples_file::is_unmeasured_plan;
-use delta_cal_host::planning::poses::{
+use crate::files::kinematics;
+use crate::files::samples_file::is_unmeasured_plan;
+use crate::planning::poses::{
     Criterion, LEAST_POSES, MOST_POSES, PlanRequest, PosePlan, PosesNeeded, plan, poses_needed,
 };
-use delta_cal_host::render::json;
-use delta_cal_host::report::plan;
-use delta_cal_host::{InputText, RobotFile};
+use crate::render::json;
+use crate::report::plan;
+use crate::{InputText, RobotFile};
+use arguments::CriterionArgument;
+use deliver::deliver;
 use std::path::Path;
 
 pub(crate) const HELP: &str = "\

@@ -1,9 +1,9 @@
 //! What a report says of the measurement, and when it is written.
 
 use super::failure::Failure;
+use crate::report::document::{Document, Source};
+use crate::{Record, RobotFile};
 use clap::Args;
-use delta_cal_host::report::document::{Document, Source};
-use delta_cal_host::{Record, RobotFile};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Of the standard for reproducible builds: the time in place of the clock's.

@@ -4,14 +4,12 @@ use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
 use super::print::print;
 use super::progress::{Bar, interruption};
+use crate::InputText;
+use crate::campaign;
+use crate::campaign::{CampaignError, CaseSummary, EXAMPLE, PLAN, Plan, RunOptions, Shard};
+use crate::files::output;
+use crate::report;
 use clap::{Args, Subcommand};
-use delta_cal_host::InputText;
-use delta_cal_host::campaign;
-use delta_cal_host::campaign::{
-    CampaignError, CaseSummary, EXAMPLE, PLAN, Plan, RunOptions, Shard,
-};
-use delta_cal_host::files::output;
-use delta_cal_host::report;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! The options of samples that come one after the other.
 
+use crate::Streaming;
 use clap::builder::TypedValueParser;
 use clap::{Args, value_parser};
-use delta_cal_host::Streaming;
 use std::num::NonZeroU32;
 
 #[derive(Debug, Args)]

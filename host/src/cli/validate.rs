@@ -6,15 +6,15 @@ use super::length::Length;
 use super::outputs::{self, deliver};
 use super::paths::{ColumnsArgument, read, robot_path};
 use super::record::RecordArguments;
-use clap::Args;
-use delta_cal_host::render::json;
-use delta_cal_host::report::document::Source;
-use delta_cal_host::report::validation::{self, html, table};
-use delta_cal_host::validation::{Request, Verdict, check_independent, validate};
-use delta_cal_host::{
+use crate::render::json;
+use crate::report::document::Source;
+use crate::report::validation::{self, html, table};
+use crate::validation::{Request, Verdict, check_independent, validate};
+use crate::{
     CalibrateError, InputError, InputText, Measurements, Options, RobotFile, SamplesFile,
     read_samples,
 };
+use clap::Args;
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\

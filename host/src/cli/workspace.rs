@@ -3,15 +3,13 @@
 use super::failure::Failure;
 use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
 use super::print::print;
+use crate::files::output;
+use crate::render::json;
+use crate::report::workspace;
+use crate::report::workspace::contents::Contents;
+use crate::workspace::{Analysis, BandOptions, Options, WorkspaceError, distances_of_path};
+use crate::{InputError, InputText, RobotFile};
 use clap::Args;
-use delta_cal_host::files::output;
-use delta_cal_host::render::json;
-use delta_cal_host::report::workspace;
-use delta_cal_host::report::workspace::contents::Contents;
-use delta_cal_host::workspace::{
-    Analysis, BandOptions, Options, WorkspaceError, distances_of_path,
-};
-use delta_cal_host::{InputError, InputText, RobotFile};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -1,12 +1,12 @@
 //! The options of `delta-cal calibrate`.
 
+use crate::Options;
 use crate::cli::choices::{FrameArgument, LossArgument, MethodArgument, SolverArgument};
 use crate::cli::length::Length;
 use crate::cli::paths::{ColumnsArgument, robot_path};
 use crate::cli::record::RecordArguments;
 use crate::cli::streaming::StreamingArguments;
 use clap::Args;
-use delta_cal_host::Options;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\

@@ -1,8 +1,8 @@
 use crate::cli::paths::{ColumnsArgument, robot_path};
 use crate::cli::streaming::StreamingArguments;
+use crate::device::Port;
+use crate::{CalibrationMethod, Options};
 use clap::{Args, Subcommand, ValueEnum};
-use delta_cal_host::device::Port;
-use delta_cal_host::{CalibrationMethod, Options};
 use std::path::PathBuf;
 
 const DEVICE_EXIT_CODES: &str = "\

@@ -5,12 +5,12 @@ use super::progress::Bar;
 use crate::cli::failure::Failure;
 use crate::cli::outputs;
 use crate::cli::paths::is_stream;
-use delta_cal_host::device::report::{json, text};
-use delta_cal_host::device::{Finished, Number, apply, begin, calibrate_robot, measurements};
-use delta_cal_host::files::output;
-use delta_cal_host::report::calibration::{html, table};
-use delta_cal_host::report::document::About;
-use delta_cal_host::{CalibrationReport, RobotFile, SamplesFile};
+use crate::device::report::{json, text};
+use crate::device::{Finished, Number, apply, begin, calibrate_robot, measurements};
+use crate::files::output;
+use crate::report::calibration::{html, table};
+use crate::report::document::About;
+use crate::{CalibrationReport, RobotFile, SamplesFile};
 use std::fmt::Write;
 
 pub(super) fn run(link: &LinkArguments, arguments: &CalibrateArguments) -> Result<(), Failure> {
@@ -148,7 +148,7 @@ fn result_fingerprint<T: Number>(finished: &Finished<T>) -> u32 {
     finished
         .result
         .as_ref()
-        .map_or(0, delta_cal_host::device::Solution::fingerprint)
+        .map_or(0, crate::device::Solution::fingerprint)
 }
 
 fn comment(report: &CalibrationReport, port: &str, arguments: &CalibrateArguments) -> String {

@@ -2,7 +2,7 @@
 
 use super::args::LinkArguments;
 use crate::cli::failure::Failure;
-use delta_cal_host::device::{
+use crate::device::{
     Board, Client, Emulation, Emulator, EmulatorError, FirmwareError, Number, Pace, Patience, Port,
     Serial, Tcp, Transport, build, check_firmware,
 };

@@ -4,10 +4,10 @@ use super::args::Files;
 use crate::cli::failure::Failure;
 use crate::cli::outputs::deliver;
 use crate::cli::paths::read;
+use crate::files::example;
+use crate::render::json;
+use crate::{CalibrateError, InputError, InputText, RobotFile, SamplesFile, read_samples};
 use delta_cal::robot::Drive;
-use delta_cal_host::files::example;
-use delta_cal_host::render::json;
-use delta_cal_host::{CalibrateError, InputError, InputText, RobotFile, SamplesFile, read_samples};
 use serde_json::Value;
 use std::path::Path;
 

@@ -4,10 +4,10 @@ use super::files::{publish, refuse_linear};
 use crate::cli::failure::Failure;
 use crate::cli::outputs;
 use crate::cli::paths::is_stream;
+use crate::device::report::{json, text};
+use crate::device::{DeviceError, Number, in_use, robot as robot_of};
+use crate::{InputText, InstrumentFacts, Record, RobotFile};
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
-use delta_cal_host::device::report::{json, text};
-use delta_cal_host::device::{DeviceError, Number, in_use, robot as robot_of};
-use delta_cal_host::{InputText, InstrumentFacts, Record, RobotFile};
 use delta_cal_protocol::{ParameterSet, Parameters, RevertTo, fingerprint};
 use std::path::Path;
 

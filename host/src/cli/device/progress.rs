@@ -1,4 +1,4 @@
-use delta_cal_host::device::Step;
+use crate::device::Step;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// A progress bar on a terminal, nothing elsewhere.

@@ -4,9 +4,9 @@ use super::files::{inputs, publish};
 use super::progress::Bar;
 use crate::cli::failure::Failure;
 use crate::cli::paths::refuse_same;
-use delta_cal_host::device::report::{json, text};
-use delta_cal_host::device::{Number, verify};
-use delta_cal_host::{RobotFile, SamplesFile};
+use crate::device::report::{json, text};
+use crate::device::{Number, verify};
+use crate::{RobotFile, SamplesFile};
 
 pub(super) fn run(link: &LinkArguments, arguments: &VerifyArguments) -> Result<(), Failure> {
     let remedy = "give the output another name";

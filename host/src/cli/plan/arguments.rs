@@ -4,8 +4,8 @@ use super::instruments::InstrumentArguments;
 use crate::cli::choices::MethodArgument;
 use crate::cli::length::Length;
 use crate::cli::paths::robot_path;
+use crate::planning::poses::{LEAST_POSES, MOST_POSES, Region};
 use clap::{ArgGroup, Args, ValueEnum};
-use delta_cal_host::planning::poses::{LEAST_POSES, MOST_POSES, Region};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]

@@ -3,8 +3,8 @@
 use super::arguments::PlanArguments;
 use crate::cli::failure::Failure;
 use crate::cli::outputs;
-use delta_cal_host::planning::poses::PlanError;
-use delta_cal_host::{InputError, RobotFile};
+use crate::planning::poses::PlanError;
+use crate::{InputError, RobotFile};
 
 /// Writes the files, and prints the report or what goes to standard output in its place. Without a file the poses are part of
 /// the report.

@@ -1,8 +1,8 @@
 //! Options for instruments other than a tracker.
 
 use crate::cli::choices::FrameArgument;
+use crate::planning::measurements::{Instrument, Wishes};
 use clap::Args;
-use delta_cal_host::planning::measurements::{Instrument, Wishes};
 use std::path::PathBuf;
 use std::str::FromStr;
 

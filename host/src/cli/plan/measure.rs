@@ -6,12 +6,12 @@ use super::instruments::{InstrumentSigma, Lengths};
 use crate::cli::failure::Failure;
 use crate::cli::outputs;
 use crate::cli::progress::Waiting;
-use delta_cal_host::planning::measurements::{
+use crate::planning::measurements::{
     Instrument, Kind, MeasurementRequest, Wishes, compare, plan_measurements,
 };
-use delta_cal_host::render::json;
-use delta_cal_host::report::plan::{comparison, measurements};
-use delta_cal_host::{Frame, RobotFile};
+use crate::render::json;
+use crate::report::plan::{comparison, measurements};
+use crate::{Frame, RobotFile};
 
 fn request<'a>(
     arguments: &PlanArguments,

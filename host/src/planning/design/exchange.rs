@@ -369,15 +369,7 @@ fn transposed_product<const A: usize, const B: usize, const C: usize>(
     left: &SMatrix<f64, B, A>,
     right: &SMatrix<f64, B, C>,
 ) -> SMatrix<f64, A, C> {
-    let mut product = SMatrix::zeros();
-    for column in 0..C {
-        for row in 0..A {
-            for inner in 0..B {
-                product[(row, column)] += left[(inner, row)] * right[(inner, column)];
-            }
-        }
-    }
-    product
+    product(&left.transpose(), right)
 }
 
 fn identity<const R: usize>() -> SMatrix<f64, R, R> {

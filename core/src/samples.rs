@@ -28,4 +28,5 @@ pub use sample::{Sample, SampleError};
 pub use triangle::Triangle;
 pub(crate) use triangle::put_row;
 pub(crate) use waiting::Waiting;
-pub(crate) use whitened_sample::{JointDisplacement, WhitenedSample};
+pub use whitened_sample::JointDisplacement;
+pub(crate) use whitened_sample::WhitenedSample;

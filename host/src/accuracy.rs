@@ -1,5 +1,6 @@
 //! How well positions and parameters are known.
 
+pub(crate) mod chi_square;
 pub mod coverage;
 pub mod distribution;
 pub mod evaluation;

@@ -13,6 +13,7 @@ pub(crate) mod case;
 pub mod causes;
 pub mod diagnosis;
 pub mod error;
+mod every_sample;
 mod investigation;
 mod judgement;
 pub mod noise_test;

@@ -9,3 +9,4 @@ pub mod kinematics;
 pub mod output;
 pub mod robot_file;
 pub mod samples_file;
+mod text_on_disk;

@@ -9,6 +9,7 @@ pub mod options;
 pub mod outcome;
 pub(crate) mod outlier;
 pub mod robust;
+pub mod samples;
 pub(crate) mod sensor_frame;
 pub(crate) mod shared_noise;
 pub mod stream;

@@ -84,8 +84,8 @@ pub use files::input_error::InputError;
 pub use files::input_text::InputText;
 pub use files::robot_file::{InstrumentFacts, Record, RobotFile};
 pub use files::samples_file::{
-    Measurements, MeasurementsToCheck, ObservationsFile, ObservationsToCheck, PosesToCheck,
-    PositionUnit, Row, SamplesFile, read_joints, read_positions,
+    ManyRows, Measurements, MeasurementsToCheck, ObservationsFile, ObservationsToCheck,
+    PosesToCheck, PositionUnit, Row, SamplesFile, read_joints, read_positions,
 };
 pub use fit::options::{CalibrationMethod, Frame, Options, OptionsError, Streaming};
 pub use fit::outcome::Outcome;

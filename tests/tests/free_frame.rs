@@ -214,9 +214,13 @@ fn the_error_in_the_sensors_frame_is_at_the_bound_of_thirty_parameters() {
                         ..*sample
                     })
                     .collect();
-                let Ok(outcome) =
-                    joint::calibrate_weighted(&nominal, &measured, None, &settings, Frame::Sensor)
-                else {
+                let Ok(outcome) = joint::calibrate_weighted(
+                    &nominal,
+                    (&measured).into(),
+                    None,
+                    &settings,
+                    Frame::Sensor,
+                ) else {
                     refused += 1;
                     continue;
                 };

@@ -34,6 +34,7 @@ fn samples_file(samples: Vec<Sample<f64>>) -> SamplesFile {
             .zip(samples)
             .map(|(line, value)| Row { line, value })
             .collect(),
+        all: None,
         in_degrees: true,
         positions_in: PositionUnit::Millimetre,
     }

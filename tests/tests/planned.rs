@@ -160,8 +160,15 @@ fn calibrated(
     samples: &[Sample<f64>],
     settings: &Settings<f64>,
 ) -> Result<Robot<f64>, delta_cal::Refusal> {
-    method::calibrate(method, &file.robot, samples, None, settings, Frame::Base)
-        .map(|outcome| outcome.fit.robot)
+    method::calibrate(
+        method,
+        &file.robot,
+        samples.into(),
+        None,
+        settings,
+        Frame::Base,
+    )
+    .map(|outcome| outcome.fit.robot)
 }
 
 /// Mean square distance of the calibrated from the true robot, over the true robot's workspace; at the

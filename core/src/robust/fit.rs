@@ -1,5 +1,5 @@
 use super::fits::{Fits, scale};
-use super::loss::Loss;
+use super::loss::{Loss, WeightNormalization};
 use super::outcome::{RobustOutcome, RobustRefusal};
 use super::positions::Positions;
 use super::sample::WeighedSample;
@@ -94,11 +94,14 @@ pub(crate) fn fit<T: Real, F: Fits<T>>(
         .iter()
         .filter(|sample| sample.dimensions > 0)
         .count();
-    let mut effective = T::from_count(counted as u64);
+    let mut normalization = WeightNormalization {
+        divisor: T::ONE,
+        effective_samples: T::from_count(counted as u64),
+    };
+    let mut scale_of_all = T::ZERO;
     let (mut rounds, mut settled) = (0, false);
     if let Some(correction) = least_trimmed(fits, samples) {
         fits.measure(&correction, samples);
-        let mut scale_of_all = T::ZERO;
         let mut width = fits.widened();
         while rounds < ROUNDS && !settled {
             let late = rounds >= ROUNDS / 2;
@@ -109,8 +112,9 @@ pub(crate) fn fit<T: Real, F: Fits<T>>(
             settled = width <= T::ONE && change <= T::EPSILON.square_root();
             rounds += 1;
             width = T::ONE.larger(width * T::from_f64(NARROWED));
-            effective = normalise(loss, scale_of_all, samples);
+            normalization = normalise(loss, scale_of_all, samples);
             let settings = *fits.settings();
+            let effective = normalization.effective_samples;
             let Some(correction) = fits.fit(&settings, samples, effective) else {
                 break;
             };
@@ -126,10 +130,12 @@ pub(crate) fn fit<T: Real, F: Fits<T>>(
             samples: counted,
         });
     }
-    let fit = fits.outcome(samples, effective)?;
+    let fit = fits.outcome(samples, normalization.effective_samples)?;
     Ok(RobustOutcome {
         fit,
-        effective_samples: effective,
+        effective_samples: normalization.effective_samples,
+        scale: scale_of_all,
+        divisor: normalization.divisor,
         suspected,
         rounds,
         settled,
@@ -155,9 +161,12 @@ fn weigh<T: Real>(loss: Loss, scale: T, late: bool, samples: &mut [WeighedSample
     largest
 }
 
-/// Divides the weights by κ of [`WeightNormalization`](super::loss::WeightNormalization); returns the
-/// effective number of samples.
-fn normalise<T: Real>(loss: Loss, scale: T, samples: &mut [WeighedSample<T>]) -> T {
+/// Divides the weights by κ.
+fn normalise<T: Real>(
+    loss: Loss,
+    scale: T,
+    samples: &mut [WeighedSample<T>],
+) -> WeightNormalization<T> {
     let counted = samples
         .iter()
         .filter(|sample| sample.weight > T::ZERO && sample.dimensions > 0);
@@ -173,5 +182,5 @@ fn normalise<T: Real>(loss: Loss, scale: T, samples: &mut [WeighedSample<T>]) ->
     for sample in samples.iter_mut() {
         sample.factor = sample.weight / normalization.divisor;
     }
-    normalization.effective_samples
+    normalization
 }

@@ -13,6 +13,11 @@ pub struct RobustOutcome<T: Real, F = JointOutcome<T>> {
     pub fit: F,
     /// What the samples are worth together, by which the weighted sum of squares is divided.
     pub effective_samples: T,
+    /// s of the last round: by it the residuals are divided before they are weighed.
+    pub scale: T,
+    /// κ of the last round, by which the weights are divided (see
+    /// [`WeightNormalization`](crate::robust::WeightNormalization)).
+    pub divisor: T,
     /// How many samples are [suspected](crate::robust::WeighedSample::suspected).
     pub suspected: usize,
     /// Rounds of reweighting.

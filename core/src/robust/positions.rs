@@ -94,15 +94,10 @@ impl<T: Real> Fits<T> for Positions<'_, T> {
         JointCalibrator::of_factor(self.factor(weighed, effective), self.settings).solve()
     }
 
-    #[inline(never)]
     fn measure(&self, correction: &[T; 24], weighed: &mut [WeighedSample<T>]) {
         let at = Problem::displaced(&self.empty, correction);
         for (sample, own) in self.samples.iter().zip(weighed) {
-            let mut sum = T::ZERO;
-            for residual in self.empty.prepare(sample).residuals(&at) {
-                sum += residual.squared();
-            }
-            own.distance = sum.square_root();
+            own.distance = self.empty.residual(sample, &at);
         }
     }
 }

@@ -154,9 +154,23 @@ impl<T: Real> JointFactor<T> {
         I: IntoIterator<Item = (&'a Sample<T>, T)>,
     {
         let mut updated = *self;
+        let mut block = [self.prepare(&Sample::default()); 4];
+        let mut filled = 0;
         for (index, (sample, weight)) in samples.into_iter().enumerate() {
             self.check(sample).map_err(|error| (index, error))?;
-            updated.absorb_weighted(sample, weight);
+            if weight > T::ZERO
+                && let Some(place) = block.get_mut(filled)
+            {
+                *place = self.prepare(sample).weighted(weight.square_root());
+                filled += 1;
+            }
+            if filled == block.len() {
+                updated.absorb::<4, 8, 12>(&block);
+                filled = 0;
+            }
+        }
+        for sample in block.iter().take(filled) {
+            updated.absorb_one(sample);
         }
         updated.count_as(effective_samples);
         *self = updated;
@@ -169,6 +183,17 @@ impl<T: Real> JointFactor<T> {
             let prepared = self.prepare(sample).weighted(weight.square_root());
             self.absorb::<1, 2, 3>(&[prepared]);
         }
+    }
+
+    /// The length |W f| of a sample's whitened residuals at a displacement, in σ of the stated noise, otherwise in
+    /// [units](Self::unit) of length.
+    #[inline(never)]
+    pub fn residual(&self, sample: &Sample<T>, at: &JointDisplacement<T>) -> T {
+        let mut sum = T::ZERO;
+        for residual in self.prepare(sample).residuals(at) {
+            sum += residual.squared();
+        }
+        sum.square_root()
     }
 
     /// Sets what all samples are worth together.

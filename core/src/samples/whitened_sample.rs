@@ -10,9 +10,8 @@ use crate::snapshot::state;
 /// Features of an arm.
 pub(super) const FEATURES: usize = 12;
 
-/// The three arms moved by their corrections.
+/// The three arms moved by their corrections, as [`JointFactor`](super::JointFactor) has them for its residuals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
 pub struct JointDisplacement<T: Real> {
     pub(crate) arms: [Displacement<T>; 3],
 }

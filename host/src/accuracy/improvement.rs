@@ -20,8 +20,9 @@
 //! and τ is integrated out with a prior that is even in log τ. It is an estimate of the kind that
 //! Efron and Morris (1973) and MacKay (1992) use.
 
+use crate::accuracy::chi_square::quantile;
 use nalgebra::{SMatrix, SVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 type Vector24 = SVector<f64, 24>;
 type Matrix24 = SMatrix<f64, 24, 24>;
@@ -114,12 +115,11 @@ impl Change {
         if !(spare > 0.0) {
             return None;
         }
-        let chi_square = ChiSquared::new(freedom).ok()?;
         let levels = (0..NOISE_LEVELS).map(|level| {
             let probability = (f64::from(level) + 0.5) / f64::from(NOISE_LEVELS);
-            spare / chi_square.inverse_cdf(probability)
+            Some(spare / quantile(freedom, probability)?)
         });
-        Some(levels.collect())
+        levels.collect()
     }
 }
 

@@ -62,6 +62,48 @@ pub(crate) fn distances(robot: &Robot<f64>, samples: &[Sample<f64>]) -> Vec<Opti
         .collect()
 }
 
+/// The error of samples that come one after the other; its median has to be known from elsewhere.
+#[derive(Debug, Default)]
+pub(crate) struct RunningError {
+    squares: f64,
+    reached: f64,
+    farthest: Option<(f64, u64)>,
+    unreachable: usize,
+}
+
+impl RunningError {
+    /// As [`PositionError::of_counted`] has it.
+    pub(crate) fn add(&mut self, distance: Option<f64>, line: u64, weight: &SampleWeight) {
+        if weight.suspected {
+            return;
+        }
+        let remembered = weight.remembered >= FORGOTTEN;
+        let Some(distance) = distance else {
+            self.unreachable += usize::from(remembered);
+            return;
+        };
+        self.squares += weight.remembered * distance * distance;
+        self.reached += weight.remembered;
+        if remembered
+            && self
+                .farthest
+                .is_none_or(|(farthest, _)| distance > farthest)
+        {
+            self.farthest = Some((distance, line));
+        }
+    }
+
+    pub(crate) fn finish(self, median: f64) -> PositionError {
+        PositionError {
+            rms: (self.squares / self.reached).sqrt(),
+            median,
+            max: self.farthest.map_or(f64::NAN, |(distance, _)| distance),
+            max_at_line: self.farthest.map(|(_, line)| line),
+            unreachable: self.unreachable,
+        }
+    }
+}
+
 /// The known distances with their lines, the smallest first.
 pub(crate) fn sorted<T>(distances: &[Option<f64>], rows: &[Row<T>]) -> Vec<(f64, u64)> {
     let mut known: Vec<_> = distances

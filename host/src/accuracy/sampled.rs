@@ -49,16 +49,52 @@ pub(crate) fn in_words(shown: usize, rows: usize) -> String {
     format!("{shown} of {rows} samples: those farthest off, and others spread evenly over the file")
 }
 
+/// Those of the largest size among values that come one after the other.
+#[derive(Debug)]
+pub(crate) struct Farthest<T>(Vec<(f64, T)>);
+
+impl<T> Default for Farthest<T> {
+    fn default() -> Self {
+        Self(Vec::with_capacity(2 * FARTHEST))
+    }
+}
+
+impl<T> Farthest<T> {
+    pub(crate) fn add(&mut self, value: T, size: f64) {
+        if self.0.len() == 2 * FARTHEST {
+            self.keep();
+        }
+        self.0.push((size, value));
+    }
+
+    fn keep(&mut self) {
+        if self.0.len() > FARTHEST {
+            self.0
+                .select_nth_unstable_by(FARTHEST, |a, b| b.0.total_cmp(&a.0));
+            self.0.truncate(FARTHEST);
+        }
+    }
+
+    pub(crate) fn finish(mut self) -> impl Iterator<Item = T> {
+        self.keep();
+        self.0.into_iter().map(|(_, value)| value)
+    }
+}
+
 impl Histogram {
-    /// The bars reach to twice what 19 of 20 values are below.
-    #[allow(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss
-    )] // the number of a bar
-    pub(crate) fn of(values: impl Iterator<Item = Option<f64>>) -> Self {
-        let all: Vec<_> = values.collect();
-        let mut known: Vec<_> = all.iter().copied().flatten().collect();
+    /// Of values; the bars reach to twice what 19 of 20 of them are below.
+    pub(crate) fn of(values: impl Iterator<Item = Option<f64>> + Clone) -> Self {
+        let mut histogram = Self::for_values(values.clone());
+        for value in values {
+            histogram.add(value);
+        }
+        histogram
+    }
+
+    /// Without a value yet, with bars for such values.
+    #[allow(clippy::cast_precision_loss)] // the number of bars
+    pub(crate) fn for_values(values: impl Iterator<Item = Option<f64>>) -> Self {
+        let mut known: Vec<_> = values.flatten().collect();
         let most = known.len().saturating_sub(1) * 19 / 20;
         let reach = if known.is_empty() {
             0.0
@@ -70,18 +106,18 @@ impl Histogram {
         } else {
             1.0
         };
-        let mut histogram = Self {
+        Self {
             width,
             counts: vec![0; BARS],
-            beyond: (all.len() - known.len()) as u64,
-        };
-        for value in known {
-            match histogram.counts.get_mut((value / width) as usize) {
-                Some(bar) => *bar += 1,
-                None => histogram.beyond += 1,
-            }
+            beyond: 0,
         }
-        histogram
+    }
+
+    /// Counts a value.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // the number of a bar
+    pub(crate) fn add(&mut self, value: Option<f64>) {
+        let bar = value.and_then(|value| self.counts.get_mut((value / self.width) as usize));
+        *bar.unwrap_or(&mut self.beyond) += 1;
     }
 }
 
@@ -111,7 +147,7 @@ mod tests {
             .cycle()
             .take(95)
             .chain([1.99, 2.5, 3.0, 9.0]);
-        let found = Histogram::of(values.map(Some).chain([None]));
+        let found = Histogram::of(values.clone().map(Some).chain([None]));
         assert!((found.width - 0.05).abs() < 1e-15);
         assert_eq!(found.counts[..3], [19, 38, 0]);
         assert_eq!(found.counts[19] + found.counts[20], 38);

@@ -53,6 +53,7 @@ impl Attempt {
                 nominal: &case.robot.robot,
                 calibrated: &outcome.fit.robot,
                 samples: &case.measured,
+                directions: &case.directions,
                 weights: &fit.samples,
                 noise: case.robot.noise,
                 estimated_noise: outcome.estimated_noise(),
@@ -140,7 +141,8 @@ fn fitted(
 ) -> Result<(Fit, Option<StreamReport>), Objection> {
     let (mut fit, stream) = estimated(case, settings)?;
     if case.options.method == CalibrationMethod::Ikm {
-        shared_noise::complete(&mut fit, &case.measured, settings.noise.as_ref());
+        let samples = (case.measured.as_slice(), case.stands_for());
+        shared_noise::complete(&mut fit, samples, settings.noise.as_ref());
     }
     Ok((fit, stream))
 }
@@ -149,17 +151,20 @@ fn estimated(
     case: &Case<'_>,
     settings: &Settings<f64>,
 ) -> Result<(Fit, Option<StreamReport>), Objection> {
-    let (nominal, measured, options) = (&case.robot.robot, &case.measured, case.options);
+    let (nominal, samples, options) = (&case.robot.robot, case.all(), case.options);
     let empty = Calibrator::new(nominal, settings);
-    for (index, sample) in measured.iter().enumerate() {
-        empty
-            .check(sample)
-            .map_err(|error| Objection::Sample(index, error))?;
-    }
+    samples.each_part(|first, samples| {
+        (first..).zip(samples).try_for_each(|(index, sample)| {
+            let checked = empty.check(sample);
+            checked.map_err(|error| Objection::Sample(index, error))
+        })
+    })?;
     let streamed = if options.streaming.asked() {
-        let rows = &case.samples.rows;
+        let line_of = |index| case.samples.line(index).unwrap_or_default();
         let streaming = options.streaming;
-        Some(stream::weigh(nominal, settings, measured, rows, streaming)?)
+        Some(stream::weigh(
+            nominal, settings, samples, line_of, streaming,
+        )?)
     } else {
         None
     };
@@ -167,21 +172,21 @@ fn estimated(
     let (method, frame) = (options.method, options.frame);
     let mut fit = match (options.loss, &streamed) {
         (Some(loss), _) => {
-            calibrate_weighted(nominal, measured, weights, settings, (method, frame), loss)?
+            calibrate_weighted(nominal, samples, weights, settings, (method, frame), loss)?
         }
         (None, Some(streamed)) if method == CalibrationMethod::Ikm => {
-            Fit::weighed(streamed.arms.clone(), &streamed.weights)
+            Fit::weighed(streamed.arms.clone(), samples, &streamed.weights)
         }
         (None, Some(streamed)) => {
-            let outcome = method::calibrate(method, nominal, measured, weights, settings, frame)?;
-            Fit::weighed(outcome, &streamed.weights)
+            let outcome = method::calibrate(method, nominal, samples, weights, settings, frame)?;
+            Fit::weighed(outcome, samples, &streamed.weights)
         }
-        (None, None) => Fit::plain(plain(case, settings)?, measured.len()),
+        (None, None) => Fit::plain(plain(case, settings)?, samples),
     };
     let Some(streamed) = streamed else {
         return Ok((fit, None));
     };
-    fit.reject(&streamed.rejected);
+    fit.reject(samples, &streamed.rejected);
     Ok((fit, Some(streamed.report)))
 }
 
@@ -195,7 +200,7 @@ pub(crate) fn plain(case: &Case<'_>, settings: &Settings<f64>) -> Result<Outcome
     Ok(method::calibrate(
         method,
         nominal,
-        &case.measured,
+        case.all(),
         None,
         settings,
         frame,

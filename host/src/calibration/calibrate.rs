@@ -4,6 +4,7 @@ use super::attempt::{Attempt, attempt};
 use super::case::Case;
 use super::diagnosis::diagnose;
 use super::error::CalibrateError;
+use super::every_sample::every_sample;
 use super::investigation::{Findings, investigate};
 use super::objection::Objection;
 use super::reason::{Reason, Refused};
@@ -31,6 +32,8 @@ use crate::text::words::in_lines;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Noise, Sample, Settings};
 use nalgebra::Vector3;
+use rayon::prelude::*;
+use std::convert::Infallible;
 
 /// Reads the samples of a robot that is to be calibrated. Where joint angles are outside its limits,
 /// what would explain the file as a whole is said.
@@ -63,17 +66,20 @@ fn check_rows(robot: &RobotFile, measurements: &Measurements) -> Result<(), Reas
     };
     let (name, count, identical, planned): (_, _, _, Vec<_>) = match measurements {
         Measurements::Positions(samples) => {
-            let planned = samples.rows.iter().filter(|row| {
-                let Sample { joints, position } = row.value;
-                planned(joints, position.data.0[0].map(Some))
+            let (mut lines, mut first, mut same) = (Vec::new(), None, true);
+            let Ok(()) = samples.each_part(|_, rows| {
+                same &= rows
+                    .iter()
+                    .all(|row| *first.get_or_insert(row.value) == row.value);
+                let planned = rows.par_iter().filter(|row| {
+                    let Sample { joints, position } = row.value;
+                    planned(joints, position.data.0[0].map(Some))
+                });
+                lines.par_extend(planned.map(|row| row.line));
+                Ok::<_, Infallible>(())
             });
-            let planned = planned.map(|row| row.line).collect();
-            (
-                &samples.name,
-                samples.rows.len(),
-                identical(&samples.rows),
-                planned,
-            )
+            let count = samples.count();
+            (&samples.name, count, same && count > 1, lines)
         }
         Measurements::Observations(file) => {
             let planned = file
@@ -134,12 +140,7 @@ fn of_the_platform_point(
     let frame = robot.sensor_frame.as_ref();
     let shift = frame.map_or(target, |frame| frame.rotation * target);
     Ok(match measurements {
-        Measurements::Positions(mut samples) => {
-            for row in &mut samples.rows {
-                row.value.position -= shift;
-            }
-            Measurements::Positions(samples)
-        }
+        Measurements::Positions(samples) => Measurements::Positions(samples.moved(&-shift)),
         Measurements::Observations(mut file) => {
             for row in &mut file.rows {
                 for (coordinate, shift) in row.value.position.iter_mut().zip(shift.iter()) {
@@ -169,6 +170,9 @@ pub fn calibrate(
             .map(|attempt| report(&case, attempt))
             .map_err(|objection| explained(&case, &objection))
     });
+    if let Some(all) = &samples.all {
+        all.fault(&samples.name)?;
+    }
     diagnosed(result, || diagnose(robot, samples, options))
 }
 
@@ -225,12 +229,13 @@ pub(crate) fn calibrated_elsewhere(
     let judged = found.map_err(Objection::from).and_then(|found| {
         let outcome = found.outcome;
         let (mut fit, stream) = match found.stream {
-            None => (Fit::plain(outcome, case.measured.len()), None),
-            Some((weights, report)) => (Fit::weighed(outcome, &weights), Some(report)),
+            None => (Fit::plain(outcome, case.all()), None),
+            Some((weights, report)) => (Fit::weighed(outcome, case.all(), &weights), Some(report)),
         };
-        fit.reject(&found.rejected);
+        fit.reject(case.all(), &found.rejected);
         if options.method == CalibrationMethod::Ikm {
-            shared_noise::complete(&mut fit, &case.measured, robot.noise.as_ref());
+            let samples = (case.measured.as_slice(), case.stands_for());
+            shared_noise::complete(&mut fit, samples, robot.noise.as_ref());
         }
         let settings = Settings::default()
             .with_noise(robot.noise)
@@ -276,7 +281,7 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
         judgement,
         widened,
     } = attempt;
-    let outcome = fit.outcome;
+    let outcome = fit.outcome.clone();
     let estimated_noise = || Noise::new(outcome.estimated_noise()?, 0.0).ok();
     let noise = case.robot.noise.or_else(estimated_noise);
     let after = RobotFile {
@@ -293,36 +298,47 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
         .distances_before
         .into_iter()
         .zip(judgement.distances_after);
-    let in_sigmas = in_sigmas(&after, &case.measured, noise.as_ref());
-    let sample_errors = case
+    let sample_errors: Vec<_> = case
         .samples
         .rows
         .iter()
         .zip(&case.measured)
         .zip(distances)
-        .zip(in_sigmas.into_iter().zip(&fit.samples))
+        .zip(&fit.samples)
         .map(
-            |(((row, measured), (before, after)), (after_in_sigmas, weight))| SampleErrors {
+            |(((row, measured), (before, after_it)), weight)| SampleErrors {
                 line: row.line,
                 measured: *measured,
                 before,
-                after,
-                after_in_sigmas,
+                after: after_it,
+                after_in_sigmas: noise
+                    .as_ref()
+                    .and_then(|noise| fkm::residual_in_sigmas(&after.robot, measured, noise)),
                 weight: *weight,
             },
         )
         .collect();
-    let lines = case.samples.rows.iter().map(|row| row.line);
+    let every = fit.all.as_ref().map(|weights| {
+        let medians = [&judgement.error_before, &judgement.error_after].map(|error| error.median);
+        every_sample(
+            case,
+            &after,
+            noise.as_ref(),
+            weights,
+            &sample_errors,
+            medians,
+        )
+    });
     let shift = case
         .options
         .loss
-        .and_then(|_| Shift::find(&after.robot, &case.measured, lines, &fit.samples));
+        .and_then(|_| Shift::find(&after.robot, case, &fit));
     let mut report = CalibrationReport {
         options: case.options,
         before: case.before.clone(),
         after,
         samples_file: case.samples.name.clone(),
-        samples: case.measured.len(),
+        samples: case.samples.count(),
         distinct_poses: distinct_poses(&case.measured),
         outcome,
         error_before: judgement.error_before,
@@ -342,6 +358,13 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
         shift,
         warnings: Vec::new(),
     };
+    if let Some(every) = every {
+        report.error_before = every.error_before;
+        report.error_after = every.error_after;
+        report.distinct_poses = every.distinct_poses;
+        report.sample_errors = every.shown;
+        report.sampled = Some(every.sampled);
+    }
     report.warnings = warnings(&report);
     if !fit.settled {
         report.warnings.push(
@@ -351,17 +374,6 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
         );
     }
     report.with_at_most(MANY)
-}
-
-fn in_sigmas(
-    after: &RobotFile,
-    measured: &[Sample<f64>],
-    noise: Option<&Noise<f64>>,
-) -> Vec<Option<f64>> {
-    noise.map_or_else(
-        || vec![None; measured.len()],
-        |noise| fkm::residuals_in_sigmas(&after.robot, measured, noise),
-    )
 }
 
 fn distinct_poses(samples: &[Sample<f64>]) -> usize {

@@ -5,9 +5,11 @@ use super::reason::{Reason, Refused};
 use crate::accuracy::position_error::{PositionError, distances};
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Row, SamplesFile};
+use crate::files::samples_file::SamplesFile;
 use crate::fit::options::{Frame, Options};
+use crate::fit::samples::{Samples, in_frame};
 use crate::fit::sensor_frame;
+use crate::geometry::directions::Directions;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Sample, Settings};
 
@@ -20,7 +22,10 @@ pub(crate) struct Case<'a> {
     pub(crate) samples: &'a SamplesFile,
     pub(crate) options: Options,
     /// The samples in the robot's frame.
+    /// Of a file with many rows some, which stand for all.
     pub(crate) measured: Vec<Sample<f64>>,
+    /// In which direction each joint moved last before each of these samples.
+    pub(crate) directions: Vec<[f64; 3]>,
     /// From the robot's frame to the sensor's, if that was looked for.
     pub(crate) sensor_frame: Option<RigidTransform<f64>>,
     /// Of the nominal robot.
@@ -46,12 +51,11 @@ impl<'a> Case<'a> {
                 let frame = sensor_frame::find(robot, samples, options)
                     .map_err(|cause| unknown_frame(samples, &cause))?;
                 let settings = settings(robot, options)?;
-                let measured: Vec<_> = samples.rows.iter().map(|row| row.value).collect();
                 let refined = sensor_frame::refined;
                 Some(if options.no_guess {
                     frame
                 } else {
-                    refined(frame, &robot.robot, &measured, &settings, options.loss)
+                    refined(frame, &robot.robot, samples, &settings, options.loss)
                 })
             }
         };
@@ -80,8 +84,25 @@ impl<'a> Case<'a> {
         options: Options,
         sensor_frame: Option<RigidTransform<f64>>,
     ) -> Self {
-        let measured = in_robot_frame(&samples.rows, sensor_frame.as_ref());
+        let to_robot = sensor_frame.as_ref().map(RigidTransform::inverse);
+        let rows = samples.rows.iter();
+        let measured: Vec<_> = rows
+            .map(|row| in_frame(&row.value, to_robot.as_ref()))
+            .collect();
+        let mut moves = Directions::default();
+        let directions = match &samples.all {
+            Some(all) => all
+                .chosen()
+                .iter()
+                .map(|chosen| chosen.directions)
+                .collect(),
+            None => measured
+                .iter()
+                .map(|sample| moves.next(&sample.joints))
+                .collect(),
+        };
         Self {
+            directions,
             error_before: PositionError::of(&distances(&robot.robot, &measured), &samples.rows),
             robot,
             before,
@@ -91,6 +112,28 @@ impl<'a> Case<'a> {
             sensor_frame,
             on_controller: false,
         }
+    }
+
+    /// All samples, for a fit.
+    pub(crate) fn all(&self) -> Samples<'_> {
+        match &self.samples.all {
+            None => Samples::InMemory(&self.measured),
+            Some(all) => Samples::on_disk(all, &self.measured, self.sensor_frame.as_ref()),
+        }
+    }
+
+    /// How many samples each of those stands for that are in memory.
+    #[allow(clippy::cast_precision_loss)] // samples of a file
+    pub(crate) fn stands_for(&self) -> f64 {
+        self.samples.count() as f64 / self.measured.len().max(1) as f64
+    }
+
+    /// A sample as it was measured, in the robot's frame.
+    pub(crate) fn in_robot_frame(&self, sample: &Sample<f64>) -> Sample<f64> {
+        in_frame(
+            sample,
+            self.sensor_frame.map(|frame| frame.inverse()).as_ref(),
+        )
     }
 
     /// What the core is told.
@@ -135,22 +178,6 @@ pub(crate) fn settings(robot: &RobotFile, options: Options) -> Result<Settings<f
         .with_tolerance(robot.tolerance)
         .with_solver(options.solver)
         .with_start(options.start()))
-}
-
-fn in_robot_frame(
-    rows: &[Row<Sample<f64>>],
-    sensor_frame: Option<&RigidTransform<f64>>,
-) -> Vec<Sample<f64>> {
-    let to_robot = sensor_frame.map(RigidTransform::inverse);
-    rows.iter()
-        .map(|row| match &to_robot {
-            Some(transform) => Sample {
-                position: transform.apply(&row.value.position),
-                ..row.value
-            },
-            None => row.value,
-        })
-        .collect()
 }
 
 /// The points do not fix the sensor's frame.

@@ -72,6 +72,7 @@ fn unmodelled(case: &Case<'_>, settings: &Settings<f64>, ratio: f64) -> Vec<Caus
         nominal: &case.robot.robot,
         calibrated: &outcome.fit.robot,
         samples: &case.measured,
+        directions: &case.directions,
         weights: &weights,
         noise: stated,
         estimated_noise: outcome.estimated_noise(),
@@ -111,9 +112,8 @@ fn disagreeing(case: &Case<'_>, settings: &Settings<f64>) -> Option<Disagreeing>
     let credible = case.robot.tolerance.is_some()
         || options.no_guess
         || plausibility::implausible(nominal, calibrated).is_none();
-    let rows = case.samples.rows.iter().map(|row| row.line);
     (!suspected.is_empty() && credible && !error.lies_elsewhere(calibrated)).then(|| Disagreeing {
-        shift: Shift::find(calibrated, &case.measured, rows, &fit.samples),
+        shift: Shift::find(calibrated, case, &fit),
         lines: suspected,
     })
 }

@@ -1,5 +1,6 @@
 //! What the residuals say of the measurement noise: χ² against a stated one, and an estimate.
 
+use crate::accuracy::chi_square::quantile;
 use crate::accuracy::information::prior_covariance;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
@@ -89,11 +90,10 @@ impl NoiseVerdict {
 impl Estimate {
     /// Of a σ whose square is distributed as σ²χ²(ν)/ν.
     fn of_sigma(value: f64, freedom: f64) -> Option<Self> {
-        let chi_square = ChiSquared::new(freedom).ok()?;
-        let limit = |probability| value * (freedom / chi_square.inverse_cdf(probability)).sqrt();
+        let limit = |probability| Some(value * (freedom / quantile(freedom, probability)?).sqrt());
         Some(Self {
             value,
-            interval: [limit(1.0 - TAIL), limit(TAIL)],
+            interval: [limit(1.0 - TAIL)?, limit(TAIL)?],
         })
     }
 

@@ -104,11 +104,13 @@ impl CalibrationReport {
     pub(crate) fn with_at_most(mut self, most: usize) -> Self {
         let samples = &self.sample_errors;
         let size = |index: usize| samples[index].after.unwrap_or(f64::INFINITY);
-        let Some(shown) = shown(samples.len(), most, size) else {
+        if let Some(shown) = shown(samples.len(), most, size) {
+            self.sampled = self.sampled.or_else(|| Some(Sampled::of(samples)));
+            self.sample_errors = shown.into_iter().map(|index| samples[index]).collect();
+        }
+        if self.sampled.is_none() {
             return self;
-        };
-        self.sampled = self.sampled.or_else(|| Some(Sampled::of(samples)));
-        self.sample_errors = shown.into_iter().map(|index| samples[index]).collect();
+        }
         for arm in &mut self.causes.arms {
             arm.points = evenly(&arm.points);
         }

@@ -1,6 +1,7 @@
 //! Whether the samples that disagree are those after some row, as if the sensor had been moved there.
 
-use crate::fit::weights::SampleWeight;
+use super::case::Case;
+use crate::fit::weights::Fit;
 use crate::text::numbers::small;
 use crate::text::words::count;
 use delta_cal::{Robot, Sample};
@@ -29,55 +30,55 @@ pub struct Shift {
 }
 
 impl Shift {
-    /// Of a robust fit. `lines`: those of the samples.
-    pub(crate) fn find(
-        robot: &Robot<f64>,
-        measured: &[Sample<f64>],
-        lines: impl Iterator<Item = u64>,
-        weights: &[SampleWeight],
-    ) -> Option<Self> {
-        let lines: Vec<_> = lines.collect();
-        let suspected = |range: &[SampleWeight]| range.iter().filter(|w| w.suspected).count();
-        let all = suspected(weights);
+    /// Of a robust fit that has calibrated this robot.
+    pub(crate) fn find(robot: &Robot<f64>, case: &Case<'_>, fit: &Fit) -> Option<Self> {
+        let count = case.samples.count();
+        let suspected = |index| fit.weight(index).suspected;
+        let all = (0..count).filter(|index| suspected(*index)).count();
         if all < FEWEST {
             return None;
         }
         let part = |a: usize, b: usize| count_of(a) >= MOST * count_of(b);
-        let splits = 1..weights.len();
-        let candidates = splits.flat_map(|first| [(first, true), (first, false)]);
-        let best = candidates
-            .filter_map(|(first, after)| {
-                let (before, behind) = weights.split_at(first);
-                let side = if after { behind } else { before };
-                let within = suspected(side);
-                let agrees = part(within, side.len()) && part(within, all);
+        let (mut before, mut best) = (0, None::<(usize, usize, bool)>);
+        for first in 1..count {
+            before += usize::from(suspected(first - 1));
+            for (within, side, after) in
+                [(all - before, count - first, true), (before, first, false)]
+            {
                 // Right if it is suspected on that side, or not suspected on the other.
-                let right = within + (weights.len() - side.len()) - (all - within);
-                agrees.then_some((right, first, after))
-            })
-            .max_by_key(|(right, ..)| *right);
+                let right = within + (count - side) - (all - within);
+                let agrees = part(within, side) && part(within, all);
+                if agrees && best.is_none_or(|(most, ..)| right >= most) {
+                    best = Some((right, first, after));
+                }
+            }
+        }
         let (_, first, after) = best?;
-        let side = if after {
-            first..weights.len()
-        } else {
-            0..first
+        let side = if after { first..count } else { 0..first };
+        let apart = |index: usize, sample: &Sample<f64>| {
+            if !(side.contains(&index) && suspected(index)) {
+                return None;
+            }
+            Some(sample.position - robot.forward(&sample.joints).ok()?)
         };
-        let apart: Vec<Vector3<f64>> = side
-            .filter(|index| weights[*index].suspected)
-            .filter_map(|index| {
-                let sample = &measured[index];
-                Some(sample.position - robot.forward(&sample.joints).ok()?)
-            })
-            .collect();
-        let number = count_of(apart.len());
-        let mean = apart.iter().sum::<Vector3<f64>>() / number;
-        let squares: f64 = apart.iter().map(|one| (one - mean).norm_squared()).sum();
+        let (mut samples, mut sum) = (0, Vector3::zeros());
+        case.all().each(|index, sample| {
+            if let Some(apart) = apart(index, sample) {
+                samples += 1;
+                sum += apart;
+            }
+        });
+        let mean = sum / count_of(samples);
+        let mut squares = 0.0;
+        case.all().each(|index, sample| {
+            squares += apart(index, sample).map_or(0.0, |apart| (apart - mean).norm_squared());
+        });
         Some(Self {
-            line: *lines.get(first)?,
+            line: case.samples.line(first)?,
             after,
-            samples: apart.len(),
+            samples,
             mean: mean.data.0[0],
-            scatter: (squares / number).sqrt(),
+            scatter: (squares / count_of(samples)).sqrt(),
         })
     }
 }

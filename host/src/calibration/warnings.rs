@@ -6,7 +6,7 @@ use crate::calibration::target::beside_the_platform_point;
 use crate::calibration::thresholds::{FEW_SAMPLES, GOOD_CONDITION, MOSTLY};
 use crate::fit::options::Frame;
 use crate::text::numbers::significant;
-use crate::text::words::{count, in_lines};
+use crate::text::words::{count, in_lines_of};
 use delta_cal::ArmIndex;
 use delta_cal::calibration::{ArmOutcome, StartUsed};
 
@@ -97,8 +97,8 @@ fn suspected_samples(report: &CalibrationReport, found: &mut Vec<String>) {
         };
         found.push(format!(
             "the fit left out {}, because {they} with the others: {}",
-            count(lines.len(), "sample"),
-            in_lines(&lines)
+            count(report.suspected_count(), "sample"),
+            in_lines_of(&lines, report.suspected_count())
         ));
     }
 }

@@ -6,8 +6,9 @@ pub(crate) use arguments::{CalibrateArguments, HELP};
 
 use super::failure::Failure;
 use super::outputs::{self, deliver};
-use super::paths::{is_stream, read, refuse_same};
+use super::paths::{is_stream, read_long, refuse_same};
 use super::print::print;
+use super::progress::Waiting;
 use crate::accuracy::coverage::Acceptance;
 use crate::files::example;
 use crate::render::json;
@@ -42,10 +43,12 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
             return observed(arguments, &robot, &samples, &document);
         }
     };
+    let waiting = Waiting::for_rows("calibrating from", samples.count());
     let report = match calibrate(&robot, &samples, arguments.options()) {
         Err(error) if error.refused() => return Err(refusal(arguments, error)),
         result => result?,
     };
+    drop(waiting);
 
     let acceptance = arguments.limit().map(|limit| report.acceptance(limit));
     let origin = "The built-in example: its measurements are simulated.";
@@ -133,8 +136,10 @@ fn inputs(arguments: &CalibrateArguments) -> Result<Inputs, CalibrateError> {
     };
     let robot_text = InputText::from_file(robot)?;
     let robot = RobotFile::read(&robot_text)?;
-    let samples = read(samples, &arguments.columns)?;
+    let waiting = Waiting::for_file(samples);
+    let samples = read_long(samples, &arguments.columns)?;
     let measurements = read_samples(&samples, &robot, arguments.options())?;
+    drop(waiting);
     Ok(Inputs {
         robot,
         measurements,
@@ -149,10 +154,12 @@ fn observed(
     samples: &ObservationsFile,
     document: &Document,
 ) -> Result<(), Failure> {
+    let waiting = Waiting::for_rows("calibrating from", samples.rows.len());
     let report = match calibrate_observations(robot, samples, arguments.options()) {
         Err(error) if error.refused() => return Err(refusal(arguments, error)),
         result => result?,
     };
+    drop(waiting);
     let acceptance = arguments.limit().map(|limit| report.acceptance(limit));
     let about = About {
         origin: None,

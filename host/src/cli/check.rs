@@ -114,6 +114,7 @@ fn positions(
         unmeasured,
     } = poses;
     let method = arguments.method.method();
+    let waiting = Waiting::new("looking for poses to add".to_owned());
     let observability = Observability::new(robot, samples, method)?;
     let request = PlanRequest {
         count: usize::from(arguments.add),
@@ -123,6 +124,7 @@ fn positions(
     };
     let next = next_poses(&request, &observability.poses)
         .map_err(|error| super::plan::failure(robot, error))?;
+    drop(waiting);
     let report = check_json::report(robot, samples, unmeasured, method, &observability, &next);
     let text = table::render(robot, samples, unmeasured, method, &observability, &next);
     deliver(&[(arguments.json.as_deref(), &json::text(&report))], text)?;

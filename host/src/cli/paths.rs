@@ -2,7 +2,7 @@ use super::failure::Failure;
 use crate::{ColumnMapping, InputError, InputText};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use std::io::{IsTerminal, Write};
+use std::io::{IsTerminal, StdinLock, Write};
 use std::path::{Path, PathBuf};
 
 /// Standard input or output.
@@ -33,25 +33,40 @@ pub(crate) struct ColumnsArgument {
 
 /// A table in a file, or in standard input for `-`.
 pub(crate) fn read(path: &Path, columns: &ColumnsArgument) -> Result<InputText, InputError> {
-    let text = table(path)?;
+    let from_stdin = |stdin| InputText::from_reader(STDIN, stdin);
+    table(path, columns, InputText::from_table, from_stdin)
+}
+
+/// The same of any number of rows.
+pub(crate) fn read_long(path: &Path, columns: &ColumnsArgument) -> Result<InputText, InputError> {
+    let from_stdin = |stdin| InputText::from_long_reader(STDIN, stdin);
+    table(path, columns, InputText::from_long_table, from_stdin)
+}
+
+const STDIN: &str = "standard input";
+
+fn table(
+    path: &Path,
+    columns: &ColumnsArgument,
+    from_file: impl Fn(&Path) -> Result<InputText, InputError>,
+    from_stdin: impl Fn(StdinLock<'static>) -> Result<InputText, InputError>,
+) -> Result<InputText, InputError> {
+    let text = if is_stream(path) {
+        let stdin = std::io::stdin().lock();
+        if stdin.is_terminal() {
+            let _ = writeln!(
+                anstream::stderr(),
+                "reading CSV from standard input; end it with Ctrl-D"
+            );
+        }
+        from_stdin(stdin)?
+    } else {
+        from_file(path)?
+    };
     Ok(match &columns.columns {
         Some(columns) => text.with_columns(columns.clone()),
         None => text,
     })
-}
-
-fn table(path: &Path) -> Result<InputText, InputError> {
-    if !is_stream(path) {
-        return InputText::from_table(path);
-    }
-    let stdin = std::io::stdin().lock();
-    if stdin.is_terminal() {
-        let _ = writeln!(
-            anstream::stderr(),
-            "reading CSV from standard input; end it with Ctrl-D"
-        );
-    }
-    InputText::from_reader("standard input", stdin)
 }
 
 /// The file behind a name, whether it exists yet or not.

@@ -1,9 +1,15 @@
 //! Long commands: how far they are, and Ctrl-C.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+
+/// A table of so many bytes is read in some tenths of a second.
+const LONG: u64 = 1 << 24;
+/// A robust fit of so many rows takes some tenths of a second.
+const MANY_ROWS: usize = 2000;
 
 /// Set by Ctrl-C.
 pub(super) fn interruption() -> Arc<AtomicBool> {
@@ -71,6 +77,19 @@ impl Waiting {
         bar.set_message(what);
         bar.enable_steady_tick(Duration::from_millis(200));
         Self(bar)
+    }
+}
+
+impl Waiting {
+    /// While a file is read that takes a while.
+    pub(super) fn for_file(path: &Path) -> Option<Self> {
+        let length = path.metadata().map_or(0, |metadata| metadata.len());
+        (length > LONG).then(|| Self::new(format!("reading {}", path.display())))
+    }
+
+    /// While something is done to rows that takes a while.
+    pub(super) fn for_rows(what: &str, rows: usize) -> Option<Self> {
+        (rows > MANY_ROWS).then(|| Self::new(format!("{what} {rows} rows")))
     }
 }
 

@@ -130,7 +130,7 @@ fn found<T: Number>(
     for (index, (row, added)) in (0..).zip(samples.rows.iter().zip(&finished.added)) {
         let added = added.map_or(Added::Taken, |added| added.cast());
         let alarmed = alarmed_from.is_some_and(|first: u64| index >= first);
-        record.note(row.line, &added, alarmed);
+        record.note(&added, alarmed, || row.line);
     }
     let counts = gate.map(|gate| gate.counts);
     Ok(match &finished.result {

@@ -20,24 +20,46 @@ const ENCODED: [&[u8]; 3] = [b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"];
 /// The text, without byte order mark. What is no UTF-8 and no UTF-16 has one byte a letter: numbers
 /// and units are the same in all such encodings, and letters are taken for those of Windows-1252.
 pub(super) fn decode(mut bytes: Vec<u8>) -> Result<String, NotText> {
-    let [utf8, little, big] = ENCODED.map(|mark| bytes.starts_with(mark));
-    if utf8 {
-        bytes.drain(..3);
-    } else if little || (bytes.len() > 1 && bytes[0] != 0 && bytes[1] == 0) {
-        return utf16(&bytes, u16::from_le_bytes);
-    } else if big || (bytes.len() > 1 && bytes[0] == 0 && bytes[1] != 0) {
-        return utf16(&bytes, u16::from_be_bytes);
+    if let Some(unit) = unit_of_utf16(&bytes) {
+        return utf16(&bytes, unit);
     }
+    bytes.drain(..bytes.len() - without_mark(&bytes).len());
     if bytes.iter().copied().any(|byte| is_control(byte.into())) {
         return Err(NotText::Control);
     }
-    Ok(String::from_utf8(bytes).unwrap_or_else(|error| {
-        let letter = |byte: &u8| match byte {
-            0x80..=0x9f => WINDOWS[usize::from(byte - 0x80)],
-            byte => char::from(*byte),
-        };
-        error.as_bytes().iter().map(letter).collect()
-    }))
+    Ok(String::from_utf8(bytes).unwrap_or_else(|error| letters(error.as_bytes())))
+}
+
+/// One byte a letter.
+pub(super) fn letters(bytes: &[u8]) -> String {
+    let letter = |byte: &u8| match byte {
+        0x80..=0x9f => WINDOWS[usize::from(byte - 0x80)],
+        byte => char::from(*byte),
+    };
+    bytes.iter().map(letter).collect()
+}
+
+/// Without the byte order mark of UTF-8.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    let [utf8, ..] = ENCODED;
+    bytes.strip_prefix(utf8).unwrap_or(bytes)
+}
+
+/// Whether a text that begins with these bytes has two bytes a letter.
+pub(super) fn is_utf16(start: &[u8]) -> bool {
+    unit_of_utf16(start).is_some()
+}
+
+/// How two bytes make a unit of UTF-16, if the text is in it.
+fn unit_of_utf16(start: &[u8]) -> Option<fn([u8; 2]) -> u16> {
+    let [_, little, big] = ENCODED.map(|mark| start.starts_with(mark));
+    match start {
+        _ if little => Some(u16::from_le_bytes),
+        _ if big => Some(u16::from_be_bytes),
+        [first, 0, ..] if *first != 0 => Some(u16::from_le_bytes),
+        [0, second, ..] if *second != 0 => Some(u16::from_be_bytes),
+        _ => None,
+    }
 }
 
 /// Whether a file that begins with these bytes is certainly no text, whatever follows.
@@ -70,7 +92,7 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, NotText> {
 }
 
 /// Characters that no text has, other than the ends of lines and pages and tabs.
-fn is_control(letter: char) -> bool {
+pub(super) fn is_control(letter: char) -> bool {
     letter < ' ' && !matches!(letter, '\t' | '\n' | '\r' | '\u{c}')
 }
 

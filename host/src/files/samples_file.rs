@@ -1,6 +1,7 @@
 //! The samples file: joint angles and measured positions, one row a pose.
 
 mod header;
+mod many_rows;
 mod number;
 mod observations;
 mod planned;
@@ -8,6 +9,7 @@ mod records;
 mod row;
 mod table;
 
+pub use many_rows::{MOST_IN_MEMORY, ManyRows};
 pub use observations::{Measurements, ObservationsFile, Reading, ReadingFrom};
 pub(crate) use planned::is_planned;
 pub use planned::{MeasurementsToCheck, ObservationsToCheck, PosesToCheck, is_unmeasured_plan};
@@ -20,7 +22,9 @@ use crate::text::units::degrees;
 use delta_cal::Sample;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
+use many_rows::{RowCollector, unusable};
 use nalgebra::Vector3;
+use std::io;
 use table::{Table, TableRow};
 
 /// Degrees and millimetres that are all below this look like radians and metres…
@@ -37,8 +41,11 @@ const ROWS_TO_TELL_UNITS: usize = 8;
 pub struct SamplesFile {
     /// The file's name, for messages.
     pub name: String,
-    /// Joint angles in radians, or travels in millimetres, and positions in millimetres.
+    /// Joint angles in radians, or travels in millimetres, and positions in millimetres. If `all` holds the rows of
+    /// a file with many, these are some of them, chosen evenly over the file.
     pub rows: Vec<Row<Sample<f64>>>,
+    /// All rows, if they are too many for the memory.
+    pub all: Option<ManyRows>,
     /// Whether the header states the joint angles in degrees, all three.
     pub in_degrees: bool,
     /// In which unit the header states the positions, all three coordinates.
@@ -101,16 +108,25 @@ impl SamplesFile {
     ) -> Result<Self, Stop> {
         table.require(&Quantity::joints(drive))?;
         table.require(&Quantity::COORDINATES)?;
-        let rows = table.rows(|row| {
+        let read = |row: &TableRow<'_>| {
             let joints = match limits {
                 Some(limits) => row.joints(limits)?,
                 None => row.numbers(Quantity::joints(drive))?,
             };
             let position = position_of(row)?;
             Ok::<_, Stop>(Sample { joints, position })
-        })?;
+        };
+        let (rows, all) = if input.has_many_rows() {
+            let unusable = |error: io::Error| unusable(input.name(), "written", &error);
+            let mut collector = RowCollector::new();
+            table.each(read, |row| Ok(collector.push(row).map_err(unusable)?))?;
+            collector.finish().map_err(unusable)?
+        } else {
+            (table.rows(read)?, None)
+        };
         Ok(Self {
             rows,
+            all,
             ..Self::without_rows(table, input)
         })
     }
@@ -119,6 +135,7 @@ impl SamplesFile {
         Self {
             name: input.name().to_owned(),
             rows: Vec::new(),
+            all: None,
             in_degrees: table.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
             positions_in: match table.unit_of(&Quantity::COORDINATES) {
                 Some(Unit::Millimetre) => PositionUnit::Millimetre,
@@ -153,12 +170,49 @@ impl SamplesFile {
         }
     }
 
+    /// How many rows the file has.
+    pub fn count(&self) -> usize {
+        self.all.as_ref().map_or(self.rows.len(), ManyRows::count)
+    }
+
+    /// The line of the row at `index`.
+    pub(crate) fn line(&self, index: usize) -> Option<u64> {
+        match &self.all {
+            Some(all) => all.line(index),
+            None => self.rows.get(index).map(|row| row.line),
+        }
+    }
+
+    /// Every row, some at a time, with the index of the first of them.
+    ///
+    /// # Errors
+    /// The first error of `take`.
+    pub(crate) fn each_part<E>(
+        &self,
+        mut take: impl FnMut(usize, &[Row<Sample<f64>>]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match &self.all {
+            Some(all) => all.each_part(take),
+            None => take(0, &self.rows),
+        }
+    }
+
+    /// With every position moved.
+    #[must_use]
+    pub(crate) fn moved(mut self, by: &Vector3<f64>) -> Self {
+        for row in &mut self.rows {
+            row.value.position += by;
+        }
+        self.all = self.all.map(|all| all.moved(by));
+        self
+    }
+
     /// The fault of the sample at `index`, in its line.
     pub(crate) fn fault(&self, index: usize, cause: impl Into<String>) -> InputError {
         let error = InputError::new(&self.name, cause)
             .with_remedy("check the row and the units in the header (_mm or _m, _deg or _rad)");
-        match self.rows.get(index) {
-            Some(row) => error.at_line(row.line),
+        match self.line(index) {
+            Some(line) => error.at_line(line),
             None => error,
         }
     }

@@ -13,7 +13,7 @@ mod problem;
 
 pub use crate::fit::outcome::Outcome;
 pub use linearization::Linearization;
-pub(crate) use problem::whitening;
+pub(crate) use problem::{residual_in_sigmas, whitening};
 
 use crate::fit::joint;
 use crate::fit::options::Frame;
@@ -66,7 +66,7 @@ pub fn calibrate_weighted(
     settings: &Settings<f64>,
     frame: Frame,
 ) -> Result<Outcome, Refusal> {
-    let joint = joint::calibrate_weighted(robot, samples, weights, settings, frame);
+    let joint = joint::calibrate_weighted(robot, samples.into(), weights, settings, frame);
     if let Err(
         refusal @ (Refusal::TooFewSamples { .. } | Refusal::WrongSide | Refusal::NonFinite { .. }),
     ) = joint
@@ -100,20 +100,6 @@ pub fn calibrate_weighted(
     }
     let robot = problem.robot(&estimate.correction)?;
     Ok(Outcome::from(JointOutcome { robot, estimate }))
-}
-
-/// How far each sample is off, in σ of the noise as it is where the robot stands, √(|L⁻¹ (X − FK)|²/3):
-/// 1 is expected, less where few samples are left over. `None` where the robot does not reach the
-/// joint angles.
-pub(crate) fn residuals_in_sigmas(
-    robot: &Robot<f64>,
-    samples: &[Sample<f64>],
-    noise: &Noise<f64>,
-) -> Vec<Option<f64>> {
-    samples
-        .iter()
-        .map(|sample| problem::residual_in_sigmas(robot, sample, noise))
-        .collect()
 }
 
 /// The inverse of the information that samples of a robot hold of its parameters: mm², angles times

@@ -4,6 +4,7 @@
 use crate::fit::ikm;
 use crate::fit::options::Frame;
 use crate::fit::outcome::Outcome;
+use crate::fit::samples::Samples;
 use crate::fit::weights::Weights;
 use delta_cal::calibration::{
     Estimate, FreeFrame, JointCalibrator, JointOutcome, Minimizer, Motion, Problem, Progress,
@@ -38,7 +39,7 @@ pub fn calibrate(
     samples: &[Sample<f64>],
     settings: &Settings<f64>,
 ) -> Result<Outcome, Refusal> {
-    calibrate_weighted(robot, samples, None, settings, Frame::Base)
+    calibrate_weighted(robot, samples.into(), None, settings, Frame::Base)
 }
 
 /// The same of samples that count as a robust fit or a stream has them. In the sensor's frame the samples
@@ -48,7 +49,7 @@ pub fn calibrate(
 /// As [`calibrate`].
 pub fn calibrate_weighted(
     robot: &Robot<f64>,
-    samples: &[Sample<f64>],
+    samples: Samples<'_>,
     weights: Option<&Weights>,
     settings: &Settings<f64>,
     frame: Frame,
@@ -66,7 +67,7 @@ pub fn calibrate_weighted(
 /// Few distinct joint angles determine the 24 parameters and not the 36 coefficients of the linear start:
 /// each arm by itself has other starts, and the arms are a start for all.
 fn from_arms(
-    samples: &[Sample<f64>],
+    samples: Samples<'_>,
     weights: Option<&Weights>,
     settings: &Settings<f64>,
     frame: Frame,
@@ -88,7 +89,7 @@ fn from_arms(
 /// As [`calibrate`].
 pub fn frame_motion(
     robot: &Robot<f64>,
-    samples: &[Sample<f64>],
+    samples: Samples<'_>,
     weights: Option<&Weights>,
     settings: &Settings<f64>,
 ) -> Result<Motion<f64>, Refusal> {
@@ -99,21 +100,22 @@ pub fn frame_motion(
 
 fn factor(
     robot: &Robot<f64>,
-    samples: &[Sample<f64>],
+    samples: Samples<'_>,
     weights: Option<&Weights>,
     settings: &Settings<f64>,
 ) -> Result<JointFactor<f64>, Refusal> {
     let mut factor = *JointCalibrator::new(robot, settings).factor();
-    match weights {
-        None => factor.add_many(samples),
-        Some(weights) => {
-            let weighted = samples.iter().zip(weights.factors.iter().copied());
-            factor.add_weighted(weighted, weights.effective_samples)
-        }
-    }
-    .map_err(|_| Refusal::NonFinite {
-        arm: ArmIndex::First,
-    })?;
+    samples
+        .each_part(|first, samples| match weights {
+            None => factor.add_many(samples),
+            Some(weights) => {
+                let factors = weights.factors.iter().copied().skip(first);
+                factor.add_weighted(samples.iter().zip(factors), weights.effective_samples)
+            }
+        })
+        .map_err(|_| Refusal::NonFinite {
+            arm: ArmIndex::First,
+        })?;
     Ok(factor)
 }
 

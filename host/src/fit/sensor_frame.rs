@@ -6,11 +6,12 @@ use crate::files::samples_file::SamplesFile;
 use crate::fit::joint;
 use crate::fit::options::Options;
 use crate::fit::outlier::OUTLIER;
+use crate::fit::samples::{Samples, in_frame};
 use crate::fit::weights::Weights;
 use crate::text::words::count;
 use delta_cal::frame::{AlignmentError, RigidTransform};
 use delta_cal::robust::{Loss, WeighedSample, robust_fit};
-use delta_cal::{Robot, Sample, Settings};
+use delta_cal::{Robot, Settings};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Points whose second extent is below this part of the first lie on a line.
@@ -71,18 +72,15 @@ pub(crate) fn find(
 pub(crate) fn refined(
     mut frame: RigidTransform<f64>,
     robot: &Robot<f64>,
-    measured: &[Sample<f64>],
+    measured: &SamplesFile,
     settings: &Settings<f64>,
     loss: Option<Loss>,
 ) -> RigidTransform<f64> {
     for _ in 0..REFINEMENTS {
         let inverse = frame.inverse();
-        let samples: Vec<_> = measured
-            .iter()
-            .map(|sample| Sample {
-                position: inverse.apply(&sample.position),
-                ..*sample
-            })
+        let rows = measured.rows.iter();
+        let samples: Vec<_> = rows
+            .map(|row| in_frame(&row.value, Some(&inverse)))
             .collect();
         let weights = match loss {
             None => None,
@@ -97,7 +95,12 @@ pub(crate) fn refined(
                 })
             }
         };
-        let Ok(motion) = joint::frame_motion(robot, &samples, weights.as_ref(), settings) else {
+        let all = match &measured.all {
+            // A robust fit knows the weights of those in memory.
+            Some(all) if weights.is_none() => Samples::on_disk(all, &samples, Some(&frame)),
+            _ => Samples::InMemory(&samples),
+        };
+        let Ok(motion) = joint::frame_motion(robot, all, weights.as_ref(), settings) else {
             return frame;
         };
         let rotation = *Rotation3::new(motion.rotation).matrix();

@@ -24,7 +24,13 @@ struct Row {
 /// ```
 ///
 /// with wₖ the sample's weight. The arms' own covariances stay as they are.
-pub(crate) fn complete(fit: &mut Fit, samples: &[Sample<f64>], noise: Option<&Noise<f64>>) {
+///
+/// `samples`: those of the fit that are in memory; `stand_for`: how many each of them stands for.
+pub(crate) fn complete(
+    fit: &mut Fit,
+    (samples, stand_for): (&[Sample<f64>], f64),
+    noise: Option<&Noise<f64>>,
+) {
     let mut between = [SMatrix::<f64, 8, 8>::zeros(); 3];
     let arms = fit.outcome.fit.robot.arms();
     for (sample, weight) in samples.iter().zip(&fit.samples) {
@@ -36,7 +42,7 @@ pub(crate) fn complete(fit: &mut Fit, samples: &[Sample<f64>], noise: Option<&No
             row(&arms[i], sample, i, noise)
         });
         for (sum, (i, j)) in between.iter_mut().zip(PAIRS) {
-            let shared = weight.weight * rows[i].by_position.dot(&rows[j].by_position);
+            let shared = stand_for * weight.weight * rows[i].by_position.dot(&rows[j].by_position);
             *sum += rows[i].gradient * rows[j].gradient.transpose() * shared;
         }
     }

@@ -1,16 +1,16 @@
 //! Samples calibrated in the order in which they came: the gate, held-out validation, forgetting. Every
 //! decision is the core's, as firmware would make it.
 
-use crate::files::samples_file::Row;
 use crate::fit::options::Streaming;
 use crate::fit::outcome::Outcome;
+use crate::fit::samples::Samples;
 use crate::fit::weights::Weights;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{
     AddError, Added, Estimator, Forgetting, GateCounts, Innovation, Selection, StreamCalibrator,
     StreamOptions, StreamOutcome, StreamRefusal, Validation, Verdict,
 };
-use delta_cal::{Progress, Real, Refusal, Robot, Sample, Settings};
+use delta_cal::{Progress, Real, Refusal, Robot, Settings};
 
 /// A sample that the gate did not take in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,16 +77,17 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// Adds the sample of a line; `alarmed` says whether the gate has raised an alarm.
-    pub(crate) fn note(&mut self, line: u64, added: &Added<f64>, alarmed: bool) {
+    /// Adds a sample, with its line; `alarmed` says whether the gate has raised an alarm.
+    pub(crate) fn note(&mut self, added: &Added<f64>, alarmed: bool, line: impl Fn() -> u64) {
         let Added::Tested(verdict) = added else {
             self.marks.push(false);
             return;
         };
         if !matches!(verdict, Verdict::Untested(_)) {
-            self.tested_from = self.tested_from.or(Some(line));
+            self.tested_from = self.tested_from.or_else(|| Some(line()));
         }
         if let Verdict::Rejected(innovation) = *verdict {
+            let line = line();
             self.rejected.push(RejectedSample { line, innovation });
         } else if !alarmed {
             self.before += 1;
@@ -145,8 +146,8 @@ pub(crate) fn selection<T: Real>(asked: Streaming) -> Selection<T> {
 pub(crate) fn weigh(
     robot: &Robot<f64>,
     settings: &Settings<f64>,
-    measured: &[Sample<f64>],
-    rows: &[Row<Sample<f64>>],
+    samples: Samples<'_>,
+    line_of: impl Fn(usize) -> u64,
     asked: Streaming,
 ) -> Result<Streamed, Unweighed> {
     let options = StreamOptions {
@@ -161,15 +162,18 @@ pub(crate) fn weigh(
     };
     let mut stream = StreamCalibrator::new(robot, settings, &options)
         .map_err(|refusal| refused(refusal.into(), 0, 0))?;
-    for (index, (sample, row)) in measured.iter().zip(rows).enumerate() {
-        match stream.add(sample) {
-            Ok(added) => record.note(row.line, &added, stream.alarm().is_some()),
-            Err(AddError::Sample(error)) => return Err(Unweighed::Sample(index, error)),
-            // It was stepped to the end of what there was to solve.
-            Err(AddError::Busy) => {}
+    samples.each_part(|first, samples| {
+        for (index, sample) in (first..).zip(samples) {
+            match stream.add(sample) {
+                Ok(added) => record.note(&added, stream.alarm().is_some(), || line_of(index)),
+                Err(AddError::Sample(error)) => return Err(Unweighed::Sample(index, error)),
+                // It was stepped to the end of what there was to solve.
+                Err(AddError::Busy) => {}
+            }
+            while stream.step() == Progress::Working {}
         }
-        while stream.step() == Progress::Working {}
-    }
+        Ok(())
+    })?;
     stream.solve();
     while stream.step() == Progress::Working {}
     let counts = stream.gate_counts().copied();

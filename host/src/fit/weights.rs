@@ -1,6 +1,7 @@
 //! What a fit returns.
 
 use crate::fit::outcome::Outcome;
+use crate::fit::samples::Samples;
 
 /// What the samples count in a fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,49 +70,110 @@ impl SampleWeight {
     };
 }
 
+/// What a fit makes of samples that are too many for the memory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WeightsOnDisk {
+    /// Of each sample by what its squared residuals are multiplied; 1 if there are none.
+    pub(super) factors: Vec<f64>,
+    /// By what the weights were divided for that.
+    pub(super) divisor: f64,
+    /// What forgetting leaves of each; 1 if there are none.
+    pub(super) remembered: Vec<f64>,
+    /// Which do not count; none if there are none.
+    pub(super) suspected: Vec<bool>,
+}
+
+impl WeightsOnDisk {
+    const FULL: Self = Self {
+        factors: Vec::new(),
+        divisor: 1.0,
+        remembered: Vec::new(),
+        suspected: Vec::new(),
+    };
+
+    /// Of the sample at an index.
+    pub(crate) fn get(&self, index: usize) -> SampleWeight {
+        let weight = self
+            .factors
+            .get(index)
+            .map_or(1.0, |own| own * self.divisor);
+        SampleWeight {
+            weight,
+            remembered: self.remembered.get(index).copied().unwrap_or(1.0),
+            suspected: self.suspected.get(index).copied().unwrap_or(false),
+        }
+    }
+}
+
 /// What a fit returns: the robot, and what it made of each sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// The robot.
     pub outcome: Outcome,
-    /// Every sample by itself, in their order.
+    /// Every sample in memory by itself, in their order.
     pub samples: Vec<SampleWeight>,
+    /// Every sample, if they are too many for the memory.
+    pub all: Option<WeightsOnDisk>,
     /// Whether the weights of a robust fit settled; other fits have none that could change.
     pub settled: bool,
 }
 
 impl Fit {
     /// Every sample counts as it was weighed.
-    pub(crate) fn weighed(outcome: Outcome, weights: &Weights) -> Self {
-        let factors = weights.factors.iter();
+    pub(crate) fn weighed(outcome: Outcome, samples: Samples<'_>, weights: &Weights) -> Self {
+        let all = WeightsOnDisk {
+            factors: weights.factors.clone(),
+            remembered: weights.factors.clone(),
+            ..WeightsOnDisk::FULL
+        };
+        Self::on_disk(outcome, samples, all, true)
+    }
+
+    /// Every sample counts alike.
+    pub(crate) fn plain(outcome: Outcome, samples: Samples<'_>) -> Self {
+        Self::on_disk(outcome, samples, WeightsOnDisk::FULL, true)
+    }
+
+    /// As all samples count, of which some may be on disk.
+    pub(super) fn on_disk(
+        outcome: Outcome,
+        samples: Samples<'_>,
+        all: WeightsOnDisk,
+        settled: bool,
+    ) -> Self {
+        let places = samples.places_in_memory();
         Self {
             outcome,
-            samples: factors
-                .map(|factor| SampleWeight {
-                    weight: *factor,
-                    remembered: *factor,
-                    suspected: false,
-                })
-                .collect(),
-            settled: true,
+            samples: places.map(|index| all.get(index)).collect(),
+            all: samples.is_on_disk().then_some(all),
+            settled,
+        }
+    }
+
+    /// What it made of the sample at an index.
+    pub(crate) fn weight(&self, index: usize) -> SampleWeight {
+        match &self.all {
+            Some(all) => all.get(index),
+            None => self
+                .samples
+                .get(index)
+                .copied()
+                .unwrap_or(SampleWeight::FULL),
         }
     }
 
     /// Marks the samples that a gate did not take in.
-    pub(crate) fn reject(&mut self, rejected: &[bool]) {
-        for (sample, rejected) in self.samples.iter_mut().zip(rejected) {
-            if *rejected {
+    pub(crate) fn reject(&mut self, samples: Samples<'_>, rejected: &[bool]) {
+        for (sample, index) in self.samples.iter_mut().zip(samples.places_in_memory()) {
+            if rejected.get(index) == Some(&true) {
                 *sample = SampleWeight::REJECTED;
             }
         }
-    }
-
-    /// Every sample counts alike.
-    pub(crate) fn plain(outcome: Outcome, samples: usize) -> Self {
-        Self {
-            outcome,
-            samples: vec![SampleWeight::FULL; samples],
-            settled: true,
+        if let Some(all) = &mut self.all {
+            all.suspected.resize(rejected.len(), false);
+            for (own, rejected) in all.suspected.iter_mut().zip(rejected) {
+                *own |= *rejected;
+            }
         }
     }
 }

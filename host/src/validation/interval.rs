@@ -1,5 +1,6 @@
 //! The rms position error with its confidence interval.
 
+use crate::accuracy::chi_square::quantile;
 use crate::fit::options::Frame;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -102,8 +103,7 @@ impl RmsError {
     pub(super) fn bounded_by(&self, poses: f64) -> Bounded {
         let freedom = self.freedom_of(poses);
         let limit = |probability: f64| {
-            let chi_square = ChiSquared::new(freedom).ok()?;
-            let quantile = chi_square.inverse_cdf(probability);
+            let quantile = quantile(freedom, probability)?;
             Some(self.without_noise(freedom * self.mean_square / quantile))
         };
         let lower = if self.noise > 0.0 {

@@ -154,6 +154,7 @@ pub fn simulate(setting: &Setting, fault: Fault, campaign: u64, seed: u64) -> Si
         samples: SamplesFile {
             name: "samples.csv".to_owned(),
             rows,
+            all: None,
             in_degrees: true,
             positions_in: PositionUnit::Millimetre,
         },

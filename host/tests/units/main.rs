@@ -4,6 +4,8 @@
 #![allow(dead_code, unreachable_pub)] // each file is a part of something larger
 #![allow(clippy::unwrap_used)]
 
+#[path = "../../src/accuracy/chi_square.rs"]
+mod chi_square;
 #[path = "../../src/text/date.rs"]
 mod date;
 #[path = "../../src/files/decode.rs"]
@@ -27,6 +29,10 @@ mod units;
 
 use std::fs;
 use std::path::Path;
+
+mod accuracy {
+    pub(crate) use super::chi_square;
+}
 
 /// Every file that holds tests, below a folder.
 fn tested(folder: &Path, found: &mut Vec<String>) {

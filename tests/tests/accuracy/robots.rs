@@ -184,6 +184,7 @@ pub(crate) fn samples_file(samples: &[Sample<f64>], frame: &RigidTransform<f64>)
     SamplesFile {
         name: "samples.csv".to_owned(),
         rows: rows.collect(),
+        all: None,
         in_degrees: true,
         positions_in: PositionUnit::Millimetre,
     }

@@ -38,7 +38,7 @@ fn plain(
     settings: &Settings<f64>,
     method: CalibrationMethod,
 ) -> Option<Robot<f64>> {
-    method::calibrate(method, nominal, samples, None, settings, Frame::Base)
+    method::calibrate(method, nominal, samples.into(), None, settings, Frame::Base)
         .ok()
         .map(|outcome| outcome.fit.robot)
 }

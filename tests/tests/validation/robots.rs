@@ -198,6 +198,7 @@ pub(crate) fn samples_file(robot: &Made, frame: Frame) -> SamplesFile {
     SamplesFile {
         name: "samples.csv".to_owned(),
         rows: rows.collect(),
+        all: None,
         in_degrees: true,
         positions_in: PositionUnit::Millimetre,
     }

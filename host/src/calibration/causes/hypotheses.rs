@@ -57,32 +57,23 @@ pub(super) fn largest_radius_squared(samples: &[Sample<f64>]) -> f64 {
     squares.fold(0.0, f64::max)
 }
 
-/// Of every sample, in the order of the file.
-pub(super) fn places(samples: &[Sample<f64>]) -> Vec<Place> {
+/// Of every sample, in the order of the file. `directions`: of each joint's last move before it.
+pub(super) fn places(samples: &[Sample<f64>], directions: &[[f64; 3]]) -> Vec<Place> {
     let radius_squared = |sample: &Sample<f64>| sample.position.xy().norm_squared();
     let largest = largest_radius_squared(samples);
     let last = samples.iter().skip(1).fold(0.0, |count, _| count + 1.0);
-    let mut directions = [0.0; 3];
-    let mut before = samples.first().map_or([0.0; 3], |sample| sample.joints);
     (0..)
         .map(f64::from)
         .zip(samples)
-        .map(|(row, sample)| {
-            for ((direction, to), from) in directions.iter_mut().zip(sample.joints).zip(before) {
-                if (to - from).abs() > 0.0 {
-                    *direction = (to - from).signum();
-                }
-            }
-            before = sample.joints;
-            Place {
-                directions,
-                part: if last > 0.0 { row / last - 0.5 } else { 0.0 },
-                radius_squared: if largest > 0.0 {
-                    radius_squared(sample) / largest
-                } else {
-                    0.0
-                },
-            }
+        .zip(directions)
+        .map(|((row, sample), directions)| Place {
+            directions: *directions,
+            part: if last > 0.0 { row / last - 0.5 } else { 0.0 },
+            radius_squared: if largest > 0.0 {
+                radius_squared(sample) / largest
+            } else {
+                0.0
+            },
         })
         .collect()
 }

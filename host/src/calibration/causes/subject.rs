@@ -25,6 +25,8 @@ pub(crate) struct Subject<'a> {
     pub(crate) nominal: &'a Robot<f64>,
     pub(crate) calibrated: &'a Robot<f64>,
     pub(crate) samples: &'a [Sample<f64>],
+    /// In which direction each joint moved last before each sample: −1, 1, or 0 if it had not moved.
+    pub(crate) directions: &'a [[f64; 3]],
     /// What the fit made of each sample.
     pub(crate) weights: &'a [SampleWeight],
     pub(crate) noise: Option<Noise<f64>>,
@@ -52,7 +54,7 @@ impl Subject<'_> {
 
     /// The samples that count.
     pub(super) fn counted(&self) -> Vec<Counted> {
-        let places = hypotheses::places(self.samples);
+        let places = hypotheses::places(self.samples, self.directions);
         let every = self.samples.len().div_ceil(MOST_SAMPLES).max(1);
         self.samples
             .iter()

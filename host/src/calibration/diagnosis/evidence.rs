@@ -222,7 +222,10 @@ pub(super) fn calibrated(
         robot: without,
         ..robot.clone()
     };
-    let mut samples = samples.clone();
+    let mut samples = SamplesFile {
+        all: None,
+        ..samples.clone()
+    };
     for (row, value) in samples.rows.iter_mut().zip(values) {
         row.value = value;
     }

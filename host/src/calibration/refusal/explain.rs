@@ -91,7 +91,7 @@ impl Explainer<'_> {
             return Some(shift.to_string());
         }
         let lines = &disagreeing.lines;
-        let samples = self.case.measured.len();
+        let samples = self.case.samples.count();
         let (does, them) = if lines.len() == 1 {
             ("does", "it")
         } else {

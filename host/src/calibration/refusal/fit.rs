@@ -49,7 +49,7 @@ impl Explainer<'_> {
                 format!(
                     "the {} do not determine the parameters of {arm}, {parameter} least of all \
                      (condition {condition:.1e})",
-                    count(self.case.samples.rows.len(), "pose")
+                    count(self.case.samples.count(), "pose")
                 ),
                 format!(
                     "measure more poses and {SPREAD}{}",

@@ -76,7 +76,7 @@ impl Explainer<'_> {
 
     /// Nothing says how uncertain the result is.
     pub(super) fn unknown_error(&self) -> Refused {
-        let samples = count(self.case.measured.len(), "sample");
+        let samples = count(self.case.samples.count(), "sample");
         let (cause, noise) = if self.case.robot.noise.is_some() {
             (
                 format!(

@@ -29,7 +29,7 @@ impl Explainer<'_> {
 
     /// What noise the residuals would be, if they were all noise.
     pub(super) fn residuals_say(&self, ratio: f64) -> String {
-        let samples = u32::try_from(self.case.samples.rows.len()).map_or(f64::INFINITY, f64::from);
+        let samples = u32::try_from(self.case.samples.count()).map_or(f64::INFINITY, f64::from);
         let per_sample = if self.case.options.method.separates_arms() {
             1.0
         } else {

@@ -9,7 +9,7 @@ use delta_cal::stream::{Alarm, HeldOutRefusal};
 impl Explainer<'_> {
     pub(super) fn alarm(&self, alarm: Alarm, before: u64, run: u64) -> Refused {
         let first = usize::try_from(alarm.first()).unwrap_or(usize::MAX);
-        let line = self.case.samples.rows.get(first).map_or(0, |row| row.line);
+        let line = self.case.samples.line(first).unwrap_or_default();
         let before = usize::try_from(before).unwrap_or(usize::MAX);
         let disagree = format!("the {run} samples from line {line} on disagree with");
         let (cause, remedy) = match alarm {

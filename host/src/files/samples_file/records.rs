@@ -25,8 +25,8 @@ pub(super) struct Records<'a> {
     /// Its fields.
     pub(super) header: Vec<String>,
     separator: u8,
-    /// What is below it.
-    text: Cow<'a, str>,
+    /// Where it ends.
+    below: usize,
 }
 
 impl<'a> Records<'a> {
@@ -39,21 +39,12 @@ impl<'a> Records<'a> {
             !(line.trim().is_empty() || line.trim_start().starts_with('#'))
         })?;
         let separator = separator(input, header);
-        let below = input.text().get(end..).unwrap_or_default();
         Some(Self {
             input,
             header_line,
             header: fields(header, separator),
             separator,
-            text: match separator {
-                b' ' => Cow::Owned(
-                    below
-                        .split_inclusive('\n')
-                        .map(with_single_spaces)
-                        .collect(),
-                ),
-                _ => Cow::Borrowed(below),
-            },
+            below: end,
         })
     }
 
@@ -71,7 +62,32 @@ impl<'a> Records<'a> {
         &self,
         mut take: impl FnMut(u64, &StringRecord) -> Result<(), E>,
     ) -> Result<(), E> {
-        let text = self.text.as_bytes();
+        let mut line = self.header_line + 1;
+        let mut from = self.below;
+        self.input.each_block(|block| {
+            let block = block.get(from..).unwrap_or_default();
+            from = 0;
+            match self.separator {
+                b' ' => {
+                    let lines = block.split_inclusive('\n').map(with_single_spaces);
+                    self.each_of_block(&lines.collect::<String>(), line, &mut take)?;
+                }
+                _ => self.each_of_block(block, line, &mut take)?,
+            }
+            let newlines: u64 = block.bytes().map(|byte| u64::from(byte == b'\n')).sum();
+            line += newlines;
+            Ok(())
+        })
+    }
+
+    /// Every record of whole lines, of which the first has this number.
+    fn each_of_block<E: From<InputError>>(
+        &self,
+        block: &str,
+        first_line: u64,
+        take: &mut impl FnMut(u64, &StringRecord) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let text = block.as_bytes();
         let mut reader = ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
@@ -82,7 +98,7 @@ impl<'a> Records<'a> {
         let mut lines = Lines {
             text,
             counted: 0,
-            line: self.header_line + 1,
+            line: first_line,
         };
         loop {
             let start = reader.position().byte();
@@ -93,7 +109,7 @@ impl<'a> Records<'a> {
                 return Ok(());
             }
             if record.as_slice().contains('\n') {
-                return Err(self.unclosed_quote(start).into());
+                return Err(self.unclosed_quote(block, first_line, start).into());
             }
             // The reader's own position of a record is that of the comments before it. The record ends
             // where the reader now stands: at the start of the next line or at the end of the text.
@@ -116,14 +132,14 @@ impl<'a> Records<'a> {
 
     /// Numbers do not go over several lines: a field that does begins with a quote that is not closed.
     /// The record begins in the first line from byte `start` on that is no comment and not empty.
-    fn unclosed_quote(&self, start: u64) -> InputError {
+    fn unclosed_quote(&self, block: &str, first_line: u64, start: u64) -> InputError {
         let start = usize::try_from(start).unwrap_or(usize::MAX);
-        let (before, rest) = self.text.split_at_checked(start).unwrap_or_default();
+        let (before, rest) = block.split_at_checked(start).unwrap_or_default();
         let blank = |line: &&str| line.trim_end().is_empty() || line.starts_with('#');
         let lines = before.matches('\n').count() + rest.split('\n').take_while(blank).count();
         let cause = "this line opens a quote \" and does not close it";
         InputError::new(self.input.name(), cause)
-            .at_line(self.header_line + 1 + lines as u64)
+            .at_line(first_line + lines as u64)
             .with_remedy("delete the quotes: numbers need none")
     }
 

@@ -86,6 +86,20 @@ impl<'a> Table<'a> {
         read: impl Fn(&TableRow<'_>) -> Result<T, E>,
     ) -> Result<Vec<Row<T>>, E> {
         let mut rows = Vec::new();
+        self.each(read, |row| {
+            rows.push(row);
+            Ok(())
+        })?;
+        Ok(rows)
+    }
+
+    /// The same, one after the other.
+    pub(super) fn each<T, E: From<InputError>>(
+        &self,
+        read: impl Fn(&TableRow<'_>) -> Result<T, E>,
+        mut take: impl FnMut(Row<T>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut empty = true;
         let numbers = Numbers::default();
         self.records.each(|line, record| {
             self.header.check_length(&self.records, line, record)?;
@@ -95,13 +109,13 @@ impl<'a> Table<'a> {
                 line,
                 record,
             };
-            rows.push(Row {
+            empty = false;
+            take(Row {
                 line,
                 value: read(&row)?,
-            });
-            Ok::<_, E>(())
+            })
         })?;
-        if rows.is_empty() {
+        if empty {
             let cause = "the file has a header and no rows";
             return Err(InputError::new(self.input.name(), cause)
                 .at_line(self.records.header_line)
@@ -120,7 +134,7 @@ impl<'a> Table<'a> {
         if !numbers.must_be_degrees() {
             self.header.check_angles()?;
         }
-        Ok(rows)
+        Ok(())
     }
 }
 

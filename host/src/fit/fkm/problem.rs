@@ -293,8 +293,9 @@ fn residual(
     Some(whitening * (sample.position - position))
 }
 
-/// √(|L⁻¹ (X − FK)|²/3); `None` if the robot does not reach the sample, or nothing holds it there.
-pub(super) fn residual_in_sigmas(
+/// How far a sample is off, in σ of the noise as it is where the robot stands, √(|L⁻¹ (X − FK)|²/3): 1 is expected, less
+/// where few samples are left over. `None` if the robot does not reach the sample, or nothing holds it there.
+pub(crate) fn residual_in_sigmas(
     robot: &Robot<f64>,
     sample: &Sample<f64>,
     noise: &Noise<f64>,

@@ -5,7 +5,9 @@ use delta_cal::calibration::{
     ArmOutcome, FreeFrame, JointCalibrator, JointNormal, JointOutcome, JointSolver, Minimizer,
     Motion, Problem, Triangle,
 };
-use delta_cal::samples::{JointFactor, MergeError, NoiseError, NominalArm, SampleError};
+use delta_cal::samples::{
+    JointDisplacement, JointFactor, MergeError, NoiseError, NominalArm, SampleError,
+};
 use delta_cal::{
     ArmIndex, Calibrator, Noise, Parameter, Progress, Refusal, Robot, RobotOutcome, Sample,
     Settings, Tolerance,
@@ -78,6 +80,13 @@ macro_rules! of_scalar {
                 ) -> Result<(), (usize, SampleError)> {
                     let weighted = samples.iter().map(|(sample, weight)| (sample, *weight));
                     factor.add_weighted(weighted, effective)
+                }
+                fn joint_factor_residual(
+                    factor: &JointFactor<$t>,
+                    sample: &Sample<$t>,
+                    at: &JointDisplacement<$t>,
+                ) -> $t {
+                    factor.residual(sample, at)
                 }
                 fn joint_factor_add_many(
                     factor: &mut JointFactor<$t>,

@@ -6,6 +6,7 @@ use super::diagnosis::diagnose;
 use super::error::CalibrateError;
 use super::every_sample::every_sample;
 use super::investigation::{Findings, investigate};
+use super::judgement::Judgement;
 use super::objection::Objection;
 use super::reason::{Reason, Refused};
 use super::refusal::Explainer;
@@ -294,30 +295,7 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
         .covariance
         .as_ref()
         .and_then(|covariance| UncertaintyMap::new(&after, covariance));
-    let distances = judgement
-        .distances_before
-        .into_iter()
-        .zip(judgement.distances_after);
-    let sample_errors: Vec<_> = case
-        .samples
-        .rows
-        .iter()
-        .zip(&case.measured)
-        .zip(distances)
-        .zip(&fit.samples)
-        .map(
-            |(((row, measured), (before, after_it)), weight)| SampleErrors {
-                line: row.line,
-                measured: *measured,
-                before,
-                after: after_it,
-                after_in_sigmas: noise
-                    .as_ref()
-                    .and_then(|noise| fkm::residual_in_sigmas(&after.robot, measured, noise)),
-                weight: *weight,
-            },
-        )
-        .collect();
+    let sample_errors = sample_errors(case, &judgement, &fit, &after, noise.as_ref());
     let every = fit.all.as_ref().map(|weights| {
         let medians = [&judgement.error_before, &judgement.error_after].map(|error| error.median);
         every_sample(
@@ -374,6 +352,33 @@ fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
         );
     }
     report.with_at_most(MANY)
+}
+
+/// Of the samples in memory.
+fn sample_errors(
+    case: &Case<'_>,
+    judgement: &Judgement,
+    fit: &Fit,
+    calibrated: &RobotFile,
+    noise: Option<&Noise<f64>>,
+) -> Vec<SampleErrors> {
+    let before = judgement.distances_before.iter();
+    let distances = before.zip(&judgement.distances_after);
+    let rows = case.samples.rows.iter().zip(&case.measured);
+    rows.zip(distances)
+        .zip(&fit.samples)
+        .map(
+            |(((row, measured), (before, after)), weight)| SampleErrors {
+                line: row.line,
+                measured: *measured,
+                before: *before,
+                after: *after,
+                after_in_sigmas: noise
+                    .and_then(|noise| fkm::residual_in_sigmas(&calibrated.robot, measured, noise)),
+                weight: *weight,
+            },
+        )
+        .collect()
 }
 
 fn distinct_poses(samples: &[Sample<f64>]) -> usize {

@@ -93,9 +93,9 @@ impl InputText {
                 _ => 0,
             };
             match length {
-                0..=LONG => Self::from_long_reader(name, file),
-                ..=LARGEST_TABLE => Self::on_disk(name, file),
-                _ => Err(too_large(name)),
+                _ if length > LARGEST_TABLE => Err(too_large(name)),
+                _ if length > LONG => Self::on_disk(name, file),
+                _ => Self::from_long_reader(name, file),
             }
         })
     }

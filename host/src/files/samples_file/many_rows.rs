@@ -134,6 +134,9 @@ impl ManyRows {
     }
 }
 
+/// The rows, or those that were chosen of many and where all are.
+type Collected = (Vec<Row<Sample<f64>>>, Option<ManyRows>);
+
 /// Takes rows in one after the other, in memory as long as they are not too many.
 pub(super) struct RowCollector {
     rows: Vec<Row<Sample<f64>>>,
@@ -178,8 +181,7 @@ impl RowCollector {
         }
     }
 
-    /// The rows, or those that were chosen of many and where all are.
-    pub(super) fn finish(self) -> io::Result<(Vec<Row<Sample<f64>>>, Option<ManyRows>)> {
+    pub(super) fn finish(self) -> io::Result<Collected> {
         let Some(overflow) = self.overflow else {
             return Ok((self.rows, None));
         };

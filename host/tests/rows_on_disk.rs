@@ -33,7 +33,7 @@ fn both(robot: &RobotFile, path: &Path, options: Options) -> [CalibrationReport;
     assert!(in_memory.all.is_none() && in_memory.rows.len() == ROWS as usize);
     let on_disk = positions(&on_disk, robot, options);
     assert_eq!(
-        on_disk.all.as_ref().map(|all| all.count()),
+        on_disk.all.as_ref().map(delta_cal_host::ManyRows::count),
         Some(ROWS as usize)
     );
     assert!((10_000..=20_000).contains(&on_disk.rows.len()));

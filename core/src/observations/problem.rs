@@ -198,12 +198,14 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     /// Each reading of a row less what it should be, in σ and with the row's weights: x, y, z, height,
     /// distance; 0 where nothing was read.
     pub fn residuals(&self, outcome: &ObservationOutcome<T, N>, row: usize) -> Option<[T; 5]> {
-        self.rows.get(row)?.residuals(
-            &outcome.robot,
-            self.instruments,
-            &self.prepared.start,
-            outcome.unknowns(),
-        )
+        self.residuals_at(&outcome.robot, outcome.unknowns(), row)
+    }
+
+    /// The same of a robot and [unknowns](Instruments::unknowns_at) that come from elsewhere.
+    pub fn residuals_at(&self, robot: &Robot<T>, unknowns: &[T; N], row: usize) -> Option<[T; 5]> {
+        self.rows
+            .get(row)?
+            .residuals(robot, self.instruments, &self.prepared.start, unknowns)
     }
 
     /// How the readings of a row change with the parameters at the start, in σ and with the row's weights:

@@ -1,4 +1,4 @@
-use delta_cal::samples::SampleError;
+use super::sending::RowError;
 use delta_cal_protocol::{Fault, Origin, VERSION};
 use std::error::Error;
 use std::fmt;
@@ -33,12 +33,19 @@ pub enum DeviceError {
     RequestTooLarge,
     /// The controller refused the request.
     Fault(Fault),
-    /// The controller does not take this sample.
-    Sample {
+    /// The controller does not take this row.
+    Row {
         /// Which, counted from 0.
         index: usize,
         /// Why.
-        error: SampleError,
+        error: RowError,
+    },
+    /// The controller has no memory for so many observations.
+    TooManyRows {
+        /// How many there are.
+        rows: usize,
+        /// How many it has memory for.
+        capacity: u32,
     },
     /// The controller restarts over and over, or somebody else is calibrating it.
     SessionsLost {
@@ -107,6 +114,15 @@ impl DeviceError {
                 "somebody else changed them meanwhile: look at them and start again"
             }
             Self::Fault(Fault::NoOutcome) => "calibrate it first",
+            Self::Fault(Fault::UnknownRequest) => {
+                "load newer firmware into the controller, or use delta-cal calibrate"
+            }
+            Self::TooManyRows { .. } => {
+                "leave out rows of poses that are close to others, or use delta-cal calibrate, which takes any number"
+            }
+            Self::Fault(Fault::TooManyUnknowns { .. }) => {
+                "use fewer planes and points, or delta-cal calibrate, which has room for 48 unknowns"
+            }
             _ => "start again; if it stays so, restart the controller",
         }
     }
@@ -135,8 +151,17 @@ impl fmt::Display for DeviceError {
                 formatter.write_str("the controller's answer is none to what was asked")
             }
             Self::RequestTooLarge => formatter.write_str("the request does not fit a frame"),
+            Self::Row { index, error } => write!(formatter, "sample {}: {error}", index + 1),
+            Self::TooManyRows { rows, capacity } => write!(
+                formatter,
+                "{rows} rows, and the controller has memory for {capacity}"
+            ),
+            Self::Fault(Fault::TooManyUnknowns { capacity }) => write!(
+                formatter,
+                "the planes and points have more than the {capacity} unknowns that the controller has memory \
+                 for: three a plane, three a point and one for an offset"
+            ),
             Self::Fault(fault) => formatter.write_str(fault_in_words(*fault)),
-            Self::Sample { index, error } => write!(formatter, "sample {}: {error}", index + 1),
             Self::SessionsLost { sessions } => write!(
                 formatter,
                 "the controller forgot the calibration {sessions} times: it restarts, or somebody \
@@ -179,6 +204,7 @@ const fn fault_in_words(fault: Fault) -> &'static str {
         Fault::OtherParameters { .. } => {
             "the controller's parameters are no longer those that were looked at"
         }
+        Fault::OtherKind => "the controller's session is for another kind of measurement",
         Fault::Store => "the controller could not store the parameters",
         _ => "the controller refused the request",
     }

@@ -135,6 +135,18 @@ impl Pieces {
                 self.arm(*rows);
                 self.arm(*columns);
             }
+            Request::BeginObservations(begin) => {
+                self.variant(OF, 11, "BeginObservations");
+                self.begin_observations(begin);
+            }
+            Request::Observation(observation) => {
+                self.variant(OF, 12, "Observation");
+                self.observation(observation);
+            }
+            Request::Places { session } => {
+                self.variant(OF, 13, "Places");
+                self.varint("session", *session);
+            }
         }
     }
 
@@ -188,6 +200,10 @@ impl Pieces {
                 self.arm(*rows);
                 self.arm(*columns);
                 self.covariance(covariance.as_ref());
+            }
+            Response::Places(places) => {
+                self.variant(OF, 8, "Places");
+                self.places(places);
             }
         }
     }

@@ -5,7 +5,9 @@ use delta_cal::Refusal;
 use delta_cal::Robot;
 use delta_cal::observations::ObservationRow;
 use delta_cal::stream::StreamOutcome;
-use delta_cal_protocol::{BeginObservations, Fault, ObservationMessage, Places, Setup, Solver};
+use delta_cal_protocol::{
+    BeginObservations, Fault, ObservationMessage, Places, Setup, Solved, Solver,
+};
 use heapless::Vec;
 
 /// Observations that a session has room for.
@@ -84,15 +86,25 @@ impl<T: Number> Observing<T> {
         };
         let Setup { settings, .. } = &self.setup;
         let instruments = self.setup.instruments();
-        let Some(result) = solver.step(&self.nominal, &instruments, &mut self.rows, settings)
-        else {
+        let result = solver.step(&self.nominal, &instruments, &mut self.rows, settings);
+        let Some(result) = result.as_ref() else {
             return false;
         };
-        self.result = Some(result.map(|solved| Observed {
-            places: Places::new(&solved, &instruments),
-            outcome: StreamOutcome::Joint(solved.of_robot()),
-        }));
-        self.solver = None;
+        self.take(result);
         true
+    }
+
+    // Not inlined: the solver's stack is free again.
+    #[inline(never)]
+    fn take(&mut self, result: &Result<Solved<T>, Refusal>) {
+        self.solver = None;
+        let instruments = self.setup.instruments();
+        self.result = Some(match result {
+            Ok(solved) => Ok(Observed {
+                places: Places::new(solved, &instruments),
+                outcome: StreamOutcome::Joint(solved.of_robot()),
+            }),
+            Err(refusal) => Err(*refusal),
+        });
     }
 }

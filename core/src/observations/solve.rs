@@ -156,11 +156,10 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Minimisation<T, N,
         problem: &ObservationProblem<'_, T, N>,
         settings: &Settings<T>,
     ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
-        match (problem.minimizer(settings), &self.pass) {
-            (Ok(minimizer), _) => {
-                self.minimizer = Some(minimizer);
-                None
-            }
+        let prior = problem.prior_weights(settings);
+        let minimizer = Minimizer::unstarted(ArmIndex::First, prior, settings);
+        match (self.minimizer.insert(minimizer).begin(problem), &self.pass) {
+            (Ok(()), _) => None,
             (Err(_), Pass::ClearAlone(refusal)) => Some(Err(*refusal)),
             (Err(refusal), _) => Some(Err(refusal)),
         }

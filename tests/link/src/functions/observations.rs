@@ -5,8 +5,8 @@ use delta_cal::calibration::{Estimate, JointOutcome, Minimizer, Problem, sum_of_
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Instrument, Instruments, InstrumentsAt, Observation, ObservationError, ObservationNoise,
-    ObservationOutcome, ObservationProblem, ObservationRow, PrepareError, RobustObservationError,
-    robust_fit_observations,
+    ObservationOutcome, ObservationProblem, ObservationRow, ObservationSolver, PrepareError,
+    RobustObservationError, robust_fit_observations,
 };
 use delta_cal::robot::Drive;
 use delta_cal::robust::{Loss, RobustOutcome, WeighedSample};
@@ -101,6 +101,28 @@ macro_rules! of_scalar {
                 ) -> Result<RobustOutcome<$t, ObservationOutcome<$t, N>>, RobustObservationError> {
                     robust_fit_observations::<$t, N, M, E>(robot, instruments, rows, settings, loss, work)
                 }
+                fn observation_row_checked(
+                    observation: &Observation<$t>,
+                    robot: &Robot<$t>,
+                    instruments: &Instruments<'_, $t>,
+                ) -> Result<ObservationRow<$t>, ObservationError> {
+                    ObservationRow::checked(*observation, robot, instruments)
+                }
+                fn observation_solver_new() -> ObservationSolver<$t, N, M, E> {
+                    ObservationSolver::new()
+                }
+                fn observation_solver_has_room_for(instruments: &Instruments<'_, $t>) -> bool {
+                    ObservationSolver::<$t, N, M, E>::has_room_for(instruments)
+                }
+                fn observation_solver_step(
+                    solver: &mut ObservationSolver<$t, N, M, E>,
+                    robot: &Robot<$t>,
+                    instruments: &Instruments<'_, $t>,
+                    rows: &mut [ObservationRow<$t>],
+                    settings: &Settings<$t>,
+                ) -> Option<Result<ObservationOutcome<$t, N>, Refusal>> {
+                    solver.step(robot, instruments, rows, settings)
+                }
                 fn observations_minimizer(
                     problem: &ObservationProblem<'_, $t, N>,
                     settings: &Settings<$t>,
@@ -131,6 +153,21 @@ macro_rules! of_scalar {
                     row: usize,
                 ) -> Option<[$t; 5]> {
                     problem.residuals(outcome, row)
+                }
+                fn observations_residuals_at(
+                    problem: &ObservationProblem<'_, $t, N>,
+                    robot: &Robot<$t>,
+                    unknowns: &[$t; N],
+                    row: usize,
+                ) -> Option<[$t; 5]> {
+                    problem.residuals_at(robot, unknowns, row)
+                }
+                fn instruments_unknowns_at(
+                    instruments: &Instruments<'_, $t>,
+                    planes: &[[$t; 3]],
+                    points: &[[$t; 4]],
+                ) -> [$t; N] {
+                    instruments.unknowns_at(planes, points)
                 }
                 fn observations_instruments(problem: &ObservationProblem<'_, $t, N>) -> usize {
                     problem.instruments().planes.len()

@@ -36,6 +36,7 @@ mod observations;
 mod outcomes;
 #[cfg(test)]
 mod page;
+mod setup;
 
 pub use fingerprint::fingerprint;
 pub use frame::{
@@ -48,5 +49,6 @@ pub use messages::{
 };
 pub use observations::{
     BeginObservations, ObservationMessage, PLANES, POINTS, Places, PlaneMessage, PointMessage,
-    Setup, Solved, Solver, UNKNOWNS,
+    Solved, Solver, UNKNOWNS,
 };
+pub use setup::Setup;

@@ -2,8 +2,7 @@
 
 use super::error::DeviceError;
 use super::number::Number;
-use super::sending::Measurement;
-use super::session::Solution;
+use super::solution::Solution;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ObservationsFile, SamplesFile};
 use crate::fit::observations;
@@ -20,6 +19,15 @@ use delta_cal_protocol::{
 };
 use nalgebra::{SMatrix, SVector};
 use std::num::NonZeroU32;
+
+/// One measurement as it is sent: joint angles in radians, position in millimetres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measurement<T> {
+    /// q₁, q₂, q₃ in radians.
+    pub joints: [T; 3],
+    /// Measured platform position, mm.
+    pub position: [T; 3],
+}
 
 /// What a session is begun with: what a robot file states of tolerance and noise, rounded to the controller's numbers, and the
 /// options. The session is 0: it is drawn when it begins.

@@ -1,4 +1,5 @@
-use super::sending::RowError;
+use delta_cal::observations::ObservationError;
+use delta_cal::samples::SampleError;
 use delta_cal_protocol::{Fault, Origin, VERSION};
 use std::error::Error;
 use std::fmt;
@@ -67,6 +68,24 @@ pub enum DeviceError {
     ImpossibleGeometry,
     /// A figure of the controller's result is not a number, or negative where none can be.
     ImpossibleOutcome,
+}
+
+/// Why a controller does not take a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RowError {
+    /// A position or a joint angle is impossible.
+    Sample(SampleError),
+    /// An observation is not usable.
+    Observation(ObservationError),
+}
+
+impl fmt::Display for RowError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sample(error) => error.fmt(formatter),
+            Self::Observation(error) => error.fmt(formatter),
+        }
+    }
 }
 
 impl From<io::Error> for DeviceError {

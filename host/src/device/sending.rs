@@ -1,13 +1,11 @@
 //! What a session is begun with, and the rows that follow.
 
-use super::convert;
-use super::error::DeviceError;
+use super::convert::{self, Measurement};
+use super::error::{DeviceError, RowError};
 use super::number::Number;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ObservationsFile, SamplesFile};
 use crate::fit::options::Options;
-use delta_cal::observations::ObservationError;
-use delta_cal::samples::SampleError;
 use delta_cal::stream::Estimator;
 use delta_cal_protocol::{
     Begin, BeginObservations, Fault, ObservationMessage, Request, SampleMessage,
@@ -31,33 +29,6 @@ pub enum Sending<T> {
         /// The measurements.
         rows: Vec<ObservationMessage<T>>,
     },
-}
-
-/// One measurement as it is sent: joint angles in radians, position in millimetres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measurement<T> {
-    /// q₁, q₂, q₃ in radians.
-    pub joints: [T; 3],
-    /// Measured platform position, mm.
-    pub position: [T; 3],
-}
-
-/// Why a controller does not take a row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RowError {
-    /// A position or a joint angle is impossible.
-    Sample(SampleError),
-    /// An observation is not usable.
-    Observation(ObservationError),
-}
-
-impl std::fmt::Display for RowError {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Sample(error) => error.fmt(formatter),
-            Self::Observation(error) => error.fmt(formatter),
-        }
-    }
 }
 
 impl<T: Number> Sending<T> {

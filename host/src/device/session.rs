@@ -4,12 +4,13 @@ use super::client::{Client, unexpected};
 use super::error::DeviceError;
 use super::number::Number;
 use super::sending::Sending;
+use super::solution::{ACROSS, Solution};
 use super::transport::Transport;
 use delta_cal::ArmIndex;
 use delta_cal::stream::{Added, StreamRefusal};
 use delta_cal_protocol::{
-    ArmReport, CovarianceBlock, Fault, ParameterSet, Parameters, Phase, Places, Request, Response,
-    Status, fingerprint,
+    ArmReport, CovarianceBlock, Fault, ParameterSet, Parameters, Phase, Request, Response, Status,
+    fingerprint,
 };
 
 /// So often is a calibration begun again after the controller forgot it.
@@ -26,37 +27,6 @@ pub enum Step {
     Solving(Option<ArmIndex>),
     /// The controller forgot everything; it begins again.
     BegunAgain,
-}
-
-/// What a controller found.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Solution<T> {
-    /// Each arm.
-    pub arms: [ArmReport<T>; 3],
-    /// Of a joint calibration, the covariance of the first arm with the second, of the first with the third and of the
-    /// second with the third.
-    pub across: Option<[CovarianceBlock<T>; 3]>,
-    /// Of a calibration from observations, where the instruments are.
-    pub places: Option<Places<T>>,
-}
-
-/// The pairs of arms whose covariance a [`Solution`] holds: rows and columns.
-pub(super) const ACROSS: [(ArmIndex, ArmIndex); 3] = [
-    (ArmIndex::First, ArmIndex::Second),
-    (ArmIndex::First, ArmIndex::Third),
-    (ArmIndex::Second, ArmIndex::Third),
-];
-
-impl<T: Number> Solution<T> {
-    /// The parameters of the three arms.
-    pub fn parameters(&self) -> [[T; 8]; 3] {
-        self.arms.map(|arm| arm.parameters)
-    }
-
-    /// What names it in [`Request::Apply`].
-    pub fn fingerprint(&self) -> u32 {
-        fingerprint(&self.parameters())
-    }
 }
 
 /// A calibration that the controller has finished, one way or the other.

@@ -1,10 +1,10 @@
 //! The controller's result against the same calculation here, bit by bit.
 
-use super::convert;
-use super::error::DeviceError;
+use super::convert::{self, Measurement};
+use super::error::{DeviceError, RowError};
 use super::number::Number;
-use super::sending::{Measurement, RowError, Sending};
-use super::session::{ACROSS, Solution};
+use super::sending::Sending;
+use super::solution::{ACROSS, Solution};
 use delta_cal::observations::ObservationRow;
 use delta_cal::stream::{AddError, Added, StreamOutcome, StreamRefusal, Validation};
 use delta_cal::{ArmIndex, Parameter, Progress, Refusal, Robot, RobotOutcome, Sample};

@@ -126,6 +126,7 @@ fn report<T: Bits + Serialize + DeserializeOwned>(covariance: bool) -> Response<
     })
 }
 
+#[allow(clippy::too_many_lines)] // a table
 fn requests<T: Bits>() -> Vec<(&'static str, Request<T>)> {
     let pair = |length, angle| Some((T::from_f64(length), T::from_f64(angle)));
     vec![

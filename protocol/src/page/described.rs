@@ -36,6 +36,7 @@ impl Pieces {
         }
     }
 
+    #[allow(clippy::too_many_lines)] // a table
     fn request<T: Bits>(&mut self, request: &Request<T>) {
         const OF: &str = "Request";
         match request {

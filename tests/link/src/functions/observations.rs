@@ -5,8 +5,8 @@ use delta_cal::calibration::{Estimate, JointOutcome, Minimizer, Problem, sum_of_
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Instrument, Instruments, InstrumentsAt, Observation, ObservationError, ObservationNoise,
-    ObservationOutcome, ObservationProblem, ObservationRow, ObservationSolver, PrepareError,
-    RobustObservationError, robust_fit_observations,
+    ObservationOutcome, ObservationProblem, ObservationRow, PrepareError, RobustObservationError,
+    robust_fit_observations,
 };
 use delta_cal::robot::Drive;
 use delta_cal::robust::{Loss, RobustOutcome, WeighedSample};
@@ -23,6 +23,7 @@ macro_rules! of_scalar {
         mod $module {
             use super::*;
 
+            type ObservationSolver = delta_cal::observations::ObservationSolver<$t, N, M, E>;
             type Found = Minimizer<$t, InstrumentsAt<$t, N>, [$t; N], N, M, E>;
 
             symbols! { $prefix;
@@ -108,14 +109,14 @@ macro_rules! of_scalar {
                 ) -> Result<ObservationRow<$t>, ObservationError> {
                     ObservationRow::checked(*observation, robot, instruments)
                 }
-                fn observation_solver_new() -> ObservationSolver<$t, N, M, E> {
+                fn observation_solver_new() -> ObservationSolver {
                     ObservationSolver::new()
                 }
                 fn observation_solver_has_room_for(instruments: &Instruments<'_, $t>) -> bool {
-                    ObservationSolver::<$t, N, M, E>::has_room_for(instruments)
+                    ObservationSolver::has_room_for(instruments)
                 }
                 fn observation_solver_step(
-                    solver: &mut ObservationSolver<$t, N, M, E>,
+                    solver: &mut ObservationSolver,
                     robot: &Robot<$t>,
                     instruments: &Instruments<'_, $t>,
                     rows: &mut [ObservationRow<$t>],

@@ -19,10 +19,12 @@ mod instruments;
 mod linearization;
 mod observation;
 mod outcome;
+mod prepared;
 mod problem;
 mod robust;
 mod row;
 mod solve;
+mod solver;
 mod start;
 
 pub use crate::calibration::Instrument;
@@ -32,4 +34,5 @@ pub use outcome::ObservationOutcome;
 pub use problem::{InstrumentsAt, ObservationProblem, PrepareError};
 pub use robust::{RobustObservationError, robust_fit_observations};
 pub use row::ObservationRow;
+pub use solver::ObservationSolver;
 pub use start::StartValues;

@@ -3,7 +3,7 @@
 use crate::geometry::Geometries;
 use crate::handover::NewParameters;
 use crate::reception::Reception;
-use crate::session::Session;
+use crate::session::{Begun, Session};
 use crate::stream_store::{StreamPace, StreamStore};
 use crate::{Number, TURNS_A_SECOND};
 use delta_cal::Robot;
@@ -14,8 +14,8 @@ use delta_cal_protocol::{
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 
-/// Bytes of the largest request, with room to spare: the beginning of a session in `f64` has 79.
-const LARGEST_REQUEST: usize = 128;
+/// Bytes of the largest request, with room to spare: the beginning of a session of observations in `f64` has 324.
+const LARGEST_REQUEST: usize = 384;
 
 /// Everything behind the control loop: answers requests, takes in samples, solves in bounded steps,
 /// stores and hands over.
@@ -216,7 +216,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
             }
             Request::Begin(begin) => {
                 let nominal = &self.geometries.nominal().robot;
-                self.session.begin(nominal, begin)?;
+                self.session.begin(nominal, &Begun::Samples(*begin))?;
                 self.taken()
             }
             Request::Sample(sample) => {
@@ -254,6 +254,16 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 rows,
                 columns,
             } => Response::Covariance(self.session.covariance(*session, *rows, *columns)?),
+            Request::BeginObservations(begin) => {
+                let nominal = &self.geometries.nominal().robot;
+                self.session.begin(nominal, &Begun::Observations(*begin))?;
+                self.taken()
+            }
+            Request::Observation(observation) => {
+                self.session.observation(observation)?;
+                self.taken()
+            }
+            Request::Places { session } => Response::Places(self.session.places(*session)?),
             _ => return Err(Fault::UnknownRequest),
         })
     }

@@ -10,8 +10,8 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     /// `between` runs after every byte and every step. It must hand new parameters to the control loop, and the
     /// loop's state to [`set_control`](Self::set_control), as `firmware.rs` does.
     ///
-    /// Run it in a task of its own with the lowest priority: a step of the solver takes some 20,000 instructions, and
-    /// storing takes as long as the flash needs.
+    /// Run it in a task of its own with the lowest priority: a step of the solver takes some 20,000 instructions, the
+    /// last one of a calibration from observations 105,000, and storing takes as long as the flash needs.
     ///
     /// # Errors
     /// Those of the link.

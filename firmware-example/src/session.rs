@@ -1,11 +1,13 @@
 //! One calibration: samples in, solved step by step, an outcome or a refusal.
 
 use crate::Number;
+use crate::observing::Observing;
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{AddError, Added, StreamCalibrator, StreamOutcome};
+use delta_cal::stream::{AddError, Added, StreamCalibrator, StreamOutcome, StreamRefusal};
 use delta_cal::{ArmIndex, Progress, Robot, RobotOutcome, Sample};
 use delta_cal_protocol::{
-    ArmReport, Begin, CovarianceBlock, Fault, GateStatus, Phase, SampleMessage, fingerprint,
+    ArmReport, Begin, BeginObservations, CovarianceBlock, Fault, GateStatus, ObservationMessage,
+    Phase, Places, SampleMessage, fingerprint,
 };
 use nalgebra::Vector3;
 
@@ -13,19 +15,44 @@ use nalgebra::Vector3;
 #[derive(Debug)]
 pub(crate) struct Session<T: Number> {
     /// What it was begun with.
-    begin: Option<Begin<T>>,
-    stream: Option<StreamCalibrator<T>>,
+    begun: Option<Begun<T>>,
+    work: Work<T>,
     /// What became of the last sample.
     last: Option<Added<T>>,
     /// Of the outcome, once there is one.
     fingerprint: Option<u32>,
 }
 
+/// The request that a session was begun with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Begun<T> {
+    Samples(Begin<T>),
+    Observations(BeginObservations<T>),
+}
+
+impl<T> Begun<T> {
+    const fn session(&self) -> u32 {
+        match self {
+            Self::Samples(begin) => begin.session,
+            Self::Observations(begin) => begin.session,
+        }
+    }
+}
+
+/// In one place: a session is of one kind.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant)] // no allocation
+enum Work<T: Number> {
+    None,
+    Samples(StreamCalibrator<T>),
+    Observations(Observing<T>),
+}
+
 impl<T: Number> Session<T> {
     pub(crate) const fn none() -> Self {
         Self {
-            begin: None,
-            stream: None,
+            begun: None,
+            work: Work::None,
             last: None,
             fingerprint: None,
         }
@@ -38,31 +65,34 @@ impl<T: Number> Session<T> {
         begin: &Begin<T>,
         snapshot: &[u8],
     ) -> Result<(), SnapshotError> {
-        self.begin(nominal, begin)
+        self.begin(nominal, &Begun::Samples(*begin))
             .map_err(|_| SnapshotError::Damaged)?;
-        let restored = match &mut self.stream {
-            Some(stream) => stream.restore(snapshot),
-            None => Err(SnapshotError::Damaged),
+        let restored = match &mut self.work {
+            Work::Samples(stream) => stream.restore(snapshot),
+            _ => Err(SnapshotError::Damaged),
         };
         if restored.is_err() {
-            self.begin = None;
-            self.stream = None;
+            self.begun = None;
+            self.work = Work::None;
         }
         restored
     }
 
     /// 0 without one.
     pub(crate) const fn number(&self) -> u32 {
-        match &self.begin {
-            Some(begin) => begin.session,
+        match &self.begun {
+            Some(begun) => begun.session(),
             None => 0,
         }
     }
 
-    /// Samples that came, rejected and held-out ones included.
+    /// Samples that came, rejected and held-out ones included, or observations.
     pub(crate) fn samples(&self) -> u32 {
-        let samples = self.stream.as_ref().map_or(0, StreamCalibrator::samples);
-        u32::try_from(samples).unwrap_or(u32::MAX)
+        match &self.work {
+            Work::None => 0,
+            Work::Samples(stream) => u32::try_from(stream.samples()).unwrap_or(u32::MAX),
+            Work::Observations(rows) => u32::try_from(rows.count()).unwrap_or(u32::MAX),
+        }
     }
 
     /// What became of the last sample.
@@ -72,13 +102,16 @@ impl<T: Number> Session<T> {
 
     /// Begins a session without samples, unless the same session is open already: with the same number and
     /// the same settings.
-    pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<(), Fault> {
-        if self.begin.as_ref() != Some(begin) {
-            self.renew(nominal, begin)?;
-            self.begin = Some(*begin);
+    pub(crate) fn begin(&mut self, nominal: &Robot<T>, begun: &Begun<T>) -> Result<(), Fault> {
+        if self.begun.as_ref() != Some(begun) {
+            match begun {
+                Begun::Samples(begin) => self.renew(nominal, begin)?,
+                Begun::Observations(begin) => self.renew_observations(nominal, begin)?,
+            }
+            self.begun = Some(*begun);
             self.last = None;
             self.fingerprint = None;
-            info!("session {=u32:08x} begun", begin.session);
+            info!("session {=u32:08x} begun", begun.session());
         }
         Ok(())
     }
@@ -86,19 +119,29 @@ impl<T: Number> Session<T> {
     // Not inlined, here and below: what is done one after the other shares the stack.
     #[inline(never)]
     fn renew(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<(), Fault> {
-        self.stream = Some(begin.calibrator(nominal)?);
+        self.work = Work::Samples(begin.calibrator(nominal)?);
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn renew_observations(
+        &mut self,
+        nominal: &Robot<T>,
+        begin: &BeginObservations<T>,
+    ) -> Result<(), Fault> {
+        self.work = Work::Observations(Observing::new(nominal, begin)?);
         Ok(())
     }
 
     /// Takes a sample in, once.
     pub(crate) fn sample(&mut self, message: &SampleMessage<T>) -> Result<(), Fault> {
-        let next = self.samples();
-        let stream = self.open(message.session)?;
-        if message.index < next {
+        let here = self.expected(message.session, message.index);
+        let Work::Samples(stream) = &mut self.work else {
+            here?;
+            return Err(Fault::OtherKind);
+        };
+        if !here? {
             return Ok(());
-        }
-        if message.index > next {
-            return Err(Fault::OutOfOrder { next });
         }
         let [x, y, z] = message.position;
         let sample = Sample {
@@ -118,30 +161,70 @@ impl<T: Number> Session<T> {
         Ok(())
     }
 
+    /// Takes an observation in, once.
+    pub(crate) fn observation(&mut self, message: &ObservationMessage<T>) -> Result<(), Fault> {
+        let here = self.expected(message.session, message.index);
+        let Work::Observations(rows) = &mut self.work else {
+            here?;
+            return Err(Fault::OtherKind);
+        };
+        if !here? {
+            return Ok(());
+        }
+        rows.add(message)?;
+        self.last = Some(Added::Taken);
+        self.fingerprint = None;
+        Ok(())
+    }
+
+    /// Whether the row with this index is the next one; it is not if it has come already.
+    fn expected(&self, session: u32, index: u32) -> Result<bool, Fault> {
+        self.check(session)?;
+        let next = self.samples();
+        if index > next {
+            return Err(Fault::OutOfOrder { next });
+        }
+        Ok(index == next)
+    }
+
     /// Starts solving, if all samples have come and that is not under way or done.
     pub(crate) fn solve(&mut self, session: u32, samples: u32) -> Result<(), Fault> {
+        self.check(session)?;
         let next = self.samples();
-        let stream = self.open(session)?;
         if samples != next {
             return Err(Fault::OutOfOrder { next });
         }
-        stream.solve();
+        match &mut self.work {
+            Work::None => {}
+            Work::Samples(stream) => stream.solve(),
+            Work::Observations(rows) => rows.solve(),
+        }
         Ok(())
+    }
+
+    fn solving(&self) -> bool {
+        match &self.work {
+            Work::None => false,
+            Work::Samples(stream) => stream.solving(),
+            Work::Observations(rows) => rows.solving(),
+        }
     }
 
     /// One bounded step; whether there is more to do.
     #[inline(never)]
     pub(crate) fn step(&mut self) -> bool {
-        let Some(stream) = &mut self.stream else {
-            return false;
-        };
-        if !stream.solving() {
+        if !self.solving() {
             return false;
         }
-        if stream.step() == Progress::Working {
+        let working = match &mut self.work {
+            Work::None => false,
+            Work::Samples(stream) => stream.step() == Progress::Working,
+            Work::Observations(rows) => !rows.step(),
+        };
+        if working {
             return true;
         }
-        match stream.result() {
+        match self.result() {
             Some(Ok(outcome)) => {
                 let fingerprint = fingerprint(&outcome.robot().parameters());
                 self.fingerprint = Some(fingerprint);
@@ -159,31 +242,48 @@ impl<T: Number> Session<T> {
         false
     }
 
+    fn result(&self) -> Option<Result<&StreamOutcome<T>, StreamRefusal>> {
+        match &self.work {
+            Work::None => None,
+            Work::Samples(stream) => stream.result(),
+            Work::Observations(rows) => Some(match rows.result()? {
+                Ok(observed) => Ok(&observed.outcome),
+                Err(refusal) => Err((*refusal).into()),
+            }),
+        }
+    }
+
     /// The session as it can be stored: it takes in samples, and has no result.
     pub(crate) fn storable(&self) -> Option<(&Begin<T>, &StreamCalibrator<T>)> {
-        let stream = self.stream.as_ref();
-        let stream = stream.filter(|stream| !stream.solving() && stream.result().is_none())?;
-        Some((self.begin.as_ref()?, stream))
+        let (Work::Samples(stream), Some(Begun::Samples(begin))) = (&self.work, &self.begun) else {
+            return None;
+        };
+        let storable = !stream.solving() && stream.result().is_none();
+        storable.then_some((begin, stream))
     }
 
     pub(crate) fn phase(&self) -> Phase {
-        let Some(stream) = &self.stream else {
-            return Phase::Idle;
-        };
         let samples = self.samples();
-        match (stream.result(), self.fingerprint) {
+        let arm = match &self.work {
+            Work::None => return Phase::Idle,
+            Work::Samples(stream) => stream.arm(),
+            Work::Observations(_) => None,
+        };
+        match (self.result(), self.fingerprint) {
             (Some(Ok(_)), Some(fingerprint)) => Phase::Solved {
                 samples,
                 fingerprint,
             },
             (Some(Err(refusal)), _) => Phase::CalibrationRefused { samples, refusal },
-            _ if stream.solving() => Phase::Solving { arm: stream.arm() },
+            _ if self.solving() => Phase::Solving { arm },
             _ => Phase::Collecting { samples },
         }
     }
 
     pub(crate) fn gate(&self) -> Option<GateStatus> {
-        let stream = self.stream.as_ref()?;
+        let Work::Samples(stream) = &self.work else {
+            return None;
+        };
         Some(GateStatus {
             counts: *stream.gate_counts()?,
             alarm: stream.alarm(),
@@ -192,11 +292,8 @@ impl<T: Number> Session<T> {
 
     /// The calibrated robot and its fingerprint.
     pub(crate) fn outcome(&self, session: u32) -> Result<(&StreamOutcome<T>, u32), Fault> {
-        if session == 0 || session != self.number() {
-            return Err(Fault::NoSession);
-        }
-        let result = self.stream.as_ref().and_then(StreamCalibrator::result);
-        match (result, self.fingerprint) {
+        self.check(session)?;
+        match (self.result(), self.fingerprint) {
             (Some(Ok(outcome)), Some(fingerprint)) => Ok((outcome, fingerprint)),
             _ => Err(Fault::NoOutcome),
         }
@@ -216,7 +313,10 @@ impl<T: Number> Session<T> {
             },
             StreamOutcome::Joint(outcome) => outcome.arm(index),
         };
-        let validations = self.stream.as_ref().and_then(StreamCalibrator::validations);
+        let validations = match &self.work {
+            Work::Samples(stream) => stream.validations(),
+            _ => None,
+        };
         Ok(ArmReport::new(index, &arm, validations))
     }
 
@@ -234,10 +334,22 @@ impl<T: Number> Session<T> {
         }
     }
 
-    fn open(&mut self, session: u32) -> Result<&mut StreamCalibrator<T>, Fault> {
+    /// Where the instruments are.
+    pub(crate) fn places(&self, session: u32) -> Result<Places<T>, Fault> {
+        self.check(session)?;
+        match &self.work {
+            Work::Observations(rows) => match rows.result() {
+                Some(Ok(observed)) => Ok(observed.places),
+                _ => Err(Fault::NoOutcome),
+            },
+            _ => Err(Fault::OtherKind),
+        }
+    }
+
+    const fn check(&self, session: u32) -> Result<(), Fault> {
         if session == 0 || session != self.number() {
             return Err(Fault::NoSession);
         }
-        self.stream.as_mut().ok_or(Fault::NoSession)
+        Ok(())
     }
 }

@@ -12,18 +12,25 @@ mod error;
 mod number;
 mod operations;
 pub mod report;
+mod sending;
 mod session;
+mod solution;
 mod transport;
 mod verify;
 
 pub use client::{Client, Patience};
-pub use convert::{begin, measurements, outcome, robot};
+pub use convert::{Measurement, outcome, robot};
 pub use emulator::{
     Emulation, Emulator, EmulatorError, FirmwareError, FlashError, Pace, build, check_firmware,
 };
-pub use error::DeviceError;
+pub use error::{DeviceError, RowError};
 pub use number::Number;
-pub use operations::{DeviceFailure, Verified, calibrate_robot, check_nominal, verify};
-pub use session::{Finished, Measurement, Solution, Step, apply, calibrate, in_use};
+pub use operations::{
+    DeviceFailure, Verified, calibrate_robot, calibrate_robot_from_observations, check_nominal,
+    verify,
+};
+pub use sending::Sending;
+pub use session::{Finished, Step, apply, calibrate, in_use};
+pub use solution::Solution;
 pub use transport::{Board, Port, PortError, Serial, Tcp, Transport};
 pub use verify::{Comparison, Difference, Ended, compare, solve_here};

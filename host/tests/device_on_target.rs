@@ -7,6 +7,7 @@ mod support;
 
 mod on_target {
     use crate::support::{Arm, Point, arms_of, distance, nominal_arms, platform, rows_of};
+    use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
     use object::{Object, ObjectSegment, ObjectSymbol};
     use std::path::PathBuf;
     use std::process::{Command, Stdio};
@@ -110,6 +111,85 @@ mod on_target {
         ok(&[&other[..], &["revert"]].concat());
         let status = json(&[&link[..], &["status"]].concat());
         assert_eq!(status["origin"], "nominal");
+    }
+
+    /// A robot file and forty heights, distances and single coordinates.
+    fn observed(folder: &TempDir) -> [String; 2] {
+        let files = [path(folder, "robot.toml"), path(folder, "rows.csv")];
+        std::fs::write(&files[0], OBSERVED_ROBOT).unwrap();
+        std::fs::write(&files[1], observed_rows(5, 40)).unwrap();
+        files
+    }
+
+    #[test]
+    fn calibrates_from_observations_while_its_loop_runs() {
+        let folder = TempDir::new().unwrap();
+        let [robot, rows] = observed(&folder);
+        let (flash, out) = (path(&folder, "flash.bin"), path(&folder, "out.toml"));
+        let link = ["--port", "emulate:m4", "--flash", &flash];
+        let calibrate = ["calibrate", &robot, &rows, "--apply", "--output", &out];
+        let report = json(&[&link[..], &calibrate].concat());
+        assert_eq!(report["applied"], true);
+        // The same control loop with the same limit as while it takes positions.
+        let control = &report["control_loop"];
+        assert!(control["turns"].as_u64().unwrap() > 100, "{control}");
+        assert_eq!(control["late"], 0);
+        let longest = &control["longest_turn_calibrating_instructions"];
+        println!("longest turn while calibrating: {longest} instructions");
+        assert!(
+            (100..1500).contains(&longest.as_u64().unwrap()),
+            "{longest}"
+        );
+        let status = json(&[&link[..], &["status"]].concat());
+        assert_eq!(status["origin"], "calibrated");
+        assert_eq!(status["control_loop"]["fingerprint"], report["fingerprint"]);
+
+        // As this computer calibrates in double precision, but for the controller's rounding.
+        let here = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
+            .args(["calibrate", &robot, &rows, "--json", "-"])
+            .output()
+            .unwrap();
+        let here: serde_json::Value = serde_json::from_slice(&here.stdout).unwrap();
+        let calibrated = arms_of(&std::fs::read_to_string(&out).unwrap());
+        let mut largest = 0.0_f64;
+        for (arm, values) in here["arms"].as_array().unwrap().iter().zip(&calibrated) {
+            let parameters = arm["parameters"].as_array().unwrap();
+            assert_eq!(parameters.len(), 8);
+            for (parameter, value) in parameters.iter().zip(values) {
+                let after = parameter["after"].as_f64().unwrap();
+                let sigma = parameter["sigma"].as_f64().unwrap();
+                largest = largest.max((after - value).abs() / sigma);
+            }
+        }
+        println!("farthest from double precision: {largest:.4} sigma");
+        assert!(largest < 0.05, "{largest}");
+        let device = &report["calibration"];
+        for table in ["planes", "points"] {
+            assert!(device[table].is_object(), "{device}");
+            let names = |value: &serde_json::Value| {
+                let names = value[table].as_object().unwrap().keys();
+                names.cloned().collect::<Vec<_>>()
+            };
+            assert_eq!(names(device), names(&here));
+        }
+    }
+
+    #[test]
+    fn observations_have_the_same_bits_on_each_core() {
+        let folder = TempDir::new().unwrap();
+        let [robot, rows] = observed(&folder);
+        for port in ["emulate:m4", "emulate:m7"] {
+            for double in [&[][..], &["--double"]] {
+                let link = ["--port", port, "verify", &robot, &rows];
+                let report = json(&[&link[..], double].concat());
+                assert_eq!(report["calibrated"], true);
+                assert_eq!(report["sample_count"], 40);
+                // 24 parameters and shares, their covariance of which three blocks count as one figure each, the
+                // other figures of three arms, four planes and four points.
+                assert_eq!(report["figures"], 3 * (8 + 64 + 8 + 8) + 3 + 8);
+                assert_eq!(report["differences"], serde_json::json!([]), "{port}");
+            }
+        }
     }
 
     #[test]

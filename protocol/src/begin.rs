@@ -19,11 +19,7 @@ impl<T: Real> Begin<T> {
     }
 
     fn settings(&self) -> Result<Settings<T>, Fault> {
-        let tolerance = self
-            .tolerance
-            .map(|(length, angle)| Tolerance::new(length, angle))
-            .transpose()
-            .map_err(|_| Fault::Settings)?;
+        let tolerance = tolerance(self.tolerance)?;
         let noise = self
             .noise
             .map(|(position, joint)| Noise::by_axis(position, joint))
@@ -58,4 +54,12 @@ impl<T: Real> Begin<T> {
             selection,
         })
     }
+}
+
+/// One σ of lengths and angles, as the core has it.
+pub(crate) fn tolerance<T: Real>(stated: Option<(T, T)>) -> Result<Option<Tolerance<T>>, Fault> {
+    stated
+        .map(|(length, angle)| Tolerance::new(length, angle))
+        .transpose()
+        .map_err(|_| Fault::Settings)
 }

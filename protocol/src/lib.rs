@@ -18,6 +18,9 @@
 //! Outcome { session, arm } ──────────────→ Outcome
 //! Apply { session, fingerprint, from } ──→ Parameters
 //! ```
+//!
+//! Of heights, distances and single coordinates: `BeginObservations` in place of `Begin`, `Observation` in place
+//! of `Sample`, and `Places` beside `Outcome`.
 
 #![forbid(unsafe_code)]
 #![no_std]
@@ -29,9 +32,11 @@ mod begin;
 mod fingerprint;
 mod frame;
 mod messages;
+mod observations;
 mod outcomes;
 #[cfg(test)]
 mod page;
+mod setup;
 
 pub use fingerprint::fingerprint;
 pub use frame::{
@@ -42,3 +47,8 @@ pub use messages::{
     ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Fault, GateStatus, Identity, Origin,
     ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
 };
+pub use observations::{
+    BeginObservations, ObservationMessage, PLANES, POINTS, Places, PlaneMessage, PointMessage,
+    Solved, Solver, UNKNOWNS,
+};
+pub use setup::Setup;

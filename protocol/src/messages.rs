@@ -1,5 +1,7 @@
+use crate::observations::{BeginObservations, ObservationMessage, Places};
 use delta_cal::ArmIndex;
 use delta_cal::calibration::{StartUsed, Termination};
+use delta_cal::observations::ObservationError;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{Added, Alarm, Estimator, GateCounts, StreamRefusal, Validation};
 use serde::{Deserialize, Serialize};
@@ -62,6 +64,16 @@ pub enum Request<T> {
         rows: ArmIndex,
         /// The arm of the columns.
         columns: ArmIndex,
+    },
+    /// As [`Begin`](Request::Begin), for a calibration from observations. Answer: [`Response::Taken`].
+    BeginObservations(BeginObservations<T>),
+    /// One observation of a session that was begun for them; `Solve`, `Outcome`, `Covariance` and `Apply` follow
+    /// as with samples. Answer: [`Response::Taken`].
+    Observation(ObservationMessage<T>),
+    /// Of a calibration from observations, where the planes and points are. Answer: [`Response::Places`].
+    Places {
+        /// The session.
+        session: u32,
     },
 }
 
@@ -146,6 +158,8 @@ pub enum Response<T> {
     Counters(Counters),
     /// A block of the covariance of a joint calibration.
     Covariance(CovarianceBlock<T>),
+    /// Where the planes and points are.
+    Places(Places<T>),
 }
 
 /// Why a request changed nothing.
@@ -185,6 +199,21 @@ pub enum Fault {
     },
     /// The parameters could not be stored, so they are not used either.
     Store,
+    /// The observation is not usable.
+    Observation(ObservationError),
+    /// The controller has no memory for more observations.
+    TooManyObservations {
+        /// It has for so many.
+        capacity: u32,
+    },
+    /// The planes and points have more unknowns than there is room for.
+    TooManyUnknowns {
+        /// There is for so many: three a plane, three a point and one for an offset.
+        capacity: u32,
+    },
+    /// A sample in a session for observations, an observation in one for samples, or the places of a session for
+    /// samples.
+    OtherKind,
 }
 
 /// Who answers.

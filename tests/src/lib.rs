@@ -13,6 +13,7 @@ pub mod documents;
 pub mod geometries;
 pub mod goldens;
 pub mod noisy_campaign;
+pub mod observed;
 pub mod outliers;
 pub mod peer;
 

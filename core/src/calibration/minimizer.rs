@@ -80,7 +80,7 @@ where
     R: Prior<T, N, M, E>,
 {
     /// Before [`begin`](Self::begin).
-    pub(super) fn unstarted(first_arm: ArmIndex, prior: R, settings: &Settings<T>) -> Self {
+    pub(crate) fn unstarted(first_arm: ArmIndex, prior: R, settings: &Settings<T>) -> Self {
         Self {
             first_arm,
             settings: *settings,
@@ -125,7 +125,7 @@ where
 
     /// In place: on a small stack a copy of a solver is a large object.
     #[inline(never)]
-    pub(super) fn begin<P: Problem<T, N, M, E, At = A>>(
+    pub(crate) fn begin<P: Problem<T, N, M, E, At = A>>(
         &mut self,
         problem: &P,
     ) -> Result<(), Refusal> {

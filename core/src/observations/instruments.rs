@@ -152,6 +152,27 @@ impl<T: Real> Instruments<'_, T> {
         OF_ROBOT + self.frame_unknowns() + OF_PLANE * self.planes.len() + before
     }
 
+    /// The unknowns at their places among all parameters, with coordinates in the robot's own frame: c, a and b
+    /// of each plane, and x, y, z and offset of each point.
+    pub fn unknowns_at<const N: usize>(&self, planes: &[[T; 3]], points: &[[T; 4]]) -> [T; N] {
+        let mut unknowns = [T::ZERO; N];
+        let mut put = |column: usize, values: &[T]| {
+            for (entry, value) in unknowns.iter_mut().skip(column).zip(values) {
+                *entry = *value;
+            }
+        };
+        for ((index, values), _) in (0..).zip(planes).zip(self.planes) {
+            put(self.plane_column(index), values);
+        }
+        for ((index, values), point) in (0..).zip(points).zip(self.points) {
+            let column = self.point_column(index);
+            for (offset, value) in values.iter().take(point.unknowns()).enumerate() {
+                put(column + offset, &[*value]);
+            }
+        }
+        unknowns
+    }
+
     /// Whose unknown stands at a place among all parameters.
     pub fn instrument_of(&self, parameter: usize) -> Option<Instrument> {
         let unknown = parameter.checked_sub(OF_ROBOT)?;

@@ -2,6 +2,7 @@
 
 use super::equation::{Equation, equations};
 use super::instruments::Instruments;
+use super::observation::ObservationError;
 use super::row::{ObservationRow, READINGS};
 use super::start::StartValues;
 use crate::Real;
@@ -52,12 +53,26 @@ impl<T: Real> Pose<T> {
 impl<T: Real> ObservationRow<T> {
     /// Leaves the row out if a robot does not reach its joint angles; looks whether the platform is nearly in
     /// line with the forearms there.
-    pub(super) fn look_whether_reached(&mut self, robot: &Robot<T>) {
+    ///
+    /// # Errors
+    /// [`ObservationError::SamePlace`].
+    pub(super) fn look_whether_reached(
+        &mut self,
+        robot: &Robot<T>,
+    ) -> Result<(), ObservationError> {
         let poses = self.poses(robot);
         self.left_out = poses.is_none();
         self.steep = poses.is_some_and(|(own, other)| {
             own.is_steep(robot) || other.is_some_and(|other| other.is_steep(robot))
         });
+        if let Some((own, Some(other))) = poses {
+            let apart = own.position - other.position;
+            let least = T::EPSILON.square_root() * own.position.dot(&own.position).square_root();
+            if !(apart.dot(&apart).square_root() > least) {
+                return Err(ObservationError::SamePlace);
+            }
+        }
+        Ok(())
     }
 
     /// Takes the weights of the readings from a robot and values of the unknowns.

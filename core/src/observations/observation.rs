@@ -35,6 +35,7 @@ pub struct Distance<T> {
 
 /// Where a distance begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum DistanceFrom<T> {
     /// At one of [`Instruments::points`](super::Instruments::points).
     Point(u8),
@@ -44,6 +45,7 @@ pub enum DistanceFrom<T> {
 
 /// Why an observation is not taken in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ObservationError {

@@ -1,11 +1,12 @@
-use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, PositionFrame};
+use super::instruments::{Instruments, OF_ROBOT};
 use super::observation::ObservationError;
 use super::outcome::ObservationOutcome;
+use super::prepared::Prepared;
 use super::row::ObservationRow;
 use super::start::StartValues;
 use crate::Real;
 use crate::calibration::{Estimate, Instrument, Piece, Problem, Refusal, damp_rows};
-use crate::robot::{Arm, ArmIndex, Drive, Parameter, ParameterKind, Robot};
+use crate::robot::{Arm, ArmIndex, Drive, Robot};
 use crate::samples::{Triangle, moved_arm};
 
 /// Parameters of an arm.
@@ -57,16 +58,7 @@ pub struct ObservationProblem<'a, T: Real, const N: usize> {
     pub(super) robot: &'a Robot<T>,
     pub(super) instruments: &'a Instruments<'a, T>,
     pub(super) rows: &'a [ObservationRow<T>],
-    pub(super) start: StartValues<T, N>,
-    /// What a correction of 1 is: 1 rad, or the upper arm's length.
-    pub(super) units: [T; N],
-    pub(super) terms_squared: T,
-    pub(super) readings: T,
-    pub(super) effective_rows: T,
-    /// Whether rows near singularities of the nominal robot do not count.
-    pub(super) clear_alone: bool,
-    /// Where to start if the start from nominal leads nowhere.
-    pub(super) second_start: Option<[T; N]>,
+    pub(super) prepared: Prepared<T, N>,
 }
 
 /// A robot and the unknowns of the instruments at a correction.
@@ -131,22 +123,22 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
                 .check(robot.drive(), instruments)
                 .map_err(|error| PrepareError::Row { index, error })?;
         }
+        for (index, row) in rows.iter_mut().enumerate() {
+            row.look_whether_reached(robot)
+                .map_err(|error| PrepareError::Row { index, error })?;
+        }
+        let mut prepared =
+            Prepared::begun(robot, instruments, rows).map_err(PrepareError::Refused)?;
         for row in rows.iter_mut() {
-            row.look_whether_reached(robot);
+            row.take_weights(robot, instruments, prepared.start());
+            prepared.count(robot, row);
         }
-        if let Some((instrument, observations, needed)) = instruments.lacking(rows) {
-            return Err(PrepareError::Refused(Refusal::TooFewObservations {
-                instrument,
-                observations,
-                needed,
-            }));
-        }
-        let start = StartValues::of(robot, instruments, rows)
-            .map_err(|(index, error)| PrepareError::Row { index, error })?;
-        for row in rows.iter_mut() {
-            row.take_weights(robot, instruments, &start);
-        }
-        Ok(Self::new(robot, instruments, rows, start))
+        Ok(Self {
+            robot,
+            instruments,
+            rows,
+            prepared,
+        })
     }
 
     /// Of rows that were prepared for these instruments and weigh what they weigh now.
@@ -156,60 +148,28 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         rows: &'a [ObservationRow<T>],
         start: StartValues<T, N>,
     ) -> Self {
-        let [first, ..] = robot.arms();
-        let mut units = [first.upper_arm_length(); N];
-        let mut places = units.iter_mut();
-        for arm in robot.arms() {
-            for parameter in robot.drive().places() {
-                if let Some(unit) = places.next() {
-                    *unit = match parameter.map(Parameter::kind) {
-                        Some(ParameterKind::Length) => arm.upper_arm_length(),
-                        Some(ParameterKind::Angle | ParameterKind::Ratio) => T::ONE,
-                        None => T::ZERO,
-                    };
-                }
-            }
-        }
-        let mut angles = |column: usize, count: usize| {
-            for unit in units.iter_mut().skip(column).take(count) {
-                *unit = T::ONE;
-            }
-        };
-        if instruments.frame == PositionFrame::Sensor {
-            angles(OF_ROBOT + 3, 3);
-        }
-        for (index, _) in (0..).zip(instruments.planes) {
-            angles(instruments.plane_column(index) + 1, OF_PLANE - 1);
-        }
-        let (mut terms_squared, mut readings, mut effective_rows) = (T::ZERO, T::ZERO, T::ZERO);
+        let mut prepared = Prepared::new(robot, instruments, start);
         for row in rows {
-            terms_squared += row.terms_squared(robot);
-            readings += T::from_count(row.observation().readings() as u64) * row.weight();
-            effective_rows += row.weight();
+            prepared.count(robot, row);
         }
         Self {
             robot,
             instruments,
             rows,
-            start,
-            units,
-            terms_squared,
-            readings,
-            effective_rows,
-            clear_alone: false,
-            second_start: None,
+            prepared,
         }
     }
 
     /// The rows are worth so many.
     pub(super) fn count_as(&mut self, effective_rows: T) {
-        self.readings *= effective_rows / self.effective_rows.larger(T::EPSILON);
-        self.effective_rows = effective_rows;
+        let prepared = &mut self.prepared;
+        prepared.readings *= effective_rows / prepared.effective_rows.larger(T::EPSILON);
+        prepared.effective_rows = effective_rows;
     }
 
     /// Whether a row does not count this time.
     fn passes_over(&self, row: &ObservationRow<T>) -> bool {
-        self.clear_alone && row.is_steep()
+        self.prepared.clear_alone && row.is_steep()
     }
 
     /// The robot and the unknowns of an estimate.
@@ -221,7 +181,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             self.robot_at(&estimate.correction)?,
             *estimate,
             self.unknowns_at(&estimate.correction),
-            *self.start.frame(),
+            *self.prepared.start.frame(),
         ))
     }
 
@@ -238,12 +198,14 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     /// Each reading of a row less what it should be, in σ and with the row's weights: x, y, z, height,
     /// distance; 0 where nothing was read.
     pub fn residuals(&self, outcome: &ObservationOutcome<T, N>, row: usize) -> Option<[T; 5]> {
-        self.rows.get(row)?.residuals(
-            &outcome.robot,
-            self.instruments,
-            &self.start,
-            outcome.unknowns(),
-        )
+        self.residuals_at(&outcome.robot, outcome.unknowns(), row)
+    }
+
+    /// The same of a robot and [unknowns](Instruments::unknowns_at) that come from elsewhere.
+    pub fn residuals_at(&self, robot: &Robot<T>, unknowns: &[T; N], row: usize) -> Option<[T; 5]> {
+        self.rows
+            .get(row)?
+            .residuals(robot, self.instruments, &self.prepared.start, unknowns)
     }
 
     /// How the readings of a row change with the parameters at the start, in σ and with the row's weights:
@@ -257,15 +219,15 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         self.rows.get(row)?.linearized(
             self.robot,
             self.instruments,
-            &self.start,
-            self.start.unknowns(),
-            &self.units,
+            &self.prepared.start,
+            self.prepared.start.unknowns(),
+            &self.prepared.units,
         )
     }
 
     /// Where the unknowns start.
     pub(super) const fn start(&self) -> &StartValues<T, N> {
-        &self.start
+        &self.prepared.start
     }
 
     /// How far a row is off, √ of the sum of its squared residuals in σ, whatever it weighs. Infinite where the
@@ -273,10 +235,9 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     pub(super) fn distance(&self, at: &InstrumentsAt<T, N>, row: &ObservationRow<T>) -> T {
         let mut row = *row;
         row.set_weight(T::ONE);
-        let residuals = at
-            .robot
-            .as_ref()
-            .and_then(|robot| row.residuals(robot, self.instruments, &self.start, &at.unknowns));
+        let residuals = at.robot.as_ref().and_then(|robot| {
+            row.residuals(robot, self.instruments, &self.prepared.start, &at.unknowns)
+        });
         residuals.map_or(T::INFINITY, |own| squared_length(&own).square_root())
     }
 
@@ -284,7 +245,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         let mut displacements = [[T::ZERO; ARM]; 3];
         for ((value, unit), target) in correction
             .iter()
-            .zip(self.units)
+            .zip(self.prepared.units)
             .zip(displacements.as_flattened_mut())
         {
             *target = *value * unit;
@@ -303,8 +264,8 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     }
 
     fn unknowns_at(&self, correction: &[T; N]) -> [T; N] {
-        let mut values = *self.start.unknowns();
-        for ((value, delta), unit) in values.iter_mut().zip(correction).zip(self.units) {
+        let mut values = *self.prepared.start.unknowns();
+        for ((value, delta), unit) in values.iter_mut().zip(correction).zip(self.prepared.units) {
             *value += *delta * unit;
         }
         values
@@ -333,7 +294,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
             if self.passes_over(row) {
                 return Some([T::ZERO; 5]);
             }
-            row.residuals(robot, self.instruments, &self.start, &at.unknowns)
+            row.residuals(robot, self.instruments, &self.prepared.start, &at.unknowns)
         });
         Piece {
             sum_of_squares: residuals.map_or(T::INFINITY, |own| squared_length(&own)),
@@ -356,9 +317,9 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
             row.linearized::<N, M>(
                 robot,
                 self.instruments,
-                &self.start,
+                &self.prepared.start,
                 &at.unknowns,
-                &self.units,
+                &self.prepared.units,
             )
         });
         let Some(mut columns) = columns else {
@@ -380,7 +341,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     }
 
     fn free_start(&self, _: u8) -> Option<[T; N]> {
-        self.second_start
+        self.prepared.second_start
     }
 
     fn least_sum_of_squares(&self) -> T {
@@ -388,11 +349,11 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     }
 
     fn rows_squared(&self) -> T {
-        self.terms_squared
+        self.prepared.terms_squared
     }
 
     fn terms_squared(&self) -> T {
-        self.terms_squared
+        self.prepared.terms_squared
     }
 
     fn samples(&self) -> u64 {
@@ -400,11 +361,11 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     }
 
     fn effective_samples(&self) -> T {
-        self.effective_rows
+        self.prepared.effective_rows
     }
 
     fn residuals(&self) -> T {
-        self.readings
+        self.prepared.readings
     }
 
     fn noise_stated(&self) -> bool {
@@ -416,7 +377,11 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     }
 
     fn unit_of(&self, parameter: usize) -> T {
-        self.units.get(parameter).copied().unwrap_or(T::ONE)
+        self.prepared
+            .units
+            .get(parameter)
+            .copied()
+            .unwrap_or(T::ONE)
     }
 
     fn upper_arm(&self, parameter: usize) -> T {

@@ -18,47 +18,12 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         &self,
         settings: &Settings<T>,
     ) -> Result<ObservationOutcome<T, N>, Refusal> {
-        let found = self.minimised::<M, E>(settings);
-        match found.1 {
-            Err(
-                refusal @ (Refusal::NotConverged { .. }
-                | Refusal::Undetermined { .. }
-                | Refusal::ResidualContradictsNoise { .. }
-                | Refusal::FarFromNominal { .. }
-                | Refusal::NonFinite { .. }),
-            ) if self.rows.iter().any(ObservationRow::is_steep) => {
-                let clear = Self {
-                    clear_alone: true,
-                    ..*self
-                };
-                let again = Self {
-                    second_start: clear.minimised::<M, E>(settings).0,
-                    ..*self
-                };
-                if again.second_start.is_none() {
-                    return Err(refusal);
-                }
-                again.minimised::<M, E>(settings).1
+        let mut minimisation = Minimisation::<T, N, M, E>::new();
+        loop {
+            if let Some(result) = minimisation.step(self, settings) {
+                return result;
             }
-            result => result,
         }
-    }
-
-    /// Where the iteration ended, and what is to be said of it.
-    #[allow(clippy::type_complexity)]
-    fn minimised<const M: usize, const E: usize>(
-        &self,
-        settings: &Settings<T>,
-    ) -> (Option<[T; N]>, Result<ObservationOutcome<T, N>, Refusal>) {
-        let mut minimizer = match self.minimizer::<M, E>(settings) {
-            Ok(minimizer) => minimizer,
-            Err(refusal) => return (None, Err(refusal)),
-        };
-        while minimizer.step(self) == Progress::Working {}
-        let outcome = minimizer
-            .estimate(self)
-            .and_then(|estimate| self.outcome(&estimate));
-        (minimizer.end(), outcome)
     }
 
     /// The minimisation of this problem, with the settings' tolerance and what is known of the instruments.
@@ -85,7 +50,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         let mut weights = [T::ZERO; N];
         let places = self.robot.drive().places();
         let places = places.into_iter().cycle().take(OF_ROBOT);
-        for ((weight, unit), parameter) in weights.iter_mut().zip(self.units).zip(places) {
+        for ((weight, unit), parameter) in weights.iter_mut().zip(self.prepared.units).zip(places) {
             *weight = match (parameter, &settings.tolerance) {
                 (Some(parameter), Some(tolerance)) => unit / tolerance.of(parameter),
                 (Some(_), None) => T::ZERO,
@@ -93,7 +58,11 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
             };
         }
         let mut put = |column: usize, count: usize, sigma: T| {
-            let places = weights.iter_mut().zip(self.units).skip(column).take(count);
+            let places = weights
+                .iter_mut()
+                .zip(self.prepared.units)
+                .skip(column)
+                .take(count);
             for (weight, unit) in places {
                 *weight = unit / sigma;
             }
@@ -122,11 +91,113 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         if self.instruments.frame == PositionFrame::Sensor {
             let numbers = weights.iter_mut().skip(OF_ROBOT).take(OF_FRAME);
             for (number, weight) in numbers.enumerate() {
-                if self.start.is_free(number) {
+                if self.prepared.start.is_free(number) {
                     *weight = T::ONE;
                 }
             }
         }
         weights
+    }
+}
+
+type Correction<T, const N: usize, const M: usize, const E: usize> =
+    Minimizer<T, InstrumentsAt<T, N>, [T; N], N, M, E>;
+
+/// One minimisation after the other, in bounded steps.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Minimisation<T: Real, const N: usize, const M: usize, const E: usize> {
+    pass: Pass<T, N>,
+    minimizer: Option<Correction<T, N, M, E>>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Pass<T, const N: usize> {
+    /// All rows, from nominal.
+    FromNominal,
+    /// The rows of poses that are not near a singularity of the nominal robot; why from nominal nothing came.
+    ClearAlone(Refusal),
+    /// All rows, from the solution of those.
+    FromClear([T; N]),
+}
+
+impl<T: Real, const N: usize, const M: usize, const E: usize> Minimisation<T, N, M, E> {
+    pub(super) const fn new() -> Self {
+        Self {
+            pass: Pass::FromNominal,
+            minimizer: None,
+        }
+    }
+
+    /// One step of the same problem; the result with the last one.
+    pub(super) fn step(
+        &mut self,
+        whole: &ObservationProblem<'_, T, N>,
+        settings: &Settings<T>,
+    ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
+        let mut problem = *whole;
+        problem.prepared.clear_alone = matches!(self.pass, Pass::ClearAlone(_));
+        problem.prepared.second_start = match self.pass {
+            Pass::FromClear(start) => Some(start),
+            _ => None,
+        };
+        let Some(minimizer) = &mut self.minimizer else {
+            return self.begin(&problem, settings);
+        };
+        if minimizer.step(&problem) == Progress::Working {
+            return None;
+        }
+        self.end(&problem)
+    }
+
+    // Not inlined, here and below: what is done one after the other shares the stack.
+    #[inline(never)]
+    fn begin(
+        &mut self,
+        problem: &ObservationProblem<'_, T, N>,
+        settings: &Settings<T>,
+    ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
+        let prior = problem.prior_weights(settings);
+        let minimizer = Minimizer::unstarted(ArmIndex::First, prior, settings);
+        match (self.minimizer.insert(minimizer).begin(problem), &self.pass) {
+            (Ok(()), _) => None,
+            (Err(_), Pass::ClearAlone(refusal)) => Some(Err(*refusal)),
+            (Err(refusal), _) => Some(Err(refusal)),
+        }
+    }
+
+    #[inline(never)]
+    fn end(
+        &mut self,
+        problem: &ObservationProblem<'_, T, N>,
+    ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
+        let minimizer = self.minimizer.as_ref()?;
+        if let Pass::ClearAlone(refusal) = self.pass {
+            let Some(start) = minimizer.end() else {
+                return Some(Err(refusal));
+            };
+            self.pass = Pass::FromClear(start);
+            self.minimizer = None;
+            return None;
+        }
+        let result = minimizer
+            .estimate(problem)
+            .and_then(|estimate| problem.outcome(&estimate));
+        match (&self.pass, &result) {
+            (
+                Pass::FromNominal,
+                Err(
+                    refusal @ (Refusal::NotConverged { .. }
+                    | Refusal::Undetermined { .. }
+                    | Refusal::ResidualContradictsNoise { .. }
+                    | Refusal::FarFromNominal { .. }
+                    | Refusal::NonFinite { .. }),
+                ),
+            ) if problem.rows().iter().any(ObservationRow::is_steep) => {
+                self.pass = Pass::ClearAlone(*refusal);
+                self.minimizer = None;
+                None
+            }
+            _ => Some(result),
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Where the unknowns of the instruments start: closed forms from the nominal robot's forward kinematics.
 
 use super::instruments::{Instruments, PositionFrame};
-use super::observation::{DistanceFrom, ObservationError};
+use super::observation::DistanceFrom;
 use super::row::ObservationRow;
 use crate::Real;
 use crate::frame::RigidTransform;
@@ -20,30 +20,14 @@ pub struct StartValues<T: Real, const N: usize> {
 
 impl<T: Real, const N: usize> StartValues<T, N> {
     /// From rows that are checked, those that count.
-    ///
-    /// # Errors
-    /// A distance between two poses in the same place.
     pub(super) fn of(
         robot: &Robot<T>,
         instruments: &Instruments<'_, T>,
         rows: &[ObservationRow<T>],
-    ) -> Result<Self, (usize, ObservationError)> {
+    ) -> Self {
         let mut axes = [false; 3];
-        for (index, row) in rows.iter().enumerate() {
+        for row in counted(rows) {
             let observation = row.observation();
-            if row.is_left_out() {
-                continue;
-            }
-            if let Some(joints) = observation.other_joints()
-                && let Ok(own) = robot.forward(&observation.joints)
-                && let Ok(other) = robot.forward(joints)
-            {
-                let apart = own - other;
-                let least = T::EPSILON.square_root() * own.dot(&own).square_root();
-                if !(apart.dot(&apart).square_root() > least) {
-                    return Err((index, ObservationError::SamePlace));
-                }
-            }
             for (seen, coordinate) in axes.iter_mut().zip(&observation.position) {
                 *seen |= coordinate.is_some();
             }
@@ -75,7 +59,7 @@ impl<T: Real, const N: usize> StartValues<T, N> {
                 start.put(column, &[x, y, z]);
             }
         }
-        Ok(start)
+        start
     }
 
     fn put(&mut self, column: usize, values: &[T]) {

@@ -64,10 +64,7 @@ pub fn calibrate_observations(
     samples: &ObservationsFile,
     options: Options,
 ) -> Result<ObservationsReport, CalibrateError> {
-    check_options(samples, options)?;
-    check_frame(robot, samples, options.frame)?;
-    check_noise(robot, samples)?;
-    check_names(robot, samples)?;
+    check(robot, samples, options)?;
     let (frame, solver) = (options.frame, options.solver);
     let fit = match options.loss {
         None => calibrate(robot, samples, frame, solver),
@@ -75,6 +72,18 @@ pub fn calibrate_observations(
     };
     let fit = fit.map_err(|error| explained(robot, samples, options, error))?;
     Ok(report(robot, samples, options, fit))
+}
+
+/// What must be right before anything is computed.
+pub(crate) fn check(
+    robot: &RobotFile,
+    samples: &ObservationsFile,
+    options: Options,
+) -> Result<(), InputError> {
+    check_options(samples, options)?;
+    check_frame(robot, samples, options.frame)?;
+    check_noise(robot, samples)?;
+    check_names(robot, samples)
 }
 
 /// The reason in words.
@@ -209,7 +218,8 @@ pub(crate) fn check_names(robot: &RobotFile, samples: &ObservationsFile) -> Resu
     Ok(())
 }
 
-fn report(
+/// What there is to know of a fit.
+pub(crate) fn report(
     robot: &RobotFile,
     samples: &ObservationsFile,
     options: Options,

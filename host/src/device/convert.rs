@@ -2,22 +2,36 @@
 
 use super::error::DeviceError;
 use super::number::Number;
-use super::session::{Measurement, Solution};
+use super::solution::Solution;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::SamplesFile;
+use crate::files::samples_file::{ObservationsFile, SamplesFile};
+use crate::fit::observations;
 use crate::fit::options::{Options, Streaming};
 use crate::fit::outcome::Outcome;
 use delta_cal::calibration::ArmOutcome;
+use delta_cal::observations::DistanceFrom;
 use delta_cal::robot::Arm;
 use delta_cal::stream::Estimator;
 use delta_cal::{Parameter, Real, Robot, RobotOutcome};
-use delta_cal_protocol::{ArmReport, Begin};
+use delta_cal_protocol::{
+    ArmReport, Begin, BeginObservations, Fault, ObservationMessage, PLANES, POINTS, PlaneMessage,
+    PointMessage, UNKNOWNS,
+};
 use nalgebra::{SMatrix, SVector};
 use std::num::NonZeroU32;
 
+/// One measurement as it is sent: joint angles in radians, position in millimetres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measurement<T> {
+    /// q₁, q₂, q₃ in radians.
+    pub joints: [T; 3],
+    /// Measured platform position, mm.
+    pub position: [T; 3],
+}
+
 /// What a session is begun with: what a robot file states of tolerance and noise, rounded to the controller's numbers, and the
 /// options. The session is 0: it is drawn when it begins.
-pub fn begin<T: Number>(robot: &RobotFile, options: Options) -> Begin<T> {
+pub(super) fn begin<T: Number>(robot: &RobotFile, options: Options) -> Begin<T> {
     let rounded = T::from_f64;
     let Streaming {
         gate,
@@ -26,12 +40,7 @@ pub fn begin<T: Number>(robot: &RobotFile, options: Options) -> Begin<T> {
     } = options.streaming;
     Begin {
         session: 0,
-        tolerance: robot.tolerance.map(|t| {
-            (
-                rounded(t.of(Parameter::Lb)),
-                rounded(t.of(Parameter::Theta)),
-            )
-        }),
+        tolerance: tolerance(robot),
         noise: robot
             .noise
             .map(|n| (n.position_by_axis().map(rounded), rounded(n.joint()))),
@@ -47,14 +56,103 @@ pub fn begin<T: Number>(robot: &RobotFile, options: Options) -> Begin<T> {
     }
 }
 
+fn tolerance<T: Number>(robot: &RobotFile) -> Option<(T, T)> {
+    robot.tolerance.map(|t| {
+        (
+            T::from_f64(t.of(Parameter::Lb)),
+            T::from_f64(t.of(Parameter::Theta)),
+        )
+    })
+}
+
 /// The samples of a file, rounded to the controller's numbers.
-pub fn measurements<T: Number>(samples: &SamplesFile) -> Vec<Measurement<T>> {
+pub(super) fn measurements<T: Number>(samples: &SamplesFile) -> Vec<Measurement<T>> {
     samples
         .rows
         .iter()
         .map(|row| Measurement {
             joints: row.value.joints.map(T::from_f64),
             position: row.value.position.map(T::from_f64).data.0[0],
+        })
+        .collect()
+}
+
+/// As [`begin`], of a file of observations: the planes and points with what the robot file knows of them.
+///
+/// # Errors
+/// [`Fault::TooManyUnknowns`].
+pub(super) fn begin_observations<T: Number>(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+) -> Result<BeginObservations<T>, DeviceError> {
+    let rounded = T::from_f64;
+    let (planes, points) = observations::places(robot, file);
+    let noise = observations::noise(robot).ok_or(DeviceError::Fault(Fault::Settings))?;
+    let unknowns = || {
+        DeviceError::Fault(Fault::TooManyUnknowns {
+            capacity: u32::try_from(UNKNOWNS).unwrap_or(u32::MAX),
+        })
+    };
+    if planes.len() > PLANES || points.len() > POINTS {
+        return Err(unknowns());
+    }
+    let mut begin = BeginObservations {
+        session: 0,
+        tolerance: tolerance(robot),
+        noise: (
+            noise.position().position_by_axis().map(rounded),
+            rounded(noise.position().joint()),
+        ),
+        height_noise: rounded(noise.height()),
+        distance_noise: rounded(noise.distance()),
+        plane_count: u8::try_from(planes.len()).map_err(|_| unknowns())?,
+        planes: [PlaneMessage::default(); PLANES],
+        point_count: u8::try_from(points.len()).map_err(|_| unknowns())?,
+        points: [PointMessage::default(); POINTS],
+    };
+    for (message, plane) in begin.planes.iter_mut().zip(&planes) {
+        message.known = plane.known.map(|(c, sigma)| (rounded(c), rounded(sigma)));
+        message.level = plane.level.map(rounded);
+    }
+    for (message, point) in begin.points.iter_mut().zip(&points) {
+        message.known = point
+            .known
+            .map(|(place, sigma)| (place.data.0[0].map(rounded), rounded(sigma)));
+        message.offset = point.offset;
+    }
+    Ok(begin)
+}
+
+/// The rows of a file, rounded to the controller's numbers.
+///
+/// # Errors
+/// [`Fault::TooManyUnknowns`].
+pub(super) fn observations<T: Number>(
+    file: &ObservationsFile,
+) -> Result<Vec<ObservationMessage<T>>, DeviceError> {
+    let capacity = u32::try_from(UNKNOWNS).unwrap_or(u32::MAX);
+    let rounded = T::from_f64;
+    file.rows
+        .iter()
+        .map(|row| {
+            let own = observations::observation(&row.value)
+                .map_err(|_| DeviceError::Fault(Fault::TooManyUnknowns { capacity }))?;
+            Ok(ObservationMessage {
+                session: 0,
+                index: 0,
+                joints: own.joints.map(rounded),
+                position: own.position.map(|value| value.map(rounded)),
+                height: own
+                    .height
+                    .map(|height| (height.plane, rounded(height.height))),
+                distance: own.distance.map(|distance| {
+                    let from = match distance.from {
+                        DistanceFrom::Point(point) => DistanceFrom::Point(point),
+                        DistanceFrom::Pose(joints) => DistanceFrom::Pose(joints.map(rounded)),
+                    };
+                    (from, rounded(distance.distance))
+                }),
+            })
         })
         .collect()
 }
@@ -75,7 +173,15 @@ pub fn robot<T: Real, U: Real>(arms: &[[T; 8]; 3]) -> Result<Robot<U>, DeviceErr
 pub fn outcome<T: Number>(solution: &Solution<T>) -> Result<Outcome, DeviceError> {
     let blocks = solution.across.iter().flatten();
     let mut across = blocks.flat_map(|block| block.covariance.iter().flatten().flatten());
-    if !(solution.arms.iter().all(possible) && across.all(|entry| entry.finite())) {
+    let places = solution.places.iter();
+    let mut places = places.flat_map(|own| {
+        let planes = own.planes.as_flattened().iter();
+        planes.chain(own.points.as_flattened())
+    });
+    let possible = solution.arms.iter().all(possible)
+        && across.all(|entry| entry.finite())
+        && places.all(|number| number.finite());
+    if !possible {
         return Err(DeviceError::ImpossibleOutcome);
     }
     let robot: Robot<f64> = robot(&solution.parameters())?;

@@ -1,3 +1,4 @@
+use delta_cal::observations::ObservationError;
 use delta_cal::samples::SampleError;
 use delta_cal_protocol::{Fault, Origin, VERSION};
 use std::error::Error;
@@ -33,12 +34,19 @@ pub enum DeviceError {
     RequestTooLarge,
     /// The controller refused the request.
     Fault(Fault),
-    /// The controller does not take this sample.
-    Sample {
+    /// The controller does not take this row.
+    Row {
         /// Which, counted from 0.
         index: usize,
         /// Why.
-        error: SampleError,
+        error: RowError,
+    },
+    /// The controller has no memory for so many observations.
+    TooManyRows {
+        /// How many there are.
+        rows: usize,
+        /// How many it has memory for.
+        capacity: u32,
     },
     /// The controller restarts over and over, or somebody else is calibrating it.
     SessionsLost {
@@ -60,6 +68,24 @@ pub enum DeviceError {
     ImpossibleGeometry,
     /// A figure of the controller's result is not a number, or negative where none can be.
     ImpossibleOutcome,
+}
+
+/// Why a controller does not take a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RowError {
+    /// A position or a joint angle is impossible.
+    Sample(SampleError),
+    /// An observation is not usable.
+    Observation(ObservationError),
+}
+
+impl fmt::Display for RowError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sample(error) => error.fmt(formatter),
+            Self::Observation(error) => error.fmt(formatter),
+        }
+    }
 }
 
 impl From<io::Error> for DeviceError {
@@ -107,6 +133,15 @@ impl DeviceError {
                 "somebody else changed them meanwhile: look at them and start again"
             }
             Self::Fault(Fault::NoOutcome) => "calibrate it first",
+            Self::Fault(Fault::UnknownRequest) => {
+                "load newer firmware into the controller, or use delta-cal calibrate"
+            }
+            Self::TooManyRows { .. } => {
+                "leave out rows of poses that are close to others, or use delta-cal calibrate, which takes any number"
+            }
+            Self::Fault(Fault::TooManyUnknowns { .. }) => {
+                "use fewer planes and points, or delta-cal calibrate, which has room for 48 unknowns"
+            }
             _ => "start again; if it stays so, restart the controller",
         }
     }
@@ -135,8 +170,17 @@ impl fmt::Display for DeviceError {
                 formatter.write_str("the controller's answer is none to what was asked")
             }
             Self::RequestTooLarge => formatter.write_str("the request does not fit a frame"),
+            Self::Row { index, error } => write!(formatter, "sample {}: {error}", index + 1),
+            Self::TooManyRows { rows, capacity } => write!(
+                formatter,
+                "{rows} rows, and the controller has memory for {capacity}"
+            ),
+            Self::Fault(Fault::TooManyUnknowns { capacity }) => write!(
+                formatter,
+                "the planes and points have more than the {capacity} unknowns that the controller has memory \
+                 for: three a plane, three a point and one for an offset"
+            ),
             Self::Fault(fault) => formatter.write_str(fault_in_words(*fault)),
-            Self::Sample { index, error } => write!(formatter, "sample {}: {error}", index + 1),
             Self::SessionsLost { sessions } => write!(
                 formatter,
                 "the controller forgot the calibration {sessions} times: it restarts, or somebody \
@@ -179,6 +223,7 @@ const fn fault_in_words(fault: Fault) -> &'static str {
         Fault::OtherParameters { .. } => {
             "the controller's parameters are no longer those that were looked at"
         }
+        Fault::OtherKind => "the controller's session is for another kind of measurement",
         Fault::Store => "the controller could not store the parameters",
         _ => "the controller refused the request",
     }

@@ -5,23 +5,26 @@ use super::client::Client;
 use super::convert;
 use super::error::DeviceError;
 use super::number::Number;
+use super::sending::Sending;
 use super::session::{self, Finished, Step};
 use super::transport::Transport;
 use super::verify::{Comparison, Ended, compare, solve_here};
 use crate::calibration::case::settings;
 use crate::calibration::error::CalibrateError;
+use crate::calibration::observations::{self, ObservationsReport};
 use crate::calibration::report::CalibrationReport;
 use crate::calibration::{Elsewhere, calibrated_elsewhere};
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::SamplesFile;
+use crate::files::samples_file::{Measurements, ObservationsFile, SamplesFile};
+use crate::fit::observations::found_elsewhere;
 use crate::fit::options::Options;
 use crate::fit::stream::{Record, Unweighed};
 use crate::text::words::in_file_units;
 use delta_cal::robot::ParameterKind;
-use delta_cal::stream::Added;
-use delta_cal::{ArmIndex, Parameter};
-use delta_cal_protocol::{ParameterSet, fingerprint};
+use delta_cal::stream::{Added, StreamRefusal};
+use delta_cal::{ArmIndex, Parameter, Real};
+use delta_cal_protocol::{Fault, ParameterSet, fingerprint};
 use std::error::Error;
 use std::fmt;
 
@@ -77,10 +80,10 @@ pub fn calibrate_robot<T: Number, L: Transport>(
     progress: &mut dyn FnMut(Step),
 ) -> Result<(Finished<T>, CalibrationReport), DeviceFailure> {
     check(robot, options)?;
-    let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
-    check_nominal(robot, &nominal.arms)?;
-    let mut finished: Finished<T> = calibrated(client, robot, samples, options, progress)?;
-    complete(&mut finished, &nominal.arms, robot, samples, options)?;
+    let sending = Sending::samples(robot, samples, options);
+    let (mut finished, nominal) = calibrated::<T, L>(client, robot, &sending, progress)
+        .map_err(|error| samples_at_fault(samples, error))?;
+    complete(&mut finished, &nominal, &sending)?;
     let before = RobotFile {
         name: format!("the controller on {port}"),
         robot: convert::robot(&finished.parameters_before.arms)?,
@@ -88,6 +91,42 @@ pub fn calibrate_robot<T: Number, L: Transport>(
     };
     let found = found(samples, options, &finished)?;
     let report = calibrated_elsewhere(robot, &before, samples, options, found)?;
+    Ok((finished, report))
+}
+
+/// The same from heights, distances and single coordinates. `before` is the robot file's robot.
+///
+/// # Errors
+/// As [`calibrate_robot`], and more rows, planes or points than the controller has memory for.
+pub fn calibrate_robot_from_observations<T: Number, L: Transport>(
+    client: &mut Client<L>,
+    robot: &RobotFile,
+    samples: &ObservationsFile,
+    options: Options,
+    progress: &mut dyn FnMut(Step),
+) -> Result<(Finished<T>, ObservationsReport), DeviceFailure> {
+    observations::check(robot, samples, options)?;
+    let at_fault = |error| observations_at_fault(samples, error);
+    let sending = Sending::observations(robot, samples).map_err(|error| at_fault(error.into()))?;
+    let (finished, _) = calibrated::<T, L>(client, robot, &sending, progress).map_err(at_fault)?;
+    let explained = |error| observations::explained(robot, samples, options, error);
+    let solution = match &finished.result {
+        Ok(solution) => solution,
+        Err(StreamRefusal::Calibration(refusal)) => return Err(explained((*refusal).into()).into()),
+        Err(_) => return Err(DeviceError::Unexpected.into()),
+    };
+    let Some(places) = &solution.places else {
+        return Err(DeviceError::Unexpected.into());
+    };
+    let fit = found_elsewhere(
+        robot,
+        samples,
+        convert::outcome(solution)?,
+        &places.planes.map(|place| place.map(Real::to_f64)),
+        &places.points.map(|place| place.map(Real::to_f64)),
+    )
+    .map_err(explained)?;
+    let report = observations::report(robot, samples, options, fit);
     Ok((finished, report))
 }
 
@@ -102,15 +141,12 @@ fn check(robot: &RobotFile, options: Options) -> Result<(), CalibrateError> {
 fn complete<T: Number>(
     finished: &mut Finished<T>,
     nominal: &[[T; 8]; 3],
-    robot: &RobotFile,
-    samples: &SamplesFile,
-    options: Options,
+    sending: &Sending<T>,
 ) -> Result<(), DeviceError> {
     if finished.added.iter().all(Option::is_some) {
         return Ok(());
     }
-    let begin = convert::begin(robot, options);
-    let here = solve_here(nominal, &begin, &convert::measurements(samples))?;
+    let here = solve_here(nominal, sending)?;
     for (added, here) in finished.added.iter_mut().zip(here.added) {
         *added = added.or(here);
     }
@@ -161,24 +197,42 @@ fn found<T: Number>(
     })
 }
 
+/// With the controller's nominal geometry, which must be the file's.
 fn calibrated<T: Number, L: Transport>(
     client: &mut Client<L>,
     robot: &RobotFile,
-    samples: &SamplesFile,
-    options: Options,
+    sending: &Sending<T>,
     progress: &mut dyn FnMut(Step),
-) -> Result<Finished<T>, DeviceFailure> {
-    let begin = convert::begin(robot, options);
-    let measurements = convert::measurements(samples);
-    session::calibrate(client, &begin, &measurements, progress)
-        .map_err(|error| in_file(samples, error))
+) -> Result<(Finished<T>, [[T; 8]; 3]), DeviceFailure> {
+    let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
+    check_nominal(robot, &nominal.arms)?;
+    let finished = session::calibrate(client, sending, progress)?;
+    Ok((finished, nominal.arms))
 }
 
-/// A sample that is not taken is a fault of the file.
-fn in_file(samples: &SamplesFile, error: DeviceError) -> DeviceFailure {
+/// A row that is not taken is a fault of the file.
+fn samples_at_fault(samples: &SamplesFile, error: DeviceFailure) -> DeviceFailure {
     match error {
-        DeviceError::Sample { index, error } => samples.fault(index, error.to_string()).into(),
-        other => DeviceFailure::Device(other),
+        DeviceFailure::Device(DeviceError::Row { index, error }) => {
+            samples.fault(index, error.to_string()).into()
+        }
+        other => other,
+    }
+}
+
+/// So are more rows, planes or points than the controller has memory for.
+fn observations_at_fault(samples: &ObservationsFile, error: DeviceFailure) -> DeviceFailure {
+    match error {
+        DeviceFailure::Device(DeviceError::Row { index, error }) => {
+            samples.fault(index, error.to_string()).into()
+        }
+        DeviceFailure::Device(
+            error @ (DeviceError::TooManyRows { .. }
+            | DeviceError::Fault(Fault::TooManyUnknowns { .. })),
+        ) => InputError::new(&samples.name, error.to_string())
+            .with_remedy(error.remedy())
+            .into(),
+        other => other,
     }
 }
 
@@ -198,22 +252,28 @@ pub struct Verified {
 pub fn verify<T: Number, L: Transport>(
     client: &mut Client<L>,
     robot: &RobotFile,
-    samples: &SamplesFile,
+    measurements: &Measurements,
     options: Options,
     progress: &mut dyn FnMut(Step),
 ) -> Result<Verified, DeviceFailure> {
-    check(robot, options)?;
-    let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
-    check_nominal(robot, &nominal.arms)?;
-    let Finished { added, result, .. } =
-        calibrated::<T, L>(client, robot, samples, options, progress)?;
+    let at_fault = |error| match measurements {
+        Measurements::Positions(samples) => samples_at_fault(samples, error),
+        Measurements::Observations(samples) => observations_at_fault(samples, error),
+    };
+    let sending = match measurements {
+        Measurements::Positions(samples) => {
+            check(robot, options)?;
+            Sending::<T>::samples(robot, samples, options)
+        }
+        Measurements::Observations(samples) => {
+            observations::check(robot, samples, options)?;
+            Sending::observations(robot, samples).map_err(|error| at_fault(error.into()))?
+        }
+    };
+    let (finished, nominal) = calibrated(client, robot, &sending, progress).map_err(at_fault)?;
+    let Finished { added, result, .. } = finished;
     let device = Ended { added, result };
-    let here = solve_here(
-        &nominal.arms,
-        &convert::begin(robot, options),
-        &convert::measurements(samples),
-    )
-    .map_err(|error| in_file(samples, error))?;
+    let here = solve_here(&nominal, &sending).map_err(|error| at_fault(error.into()))?;
     Ok(Verified {
         calibrated: device.result.is_ok(),
         comparison: compare(&device, &here),

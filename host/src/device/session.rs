@@ -3,27 +3,20 @@
 use super::client::{Client, unexpected};
 use super::error::DeviceError;
 use super::number::Number;
+use super::sending::Sending;
+use super::solution::{ACROSS, Solution};
 use super::transport::Transport;
 use delta_cal::ArmIndex;
-use delta_cal::stream::{Added, Estimator, StreamRefusal};
+use delta_cal::stream::{Added, StreamRefusal};
 use delta_cal_protocol::{
-    ArmReport, Begin, CovarianceBlock, Fault, ParameterSet, Parameters, Phase, Request, Response,
-    SampleMessage, Status, fingerprint,
+    ArmReport, CovarianceBlock, Fault, ParameterSet, Parameters, Phase, Request, Response, Status,
+    fingerprint,
 };
 
 /// So often is a calibration begun again after the controller forgot it.
 const SESSIONS: u32 = 5;
 /// Looks at whether the control loop has switched.
 const LOOKS_AT_SWITCH: u32 = 50;
-
-/// One measurement as it is sent: joint angles in radians, position in millimetres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measurement<T> {
-    /// q₁, q₂, q₃ in radians.
-    pub joints: [T; 3],
-    /// Measured platform position, mm.
-    pub position: [T; 3],
-}
 
 /// How far it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,35 +27,6 @@ pub enum Step {
     Solving(Option<ArmIndex>),
     /// The controller forgot everything; it begins again.
     BegunAgain,
-}
-
-/// What a controller found.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Solution<T> {
-    /// Each arm.
-    pub arms: [ArmReport<T>; 3],
-    /// Of a joint calibration, the covariance of the first arm with the second, of the first with the third and of the
-    /// second with the third.
-    pub across: Option<[CovarianceBlock<T>; 3]>,
-}
-
-/// The pairs of arms whose covariance a [`Solution`] holds: rows and columns.
-pub(super) const ACROSS: [(ArmIndex, ArmIndex); 3] = [
-    (ArmIndex::First, ArmIndex::Second),
-    (ArmIndex::First, ArmIndex::Third),
-    (ArmIndex::Second, ArmIndex::Third),
-];
-
-impl<T: Number> Solution<T> {
-    /// The parameters of the three arms.
-    pub fn parameters(&self) -> [[T; 8]; 3] {
-        self.arms.map(|arm| arm.parameters)
-    }
-
-    /// What names it in [`Request::Apply`].
-    pub fn fingerprint(&self) -> u32 {
-        fingerprint(&self.parameters())
-    }
 }
 
 /// A calibration that the controller has finished, one way or the other.
@@ -99,19 +63,18 @@ impl From<DeviceError> for Broken {
 }
 
 /// Sends the measurements and waits for what the controller makes of them. If the controller restarts meanwhile, goes on with
-/// what it has stored, or begins again. The session of `begin` is not looked at: each calibration draws its own.
+/// what it has stored, or begins again.
 ///
 /// # Errors
-/// A link that does not work, a sample that is not taken, a controller that restarts over and
+/// A link that does not work, a row that is not taken, a controller that restarts over and
 /// over. A calibration that is refused is no error.
 pub fn calibrate<T: Number, L: Transport>(
     client: &mut Client<L>,
-    begin: &Begin<T>,
-    measurements: &[Measurement<T>],
+    sending: &Sending<T>,
     progress: &mut dyn FnMut(Step),
 ) -> Result<Finished<T>, DeviceError> {
     for _ in 0..SESSIONS {
-        match session(client, begin, measurements, progress) {
+        match session(client, sending, progress) {
             Ok(finished) => return Ok(finished),
             Err(Broken::Lost) => progress(Step::BegunAgain),
             Err(Broken::Error(error)) => return Err(error),
@@ -122,13 +85,11 @@ pub fn calibrate<T: Number, L: Transport>(
 
 fn session<T: Number, L: Transport>(
     client: &mut Client<L>,
-    begin: &Begin<T>,
-    measurements: &[Measurement<T>],
+    sending: &Sending<T>,
     progress: &mut dyn FnMut(Step),
 ) -> Result<Finished<T>, Broken> {
     let session = client.new_session();
-    let begin = Begin { session, ..*begin };
-    match client.ask(&Request::Begin(begin))? {
+    match client.ask(&sending.begin(session))? {
         Response::Taken {
             session: open,
             next: 0,
@@ -146,13 +107,13 @@ fn session<T: Number, L: Transport>(
     let mut added = Vec::new();
     // Each round ends with a restart of the controller, which has kept some of the samples.
     for _ in 0..SESSIONS {
-        send(client, session, measurements, &mut added, progress)?;
+        send(client, session, sending, &mut added, progress)?;
         let Some(status_after) = solve(client, session, &mut added, progress)? else {
             continue;
         };
         let result = match status_after.phase {
             Phase::CalibrationRefused { refusal, .. } => Err(refusal),
-            Phase::Solved { fingerprint, .. } => match solution(client, session, begin.estimator) {
+            Phase::Solved { fingerprint, .. } => match solution(client, session, sending) {
                 Ok(solution) if solution.fingerprint() == fingerprint => Ok(solution),
                 Ok(_) => return Err(Broken::Error(DeviceError::OutcomeChanged)),
                 Err(Broken::Error(DeviceError::Fault(Fault::NoOutcome))) => continue,
@@ -176,21 +137,15 @@ fn session<T: Number, L: Transport>(
 fn send<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
-    measurements: &[Measurement<T>],
+    sending: &Sending<T>,
     added: &mut Vec<Option<Added<T>>>,
     progress: &mut dyn FnMut(Step),
 ) -> Result<(), Broken> {
     let (mut restarts, mut looks) = (0, 0);
-    while let Some(measurement) = measurements.get(added.len()) {
+    while let Some(row) = sending.row(session, added.len()) {
         progress(Step::Taken(added.len()));
         let index = u32::try_from(added.len()).unwrap_or(u32::MAX);
-        let sample = Request::Sample(SampleMessage {
-            session,
-            index,
-            joints: measurement.joints,
-            position: measurement.position,
-        });
-        match client.ask(&sample)? {
+        match client.ask(&row)? {
             Response::Taken {
                 session: open,
                 next,
@@ -208,14 +163,12 @@ fn send<T: Number, L: Transport>(
                 looks += 1;
                 std::thread::sleep(client.patience().pause);
             }
-            Response::Fault(Fault::Sample(error)) => {
-                let index = added.len();
-                return Err(DeviceError::Sample { index, error }.into());
-            }
+            Response::Fault(Fault::NoSession) => return Err(Broken::Lost),
+            Response::Fault(fault) => return Err(Broken::Error(sending.fault(added.len(), fault))),
             other => return Err(unexpected(&other).into()),
         }
     }
-    progress(Step::Taken(measurements.len()));
+    progress(Step::Taken(sending.count()));
     Ok(())
 }
 
@@ -256,7 +209,7 @@ fn solve<T: Number, L: Transport>(
 fn solution<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
-    estimator: Estimator,
+    sending: &Sending<T>,
 ) -> Result<Solution<T>, Broken> {
     let [first, second, third] = ArmIndex::ALL;
     let arms = [
@@ -264,18 +217,29 @@ fn solution<T: Number, L: Transport>(
         outcome(client, session, second)?,
         outcome(client, session, third)?,
     ];
-    let across = match estimator {
-        Estimator::Arms => None,
-        Estimator::Joint => {
-            let [one, two, three] = ACROSS;
-            Some([
-                covariance(client, session, one)?,
-                covariance(client, session, two)?,
-                covariance(client, session, three)?,
-            ])
-        }
+    let across = if sending.is_joint() {
+        let [one, two, three] = ACROSS;
+        Some([
+            covariance(client, session, one)?,
+            covariance(client, session, two)?,
+            covariance(client, session, three)?,
+        ])
+    } else {
+        None
     };
-    Ok(Solution { arms, across })
+    let places = if sending.has_places() {
+        match client.ask(&Request::Places { session })? {
+            Response::Places(places) => Some(places),
+            other => return Err(unexpected(&other).into()),
+        }
+    } else {
+        None
+    };
+    Ok(Solution {
+        arms,
+        across,
+        places,
+    })
 }
 
 fn outcome<T: Number, L: Transport>(
@@ -313,8 +277,7 @@ fn covariance<T: Number, L: Transport>(
 /// now than [`Finished::parameters_before`]; [`DeviceError::Unconfirmed`].
 pub fn apply<T: Number, L: Transport>(
     client: &mut Client<L>,
-    begin: &Begin<T>,
-    measurements: &[Measurement<T>],
+    sending: &Sending<T>,
     calibration: &Finished<T>,
 ) -> Result<Parameters<T>, DeviceError> {
     let Ok(solution) = &calibration.result else {
@@ -337,8 +300,7 @@ pub fn apply<T: Number, L: Transport>(
         if let Ok(parameters) = in_use(client, fingerprint) {
             return Ok(parameters);
         }
-        let again = calibrate(client, begin, measurements, &mut |_| {})
-            .map_err(DeviceError::unconfirmed)?;
+        let again = calibrate(client, sending, &mut |_| {}).map_err(DeviceError::unconfirmed)?;
         if !again
             .result
             .is_ok_and(|solution| solution.fingerprint() == fingerprint)

@@ -1,12 +1,16 @@
 //! The controller's result against the same calculation here, bit by bit.
 
-use super::convert;
-use super::error::DeviceError;
+use super::convert::{self, Measurement};
+use super::error::{DeviceError, RowError};
 use super::number::Number;
-use super::session::{ACROSS, Measurement, Solution};
+use super::sending::Sending;
+use super::solution::{ACROSS, Solution};
+use delta_cal::observations::ObservationRow;
 use delta_cal::stream::{AddError, Added, StreamOutcome, StreamRefusal, Validation};
-use delta_cal::{ArmIndex, Parameter, Progress, Refusal, RobotOutcome, Sample};
-use delta_cal_protocol::{ArmReport, Begin, CovarianceBlock, Fault};
+use delta_cal::{ArmIndex, Parameter, Progress, Refusal, Robot, RobotOutcome, Sample};
+use delta_cal_protocol::{
+    ArmReport, Begin, BeginObservations, CovarianceBlock, Fault, ObservationMessage, Places, Solver,
+};
 use nalgebra::Vector3;
 
 /// What a calibration ends with: what became of each sample, and the result.
@@ -18,22 +22,34 @@ pub struct Ended<T> {
     pub result: Result<Solution<T>, StreamRefusal>,
 }
 
-/// Calibrates here as a controller does: one sample after the other, then solved step by step.
+/// Calibrates here as a controller does: one row after the other, then solved step by step.
 ///
 /// # Errors
-/// A nominal geometry that is none, settings or a sample that a controller would not take.
+/// A nominal geometry that is none, settings or a row that a controller would not take.
 pub fn solve_here<T: Number>(
     nominal: &[[T; 8]; 3],
+    sending: &Sending<T>,
+) -> Result<Ended<T>, DeviceError> {
+    let robot = convert::robot(nominal)?;
+    match sending {
+        Sending::Samples { begin, rows } => samples(&robot, begin, rows),
+        Sending::Observations { begin, rows } => observations(&robot, begin, rows),
+    }
+}
+
+/// Any session will do.
+const SESSION: u32 = 1;
+
+fn samples<T: Number>(
+    robot: &Robot<T>,
     begin: &Begin<T>,
     measurements: &[Measurement<T>],
 ) -> Result<Ended<T>, DeviceError> {
-    // Any session will do.
     let begin = Begin {
-        session: 1,
+        session: SESSION,
         ..*begin
     };
-    let robot = convert::robot(nominal)?;
-    let mut stream = begin.calibrator(&robot).map_err(DeviceError::Fault)?;
+    let mut stream = begin.calibrator(robot).map_err(DeviceError::Fault)?;
     let mut added = Vec::new();
     for (index, measurement) in measurements.iter().enumerate() {
         let sample = Sample {
@@ -41,7 +57,10 @@ pub fn solve_here<T: Number>(
             position: Vector3::from(measurement.position),
         };
         added.push(Some(stream.add(&sample).map_err(|error| match error {
-            AddError::Sample(error) => DeviceError::Sample { index, error },
+            AddError::Sample(error) => DeviceError::Row {
+                index,
+                error: RowError::Sample(error),
+            },
             AddError::Busy => DeviceError::Fault(Fault::Busy),
         })?));
         while stream.step() == Progress::Working {}
@@ -54,6 +73,41 @@ pub fn solve_here<T: Number>(
         None => Err(Refusal::Unfinished.into()),
     };
     Ok(Ended { added, result })
+}
+
+fn observations<T: Number>(
+    robot: &Robot<T>,
+    begin: &BeginObservations<T>,
+    measurements: &[ObservationMessage<T>],
+) -> Result<Ended<T>, DeviceError> {
+    let begin = BeginObservations {
+        session: SESSION,
+        ..*begin
+    };
+    let setup = begin.setup().map_err(DeviceError::Fault)?;
+    let instruments = setup.instruments();
+    let mut rows = Vec::new();
+    for (index, measurement) in measurements.iter().enumerate() {
+        let row = ObservationRow::checked(measurement.observation(), robot, &instruments);
+        rows.push(row.map_err(|error| DeviceError::Row {
+            index,
+            error: RowError::Observation(error),
+        })?);
+    }
+    let mut solver = Box::new(Solver::new());
+    let result = loop {
+        if let Some(result) = solver.step(robot, &instruments, &mut rows, &setup.settings) {
+            break result;
+        }
+    };
+    let result = result.map(|outcome| Solution {
+        places: Some(Places::new(&outcome, &instruments)),
+        ..solution(&StreamOutcome::Joint(outcome.of_robot()), None)
+    });
+    Ok(Ended {
+        added: vec![Some(Added::Taken); rows.len()],
+        result: result.map_err(StreamRefusal::from),
+    })
 }
 
 fn solution<T: Number>(
@@ -76,6 +130,7 @@ fn solution<T: Number>(
             ArmReport::new(three, third, validations),
         ],
         across,
+        places: None,
     }
 }
 
@@ -138,6 +193,14 @@ fn figures<T: Number>(ended: &Ended<T>) -> Vec<(String, String)> {
     for block in solution.across.iter().flatten() {
         let name = format!("covariance of {} with {}", block.rows, block.columns);
         figures.push((name, format!("{:?}", block.covariance)));
+    }
+    if let Some(places) = &solution.places {
+        for (number, plane) in (1..).zip(&places.planes) {
+            figures.push((format!("plane {number}"), format!("{plane:?}")));
+        }
+        for (number, point) in (1..).zip(&places.points) {
+            figures.push((format!("point {number}"), format!("{point:?}")));
+        }
     }
     for report in &solution.arms {
         let mut add = |name: &str, value: String| {

@@ -177,36 +177,85 @@ fn found(
     outcome: &ObservationOutcome<f64, PARAMETERS>,
 ) -> ObservedFit {
     let instruments = problem.instruments();
-    let residuals = (0..file.rows.len()).map(|row| problem.residuals(outcome, row));
-    let rows = problem.rows().iter().enumerate();
-    let left_out = rows.filter(|(_, row)| row.is_left_out());
-    let left_out = left_out.map(|(index, _)| index).collect();
-    let planes = (0..).zip(instruments.planes).map(|(index, _)| {
-        let [c, a, b] = outcome.plane(instruments, index);
+    let planes = (0..).zip(instruments.planes);
+    let planes = planes.map(|(index, _)| outcome.plane(instruments, index));
+    let points = (0..).zip(instruments.points);
+    let points = points.map(|(index, _)| outcome.point(instruments, index));
+    ObservedFit {
+        frame: (frame == Frame::Sensor).then(|| outcome.frame()),
+        residuals: residuals(file, |row| problem.residuals(outcome, row)),
+        ..placed(problem, Outcome::from(outcome.of_robot()), planes, points)
+    }
+}
+
+/// What was fitted elsewhere to the rows of a file, with coordinates in the robot's frame: the planes' c, a and b,
+/// and the points' x, y, z and offset.
+///
+/// # Errors
+/// As [`calibrate`].
+pub(crate) fn found_elsewhere(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+    outcome: Outcome,
+    planes: &[[f64; 3]],
+    points: &[[f64; 4]],
+) -> Result<ObservedFit, ObservedError> {
+    with_problem(robot, file, Frame::Base, |problem| {
+        let instruments = problem.instruments();
+        let unknowns = instruments.unknowns_at::<PARAMETERS>(planes, points);
+        let found = outcome.fit.robot;
+        let own = placed(
+            problem,
+            outcome,
+            planes.iter().copied().take(instruments.planes.len()),
+            points.iter().copied().take(instruments.points.len()),
+        );
+        Ok(ObservedFit {
+            residuals: residuals(file, |row| problem.residuals_at(&found, &unknowns, row)),
+            ..own
+        })
+    })
+}
+
+fn residuals(
+    file: &ObservationsFile,
+    of_row: impl Fn(usize) -> Option<[f64; READINGS]>,
+) -> Vec<[f64; READINGS]> {
+    let rows = (0..file.rows.len()).map(of_row);
+    rows.map(Option::unwrap_or_default).collect()
+}
+
+/// A fit but for the residuals, in the robot's frame.
+fn placed(
+    problem: &ObservedProblem<'_>,
+    outcome: Outcome,
+    planes: impl Iterator<Item = [f64; 3]>,
+    points: impl Iterator<Item = [f64; 4]>,
+) -> ObservedFit {
+    let rows = problem.rows();
+    let left_out = rows.iter().enumerate().filter(|(_, row)| row.is_left_out());
+    let planes = planes.map(|[c, a, b]| {
         let up = Vector3::new(-a, -b, 1.0);
         PlaneFound {
             normal: up.normalize(),
             offset: c / up.norm(),
         }
     });
-    let points = (0..).zip(instruments.points).map(|(index, _)| {
-        let [x, y, z, offset] = outcome.point(instruments, index);
-        PointFound {
-            place: Vector3::new(x, y, z),
-            offset,
-        }
+    let points = points.map(|[x, y, z, offset]| PointFound {
+        place: Vector3::new(x, y, z),
+        offset,
     });
     ObservedFit {
-        frame: (frame == Frame::Sensor).then(|| outcome.frame()),
+        frame: None,
         planes: planes.collect(),
         points: points.collect(),
-        residuals: residuals.map(Option::unwrap_or_default).collect(),
-        weights: problem.rows().iter().map(ObservationRow::weight).collect(),
-        effective_rows: problem.rows().iter().map(ObservationRow::weight).sum(),
+        residuals: Vec::new(),
+        weights: rows.iter().map(ObservationRow::weight).collect(),
+        effective_rows: rows.iter().map(ObservationRow::weight).sum(),
         suspected: Vec::new(),
-        left_out,
-        unknowns: instruments.unknowns(),
-        outcome: Outcome::from(outcome.of_robot()),
+        left_out: left_out.map(|(index, _)| index).collect(),
+        unknowns: problem.instruments().unknowns(),
+        outcome,
     }
 }
 
@@ -291,7 +340,10 @@ fn with_rows<T>(
 }
 
 /// The planes and points of a file, with what the robot file knows of them.
-fn places(robot: &RobotFile, file: &ObservationsFile) -> (Vec<Plane<f64>>, Vec<Point<f64>>) {
+pub(crate) fn places(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+) -> (Vec<Plane<f64>>, Vec<Point<f64>>) {
     let facts = &robot.instruments;
     let planes = file.planes.iter().map(|name| {
         let known = facts.planes.iter().find(|plane| plane.name == *name);
@@ -311,7 +363,7 @@ fn places(robot: &RobotFile, file: &ObservationsFile) -> (Vec<Plane<f64>>, Vec<P
 }
 
 /// Of every kind of reading; 1 mm for one that the robot file says nothing of.
-fn noise(robot: &RobotFile) -> Option<ObservationNoise<f64>> {
+pub(crate) fn noise(robot: &RobotFile) -> Option<ObservationNoise<f64>> {
     let facts = &robot.instruments;
     let joint = facts.joint_noise.unwrap_or_default();
     let position = robot.noise.or_else(|| Noise::new(1.0, joint).ok())?;
@@ -323,7 +375,8 @@ fn noise(robot: &RobotFile) -> Option<ObservationNoise<f64>> {
     .ok()
 }
 
-fn observation(reading: &Reading) -> Result<Observation<f64>, ObservedError> {
+/// A row as the core has it.
+pub(crate) fn observation(reading: &Reading) -> Result<Observation<f64>, ObservedError> {
     let index = |index: usize| u8::try_from(index).map_err(|_| ObservedError::TooManyInstruments);
     let height = match reading.height {
         Some((plane, height)) => Some(Height {

@@ -2,6 +2,8 @@
 
 use crate::support::{Folder, HEADER, NOMINAL, csv, exact, true_arms};
 use crate::{controller, folder, json, robot, run};
+use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
+use std::fmt::Write as _;
 use std::io::{Read, Write};
 use std::net::TcpListener;
 
@@ -55,6 +57,86 @@ fn refusals_change_nothing_and_say_why() {
     let status = json(&run(&folder, &port, "status --json -").ok().stdout);
     assert_eq!(status["origin"], "nominal");
     assert_eq!(status["control_loop"]["switches"], 0);
+}
+
+#[test]
+fn observations_that_a_controller_cannot_hold_are_refused() {
+    let folder = Folder::new();
+    let port = controller();
+    folder.write("robot.toml", OBSERVED_ROBOT);
+    folder.write("many.csv", observed_rows(3, 101));
+    let right = observed_rows(3, 40);
+    // Eight touches on each of five plates.
+    let mut plates = String::from("q1_deg,q2_deg,q3_deg,height_mm,plane\n");
+    for (row, line) in right.lines().skip(1).enumerate() {
+        let joints: Vec<_> = line.split(',').take(3).collect();
+        writeln!(plates, "{},{row},plate {}", joints.join(","), row % 5).unwrap();
+    }
+    folder.write("plates.csv", plates);
+    folder.write("bare.toml", OBSERVED_ROBOT.split("[planes").next().unwrap());
+    folder.write("right.csv", &right);
+    for command in ["calibrate", "verify"] {
+        for (files, code, expected) in [
+            (
+                "robot.toml many.csv",
+                3,
+                &[
+                    "many.csv: 101 rows, and the controller has memory for 100",
+                    "help: leave out rows of poses that are close to others, or use delta-cal calibrate",
+                ][..],
+            ),
+            (
+                "bare.toml plates.csv",
+                3,
+                &[
+                    "plates.csv: the planes and points have more than the 12 unknowns",
+                    "help: use fewer planes and points, or delta-cal calibrate",
+                ],
+            ),
+            (
+                "robot.toml right.csv --gate",
+                3,
+                &[
+                    "--gate, --held-out and --forget can only be used with",
+                    "help: ",
+                ],
+            ),
+            (
+                "robot.toml right.csv --method ikm",
+                3,
+                &["--method can only be used with", "help: "],
+            ),
+        ] {
+            assert_fails(
+                &folder,
+                &port,
+                &format!("{command} {files}"),
+                code,
+                expected,
+            );
+        }
+    }
+    // One touch on a table and nothing of the rest.
+    folder.write(
+        "few.csv",
+        right.lines().take(6).collect::<Vec<_>>().join("\n"),
+    );
+    assert_fails(
+        &folder,
+        &port,
+        "calibrate robot.toml few.csv --apply --output out.toml",
+        1,
+        &["few.csv", "help: "],
+    );
+    let status = json(&run(&folder, &port, "status --json -").ok().stdout);
+    assert_eq!(status["origin"], "nominal");
+    assert_eq!(status["control_loop"]["switches"], 0);
+    // After all that the controller calibrates, and what it applies is what it reports.
+    let command = "calibrate robot.toml right.csv --apply --json -";
+    let report = json(&run(&folder, &port, command).ok().stdout);
+    let status = json(&run(&folder, &port, "status --json -").ok().stdout);
+    assert_eq!(status["origin"], "calibrated");
+    assert_eq!(status["control_loop"]["fingerprint"], report["fingerprint"]);
 }
 
 #[test]

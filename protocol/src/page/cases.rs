@@ -3,11 +3,13 @@
 use super::described::Message;
 use super::pieces::Bits;
 use crate::{
-    ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Fault, GateStatus, Identity, Origin,
-    ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
-    UNKNOWN_SEQUENCE, fingerprint,
+    ArmReport, Begin, BeginObservations, ControlLoop, Counters, CovarianceBlock, Fault, GateStatus,
+    Identity, ObservationMessage, Origin, ParameterSet, Parameters, Phase, Places, PlaneMessage,
+    PointMessage, Request, Response, RevertTo, SampleMessage, Scalar, Status, UNKNOWN_SEQUENCE,
+    fingerprint,
 };
 use delta_cal::calibration::{StartUsed, Termination};
+use delta_cal::observations::{DistanceFrom, ObservationError};
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{
     Added, Alarm, Estimator, GateCounts, Innovation, StreamRefusal, Validation, Verdict,
@@ -124,6 +126,7 @@ fn report<T: Bits + Serialize + DeserializeOwned>(covariance: bool) -> Response<
     })
 }
 
+#[allow(clippy::too_many_lines)] // a table
 fn requests<T: Bits>() -> Vec<(&'static str, Request<T>)> {
     let pair = |length, angle| Some((T::from_f64(length), T::from_f64(angle)));
     vec![
@@ -211,7 +214,64 @@ fn requests<T: Bits>() -> Vec<(&'static str, Request<T>)> {
                 columns: ArmIndex::Third,
             },
         ),
+        (
+            "begin-observations",
+            Request::BeginObservations(begin_observations()),
+        ),
+        (
+            "observation",
+            Request::Observation(ObservationMessage {
+                height: Some((1, T::from_f64(60.0))),
+                distance: Some((DistanceFrom::Point(0), T::from_f64(250.5))),
+                ..nothing_measured()
+            }),
+        ),
+        (
+            "observation-largest",
+            Request::Observation(ObservationMessage {
+                position: [100.0, -50.0, -500.1].map(|x| Some(T::from_f64(x))),
+                height: Some((0, T::from_f64(60.0))),
+                distance: Some((
+                    DistanceFrom::Pose(numbers([0.25, 0.5, -0.125])),
+                    T::from_f64(100.25),
+                )),
+                ..nothing_measured()
+            }),
+        ),
+        ("get-places", Request::Places { session: SESSION }),
     ]
+}
+
+/// A plane that is known, and two points, of which one is known and the other has an offset.
+pub(super) fn begin_observations<T: Bits>() -> BeginObservations<T> {
+    let mut planes = [PlaneMessage::default(); 4];
+    planes[0].known = Some((T::from_f64(-560.0), T::from_f64(3.0)));
+    planes[0].level = Some(T::from_f64(0.007_812_5));
+    let mut points = [PointMessage::default(); 4];
+    points[0].known = Some((numbers([0.0, 0.0, -600.0]), T::from_f64(2.0)));
+    points[1].offset = true;
+    BeginObservations {
+        session: SESSION,
+        tolerance: Some((T::from_f64(0.5), T::from_f64(0.007_812_5))),
+        noise: (numbers([0.0625, 0.0625, 0.125]), T::ZERO),
+        height_noise: T::from_f64(0.031_25),
+        distance_noise: T::from_f64(0.015_625),
+        plane_count: 1,
+        planes,
+        point_count: 2,
+        points,
+    }
+}
+
+fn nothing_measured<T: Bits>() -> ObservationMessage<T> {
+    ObservationMessage {
+        session: SESSION,
+        index: 0,
+        joints: numbers([0.5, 0.25, -0.125]),
+        position: [None; 3],
+        height: None,
+        distance: None,
+    }
 }
 
 fn faults() -> Vec<(&'static str, Fault)> {
@@ -233,6 +293,19 @@ fn faults() -> Vec<(&'static str, Fault)> {
             Fault::OtherParameters { there: 0xdead_beef },
         ),
         ("fault-store", Fault::Store),
+        (
+            "fault-observation",
+            Fault::Observation(ObservationError::NoSuchPlane(1)),
+        ),
+        (
+            "fault-too-many-observations",
+            Fault::TooManyObservations { capacity: 100 },
+        ),
+        (
+            "fault-too-many-unknowns",
+            Fault::TooManyUnknowns { capacity: 12 },
+        ),
+        ("fault-other-kind", Fault::OtherKind),
     ]
 }
 
@@ -318,6 +391,23 @@ fn responses<T: Bits + Serialize + DeserializeOwned>() -> Vec<(&'static str, Res
                 rows: ArmIndex::First,
                 columns: ArmIndex::Third,
                 covariance: Some(columns()),
+            }),
+        ),
+        (
+            "places",
+            Response::Places(Places {
+                planes: [
+                    numbers([-559.5, 0.25, -0.125]),
+                    [T::ZERO; 3],
+                    [T::ZERO; 3],
+                    [T::ZERO; 3],
+                ],
+                points: [
+                    numbers([0.5, -0.25, -600.5, 0.0]),
+                    numbers([700.0, -150.0, -400.0, 1.5]),
+                    [T::ZERO; 4],
+                    [T::ZERO; 4],
+                ],
             }),
         ),
         ("outcome", report(true)),

@@ -36,6 +36,7 @@ impl Pieces {
         }
     }
 
+    #[allow(clippy::too_many_lines)] // a table
     fn request<T: Bits>(&mut self, request: &Request<T>) {
         const OF: &str = "Request";
         match request {
@@ -135,6 +136,18 @@ impl Pieces {
                 self.arm(*rows);
                 self.arm(*columns);
             }
+            Request::BeginObservations(begin) => {
+                self.variant(OF, 11, "BeginObservations");
+                self.begin_observations(begin);
+            }
+            Request::Observation(observation) => {
+                self.variant(OF, 12, "Observation");
+                self.observation(observation);
+            }
+            Request::Places { session } => {
+                self.variant(OF, 13, "Places");
+                self.varint("session", *session);
+            }
         }
     }
 
@@ -188,6 +201,10 @@ impl Pieces {
                 self.arm(*rows);
                 self.arm(*columns);
                 self.covariance(covariance.as_ref());
+            }
+            Response::Places(places) => {
+                self.variant(OF, 8, "Places");
+                self.places(places);
             }
         }
     }

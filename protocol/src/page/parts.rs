@@ -4,6 +4,7 @@ use super::cases::{SAMPLES, innovation};
 use super::pieces::Pieces;
 use crate::{Fault, Phase};
 use delta_cal::calibration::Instrument;
+use delta_cal::observations::ObservationError;
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{Added, Alarm, HeldOutRefusal, StreamRefusal, Untested, Verdict};
@@ -33,6 +34,20 @@ pub(super) fn parts() -> Vec<(&'static str, Pieces)> {
         ("fault-position-non-finite", SampleError::PositionNonFinite),
         ("fault-position-too-far", SampleError::PositionTooFar(arm)),
         ("fault-joint-non-finite", SampleError::JointNonFinite(arm)),
+    ];
+    let observations = [
+        (
+            "fault-observation-joints",
+            ObservationError::Joints(SampleError::JointNonFinite(arm)),
+        ),
+        ("fault-observation-nothing", ObservationError::Nothing),
+        ("fault-observation-non-finite", ObservationError::NonFinite),
+        (
+            "fault-observation-distance",
+            ObservationError::DistanceNotPositive,
+        ),
+        ("fault-observation-point", ObservationError::NoSuchPoint(2)),
+        ("fault-observation-same-place", ObservationError::SamePlace),
     ];
     let phases = [
         ("phase-idle", Phase::Idle),
@@ -137,6 +152,11 @@ pub(super) fn parts() -> Vec<(&'static str, Pieces)> {
         let fault = Fault::Sample(error);
         part(name, &fault, |pieces| pieces.fault(fault))
     });
+    let observations = observations.into_iter().map(|(name, error)| {
+        let fault = Fault::Observation(error);
+        part(name, &fault, |pieces| pieces.fault(fault))
+    });
+    let faults = faults.chain(observations);
     let phases = phases
         .into_iter()
         .map(|(name, phase)| part(name, &phase, |pieces| pieces.phase(&phase)));

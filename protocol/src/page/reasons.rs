@@ -38,10 +38,23 @@ impl Pieces {
                 self.hexadecimal("there", there);
             }
             Fault::Store => self.variant(OF, 10, "Store"),
+            Fault::Observation(error) => {
+                self.variant(OF, 11, "Observation");
+                self.observation_error(error);
+            }
+            Fault::TooManyObservations { capacity } => {
+                self.variant(OF, 12, "TooManyObservations");
+                self.varint("capacity", capacity);
+            }
+            Fault::TooManyUnknowns { capacity } => {
+                self.variant(OF, 13, "TooManyUnknowns");
+                self.varint("capacity", capacity);
+            }
+            Fault::OtherKind => self.variant(OF, 14, "OtherKind"),
         }
     }
 
-    fn sample_error(&mut self, error: SampleError) {
+    pub(super) fn sample_error(&mut self, error: SampleError) {
         const OF: &str = "SampleError";
         match error {
             SampleError::PositionNonFinite => self.variant(OF, 0, "PositionNonFinite"),

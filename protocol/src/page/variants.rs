@@ -3,6 +3,7 @@
 
 use crate::{Fault, Origin, ParameterSet, Phase, Request, Response, RevertTo, Scalar};
 use delta_cal::calibration::{Instrument, StartUsed, Termination};
+use delta_cal::observations::{DistanceFrom, ObservationError};
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{
@@ -25,6 +26,8 @@ pub(super) fn variants() -> Vec<(&'static str, Variants)> {
         of::<Response<f32>>(),
         of::<Fault>(),
         of::<SampleError>(),
+        of::<ObservationError>(),
+        of::<DistanceFrom<f32>>(),
         of::<Scalar>(),
         of::<Origin>(),
         of::<Phase>(),

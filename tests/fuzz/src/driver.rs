@@ -6,8 +6,8 @@ use crate::numbers::{Bits, Source};
 use crate::promises::{finite_outcome, finite_robot};
 use delta_cal_firmware_example::ParameterFlash;
 use delta_cal_host::device::{
-    Client, DeviceError, Patience, Transport, apply, begin, calibrate, calibrate_robot,
-    measurements, outcome, robot,
+    Client, DeviceError, Patience, Sending, Transport, apply, calibrate, calibrate_robot, outcome,
+    robot,
 };
 use delta_cal_host::files::example;
 use delta_cal_host::{CalibrationReport, InputText, Options, RobotFile, SamplesFile};
@@ -150,7 +150,7 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
     let _ = explained(client.identity());
     let _ = explained(client.counters::<T>());
     let options = Options::default();
-    let (begin, measurements) = (begin(robot_file, options), measurements(samples));
+    let sending = Sending::<T>::samples(robot_file, samples, options);
     let finished = if whole_report {
         let made = calibrate_robot::<T, _>(
             &mut client,
@@ -171,7 +171,7 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
             }
         }
     } else {
-        explained(calibrate(&mut client, &begin, &measurements, &mut |_| {}))
+        explained(calibrate(&mut client, &sending, &mut |_| {}))
     };
     if let Some(finished) = finished {
         if let Ok(solution) = &finished.result
@@ -179,7 +179,7 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
         {
             finite_outcome(&outcome.fit);
         }
-        let applied = apply(&mut client, &begin, &measurements, &finished);
+        let applied = apply(&mut client, &sending, &finished);
         if let Some(parameters) = explained(applied) {
             let robot = robot::<T, f64>(&parameters.arms);
             assert!(robot.is_ok(), "{parameters:?}");

@@ -34,6 +34,7 @@ fn figures_that_no_result_has_are_no_result() {
     let honest = Solution {
         arms: ArmIndex::ALL.map(report),
         across: None,
+        places: None,
     };
     assert!(outcome(&honest).is_ok());
     let wrong: [fn(&mut ArmReport<f32>); 9] = [

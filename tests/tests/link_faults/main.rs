@@ -10,13 +10,14 @@ mod stubborn;
 
 use delta_cal_firmware_example::{Number, StreamPace};
 use delta_cal_host::device::{
-    Client, DeviceError, DeviceFailure, Finished, Patience, apply, begin, calibrate,
-    calibrate_robot, check_nominal, measurements,
+    Client, DeviceError, DeviceFailure, Finished, Patience, Sending, apply, calibrate,
+    calibrate_robot, calibrate_robot_from_observations, check_nominal,
 };
 use delta_cal_host::files::example;
 use delta_cal_host::fit::options::Streaming;
-use delta_cal_host::{Options, RobotFile, SamplesFile};
+use delta_cal_host::{InputText, Measurements, Options, RobotFile, read_samples};
 use delta_cal_protocol::{Origin, ParameterSet, Phase, RevertTo, fingerprint};
+use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
 use delta_cal_tests::size;
 use device::{Cut, Device};
 use link::{Bench, Harm, Harms, Link, WAYS, Way};
@@ -59,25 +60,56 @@ enum Judgement {
     LeftOut,
 }
 
+/// The robot as drawn, and what was measured.
+type Files = (RobotFile, Measurements);
+
+/// Forty positions.
+fn positions() -> Files {
+    let (robot, samples) = example::load().unwrap();
+    (robot, Measurements::Positions(samples))
+}
+
+/// Forty heights, distances and single coordinates.
+fn observations() -> Files {
+    let robot = RobotFile::read(&InputText::new("robot.toml", OBSERVED_ROBOT)).unwrap();
+    let rows = InputText::new("rows.csv", &observed_rows(5, 40));
+    let rows = read_samples(&rows, &robot, Options::default()).unwrap();
+    assert!(matches!(rows, Measurements::Observations(_)));
+    (robot, rows)
+}
+
+fn sending<T: Number>((robot, measurements): &Files) -> Result<Sending<T>, DeviceError> {
+    match measurements {
+        Measurements::Positions(samples) => {
+            Ok(Sending::samples(robot, samples, Options::default()))
+        }
+        Measurements::Observations(samples) => Sending::observations(robot, samples),
+    }
+}
+
 /// What `calibrate_robot` does, or asks of the controller.
 fn calibrated<T: Number>(
     client: &mut Client<Link<T>>,
-    (robot, samples): &(RobotFile, SamplesFile),
+    files: &Files,
     judgement: Judgement,
 ) -> Result<Finished<T>, DeviceFailure> {
     let options = Options::default();
+    let (robot, measurements) = files;
     if judgement == Judgement::Made {
-        let judged = calibrate_robot(client, "memory", robot, samples, options, &mut |_| {});
-        return judged.map(|(finished, _)| finished);
+        return match measurements {
+            Measurements::Positions(samples) => {
+                calibrate_robot(client, "memory", robot, samples, options, &mut |_| {})
+                    .map(|(finished, _)| finished)
+            }
+            Measurements::Observations(samples) => {
+                calibrate_robot_from_observations(client, robot, samples, options, &mut |_| {})
+                    .map(|(finished, _)| finished)
+            }
+        };
     }
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
     check_nominal(robot, &nominal.arms)?;
-    Ok(calibrate(
-        client,
-        &begin(robot, options),
-        &measurements(samples),
-        &mut |_| {},
-    )?)
+    Ok(calibrate(client, &sending(files)?, &mut |_| {})?)
 }
 
 /// The calibration of the example from the first request to the last: looked at, applied, read
@@ -85,19 +117,12 @@ fn calibrated<T: Number>(
 fn session<T: Number>(
     client: &mut Client<Link<T>>,
     bench: &Rc<RefCell<Bench<T>>>,
-    files: &(RobotFile, SamplesFile),
+    files: &Files,
     judgement: Judgement,
 ) -> Result<Outcome, DeviceFailure> {
-    let (robot, samples) = files;
-    let options = Options::default();
     client.identity()?;
     let finished = calibrated(client, files, judgement)?;
-    let applied = apply(
-        client,
-        &begin(robot, options),
-        &measurements(samples),
-        &finished,
-    )?;
+    let applied = apply(client, &sending(files)?, &finished)?;
     let in_loop = bench.borrow().device.in_loop();
     let Phase::Solved { samples, .. } = finished.status_after.phase else {
         panic!("{:?}", finished.status_after.phase)
@@ -121,7 +146,7 @@ fn run<T: Number>(
     harms: Harms,
     restart_at: Option<(usize, Cut)>,
     seed: u64,
-    files: &(RobotFile, SamplesFile),
+    files: &Files,
 ) -> (Result<Outcome, DeviceFailure>, Rc<RefCell<Bench<T>>>) {
     run_on(
         Rc::new(RefCell::new(Bench::new(harms))),
@@ -135,7 +160,7 @@ fn run_on<T: Number>(
     bench: Rc<RefCell<Bench<T>>>,
     restart_at: Option<(usize, Cut)>,
     seed: u64,
-    files: &(RobotFile, SamplesFile),
+    files: &Files,
 ) -> (Result<Outcome, DeviceFailure>, Rc<RefCell<Bench<T>>>) {
     bench.borrow_mut().device.restart_at = restart_at;
     let mut client = Client::new(Link::new(&bench), PATIENCE, seed);
@@ -144,7 +169,7 @@ fn run_on<T: Number>(
 }
 
 /// The undisturbed session, the bytes that went each way, and the requests.
-fn undisturbed<T: Number>(files: &(RobotFile, SamplesFile)) -> (Outcome, [usize; 2], usize) {
+fn undisturbed<T: Number>(files: &Files) -> (Outcome, [usize; 2], usize) {
     let (outcome, bench) = run::<T>(Harms::None, None, 1, files);
     let outcome = outcome.unwrap();
     let bench = bench.borrow();
@@ -186,16 +211,15 @@ const HARMS: [Harm; 8] = [
 
 /// Every byte of the session is harmed, in one of the ways: the forty frames of samples have the same
 /// bytes, so that each of them is harmed in each way. The long campaign harms every byte in every way.
-fn every_byte<T: Number>(harms: &[Harm]) {
-    let files = example::load().unwrap();
-    let (expected, bytes, _) = undisturbed::<T>(&files);
+fn every_byte<T: Number>(files: &Files, harms: &[Harm]) {
+    let (expected, bytes, _) = undisturbed::<T>(files);
     let ways = size(HARMS.len(), 1);
     let mut faults = 0;
     for (way, count) in WAYS.into_iter().zip(bytes) {
         for harm in harms {
             let number = HARMS.iter().position(|other| other == harm).unwrap();
             for index in (number % ways..count).step_by(ways) {
-                let (outcome, bench) = run::<T>(Harms::One(way, index, *harm), None, 1, &files);
+                let (outcome, bench) = run::<T>(Harms::One(way, index, *harm), None, 1, files);
                 let what = format!("{harm:?}, byte {index} {way:?}");
                 assert_eq!(bench.borrow().harmed, 1, "{what}");
                 let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
@@ -215,17 +239,22 @@ fn every_byte<T: Number>(harms: &[Harm]) {
 
 #[test]
 fn every_byte_dropped_or_duplicated_once() {
-    every_byte::<f32>(&HARMS[..2]);
+    every_byte::<f32>(&positions(), &HARMS[..2]);
 }
 
 #[test]
 fn every_byte_flipped_once() {
-    every_byte::<f32>(&HARMS[2..6]);
+    every_byte::<f32>(&positions(), &HARMS[2..6]);
 }
 
 #[test]
 fn every_byte_turned_into_a_delimiter_or_preceded_by_one() {
-    every_byte::<f32>(&HARMS[6..]);
+    every_byte::<f32>(&positions(), &HARMS[6..]);
+}
+
+#[test]
+fn every_byte_of_observations_dropped_or_flipped_once() {
+    every_byte::<f32>(&observations(), &[HARMS[0], HARMS[4]]);
 }
 
 /// Every sample is stored, or none before a minute has passed.
@@ -240,15 +269,14 @@ const PACES: [StreamPace; 2] = [
     },
 ];
 
-fn controller_restarts<T: Number>(pace: StreamPace) {
-    let files = example::load().unwrap();
-    let (expected, _, requests) = undisturbed::<T>(&files);
+fn controller_restarts<T: Number>(files: &Files, pace: StreamPace) {
+    let (expected, _, requests) = undisturbed::<T>(files);
     let mut restarts = 0;
     for index in 0..requests {
         for cut in [Cut::BeforeTheAnswer, Cut::AfterTheAnswer] {
             let bench = Rc::new(RefCell::new(Bench::new(Harms::None)));
             bench.borrow_mut().device = Device::with(pace);
-            let (outcome, bench) = run_on::<T>(bench, Some((index, cut)), 1, &files);
+            let (outcome, bench) = run_on::<T>(bench, Some((index, cut)), 1, files);
             // Identity, nominal, beginning, status and current parameters come before the samples; the first is not stored
             // before it is answered.
             if pace == PACES[0] && (6..40).contains(&index) {
@@ -268,17 +296,23 @@ fn controller_restarts<T: Number>(pace: StreamPace) {
 
 #[test]
 fn controller_restarted_at_every_request() {
-    controller_restarts::<f32>(PACES[1]);
+    controller_restarts::<f32>(&positions(), PACES[1]);
 }
 
 #[test]
 fn controller_in_double_precision_restarted_at_every_request() {
-    controller_restarts::<f64>(PACES[1]);
+    controller_restarts::<f64>(&positions(), PACES[1]);
+}
+
+/// Observations are not stored: the driver begins again.
+#[test]
+fn controller_restarted_at_every_request_of_observations() {
+    controller_restarts::<f32>(&observations(), PACES[1]);
 }
 
 #[test]
 fn controller_that_stores_its_samples_restarted_at_every_request() {
-    controller_restarts::<f32>(PACES[0]);
+    controller_restarts::<f32>(&positions(), PACES[0]);
 }
 
 /// The controller's answer to a sample is lost with its supply; whether the gate rejected that sample is in the
@@ -324,7 +358,7 @@ fn verdicts_that_a_restart_took_away_are_in_the_report() {
 
 #[test]
 fn client_restarted_at_every_request() {
-    let files = example::load().unwrap();
+    let files = positions();
     let (expected, _, requests) = undisturbed::<f32>(&files);
     let mut unconfirmed = 0;
     for index in 0..requests {
@@ -352,7 +386,7 @@ fn client_restarted_at_every_request() {
 
 #[test]
 fn random_faults_at_several_rates() {
-    let files = example::load().unwrap();
+    let files = positions();
     let (expected, ..) = undisturbed::<f32>(&files);
     let sessions = size(25, 100);
     for parts_per_million in [300, 1000, 3000, 6000] {
@@ -376,7 +410,7 @@ fn random_faults_at_several_rates() {
 /// The tests above would pass on a link that harms nothing.
 #[test]
 fn a_harmed_link_loses_requests() {
-    let files = example::load().unwrap();
+    let files = positions();
     let silent = Patience {
         silent_attempts: 3,
         ..PATIENCE

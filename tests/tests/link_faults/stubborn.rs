@@ -2,7 +2,9 @@
 
 use delta_cal::Refusal;
 use delta_cal::stream::{Estimator, StreamRefusal};
-use delta_cal_host::device::{Client, DeviceError, Measurement, Patience, Transport, calibrate};
+use delta_cal_host::device::{
+    Client, DeviceError, Measurement, Patience, Sending, Transport, calibrate,
+};
 use delta_cal_protocol::{
     Begin, ControlLoop, Direction, Fault, LARGEST_FRAME, Origin, Parameters, Phase, Receiver,
     Request, Response, Status, encode,
@@ -201,12 +203,15 @@ const BEGIN: Begin<f32> = Begin {
     forgetting: None,
 };
 
-fn measurements() -> Vec<Measurement<f32>> {
+fn sending() -> Sending<f32> {
     let measurement = Measurement {
         joints: [0.1; 3],
         position: [0.0, 0.0, -450.0],
     };
-    vec![measurement; 20]
+    Sending::Samples {
+        begin: BEGIN,
+        rows: vec![measurement; 20],
+    }
 }
 
 fn status(session: u32, phase: Phase, turns: u32) -> Response<f32> {
@@ -257,7 +262,7 @@ fn honest(request: &Request<f32>, open: &Cell<u32>) -> Response<f32> {
 /// Sends 20 measurements; how many requests that took.
 fn gives_up(answer: impl FnMut(&Request<f32>) -> Response<f32>) -> usize {
     let mut client = Scripted::client(answer);
-    let error = calibrate(&mut client, &BEGIN, &measurements(), &mut |_| {}).unwrap_err();
+    let error = calibrate(&mut client, &sending(), &mut |_| {}).unwrap_err();
     assert!(
         matches!(error, DeviceError::SessionsLost { .. }),
         "{error:?}"
@@ -319,7 +324,7 @@ fn a_session_that_has_samples_already_is_another_clients() {
         Request::Solve { .. } => Response::Fault(Fault::Busy),
         request => honest(request, &open),
     });
-    let ended = calibrate(&mut client, &BEGIN, &measurements(), &mut |_| {});
+    let ended = calibrate(&mut client, &sending(), &mut |_| {});
     // It came as far as the solve, with all samples of its own.
     assert!(
         matches!(ended, Err(DeviceError::Fault(Fault::Busy))),
@@ -352,7 +357,7 @@ fn a_restart_before_the_session_is_no_part_of_it() {
             request => honest(request, &open),
         }
     });
-    let finished = calibrate(&mut client, &BEGIN, &measurements(), &mut |_| {}).unwrap();
+    let finished = calibrate(&mut client, &sending(), &mut |_| {}).unwrap();
     assert_eq!(finished.result, Err(refusal));
     let [before, after] = [finished.status_before, finished.status_after].map(|s| s.control.turns);
     assert!(before < after && after <= 25, "{before}, {after}");

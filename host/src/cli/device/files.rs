@@ -6,21 +6,29 @@ use crate::cli::outputs::deliver;
 use crate::cli::paths::read;
 use crate::files::example;
 use crate::render::json;
-use crate::{CalibrateError, InputError, InputText, RobotFile, SamplesFile, read_samples};
+use crate::{CalibrateError, InputError, InputText, Measurements, RobotFile, read_samples};
 use delta_cal::robot::Drive;
 use serde_json::Value;
 use std::path::Path;
 
 /// The two files, or the built-in example.
-pub(super) fn inputs(files: &Files) -> Result<(RobotFile, SamplesFile), CalibrateError> {
+pub(super) fn inputs(files: &Files) -> Result<(RobotFile, Measurements), CalibrateError> {
     let (Some(robot), Some(samples)) = (&files.robot, &files.samples) else {
-        return Ok(example::load()?);
+        let (robot, samples) = example::load()?;
+        return Ok((robot, Measurements::Positions(samples)));
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
     refuse_linear(&robot)?;
-    let samples =
-        read_samples(&read(samples, &files.columns)?, &robot, files.options())?.positions()?;
-    Ok((robot, samples))
+    let measurements = read_samples(&read(samples, &files.columns)?, &robot, files.options())?;
+    Ok((robot, measurements))
+}
+
+/// How many rows there are.
+pub(super) fn rows(measurements: &Measurements) -> usize {
+    match measurements {
+        Measurements::Positions(samples) => samples.rows.len(),
+        Measurements::Observations(samples) => samples.rows.len(),
+    }
 }
 
 /// The controller's protocol carries robots with rotary drives alone.

@@ -1,12 +1,12 @@
 use super::args::{LinkArguments, VerifyArguments};
 use super::connect::{Device, Task, with_device};
-use super::files::{inputs, publish};
+use super::files::{inputs, publish, rows};
 use super::progress::Bar;
 use crate::cli::failure::Failure;
 use crate::cli::paths::refuse_same;
 use crate::device::report::{json, text};
 use crate::device::{Number, verify};
-use crate::{RobotFile, SamplesFile};
+use crate::{Measurements, RobotFile};
 
 pub(super) fn run(link: &LinkArguments, arguments: &VerifyArguments) -> Result<(), Failure> {
     let remedy = "give the output another name";
@@ -15,13 +15,13 @@ pub(super) fn run(link: &LinkArguments, arguments: &VerifyArguments) -> Result<(
     let samples = ("the samples file", arguments.files.samples.as_deref());
     refuse_same("--json", json, robot, remedy)?;
     refuse_same("--json", json, samples, remedy)?;
-    let (robot, samples) = inputs(&arguments.files)?;
+    let (robot, measurements) = inputs(&arguments.files)?;
     with_device(
         link,
         Verify {
             arguments,
             robot,
-            samples,
+            measurements,
         },
     )
 }
@@ -29,18 +29,18 @@ pub(super) fn run(link: &LinkArguments, arguments: &VerifyArguments) -> Result<(
 struct Verify<'a> {
     arguments: &'a VerifyArguments,
     robot: RobotFile,
-    samples: SamplesFile,
+    measurements: Measurements,
 }
 
 impl Task for Verify<'_> {
     fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
-        let count = self.samples.rows.len();
+        let count = rows(&self.measurements);
         let bar = Bar::new(count);
         let options = self.arguments.files.options();
         let result = verify::<T, _>(
             &mut device.client,
             &self.robot,
-            &self.samples,
+            &self.measurements,
             options,
             &mut |step| bar.show(step),
         );

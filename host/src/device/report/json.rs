@@ -2,11 +2,9 @@
 //! unknown.
 
 use super::{firmware, microseconds, origin, phase, processor, result_in_use, scalar};
-use crate::calibration::report::CalibrationReport;
 use crate::device::{Comparison, Number, Pace};
 use crate::render::json;
-use crate::report::calibration::json::{SCHEMA_VERSION, report};
-use crate::report::document::About;
+use crate::report::calibration::json::SCHEMA_VERSION;
 use crate::text::units::degrees;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{Parameter, Real};
@@ -35,10 +33,11 @@ pub fn of_device(port: &str, identity: &Identity, contents: Value) -> Value {
 }
 
 /// What a calibration did to the control loop, and what became of it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Calibration<'a, T> {
-    /// `before` is the controller's current geometry, the robot file the controller.
-    pub report: &'a CalibrationReport,
+    /// As `delta-cal calibrate --json` writes it. Of positions `before` is the controller's current geometry and the
+    /// robot file the controller.
+    pub report: Value,
     /// Of the result.
     pub fingerprint: u32,
     /// Whether the control loop uses the result.
@@ -63,7 +62,7 @@ pub fn calibration<T: Number>(calibration: &Calibration<'_, T>) -> Value {
     };
     json!({
         // As `delta-cal calibrate --json` writes it.
-        "calibration": report(calibration.report, &About::default()),
+        "calibration": calibration.report,
         "fingerprint": hexadecimal(calibration.fingerprint),
         "applied": calibration.applied,
         // While it was calibrated.

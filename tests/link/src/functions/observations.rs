@@ -23,6 +23,7 @@ macro_rules! of_scalar {
         mod $module {
             use super::*;
 
+            type ObservationSolver = delta_cal::observations::ObservationSolver<$t, N, M, E>;
             type Found = Minimizer<$t, InstrumentsAt<$t, N>, [$t; N], N, M, E>;
 
             symbols! { $prefix;
@@ -101,6 +102,28 @@ macro_rules! of_scalar {
                 ) -> Result<RobustOutcome<$t, ObservationOutcome<$t, N>>, RobustObservationError> {
                     robust_fit_observations::<$t, N, M, E>(robot, instruments, rows, settings, loss, work)
                 }
+                fn observation_row_checked(
+                    observation: &Observation<$t>,
+                    robot: &Robot<$t>,
+                    instruments: &Instruments<'_, $t>,
+                ) -> Result<ObservationRow<$t>, ObservationError> {
+                    ObservationRow::checked(*observation, robot, instruments)
+                }
+                fn observation_solver_new() -> ObservationSolver {
+                    ObservationSolver::new()
+                }
+                fn observation_solver_has_room_for(instruments: &Instruments<'_, $t>) -> bool {
+                    ObservationSolver::has_room_for(instruments)
+                }
+                fn observation_solver_step(
+                    solver: &mut ObservationSolver,
+                    robot: &Robot<$t>,
+                    instruments: &Instruments<'_, $t>,
+                    rows: &mut [ObservationRow<$t>],
+                    settings: &Settings<$t>,
+                ) -> Option<Result<ObservationOutcome<$t, N>, Refusal>> {
+                    solver.step(robot, instruments, rows, settings)
+                }
                 fn observations_minimizer(
                     problem: &ObservationProblem<'_, $t, N>,
                     settings: &Settings<$t>,
@@ -131,6 +154,21 @@ macro_rules! of_scalar {
                     row: usize,
                 ) -> Option<[$t; 5]> {
                     problem.residuals(outcome, row)
+                }
+                fn observations_residuals_at(
+                    problem: &ObservationProblem<'_, $t, N>,
+                    robot: &Robot<$t>,
+                    unknowns: &[$t; N],
+                    row: usize,
+                ) -> Option<[$t; 5]> {
+                    problem.residuals_at(robot, unknowns, row)
+                }
+                fn instruments_unknowns_at(
+                    instruments: &Instruments<'_, $t>,
+                    planes: &[[$t; 3]],
+                    points: &[[$t; 4]],
+                ) -> [$t; N] {
+                    instruments.unknowns_at(planes, points)
                 }
                 fn observations_instruments(problem: &ObservationProblem<'_, $t, N>) -> usize {
                     problem.instruments().planes.len()

@@ -18,6 +18,8 @@ mod joint;
 #[cfg(target_os = "none")]
 mod memory;
 #[cfg(target_os = "none")]
+mod observations;
+#[cfg(target_os = "none")]
 mod peer_problem;
 #[cfg(target_os = "none")]
 mod peers;
@@ -56,6 +58,7 @@ fn main() -> ! {
         stream::report::<f32>(&mut report, &mut counter)?;
         stream::report::<f64>(&mut report, &mut counter)?;
         joint::report(&mut report, &mut counter)?;
+        observations::report(&mut report, &mut counter)?;
         memory::report(&mut report)?;
         peers::report(&mut report, &mut counter)
     })

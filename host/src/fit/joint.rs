@@ -10,7 +10,7 @@ use delta_cal::calibration::{
     Estimate, FreeFrame, JointCalibrator, JointOutcome, Minimizer, Motion, Problem, Progress,
     Start, StartUsed,
 };
-use delta_cal::samples::JointFactor;
+use delta_cal::samples::{JointFactor, SampleError};
 use delta_cal::{ArmIndex, Refusal, Robot, Sample, Settings, Tolerance};
 
 /// Calibrates a robot, which is the nominal of the tolerance and the start of the iteration.
@@ -104,19 +104,68 @@ fn factor(
     weights: Option<&Weights>,
     settings: &Settings<f64>,
 ) -> Result<JointFactor<f64>, Refusal> {
-    let mut factor = *JointCalibrator::new(robot, settings).factor();
-    samples
-        .each_part(|first, samples| match weights {
-            None => factor.add_many(samples),
-            Some(weights) => {
-                let factors = weights.factors.iter().copied().skip(first);
-                factor.add_weighted(samples.iter().zip(factors), weights.effective_samples)
-            }
-        })
-        .map_err(|_| Refusal::NonFinite {
-            arm: ArmIndex::First,
-        })?;
+    let empty = *JointCalibrator::new(robot, settings).factor();
+    let factor = match samples {
+        Samples::InMemory(samples) => with_samples(empty, (0, samples), weights),
+        Samples::OnDisk(samples) => {
+            let mut halves = [empty; 2];
+            let taken = samples.each_part(|first, part| {
+                halves = with_part(halves, (first, part), weights)?;
+                Ok(())
+            });
+            taken.and_then(|()| of_halves(halves, weights))
+        }
+    };
+    factor.map_err(|_| Refusal::NonFinite {
+        arm: ArmIndex::First,
+    })
+}
+
+/// A sample's place and its fault.
+type Fault = (usize, SampleError);
+
+fn with_samples(
+    mut factor: JointFactor<f64>,
+    (first, samples): (usize, &[Sample<f64>]),
+    weights: Option<&Weights>,
+) -> Result<JointFactor<f64>, Fault> {
+    let faulty = |(index, error)| (first + index, error);
+    match weights {
+        None => factor.add_many(samples),
+        Some(weights) => {
+            let factors = weights.factors.iter().copied().skip(first);
+            factor.add_weighted(samples.iter().zip(factors), weights.effective_samples)
+        }
+    }
+    .map_err(faulty)?;
     Ok(factor)
+}
+
+/// Two factors with the two halves of some samples, by two threads. `first`: the place of the first of them.
+pub(super) fn with_part(
+    [one, other]: [JointFactor<f64>; 2],
+    (first, samples): (usize, &[Sample<f64>]),
+    weights: Option<&Weights>,
+) -> Result<[JointFactor<f64>; 2], Fault> {
+    let (before, after) = samples.split_at(samples.len() / 2);
+    let (one, other) = rayon::join(
+        || with_samples(one, (first, before), weights),
+        || with_samples(other, (first + before.len(), after), weights),
+    );
+    Ok([one?, other?])
+}
+
+/// All samples of both.
+pub(super) fn of_halves(
+    [mut one, other]: [JointFactor<f64>; 2],
+    weights: Option<&Weights>,
+) -> Result<JointFactor<f64>, Fault> {
+    // Both are of the same robot and noise.
+    let _ = one.merge(&other);
+    if let Some(weights) = weights {
+        one.add_weighted(std::iter::empty(), weights.effective_samples)?;
+    }
+    Ok(one)
 }
 
 fn solve(

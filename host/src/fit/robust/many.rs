@@ -1,13 +1,14 @@
 //! The robust fit of more samples than are kept in memory.
 
+use crate::fit::joint;
 use crate::fit::outcome::Outcome;
 use crate::fit::samples::OnDisk;
 use crate::fit::weights::{Weights, WeightsOnDisk};
 use delta_cal::calibration::limits::{LARGEST_SUSPECTED, SUSPECTED};
 use delta_cal::calibration::{JointCalibrator, JointOutcome, Problem as _};
 use delta_cal::robust::{Loss, RobustRefusal, WeighedSample, robust_fit};
-use delta_cal::samples::SampleError;
-use delta_cal::{Robot, Settings};
+use delta_cal::{Robot, Sample, Settings};
+use rayon::prelude::*;
 
 /// The start is the robust fit of so many samples.
 const START: usize = 2500;
@@ -69,42 +70,41 @@ pub(super) fn fit(
     let empty = *JointCalibrator::new(robot, settings).factor();
     let width = start.scale * loss.stretch::<f64>(3);
     let count = samples.count();
-    let mut factors = vec![0.0; count];
+    let mut weights = Weights::full(count);
     let mut suspected = vec![false; count];
     let (mut outcome, mut settled) = (start.fit, false);
-    let mut effective_samples = 0.0;
     for _ in 0..ROUNDS {
         let at = empty.displaced(&outcome.estimate.correction);
-        let mut factor = empty;
+        let mut halves = [empty; 2];
         let mut right = 0.0;
+        let weigh = |index: usize, sample: &Sample<f64>| {
+            let (before, distance) = (counts(index), empty.residual(sample, &at));
+            let suspected = before > 0.0 && !(distance < SUSPECTED * width);
+            let weight = if suspected {
+                0.0
+            } else {
+                loss.weight(distance / width)
+            };
+            (before * weight / start.divisor, suspected)
+        };
         let taken = samples.each_part(|first, samples| {
             let places = first..first + samples.len();
-            for ((sample, factor), (index, suspected)) in samples
-                .iter()
-                .zip(&mut factors[places.clone()])
-                .zip(places.clone().zip(&mut suspected[places.clone()]))
-            {
-                let distance = empty.residual(sample, &at);
-                let before = counts(index);
-                *suspected = before > 0.0 && !(distance < SUSPECTED * width);
-                let weight = if *suspected {
-                    0.0
-                } else {
-                    loss.weight(distance / width)
-                };
-                *factor = before * weight / start.divisor;
-                right += if *factor > 0.0 { 1.0 } else { 0.0 };
-            }
-            effective_samples = worth * right * before.map_or(1.0, Weights::mean_of_counted);
-            factor
-                .add_weighted(
-                    samples.iter().zip(factors[places].iter().copied()),
-                    effective_samples,
-                )
-                .map_err(|(index, error)| (first + index, error))
+            let own = &mut weights.factors[places.clone()];
+            samples
+                .par_iter()
+                .zip(own.par_iter_mut())
+                .zip(suspected[places.clone()].par_iter_mut())
+                .zip(places)
+                .for_each(|(((sample, factor), suspected), index)| {
+                    (*factor, *suspected) = weigh(index, sample);
+                });
+            right += number(own.iter().filter(|factor| **factor > 0.0).count());
+            halves = joint::with_part(halves, (first, samples), Some(&weights))?;
+            Ok(())
         });
-        taken
-            .map_err(|(index, error): (usize, SampleError)| RobustRefusal::Sample(index, error))?;
+        weights.effective_samples = worth * right * before.map_or(1.0, Weights::mean_of_counted);
+        let factor = taken.and_then(|()| joint::of_halves(halves, Some(&weights)));
+        let factor = factor.map_err(|(index, error)| RobustRefusal::Sample(index, error))?;
         let last = outcome;
         outcome = JointCalibrator::of_factor(factor, settings).solve()?;
         settled = moved(&last, &outcome) < SETTLED;
@@ -122,10 +122,7 @@ pub(super) fn fit(
     }
     Ok(Found {
         outcome: Outcome::from(outcome),
-        weights: Weights {
-            factors,
-            effective_samples,
-        },
+        weights,
         settled,
         divisor: start.divisor,
         suspected,

@@ -10,6 +10,7 @@ mod linear;
 mod parameter;
 mod symmetric;
 mod three_arms;
+mod transmission;
 
 pub use arm::{Arm, ArmBasis};
 pub use arm_index::ArmIndex;
@@ -21,3 +22,5 @@ pub use linear::SymmetricLinearRobot;
 pub use parameter::{Parameter, ParameterKind};
 pub use symmetric::SymmetricRobot;
 pub use three_arms::Robot;
+pub(crate) use transmission::{NUMBERS as TRANSMISSION_NUMBERS, by_numbers as by_transmission};
+pub use transmission::{Transmission, TransmissionTolerance};

@@ -1,3 +1,4 @@
+use crate::robot::ArmIndex;
 use core::fmt;
 
 /// Something beside the robot whose place is estimated with the parameters.
@@ -11,6 +12,8 @@ pub enum Instrument {
     Plane(u8),
     /// A point that distances were measured from, by its index.
     Point(u8),
+    /// The gear and encoder of a joint.
+    Transmission(ArmIndex),
 }
 
 impl fmt::Display for Instrument {
@@ -19,6 +22,7 @@ impl fmt::Display for Instrument {
             Self::Frame => formatter.write_str("the frame of the coordinates"),
             Self::Plane(index) => write!(formatter, "plane {index}"),
             Self::Point(index) => write!(formatter, "point {index}"),
+            Self::Transmission(arm) => write!(formatter, "the transmission of {arm}"),
         }
     }
 }

@@ -1,5 +1,5 @@
 use crate::Real;
-use crate::robot::{Arm, Drive};
+use crate::robot::{Arm, Drive, TRANSMISSION_NUMBERS, by_transmission};
 use nalgebra::{SVector, Vector3};
 
 impl<T: Real> Arm<T> {
@@ -30,6 +30,17 @@ impl<T: Real> Arm<T> {
         -((x - self.elbow(q)).dot(&self.elbow_derivative(q)) * T::TWO)
     }
 
+    /// ∂f by the numbers of the [transmission](crate::robot::Transmission), of a rotary drive: ∂f/∂(arm's angle)
+    /// times q, cos q, sin q, cos 2q and sin 2q. Length² per radian; the first length².
+    pub fn constraint_by_transmission(&self, x: &Vector3<T>, q: T) -> [T; TRANSMISSION_NUMBERS] {
+        let slope = match self.transmission() {
+            None => T::ONE,
+            Some(transmission) => transmission.arm_angle(q).1,
+        };
+        let by_arm_angle = self.constraint_by_joint(x, q) / slope;
+        by_transmission(q).map(|by_number| by_number * by_arm_angle)
+    }
+
     /// ∂f/∂P: one row of the Jacobian (3.21), by the parameters' [places](Drive::places).
     /// Length for a length, length² for an angle or a ratio.
     pub fn constraint_by_parameters(&self, x: &Vector3<T>, q: T) -> SVector<T, 8> {
@@ -46,7 +57,7 @@ impl<T: Real> Arm<T> {
                 q,
             );
         }
-        let (sin_q, cos_q) = q.sine_cosine();
+        let (sin_q, cos_q) = self.arm_angle(q).sine_cosine();
         let basis = self.basis();
         let elbow = self.d() + basis.u * cos_q + basis.v * sin_q;
         constraint_gradient(

@@ -11,7 +11,7 @@ enum Fault {
 }
 
 impl<T: Real> Arm<T> {
-    /// The elbow-out joint angle at which the forearm reaches `x`, in (−π, π].
+    /// The elbow-out joint angle at which the forearm reaches `x`; of an exact transmission in (−π, π].
     ///
     /// The constraint is A cos q + B sin q = C with A = u·w, B = v·w, w = X − D,
     /// C = (|w|² + La² − Lb²)/2, so q = atan2(B, A) − acos(C/√(A²+B²)); with
@@ -40,7 +40,7 @@ impl<T: Real> Arm<T> {
             return Err(Fault::Unreachable);
         }
         let s = root_squared.square_root();
-        Ok((b * c - a * s).angle_over(a * c + b * s))
+        Ok(self.joint_angle((b * c - a * s).angle_over(a * c + b * s)))
     }
 
     /// The travel at which the forearm reaches `x` from above: |w − s v|² = Lb², w = X − D, so that

@@ -84,6 +84,29 @@ impl<T: Real> Robot<T> {
         }
     }
 
+    /// How the platform point moves with the numbers of the [transmissions](crate::robot::Transmission), at a pose
+    /// (`x`, `q`) that satisfies the constraints: five columns a joint. Length per radian; of the gains length.
+    ///
+    /// # Errors
+    /// Those of [`platform_jacobian`](Self::platform_jacobian) at a parallel singularity.
+    #[cfg(feature = "transmission")]
+    pub fn by_transmissions(
+        &self,
+        x: &Vector3<T>,
+        q: &[T; 3],
+    ) -> Result<SMatrix<T, 3, 15>, KinematicsError> {
+        let inverse = self.inverse_by_position(x, q)?;
+        let mut jacobian = SMatrix::<T, 3, 15>::zeros();
+        let mut columns = jacobian.column_iter_mut();
+        for ((arm, q), by_constraint) in self.arms().iter().zip(q).zip(&inverse) {
+            let by_numbers = arm.constraint_by_transmission(x, *q);
+            for (by_number, mut column) in by_numbers.into_iter().zip(&mut columns) {
+                column.copy_from(&(by_constraint * -by_number));
+            }
+        }
+        Ok(jacobian)
+    }
+
     /// The columns of (∂f/∂X)⁻¹, whose rows are 2wᵢ with wᵢ = X − Bᵢ, by cross products.
     pub(crate) fn inverse_by_position(
         &self,

@@ -1,6 +1,6 @@
 //! What an instrument would read, and how that changes.
 
-use super::instruments::{Instruments, OF_ROBOT, PositionFrame};
+use super::instruments::{Instruments, PositionFrame};
 use super::observation::{Distance, DistanceFrom, Height, Observation};
 use super::row::READINGS;
 use crate::Real;
@@ -68,7 +68,12 @@ fn coordinates<T: Real>(
 ) -> [Option<Equation<T>>; 3] {
     let sensor = instruments.frame == PositionFrame::Sensor;
     let (half, rotation, translation) = if sensor {
-        frame_at(start, unknowns.get(OF_ROBOT..).unwrap_or_default())
+        frame_at(
+            start,
+            unknowns
+                .get(instruments.frame_column()..)
+                .unwrap_or_default(),
+        )
     } else {
         (Vector3::zeros(), Matrix3::identity(), Vector3::zeros())
     };
@@ -102,7 +107,7 @@ fn coordinates<T: Real>(
             residual: measured - of(&expected),
             by_position: rotation.row(axis).transpose(),
             between_poses: false,
-            column: OF_ROBOT,
+            column: instruments.frame_column(),
             by_unknowns,
             sigma,
         });
@@ -179,7 +184,7 @@ fn of_distance<T: Real>(
         residual: distance.distance - length - offset,
         by_position: direction,
         between_poses: point.is_none(),
-        column: point.map_or(OF_ROBOT, |(column, _)| column),
+        column: point.map_or_else(|| instruments.frame_column(), |(column, _)| column),
         by_unknowns,
         sigma: instruments.noise.distance(),
     }

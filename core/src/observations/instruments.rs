@@ -1,5 +1,6 @@
 use crate::Real;
 use crate::calibration::Instrument;
+use crate::robot::{ArmIndex, TRANSMISSION_NUMBERS, TransmissionTolerance};
 use crate::samples::{Noise, NoiseError};
 use nalgebra::Vector3;
 
@@ -7,8 +8,10 @@ use nalgebra::Vector3;
 pub(super) const OF_FRAME: usize = 6;
 pub(super) const OF_PLANE: usize = 3;
 pub(super) const OF_POINT: usize = 3;
-/// Parameters of the robot, which come before the unknowns of the instruments.
+/// Geometric parameters of the robot, which come before all other unknowns.
 pub(super) const OF_ROBOT: usize = 24;
+/// Numbers of the three transmissions, which come next if they are unknown.
+pub(super) const OF_TRANSMISSIONS: usize = 3 * TRANSMISSION_NUMBERS;
 
 /// One standard deviation of each kind of reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +60,9 @@ pub struct Instruments<'a, T: Real> {
     pub points: &'a [Point<T>],
     /// How good a reading is.
     pub noise: ObservationNoise<T>,
+    /// What is known of the joints' transmissions, if they are to be found as well. `None` takes the robot's own as
+    /// exact.
+    pub transmission: Option<TransmissionTolerance<T>>,
 }
 
 impl<T: Real> ObservationNoise<T> {
@@ -129,8 +135,25 @@ impl<T: Real> Point<T> {
 impl<T: Real> Instruments<'_, T> {
     /// How many unknowns there are beside the robot's parameters.
     pub fn unknowns(&self) -> usize {
+        self.transmission_unknowns() + self.of_places()
+    }
+
+    /// How many of them say where the instruments are.
+    pub(super) fn of_places(&self) -> usize {
         let points: usize = self.points.iter().map(Point::unknowns).sum();
         self.frame_unknowns() + OF_PLANE * self.planes.len() + points
+    }
+
+    fn transmission_unknowns(&self) -> usize {
+        match self.transmission {
+            None => 0,
+            Some(_) => OF_TRANSMISSIONS,
+        }
+    }
+
+    /// The place of the frame's first unknown among all parameters.
+    pub(super) fn frame_column(&self) -> usize {
+        OF_ROBOT + self.transmission_unknowns()
     }
 
     fn frame_unknowns(&self) -> usize {
@@ -142,14 +165,14 @@ impl<T: Real> Instruments<'_, T> {
 
     /// The place of a plane's first unknown among all parameters.
     pub(super) fn plane_column(&self, plane: u8) -> usize {
-        OF_ROBOT + self.frame_unknowns() + OF_PLANE * usize::from(plane)
+        self.frame_column() + self.frame_unknowns() + OF_PLANE * usize::from(plane)
     }
 
     /// The place of a point's first unknown among all parameters.
     pub(super) fn point_column(&self, point: u8) -> usize {
         let before = self.points.iter().take(usize::from(point));
         let before: usize = before.map(Point::unknowns).sum();
-        OF_ROBOT + self.frame_unknowns() + OF_PLANE * self.planes.len() + before
+        self.frame_column() + self.frame_unknowns() + OF_PLANE * self.planes.len() + before
     }
 
     /// The unknowns at their places among all parameters, with coordinates in the robot's own frame: c, a and b
@@ -176,8 +199,11 @@ impl<T: Real> Instruments<'_, T> {
     /// Whose unknown stands at a place among all parameters.
     pub fn instrument_of(&self, parameter: usize) -> Option<Instrument> {
         let unknown = parameter.checked_sub(OF_ROBOT)?;
-        let frame = self.frame_unknowns();
-        if unknown < frame {
+        if unknown < self.transmission_unknowns() {
+            let joint = ArmIndex::ALL.get(unknown / TRANSMISSION_NUMBERS)?;
+            return Some(Instrument::Transmission(*joint));
+        }
+        if parameter < self.frame_column() + self.frame_unknowns() {
             return Some(Instrument::Frame);
         }
         let planes = (0..).take(self.planes.len()).map(|plane| {

@@ -1,12 +1,12 @@
 //! What the rows weigh, and their residuals and derivatives.
 
 use super::equation::{Equation, equations};
-use super::instruments::Instruments;
+use super::instruments::{Instruments, OF_ROBOT};
 use super::observation::ObservationError;
 use super::row::{ObservationRow, READINGS};
 use super::start::StartValues;
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Robot};
+use crate::robot::{Arm, ArmIndex, Robot, TRANSMISSION_NUMBERS};
 use crate::samples::put_row;
 use nalgebra::Vector3;
 
@@ -206,19 +206,19 @@ impl<T: Real> ObservationRow<T> {
         for (index, equation) in equations.iter().enumerate() {
             let Some(equation) = equation else { continue };
             let mut row = [T::ZERO; M];
-            add_by_parameters(
-                &mut row,
-                robot,
-                &own,
-                &self.observation.joints,
-                &equation.by_position,
-            );
+            let mut add = |pose: &Pose<T>, joints: &[T; 3], by_position: &Vector3<T>| {
+                add_by_parameters(&mut row, robot, pose, joints, by_position);
+                if instruments.transmission.is_some() {
+                    add_by_transmissions(&mut row, robot, pose, joints, by_position);
+                }
+            };
+            add(&own, &self.observation.joints, &equation.by_position);
             if let (true, Some(other), Some(joints)) = (
                 equation.between_poses,
                 &other,
                 self.observation.other_joints(),
             ) {
-                add_by_parameters(&mut row, robot, other, joints, &-equation.by_position);
+                add(other, joints, &-equation.by_position);
             }
             let from = row.get_mut(equation.column..).unwrap_or_default();
             for (entry, derivative) in from.iter_mut().zip(equation.by_unknowns) {
@@ -294,6 +294,29 @@ fn add_by_parameters<T: Real>(
         let gradient = of_arm(index).constraint_by_parameters(&pose.position, *q);
         for (entry, derivative) in own.iter_mut().zip(gradient.iter()) {
             *entry += part * *derivative;
+        }
+    }
+}
+
+/// Adds the derivatives by the numbers of the transmissions, which stand behind the parameters.
+fn add_by_transmissions<T: Real>(
+    row: &mut [T],
+    robot: &Robot<T>,
+    pose: &Pose<T>,
+    joints: &[T; 3],
+    by_position: &Vector3<T>,
+) {
+    let parts = pose.by_constraints(by_position);
+    let numbers = row.get_mut(OF_ROBOT..).unwrap_or_default();
+    for (((own, part), q), arm) in numbers
+        .chunks_exact_mut(TRANSMISSION_NUMBERS)
+        .zip(parts)
+        .zip(joints)
+        .zip(robot.arms())
+    {
+        let gradient = arm.constraint_by_transmission(&pose.position, *q);
+        for (entry, derivative) in own.iter_mut().zip(gradient) {
+            *entry += part * derivative;
         }
     }
 }

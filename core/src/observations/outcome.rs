@@ -1,4 +1,3 @@
-use super::equation::frame_at;
 use super::instruments::{Instruments, OF_ROBOT};
 use crate::Real;
 use crate::calibration::{Estimate, JointOutcome};
@@ -14,7 +13,7 @@ pub struct ObservationOutcome<T: Real, const N: usize> {
     /// All parameters, the robot's 24 first, and how far they can be trusted.
     pub estimate: Estimate<T, N>,
     unknowns: [T; N],
-    start: RigidTransform<T>,
+    frame: RigidTransform<T>,
 }
 
 impl<T: Real, const N: usize> ObservationOutcome<T, N> {
@@ -22,13 +21,13 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
         robot: Robot<T>,
         estimate: Estimate<T, N>,
         unknowns: [T; N],
-        start: RigidTransform<T>,
+        frame: RigidTransform<T>,
     ) -> Self {
         Self {
             robot,
             estimate,
             unknowns,
-            start,
+            frame,
         }
     }
 
@@ -38,13 +37,8 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
     }
 
     /// The frame of the coordinates: from the robot's frame to it.
-    pub fn frame(&self) -> RigidTransform<T> {
-        let unknowns = self.unknowns.get(OF_ROBOT..).unwrap_or_default();
-        let (_, rotation, translation) = frame_at(&self.start, unknowns);
-        RigidTransform {
-            rotation,
-            translation,
-        }
+    pub const fn frame(&self) -> &RigidTransform<T> {
+        &self.frame
     }
 
     /// c (length), a and b of a plane z = c + a x + b y.
@@ -68,7 +62,8 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
         values
     }
 
-    /// The robot's 24 parameters alone; the covariance takes the unknowns' share into account.
+    /// The robot's 24 geometric parameters alone; the covariance takes the share of all other unknowns into account.
+    /// The robot has the transmissions that were found.
     pub fn of_robot(&self) -> JointOutcome<T> {
         let whole = &self.estimate;
         let mut correction = [T::ZERO; OF_ROBOT];

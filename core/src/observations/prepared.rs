@@ -1,6 +1,6 @@
 //! What is computed of a problem before it is solved.
 
-use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, PositionFrame};
+use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame};
 use super::row::ObservationRow;
 use super::start::StartValues;
 use crate::Real;
@@ -69,8 +69,11 @@ impl<T: Real, const N: usize> Prepared<T, N> {
                 *unit = T::ONE;
             }
         };
+        if instruments.transmission.is_some() {
+            angles(OF_ROBOT, OF_TRANSMISSIONS);
+        }
         if instruments.frame == PositionFrame::Sensor {
-            angles(OF_ROBOT + 3, 3);
+            angles(instruments.frame_column() + 3, 3);
         }
         for (index, _) in (0..).zip(instruments.planes) {
             angles(instruments.plane_column(index) + 1, OF_PLANE - 1);

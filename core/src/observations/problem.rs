@@ -1,3 +1,4 @@
+use super::equation::frame_at;
 use super::instruments::{Instruments, OF_ROBOT};
 use super::observation::ObservationError;
 use super::outcome::ObservationOutcome;
@@ -6,14 +7,17 @@ use super::row::ObservationRow;
 use super::start::StartValues;
 use crate::Real;
 use crate::calibration::{Estimate, Instrument, Piece, Problem, Refusal, damp_rows};
-use crate::robot::{Arm, ArmIndex, Drive, Robot};
+use crate::frame::RigidTransform;
+use crate::robot::{
+    Arm, ArmIndex, Drive, GeometryError, Robot, TRANSMISSION_NUMBERS, Transmission,
+};
 use crate::samples::{Triangle, moved_arm};
 
 /// Parameters of an arm.
 const ARM: usize = 8;
 
-/// The calibration from observations: the robot's 24 parameters and the unknowns of the instruments, N
-/// parameters in all or more, M = N + 1, E = M (M + 1)/2. Places that no unknown needs stay where they are.
+/// The calibration from observations: the robot's 24 parameters, 15 numbers of its transmissions if they are to be
+/// found, and the unknowns of the instruments, N parameters in all or more, M = N + 1, E = M (M + 1)/2. Places that no unknown needs stay where they are.
 ///
 /// ```
 /// use delta_cal::calibration::Settings;
@@ -40,6 +44,7 @@ const ARM: usize = 8;
 ///     planes: &[Plane::default()],
 ///     points: &[],
 ///     noise: ObservationNoise::new(Noise::new(0.02, 0.0)?, 0.02, 0.02)?,
+///     transmission: None,
 /// };
 /// let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.0035)?);
 /// let problem = ObservationProblem::<f64, 27>::prepare(&drawn, &instruments, &mut rows)?;
@@ -177,11 +182,18 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     /// # Errors
     /// [`Refusal::ImpossibleGeometry`] or [`Refusal::ImpossibleRobot`].
     pub fn outcome(&self, estimate: &Estimate<T, N>) -> Result<ObservationOutcome<T, N>, Refusal> {
+        let unknowns = self.unknowns_at(&estimate.correction);
+        let of_frame = unknowns.get(self.instruments.frame_column()..);
+        let (_, rotation, translation) =
+            frame_at(self.prepared.start.frame(), of_frame.unwrap_or_default());
         Ok(ObservationOutcome::new(
             self.robot_at(&estimate.correction)?,
             *estimate,
-            self.unknowns_at(&estimate.correction),
-            *self.prepared.start.frame(),
+            unknowns,
+            RigidTransform {
+                rotation,
+                translation,
+            },
         ))
     }
 
@@ -252,7 +264,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         }
         let [one, two, three] = displacements;
         let arm = |index: ArmIndex, displacement: &[T; ARM]| {
-            moved_arm(self.robot.arm(index), displacement)
+            self.moved(index, displacement, correction)
                 .map_err(|error| Refusal::ImpossibleGeometry { arm: index, error })
         };
         Robot::new([
@@ -261,6 +273,28 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             arm(ArmIndex::Third, &three)?,
         ])
         .map_err(Refusal::ImpossibleRobot)
+    }
+
+    /// An arm whose parameters differ by a displacement, and its transmission by its part of the correction.
+    fn moved(
+        &self,
+        index: ArmIndex,
+        displacement: &[T; ARM],
+        correction: &[T; N],
+    ) -> Result<Arm<T>, GeometryError> {
+        let arm = moved_arm(self.robot.arm(index), displacement)?;
+        if self.instruments.transmission.is_none() {
+            return Ok(arm);
+        }
+        let mut numbers = [T::ZERO; TRANSMISSION_NUMBERS];
+        if let Some(transmission) = arm.transmission() {
+            numbers = transmission.numbers();
+        }
+        let first = OF_ROBOT + TRANSMISSION_NUMBERS * index.index();
+        for (number, delta) in numbers.iter_mut().zip(correction.iter().skip(first)) {
+            *number += *delta;
+        }
+        Ok(arm.driven_by(Transmission::new(numbers)?))
     }
 
     fn unknowns_at(&self, correction: &[T; N]) -> [T; N] {

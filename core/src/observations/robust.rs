@@ -86,6 +86,7 @@ impl From<RobustRefusal> for RobustObservationError {
 ///     planes: &[Plane::default()],
 ///     points: &[],
 ///     noise: ObservationNoise::new(Noise::new(0.02, 0.0)?, 0.02, 0.02)?,
+///     transmission: None,
 /// };
 /// let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.0035)?);
 /// let mut work = [WeighedSample::vacant(); 45];
@@ -201,7 +202,8 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Fits<T> for Observ
     }
 
     fn subset(&self) -> usize {
-        let unknowns = self.instruments.unknowns();
+        // Of the transmissions the tolerance tells enough.
+        let unknowns = self.instruments.of_places();
         match self.settings.tolerance {
             Some(_) => SUBSET_WITH_TOLERANCE + self.rows_for(unknowns),
             None => self.rows_for(OF_ROBOT + unknowns) + 1,
@@ -221,7 +223,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Fits<T> for Observ
             Some(_) => DECIDED_WITH_TOLERANCE,
             None => OF_ROBOT,
         };
-        self.rows_for(of_robot + self.instruments.unknowns())
+        self.rows_for(of_robot + self.instruments.of_places())
     }
 
     fn fit(

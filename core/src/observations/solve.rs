@@ -1,6 +1,6 @@
 //! How the problem is solved: what is known beforehand, the minimisation, a second start.
 
-use super::instruments::{OF_FRAME, OF_PLANE, OF_POINT, OF_ROBOT, PositionFrame};
+use super::instruments::{OF_FRAME, OF_PLANE, OF_POINT, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame};
 use super::outcome::ObservationOutcome;
 use super::problem::{InstrumentsAt, ObservationProblem};
 use super::row::ObservationRow;
@@ -67,6 +67,9 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
                 *weight = unit / sigma;
             }
         };
+        if let Some(tolerance) = &self.instruments.transmission {
+            put(OF_ROBOT, OF_TRANSMISSIONS, tolerance.sigma());
+        }
         for (index, plane) in (0..).zip(self.instruments.planes) {
             if let Some((_, sigma)) = plane.known {
                 put(self.instruments.plane_column(index), 1, sigma);
@@ -89,7 +92,8 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
             *weight = T::ONE;
         }
         if self.instruments.frame == PositionFrame::Sensor {
-            let numbers = weights.iter_mut().skip(OF_ROBOT).take(OF_FRAME);
+            let first = self.instruments.frame_column();
+            let numbers = weights.iter_mut().skip(first).take(OF_FRAME);
             for (number, weight) in numbers.enumerate() {
                 if self.prepared.start.is_free(number) {
                     *weight = T::ONE;

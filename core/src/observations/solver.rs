@@ -50,6 +50,7 @@ impl<T: Real> ObservationRow<T> {
 ///     planes: &[Plane::default()],
 ///     points: &[],
 ///     noise: ObservationNoise::new(Noise::new(0.02, 0.0)?, 0.02, 0.02)?,
+///     transmission: None,
 /// };
 /// let mut rows = Vec::new();
 /// for k in 0..45 {

@@ -1,6 +1,7 @@
 use super::drive::{Drive, DriveOf};
 use super::geometry_error::GeometryError;
 use super::parameter::Parameter;
+use super::transmission::Transmission;
 use crate::Real;
 use nalgebra::Vector3;
 
@@ -42,6 +43,7 @@ pub struct Arm<T: Real> {
     parameters: [T; 8],
     basis: ArmBasis<T>,
     drive: DriveOf,
+    transmission: Option<Transmission<T>>,
 }
 
 /// The vectors that an arm's angles determine, computed once when the arm is made. Of a linear drive: `ez` is the
@@ -112,6 +114,7 @@ impl<T: Real> Arm<T> {
                 v: ex * la_y - ez * la_x,
             },
             drive: DriveOf::ROTARY,
+            transmission: None,
         })
     }
 
@@ -160,10 +163,11 @@ impl<T: Real> Arm<T> {
                 v: direction * scale,
             },
             drive: DriveOf::LINEAR,
+            transmission: None,
         })
     }
 
-    /// An arm with the same drive and other parameters, at their [places](Drive::places).
+    /// An arm with the same drive and transmission and other parameters, at their [places](Drive::places).
     ///
     /// # Errors
     /// As [`new`](Self::new), or as for an arm with a linear drive.
@@ -174,7 +178,54 @@ impl<T: Real> Arm<T> {
                 let [dx, dy, dz, lean_x, lean_y, scale, _, lb] = parameters;
                 Self::linear([dx, dy, dz, lean_x, lean_y, scale, lb])
             }
-            _ => Self::new(parameters),
+            _ => Ok(Self {
+                transmission: self.transmission,
+                ..Self::new(parameters)?
+            }),
+        }
+    }
+
+    /// The same arm with another transmission.
+    ///
+    /// # Errors
+    /// [`GeometryError::TransmissionTooLarge`] of an arm with a linear drive.
+    #[cfg(feature = "transmission")]
+    pub fn with_transmission(self, transmission: Transmission<T>) -> Result<Self, GeometryError> {
+        if self.drive() == Drive::Linear {
+            return Err(GeometryError::TransmissionTooLarge);
+        }
+        Ok(self.driven_by(transmission))
+    }
+
+    /// The same of an arm with a rotary drive. An exact transmission is none, and costs nothing.
+    pub(crate) fn driven_by(self, transmission: Transmission<T>) -> Self {
+        let exact = transmission.numbers() == [T::ZERO; 5];
+        Self {
+            transmission: (!exact).then_some(transmission),
+            ..self
+        }
+    }
+
+    /// What its gear and encoder do; `None` if the arm's angle is the joint's.
+    pub const fn transmission(&self) -> Option<&Transmission<T>> {
+        self.transmission.as_ref()
+    }
+
+    /// The angle of the arm at a joint angle. Radians.
+    #[inline]
+    pub(crate) fn arm_angle(&self, q: T) -> T {
+        match &self.transmission {
+            None => q,
+            Some(transmission) => transmission.arm_angle(q).0,
+        }
+    }
+
+    /// The joint angle at an angle of the arm. Radians.
+    #[inline]
+    pub(crate) fn joint_angle(&self, arm_angle: T) -> T {
+        match &self.transmission {
+            None => arm_angle,
+            Some(transmission) => transmission.joint_angle(arm_angle),
         }
     }
 
@@ -234,11 +285,12 @@ impl<T: Real> Arm<T> {
     }
 
     /// B(q) = D + u cos q + v sin q, or D + s v with a linear drive: the elbow, moved by the platform offset as
-    /// D is. Length.
+    /// D is. Length. With a [transmission](Self::transmission), q is the joint angle, and the arm's angle stands in
+    /// the equation.
     pub fn elbow(&self, q: T) -> Vector3<T> {
         match self.drive() {
             Drive::Rotary => {
-                let (sin_q, cos_q) = q.sine_cosine();
+                let (sin_q, cos_q) = self.arm_angle(q).sine_cosine();
                 self.d() + self.basis.u * cos_q + self.basis.v * sin_q
             }
             Drive::Linear => self.d() + self.basis.v * q,
@@ -249,8 +301,17 @@ impl<T: Real> Arm<T> {
     pub fn elbow_derivative(&self, q: T) -> Vector3<T> {
         match self.drive() {
             Drive::Rotary => {
-                let (sin_q, cos_q) = q.sine_cosine();
-                self.basis.v * cos_q - self.basis.u * sin_q
+                let of_arm = |angle: T| {
+                    let (sine, cosine) = angle.sine_cosine();
+                    self.basis.v * cosine - self.basis.u * sine
+                };
+                match &self.transmission {
+                    None => of_arm(q),
+                    Some(transmission) => {
+                        let (angle, slope) = transmission.arm_angle(q);
+                        of_arm(angle) * slope
+                    }
+                }
             }
             Drive::Linear => self.basis.v,
         }
@@ -268,7 +329,15 @@ impl<T: Real> Arm<T> {
                 let [dx, dy, dz, lean_x, lean_y, scale, _, lb] = parameters;
                 Arm::linear([dx, dy, dz, lean_x, lean_y, scale, lb])
             }
-            _ => Arm::new(parameters),
+            _ => {
+                let arm = Arm::new(parameters)?;
+                let Some(transmission) = &self.transmission else {
+                    return Ok(arm);
+                };
+                let numbers = transmission.numbers();
+                let numbers = numbers.map(|value| U::from_f64(value.to_f64()));
+                Ok(arm.driven_by(Transmission::new(numbers)?))
+            }
         }
     }
 }

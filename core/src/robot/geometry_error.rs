@@ -23,6 +23,9 @@ pub enum GeometryError {
     LeanTooLarge,
     /// Not all three arms have the same drive.
     MixedDrives,
+    /// A transmission is so far from exact that the joint angle of an arm's angle is not certain, or the arm's drive
+    /// is linear.
+    TransmissionTooLarge,
 }
 
 impl fmt::Display for GeometryError {
@@ -38,6 +41,9 @@ impl fmt::Display for GeometryError {
             Self::MixedDrives => {
                 formatter.write_str("all three arms must be rotary, or all three linear")
             }
+            Self::TransmissionTooLarge => formatter.write_str(
+                "the transmission of a rotary drive must be exact but for a tenth of a radian in a radian",
+            ),
             Self::RadiusInvalid => {
                 formatter.write_str("the base and platform radii must not be negative")
             }

@@ -2,6 +2,8 @@ use super::arm::Arm;
 use super::arm_index::ArmIndex;
 use super::drive::Drive;
 use super::geometry_error::GeometryError;
+#[cfg(feature = "transmission")]
+use super::transmission::Transmission;
 use crate::Real;
 use nalgebra::Vector3;
 
@@ -75,7 +77,7 @@ impl<T: Real> Robot<T> {
         Self::new([Arm::new(first)?, Arm::new(second)?, Arm::new(third)?])
     }
 
-    /// A robot with the same drives and other parameters, at their [places](Drive::places).
+    /// A robot with the same drives and transmissions and other parameters, at their [places](Drive::places).
     ///
     /// # Errors
     /// As [`Arm::with_parameters`] and [`Robot::new`].
@@ -86,6 +88,33 @@ impl<T: Real> Robot<T> {
             two.with_parameters(second)?,
             three.with_parameters(third)?,
         ])
+    }
+
+    /// The same robot with other transmissions.
+    ///
+    /// # Errors
+    /// [`GeometryError::TransmissionTooLarge`] of a robot with linear drives.
+    #[cfg(feature = "transmission")]
+    pub fn with_transmissions(
+        &self,
+        transmissions: [Transmission<T>; 3],
+    ) -> Result<Self, GeometryError> {
+        let ([one, two, three], [first, second, third]) = (self.arms, transmissions);
+        Ok(Self {
+            arms: [
+                one.with_transmission(first)?,
+                two.with_transmission(second)?,
+                three.with_transmission(third)?,
+            ],
+        })
+    }
+
+    /// The transmission of each joint.
+    #[cfg(feature = "transmission")]
+    pub fn transmissions(&self) -> [Transmission<T>; 3] {
+        let own = |arm: &Arm<T>| arm.transmission().copied().unwrap_or(Transmission::EXACT);
+        let [first, second, third] = &self.arms;
+        [own(first), own(second), own(third)]
     }
 
     /// How the joints move the elbows.

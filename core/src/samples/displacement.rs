@@ -256,14 +256,11 @@ pub(crate) fn moved_arm<T: Real>(
     }
     let [_, _, _, theta, .., lb] = &mut parameters;
     *lb = lb.magnitude();
-    if arm.drive() == Drive::Linear {
-        return arm.with_parameters(parameters);
-    }
     let turn = T::TWO * T::PI;
-    if theta.magnitude() > turn {
+    if arm.drive() == Drive::Rotary && theta.magnitude() > turn {
         *theta -= (*theta / turn).nearest_integer() * turn;
     }
-    Arm::new(parameters)
+    arm.with_parameters(parameters)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 use super::noise::Noise;
 use super::sample::{SampleError, check_joint, check_position};
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Drive, Parameter, ParameterKind};
+use crate::robot::{Arm, ArmIndex, Drive, Parameter, ParameterKind, Transmission};
 use crate::snapshot::{Fingerprint, state};
 use nalgebra::Vector3;
 
@@ -128,6 +128,14 @@ impl<T: Real> NominalArm<T> {
         for value in self.arm.parameters().into_iter().chain(centre) {
             fingerprint.number(value);
         }
+        for value in self
+            .arm
+            .transmission()
+            .into_iter()
+            .flat_map(Transmission::numbers)
+        {
+            fingerprint.number(value);
+        }
     }
 
     /// The arm before calibration.
@@ -178,7 +186,7 @@ impl<T: Real> NominalArm<T> {
     /// Centres and scales one sample, its weight 1; beside it X − B.
     fn place(&self, x: &Vector3<T>, q: T) -> (ArmSample<T>, Vector3<T>) {
         let (sine, cosine) = match self.arm.drive() {
-            Drive::Rotary => q.sine_cosine(),
+            Drive::Rotary => self.arm.arm_angle(q).sine_cosine(),
             Drive::Linear => {
                 let travel = q * self.inverse_scale;
                 (travel, travel * travel)

@@ -5,11 +5,11 @@ use super::super::{
     ObservationRow, Plane, Point, PositionFrame,
 };
 use crate::calibration::{Problem, Settings};
-use crate::robot::{Robot, SymmetricRobot};
+#[cfg(feature = "transmission")]
+use crate::robot::Transmission;
+use crate::robot::{Robot, SymmetricRobot, TransmissionTolerance};
 use crate::samples::{Noise, Triangle};
 use nalgebra::Vector3;
-
-const N: usize = 40;
 
 /// Everything in every row, in a frame that is turned and shifted.
 fn rows(robot: &Robot<f64>) -> [ObservationRow<f64>; 12] {
@@ -55,7 +55,25 @@ fn nominal() -> Robot<f64> {
 /// derivatives of every kind of reading, away from the start.
 #[test]
 fn derivatives_are_those_of_the_residuals() {
-    let robot = nominal();
+    check_derivatives::<40, 41, 861>(&nominal(), None);
+}
+
+#[cfg(feature = "transmission")]
+#[test]
+fn derivatives_by_transmissions_are_those_of_the_residuals() {
+    let transmissions = [0.01, -0.02, 0.005].map(|size| {
+        let numbers = [size, -0.7 * size, 0.4 * size, 0.3 * size, -0.5 * size];
+        Transmission::new(numbers).unwrap()
+    });
+    let robot = nominal().with_transmissions(transmissions).unwrap();
+    let tolerance = TransmissionTolerance::new(1e-3).unwrap();
+    check_derivatives::<55, 56, 1596>(&robot, Some(tolerance));
+}
+
+fn check_derivatives<const N: usize, const M: usize, const E: usize>(
+    robot: &Robot<f64>,
+    transmission: Option<TransmissionTolerance<f64>>,
+) {
     let instruments = Instruments {
         frame: PositionFrame::Sensor,
         planes: &[Plane::default()],
@@ -68,22 +86,23 @@ fn derivatives_are_those_of_the_residuals() {
         ],
         noise: ObservationNoise::new(Noise::by_axis([0.02, 0.03, 0.1], 1e-4).unwrap(), 0.05, 0.03)
             .unwrap(),
+        transmission,
     };
     assert_eq!(24 + instruments.unknowns(), N);
-    let mut rows = rows(&robot);
-    let problem = ObservationProblem::<f64, N>::prepare(&robot, &instruments, &mut rows).unwrap();
+    let mut rows = rows(robot);
+    let problem = ObservationProblem::<f64, N>::prepare(robot, &instruments, &mut rows).unwrap();
     let correction: [f64; N] = core::array::from_fn(|index| {
         #[allow(clippy::cast_precision_loss)]
         let t = index as f64;
         2e-3 * (1.3 * t).sin()
     });
-    let at = |correction: &[f64; N]| Problem::<f64, N, 41, 861>::displaced(&problem, correction);
+    let at = |correction: &[f64; N]| Problem::<f64, N, M, E>::displaced(&problem, correction);
     for piece in 0..12 {
-        let mut normal = Triangle::<f64, 41, 861>::zero();
+        let mut normal = Triangle::<f64, M, E>::zero();
         let sum = problem
             .linearize(&at(&correction), &mut normal, piece)
             .sum_of_squares;
-        let whole = Problem::<f64, N, 41, 861>::sum_of_squares(&problem, &at(&correction), piece);
+        let whole = Problem::<f64, N, M, E>::sum_of_squares(&problem, &at(&correction), piece);
         assert!((sum / whole.sum_of_squares - 1.0).abs() < 1e-12);
         // RᵀR, of which the last column is Jᵀr.
         let product = |left: usize, right: usize| -> f64 {
@@ -97,7 +116,7 @@ fn derivatives_are_those_of_the_residuals() {
                 let mut moved = correction;
                 moved[parameter] += step;
                 let at = at(&moved);
-                Problem::<f64, N, 41, 861>::sum_of_squares(&problem, &at, piece).sum_of_squares
+                Problem::<f64, N, M, E>::sum_of_squares(&problem, &at, piece).sum_of_squares
             });
             // ∂(rᵀr)/∂p = 2 Jᵀr. A step of 1e-5 leaves 1e-10 of the third derivative, and rounding ε r²/step.
             let expected = (up - down) / (4.0 * step);
@@ -129,6 +148,7 @@ fn exact_readings_return_the_robot() {
         planes: &[],
         points: &[Point::default()],
         noise: ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.02).unwrap(),
+        transmission: None,
     };
     let place = Vector3::new(40.0, 120.0, -300.0);
     let mut rows: [ObservationRow<f64>; 30] = core::array::from_fn(|index| {

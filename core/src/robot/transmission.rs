@@ -1,0 +1,185 @@
+use super::geometry_error::GeometryError;
+use crate::Real;
+#[cfg(not(feature = "transmission"))]
+use core::{convert::Infallible, marker::PhantomData};
+
+/// Numbers of a transmission.
+pub(crate) const NUMBERS: usize = 5;
+
+/// What a joint's gear and encoder do beside turning the arm: the arm's angle is not quite the joint angle q that
+/// the controller knows.
+///
+/// ```text
+/// arm's angle = q + gain · q + c₁ cos q + s₁ sin q + c₂ cos 2q + s₂ sin 2q
+/// ```
+///
+/// The gain is a gear ratio that is not as stated; an eccentric gear or encoder has the first harmonic, an oval one
+/// the second. What is the same at every angle belongs to (`La_x`, `La_y`).
+///
+/// Without the feature `transmission` there is none, and an arm takes no memory for it.
+///
+/// ```
+/// # #[cfg(feature = "transmission")] {
+/// use delta_cal::SymmetricRobot;
+/// use delta_cal::robot::Transmission;
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
+///     .robot()?;
+/// // A gear of arm 1 that is eccentric: 0.05° at q = 90°, −0.05° at −90°.
+/// let eccentric = Transmission::new([0.0, 0.0, 0.05_f64.to_radians(), 0.0, 0.0])?;
+/// let real = robot.with_transmissions([eccentric, Transmission::EXACT, Transmission::EXACT])?;
+/// let moved = real.forward(&[0.5, 0.5, 0.5])? - robot.forward(&[0.5, 0.5, 0.5])?;
+/// assert!(moved.norm() > 0.05);
+/// // The joint angles that lead to a position take it into account.
+/// let joints = real.inverse(&real.forward(&[0.5, 0.4, 0.3])?)?;
+/// assert!((joints[0] - 0.5).abs() < 1e-12);
+/// # Ok(())
+/// # }
+/// # main().unwrap();
+/// # }
+/// ```
+#[cfg(feature = "transmission")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transmission<T> {
+    numbers: [T; NUMBERS],
+}
+
+/// What a joint's gear and encoder do beside turning the arm; there is none without the feature `transmission`.
+#[cfg(not(feature = "transmission"))]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transmission<T> {
+    never: Infallible,
+    of: PhantomData<T>,
+}
+
+/// One σ of the numbers of transmissions that are to be found: each about that of the nominal robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransmissionTolerance<T> {
+    #[cfg(feature = "transmission")]
+    sigma: T,
+    #[cfg(not(feature = "transmission"))]
+    never: Infallible,
+    #[cfg(not(feature = "transmission"))]
+    of: PhantomData<T>,
+}
+
+/// The arm's angle changes with the joint's by 1 and less than so much more or less.
+#[cfg(feature = "transmission")]
+const STEEPEST: f64 = 0.1;
+/// Steps of Newton's method from the arm's angle to the joint's. They begin with an error below π/10, and the
+/// second derivative is below 2/10: each error is less than a ninth of the square of the one before.
+#[cfg(feature = "transmission")]
+const STEPS: usize = 4;
+
+#[cfg(feature = "transmission")]
+impl<T: Real> Transmission<T> {
+    /// The arm's angle is the joint's.
+    pub const EXACT: Self = Self {
+        numbers: [T::ZERO; NUMBERS],
+    };
+
+    /// gain (no unit), c₁, s₁, c₂ and s₂ (radians).
+    ///
+    /// # Errors
+    /// [`GeometryError::TransmissionTooLarge`] if |gain| + |c₁| + |s₁| + 2 |c₂| + 2 |s₂| is not below 0.1.
+    pub fn new(numbers: [T; NUMBERS]) -> Result<Self, GeometryError> {
+        let [gain, c1, s1, c2, s2] = numbers.map(Real::magnitude);
+        if gain + c1 + s1 + T::TWO * (c2 + s2) < T::from_f64(STEEPEST) {
+            Ok(Self { numbers })
+        } else {
+            Err(GeometryError::TransmissionTooLarge)
+        }
+    }
+
+    /// gain (no unit), c₁, s₁, c₂ and s₂ (radians).
+    pub const fn numbers(&self) -> [T; NUMBERS] {
+        self.numbers
+    }
+
+    /// By how much the arm is ahead of the joint, and how that changes with the joint angle. Radians, no unit.
+    fn ahead(&self, q: T) -> (T, T) {
+        let [gain, c1, s1, c2, s2] = self.numbers;
+        let [_, cosine, sine, double_cosine, double_sine] = by_numbers(q);
+        (
+            gain * q + c1 * cosine + s1 * sine + c2 * double_cosine + s2 * double_sine,
+            gain + s1 * cosine - c1 * sine + T::TWO * (s2 * double_cosine - c2 * double_sine),
+        )
+    }
+
+    /// The arm's angle at a joint angle, and its derivative. Radians, no unit.
+    pub fn arm_angle(&self, q: T) -> (T, T) {
+        let (ahead, slope) = self.ahead(q);
+        (q + ahead, T::ONE + slope)
+    }
+
+    /// The joint angle at which the arm has an angle, by Newton's method. Radians.
+    pub fn joint_angle(&self, arm_angle: T) -> T {
+        let mut q = arm_angle;
+        for _ in 0..STEPS {
+            let (ahead, slope) = self.ahead(q);
+            q -= (q - arm_angle + ahead) / (T::ONE + slope);
+        }
+        q
+    }
+}
+
+#[cfg(not(feature = "transmission"))]
+impl<T: Real> Transmission<T> {
+    pub(crate) fn new(_: [T; NUMBERS]) -> Result<Self, GeometryError> {
+        Err(GeometryError::TransmissionTooLarge)
+    }
+
+    pub(crate) const fn numbers(&self) -> [T; NUMBERS] {
+        match self.never {}
+    }
+
+    pub(crate) const fn arm_angle(&self, _: T) -> (T, T) {
+        match self.never {}
+    }
+
+    pub(crate) const fn joint_angle(&self, _: T) -> T {
+        match self.never {}
+    }
+}
+
+/// How the arm's angle changes with the numbers: q, cos q, sin q, cos 2q, sin 2q. No unit, but for the first:
+/// radians.
+pub(crate) fn by_numbers<T: Real>(q: T) -> [T; NUMBERS] {
+    let (sine, cosine) = q.sine_cosine();
+    [
+        q,
+        cosine,
+        sine,
+        (cosine - sine) * (cosine + sine),
+        T::TWO * sine * cosine,
+    ]
+}
+
+impl<T: Real> TransmissionTolerance<T> {
+    /// One σ of c₁, s₁, c₂ and s₂ in radians, and of the gain: as much at one radian.
+    ///
+    /// # Errors
+    /// [`GeometryError::TransmissionTooLarge`] if it is not above 0 and below 0.1.
+    #[cfg(feature = "transmission")]
+    pub fn new(sigma: T) -> Result<Self, GeometryError> {
+        if sigma > T::ZERO && sigma < T::from_f64(STEEPEST) {
+            Ok(Self { sigma })
+        } else {
+            Err(GeometryError::TransmissionTooLarge)
+        }
+    }
+
+    /// Radians.
+    pub const fn sigma(&self) -> T
+    where
+        T: Copy,
+    {
+        #[cfg(feature = "transmission")]
+        return self.sigma;
+        #[cfg(not(feature = "transmission"))]
+        match self.never {}
+    }
+}
+
+#[cfg(all(test, feature = "transmission"))]
+mod tests;

@@ -30,6 +30,7 @@ impl<T: Real> OwnInstruments<T> {
             planes: self.planes.get(..self.plane_count).unwrap_or_default(),
             points: self.points.get(..self.point_count).unwrap_or_default(),
             noise: self.noise,
+            transmission: None,
         }
     }
 }

@@ -30,5 +30,5 @@ mod target;
 pub(crate) mod thresholds;
 mod warnings;
 
-pub use calibrate::{Accepted, accepted, calibrate, read_samples};
+pub use calibrate::{Accepted, accepted, calibrate, for_transmissions, read_samples};
 pub(crate) use calibrate::{Elsewhere, calibrated_elsewhere};

@@ -78,7 +78,7 @@ pub use calibration::observations::{ObservationsReport, calibrate_observations};
 pub use calibration::prior_test::PriorTest;
 pub use calibration::reason::{Reason, Refused};
 pub use calibration::report::CalibrationReport;
-pub use calibration::{Accepted, accepted, calibrate, read_samples};
+pub use calibration::{Accepted, accepted, calibrate, for_transmissions, read_samples};
 pub use files::columns::ColumnMapping;
 pub use files::input_error::InputError;
 pub use files::input_text::InputText;

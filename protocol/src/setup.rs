@@ -31,6 +31,7 @@ impl<T: Real> Setup<T> {
             planes: self.planes.get(..self.plane_count).unwrap_or_default(),
             points: self.points.get(..self.point_count).unwrap_or_default(),
             noise: self.noise,
+            transmission: None,
         }
     }
 }

@@ -158,6 +158,7 @@ fn observations_of_every_kind_are_the_cores() {
             offset: true,
         }],
         noise: ObservationNoise::new(noise(), SIGMA, SIGMA).unwrap(),
+        transmission: None,
     };
     let robot = nominal::<f64>();
     let assumed = delta_cal::Settings::new()
@@ -191,6 +192,7 @@ fn observations_of_every_kind_are_the_cores() {
     let known = delta_cal::observations::Instruments {
         planes: &[],
         ..known
+        transmission: None,
     };
     let problem = ObservationProblem::<f64, 36>::prepare(&robot, &known, &mut rows).unwrap();
     let expected = problem.solve::<37, 703>(&assumed).unwrap();
@@ -253,6 +255,7 @@ fn a_plane_that_is_known_is_the_cores() {
         }],
         points: &[],
         noise: ObservationNoise::new(noise(), SIGMA, SIGMA).unwrap(),
+        transmission: None,
     };
     let robot = nominal::<f64>();
     let assumed = delta_cal::Settings::new()

@@ -30,8 +30,8 @@ pub struct ExpectedError {
 
 impl ExpectedError {
     /// `None` if no pose is clear of singularities.
-    pub fn of(
-        uncertainty: &PositionUncertainty<'_>,
+    pub fn of<const P: usize>(
+        uncertainty: &PositionUncertainty<'_, P>,
         reach: &Reach,
         poses: &WorkspacePoses,
     ) -> Option<Self> {
@@ -57,13 +57,13 @@ impl ExpectedError {
     }
 }
 
-type Explained<'a> = (&'a RigidMotions, &'a SMatrix<f64, 6, 24>);
+type Explained<'a, const P: usize> = (&'a RigidMotions, &'a SMatrix<f64, 6, P>);
 
 /// tr(J C Jᵀ) at a pose; of what is left of J by the rigid motions that explain most of it.
-fn variance(
-    uncertainty: &PositionUncertainty<'_>,
+fn variance<const P: usize>(
+    uncertainty: &PositionUncertainty<'_, P>,
     pose: &Sample<f64>,
-    explained: Option<Explained<'_>>,
+    explained: Option<Explained<'_, P>>,
 ) -> Option<f64> {
     let mut jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
     if let Some((motions, explained)) = explained {

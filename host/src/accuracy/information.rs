@@ -4,15 +4,14 @@
 //! noise: a row `g` adds `g gᵀ` to the information of the parameters.
 
 use crate::fit::fkm;
-use delta_cal::robot::{Arm, ParameterKind};
+use crate::fit::outcome::{RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
+use delta_cal::robot::{Arm, ParameterKind, TransmissionTolerance};
 use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
 use nalgebra::{SMatrix, SVector, Vector3};
 
-/// Number of parameters of Model 24.
-pub(crate) const PARAMETERS: usize = 24;
+pub(crate) use crate::fit::outcome::PARAMETERS;
 /// Of one arm.
 pub(crate) const ARM: usize = 8;
-
 /// Which of the parameters that is; `None` at a place that the arms leave empty.
 pub(crate) fn parameter_at(robot: &Robot<f64>, index: usize) -> Option<(ArmIndex, Parameter)> {
     let arm = ArmIndex::ALL.get(index / ARM).copied();
@@ -40,6 +39,20 @@ pub(crate) fn prior_covariance(
 ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
     let sigmas = tolerance.of_places(robot.drive());
     SMatrix::from_diagonal(&SVector::from_fn(|index, _| sigmas[index % ARM].powi(2)))
+}
+
+/// The same with the transmissions, if they are to be found.
+pub(crate) fn prior_with_transmissions(
+    robot: &Robot<f64>,
+    tolerance: &Tolerance<f64>,
+    transmission: Option<&TransmissionTolerance<f64>>,
+) -> RobotCovariance {
+    let mut covariance = with_exact_transmissions(&prior_covariance(robot, tolerance));
+    let sigma = transmission.map_or(0.0, TransmissionTolerance::sigma);
+    for number in PARAMETERS..WITH_TRANSMISSIONS {
+        covariance[(number, number)] = sigma.powi(2);
+    }
+    covariance
 }
 
 /// What a parameter is multiplied by: 1, or the upper arm's length; with linear drives the forearm's.

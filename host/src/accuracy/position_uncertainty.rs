@@ -1,19 +1,21 @@
 //! How uncertain the platform's position is where the parameters are: J C Jᵀ, anywhere.
 
 use crate::accuracy::workspace_poses::WorkspacePoses;
+use crate::fit::outcome::{PARAMETERS, WITH_TRANSMISSIONS};
 use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// A robot and the covariance of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PositionUncertainty<'a> {
+pub struct PositionUncertainty<'a, const P: usize = 24> {
     /// The robot.
     pub robot: &'a Robot<f64>,
-    /// Of all 24 parameters, arm by arm: mm, radians and their products.
-    pub covariance: &'a SMatrix<f64, 24, 24>,
+    /// Of all 24 parameters, arm by arm: mm, radians and their products. With P = 39 of the numbers of the
+    /// transmissions as well.
+    pub covariance: &'a SMatrix<f64, P, P>,
 }
 
-impl PositionUncertainty<'_> {
+impl<const P: usize> PositionUncertainty<'_, P> {
     /// Covariance of the position, mm², at a pose (`x`, `q`) of the robot: J C Jᵀ with J = ∂X/∂P
     /// (3.18). `None` at a singular pose.
     pub fn covariance(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<Matrix3<f64>> {
@@ -21,12 +23,18 @@ impl PositionUncertainty<'_> {
         Some(jacobian * self.covariance * jacobian.transpose())
     }
 
-    /// J = ∂X/∂P (3.18), the arms side by side. `None` at a singular pose.
-    pub(crate) fn jacobian(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<SMatrix<f64, 3, 24>> {
+    /// J = ∂X/∂P (3.18), the arms side by side, before the transmissions. `None` at a singular pose.
+    pub(crate) fn jacobian(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<SMatrix<f64, 3, P>> {
         let blocks = self.robot.platform_jacobian(x, q).ok()?.by_parameters;
-        let mut jacobian = SMatrix::<f64, 3, 24>::zeros();
+        let mut jacobian = SMatrix::<f64, 3, P>::zeros();
         for (arm, block) in blocks.iter().enumerate() {
             jacobian.fixed_columns_mut::<8>(8 * arm).copy_from(block);
+        }
+        if P == WITH_TRANSMISSIONS {
+            let by_transmissions = self.robot.by_transmissions(x, q).ok()?;
+            jacobian
+                .columns_mut(PARAMETERS, WITH_TRANSMISSIONS - PARAMETERS)
+                .copy_from(&by_transmissions);
         }
         Some(jacobian)
     }
@@ -61,9 +69,7 @@ impl PositionUncertainty<'_> {
             poses: count,
         })
     }
-}
 
-impl PositionUncertainty<'_> {
     /// Over the workspace: the rms inside, the largest also on the edge.
     pub fn over_workspace(&self, poses: &WorkspacePoses) -> Option<PositionSigma> {
         let inside = self.over(&poses.inside)?;

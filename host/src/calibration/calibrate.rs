@@ -22,7 +22,7 @@ use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Measurements, Row, SamplesFile, is_planned};
+use crate::files::samples_file::{MOST_IN_MEMORY, Measurements, Row, SamplesFile, is_planned};
 use crate::fit::fkm;
 use crate::fit::options::{CalibrationMethod, Frame, Options};
 use crate::fit::outcome::Outcome;
@@ -54,6 +54,31 @@ pub fn read_samples(
     })?;
     check_rows(robot, &measurements)?;
     Ok(of_the_platform_point(robot, measurements, options)?)
+}
+
+/// Positions are observations if the robot's transmissions are to be found: these are no part of what the methods
+/// for positions estimate.
+///
+/// # Errors
+/// More rows than are kept in memory.
+pub fn for_transmissions(
+    robot: &RobotFile,
+    measurements: Measurements,
+) -> Result<Measurements, InputError> {
+    match measurements {
+        Measurements::Positions(samples) if robot.transmission.is_some() => {
+            if samples.all.is_some() {
+                let cause = format!(
+                    "with transmission_deg in [tolerance] a file has {MOST_IN_MEMORY} rows at most"
+                );
+                return Err(InputError::new(&samples.name, cause).with_remedy(
+                    "delete rows, evenly over the file, or the line transmission_deg",
+                ));
+            }
+            Ok(Measurements::Observations(samples.into()))
+        }
+        measurements => Ok(measurements),
+    }
 }
 
 /// That the rows were measured, each by itself.
@@ -156,8 +181,8 @@ fn of_the_platform_point(
 /// Calibrates the robot of a file from a file of samples.
 ///
 /// # Errors
-/// Options that exclude each other, a tolerance about a robot file that is not used as a start value, a sample that is out
-/// of all proportion, or measurements that cannot calibrate this robot: the core refuses them, the
+/// Options that exclude each other, a tolerance about a robot file that is not used as a start value, transmissions
+/// that are [to be found](for_transmissions), a sample that is out of all proportion, or measurements that cannot calibrate this robot: the core refuses them, the
 /// result is not credible without a stated tolerance, or it is expected to be worse than what there
 /// was before.
 pub fn calibrate(

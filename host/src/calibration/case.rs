@@ -45,6 +45,15 @@ impl<'a> Case<'a> {
         options: Options,
     ) -> Result<Self, Reason> {
         options.check()?;
+        if robot.transmission.is_some() {
+            return Err(InputError::new(
+                &robot.name,
+                "positions alone do not tell transmissions apart from the rest",
+            )
+            .at_key("[tolerance] transmission_deg")
+            .with_remedy("calibrate them as observations, or delete the line")
+            .into());
+        }
         let sensor_frame = match options.frame {
             Frame::Base => None,
             Frame::Sensor => {

@@ -3,23 +3,26 @@
 
 mod known;
 mod refusal;
+mod transmissions;
 
 pub(crate) use known::COMBINATIONS;
 pub use known::Known;
+pub use transmissions::TransmissionFound;
 
 use super::error::CalibrateError;
 use crate::accuracy::coverage::{Acceptance, CoverageFactor, ExpandedUncertainty};
 use crate::accuracy::expected_error::ExpectedError;
-use crate::accuracy::information::prior_covariance;
+use crate::accuracy::information::prior_with_transmissions;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::ObservationsFile;
+use crate::files::samples_file::{ObservationsFile, Reading};
 use crate::fit::observations::{ObservedError, ObservedFit, calibrate, calibrate_robust};
 use crate::fit::options::{CalibrationMethod, Frame, Options, Streaming};
+use crate::fit::outcome::RobotCovariance;
 use crate::text::words::in_lines;
-use nalgebra::SMatrix;
+use delta_cal::Robot;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A χ² of the residuals that is as improbable as this widens every σ.
@@ -51,6 +54,8 @@ pub struct ObservationsReport {
     pub expected_after: Option<ExpectedError>,
     /// What the measurements determine.
     pub known: Known,
+    /// The joints' transmissions, if they were to be found.
+    pub transmissions: Option<[TransmissionFound; 3]>,
     /// Anything doubtful, in plain words.
     pub warnings: Vec<String>,
 }
@@ -80,7 +85,7 @@ pub(crate) fn check(
     samples: &ObservationsFile,
     options: Options,
 ) -> Result<(), InputError> {
-    check_options(samples, options)?;
+    check_options(robot, samples, options)?;
     check_frame(robot, samples, options.frame)?;
     check_noise(robot, samples)?;
     check_names(robot, samples)
@@ -112,7 +117,11 @@ pub(crate) fn explained(
 }
 
 /// What the core's judgement of such measurements does not provide.
-fn check_options(samples: &ObservationsFile, options: Options) -> Result<(), InputError> {
+fn check_options(
+    robot: &RobotFile,
+    samples: &ObservationsFile,
+    options: Options,
+) -> Result<(), InputError> {
     let option = if options.method != CalibrationMethod::Joint {
         "--method"
     } else if options.streaming != Streaming::default() {
@@ -122,6 +131,12 @@ fn check_options(samples: &ObservationsFile, options: Options) -> Result<(), Inp
     } else {
         return Ok(());
     };
+    if robot.transmission.is_some() {
+        let cause = format!("{option} cannot be used where transmissions are to be found");
+        return Err(InputError::new(&robot.name, cause)
+            .at_key("[tolerance] transmission_deg")
+            .with_remedy("leave out the option, or delete the line transmission_deg"));
+    }
     let cause = format!(
         "{option} can only be used with files that hold x, y and z in every row and nothing else"
     );
@@ -136,7 +151,7 @@ pub(crate) fn check_frame(
 ) -> Result<(), InputError> {
     let coordinates = samples.coordinates();
     if frame == Frame::Base && coordinates && robot.sensor_frame.is_some() {
-        let cause = "coordinates of rows that hold less than x, y and z cannot be converted from this frame";
+        let cause = "coordinates that are estimated with other unknowns cannot be converted from this frame";
         return Err(InputError::new(&robot.name, cause)
             .at_key("[sensor_frame]")
             .with_remedy(
@@ -179,7 +194,8 @@ fn check_noise(robot: &RobotFile, samples: &ObservationsFile) -> Result<(), Inpu
     ];
     for (measured, stated, key, kinds, one) in kinds {
         if measured && !stated {
-            let gaps = if key == "position_mm" {
+            let partial = |row: &Reading| row.position.iter().any(Option::is_none);
+            let gaps = if key == "position_mm" && rows().any(partial) {
                 " does not have x, y and z in every row, and"
             } else {
                 ""
@@ -243,6 +259,7 @@ pub(crate) fn report(
         _ => 1.0,
     };
     fit.outcome = fit.outcome.widened(widening);
+    fit.covariance = fit.covariance.map(|own| own * widening.powi(2));
     let mut after = RobotFile {
         robot: fit.outcome.fit.robot,
         record: robot.record.of_the_robot(),
@@ -252,7 +269,6 @@ pub(crate) fn report(
         after.sensor_frame = Some(frame);
     }
     let expected_after = fit
-        .outcome
         .covariance
         .as_ref()
         .and_then(|covariance| expected(&after, covariance));
@@ -263,6 +279,9 @@ pub(crate) fn report(
         expected_before.as_ref(),
         expected_after.as_ref(),
     );
+    let transmissions = robot
+        .transmission
+        .map(|_| TransmissionFound::of(&after.robot, fit.covariance.as_ref()));
     let mut report = ObservationsReport {
         before: robot.clone(),
         after,
@@ -274,6 +293,7 @@ pub(crate) fn report(
         expected_before,
         expected_after,
         known,
+        transmissions,
         warnings: Vec::new(),
     };
     report.warnings = warnings(&report);
@@ -286,13 +306,27 @@ fn tolerance_cost(robot: &RobotFile, fit: &ObservedFit) -> f64 {
         return 0.0;
     };
     let arms = fit.outcome.fit.robot.arms().iter().zip(robot.robot.arms());
-    arms.flat_map(|(after, before)| {
-        before.drive().parameters().iter().map(|parameter| {
-            let parameter = *parameter;
-            ((after.get(parameter) - before.get(parameter)) / tolerance.of(parameter)).powi(2)
+    let of_parameters: f64 = arms
+        .flat_map(|(after, before)| {
+            before.drive().parameters().iter().map(|parameter| {
+                let parameter = *parameter;
+                ((after.get(parameter) - before.get(parameter)) / tolerance.of(parameter)).powi(2)
+            })
         })
-    })
-    .sum()
+        .sum();
+    of_parameters + transmission_cost(robot, fit)
+}
+
+/// The same of the transmissions' numbers, if they were to be found.
+fn transmission_cost(robot: &RobotFile, fit: &ObservedFit) -> f64 {
+    let Some(tolerance) = &robot.transmission else {
+        return 0.0;
+    };
+    let numbers = |robot: &Robot<f64>| robot.transmissions().map(|own| own.numbers());
+    let (after, before) = (numbers(&fit.outcome.fit.robot), numbers(&robot.robot));
+    let differences = after.iter().flatten().zip(before.iter().flatten());
+    let squares = differences.map(|(after, before)| ((after - before) / tolerance.sigma()).powi(2));
+    squares.sum()
 }
 
 /// Readings less parameters that nothing holds beforehand.
@@ -309,7 +343,8 @@ fn freedom(robot: &RobotFile, samples: &ObservationsFile, fit: &ObservedFit) -> 
     let free = if robot.tolerance.is_some() { 0 } else { 24 };
     let facts = &robot.instruments;
     let level = facts.planes.iter().filter(|plane| plane.tilt.is_some());
-    let known = facts.planes.len()
+    let known = robot.transmission.map_or(0, |_| 15)
+        + facts.planes.len()
         + 2 * level.count()
         + 3 * facts
             .points
@@ -320,16 +355,18 @@ fn freedom(robot: &RobotFile, samples: &ObservationsFile, fit: &ObservedFit) -> 
 }
 
 /// The covariance of the parameters before any measurement.
-pub(crate) fn prior(robot: &RobotFile) -> Option<SMatrix<f64, 24, 24>> {
+pub(crate) fn prior(robot: &RobotFile) -> Option<RobotCovariance> {
     let tolerance = robot.tolerance.as_ref()?;
-    Some(prior_covariance(&robot.robot, tolerance))
+    let transmission = robot.transmission.as_ref();
+    Some(prior_with_transmissions(
+        &robot.robot,
+        tolerance,
+        transmission,
+    ))
 }
 
 /// The position error that a robot with this covariance of its parameters is expected to have.
-pub(crate) fn expected(
-    file: &RobotFile,
-    covariance: &SMatrix<f64, 24, 24>,
-) -> Option<ExpectedError> {
+pub(crate) fn expected(file: &RobotFile, covariance: &RobotCovariance) -> Option<ExpectedError> {
     let uncertainty = PositionUncertainty {
         robot: &file.robot,
         covariance,

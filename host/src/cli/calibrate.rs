@@ -16,7 +16,7 @@ use crate::report::calibration::{self, html, observations, stream, table};
 use crate::report::document::{About, Document, Source};
 use crate::{
     CalibrateError, CalibrationReport, Frame, InputText, Measurements, ObservationsFile, RobotFile,
-    calibrate, calibrate_observations, read_samples,
+    calibrate, calibrate_observations, for_transmissions, read_samples,
 };
 use delta_cal::calibration::Solver;
 use delta_cal::robust::Loss;
@@ -139,6 +139,7 @@ fn inputs(arguments: &CalibrateArguments) -> Result<Inputs, CalibrateError> {
     let waiting = Waiting::for_file(samples);
     let samples = read_long(samples, &arguments.columns)?;
     let measurements = read_samples(&samples, &robot, arguments.options())?;
+    let measurements = for_transmissions(&robot, measurements)?;
     drop(waiting);
     Ok(Inputs {
         robot,

@@ -15,6 +15,7 @@ pub use record::Record;
 use crate::geometry::reach::Reach;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::TransmissionTolerance;
 use delta_cal::{Noise, Robot, Tolerance};
 
 /// What a robot file says.
@@ -30,7 +31,10 @@ use delta_cal::{Noise, Robot, Tolerance};
 ///
 /// # [[arm]]                    # or: exactly three of these
 /// # dx_mm = 164.0              # dx_mm, dy_mm, dz_mm, theta_deg, alpha_deg, la_x_mm, la_y_mm, lb_mm; with
-/// #                            # linear drives dx_mm, dy_mm, dz_mm, lean_x_deg, lean_y_deg, scale, lb_mm
+/// #                            # linear drives dx_mm, dy_mm, dz_mm, lean_x_deg, lean_y_deg, scale, lb_mm;
+/// #                            # what a gear and encoder do beside turning the arm, as a calibration found it:
+/// #                            # transmission_gain, transmission_cos_deg, transmission_sin_deg,
+/// #                            # transmission_cos2_deg, transmission_sin2_deg
 ///
 /// [joints]                     # with linear drives min_mm and max_mm, and nothing else
 /// min_deg = -60
@@ -42,6 +46,7 @@ use delta_cal::{Noise, Robot, Tolerance};
 /// angle_deg = 0.2
 /// # scale = 0.001              # of linear drives: of the travel's scale, and
 /// # zero_mm = 5                # of the end stops, if not as of other lengths
+/// # transmission_deg = 0.05    # of rotary drives: gears and encoders that are to be found as well
 ///
 /// [noise]                      # optional: one σ of a measurement; the weights
 /// position_mm = 0.02           # or [0.02, 0.02, 0.1]: along x, y and z of the robot's frame
@@ -92,6 +97,8 @@ pub struct RobotFile {
     pub forearm_limit: Option<f64>,
     /// The manufacturing tolerance, if stated.
     pub tolerance: Option<Tolerance<f64>>,
+    /// What is known of the joints' transmissions, if they are to be found as well.
+    pub transmission: Option<TransmissionTolerance<f64>>,
     /// The measurement noise, if stated.
     pub noise: Option<Noise<f64>>,
     /// From the robot's frame to the sensor's, if an earlier calibration found it.

@@ -3,7 +3,7 @@
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom};
 use crate::fit::options::Frame;
-use crate::fit::outcome::Outcome;
+use crate::fit::outcome::{Outcome, RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
 use delta_cal::calibration::{Problem, Solver};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
@@ -30,6 +30,8 @@ type ObservedProblem<'a> = ObservationProblem<'a, f64, PARAMETERS>;
 pub struct ObservedFit {
     /// The robot and the covariance of its parameters.
     pub outcome: Outcome,
+    /// Of the robot's parameters and of the numbers of its transmissions.
+    pub covariance: Option<RobotCovariance>,
     /// From the robot's frame to that of the coordinates, if it was unknown.
     pub frame: Option<RigidTransform<f64>>,
     /// The planes in the order of the file.
@@ -181,10 +183,19 @@ fn found(
     let planes = planes.map(|(index, _)| outcome.plane(instruments, index));
     let points = (0..).zip(instruments.points);
     let points = points.map(|(index, _)| outcome.point(instruments, index));
+    let own = placed(problem, Outcome::from(outcome.of_robot()), planes, points);
+    let with_transmissions = match instruments.transmission {
+        Some(_) => outcome.estimate.covariance.as_ref().map(|all| {
+            all.fixed_view::<WITH_TRANSMISSIONS, WITH_TRANSMISSIONS>(0, 0)
+                .into_owned()
+        }),
+        None => own.covariance,
+    };
     ObservedFit {
-        frame: (frame == Frame::Sensor).then(|| outcome.frame()),
+        frame: (frame == Frame::Sensor).then(|| *outcome.frame()),
         residuals: residuals(file, |row| problem.residuals(outcome, row)),
-        ..placed(problem, Outcome::from(outcome.of_robot()), planes, points)
+        covariance: with_transmissions,
+        ..own
     }
 }
 
@@ -246,6 +257,7 @@ fn placed(
         offset,
     });
     ObservedFit {
+        covariance: outcome.covariance.as_ref().map(with_exact_transmissions),
         frame: None,
         planes: planes.collect(),
         points: points.collect(),
@@ -269,6 +281,8 @@ pub(crate) struct Linearized {
     pub(crate) prior_weights: SVector<f64, PARAMETERS>,
     /// What a parameter is counted in: mm or radians.
     pub(crate) units: SVector<f64, PARAMETERS>,
+    /// How many of the parameters are the robot's: with its transmissions, if they are to be found.
+    pub(crate) of_robot: usize,
     /// How many parameters there are in all.
     pub(crate) parameters: usize,
 }
@@ -296,6 +310,10 @@ pub(crate) fn linearized(
             rows: (0..file.rows.len()).map(of_row).collect(),
             prior_weights: problem.prior_weights(&settings).into(),
             units: SVector::from_fn(unit),
+            of_robot: match robot.transmission {
+                Some(_) => WITH_TRANSMISSIONS,
+                None => crate::fit::outcome::PARAMETERS,
+            },
             parameters: 24 + problem.instruments().unknowns(),
         })
     })
@@ -331,6 +349,7 @@ fn with_rows<T>(
         planes: &planes,
         points: &points,
         noise: noise(robot).ok_or(ObservedError::Refused(Refusal::Unfinished))?,
+        transmission: robot.transmission,
     };
     let mut rows = Vec::with_capacity(file.rows.len());
     for row in &file.rows {

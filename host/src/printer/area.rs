@@ -4,9 +4,10 @@ use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::files::robot_file::RobotFile;
+use crate::fit::outcome::RobotCovariance;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Robot, Sample};
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
 /// Circles of positions around the centre, and positions on each.
@@ -55,7 +56,7 @@ impl Area {
 
     /// The position error that a robot with this covariance of its parameters is expected to have, one σ, rms, mm:
     /// after the best rigid motion.
-    pub fn expected(&self, file: &RobotFile, covariance: &SMatrix<f64, 24, 24>) -> Option<f64> {
+    pub fn expected(&self, file: &RobotFile, covariance: &RobotCovariance) -> Option<f64> {
         let uncertainty = PositionUncertainty {
             robot: &file.robot,
             covariance,

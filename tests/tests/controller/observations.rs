@@ -147,6 +147,7 @@ fn same_bits<T: Number>() {
             points: &points,
             noise: ObservationNoise::new(Noise::new(n(0.05), n(3e-5)).unwrap(), n(0.02), n(0.02))
                 .unwrap(),
+            transmission: None,
         };
         let settings =
             Settings::new().with_tolerance(Some(Tolerance::new(n(0.5), n(0.0035)).unwrap()));

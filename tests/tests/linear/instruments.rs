@@ -119,6 +119,7 @@ fn relative_positions_are_as_good_as_reported() {
             planes,
             points: &[],
             noise: noise(),
+            transmission: None,
         };
         let settings = Settings::new().with_tolerance(tolerance());
         let (mut sums, mut refused) = ([0.0; 3], 0);
@@ -168,6 +169,7 @@ fn forms_agree(tolerances: f64, limit: f64) {
         planes: &[],
         points: &[],
         noise,
+        transmission: None,
     };
     for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
         let mut rng = generator(9400, index);
@@ -212,6 +214,7 @@ fn exact_positions_and_heights_give_the_robot_back() {
         planes: &planes,
         points: &[],
         noise: noise(),
+        transmission: None,
     };
     for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
         for robot in 0..size(5, 50) {

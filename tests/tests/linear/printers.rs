@@ -169,6 +169,7 @@ fn calibrated(
         planes: &planes,
         points: &[],
         noise: ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), height, distance).unwrap(),
+        transmission: None,
     };
     let rows = measured.iter().map(|row| {
         let mut own = Observation::at(row.travels);

@@ -134,6 +134,7 @@ fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
             noise[4],
         )
         .unwrap(),
+        transmission: None,
     };
     let tolerance = case
         .tolerance

@@ -193,6 +193,7 @@ pub(super) fn with_instruments<F>(
         planes: &planes,
         points: &points,
         noise: noise(),
+        transmission: None,
     };
     let tolerance = Tolerance::new(LENGTH, ANGLE.to_radians()).unwrap();
     then(&instruments, &Settings::new().with_tolerance(tolerance))

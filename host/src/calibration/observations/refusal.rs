@@ -136,6 +136,7 @@ fn words(robot: &RobotFile, samples: &ObservationsFile, refusal: &Refusal) -> (S
             let name = samples.points.get(usize::from(index));
             format!("point {}", name.map_or("", String::as_str))
         }
+        Instrument::Transmission(arm) => format!("the transmission of {arm}"),
     };
     match *refusal {
         Refusal::TooFewObservations {

@@ -19,6 +19,7 @@ pub(super) fn inputs(files: &Files) -> Result<(RobotFile, Measurements), Calibra
     };
     let robot = RobotFile::read(&InputText::from_file(robot)?)?;
     refuse_linear(&robot)?;
+    refuse_unknown_transmissions(&robot)?;
     let measurements = read_samples(&read(samples, &files.columns)?, &robot, files.options())?;
     Ok((robot, measurements))
 }
@@ -39,6 +40,19 @@ pub(super) fn refuse_linear(robot: &RobotFile) -> Result<(), InputError> {
     let cause = "a robot with linear drives cannot be calibrated on the controller";
     Err(InputError::new(&robot.name, cause)
         .with_remedy("calibrate it with delta-cal calibrate, and export the result"))
+}
+
+/// The controller uses the transmissions of its robot and does not find them.
+fn refuse_unknown_transmissions(robot: &RobotFile) -> Result<(), InputError> {
+    if robot.transmission.is_none() {
+        return Ok(());
+    }
+    let cause = "transmissions cannot be found on the controller";
+    Err(InputError::new(&robot.name, cause)
+        .at_key("[tolerance] transmission_deg")
+        .with_remedy(
+            "find them with delta-cal calibrate, and send the result with delta-cal device apply",
+        ))
 }
 
 /// Writes the files and the JSON report, and prints the report for people unless something else goes to standard output.

@@ -103,6 +103,7 @@ fn robot_file<T: Number>(
         RobotFile {
             robot,
             sensor_frame: None,
+            transmission: None,
             instruments: InstrumentFacts::default(),
             record: template.record.of_the_robot(),
             ..template
@@ -120,6 +121,7 @@ fn robot_file<T: Number>(
             tolerance: None,
             noise: None,
             sensor_frame: None,
+            transmission: None,
             instruments: InstrumentFacts::default(),
             record: Record::default(),
         }

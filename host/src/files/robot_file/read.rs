@@ -14,7 +14,7 @@ use crate::text::words::count;
 use delta_cal::calibration::ToleranceError;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
-use delta_cal::robot::Drive;
+use delta_cal::robot::{Drive, TransmissionTolerance};
 use delta_cal::samples::NoiseError;
 use delta_cal::{Noise, Tolerance};
 use geometry::{from_arms, symmetric};
@@ -78,6 +78,10 @@ impl RobotFile {
                 .with_remedy("check the lengths (in mm), the arms' azimuths and the [joints]"));
         }
         let instruments = instruments(input, drive, &toml)?;
+        let transmission = match &toml.tolerance {
+            Some(section) => transmission(input, drive, section.as_ref())?,
+            None => None,
+        };
         let record = Record::read(input, &toml)?;
         Ok(Self {
             name: input.name().to_owned(),
@@ -88,6 +92,7 @@ impl RobotFile {
                 .tolerance
                 .map(|section| tolerance(input, drive, &section))
                 .transpose()?,
+            transmission,
             noise: match &toml.noise {
                 Some(section) => noise(input, drive, section)?,
                 None => None,
@@ -193,6 +198,30 @@ fn tolerance(
         fault_at(input, number, key, error.to_string())
             .with_remedy("if the tolerance is not known, delete the whole section [tolerance]")
     })
+}
+
+/// What is known of transmissions that are to be found.
+fn transmission(
+    input: &InputText,
+    drive: Drive,
+    section: &ToleranceToml,
+) -> Result<Option<TransmissionTolerance<f64>>, InputError> {
+    const KEY: &str = "transmission_deg";
+    let Some(stated) = &section.transmission_deg else {
+        return Ok(None);
+    };
+    if drive == Drive::Linear {
+        foreign(input, drive, KEY, Some(stated))?;
+    }
+    let degrees = finite(input, KEY, stated)?;
+    match TransmissionTolerance::new(degrees.to_radians()) {
+        Ok(tolerance) => Ok(Some(tolerance)),
+        Err(_) => {
+            let cause = format!("{degrees} is not above 0 and below 5.7 degrees");
+            Err(fault_at(input, stated, KEY, cause)
+                .with_remedy("if gears and encoders are exact, delete the line"))
+        }
+    }
 }
 
 /// Of positions; `None` if only other readings have a noise.

@@ -75,7 +75,21 @@ pub(super) struct ArmToml {
     lean_y_deg: Option<Number>,
     scale: Option<Number>,
     lb_mm: Option<Number>,
+    transmission_gain: Option<Number>,
+    transmission_cos_deg: Option<Number>,
+    transmission_sin_deg: Option<Number>,
+    transmission_cos2_deg: Option<Number>,
+    transmission_sin2_deg: Option<Number>,
 }
+
+/// The keys of a transmission's numbers in an arm's section.
+pub(super) const TRANSMISSION_KEYS: [&str; 5] = [
+    "transmission_gain",
+    "transmission_cos_deg",
+    "transmission_sin_deg",
+    "transmission_cos2_deg",
+    "transmission_sin2_deg",
+];
 
 /// The key of a parameter in an arm's section.
 pub(super) const fn arm_key(parameter: Parameter) -> &'static str {
@@ -111,6 +125,17 @@ impl ArmToml {
         }
     }
 
+    /// The numbers of its transmission that are stated, in the order of their keys.
+    pub(super) const fn transmission(&self) -> [Option<&Number>; 5] {
+        [
+            self.transmission_gain.as_ref(),
+            self.transmission_cos_deg.as_ref(),
+            self.transmission_sin_deg.as_ref(),
+            self.transmission_cos2_deg.as_ref(),
+            self.transmission_sin2_deg.as_ref(),
+        ]
+    }
+
     /// Whether it has a key that an arm with this drive has not.
     pub(super) fn foreign_to(&self, drive: Drive) -> Option<(Parameter, &Number)> {
         let other = match drive {
@@ -142,6 +167,7 @@ pub(super) struct ToleranceToml {
     pub(super) angle_deg: Number,
     pub(super) zero_mm: Option<Number>,
     pub(super) scale: Option<Number>,
+    pub(super) transmission_deg: Option<Number>,
 }
 
 #[derive(Deserialize)]

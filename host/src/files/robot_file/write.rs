@@ -1,5 +1,5 @@
 use super::RobotFile;
-use super::schema::arm_key;
+use super::schema::{TRANSMISSION_KEYS, arm_key};
 use crate::text::joint;
 use crate::text::units::degrees;
 use delta_cal::Parameter;
@@ -25,6 +25,14 @@ impl RobotFile {
                 };
                 entry(&mut text, arm_key(parameter), value);
             }
+            if let Some(transmission) = arm.transmission() {
+                let [gain, harmonics @ ..] = transmission.numbers();
+                let [key, keys @ ..] = TRANSMISSION_KEYS;
+                entry(&mut text, key, gain);
+                for (key, harmonic) in keys.into_iter().zip(harmonics) {
+                    entry(&mut text, key, degrees(harmonic));
+                }
+            }
         }
         text.push_str("\n[joints]\n");
         let drive = self.robot.drive();
@@ -43,6 +51,9 @@ impl RobotFile {
             if drive == Drive::Linear {
                 entry(&mut text, "zero_mm", tolerance.of(Parameter::Zero));
                 entry(&mut text, "scale", tolerance.of(Parameter::Scale));
+            }
+            if let Some(transmission) = &self.transmission {
+                entry(&mut text, "transmission_deg", degrees(transmission.sigma()));
             }
         }
         if let Some(noise) = &self.noise {

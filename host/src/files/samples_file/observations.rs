@@ -95,6 +95,27 @@ impl Measurements {
     }
 }
 
+impl From<SamplesFile> for ObservationsFile {
+    /// The rows in memory.
+    fn from(samples: SamplesFile) -> Self {
+        let rows = samples.rows.into_iter().map(|Row { line, value }| Row {
+            line,
+            value: Reading {
+                joints: value.joints,
+                position: value.position.data.0[0].map(Some),
+                height: None,
+                distance: None,
+            },
+        });
+        Self {
+            name: samples.name,
+            rows: rows.collect(),
+            planes: Vec::new(),
+            points: Vec::new(),
+        }
+    }
+}
+
 /// Whether a header names x, y and z, or nothing else in their place.
 pub(super) fn has_positions_alone(table: &Table<'_>) -> bool {
     let others = [

@@ -68,7 +68,7 @@ pub enum MeasurementsToCheck {
 }
 
 impl MeasurementsToCheck {
-    /// Reads the samples file of a robot.
+    /// Reads the samples file of a robot. If its transmissions are to be found, positions are observations as well.
     ///
     /// # Errors
     /// As [`Measurements::read`](super::Measurements::read); an unmeasured row is none.
@@ -76,6 +76,12 @@ impl MeasurementsToCheck {
         let table = Table::parse(input)?;
         if has_positions_alone(&table) {
             match PosesToCheck::of_table(&table, input, robot) {
+                Ok(poses) if robot.transmission.is_some() => {
+                    return Ok(Self::Observations(ObservationsToCheck {
+                        file: poses.samples.into(),
+                        unmeasured: poses.unmeasured,
+                    }));
+                }
                 Ok(poses) => return Ok(Self::Positions(poses)),
                 Err(Stop::Fault(fault)) => return Err(fault),
                 Err(Stop::Gap(_)) => {}

@@ -4,7 +4,7 @@ use super::candidates::Candidates;
 use super::kind::{Kind, Wish, Wishes};
 use super::places::Places;
 use super::planned::Planned;
-use super::precision::{Judge, PARAMETERS, information_of_prior};
+use super::precision::{ALL_COMBINATIONS, Judge, PARAMETERS, information_of_prior};
 use super::request::{CheckRequest, MeasurementRequest};
 use super::setup::{SHORTEST, Setup, workspace};
 use crate::calibration::observations::COMBINATIONS;
@@ -32,14 +32,29 @@ const LEVEL: f64 = 0.1;
 
 /// Where the instruments are, the measurements that are best added, the best first, and the file with them. `None`
 /// if the file has nothing that more could be taken with. `read`: the file as it was measured, as far as it was.
-#[allow(clippy::type_complexity)]
 pub(super) fn additions(
     robot: &RobotFile,
     file: &ObservationsFile,
     read: &ObservationsFile,
     places: &Places,
     request: CheckRequest,
-) -> Result<Option<(Setup, Vec<Planned>, ObservationsFile)>, PlanError> {
+) -> Result<Option<Added>, PlanError> {
+    match robot.transmission {
+        None => found::<COMBINATIONS>(robot, file, read, places, request),
+        Some(_) => found::<ALL_COMBINATIONS>(robot, file, read, places, request),
+    }
+}
+
+/// Where the instruments are, what is added, and the file with it.
+type Added = (Setup, Vec<Planned>, ObservationsFile);
+
+fn found<const K: usize>(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+    read: &ObservationsFile,
+    places: &Places,
+    request: CheckRequest,
+) -> Result<Option<Added>, PlanError> {
     let plane = busiest_level_plane(file, places);
     let kinds = kinds(file, plane);
     if kinds.is_empty() {
@@ -54,7 +69,8 @@ pub(super) fn additions(
     let mut rng = Pcg32::seed_from_u64(SEED);
     let selection = Selection::new(robot, request.region.as_ref());
     let judge = Judge::new(robot, &workspace(robot), &mut rng)?;
-    let candidates = Candidates::<READINGS>::new(&planning, &setup, &selection, &judge, &mut rng)?;
+    let candidates =
+        Candidates::<READINGS, K>::new(&planning, &setup, &selection, &judge, &mut rng)?;
     let found = linearized(robot, file, request.frame).map_err(|_| PlanError::Singular)?;
     if found.parameters > PARAMETERS {
         return Err(PlanError::TooManyInstruments);
@@ -174,18 +190,18 @@ enum Member {
 }
 
 /// The rows of a file, and measurements that may be added to them.
-struct Additions<'a> {
+struct Additions<'a, const K: usize> {
     robot: &'a Robot<f64>,
     file: &'a ObservationsFile,
     places: &'a Places,
     plane: Option<usize>,
-    candidates: &'a Candidates<'a, READINGS>,
+    candidates: &'a Candidates<'a, READINGS, K>,
     prior: SVector<f64, PARAMETERS>,
     noise: &'a RobotFile,
     frame: Frame,
 }
 
-impl Additions<'_> {
+impl<const K: usize> Additions<'_, K> {
     /// The file with these measurements at its end.
     fn with<'p>(&self, planned: impl Iterator<Item = &'p Planned>) -> ObservationsFile {
         let mut file = self.file.clone();
@@ -215,7 +231,7 @@ impl Additions<'_> {
     }
 }
 
-impl Source<1, PARAMETERS, READINGS, COMBINATIONS> for Additions<'_> {
+impl<const K: usize> Source<1, PARAMETERS, READINGS, K> for Additions<'_, K> {
     type Candidate = Member;
     type Error = PlanError;
 
@@ -265,7 +281,7 @@ impl Source<1, PARAMETERS, READINGS, COMBINATIONS> for Additions<'_> {
         Criterion::A
     }
 
-    fn combinations(&self) -> [SMatrix<f64, PARAMETERS, COMBINATIONS>; 1] {
+    fn combinations(&self) -> [SMatrix<f64, PARAMETERS, K>; 1] {
         self.candidates.combinations()
     }
 

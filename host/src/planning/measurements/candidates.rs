@@ -6,7 +6,6 @@ use super::planned::{Planned, measurements_file};
 use super::precision::{Judge, PARAMETERS, information_of_prior};
 use super::request::MeasurementRequest;
 use super::setup::Setup;
-use crate::calibration::observations::COMBINATIONS;
 use crate::fit::observations::{self, Linearized, READINGS, linearized};
 use crate::planning::design::{Criterion, Rows, Source};
 use crate::planning::poses::{PlanError, Selection};
@@ -16,8 +15,9 @@ use rand_pcg::Pcg32;
 /// Candidates of each kind that show where the instruments are, whatever else is looked at.
 const ANCHORS: usize = 40;
 
-/// Measurements of the wished kinds, of which `R` readings at most belong to one.
-pub(super) struct Candidates<'a, const R: usize> {
+/// Measurements of the wished kinds, of which `R` readings at most belong to one, for `K` combinations of
+/// parameters.
+pub(super) struct Candidates<'a, const R: usize, const K: usize> {
     request: &'a MeasurementRequest<'a>,
     setup: &'a Setup,
     draws: Draws<'a>,
@@ -27,7 +27,7 @@ pub(super) struct Candidates<'a, const R: usize> {
     prior: SVector<f64, PARAMETERS>,
 }
 
-impl<'a, const R: usize> Candidates<'a, R> {
+impl<'a, const R: usize, const K: usize> Candidates<'a, R, K> {
     pub(super) fn new(
         request: &'a MeasurementRequest<'a>,
         setup: &'a Setup,
@@ -67,7 +67,7 @@ impl<'a, const R: usize> Candidates<'a, R> {
     }
 }
 
-impl<const R: usize> Source<1, PARAMETERS, R, COMBINATIONS> for Candidates<'_, R> {
+impl<const R: usize, const K: usize> Source<1, PARAMETERS, R, K> for Candidates<'_, R, K> {
     type Candidate = Planned;
     type Error = PlanError;
 
@@ -119,8 +119,8 @@ impl<const R: usize> Source<1, PARAMETERS, R, COMBINATIONS> for Candidates<'_, R
         Criterion::A
     }
 
-    fn combinations(&self) -> [SMatrix<f64, PARAMETERS, COMBINATIONS>; 1] {
-        [*self.judge.combinations()]
+    fn combinations(&self) -> [SMatrix<f64, PARAMETERS, K>; 1] {
+        [self.judge.combinations()]
     }
 
     fn most(&self) -> &[usize] {

@@ -3,7 +3,7 @@
 use super::additions::additions;
 use super::places::Places;
 use super::planned::Planned;
-use super::precision::{Matrix24, Posterior, of_robot, posterior};
+use super::precision::{Posterior, of_robot, posterior};
 use super::request::CheckRequest;
 use super::setup::{Setup, with_noise};
 use crate::accuracy::expected_error::ExpectedError;
@@ -15,6 +15,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ObservationsFile, ObservationsToCheck, ReadingFrom};
 use crate::fit::observations::{Linearized, linearized};
 use crate::fit::options::Options;
+use crate::fit::outcome::{RobotCovariance, of_parameters};
 use crate::planning::observability::Leverage;
 use crate::planning::poses::{PlanError, unknown_parameter};
 use delta_cal::{ArmIndex, Parameter};
@@ -85,13 +86,18 @@ impl MeasurementCheck {
         let posterior = posterior(&found, &robot.robot);
         let covariance = posterior.as_ref().map(|own| of_robot(own, &found));
         let covariance =
-            covariance.unwrap_or_else(|| Matrix24::from_diagonal_element(f64::INFINITY));
+            covariance.unwrap_or_else(|| RobotCovariance::from_diagonal_element(f64::INFINITY));
         let before = prior(&robot).and_then(|covariance| expected(&robot, &covariance));
         let now = expected(&robot, &covariance);
         let sigma = |arm: usize, own: usize| covariance[(8 * arm + own, 8 * arm + own)].sqrt();
         let sigmas = [0, 1, 2].map(|arm| std::array::from_fn(|own| sigma(arm, own)));
         let mut check = Self {
-            known: Known::of(&robot, Some(&covariance), before.as_ref(), now.as_ref()),
+            known: Known::of(
+                &robot,
+                Some(&of_parameters(&covariance)),
+                before.as_ref(),
+                now.as_ref(),
+            ),
             unknown: unknown_parameter(&robot.robot, &sigmas),
             leverages: leverages(&nominal, &found, posterior.as_ref()),
             not_reached: not_reached(&robot, &nominal),

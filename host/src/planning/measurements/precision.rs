@@ -6,11 +6,12 @@ use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::workspace_poses::WorkspacePoses;
-use crate::calibration::observations::COMBINATIONS;
+use crate::calibration::observations::{COMBINATIONS, prior};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::ObservationsFile;
 use crate::fit::observations::{self, Linearized, linearized};
 use crate::fit::options::Frame;
+use crate::fit::outcome::{RobotCovariance, WITH_TRANSMISSIONS};
 use crate::planning::poses::{PlanError, made_to_tolerance};
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, SVector};
@@ -20,12 +21,13 @@ use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterato
 /// The robot's parameters and the unknowns of the instruments that a plan may have: a frame, a plane and four
 /// points, for example.
 pub(super) const PARAMETERS: usize = 48;
-/// The robot's own.
-const OF_ROBOT: usize = 24;
+/// The robot's own, with the numbers of its transmissions.
+const OF_ROBOT: usize = WITH_TRANSMISSIONS;
+/// Combinations of these that relative positions depend on, with unknown transmissions.
+pub(super) const ALL_COMBINATIONS: usize = COMBINATIONS + OF_ROBOT - 24;
 /// Poses of each robot made to the tolerance that it is judged over.
 const EACH: usize = 400;
 
-pub(super) type Matrix24 = SMatrix<f64, OF_ROBOT, OF_ROBOT>;
 /// Of all parameters of the core's problem.
 pub(super) type Posterior =
     SMatrix<f64, { observations::PARAMETERS }, { observations::PARAMETERS }>;
@@ -46,8 +48,8 @@ struct Robots {
     file: RobotFile,
     /// Of the parameters' covariance C: tr(W C) is the mean square of the position error, in the robot's own
     /// frame and absolute.
-    intrinsic: Matrix24,
-    absolute: Matrix24,
+    intrinsic: RobotCovariance,
+    absolute: RobotCovariance,
 }
 
 /// What measurements are judged by: over the nominal robot's workspace, and over those of robots as they may
@@ -58,7 +60,7 @@ pub(super) struct Judge {
     /// Robots made to the tolerance; none without one.
     made: Vec<Robots>,
     /// L of L Lᵀ = W of the nominal robot's relative positions, in the problem's units.
-    combinations: SMatrix<f64, PARAMETERS, COMBINATIONS>,
+    combinations: SMatrix<f64, PARAMETERS, ALL_COMBINATIONS>,
 }
 
 impl Judge {
@@ -73,15 +75,15 @@ impl Judge {
         let few: Vec<_> = poses.iter().step_by(stride).copied().collect();
         let made = made_to_tolerance(file, rng).into_par_iter();
         let made = made.filter_map(|file| Robots::new(file, &few)).collect();
-        let units = units(&file.robot);
-        let scaled = Matrix24::from_fn(|row, column| {
+        let units = units(file);
+        let scaled = RobotCovariance::from_fn(|row, column| {
             nominal.intrinsic[(row, column)] * units[row] * units[column]
         });
         let eigen = scaled.symmetric_eigen();
         let mut order: Vec<_> = (0..OF_ROBOT).collect();
         order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-        let mut combinations = SMatrix::<f64, PARAMETERS, COMBINATIONS>::zeros();
-        for (column, index) in order.into_iter().take(COMBINATIONS).enumerate() {
+        let mut combinations = SMatrix::<f64, PARAMETERS, ALL_COMBINATIONS>::zeros();
+        for (column, index) in order.into_iter().take(ALL_COMBINATIONS).enumerate() {
             let size = eigen.eigenvalues[index].max(0.0).sqrt();
             let direction = eigen.eigenvectors.column(index) * size;
             combinations
@@ -95,17 +97,15 @@ impl Judge {
         })
     }
 
-    pub(super) const fn combinations(&self) -> &SMatrix<f64, PARAMETERS, COMBINATIONS> {
-        &self.combinations
+    /// The `K` of them that matter most.
+    pub(super) fn combinations<const K: usize>(&self) -> SMatrix<f64, PARAMETERS, K> {
+        self.combinations.fixed_columns::<K>(0).into_owned()
     }
 
     /// Before any measurement; `None` without a tolerance.
     pub(super) fn before(&self, setup: &Setup) -> Option<Precision> {
         setup.robot.tolerance.as_ref()?;
-        self.over(|robot| {
-            let information = tolerance_information(&robot.file)?;
-            information.try_inverse()
-        })
+        self.over(|robot| prior(&robot.file))
     }
 
     /// After these measurements. `None` if they cannot be taken, or leave something unknown.
@@ -131,7 +131,7 @@ impl Judge {
         &self,
         setup: &Setup,
         planned: &[Planned],
-    ) -> Option<(Matrix24, ExpectedError)> {
+    ) -> Option<(RobotCovariance, ExpectedError)> {
         let file = &self.nominal.file;
         let covariance = covariance(file, setup, planned)?;
         let uncertainty = PositionUncertainty {
@@ -143,7 +143,7 @@ impl Judge {
         Some((covariance, expected))
     }
 
-    fn over(&self, of: impl Fn(&Robots) -> Option<Matrix24> + Sync) -> Option<Precision> {
+    fn over(&self, of: impl Fn(&Robots) -> Option<RobotCovariance> + Sync) -> Option<Precision> {
         let nominal = self.nominal.precision(&of(&self.nominal)?)?;
         let made: Vec<_> = self
             .made
@@ -174,7 +174,7 @@ impl Robots {
                 let position = reach.clear_position(&file.robot, &pose.joints).ok()?;
                 let uncertainty = PositionUncertainty {
                     robot: &file.robot,
-                    covariance: &Matrix24::zeros(),
+                    covariance: &RobotCovariance::zeros(),
                 };
                 let jacobian = uncertainty.jacobian(&position, &pose.joints)?;
                 Some((position, jacobian))
@@ -182,7 +182,7 @@ impl Robots {
             .collect();
         let motions = RigidMotions::of(there.iter().map(|(position, _)| *position))?;
         let explained = motions.explaining(there.iter().copied());
-        let (mut intrinsic, mut absolute) = (Matrix24::zeros(), Matrix24::zeros());
+        let (mut intrinsic, mut absolute) = (RobotCovariance::zeros(), RobotCovariance::zeros());
         for (position, jacobian) in &there {
             absolute += jacobian.transpose() * jacobian;
             let left = jacobian - motions.at(position) * explained;
@@ -197,8 +197,8 @@ impl Robots {
         })
     }
 
-    fn precision(&self, covariance: &Matrix24) -> Option<Precision> {
-        let rms = |weights: &Matrix24| {
+    fn precision(&self, covariance: &RobotCovariance) -> Option<Precision> {
+        let rms = |weights: &RobotCovariance| {
             let variance = weights.dot(covariance);
             (variance >= 0.0).then(|| variance.sqrt())
         };
@@ -210,7 +210,7 @@ impl Robots {
 }
 
 /// Of the robot's parameters (mm, radians) after measurements of a robot.
-fn covariance(file: &RobotFile, setup: &Setup, planned: &[Planned]) -> Option<Matrix24> {
+fn covariance(file: &RobotFile, setup: &Setup, planned: &[Planned]) -> Option<RobotCovariance> {
     let file = RobotFile {
         noise: setup.robot.noise,
         instruments: setup.robot.instruments.clone(),
@@ -222,7 +222,7 @@ fn covariance(file: &RobotFile, setup: &Setup, planned: &[Planned]) -> Option<Ma
 }
 
 /// Of the robot's parameters (mm, radians) after measurements.
-fn covariance_of(found: &Linearized, robot: &Robot<f64>) -> Option<Matrix24> {
+fn covariance_of(found: &Linearized, robot: &Robot<f64>) -> Option<RobotCovariance> {
     Some(of_robot(&posterior(found, robot)?, found))
 }
 
@@ -231,7 +231,7 @@ pub(crate) fn covariance_after(
     robot: &RobotFile,
     file: &ObservationsFile,
     frame: Frame,
-) -> Option<Matrix24> {
+) -> Option<RobotCovariance> {
     covariance_of(&linearized(robot, file, frame).ok()?, &robot.robot)
 }
 
@@ -245,9 +245,13 @@ pub(super) fn posterior(found: &Linearized, robot: &Robot<f64>) -> Option<Poster
 }
 
 /// The part of the robot's own parameters, in mm and radians.
-pub(super) fn of_robot(posterior: &Posterior, found: &Linearized) -> Matrix24 {
-    Matrix24::from_fn(|row, column| {
-        posterior[(row, column)] * found.units[row] * found.units[column]
+pub(super) fn of_robot(posterior: &Posterior, found: &Linearized) -> RobotCovariance {
+    RobotCovariance::from_fn(|row, column| {
+        if row.max(column) < found.of_robot {
+            posterior[(row, column)] * found.units[row] * found.units[column]
+        } else {
+            0.0
+        }
     })
 }
 
@@ -265,21 +269,16 @@ pub(super) fn information_of_prior<const D: usize>(
         .map(|weight| weight * weight + least)
 }
 
-fn tolerance_information(file: &RobotFile) -> Option<Matrix24> {
-    let tolerance = file.tolerance.as_ref()?;
-    let sigmas = tolerance.of_places(file.robot.drive());
-    Some(Matrix24::from_diagonal(&SVector::from_fn(|index, _| {
-        // Nothing is to be known of the places that the arms leave empty.
-        if sigmas[index % 8] > 0.0 {
-            sigmas[index % 8].powi(-2)
-        } else {
-            1.0
-        }
-    })))
-}
-
-/// What a correction of 1 is in the core's problem: mm or radians.
-fn units(robot: &Robot<f64>) -> SVector<f64, OF_ROBOT> {
-    let uniform = crate::accuracy::information::units(robot);
-    SVector::from_fn(|index, _| robot.arms()[index / 8].upper_arm_length() / uniform[index])
+/// What a correction of 1 is in the core's problem: mm or radians; 0 of transmissions that are known.
+fn units(file: &RobotFile) -> SVector<f64, OF_ROBOT> {
+    let uniform = crate::accuracy::information::units(&file.robot);
+    let of_transmission = if file.transmission.is_some() {
+        1.0
+    } else {
+        0.0
+    };
+    SVector::from_fn(|index, _| match file.robot.arms().get(index / 8) {
+        Some(arm) => arm.upper_arm_length() / uniform[index],
+        None => of_transmission,
+    })
 }

@@ -7,7 +7,7 @@ use super::sections::{doubts_of, parameters_of, sensor_frame_of};
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::accuracy::sampled::{MANY, MANY_ON_A_PAGE, shown};
-use crate::calibration::observations::ObservationsReport;
+use crate::calibration::observations::{ObservationsReport, TransmissionFound};
 use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom};
 use crate::fit::options::Frame;
 use crate::render::page::{self, tile};
@@ -78,6 +78,7 @@ fn sections(report: &ObservationsReport) -> Vec<Section> {
         comparisons,
         report.before.tolerance.is_some(),
     ));
+    parts.extend(transmissions(report));
     parts.extend(planes(report));
     parts.extend(points(report));
     parts.extend(sensor_frame_of(&report.after).filter(|_| report.frame == Frame::Sensor));
@@ -169,6 +170,29 @@ fn known(report: &ObservationsReport) -> Section {
     gaps.into_iter().fold(section, Section::text)
 }
 
+fn transmissions(report: &ObservationsReport) -> Option<Section> {
+    let found = report.transmissions.as_ref()?;
+    let with_sigma =
+        |(value, sigma): (f64, f64)| format!("{:.4} ± {:.4}", degrees(value), degrees(sigma));
+    let table = Table::of(found.iter().zip(1..))
+        .column("joint", |(_, joint)| *joint)
+        .column("gain, ‰", |(own, _)| {
+            format!("{:.3} ± {:.3}", 1e3 * own.numbers[0], 1e3 * own.sigmas[0])
+        })
+        .column("once a turn, deg", |(own, _)| {
+            with_sigma(own.first_harmonic)
+        })
+        .column("twice a turn, deg", |(own, _)| {
+            with_sigma(own.second_harmonic)
+        })
+        .table();
+    let section = Section::new("Gears and encoders").table(table).note(
+        "By how much the angle of an arm is not that of its joint: a gear ratio that is not as stated, and the \
+         amplitudes of an eccentric and of an oval gear or encoder. ±: one sigma.",
+    );
+    Some(section)
+}
+
 fn planes(report: &ObservationsReport) -> Option<Section> {
     let found = report.samples.planes.iter().zip(&report.fit.planes);
     let table = Table::of(found)
@@ -252,6 +276,16 @@ fn rows(report: &ObservationsReport) -> Section {
         ))
 }
 
+/// Angle of the arm = q + gain · q + cos_deg · cos q + sin_deg · sin q + cos2_deg · cos 2q + sin2_deg · sin 2q, and
+/// one σ of each number.
+fn transmission_json(found: &TransmissionFound) -> Value {
+    let named = |[gain, harmonics @ ..]: [f64; 5]| {
+        let [cos, sin, cos2, sin2] = harmonics.map(degrees);
+        json!({ "gain": gain, "cos_deg": cos, "sin_deg": sin, "cos2_deg": cos2, "sin2_deg": sin2 })
+    };
+    json!({ "found": named(found.numbers), "sigma": named(found.sigmas) })
+}
+
 /// For programs. Lengths in millimetres, angles in degrees; `null` where a figure is unknown.
 pub fn json(report: &ObservationsReport, about: &About) -> Value {
     let comparisons = between(&report.before.robot, &report.fit.outcome);
@@ -299,12 +333,14 @@ pub fn json(report: &ObservationsReport, about: &About) -> Value {
         .collect();
     let arms = comparisons
         .chunks(of_an_arm(&comparisons))
-        .zip(1..)
+        .zip(1_usize..)
         .map(|(parameters, arm)| {
             json!({
                 // 1, 2 or 3.
                 "arm": arm,
                 "parameters": parameters_json(parameters),
+                // What its gear and encoder do beside turning it; `null` if that was not to be found.
+                "transmission": report.transmissions.as_ref().map(|all| transmission_json(&all[arm - 1])),
             })
         });
     let contents = json!({

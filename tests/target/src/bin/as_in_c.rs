@@ -167,6 +167,7 @@ mod firmware {
             planes: &[Plane::default()],
             points: &[Point::default()],
             noise,
+            transmission: None,
         };
         let samples = samples::<f32>();
         let mut index = 0;

@@ -3,8 +3,10 @@
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::messages::{fault, fault_at, finite, foreign, required};
-use crate::files::robot_file::schema::{ArmToml, NominalToml, arm_key};
-use delta_cal::robot::{Arm, Drive, GeometryError, ParameterKind, SymmetricLinearRobot};
+use crate::files::robot_file::schema::{ArmToml, NominalToml, TRANSMISSION_KEYS, arm_key};
+use delta_cal::robot::{
+    Arm, Drive, GeometryError, ParameterKind, SymmetricLinearRobot, Transmission,
+};
 use delta_cal::{Parameter, Robot, SymmetricRobot};
 use toml::Spanned;
 
@@ -154,9 +156,16 @@ fn arm(
             for (entry, parameter) in parameters.iter_mut().zip(Parameter::ROTARY) {
                 *entry = value(parameter)?;
             }
-            Arm::new(parameters)
+            let numbers = transmission(input, own)?;
+            Transmission::new(numbers).and_then(|transmission| {
+                let arm = Arm::new(parameters)?;
+                arm.with_transmission(transmission)
+            })
         }
         Drive::Linear => {
+            for (key, number) in TRANSMISSION_KEYS.into_iter().zip(own.transmission()) {
+                foreign(input, drive, key, number)?;
+            }
             let mut parameters = [0.0; 7];
             for (entry, parameter) in parameters.iter_mut().zip(Parameter::LINEAR) {
                 *entry = value(parameter)?;
@@ -166,6 +175,14 @@ fn arm(
     };
     match made {
         Ok(arm) => Ok(arm),
+        Err(error @ GeometryError::TransmissionTooLarge) => {
+            let stated = TRANSMISSION_KEYS.into_iter().zip(own.transmission());
+            let mut stated = stated.filter_map(|(key, number)| Some((key, number?)));
+            let (key, line) = stated.next().map_or(("[[arm]]", line), |(key, number)| {
+                (key, input.line_at(number.span().start))
+            });
+            Err(fault(input, line, key, impossible(error)).with_remedy(IMPOSSIBLE))
+        }
         Err(error) => {
             let parameter = match error {
                 GeometryError::NonFinite(parameter) | GeometryError::NotPositive(parameter) => {
@@ -180,6 +197,23 @@ fn arm(
             Err(fault.with_remedy(IMPOSSIBLE))
         }
     }
+}
+
+/// gain, and the harmonics in radians; 0 where nothing is stated.
+fn transmission(input: &InputText, arm: &ArmToml) -> Result<[f64; 5], InputError> {
+    let mut numbers = [0.0; 5];
+    let stated = TRANSMISSION_KEYS.into_iter().zip(arm.transmission());
+    for (index, (own, (key, number))) in numbers.iter_mut().zip(stated).enumerate() {
+        if let Some(number) = number {
+            let value = finite(input, key, number)?;
+            *own = if index == 0 {
+                value
+            } else {
+                value.to_radians()
+            };
+        }
+    }
+    Ok(numbers)
 }
 
 fn impossible(error: GeometryError) -> String {

@@ -32,6 +32,7 @@ pub(crate) fn report(out: &mut Report<'_>, counter: &mut Counter) -> fmt::Result
         planes: &[Plane::default()],
         points: &[Point::default()],
         noise: ObservationNoise::new(noise(), sigma, sigma).map_err(|_| fmt::Error)?,
+        transmission: None,
     };
     let settings = Settings::default().with_tolerance(tolerance());
     let mut rows = [None; ROWS];

@@ -10,6 +10,9 @@ more of the predictions
     distance   d = |X - p| + o from the point p, with an unknown offset o at those points that say so,
                or d = |X - X'| with X' at a second pose's joint angles q'
 
+In a case with transmissions the angle of an arm is q + g q + c1 cos q + s1 sin q + c2 cos 2q + s2 sin 2q, five
+further unknowns a joint.
+
 and W is the inverse of NumPy's Cholesky factor of the row's covariance
 
     cov = diag(sigma^2) + sq^2 G G^T
@@ -19,11 +22,13 @@ once, at the nominal robot and at the start values of R, t, c, a, b, p and o. Th
 
     sum |W (measured - predicted)|^2 + sum ((P - P_nominal) / tolerance)^2
         + sum over known points |p - p0|^2 / s^2 + sum over known planes (c - c0)^2 / s^2
+        + sum over the numbers of transmissions (n / transmission)^2
 
 where a case without tolerance lacks the second sum. With X = FK(P_nominal; q) of the rows that measure it, the
 start values are
 
-    plane      a = b = 0 and c = mean(X_z - h), whether its height is known or not.
+    plane      the least squares fit of X_z - h sqrt(1 + a^2 + b^2) = c + a X_x + b X_y, whether its height is known or
+               not: three passes, the root from the pass before, at first 1.
     point      The known place with o = 0, or else the linear least squares |X|^2 - d^2 = 2 X.p - k by p
                and k, with an offset |X|^2 - d^2 = 2 X.p - 2 d o - k by p, o and k.
     frame      From the rows with x, y and z: the proper rotation and the translation that best take X to y,
@@ -40,7 +45,7 @@ asserted to be stationary and to be found again from distant starts. `sigmas` ar
 Numbers are stored as the bits of IEEE doubles. `noise` is sx, sy, sz, the sigma of a height, that of a distance,
 and sq; `tolerance` is the length and the angle; a known plane is c0 and s, a known point x, y, z and s. A height
 is the number of its plane and the value. `unknowns` are c, a, b of every plane, then x, y, z of every point, with o
-after them if it has one; R and t are not stored.
+after them if it has one; R and t are not stored. `numbers` are g, c1, s1, c2, s2 of every joint.
 
     pip install numpy==2.4.6 scipy==1.17.1
     python3 tests/goldens/generate_observations.py > tests/goldens/scipy_observations.json
@@ -78,6 +83,23 @@ def forward(parameters, joints):
     return first + across - depth[:, None] * up
 
 
+def turned(numbers, joints):
+    """The angles of the arms."""
+    q = np.asarray(joints)
+    parts = [q, np.cos(q), np.sin(q), np.cos(2 * q), np.sin(2 * q)]
+    return q + sum(n * part for n, part in zip(np.reshape(numbers, (3, 5)).T, parts))
+
+
+def plane_through(x, heights):
+    """c, a and b of the plane that touches are nearest to."""
+    root = 1.0
+    for _ in range(3):
+        columns = np.column_stack([np.ones(len(x)), x[:, 0], x[:, 1]])
+        c, a, b = np.linalg.lstsq(columns, x[:, 2] - heights * root, rcond=None)[0]
+        root = np.sqrt(1 + a**2 + b**2)
+    return [c, a, b]
+
+
 def rotation(w):
     """The rotation whose quaternion is along (1, w/2): analytic, unlike the angle |w|."""
     v = np.asarray(w) / 2
@@ -98,7 +120,8 @@ def length(v):
 class Problem:
     """The rows and instruments of a case, and its residuals as a function of what is unknown."""
 
-    def __init__(self, nominal, tolerance, noise, frame, fixed, planes, points, rows):
+    def __init__(self, nominal, tolerance, noise, frame, fixed, planes, points, rows, transmission):
+        self.transmission = transmission
         self.nominal, self.tolerance, self.noise = nominal, tolerance, np.array(noise)
         self.frame, self.fixed, self.planes, self.points = frame, fixed, planes, points
         self.rows = rows
@@ -127,7 +150,7 @@ class Problem:
             start += [np.zeros(3), shift[:2] if self.fixed else shift]
         for k in range(len(self.planes)):
             on = self.plane == k
-            start.append([np.mean(xs[on, 2] - self.measured[on, 3]), 0.0, 0.0])
+            start.append(plane_through(xs[on], self.measured[on, 3]))
         for k, (known, offset) in enumerate(self.points):
             if known is not None:
                 start.append([*known[:3], 0.0] if offset else known[:3])
@@ -139,7 +162,11 @@ class Problem:
             columns = [2 * x] + ([-2 * d[:, None]] if offset else []) + [-np.ones((len(d), 1))]
             found = np.linalg.lstsq(np.hstack(columns), np.sum(x * x, axis=1) - d**2, rcond=None)[0]
             start.append(np.concatenate([found[:3] + middle, found[3:-1]]))
+        start.append(np.zeros(self.numbers()))
         return np.concatenate(start)
+
+    def numbers(self):
+        return 0 if self.transmission is None else 15
 
     def start_frame(self, xs):
         if self.fixed:
@@ -156,6 +183,9 @@ class Problem:
 
     def predicted(self, unknown, joints, seconds):
         """x, y, z, height and distance of every row, zero where a row lacks it."""
+        last = len(unknown) - self.numbers()
+        if self.numbers():
+            joints, seconds = (turned(unknown[last:], own) for own in (joints, seconds))
         xs = forward(unknown[:24], joints)
         result = np.zeros((len(xs), 5), dtype=np.result_type(unknown, joints, seconds))
         at = 24 + self.in_frame
@@ -177,7 +207,7 @@ class Problem:
             at += 4 if offset else 3
         on = self.between
         result[on, 4] = length(xs[on] - forward(unknown[:24], seconds[on]))
-        assert at == len(unknown)
+        assert at == last
         return np.where(self.present, result, 0)
 
     def whitening(self):
@@ -215,6 +245,8 @@ class Problem:
             if known is not None:
                 parts.append((unknown[at : at + 3] - known[:3]) / known[3])
             at += 4 if offset else 3
+        if self.numbers():
+            parts.append(unknown[at:] / self.transmission)
         return np.concatenate(parts)
 
     def jacobian(self, unknown):
@@ -228,6 +260,7 @@ class Problem:
             parts[-1] = [100.0] * 2
         parts += [[100.0, 1.0, 1.0]] * len(self.planes)
         parts += [[100.0] * (4 if offset else 3) for _, offset in self.points]
+        parts.append([1.0] * self.numbers())
         return np.concatenate(parts)
 
     def descend(self, start):
@@ -264,6 +297,7 @@ class Problem:
         # Instruments by 50 mm and slopes and turns of 0.2, the robot by three tolerances.
         away = np.where(self.scale() == 1.0, 0.2, 50.0)
         away[:24] = np.where(PARAMETERS == 1.0, 0.6 * DEGREE, 1.5)
+        away[len(away) - self.numbers() :] = 0.2 * DEGREE
         for _ in range(4):
             elsewhere = self.start + away * rng.uniform(-1, 1, len(away))
             again = self.descend(elsewhere)[0]
@@ -282,7 +316,12 @@ class Bench:
         self.truth = nominal + sigmas * rng.standard_normal(24)
         self.turn, self.shift = np.eye(3), np.zeros(3)
         self.planes, self.points, self.rows = [], [], []
+        self.numbers = np.zeros(15)
         self.middle = forward(nominal, np.full((1, 3), 12 * DEGREE))[0]
+
+    def at(self, q):
+        """X of the robot as it is at the joint angles of a pose."""
+        return forward(self.truth, turned(self.numbers, q)[None])[0]
 
     def usable(self, q):
         """In range and clear of singularities, for the robot as it is and as it should be."""
@@ -345,14 +384,14 @@ class Bench:
         """Two poses with a distance in a range."""
         while True:
             q, to = self.pose(), self.pose()
-            x, there = forward(self.truth, np.array([q, to]))
+            x, there = self.at(q), self.at(to)
             if low < length(x - there) < high:
                 return q, to
 
     def measure(self, q, axes="", plane=None, point=None, to=None, height=None, distance=None):
         """Adds a row; a stated height or distance is that of a gauge, which the pose meets."""
         deviates = self.rng.standard_normal(11)
-        x = forward(self.truth, q[None])[0]
+        x = self.at(q)
         row = {"joints": q + self.noise[5] * deviates[:3]}
         if axes:
             y = self.turn @ x + self.shift + self.noise[:3] * deviates[3:6]
@@ -370,7 +409,7 @@ class Bench:
                 row["distance"] = length(x - place[:3]) + (place[3] if len(place) > 3 else 0.0)
                 row["distance"] += self.noise[4] * deviates[7]
         if to is not None:
-            there = forward(self.truth, to[None])[0]
+            there = self.at(to)
             row["to"] = to + self.noise[5] * deviates[8:]
             row["distance"] = length(x - there) + self.noise[4] * deviates[7]
         self.rows.append(row)
@@ -394,7 +433,15 @@ class Bench:
     def socket(self, x, y, above, *offset):
         self.points.append(np.concatenate([self.middle + [x, y, above], offset]))
 
-    def problem(self, tolerance, frame="base", fixed=False, known_planes=None, known_points=None):
+    def problem(
+        self,
+        tolerance,
+        frame="base",
+        fixed=False,
+        known_planes=None,
+        known_points=None,
+        transmission=None,
+    ):
         """The problem as it is stated to the calibration; what is known is known with its sigma."""
         planes, points = [], []
         for k, plane in enumerate(self.planes):
@@ -408,7 +455,9 @@ class Bench:
             if sigma is not None:
                 known = np.append(point[:3] + sigma * deviates, sigma)
             points.append((known, len(point) > 3))
-        return Problem(self.nominal, tolerance, self.noise, frame, fixed, planes, points, self.rows)
+        return Problem(
+            self.nominal, tolerance, self.noise, frame, fixed, planes, points, self.rows, transmission
+        )
 
 
 def symmetric(base, platform, upper, fore):
@@ -559,6 +608,22 @@ def benches():
         b.measure(b.pose(), axes, 0 if k % 2 == 0 else None, 0 if k % 4 > 0 else None)
     close(b.problem(spread, "sensor", known_points={0: 0.1}))
 
+    for geometry, kind in (("paper", "xyz"), ("long", "to"), ("asymmetric", "planes")):
+        b, spread = bench(f"gears and encoders that are not exact, {kind}", geometry)
+        sigma = 0.05 * DEGREE
+        b.numbers = sigma * b.rng.standard_normal(15)
+        for tilt, azimuth in ((3.0, 100.0), (20.0, -30.0), (14.0, 200.0)) if kind == "planes" else ():
+            b.tilted(tilt, azimuth, -40.0)
+        for k in range(60):
+            if kind == "xyz":
+                b.measure(b.pose(), "xyz")
+            elif kind == "to":
+                q, to = b.apart(60.0, 350.0)
+                b.measure(q, to=to)
+            else:
+                b.measure(b.pose(), plane=k % 3)
+        close(b.problem(spread, transmission=sigma))
+
     return made
 
 
@@ -597,7 +662,9 @@ def main():
                 "parameters": bits_of(result[:24]),
                 "sigmas": bits_of(np.sqrt(np.diag(covariance)[:24])),
                 "cost": bits(cost),
-                "unknowns": bits_of(result[24 + problem.in_frame :]),
+                "transmission": None if problem.transmission is None else bits(problem.transmission),
+                "unknowns": bits_of(result[24 + problem.in_frame : len(result) - problem.numbers()]),
+                "numbers": bits_of(result[len(result) - problem.numbers() :]),
             }
         )
     write("generate_observations.py", cases, np, scipy)

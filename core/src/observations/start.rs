@@ -9,6 +9,9 @@ use crate::robot::Robot;
 use crate::samples::{Triangle, put_row};
 use nalgebra::{Matrix3, Vector3};
 
+/// Passes of the fit of a plane, each with the tilt that the one before has found.
+const PASSES: usize = 3;
+
 /// The start of the unknowns, at their places among N parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartValues<T: Real, const N: usize> {
@@ -41,11 +44,12 @@ impl<T: Real, const N: usize> StartValues<T, N> {
             start.frame = frame(robot, rows, axes);
         }
         for (index, plane) in (0..).zip(instruments.planes) {
-            let height = match plane.known {
-                Some((height, _)) => height,
-                None => mean_height(robot, rows, index),
+            let [height, a, b] = match plane.level {
+                Some(_) => [mean_height(robot, rows, index), T::ZERO, T::ZERO],
+                None => tilted(robot, rows, index),
             };
-            start.put(instruments.plane_column(index), &[height]);
+            let height = plane.known.map_or(height, |(height, _)| height);
+            start.put(instruments.plane_column(index), &[height, a, b]);
         }
         for (index, point) in (0..).zip(instruments.points) {
             let column = instruments.point_column(index);
@@ -91,6 +95,39 @@ fn counted<T: Real>(
     rows: &[ObservationRow<T>],
 ) -> impl Iterator<Item = &ObservationRow<T>> + Clone {
     rows.iter().filter(|row| !row.is_left_out())
+}
+
+/// c, a and b of the plane z = c + a x + b y that is nearest to the nominal robot's touches; level where they do not
+/// tell its tilt.
+fn tilted<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], plane: u8) -> [T; 3] {
+    let level = [mean_height(robot, rows, plane), T::ZERO, T::ZERO];
+    let [first, ..] = robot.arms();
+    let unit = first.lb();
+    // A height is along the plane's normal, and longer along z: known from the tilt of the pass before.
+    let (mut found, mut steepness) = (level, T::ONE);
+    for _ in 0..PASSES {
+        let mut triangle = Triangle::<T, 4, 10>::zero();
+        for row in counted(rows) {
+            let observation = row.observation();
+            if let Some(height) = observation.height
+                && height.plane == plane
+                && let Ok(position) = robot.forward(&observation.joints)
+            {
+                let below = (position.z - height.height * steepness) / unit;
+                let (x, y) = (position.x / unit, position.y / unit);
+                absorb(&mut triangle, [T::ONE, x, y, -below]);
+            }
+        }
+        let Some([c, a, b]) = solved(&triangle) else {
+            return level;
+        };
+        let squared = a.squared() + b.squared();
+        if !(squared <= T::ONE) {
+            return level;
+        }
+        (found, steepness) = ([c * unit, a, b], (T::ONE + squared).square_root());
+    }
+    found
 }
 
 fn mean_height<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], plane: u8) -> T {

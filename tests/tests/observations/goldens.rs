@@ -3,13 +3,14 @@ use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationProblem,
     ObservationRow, Plane, Point, PositionFrame,
 };
+use delta_cal::robot::TransmissionTolerance;
 use delta_cal::{Noise, Real, Refusal, Robot, Tolerance};
 use delta_cal_tests::goldens::{number, numbers};
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-/// The largest case has 24 parameters and 13 unknowns.
-const N: usize = 40;
+/// The largest case has 24 parameters, 15 numbers of transmissions and 9 unknowns.
+const N: usize = 48;
 
 #[derive(Deserialize)]
 struct File {
@@ -29,7 +30,9 @@ struct Case {
     parameters: Vec<String>,
     sigmas: Vec<String>,
     cost: String,
+    transmission: Option<String>,
     unknowns: Vec<String>,
+    numbers: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -98,12 +101,13 @@ impl Row {
     }
 }
 
-/// What the golden holds: 24 parameters, 24 σ, the cost, and the unknowns.
+/// What the golden holds: 24 parameters, 24 σ, the cost, the unknowns, and the numbers of transmissions.
 struct Found {
     parameters: Vec<f64>,
     sigmas: Vec<f64>,
     cost: f64,
     unknowns: Vec<f64>,
+    numbers: Vec<f64>,
 }
 
 fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
@@ -134,7 +138,10 @@ fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
             noise[4],
         )
         .unwrap(),
-        transmission: None,
+        transmission: case
+            .transmission
+            .as_ref()
+            .map(|sigma| TransmissionTolerance::new(real(sigma)).unwrap()),
     };
     let tolerance = case
         .tolerance
@@ -171,11 +178,14 @@ fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
         let values = outcome.point(&instruments, index).map(Real::to_f64);
         unknowns.extend_from_slice(&values[..3 + usize::from(point.offset)]);
     }
+    let numbers = outcome.robot.transmissions().into_iter();
+    let numbers = numbers.flat_map(|own| own.numbers());
     Ok(Found {
         parameters: parameters.map(Real::to_f64).collect(),
         sigmas: (0..24).map(sigma).collect(),
         cost: residuals.sum(),
         unknowns,
+        numbers: numbers.map(Real::to_f64).collect(),
     })
 }
 
@@ -211,6 +221,13 @@ fn cost_of_readings(case: &Case) -> f64 {
             };
             cost -= ((own - from) / number(tolerance)).powi(2);
         }
+    }
+    for own in numbers(&case.numbers) {
+        let sigma = case
+            .transmission
+            .as_ref()
+            .map_or(1.0, |sigma| number(sigma));
+        cost -= (own / sigma).powi(2);
     }
     let mut unknowns = numbers(&case.unknowns).into_iter();
     let mut known = |values: &[String], sigma: &str, count: usize| {
@@ -258,6 +275,14 @@ fn double_precision_agrees_with_scipy() {
             case.name,
             found.cost
         );
+        for (found, expected) in found.numbers.iter().zip(numbers(&case.numbers)) {
+            // Of some 1e-3, known to 1e-5 at best.
+            assert!(
+                (found - expected).abs() < 1e-10,
+                "{}: {found} {expected}",
+                case.name
+            );
+        }
         for (found, expected) in found.unknowns.iter().zip(numbers(&case.unknowns)) {
             // Lengths of some 1e2 mm and slopes, known to 1e-2 mm and 1e-4 at best.
             assert!(

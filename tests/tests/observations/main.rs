@@ -5,4 +5,5 @@
 
 mod goldens;
 mod robots;
+mod transmissions;
 mod wrong_rows;

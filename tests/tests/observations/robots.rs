@@ -29,6 +29,7 @@ pub(super) enum Kind {
     HolePlate,
     ZAlone,
     Mixture,
+    Tracker,
 }
 
 pub(super) const KINDS: [Kind; 9] = [
@@ -56,6 +57,7 @@ impl Kind {
             Self::HolePlate => "x, y and z in the sensor's frame (0.02 mm)",
             Self::ZAlone => "z in the robot's frame (0.02 mm)",
             Self::Mixture => "heights, distances between poses and x, mixed",
+            Self::Tracker => "x, y and z in the robot's frame (0.02 mm)",
         }
     }
 
@@ -159,6 +161,9 @@ pub(super) fn measured(
                 row.position = [x, None, z];
             }
             Kind::HolePlate => row.position = in_camera(rng),
+            Kind::Tracker => {
+                row.position = [x.x, x.y, x.z].map(|c| Some(c + 0.02 * normal(rng)));
+            }
             Kind::ZAlone => row.position = [None, None, Some(x.z + 0.02 * normal(rng))],
             Kind::Mixture => {
                 if index % 2 == 0 {

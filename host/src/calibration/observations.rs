@@ -106,7 +106,11 @@ pub(crate) fn explained(
         ObservedError::TooManyInstruments => {
             let cause = "the rows name more planes and points than one calibration can hold";
             InputError::new(&samples.name, cause)
-                .with_remedy("use at most 14 points, or 16 planes")
+                .with_remedy(if robot.transmission.is_some() {
+                    "use at most 9 points, or 11 planes, or do not find the transmissions"
+                } else {
+                    "use at most 14 points, or 16 planes"
+                })
                 .into()
         }
         ObservedError::Refused(refusal) => {

@@ -106,6 +106,7 @@ impl Plan {
             Some(list) => reader.list("measure", list, |name| reader.measure(name))?,
         };
         reader.check_joint(&measure, &toml)?;
+        reader.check_transmissions(&robot, &measure, toml.measure.as_ref())?;
         if planned.contains(&true) {
             let possible = LEAST_POSES..=MOST_POSES;
             let counts = toml.poses.as_ref().iter().zip(&poses);
@@ -273,6 +274,23 @@ impl Reader<'_> {
             self.fault(name, "measure", cause)
                 .with_remedy(format!("choose among {}", names.join(", ")))
         })
+    }
+
+    /// Transmissions are found from what instruments read alone.
+    fn check_transmissions(
+        &self,
+        robot: &RobotFile,
+        measure: &[Measure],
+        list: Option<&List<String>>,
+    ) -> Result<(), InputError> {
+        if robot.transmission.is_none() || !measure.contains(&Measure::Positions) {
+            return Ok(());
+        }
+        let cause = "the robot file states transmission_deg, and transmissions are not found from positions";
+        let start = list.map_or(0, |list| list.span().start);
+        Err(self.fault_at(start, "measure", cause).with_remedy(
+            "set measure = [\"tracker\"] or other instruments, or delete transmission_deg",
+        ))
     }
 
     /// What instruments read is calibrated by the joint method, which needs the noise.

@@ -4,7 +4,7 @@ use super::mixing::mixed;
 use super::plan::{Measure, Plan, Scenario, Spread};
 use super::planned::{Joints, MeasuredAt};
 use super::readings::{Readings, readings};
-use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::robot::{Arm, ParameterKind, Transmission};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
 use delta_cal::{Robot, Sample};
 use rand_core::{Rng, SeedableRng};
@@ -122,7 +122,19 @@ fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot
         }
         nominal.with_parameters(parameters).ok()
     };
-    Robot::new([arm(first)?, arm(second)?, arm(third)?]).ok()
+    let truth = Robot::new([arm(first)?, arm(second)?, arm(third)?]).ok()?;
+    let Some(tolerance) = &plan.robot.transmission else {
+        return Some(truth);
+    };
+    let mut off = |own: Transmission<f64>| {
+        let off = own
+            .numbers()
+            .map(|number| number + tolerance.sigma() * scatter(plan.spread, rng));
+        Transmission::new(off).ok()
+    };
+    let [first, second, third] = truth.transmissions();
+    let transmissions = [off(first)?, off(second)?, off(third)?];
+    truth.with_transmissions(transmissions).ok()
 }
 
 /// In units of the start error.

@@ -15,12 +15,13 @@ use super::paths::is_stream;
 use super::progress::Waiting;
 use crate::files::kinematics;
 use crate::files::samples_file::is_unmeasured_plan;
+use crate::planning::measurements::{Kind, Wishes};
 use crate::planning::poses::{
     Criterion, LEAST_POSES, MOST_POSES, PlanRequest, PosePlan, PosesNeeded, plan, poses_needed,
 };
 use crate::render::json;
 use crate::report::plan;
-use crate::{InputText, RobotFile};
+use crate::{CalibrationMethod, InputText, RobotFile};
 use arguments::CriterionArgument;
 use deliver::deliver;
 use std::path::Path;
@@ -72,6 +73,18 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     }
     if let Some(kinds) = &arguments.instruments.measure {
         return measure::measure(arguments, &robot, kinds.clone());
+    }
+    // Positions are observations where transmissions are to be found.
+    if robot.transmission.is_some() {
+        let other_method = arguments.method.method() != CalibrationMethod::Joint;
+        if arguments.accuracy.is_some() || other_method {
+            return Err(Failure::Usage {
+                cause: "--accuracy and --method cannot be used where transmissions are to be found"
+                    .to_owned(),
+                remedy: "give --count, or delete transmission_deg in the robot file".to_owned(),
+            });
+        }
+        return measure::measure(arguments, &robot, Wishes::only(Kind::Xyz));
     }
     let mut request = PlanRequest {
         count: arguments.count.unwrap_or(LEAST_POSES),

@@ -8,7 +8,7 @@ use crate::stream_store::{StreamPace, StreamStore};
 use crate::{Number, TURNS_A_SECOND};
 use delta_cal::Robot;
 use delta_cal_protocol::{
-    ControlLoop, Direction, Fault, FrameError, Identity, LARGEST_FRAME, ParameterSet, Phase,
+    Adopt, ControlLoop, Direction, Fault, FrameError, Identity, LARGEST_FRAME, ParameterSet, Phase,
     Receiver, Request, Response, Status, UNKNOWN_SEQUENCE, VERSION, encode,
 };
 use embedded_storage_async::nor_flash::NorFlash;
@@ -20,7 +20,7 @@ const LARGEST_REQUEST: usize = 384;
 /// Everything behind the control loop: answers requests, takes in samples, solves in bounded steps,
 /// stores and hands over.
 ///
-/// `F` is NOR flash for the parameters alone: two halves of whole pages, 448 bytes or more each. `S` is NOR flash for the
+/// `F` is NOR flash for the parameters alone: two halves of whole pages, 704 bytes or more each. `S` is NOR flash for the
 /// samples of a session: two halves of whole pages, 8 KiB or more each, 16 KiB in `f64`.
 ///
 /// ```
@@ -264,6 +264,11 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 self.taken()
             }
             Request::Places { session } => Response::Places(self.session.places(*session)?),
+            Request::Adopt(Adopt { from, geometry }) => {
+                let robot = geometry.robot().map_err(Fault::Geometry)?;
+                let switched = self.geometries.apply(*from, &robot)?;
+                self.switched(switched)
+            }
             _ => return Err(Fault::UnknownRequest),
         })
     }

@@ -3,9 +3,9 @@
 use crate::Number;
 use crate::halves::StoreError;
 use crate::handover::NewParameters;
-use crate::store::{Geometry, Sets, Store};
+use crate::store::{Sets, Store};
 use delta_cal::Robot;
-use delta_cal_protocol::{Fault, Origin, Parameters, RevertTo, fingerprint};
+use delta_cal_protocol::{Fault, Geometry, Origin, Parameters, RevertTo};
 use embedded_storage_async::nor_flash::NorFlash;
 
 /// The robot as drawn, the parameters in use, those before, and the store of them.
@@ -21,7 +21,7 @@ pub(crate) struct Geometries<T: Number, F> {
 
 fn named<T: Number>(robot: Robot<T>) -> NewParameters<T> {
     NewParameters {
-        fingerprint: fingerprint(&robot.parameters()),
+        fingerprint: Geometry::of(&robot).fingerprint(),
         robot,
     }
 }
@@ -65,12 +65,10 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         Ok(())
     }
 
-    fn of(&self, geometry: Option<&[[T; 8]; 3]>) -> Result<NewParameters<T>, StoreError> {
+    fn of(&self, geometry: Option<&Geometry<T>>) -> Result<NewParameters<T>, StoreError> {
         match geometry {
             None => Ok(self.nominal),
-            Some(arms) => Robot::from_parameters(*arms)
-                .map(named)
-                .map_err(|_| StoreError::Record),
+            Some(geometry) => geometry.robot().map(named).map_err(|_| StoreError::Record),
         }
     }
 
@@ -95,7 +93,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
                 (None, true) => Origin::NominalStoreDamaged,
             },
             generation: self.store.generation(),
-            arms: self.current.robot.parameters(),
+            geometry: Geometry::of(&self.current.robot),
         }
     }
 
@@ -103,14 +101,14 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         Parameters {
             origin: Origin::Nominal,
             generation: self.store.generation(),
-            arms: self.nominal.robot.parameters(),
+            geometry: Geometry::of(&self.nominal.robot),
         }
     }
 
     /// Makes a calibrated robot the current one, in place of the parameters of generation `from`; whether
     /// it was not already.
     pub(crate) fn apply(&mut self, from: u32, robot: &Robot<T>) -> Result<bool, Fault> {
-        self.change_to(from, Some(robot.parameters()), self.sets.current)
+        self.change_to(from, Some(Geometry::of(robot)), self.sets.current)
     }
 
     /// Goes back from the parameters of generation `from`; whether that changed anything.
@@ -129,8 +127,8 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     fn change_to(
         &mut self,
         from: u32,
-        geometry: Geometry<T>,
-        previous: Geometry<T>,
+        geometry: Option<Geometry<T>>,
+        previous: Option<Geometry<T>>,
     ) -> Result<bool, Fault> {
         let new = self.of(geometry.as_ref()).map_err(|_| Fault::Store)?;
         let there = self.current.fingerprint;

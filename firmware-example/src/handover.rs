@@ -13,7 +13,7 @@ use heapless::spsc::{Consumer, Producer, Queue};
 pub struct NewParameters<T: Real> {
     /// The robot.
     pub robot: Robot<T>,
-    /// The [`fingerprint`](delta_cal_protocol::fingerprint) of its parameters.
+    /// The [`fingerprint`](delta_cal_protocol::Geometry::fingerprint) of its parameters.
     pub fingerprint: u32,
 }
 

@@ -6,8 +6,8 @@ use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{AddError, Added, StreamCalibrator, StreamOutcome, StreamRefusal};
 use delta_cal::{ArmIndex, Progress, Robot, RobotOutcome, Sample};
 use delta_cal_protocol::{
-    ArmReport, Begin, BeginObservations, CovarianceBlock, Fault, GateStatus, ObservationMessage,
-    Phase, Places, SampleMessage, fingerprint,
+    ArmReport, Begin, BeginObservations, CovarianceBlock, Fault, GateStatus, Geometry,
+    ObservationMessage, Phase, Places, SampleMessage,
 };
 use nalgebra::Vector3;
 
@@ -226,7 +226,7 @@ impl<T: Number> Session<T> {
         }
         match self.result() {
             Some(Ok(outcome)) => {
-                let fingerprint = fingerprint(&outcome.robot().parameters());
+                let fingerprint = Geometry::of(outcome.robot()).fingerprint();
                 self.fingerprint = Some(fingerprint);
                 info!(
                     "session {=u32:08x}: solved, {=u32:08x}",

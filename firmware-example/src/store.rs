@@ -2,23 +2,21 @@
 
 use crate::Number;
 use crate::halves::{Halves, StoreError};
-use delta_cal::Robot;
+use delta_cal_protocol::Geometry;
 use embedded_storage_async::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
 
 /// Version of the stored record.
-const VERSION: u8 = 3;
-/// Bytes of both sets in `f64`: 2 × 24 numbers, and a byte for each option.
-const LARGEST: usize = 400;
+const VERSION: u8 = 4;
+/// Bytes of both sets in `f64`: 2 × 39 numbers, and a byte for each option, rounded up.
+const LARGEST: usize = 640;
 
-/// Eight parameters for each arm; `None` is the robot as drawn.
-pub(crate) type Geometry<T> = Option<[[T; 8]; 3]>;
-
-/// What is stored: the parameters in use, and those before the last calibration was applied.
+/// What is stored: the parameters in use, and those before the last calibration was applied; `None` is the robot as
+/// drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sets<T> {
-    pub(crate) current: Geometry<T>,
-    pub(crate) previous: Geometry<T>,
+    pub(crate) current: Option<Geometry<T>>,
+    pub(crate) previous: Option<Geometry<T>>,
 }
 
 /// What a start finds.
@@ -62,7 +60,7 @@ impl<F: NorFlash> Store<F> {
         let valid = [sets.current, sets.previous]
             .iter()
             .flatten()
-            .all(|arms| Robot::from_parameters(*arms).is_ok());
+            .all(|geometry| geometry.robot().is_ok());
         if !valid {
             return Err(StoreError::Record);
         }

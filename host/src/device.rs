@@ -1,7 +1,7 @@
 //! A controller that calibrates itself, driven over a link: see [`delta_cal_protocol`].
 //!
 //! ```text
-//! Port ─→ open ─→ Transport ─→ Client ─→ session: calibrate, apply ─→ Finished
+//! Port ─→ open ─→ Transport ─→ Client ─→ session: calibrate, apply, adopt ─→ Finished
 //!           └ emulator: QEMU with the example's firmware       └→ report, verify
 //! ```
 
@@ -26,11 +26,11 @@ pub use emulator::{
 pub use error::{DeviceError, RowError};
 pub use number::Number;
 pub use operations::{
-    DeviceFailure, Verified, calibrate_robot, calibrate_robot_from_observations, check_nominal,
-    verify,
+    DeviceFailure, Verified, calibrate_robot, calibrate_robot_from_observations, check_calibrated,
+    check_nominal, verify,
 };
 pub use sending::Sending;
-pub use session::{Finished, Step, apply, calibrate, in_use};
+pub use session::{Finished, Step, adopt, apply, calibrate, in_use};
 pub use solution::Solution;
 pub use transport::{Board, Port, PortError, Serial, Tcp, Transport};
 pub use verify::{Comparison, Difference, Ended, compare, solve_here};

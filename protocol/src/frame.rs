@@ -5,7 +5,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// The protocol version in every frame.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 
 /// Sequence number of an answer to a frame whose own could not be read. Requests never have it.
 pub const UNKNOWN_SEQUENCE: u16 = 0;

@@ -20,7 +20,8 @@
 //! ```
 //!
 //! Of heights, distances and single coordinates: `BeginObservations` in place of `Begin`, `Observation` in place
-//! of `Sample`, and `Places` beside `Outcome`.
+//! of `Sample`, and `Places` beside `Outcome`. A robot that was calibrated elsewhere: `Adopt` in place of all but
+//! `Identify` and `Parameters`.
 
 #![forbid(unsafe_code)]
 #![no_std]
@@ -29,8 +30,8 @@
 extern crate std;
 
 mod begin;
-mod fingerprint;
 mod frame;
+mod geometry;
 mod messages;
 mod observations;
 mod outcomes;
@@ -38,14 +39,15 @@ mod outcomes;
 mod page;
 mod setup;
 
-pub use fingerprint::fingerprint;
 pub use frame::{
     Direction, EncodeError, Frame, FrameError, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION,
     encode,
 };
+pub use geometry::Geometry;
 pub use messages::{
-    ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Fault, GateStatus, Identity, Origin,
-    ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
+    Adopt, ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Fault, GateStatus, Identity,
+    Origin, ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar,
+    Status,
 };
 pub use observations::{
     BeginObservations, ObservationMessage, PLANES, POINTS, Places, PlaneMessage, PointMessage,

@@ -1,7 +1,9 @@
+use crate::geometry::Geometry;
 use crate::observations::{BeginObservations, ObservationMessage, Places};
 use delta_cal::ArmIndex;
 use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::observations::ObservationError;
+use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{Added, Alarm, Estimator, GateCounts, StreamRefusal, Validation};
 use serde::{Deserialize, Serialize};
@@ -40,7 +42,7 @@ pub enum Request<T> {
     Apply {
         /// The session.
         session: u32,
-        /// The [`fingerprint`](crate::fingerprint) of the result that is meant.
+        /// The [`fingerprint`](Geometry::fingerprint) of the result that is meant.
         fingerprint: u32,
         /// The [generation](Parameters::generation) of the parameters that it is to replace.
         from: u32,
@@ -75,6 +77,18 @@ pub enum Request<T> {
         /// The session.
         session: u32,
     },
+    /// Stores a geometry that was calibrated elsewhere and switches the control loop to it. One that is in use already
+    /// is not stored again. Answer: [`Response::Parameters`].
+    Adopt(Adopt<T>),
+}
+
+/// A geometry that was calibrated elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Adopt<T> {
+    /// The [generation](Parameters::generation) of the parameters that it is to replace.
+    pub from: u32,
+    /// The geometry.
+    pub geometry: Geometry<T>,
 }
 
 /// Which of the controller's geometries.
@@ -214,6 +228,8 @@ pub enum Fault {
     /// A sample in a session for observations, an observation in one for samples, or the places of a session for
     /// samples.
     OtherKind,
+    /// The numbers of an [`Adopt`] are not those of a robot.
+    Geometry(GeometryError),
 }
 
 /// Who answers.
@@ -247,8 +263,8 @@ pub struct Parameters<T> {
     /// have another one when they come into use again. In an answer about the nominal geometry it is
     /// the current one's, too.
     pub generation: u32,
-    /// Eight parameters an arm, in the order of [`delta_cal::Parameter::ROTARY`]: mm and radians.
-    pub arms: [[T; 8]; 3],
+    /// Its numbers.
+    pub geometry: Geometry<T>,
 }
 
 /// Where the current geometry comes from.
@@ -352,6 +368,8 @@ pub struct ArmReport<T> {
     pub arm: ArmIndex,
     /// Its eight parameters: mm and radians.
     pub parameters: [T; 8],
+    /// The five numbers of its transmission, which is the nominal robot's; `None` if it is exact.
+    pub transmission: Option<[T; 5]>,
     /// Their covariance: mm², mm·rad, rad².
     pub covariance: Option<[[T; 8]; 8]>,
     /// rms of the residuals: σ with a stated noise, mm without.

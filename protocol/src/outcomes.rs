@@ -16,6 +16,7 @@ impl<T: Real> ArmReport<T> {
         Self {
             arm,
             parameters: outcome.arm.parameters(),
+            transmission: outcome.arm.transmission().map(|own| own.numbers()),
             covariance: outcome.covariance.map(|covariance| covariance.data.0),
             residual_rms: outcome.residual_rms,
             estimated_noise: outcome.estimated_noise,

@@ -14,7 +14,7 @@ mod reasons;
 mod streams;
 mod variants;
 
-use crate::{Direction, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION, encode, fingerprint};
+use crate::{Direction, Geometry, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION, encode};
 use cases::{Case, SEQUENCE, cases};
 use described::Message;
 use parts::parts;
@@ -305,14 +305,15 @@ fn the_page_states_the_limits() {
             "| largest frame that `f64` needs | {} bytes |",
             longest("outcome-f64", LONGER_OUTCOME)
         ),
-        format!("| largest request | {} bytes |", largest_beginning()),
+        format!("| largest request | {} bytes |", largest_request()),
     ] {
         assert!(page.contains(&row), "docs/protocol.md does not state {row}");
     }
 }
 
-/// Of a beginning of observations with everything known of every plane and point: no row and no `Begin` is as long.
-fn largest_beginning() -> usize {
+/// A geometry with transmissions, or the beginning of observations with everything known of every plane and point: no other
+/// request is as long.
+fn largest_request() -> usize {
     let mut begin = cases::begin_observations::<f64>();
     begin.session = u32::MAX;
     begin.planes = [begin.planes[0]; 4];
@@ -323,11 +324,15 @@ fn largest_beginning() -> usize {
         let content = pieces.bytes().len() + 4;
         content + content.div_ceil(254) + 2
     };
-    longest(crate::Request::BeginObservations(begin))
+    let adopt = crate::Adopt {
+        from: u32::MAX,
+        geometry: cases::geometry(true),
+    };
+    longest(crate::Request::BeginObservations(begin)).max(longest(crate::Request::Adopt(adopt)))
 }
 
-/// Bytes by which the longest varints are longer than the vector's: samples in 64 bits, iterations in 16.
-const LONGER_OUTCOME: usize = 9 + 2;
+/// Bytes by which the longest outcome is longer than the vector's: samples in 64 bits, iterations in 16, a transmission.
+const LONGER_OUTCOME: usize = 9 + 2 + 40;
 #[test]
 fn the_checksum_is_the_one_that_the_page_names() {
     let row = format!(
@@ -342,21 +347,28 @@ fn the_checksum_is_the_one_that_the_page_names() {
 
 #[test]
 fn the_fingerprint_is_computed_as_described() {
-    let (single, double) = (cases::arms::<f32>(), cases::arms::<f64>());
     let page = page();
-    for (name, arms, computed) in [
-        (
-            "f32",
-            single.map(|arm| arm.map(f64::from)),
-            fingerprint(&single),
-        ),
-        ("f64", double, fingerprint(&double)),
-    ] {
-        let values = arms.iter().flatten();
-        let bytes: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
-        assert_eq!(checksum(&bytes), computed, "{name}");
-        let row = format!("| `parameters-{name}` | `{computed:08x}` |");
-        assert!(page.contains(&row), "docs/protocol.md does not state {row}");
+    for (vector, with_transmissions) in [("parameters", false), ("parameters-transmissions", true)]
+    {
+        let single = cases::geometry::<f32>(with_transmissions);
+        let double = cases::geometry::<f64>(with_transmissions);
+        let rounded: Geometry<f64> = Geometry {
+            arms: single.arms.map(|arm| arm.map(f64::from)),
+            transmissions: single
+                .transmissions
+                .map(|all| all.map(|own| own.map(f64::from))),
+        };
+        for (name, numbers, computed) in [
+            ("f32", rounded, single.fingerprint()),
+            ("f64", double, double.fingerprint()),
+        ] {
+            let transmissions = numbers.transmissions.iter().flatten().flatten();
+            let values = numbers.arms.iter().flatten().chain(transmissions);
+            let bytes: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+            assert_eq!(checksum(&bytes), computed, "{vector} {name}");
+            let row = format!("| `{vector}-{name}` | `{computed:08x}` |");
+            assert!(page.contains(&row), "docs/protocol.md does not state {row}");
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! `delta-cal device`.
 
+mod apply;
 mod args;
 mod calibrate;
 mod connect;
@@ -17,6 +18,7 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
     let link = &arguments.link;
     match &arguments.command {
         DeviceCommand::Calibrate(arguments) => calibrate::run(link, arguments),
+        DeviceCommand::Apply(arguments) => apply::run(link, arguments),
         DeviceCommand::Status(arguments) => inspect::status(link, arguments),
         DeviceCommand::Parameters(arguments) => inspect::parameters(link, arguments),
         DeviceCommand::Revert(arguments) => inspect::revert(link, arguments),

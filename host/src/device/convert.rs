@@ -14,8 +14,8 @@ use delta_cal::robot::Arm;
 use delta_cal::stream::Estimator;
 use delta_cal::{Parameter, Real, Robot, RobotOutcome};
 use delta_cal_protocol::{
-    ArmReport, Begin, BeginObservations, Fault, ObservationMessage, PLANES, POINTS, PlaneMessage,
-    PointMessage, UNKNOWNS,
+    ArmReport, Begin, BeginObservations, Fault, Geometry, ObservationMessage, PLANES, POINTS,
+    PlaneMessage, PointMessage, UNKNOWNS,
 };
 use nalgebra::{SMatrix, SVector};
 use std::num::NonZeroU32;
@@ -157,13 +157,29 @@ pub(super) fn observations<T: Number>(
         .collect()
 }
 
-/// The robot of these parameters, in another type.
+/// The numbers of a robot as a controller has them.
+///
+/// # Errors
+/// They are not the geometry of a robot in that type.
+pub(super) fn geometry<T: Real>(robot: &Robot<f64>) -> Result<Geometry<T>, DeviceError> {
+    let robot = robot.cast::<T>();
+    let robot = robot.map_err(|_| DeviceError::ImpossibleGeometry)?;
+    Ok(Geometry::of(&robot))
+}
+
+/// The robot of these numbers, in another type.
 ///
 /// # Errors
 /// They are not the geometry of a robot.
-pub fn robot<T: Real, U: Real>(arms: &[[T; 8]; 3]) -> Result<Robot<U>, DeviceError> {
-    let parameters = arms.map(|arm| arm.map(|value| U::from_f64(value.to_f64())));
-    Robot::from_parameters(parameters).map_err(|_| DeviceError::ImpossibleGeometry)
+pub fn robot<T: Real, U: Real>(geometry: &Geometry<T>) -> Result<Robot<U>, DeviceError> {
+    let number = |value: T| U::from_f64(value.to_f64());
+    let transmissions = geometry.transmissions.as_ref();
+    let converted = Geometry {
+        arms: geometry.arms.map(|arm| arm.map(number)),
+        transmissions: transmissions.map(|all| all.map(|own| own.map(number))),
+    };
+    let robot = converted.robot();
+    robot.map_err(|_| DeviceError::ImpossibleGeometry)
 }
 
 /// A controller's result in `f64`, which changes no number.
@@ -184,7 +200,7 @@ pub fn outcome<T: Number>(solution: &Solution<T>) -> Result<Outcome, DeviceError
     if !possible {
         return Err(DeviceError::ImpossibleOutcome);
     }
-    let robot: Robot<f64> = robot(&solution.parameters())?;
+    let robot: Robot<f64> = robot(&solution.geometry())?;
     let [first, second, third] = &solution.arms;
     let [arm_1, arm_2, arm_3] = *robot.arms();
     let mut outcome = Outcome::from(RobotOutcome {

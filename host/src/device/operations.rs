@@ -9,6 +9,7 @@ use super::sending::Sending;
 use super::session::{self, Finished, Step};
 use super::transport::Transport;
 use super::verify::{Comparison, Ended, compare, solve_here};
+use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::calibration::case::settings;
 use crate::calibration::error::CalibrateError;
 use crate::calibration::observations::{self, ObservationsReport};
@@ -20,16 +21,19 @@ use crate::files::samples_file::{Measurements, ObservationsFile, SamplesFile};
 use crate::fit::observations::found_elsewhere;
 use crate::fit::options::Options;
 use crate::fit::stream::{Record, Unweighed};
+use crate::text::numbers::small;
 use crate::text::words::in_file_units;
 use delta_cal::robot::ParameterKind;
 use delta_cal::stream::{Added, StreamRefusal};
-use delta_cal::{ArmIndex, Parameter, Real};
-use delta_cal_protocol::{Fault, ParameterSet, fingerprint};
+use delta_cal::{ArmIndex, Parameter, Real, Robot};
+use delta_cal_protocol::{Fault, Geometry, ParameterSet};
 use std::error::Error;
 use std::fmt;
 
 /// Rounding errors by which a nominal parameter may differ.
 const ROUNDINGS: f64 = 4.0;
+/// Positions that differ by more than this part of the forearm are of another robot.
+const ANOTHER_ROBOT: f64 = 0.05;
 /// How many parameters a message names.
 const NAMED: usize = 3;
 
@@ -86,7 +90,7 @@ pub fn calibrate_robot<T: Number, L: Transport>(
     complete(&mut finished, &nominal, &sending)?;
     let before = RobotFile {
         name: format!("the controller on {port}"),
-        robot: convert::robot(&finished.parameters_before.arms)?,
+        robot: convert::robot(&finished.parameters_before.geometry)?,
         ..robot.clone()
     };
     let found = found(samples, options, &finished)?;
@@ -140,7 +144,7 @@ fn check(robot: &RobotFile, options: Options) -> Result<(), CalibrateError> {
 /// What became of samples whose answers a restart of the controller took away: the same as here, for both decide alike.
 fn complete<T: Number>(
     finished: &mut Finished<T>,
-    nominal: &[[T; 8]; 3],
+    nominal: &Geometry<T>,
     sending: &Sending<T>,
 ) -> Result<(), DeviceError> {
     if finished.added.iter().all(Option::is_some) {
@@ -203,11 +207,11 @@ fn calibrated<T: Number, L: Transport>(
     robot: &RobotFile,
     sending: &Sending<T>,
     progress: &mut dyn FnMut(Step),
-) -> Result<(Finished<T>, [[T; 8]; 3]), DeviceFailure> {
+) -> Result<(Finished<T>, Geometry<T>), DeviceFailure> {
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
-    check_nominal(robot, &nominal.arms)?;
+    check_nominal(robot, &nominal.geometry)?;
     let finished = session::calibrate(client, sending, progress)?;
-    Ok((finished, nominal.arms))
+    Ok((finished, nominal.geometry))
 }
 
 /// A row that is not taken is a fault of the file.
@@ -280,6 +284,39 @@ pub fn verify<T: Number, L: Transport>(
     })
 }
 
+/// A robot file must be of the controller's robot: its positions, at joint angles that both reach, near those of the
+/// nominal one. By how much they differ, rms, mm.
+///
+/// # Errors
+/// Positions that are elsewhere, as those of another robot.
+pub fn check_calibrated<T: Number>(
+    robot: &RobotFile,
+    nominal: &Geometry<T>,
+) -> Result<f64, DeviceFailure> {
+    let drawn: Robot<f64> = convert::robot(nominal)?;
+    let poses = WorkspacePoses::of(robot);
+    let distances = poses.inside.iter().filter_map(|pose| {
+        let there = drawn.forward(&pose.joints).ok()?;
+        Some((there - pose.position).norm_squared())
+    });
+    let (count, sum) = distances.fold((0.0, 0.0), |(count, sum), own| (count + 1.0, sum + own));
+    let rms = f64::sqrt(sum / count);
+    let [arm, ..] = drawn.arms();
+    if rms <= ANOTHER_ROBOT * arm.lb() {
+        return Ok(rms);
+    }
+    let cause = format!(
+        "is not a robot that the controller was built for: its positions differ by {} mm (rms) from those of the \
+         controller's nominal robot",
+        small(rms)
+    );
+    let error = InputError::new(&robot.name, cause).with_remedy(
+        "give the calibrated file of this robot; delta-cal device --port PORT parameters --nominal writes the \
+         nominal one",
+    );
+    Err(error.into())
+}
+
 /// The nominal geometry of the robot file must be the controller's: the same numbers, or different
 /// by no more than the rounding of a controller that computed them itself.
 ///
@@ -287,14 +324,11 @@ pub fn verify<T: Number, L: Transport>(
 /// The parameters that differ.
 pub fn check_nominal<T: Number>(
     robot: &RobotFile,
-    nominal: &[[T; 8]; 3],
+    nominal: &Geometry<T>,
 ) -> Result<(), InputError> {
     let file = robot.robot.parameters();
-    if fingerprint(&file.map(|arm| arm.map(T::from_f64))) == fingerprint(nominal) {
-        return Ok(());
-    }
     let mut different = Vec::new();
-    for ((index, file), device) in ArmIndex::ALL.into_iter().zip(file).zip(nominal) {
+    for ((index, file), device) in ArmIndex::ALL.into_iter().zip(file).zip(nominal.arms) {
         let longest = file.into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         for ((parameter, file), device) in Parameter::ROTARY.into_iter().zip(file).zip(device) {
             let size = match parameter.kind() {
@@ -309,6 +343,17 @@ pub fn check_nominal<T: Number>(
                     in_file_units(parameter, device)
                 ));
             }
+        }
+    }
+    let rounded = robot.robot.transmissions().map(|own| own.numbers());
+    let rounded = rounded.map(|numbers| numbers.map(T::from_f64));
+    for ((index, file), device) in ArmIndex::ALL
+        .into_iter()
+        .zip(rounded)
+        .zip(nominal.transmissions.unwrap_or([[T::ZERO; 5]; 3]))
+    {
+        if file != device {
+            different.push(format!("the transmission of {index} is another one"));
         }
     }
     if different.is_empty() {

@@ -4,7 +4,7 @@ pub mod json;
 pub mod text;
 
 use super::Number;
-use delta_cal_protocol::{Identity, Origin, Parameters, Phase, Scalar, fingerprint};
+use delta_cal_protocol::{Identity, Origin, Parameters, Phase, Scalar};
 
 const ARM_LIMITED: u32 = 0x41;
 
@@ -68,7 +68,7 @@ fn result_in_use<T: Number>(phase: &Phase, parameters: &Parameters<T>) -> Option
         Phase::Solved {
             fingerprint: result,
             ..
-        } => Some(*result == fingerprint(&parameters.arms)),
+        } => Some(*result == parameters.geometry.fingerprint()),
         _ => None,
     }
 }

@@ -1,16 +1,17 @@
 //! The dialogue of a calibration: samples in, solve, outcome out, applied.
 
 use super::client::{Client, unexpected};
+use super::convert::geometry;
 use super::error::DeviceError;
 use super::number::Number;
 use super::sending::Sending;
 use super::solution::{ACROSS, Solution};
 use super::transport::Transport;
-use delta_cal::ArmIndex;
 use delta_cal::stream::{Added, StreamRefusal};
+use delta_cal::{ArmIndex, Robot};
 use delta_cal_protocol::{
-    ArmReport, CovarianceBlock, Fault, ParameterSet, Parameters, Phase, Request, Response, Status,
-    fingerprint,
+    Adopt, ArmReport, CovarianceBlock, Fault, ParameterSet, Parameters, Phase, Request, Response,
+    Status,
 };
 
 /// So often is a calibration begun again after the controller forgot it.
@@ -312,6 +313,24 @@ pub fn apply<T: Number, L: Transport>(
     Err(DeviceError::SessionsLost { sessions: SESSIONS })
 }
 
+/// Lets a controller use the geometry of a robot that was calibrated elsewhere, in place of the parameters of generation
+/// `from`, and reads back that the control loop uses it.
+///
+/// # Errors
+/// A robot that is none in the controller's numbers, a controller that cannot store it, or does not use it, or uses others
+/// by now than those of `from`; [`DeviceError::Unconfirmed`].
+pub fn adopt<T: Number, L: Transport>(
+    client: &mut Client<L>,
+    robot: &Robot<f64>,
+    from: u32,
+) -> Result<Parameters<T>, DeviceError> {
+    let geometry = geometry(robot)?;
+    match client.change(&Request::<T>::Adopt(Adopt { from, geometry }))? {
+        Response::Parameters(_) => in_use(client, geometry.fingerprint()),
+        other => Err(unexpected(&other)),
+    }
+}
+
 /// The current parameters after a change, once the control loop uses them, if they are the expected
 /// ones.
 ///
@@ -324,7 +343,7 @@ pub fn in_use<T: Number, L: Transport>(
     let parameters: Parameters<T> = client
         .parameters(ParameterSet::Current)
         .map_err(DeviceError::unconfirmed)?;
-    if fingerprint(&parameters.arms) == expected {
+    if parameters.geometry.fingerprint() == expected {
         for _ in 0..LOOKS_AT_SWITCH {
             let status = client.status::<T>().map_err(DeviceError::unconfirmed)?;
             if status.control.fingerprint == expected {

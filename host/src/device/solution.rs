@@ -2,7 +2,7 @@
 
 use super::number::Number;
 use delta_cal::ArmIndex;
-use delta_cal_protocol::{ArmReport, CovarianceBlock, Places, fingerprint};
+use delta_cal_protocol::{ArmReport, CovarianceBlock, Geometry, Places};
 
 /// What a controller found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,13 +24,18 @@ pub(super) const ACROSS: [(ArmIndex, ArmIndex); 3] = [
 ];
 
 impl<T: Number> Solution<T> {
-    /// The parameters of the three arms.
-    pub fn parameters(&self) -> [[T; 8]; 3] {
-        self.arms.map(|arm| arm.parameters)
+    /// The numbers of the robot.
+    pub fn geometry(&self) -> Geometry<T> {
+        let transmissions = self.arms.map(|arm| arm.transmission);
+        let exact = transmissions.iter().all(Option::is_none);
+        Geometry {
+            arms: self.arms.map(|arm| arm.parameters),
+            transmissions: (!exact).then(|| transmissions.map(|own| own.unwrap_or([T::ZERO; 5]))),
+        }
     }
 
     /// What names it in [`Request::Apply`](delta_cal_protocol::Request::Apply).
     pub fn fingerprint(&self) -> u32 {
-        fingerprint(&self.parameters())
+        self.geometry().fingerprint()
     }
 }

@@ -9,7 +9,8 @@ use delta_cal::observations::ObservationRow;
 use delta_cal::stream::{AddError, Added, StreamOutcome, StreamRefusal, Validation};
 use delta_cal::{ArmIndex, Parameter, Progress, Refusal, Robot, RobotOutcome, Sample};
 use delta_cal_protocol::{
-    ArmReport, Begin, BeginObservations, CovarianceBlock, Fault, ObservationMessage, Places, Solver,
+    ArmReport, Begin, BeginObservations, CovarianceBlock, Fault, Geometry, ObservationMessage,
+    Places, Solver,
 };
 use nalgebra::Vector3;
 
@@ -27,7 +28,7 @@ pub struct Ended<T> {
 /// # Errors
 /// A nominal geometry that is none, settings or a row that a controller would not take.
 pub fn solve_here<T: Number>(
-    nominal: &[[T; 8]; 3],
+    nominal: &Geometry<T>,
     sending: &Sending<T>,
 ) -> Result<Ended<T>, DeviceError> {
     let robot = convert::robot(nominal)?;
@@ -209,6 +210,7 @@ fn figures<T: Number>(ended: &Ended<T>) -> Vec<(String, String)> {
         for (parameter, value) in Parameter::ROTARY.into_iter().zip(report.parameters) {
             add(parameter.symbol(), format!("{value:?}"));
         }
+        add("transmission", format!("{:?}", report.transmission));
         match &report.covariance {
             None => add("covariance", "unknown".to_owned()),
             Some(columns) => {

@@ -10,7 +10,7 @@ use crate::text::units::degrees;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{Parameter, Robot};
-use delta_cal_protocol::fingerprint;
+use delta_cal_protocol::Geometry;
 use std::fmt::Write;
 
 /// Digits after the decimal point, of mm and degrees: 1e-9° are 1e-8 mm at the end of half a metre.
@@ -49,11 +49,12 @@ pub(super) fn export(
         }
     }
     lines.push_str("# Last: takes over what stands above. Other parameters have another number.\n");
-    let _ = writeln!(
-        lines,
-        "setp deltacalkins.revision {}",
-        fingerprint(&written).max(1)
-    );
+    let revision = Geometry {
+        arms: written,
+        transmissions: None,
+    };
+    let revision = revision.fingerprint().max(1);
+    let _ = writeln!(lines, "setp deltacalkins.revision {revision}");
     lines.push_str(&ini(robot, home));
     let written = Robot::from_parameters(written).map_err(|_| ExportError::Unreached)?;
     let loss = Loss::of_controller(&robot.robot, &written, &RigidTransform::default(), wanted);
@@ -82,7 +83,16 @@ pub(super) fn export(
             "with LINEAR_UNITS = inch: setp deltacalkins.units-per-mm 0.03937007874015748, before the revision",
         ],
         source: "c/linuxcnc/deltacalkins.comp and docs/linuxcnc.md of delta-cal",
-        alternative: "nothing is lost",
+        alternative: if robot
+            .robot
+            .arms()
+            .iter()
+            .all(|arm| arm.transmission().is_none())
+        {
+            "nothing is lost"
+        } else {
+            "the component knows no transmissions; --for correction-table holds them as well"
+        },
     })
 }
 

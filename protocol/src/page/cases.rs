@@ -3,13 +3,14 @@
 use super::described::Message;
 use super::pieces::Bits;
 use crate::{
-    ArmReport, Begin, BeginObservations, ControlLoop, Counters, CovarianceBlock, Fault, GateStatus,
-    Identity, ObservationMessage, Origin, ParameterSet, Parameters, Phase, Places, PlaneMessage,
-    PointMessage, Request, Response, RevertTo, SampleMessage, Scalar, Status, UNKNOWN_SEQUENCE,
-    fingerprint,
+    Adopt, ArmReport, Begin, BeginObservations, ControlLoop, Counters, CovarianceBlock, Fault,
+    GateStatus, Geometry, Identity, ObservationMessage, Origin, ParameterSet, Parameters, Phase,
+    Places, PlaneMessage, PointMessage, Request, Response, RevertTo, SampleMessage, Scalar, Status,
+    UNKNOWN_SEQUENCE,
 };
 use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::observations::{DistanceFrom, ObservationError};
+use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{
     Added, Alarm, Estimator, GateCounts, Innovation, StreamRefusal, Validation, Verdict,
@@ -51,6 +52,22 @@ pub(super) fn arms<T: Bits>() -> [[T; 8]; 3] {
     ]
 }
 
+fn transmissions<T: Bits>() -> [[T; 5]; 3] {
+    [
+        [0.0; 5],
+        [0.001, 0.0005, -0.0005, 0.0, 0.0],
+        [0.0, 0.0, 0.0, 0.00025, -0.0001],
+    ]
+    .map(numbers)
+}
+
+pub(super) fn geometry<T: Bits>(with_transmissions: bool) -> Geometry<T> {
+    Geometry {
+        arms: arms(),
+        transmissions: with_transmissions.then(transmissions),
+    }
+}
+
 fn numbers<T: Bits, const N: usize>(numbers: [f64; N]) -> [T; N] {
     numbers.map(T::from_f64)
 }
@@ -87,7 +104,7 @@ fn status<T: Bits>(phase: Phase, gate: Option<GateStatus>) -> Response<T> {
             late: 0,
             unreachable: 0,
             switches: 1,
-            fingerprint: fingerprint(&arms::<T>()),
+            fingerprint: geometry::<T>(false).fingerprint(),
             point: numbers([100.0, -50.0, -500.0]),
             joints: numbers([0.5, 0.25, -0.125]),
         },
@@ -112,6 +129,7 @@ fn report<T: Bits + Serialize + DeserializeOwned>(covariance: bool) -> Response<
     Response::Outcome(ArmReport {
         arm: ArmIndex::First,
         parameters,
+        transmission: (!covariance).then(|| transmissions()[0]),
         covariance: covariance.then(columns),
         residual_rms: T::from_f64(0.75),
         estimated_noise: covariance.then_some(T::from_f64(0.03125)),
@@ -239,6 +257,20 @@ fn requests<T: Bits>() -> Vec<(&'static str, Request<T>)> {
             }),
         ),
         ("get-places", Request::Places { session: SESSION }),
+        (
+            "adopt",
+            Request::Adopt(Adopt {
+                from: GENERATION,
+                geometry: geometry(false),
+            }),
+        ),
+        (
+            "adopt-transmissions",
+            Request::Adopt(Adopt {
+                from: GENERATION,
+                geometry: geometry(true),
+            }),
+        ),
     ]
 }
 
@@ -277,7 +309,7 @@ fn nothing_measured<T: Bits>() -> ObservationMessage<T> {
 fn faults() -> Vec<(&'static str, Fault)> {
     vec![
         ("fault-damaged", Fault::Damaged),
-        ("fault-unknown-version", Fault::UnknownVersion { spoken: 3 }),
+        ("fault-unknown-version", Fault::UnknownVersion { spoken: 4 }),
         ("fault-unknown-request", Fault::UnknownRequest),
         ("fault-no-session", Fault::NoSession),
         ("fault-out-of-order", Fault::OutOfOrder { next: SAMPLES }),
@@ -306,6 +338,10 @@ fn faults() -> Vec<(&'static str, Fault)> {
             Fault::TooManyUnknowns { capacity: 12 },
         ),
         ("fault-other-kind", Fault::OtherKind),
+        (
+            "fault-geometry",
+            Fault::Geometry(GeometryError::TransmissionTooLarge),
+        ),
     ]
 }
 
@@ -327,7 +363,15 @@ fn responses<T: Bits + Serialize + DeserializeOwned>() -> Vec<(&'static str, Res
             Response::Parameters(Parameters {
                 origin: Origin::Calibration,
                 generation: GENERATION,
-                arms: arms(),
+                geometry: geometry(false),
+            }),
+        ),
+        (
+            "parameters-transmissions",
+            Response::Parameters(Parameters {
+                origin: Origin::Calibration,
+                generation: GENERATION,
+                geometry: geometry(true),
             }),
         ),
         (

@@ -5,8 +5,8 @@
 
 use super::pieces::{Bits, Pieces};
 use crate::{
-    ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Identity, Origin, ParameterSet,
-    Parameters, Request, Response, RevertTo, SampleMessage, Scalar, Status,
+    Adopt, ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Geometry, Identity, Origin,
+    ParameterSet, Parameters, Request, Response, RevertTo, SampleMessage, Scalar, Status,
 };
 use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::stream::Estimator;
@@ -24,8 +24,8 @@ impl Pieces {
     /// Up to the checksum.
     pub(super) fn message<T: Bits>(&mut self, sequence: u16, message: &Message<T>) {
         let (first, meaning) = match message {
-            Message::Request(_) => (0x03, "version 3, request"),
-            Message::Response(_) => (0x83, "version 3, answer"),
+            Message::Request(_) => (0x04, "version 4, request"),
+            Message::Response(_) => (0x84, "version 4, answer"),
         };
         self.add(&[first], meaning);
         let bytes = sequence.to_le_bytes();
@@ -148,6 +148,11 @@ impl Pieces {
                 self.variant(OF, 13, "Places");
                 self.varint("session", *session);
             }
+            Request::Adopt(Adopt { from, geometry }) => {
+                self.variant(OF, 14, "Adopt");
+                self.varint("from", *from);
+                self.geometry(geometry);
+            }
         }
     }
 
@@ -232,7 +237,7 @@ impl Pieces {
         let Parameters {
             origin,
             generation,
-            arms,
+            geometry,
         } = parameters;
         match origin {
             Origin::Nominal => self.variant(OF, 0, "Nominal"),
@@ -241,8 +246,20 @@ impl Pieces {
             Origin::CalibrationStoreDamaged => self.variant(OF, 3, "CalibrationStoreDamaged"),
         }
         self.varint("generation", *generation);
+        self.geometry(geometry);
+    }
+
+    fn geometry<T: Bits>(&mut self, geometry: &Geometry<T>) {
+        let Geometry {
+            arms,
+            transmissions,
+        } = geometry;
         for (index, arm) in (1..).zip(arms) {
             self.numbers(&format!("arm {index}"), arm);
+        }
+        self.option("transmissions", transmissions.is_some());
+        for (index, numbers) in (1..).zip(transmissions.iter().flatten()) {
+            self.numbers(&format!("transmission {index}"), numbers);
         }
     }
 
@@ -287,6 +304,7 @@ impl Pieces {
         let ArmReport {
             arm,
             parameters,
+            transmission,
             covariance,
             residual_rms,
             estimated_noise,
@@ -301,6 +319,10 @@ impl Pieces {
         } = report;
         self.arm(*arm);
         self.numbers("parameters", parameters);
+        self.option("transmission", transmission.is_some());
+        if let Some(numbers) = transmission {
+            self.numbers("transmission", numbers);
+        }
         self.covariance(covariance.as_ref());
         self.number("residual_rms", *residual_rms);
         self.option("estimated_noise", estimated_noise.is_some());

@@ -128,6 +128,10 @@ pub(super) fn parts() -> Vec<(&'static str, Pieces)> {
             "refusal-mixed-drives",
             Refusal::ImpossibleRobot(GeometryError::MixedDrives),
         ),
+        (
+            "refusal-transmission-impossible",
+            impossible(GeometryError::TransmissionTooLarge),
+        ),
         ("refusal-wrong-side", Refusal::WrongSide),
         (
             "refusal-too-few-observations",
@@ -144,6 +148,10 @@ pub(super) fn parts() -> Vec<(&'static str, Pieces)> {
         (
             "refusal-frame",
             Refusal::UndeterminedInstrument(Instrument::Frame),
+        ),
+        (
+            "refusal-transmission",
+            Refusal::UndeterminedInstrument(Instrument::Transmission(arm)),
         ),
         ("refusal-non-finite", Refusal::NonFinite { arm }),
         ("refusal-unfinished", Refusal::Unfinished),

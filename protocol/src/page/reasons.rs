@@ -51,6 +51,10 @@ impl Pieces {
                 self.varint("capacity", capacity);
             }
             Fault::OtherKind => self.variant(OF, 14, "OtherKind"),
+            Fault::Geometry(error) => {
+                self.variant(OF, 15, "Geometry");
+                self.geometry_error(error);
+            }
         }
     }
 
@@ -212,6 +216,7 @@ impl Pieces {
             GeometryError::NoCommonUp => self.variant(OF, 5, "NoCommonUp"),
             GeometryError::LeanTooLarge => self.variant(OF, 6, "LeanTooLarge"),
             GeometryError::MixedDrives => self.variant(OF, 7, "MixedDrives"),
+            GeometryError::TransmissionTooLarge => self.variant(OF, 8, "TransmissionTooLarge"),
             other => panic!("{other:?} is not described"),
         }
     }
@@ -227,6 +232,10 @@ impl Pieces {
             Instrument::Point(index) => {
                 self.variant(OF, 2, "Point");
                 self.add(&[index], &format!("index = {index}"));
+            }
+            Instrument::Transmission(arm) => {
+                self.variant(OF, 3, "Transmission");
+                self.arm(arm);
             }
         }
     }

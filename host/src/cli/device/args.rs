@@ -54,6 +54,15 @@ Examples:
   delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv \\
       --apply --output now.toml";
 
+const APPLY_HELP: &str = "\
+CALIBRATED.toml is what delta-cal calibrate wrote with --output: for a calibration that the controller \
+cannot do by itself, as one that finds transmissions. The controller stores it as one of its own, and \
+revert goes back.
+
+Examples:
+  delta-cal device --port /dev/ttyACM0 apply calibrated.toml
+  delta-cal device --port emulate:m4 apply calibrated.toml";
+
 const PARAMETERS_HELP: &str = "\
 The controller knows only its geometry. [joints], [tolerance] and [noise] come from ROBOT.toml. \
 Without ROBOT.toml, correct [joints] in the file that this command writes.
@@ -117,6 +126,9 @@ pub(super) enum DeviceCommand {
     /// Send measurements, let the controller calibrate its robot, and show the result
     #[command(after_help = format!("{CALIBRATE_HELP}\n\n{DEVICE_EXIT_CODES}"))]
     Calibrate(CalibrateArguments),
+    /// Let the controller use the robot of a file that was calibrated on this computer
+    #[command(after_help = format!("{APPLY_HELP}\n\n{DEVICE_EXIT_CODES}"))]
+    Apply(ApplyArguments),
     /// Show what the controller is doing, and the state of its control loop and its link
     Status(StatusArguments),
     /// Write the geometry that the controller uses as a robot file
@@ -190,6 +202,16 @@ pub(super) struct CalibrateArguments {
     /// standard output
     #[arg(long, value_name = "REPORT.html")]
     pub(super) report: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ApplyArguments {
+    /// The robot after calibration
+    #[arg(value_name = "CALIBRATED.toml", value_parser = robot_path())]
+    pub(super) robot: PathBuf,
+    /// Write the parameters that are then in use as JSON to this file, or with - to standard output
+    #[arg(long, value_name = "REPORT.json")]
+    pub(super) json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

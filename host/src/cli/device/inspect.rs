@@ -8,7 +8,7 @@ use crate::device::report::{json, text};
 use crate::device::{DeviceError, Number, in_use, robot as robot_of};
 use crate::{InputText, InstrumentFacts, Record, RobotFile};
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
-use delta_cal_protocol::{ParameterSet, Parameters, RevertTo, fingerprint};
+use delta_cal_protocol::{ParameterSet, Parameters, RevertTo};
 use std::path::Path;
 
 pub(super) fn status(link: &LinkArguments, arguments: &StatusArguments) -> Result<(), Failure> {
@@ -96,9 +96,9 @@ fn robot_file<T: Number>(
         "The {set} geometry of the controller on {}, {}, fingerprint {}.",
         device.port,
         text::origin_in_words(parameters.origin),
-        json::hexadecimal(fingerprint(&parameters.arms))
+        json::hexadecimal(parameters.geometry.fingerprint())
     );
-    let robot = robot_of(&parameters.arms)?;
+    let robot = robot_of(&parameters.geometry)?;
     let file = if let Some(template) = template {
         RobotFile {
             robot,
@@ -150,7 +150,7 @@ impl Task for Revert<'_> {
             RevertTo::Previous
         };
         let after = client.revert::<T>(before.generation, to)?;
-        let after = in_use::<T, _>(client, fingerprint(&after.arms))?;
+        let after = in_use::<T, _>(client, after.geometry.fingerprint())?;
         let port = device.port.to_string();
         let mut shown = text::identity(&port, &device.identity);
         shown.push_str(&text::reverted(&before, &after));

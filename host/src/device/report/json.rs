@@ -4,7 +4,7 @@
 use super::{firmware, microseconds, origin, phase, processor, result_in_use, scalar};
 use crate::device::{Comparison, Number, Pace};
 use crate::render::json;
-use crate::report::calibration::json::SCHEMA_VERSION;
+use crate::report::calibration::json::{SCHEMA_VERSION, transmission};
 use crate::text::units::degrees;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{Parameter, Real};
@@ -158,9 +158,13 @@ pub fn geometry<T: Number>(set: &str, parameters: &Parameters<T>) -> Value {
         "set": set,
         // Where it comes from, in words.
         "origin": origin(parameters.origin),
-        "fingerprint": hexadecimal(delta_cal_protocol::fingerprint(&parameters.arms)),
+        "fingerprint": hexadecimal(parameters.geometry.fingerprint()),
         // Three arms of eight parameters by their symbols: mm and degrees.
-        "arms": parameters.arms.iter().map(arm).collect::<Vec<_>>(),
+        "arms": parameters.geometry.arms.iter().map(arm).collect::<Vec<_>>(),
+        // What the gear and encoder of each joint do beside turning its arm; `null` if nothing.
+        "transmissions": parameters.geometry.transmissions.map(|all| {
+            all.map(|own| transmission(own.map(Real::to_f64)))
+        }),
     })
 }
 

@@ -6,6 +6,7 @@ use crate::device::{Comparison, Number, Pace};
 use crate::render::section::{Part, Section};
 use crate::render::table::Table;
 use crate::render::terminal::{self, DOUBTFUL, GOOD};
+use crate::text::numbers::small;
 use anstyle::Style;
 use delta_cal_protocol::{ControlLoop, Counters, GateStatus, Identity, Origin, Parameters, Status};
 use std::fmt::Write;
@@ -196,16 +197,31 @@ pub const fn origin_in_words(from: Origin) -> &'static str {
     origin(from)
 }
 
+/// Where parameters come from, and what names them.
+fn named<T: Number>(parameters: &Parameters<T>) -> String {
+    let fingerprint = hexadecimal(parameters.geometry.fingerprint());
+    format!("{} (fingerprint {fingerprint})", origin(parameters.origin))
+}
+
+/// What was done with a robot that was calibrated elsewhere. `moved`: by how much its positions differ from those of
+/// the nominal robot, rms, mm.
+pub fn adopted<T: Number>(
+    before: &Parameters<T>,
+    after: &Parameters<T>,
+    file: &str,
+    moved: f64,
+) -> String {
+    let [from, to] = [before, after].map(named);
+    let moved = small(moved);
+    format!(
+        "Parameters before: {from}\nParameters in use: {GOOD}{to}{GOOD:#}\nApplied and stored: the control loop uses \
+         {file}, whose positions differ by {moved} mm (rms) from\nthose of the nominal robot.\n"
+    )
+}
+
 /// What a revert did.
 pub fn reverted<T: Number>(before: &Parameters<T>, after: &Parameters<T>) -> String {
-    let [from, to] = [before, after].map(|parameters| {
-        let fingerprint = delta_cal_protocol::fingerprint(&parameters.arms);
-        format!(
-            "{} (fingerprint {})",
-            origin(parameters.origin),
-            hexadecimal(fingerprint)
-        )
-    });
+    let [from, to] = [before, after].map(named);
     if from == to {
         return format!("Parameters in use: {to}, as before: these are the ones to go back to\n");
     }

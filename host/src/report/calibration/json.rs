@@ -18,6 +18,7 @@ use crate::calibration::report::CalibrationReport;
 use crate::fit::options::Frame;
 use crate::render::json;
 use crate::report::document::{About, Document};
+use crate::text::units::degrees;
 use delta_cal::calibration::ArmOutcome;
 use serde_json::{Value, json};
 
@@ -281,6 +282,14 @@ fn uncertainty(map: &UncertaintyMap) -> Value {
         // Planes through the workspace, each over a grid of positions in it.
         "slices": map.slices.iter().filter_map(slice).collect::<Vec<_>>(),
     })
+}
+
+/// The numbers of a transmission: angle of the arm = q + gain · q + cos_deg · cos q + sin_deg · sin q
+/// + cos2_deg · cos 2q + sin2_deg · sin 2q.
+pub(crate) fn transmission(numbers: [f64; 5]) -> Value {
+    let [gain, harmonics @ ..] = numbers;
+    let [cos, sin, cos2, sin2] = harmonics.map(degrees);
+    json!({ "gain": gain, "cos_deg": cos, "sin_deg": sin, "cos2_deg": cos2, "sin2_deg": sin2 })
 }
 
 /// One σ over poses evenly spread in joint space within the limits and clear of singularities, and at

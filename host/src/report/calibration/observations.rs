@@ -2,7 +2,7 @@
 
 use super::comparison::{between, of_an_arm};
 use super::expanded;
-use super::json::{SCHEMA_VERSION, expected_error, parameters_of as parameters_json};
+use super::json::{SCHEMA_VERSION, expected_error, parameters_of as parameters_json, transmission};
 use super::sections::{doubts_of, parameters_of, sensor_frame_of};
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionSigma;
@@ -276,14 +276,9 @@ fn rows(report: &ObservationsReport) -> Section {
         ))
 }
 
-/// Angle of the arm = q + gain · q + cos_deg · cos q + sin_deg · sin q + cos2_deg · cos 2q + sin2_deg · sin 2q, and
-/// one σ of each number.
+/// The numbers, and one σ of each.
 fn transmission_json(found: &TransmissionFound) -> Value {
-    let named = |[gain, harmonics @ ..]: [f64; 5]| {
-        let [cos, sin, cos2, sin2] = harmonics.map(degrees);
-        json!({ "gain": gain, "cos_deg": cos, "sin_deg": sin, "cos2_deg": cos2, "sin2_deg": sin2 })
-    };
-    json!({ "found": named(found.numbers), "sigma": named(found.sigmas) })
+    json!({ "found": transmission(found.numbers), "sigma": transmission(found.sigmas) })
 }
 
 /// For programs. Lengths in millimetres, angles in degrees; `null` where a figure is unknown.

@@ -93,6 +93,8 @@ enum {
     DELTA_CAL_GEOMETRY_RADIUS = 34,
     /* The arms have no common upward direction. */
     DELTA_CAL_GEOMETRY_NO_COMMON_UP = 35,
+    /* A transmission is not nearly exact: gain and harmonics together must be below a tenth. */
+    DELTA_CAL_GEOMETRY_TRANSMISSION = 36,
     /* The forearms do not meet at these joint angles, or an arm does not reach the position. */
     DELTA_CAL_UNREACHABLE = 40,
     /* Upper arm and forearm are in line: the edge of the workspace. */
@@ -232,6 +234,8 @@ enum {
     DELTA_CAL_PLANE = 2,
     /* A point that distances were measured from. */
     DELTA_CAL_POINT = 3,
+    /* The gear and encoder of a joint. */
+    DELTA_CAL_TRANSMISSION = 4,
     /* Coordinates are measured in the robot's own frame. */
     DELTA_CAL_FRAME_BASE = 0,
     /* Coordinates are measured in a frame that stands anywhere: six unknowns. */
@@ -293,8 +297,8 @@ typedef struct delta_cal_error {
     int32_t parameter;
     /* Why a solution is impossible (DELTA_CAL_GEOMETRY_...), otherwise DELTA_CAL_OK. */
     delta_cal_status cause;
-    /* The instrument at fault: DELTA_CAL_NO_INSTRUMENT, DELTA_CAL_FRAME, DELTA_CAL_PLANE or
-     * DELTA_CAL_POINT. */
+    /* The instrument at fault: DELTA_CAL_NO_INSTRUMENT, DELTA_CAL_FRAME, DELTA_CAL_PLANE, DELTA_CAL_POINT
+     * or DELTA_CAL_TRANSMISSION. */
     int32_t instrument;
     /* Index of the plane or point, or of the observation at fault. */
     uint32_t index;
@@ -323,28 +327,28 @@ const char *delta_cal_status_text(delta_cal_status status);
 /* ---- Single precision ---- */
 
 /* A robot: three arms of eight parameters. */
-#define DELTA_CAL_ROBOT_F32_SIZE 304
+#define DELTA_CAL_ROBOT_F32_SIZE 384
 typedef struct delta_cal_robot_f32 {
     DELTA_CAL_ALIGNED unsigned char memory[DELTA_CAL_ROBOT_F32_SIZE];
 } delta_cal_robot_f32;
 DELTA_CAL_OBJECT(delta_cal_robot_f32, DELTA_CAL_ROBOT_F32_SIZE);
 
 /* The per-arm calibrator: three arms' samples, each arm by itself. */
-#define DELTA_CAL_CALIBRATOR_F32_SIZE 1984
+#define DELTA_CAL_CALIBRATOR_F32_SIZE 2048
 typedef struct delta_cal_calibrator_f32 {
     DELTA_CAL_ALIGNED unsigned char memory[DELTA_CAL_CALIBRATOR_F32_SIZE];
 } delta_cal_calibrator_f32;
 DELTA_CAL_OBJECT(delta_cal_calibrator_f32, DELTA_CAL_CALIBRATOR_F32_SIZE);
 
 /* The solver of the per-arm calibrator. */
-#define DELTA_CAL_SOLVER_F32_SIZE 2496
+#define DELTA_CAL_SOLVER_F32_SIZE 2560
 typedef struct delta_cal_solver_f32 {
     DELTA_CAL_ALIGNED unsigned char memory[DELTA_CAL_SOLVER_F32_SIZE];
 } delta_cal_solver_f32;
 DELTA_CAL_OBJECT(delta_cal_solver_f32, DELTA_CAL_SOLVER_F32_SIZE);
 
 /* A calibrated robot with the covariance of each arm. */
-#define DELTA_CAL_OUTCOME_F32_SIZE 1600
+#define DELTA_CAL_OUTCOME_F32_SIZE 1728
 typedef struct delta_cal_outcome_f32 {
     DELTA_CAL_ALIGNED unsigned char memory[DELTA_CAL_OUTCOME_F32_SIZE];
 } delta_cal_outcome_f32;
@@ -593,6 +597,20 @@ delta_cal_status delta_cal_robot_from_parameters_f32(
 
 /* Writes a robot's 24 parameters, as delta_cal_robot_from_parameters_f32 takes them: lengths and radians. */
 delta_cal_status delta_cal_robot_parameters_f32(const delta_cal_robot_f32 *robot, float parameters[24]);
+
+/* Gives a robot the transmissions of its joints, which its kinematics and every calibration with it as
+ * the nominal robot then use. Five numbers a joint: gain (no unit), c1, s1, c2 and s2 (radians). The
+ * angle of the arm is q + gain q + c1 cos q + s1 sin q + c2 cos 2q + s2 sin 2q at the joint angle q.
+ * Zeros take them away.
+ *
+ * Errors: DELTA_CAL_GEOMETRY_TRANSMISSION; the robot then keeps those that it had. */
+delta_cal_status delta_cal_robot_set_transmissions_f32(
+    delta_cal_robot_f32 *robot,
+    const float transmissions[15],
+    delta_cal_error *error);
+
+/* Writes a robot's transmissions, as delta_cal_robot_set_transmissions_f32 takes them. */
+delta_cal_status delta_cal_robot_transmissions_f32(const delta_cal_robot_f32 *robot, float transmissions[15]);
 
 /* Forward kinematics: where the platform is at these joint angles. joints: q1, q2, q3, radians. position:
  * x, y, z, in the robot's unit of length.
@@ -969,28 +987,28 @@ delta_cal_status delta_cal_observation_outcome_frame_f32(
 /* ---- Double precision ---- */
 
 /* A robot: three arms of eight parameters. */
-#define DELTA_CAL_ROBOT_F64_SIZE 592
+#define DELTA_CAL_ROBOT_F64_SIZE 752
 typedef struct delta_cal_robot_f64 {
     DELTA_CAL_ALIGNED unsigned char memory[DELTA_CAL_ROBOT_F64_SIZE];
 } delta_cal_robot_f64;
 DELTA_CAL_OBJECT(delta_cal_robot_f64, DELTA_CAL_ROBOT_F64_SIZE);
 
 /* The per-arm calibrator: three arms' samples, each arm by itself. */
-#define DELTA_CAL_CALIBRATOR_F64_SIZE 3840
+#define DELTA_CAL_CALIBRATOR_F64_SIZE 3968
 typedef struct delta_cal_calibrator_f64 {
     DELTA_CAL_ALIGNED unsigned char memory[DELTA_CAL_CALIBRATOR_F64_SIZE];
 } delta_cal_calibrator_f64;
 DELTA_CAL_OBJECT(delta_cal_calibrator_f64, DELTA_CAL_CALIBRATOR_F64_SIZE);
 
 /* The solver of the per-arm calibrator. */
-#define DELTA_CAL_SOLVER_F64_SIZE 4864
+#define DELTA_CAL_SOLVER_F64_SIZE 4992
 typedef struct delta_cal_solver_f64 {
     DELTA_CAL_ALIGNED unsigned char memory[DELTA_CAL_SOLVER_F64_SIZE];
 } delta_cal_solver_f64;
 DELTA_CAL_OBJECT(delta_cal_solver_f64, DELTA_CAL_SOLVER_F64_SIZE);
 
 /* A calibrated robot with the covariance of each arm. */
-#define DELTA_CAL_OUTCOME_F64_SIZE 3136
+#define DELTA_CAL_OUTCOME_F64_SIZE 3392
 typedef struct delta_cal_outcome_f64 {
     DELTA_CAL_ALIGNED unsigned char memory[DELTA_CAL_OUTCOME_F64_SIZE];
 } delta_cal_outcome_f64;
@@ -1239,6 +1257,22 @@ delta_cal_status delta_cal_robot_from_parameters_f64(
 
 /* Writes a robot's 24 parameters, as delta_cal_robot_from_parameters_f64 takes them: lengths and radians. */
 delta_cal_status delta_cal_robot_parameters_f64(const delta_cal_robot_f64 *robot, double parameters[24]);
+
+/* Gives a robot the transmissions of its joints, which its kinematics and every calibration with it as
+ * the nominal robot then use. Five numbers a joint: gain (no unit), c1, s1, c2 and s2 (radians). The
+ * angle of the arm is q + gain q + c1 cos q + s1 sin q + c2 cos 2q + s2 sin 2q at the joint angle q.
+ * Zeros take them away.
+ *
+ * Errors: DELTA_CAL_GEOMETRY_TRANSMISSION; the robot then keeps those that it had. */
+delta_cal_status delta_cal_robot_set_transmissions_f64(
+    delta_cal_robot_f64 *robot,
+    const double transmissions[15],
+    delta_cal_error *error);
+
+/* Writes a robot's transmissions, as delta_cal_robot_set_transmissions_f64 takes them. */
+delta_cal_status delta_cal_robot_transmissions_f64(
+    const delta_cal_robot_f64 *robot,
+    double transmissions[15]);
 
 /* Forward kinematics: where the platform is at these joint angles. joints: q1, q2, q3, radians. position:
  * x, y, z, in the robot's unit of length.

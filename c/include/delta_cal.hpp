@@ -26,6 +26,8 @@ template <> struct Api<float> {
     static constexpr auto from_dimensions = delta_cal_robot_from_dimensions_f32;
     static constexpr auto from_parameters = delta_cal_robot_from_parameters_f32;
     static constexpr auto parameters = delta_cal_robot_parameters_f32;
+    static constexpr auto set_transmissions = delta_cal_robot_set_transmissions_f32;
+    static constexpr auto transmissions = delta_cal_robot_transmissions_f32;
     static constexpr auto forward = delta_cal_robot_forward_f32;
     static constexpr auto inverse = delta_cal_robot_inverse_f32;
     static constexpr auto init = delta_cal_joint_calibrator_init_f32;
@@ -49,6 +51,8 @@ template <> struct Api<double> {
     static constexpr auto from_dimensions = delta_cal_robot_from_dimensions_f64;
     static constexpr auto from_parameters = delta_cal_robot_from_parameters_f64;
     static constexpr auto parameters = delta_cal_robot_parameters_f64;
+    static constexpr auto set_transmissions = delta_cal_robot_set_transmissions_f64;
+    static constexpr auto transmissions = delta_cal_robot_transmissions_f64;
     static constexpr auto forward = delta_cal_robot_forward_f64;
     static constexpr auto inverse = delta_cal_robot_inverse_f64;
     static constexpr auto init = delta_cal_joint_calibrator_init_f64;
@@ -72,6 +76,12 @@ public:
         return C::from_parameters(&robot, sizeof robot, parameters, error);
     }
     Status parameters(Real (&parameters)[24]) const { return C::parameters(&robot, parameters); }
+    Status set_transmissions(const Real (&transmissions)[15], Error *error = nullptr) {
+        return C::set_transmissions(&robot, transmissions, error);
+    }
+    Status transmissions(Real (&transmissions)[15]) const {
+        return C::transmissions(&robot, transmissions);
+    }
     Status forward(const Real (&joints)[3], Real (&position)[3], Error *error = nullptr) const {
         return C::forward(&robot, joints, position, error);
     }

@@ -1,7 +1,7 @@
 //! Why a call failed, with all that the core says about it.
 
 use crate::memory::{Out, Plain};
-use crate::plain::{FRAME, NO_ARM, NO_INSTRUMENT, NO_PARAMETER, PLANE, POINT};
+use crate::plain::{FRAME, NO_ARM, NO_INSTRUMENT, NO_PARAMETER, PLANE, POINT, TRANSMISSION};
 use crate::status::{self, Status};
 use delta_cal::calibration::{Instrument, ToleranceError};
 use delta_cal::kinematics::{KinematicsError, Singularity};
@@ -28,7 +28,8 @@ pub struct Error {
     pub parameter: i32,
     /// Why a solution is impossible (`DELTA_CAL_GEOMETRY_...`), otherwise `DELTA_CAL_OK`.
     pub cause: Status,
-    /// The instrument at fault: `DELTA_CAL_NO_INSTRUMENT`, `DELTA_CAL_FRAME`, `DELTA_CAL_PLANE` or `DELTA_CAL_POINT`.
+    /// The instrument at fault: `DELTA_CAL_NO_INSTRUMENT`, `DELTA_CAL_FRAME`, `DELTA_CAL_PLANE`, `DELTA_CAL_POINT` or
+    /// `DELTA_CAL_TRANSMISSION`.
     pub instrument: i32,
     /// Index of the plane or point, or of the observation at fault.
     pub index: u32,
@@ -85,6 +86,13 @@ impl Error {
             Instrument::Frame => (FRAME, 0),
             Instrument::Plane(index) => (PLANE, index),
             Instrument::Point(index) => (POINT, index),
+            Instrument::Transmission(arm) => {
+                return Self {
+                    instrument: TRANSMISSION,
+                    ..self
+                }
+                .of_arm(arm);
+            }
         };
         Self {
             instrument,
@@ -154,6 +162,7 @@ impl From<GeometryError> for Error {
             }
             GeometryError::RadiusInvalid => status::GEOMETRY_RADIUS.into(),
             GeometryError::NoCommonUp => status::GEOMETRY_NO_COMMON_UP.into(),
+            GeometryError::TransmissionTooLarge => status::GEOMETRY_TRANSMISSION.into(),
             _ => status::OTHER.into(),
         }
     }

@@ -106,10 +106,10 @@ macro_rules! kinds {
 }
 
 kinds! {
-    Robot "robot" = 1, 304, 592, "A robot: three arms of eight parameters.";
-    Calibrator "calibrator" = 2, 1984, 3840, "The per-arm calibrator: three arms' samples, each arm by itself.";
-    RobotSolver "solver" = 3, 2496, 4864, "The solver of the per-arm calibrator.";
-    RobotOutcome "outcome" = 4, 1600, 3136, "A calibrated robot with the covariance of each arm.";
+    Robot "robot" = 1, 384, 752, "A robot: three arms of eight parameters.";
+    Calibrator "calibrator" = 2, 2048, 3968, "The per-arm calibrator: three arms' samples, each arm by itself.";
+    RobotSolver "solver" = 3, 2560, 4992, "The solver of the per-arm calibrator.";
+    RobotOutcome "outcome" = 4, 1728, 3392, "A calibrated robot with the covariance of each arm.";
     JointCalibrator "joint_calibrator" = 5, 4160, 8256, "The joint calibrator: all 24 parameters together.";
     JointSolver "joint_solver" = 6, 7168, 14208, "The solver of the joint calibrator.";
     JointOutcome "joint_outcome" = 7, 2944, 5824, "A calibrated robot with the covariance of all 24 parameters.";

@@ -66,6 +66,9 @@ pub const PLANE: i32 = 2;
 /// A point that distances were measured from.
 pub const POINT: i32 = 3;
 
+/// The gear and encoder of a joint.
+pub const TRANSMISSION: i32 = 4;
+
 /// Coordinates are measured in the robot's own frame.
 pub const FRAME_BASE: i32 = 0;
 /// Coordinates are measured in a frame that stands anywhere: six unknowns.

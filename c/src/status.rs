@@ -79,6 +79,8 @@ statuses! {
     GEOMETRY_RADIUS = 34,
     /// The arms have no common upward direction.
     GEOMETRY_NO_COMMON_UP = 35,
+    /// A transmission is not nearly exact: gain and harmonics together must be below a tenth.
+    GEOMETRY_TRANSMISSION = 36,
 
     /// The forearms do not meet at these joint angles, or an arm does not reach the position.
     UNREACHABLE = 40,

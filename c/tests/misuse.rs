@@ -51,6 +51,11 @@ macro_rules! every_function {
         }
         [
             ("robot_parameters", robot_parameters(c!(), o!())),
+            (
+                "robot_set_transmissions",
+                robot_set_transmissions(m!(), i!(), no_error()),
+            ),
+            ("robot_transmissions", robot_transmissions(c!(), o!())),
             ("robot_forward", robot_forward(c!(), i!(), o!(), no_error())),
             ("robot_inverse", robot_inverse(c!(), i!(), o!(), no_error())),
             (

@@ -14,7 +14,7 @@ use delta_cal_protocol::{
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 
-/// Bytes of the largest request, with room to spare: the beginning of a session of observations in `f64` has 324.
+/// Bytes of the largest request, with room to spare: a geometry with transmissions in `f64` has 330.
 const LARGEST_REQUEST: usize = 384;
 
 /// Everything behind the control loop: answers requests, takes in samples, solves in bounded steps,

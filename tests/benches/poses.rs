@@ -18,6 +18,7 @@ fn planning(criterion: &mut Criterion) {
         tolerance: None,
         noise: Some(Noise::new(0.02, 0.002f64.to_radians()).unwrap()),
         sensor_frame: None,
+        transmission: None,
         instruments: InstrumentFacts::default(),
         record: Record::default(),
     };

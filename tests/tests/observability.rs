@@ -22,6 +22,7 @@ fn file(noise: Noise<f64>) -> RobotFile {
         tolerance: None,
         noise: Some(noise),
         sensor_frame: None,
+        transmission: None,
         instruments: InstrumentFacts::default(),
         record: Record::default(),
     }

@@ -56,6 +56,7 @@ fn robots() -> Vec<(String, RobotFile)> {
         tolerance: Some(tolerance()),
         noise: Some(noise()),
         sensor_frame: None,
+        transmission: None,
         instruments: InstrumentFacts::default(),
         record: Record::default(),
     };

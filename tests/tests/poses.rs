@@ -32,6 +32,7 @@ fn paper_file(noise: Noise<f64>, tolerance: Option<Tolerance<f64>>) -> RobotFile
         tolerance,
         noise: Some(noise),
         sensor_frame: None,
+        transmission: None,
         instruments: InstrumentFacts::default(),
         record: Record::default(),
     }

@@ -3,9 +3,10 @@
 
 use super::Real;
 use crate::error::{Error, report, status_of};
-use crate::memory::{Held, In, New, Out, Plain};
+use crate::memory::{Held, HeldMut, In, New, Out, Plain};
 use crate::status::{self, Status};
 use delta_cal::nalgebra::Vector3;
+use delta_cal::robot::Transmission;
 use delta_cal::{Robot, SymmetricRobot};
 
 /// The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one unit.
@@ -79,6 +80,42 @@ pub extern "C" fn robot_parameters(
     status_of(|| {
         let found = robot.get()?.parameters();
         parameters.put(found)?;
+        Ok(status::OK)
+    })
+}
+
+/// Gives a robot the transmissions of its joints, which its kinematics and every calibration with it as the nominal robot
+/// then use. Five numbers a joint: gain (no unit), c1, s1, c2 and s2 (radians). The angle of the arm is
+/// q + gain q + c1 cos q + s1 sin q + c2 cos 2q + s2 sin 2q at the joint angle q. Zeros take them away.
+///
+/// Errors: `DELTA_CAL_GEOMETRY_TRANSMISSION`; the robot then keeps those that it had.
+#[unsafe(export_name = name!("robot_set_transmissions"))]
+pub extern "C" fn robot_set_transmissions(
+    mut robot: HeldMut<Robot<Real>>,
+    transmissions: In<[[Real; 5]; 3]>,
+    error: Out<Error>,
+) -> Status {
+    report(error, || {
+        let robot = robot.get()?;
+        let [first, second, third] = transmissions.get()?;
+        *robot = robot.with_transmissions([
+            Transmission::new(first)?,
+            Transmission::new(second)?,
+            Transmission::new(third)?,
+        ])?;
+        Ok(status::OK)
+    })
+}
+
+/// Writes a robot's transmissions, as `robot_set_transmissions` takes them.
+#[unsafe(export_name = name!("robot_transmissions"))]
+pub extern "C" fn robot_transmissions(
+    robot: Held<Robot<Real>>,
+    mut transmissions: Out<[[Real; 5]; 3]>,
+) -> Status {
+    status_of(|| {
+        let found = robot.get()?.transmissions();
+        transmissions.put(found.map(|own| own.numbers()))?;
         Ok(status::OK)
     })
 }

@@ -8,6 +8,7 @@ mod observations;
 mod place;
 
 use delta_cal::calibration::{JointCalibrator, Solver, Start};
+use delta_cal::robot::Transmission;
 use delta_cal::{ArmIndex, Calibrator, Parameter, Robot, RobotOutcome, RobotSolver};
 use delta_cal_c::double::sample::{Sample, Settings};
 use delta_cal_c::double::{calibrator::*, joint::*, outcome::*, robot::*};
@@ -72,6 +73,47 @@ fn a_robot_of_24_parameters_is_the_cores() {
     let mut now = [[0.0; 8]; 3];
     assert_eq!(robot_parameters(robot.held(), output(&mut now)), status::OK);
     assert_eq!(now, parameters);
+}
+
+#[test]
+fn a_robot_with_transmissions_is_the_cores() {
+    let mut robot = nominal_place();
+    let numbers = [
+        [1e-3, 5e-4, -2e-4, 1e-4, 3e-4],
+        [0.0; 5],
+        [-8e-4, 0.0, 6e-4, 0.0, -1e-4],
+    ];
+    let set = robot_set_transmissions(robot.held_mut(), input(&numbers), no_error());
+    assert_eq!(set, status::OK);
+    let transmissions = numbers.map(|own| Transmission::new(own).unwrap());
+    let expected = nominal::<f64>().with_transmissions(transmissions).unwrap();
+
+    let joints = [0.3, -0.2, 0.5];
+    let (mut position, mut back, mut found) = ([0.0; 3], [0.0; 3], [[0.0; 5]; 3]);
+    let moved = robot_forward(
+        robot.held(),
+        input(&joints),
+        output(&mut position),
+        no_error(),
+    );
+    assert_eq!(moved, status::OK);
+    let there = expected.forward(&joints).unwrap();
+    assert_eq!(position, [there.x, there.y, there.z]);
+    let moved = robot_inverse(
+        robot.held(),
+        input(&position),
+        output(&mut back),
+        no_error(),
+    );
+    assert_eq!(moved, status::OK);
+    assert_eq!(back, expected.inverse(&there).unwrap());
+
+    let mut far = numbers;
+    far[2][0] = 0.2;
+    let refused = robot_set_transmissions(robot.held_mut(), input(&far), no_error());
+    assert_eq!(refused, status::GEOMETRY_TRANSMISSION);
+    let read = robot_transmissions(robot.held(), output(&mut found));
+    assert_eq!((read, found), (status::OK, numbers));
 }
 
 fn filled(settings: &Settings, samples: &[delta_cal::Sample<f64>]) -> Place<Calibrator<f64>> {

@@ -192,7 +192,6 @@ fn observations_of_every_kind_are_the_cores() {
     let known = delta_cal::observations::Instruments {
         planes: &[],
         ..known
-        transmission: None,
     };
     let problem = ObservationProblem::<f64, 36>::prepare(&robot, &known, &mut rows).unwrap();
     let expected = problem.solve::<37, 703>(&assumed).unwrap();

@@ -148,6 +148,7 @@ pub fn simulate(setting: &Setting, fault: Fault, campaign: u64, seed: u64) -> Si
                 .noise_stated
                 .then(|| Noise::new(NOISE.0, NOISE.1.to_radians()).unwrap()),
             sensor_frame: None,
+            transmission: None,
             instruments: InstrumentFacts::default(),
             record: Record::default(),
         },

@@ -181,13 +181,13 @@ fn session<T: Bits>(source: Source<'_>, whole_report: bool) {
         }
         let applied = apply(&mut client, &sending, &finished);
         if let Some(parameters) = explained(applied) {
-            let robot = robot::<T, f64>(&parameters.arms);
+            let robot = robot::<T, f64>(&parameters.geometry);
             assert!(robot.is_ok(), "{parameters:?}");
         }
     }
     let from = client.transport_mut().bench.generation();
     if let Some(parameters) = explained(client.revert::<T>(from, RevertTo::Previous))
-        && let Ok(robot) = robot::<T, f64>(&parameters.arms)
+        && let Ok(robot) = robot::<T, f64>(&parameters.geometry)
     {
         finite_robot(&robot);
     }

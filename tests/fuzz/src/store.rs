@@ -6,9 +6,7 @@ use crate::numbers::{Bits, Source};
 use crate::promises::finite_robot;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use delta_cal_firmware_example::{PAGE, ParameterFlash, nominal};
-use delta_cal_protocol::{
-    Origin, ParameterSet, Request, Response, RevertTo, SampleMessage, fingerprint,
-};
+use delta_cal_protocol::{Origin, ParameterSet, Request, Response, RevertTo, SampleMessage};
 
 /// As in `f32`, so in `f64`, whichever the first byte says.
 pub fn store(data: &[u8]) {
@@ -29,7 +27,7 @@ fn starts<T: Bits>(source: &mut Source<'_>) {
     let found = bench.controller.current();
     finite_robot(&found.robot);
     assert_eq!(Bench::<T>::start(flash).controller.current(), found);
-    let nominal = fingerprint(&drawn::<T>());
+    let nominal = drawn::<T>().fingerprint();
     if let Response::Parameters(parameters) = bench.ask(&Request::Parameters(ParameterSet::Current))
     {
         let as_drawn = matches!(
@@ -37,7 +35,7 @@ fn starts<T: Bits>(source: &mut Source<'_>) {
             Origin::Nominal | Origin::NominalStoreDamaged
         );
         assert!(!as_drawn || found.fingerprint == nominal);
-        assert_eq!(parameters.arms, arms(&found.robot));
+        assert_eq!(parameters.geometry, arms(&found.robot));
     }
 
     let samples: Vec<_> = source.samples::<T>(14).iter().map(message).collect();

@@ -168,6 +168,7 @@ pub(crate) fn robot_file(nominal: &Robot<f64>, stated: (bool, bool)) -> RobotFil
         tolerance: stated.0.then(tolerance),
         noise: stated.1.then(noise),
         sensor_frame: None,
+        transmission: None,
         instruments: InstrumentFacts::default(),
         record: Record::default(),
     }

@@ -1,8 +1,8 @@
-use crate::driver::{Driver, Flash, arms, named, samples};
+use crate::driver::{Driver, Flash, named, samples};
 use crate::pace::{Clock, PERIOD};
 use delta_cal::{Robot, SymmetricRobot};
 use delta_cal_firmware_example::{BLEND_TURNS, Circle, ControlLoop, Handover, Path};
-use delta_cal_protocol::{Response, fingerprint};
+use delta_cal_protocol::{Geometry, Response};
 use delta_cal_tests::{Spread, generator, paper_robot, perturbed};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -126,8 +126,11 @@ fn the_loop_takes_over_what_was_applied() {
     let Response::Parameters(parameters) = driver.apply(1, applied) else {
         panic!("not applied")
     };
-    assert_eq!(arms(foreground.control_loop().robot()), parameters.arms);
-    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    assert_eq!(
+        Geometry::of(foreground.control_loop().robot()),
+        parameters.geometry
+    );
+    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
     used.dedup();
     assert_eq!(used, [(nominal, 0), (applied, 1)]);
 }
@@ -152,7 +155,7 @@ fn parameters_are_handed_over_whole() {
                 let control = foreground.control_loop();
                 if control.switches() > seen {
                     seen = control.switches();
-                    assert_eq!(arms(control.robot()), arms(&sets[seen as usize - 1].robot));
+                    assert_eq!(control.robot(), &sets[seen as usize - 1].robot);
                 }
             }
             seen

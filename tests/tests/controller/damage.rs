@@ -1,16 +1,16 @@
 //! A store whose flash was damaged, and one whose flash cannot be read.
 
-use crate::driver::{Driver, Flash, arms, samples, stored};
+use crate::driver::{Driver, Flash, samples, stored};
 use crate::flash::FailingFlash;
 use crate::store::{recovers, start};
-use delta_cal_protocol::{Fault, Origin, Response, RevertTo, fingerprint};
+use delta_cal_protocol::{Fault, Geometry, Origin, Response, RevertTo};
 use delta_cal_tests::{generator, paper_robot};
 use rand_core::Rng;
 use std::ops::Range;
 
 #[test]
 fn damage_to_the_store_never_makes_another_set() {
-    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
     let (flash, sets) = stored(2);
     let (old, new) = (sets[0], sets[1]);
     let mut counts = [0; 3];
@@ -41,7 +41,7 @@ fn damage_to_the_store_never_makes_another_set() {
 
 #[test]
 fn rubbish_in_the_flash_is_nominal_and_says_so() {
-    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
     let (flash, _) = stored(2);
     let mut rng = generator(0xdead, 1);
     for round in 0..3000 {
@@ -149,7 +149,7 @@ fn apply_another(driver: &mut Driver<f32, &mut FailingFlash>) -> (u32, Response<
 /// What cannot be read is damaged for as long as it cannot; the other half is not.
 #[test]
 fn a_half_that_cannot_be_read_is_the_fault_of_that_half_alone() {
-    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
     for count in [2, 3, 4] {
         let (flash, sets) = stored(count);
         let (newest, before) = (sets[sets.len() - 1], sets[sets.len() - 2]);
@@ -204,7 +204,7 @@ fn a_set_is_stored_in_the_half_that_can_be_read() {
 /// at the next start, and what is refused is not.
 #[test]
 fn reads_that_fail_for_a_moment_lose_nothing_that_was_acknowledged() {
-    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
     let (mut refused, mut acknowledged, mut nominal_used) = (0, 0, 0);
     for count in [1, 2, 3, 4] {
         let (flash, sets) = stored(count);

@@ -4,8 +4,8 @@ use delta_cal::stream::{Added, Estimator};
 use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
 use delta_cal_firmware_example::{Controller, NewParameters, Number, StreamFlash, nominal};
 use delta_cal_protocol::{
-    Begin, Direction, Fault, LARGEST_FRAME, ParameterSet, Parameters, Phase, Receiver, Request,
-    Response, RevertTo, SampleMessage, Status, encode, fingerprint,
+    Begin, Direction, Fault, Geometry, LARGEST_FRAME, ParameterSet, Parameters, Phase, Receiver,
+    Request, Response, RevertTo, SampleMessage, Status, encode,
 };
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use embedded_storage_async::nor_flash::NorFlash;
@@ -247,10 +247,6 @@ pub(crate) fn on_the_host<T: Number>(samples: &[Sample<T>]) -> Calibrator<T> {
     calibrator
 }
 
-pub(crate) fn arms<T: Number>(robot: &Robot<T>) -> [[T; 8]; 3] {
-    robot.arms().map(|arm| arm.parameters())
-}
-
 /// CRC-32 (IEEE 802.3), bit by bit.
 pub(crate) fn crc_32(content: &[u8]) -> u32 {
     let mut crc = u32::MAX;
@@ -279,7 +275,7 @@ pub(crate) fn stored(count: u64) -> (Flash, Vec<u32>) {
 
 pub(crate) fn named(robot: &Robot<f32>) -> NewParameters<f32> {
     NewParameters {
-        fingerprint: fingerprint(&arms(robot)),
+        fingerprint: Geometry::of(robot).fingerprint(),
         robot: *robot,
     }
 }

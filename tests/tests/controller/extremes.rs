@@ -1,10 +1,10 @@
 //! Numbers as no robot has them, in every field of `Begin` and `Sample`.
 
-use crate::driver::{Driver, Flash, arms, message, samples};
+use crate::driver::{Driver, Flash, message, samples};
 use delta_cal::Sample;
 use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::Number;
-use delta_cal_protocol::{Begin, Fault, Phase, Request, Response};
+use delta_cal_protocol::{Begin, Fault, Geometry, Phase, Request, Response};
 use delta_cal_tests::generator;
 use nalgebra::Vector3;
 use rand_core::Rng;
@@ -107,11 +107,11 @@ fn sessions_of_extreme_numbers<T: Number>(sessions: u32) {
                 let Response::Parameters(parameters) = answer else {
                     panic!("{begin:?}: {answer:?}")
                 };
-                for value in parameters.arms.as_flattened() {
+                for value in parameters.geometry.arms.as_flattened() {
                     assert!(value.finite(), "{begin:?}: {parameters:?}");
                 }
                 let current = driver.controller.current();
-                assert_eq!(arms(&current.robot), parameters.arms);
+                assert_eq!(Geometry::of(&current.robot), parameters.geometry);
             }
             phase => panic!("{phase:?}"),
         }

@@ -10,8 +10,8 @@ use delta_cal::simulate::random_pose;
 use delta_cal::{ArmIndex, Noise, Real, Refusal, Robot, Settings, Tolerance};
 use delta_cal_firmware_example::{Number, nominal};
 use delta_cal_protocol::{
-    ArmReport, BeginObservations, Fault, ObservationMessage, Phase, PlaneMessage, PointMessage,
-    Request, Response, fingerprint,
+    ArmReport, BeginObservations, Fault, Geometry, ObservationMessage, Phase, PlaneMessage,
+    PointMessage, Request, Response,
 };
 use delta_cal_tests::{Spread, generator, paper_limits, paper_robot, perturbed};
 use nalgebra::Vector3;
@@ -157,7 +157,7 @@ fn same_bits<T: Number>() {
             ObservationProblem::<T, 36>::prepare(&robot, &instruments, &mut here).unwrap();
         let outcome = problem.solve::<37, 703>(&settings).unwrap();
 
-        let expected = fingerprint(&outcome.robot.parameters());
+        let expected = Geometry::of(&outcome.robot).fingerprint();
         let samples = count;
         assert_eq!(
             phase,

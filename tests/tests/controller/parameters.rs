@@ -1,13 +1,16 @@
 //! What is in use: applied, gone back from, and kept over restarts.
 
-use crate::driver::{Driver, Flash, arms, on_the_host, samples};
-use delta_cal_protocol::{Fault, Origin, Phase, Request, Response, RevertTo, fingerprint};
+use crate::driver::{Driver, Flash, on_the_host, samples};
+use delta_cal::robot::{GeometryError, Transmission};
+use delta_cal_firmware_example::ControlLoop;
+use delta_cal_protocol::{Adopt, Fault, Geometry, Origin, Phase, Request, Response, RevertTo};
 use delta_cal_tests::paper_robot;
+use delta_cal_tests::{Spread, generator, perturbed};
 
 #[test]
 fn only_the_result_that_is_meant_is_applied() {
     let mut driver = Driver::<f32, _>::start(Flash::new());
-    let nominal = arms(&paper_robot::<f32>());
+    let nominal = Geometry::of(&paper_robot::<f32>());
     let fingerprint = driver.solved(9, &samples(8, 20));
     let other = Request::Apply {
         session: 9,
@@ -18,7 +21,7 @@ fn only_the_result_that_is_meant_is_applied() {
         driver.fault(&other),
         Fault::OtherParameters { there: fingerprint }
     );
-    assert_eq!(driver.parameters().arms, nominal);
+    assert_eq!(driver.parameters().geometry, nominal);
     assert_eq!(driver.parameters().origin, Origin::Nominal);
     assert!(driver.controller.take_switch().is_none());
 
@@ -27,10 +30,10 @@ fn only_the_result_that_is_meant_is_applied() {
         panic!("{applied:?}")
     };
     assert_eq!(parameters.origin, Origin::Calibration);
-    assert_eq!(self::fingerprint(&parameters.arms), fingerprint);
+    assert_eq!(parameters.geometry.fingerprint(), fingerprint);
     let switch = driver.controller.take_switch().expect("new parameters");
     assert_eq!(switch.fingerprint, fingerprint);
-    assert_eq!(arms(&switch.robot), parameters.arms);
+    assert_eq!(Geometry::of(&switch.robot), parameters.geometry);
     assert_eq!(driver.parameters(), parameters);
 
     // Again: the same answer, and nothing happens.
@@ -47,7 +50,7 @@ fn a_calibration_is_expressed_against_nominal_whatever_is_current() {
     let expected = on_the_host(&second).solve().expect("a calibration");
     assert_eq!(
         driver.solved(10, &second),
-        self::fingerprint(&arms(&expected.robot))
+        Geometry::of(&expected.robot).fingerprint()
     );
 }
 
@@ -92,7 +95,7 @@ fn applied_twice() -> (Driver<f32, Flash>, [u32; 2]) {
 #[test]
 fn going_back_needs_the_number_of_what_is_there() {
     let (mut driver, [first, second]) = applied_twice();
-    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
     let mut in_use = second;
     for (to, there, origin) in [
         (RevertTo::Previous, first, Origin::Calibration),
@@ -110,7 +113,7 @@ fn going_back_needs_the_number_of_what_is_there() {
         let Response::Parameters(parameters) = reverted else {
             panic!("{reverted:?}")
         };
-        assert_eq!(fingerprint(&parameters.arms), there);
+        assert_eq!(parameters.geometry.fingerprint(), there);
         assert_eq!(parameters.origin, origin);
         let switch = driver.controller.take_switch().expect("new parameters");
         assert_eq!(switch.fingerprint, there);
@@ -207,5 +210,73 @@ fn a_restart_in_a_session_keeps_the_parameters_and_says_that_the_session_is_gone
     let sample = crate::driver::message(2, 11, &more[11]);
     assert_eq!(driver.fault(&sample), Fault::NoSession);
     let expected = on_the_host(&more).solve().expect("a calibration");
-    assert_eq!(driver.solved(2, &more), fingerprint(&arms(&expected.robot)));
+    assert_eq!(
+        driver.solved(2, &more),
+        Geometry::of(&expected.robot).fingerprint()
+    );
+}
+
+/// A robot that was calibrated elsewhere, with gears that are not exact: stored, used by the control loop, there after
+/// a restart, and left by a revert.
+#[test]
+fn a_geometry_from_elsewhere_is_stored_and_used() {
+    let transmissions = [
+        Transmission::new([1e-3, 5e-4, -2e-4, 1e-4, 3e-4]).unwrap(),
+        Transmission::EXACT,
+        Transmission::new([0.0, -8e-4, 6e-4, 0.0, -1e-4]).unwrap(),
+    ];
+    let robot = perturbed(
+        &paper_robot(),
+        0.3,
+        1e-3,
+        Spread::Uniform,
+        &mut generator(71, 0),
+    );
+    let robot = robot.with_transmissions(transmissions).unwrap();
+    let robot = robot.cast::<f32>().unwrap();
+    let geometry = Geometry::of(&robot);
+    assert!(geometry.transmissions.is_some());
+
+    let mut flash = Flash::new();
+    let mut driver = Driver::<f32, _>::start(&mut flash);
+    let adopt = |from, geometry| Request::Adopt(Adopt { from, geometry });
+    // Numbers that are no robot's, and a generation that is not the current one.
+    let mut impossible = geometry;
+    impossible.transmissions = Some([[0.05; 5]; 3]);
+    assert_eq!(
+        driver.fault(&adopt(0, impossible)),
+        Fault::Geometry(GeometryError::TransmissionTooLarge)
+    );
+    let there = Geometry::of(&paper_robot::<f32>()).fingerprint();
+    let stale = driver.fault(&adopt(7, geometry));
+    assert_eq!(stale, Fault::OtherParameters { there });
+    assert!(driver.controller.take_switch().is_none());
+
+    let adopted = driver.ask(&adopt(0, geometry));
+    let Response::Parameters(parameters) = adopted else {
+        panic!("{adopted:?}")
+    };
+    assert_eq!(
+        (parameters.origin, parameters.geometry),
+        (Origin::Calibration, geometry)
+    );
+    // Again: the same answer, and nothing happens.
+    let switch = driver.controller.take_switch().expect("new parameters");
+    assert_eq!(driver.ask(&adopt(0, geometry)), adopted);
+    assert!(driver.controller.take_switch().is_none());
+
+    // The joint targets of the control loop are those of the robot with its gears.
+    let mut control_loop = ControlLoop::new(&switch.robot);
+    let joints = *control_loop.turn();
+    assert_eq!(joints, robot.inverse(control_loop.point()).unwrap());
+    let parameters = robot.parameters();
+    let exact = delta_cal::Robot::from_parameters(parameters).unwrap();
+    assert_ne!(joints, exact.inverse(control_loop.point()).unwrap());
+
+    let mut restarted = Driver::<f32, _>::start(flash);
+    assert_eq!(restarted.parameters().geometry, geometry);
+    let Response::Parameters(before) = restarted.revert(RevertTo::Previous) else {
+        panic!("not reverted")
+    };
+    assert_eq!(before.geometry.fingerprint(), there);
 }

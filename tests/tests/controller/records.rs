@@ -3,8 +3,8 @@
 use crate::driver::{Driver, Flash, crc_32, samples};
 use delta_cal_protocol::{Origin, Parameters};
 
-/// The stored f32 parameters: behind mark, generation, length and the mark that there are any. They are the last 96 bytes but for "no previous ones"
-/// and the checksum.
+/// The stored f32 parameters: behind mark, generation, length and the mark that there are any. They are the last 96 bytes but for "no
+/// transmissions", "no previous ones" and the checksum.
 const NUMBERS: usize = 96;
 
 /// A record as the controller stored it first: at the beginning of the flash, up to its checksum.
@@ -64,7 +64,7 @@ fn any_changed_byte_of_a_record_is_noticed() {
 #[test]
 fn another_version_or_impossible_parameters_are_not_taken() {
     let record = record();
-    let first = record.len() - 4 - 1 - NUMBERS;
+    let first = record.len() - 4 - 2 - NUMBERS;
     let number = |place: usize| first + 4 * place..first + 4 * place + 4;
     let lb = f32::from_le_bytes(record[number(7)].try_into().unwrap());
     assert!((479.0..481.0).contains(&lb), "not where Lb is: {lb}");
@@ -72,7 +72,7 @@ fn another_version_or_impossible_parameters_are_not_taken() {
     let refused = |change: &dyn Fn(&mut Vec<u8>)| {
         let parameters = started_with(&signed(&record, |content| change(content)));
         assert_eq!(parameters.origin, Origin::NominalStoreDamaged);
-        assert_eq!(parameters.arms[0][7].to_bits(), 480_f32.to_bits());
+        assert_eq!(parameters.geometry.arms[0][7].to_bits(), 480_f32.to_bits());
     };
     // Each byte of the mark: version, size of a number and robot. Another length; more bytes than there should be.
     for place in 0..4 {
@@ -96,7 +96,10 @@ fn another_version_or_impossible_parameters_are_not_taken() {
     });
     let parameters = started_with(&longer);
     assert_eq!(parameters.origin, Origin::Calibration);
-    assert_eq!(parameters.arms[0][7].to_bits(), 481.5_f32.to_bits());
+    assert_eq!(
+        parameters.geometry.arms[0][7].to_bits(),
+        481.5_f32.to_bits()
+    );
 }
 
 /// The fuzz target `store` asserts it too. The generation behind the highest is 0.

@@ -1,9 +1,9 @@
-use crate::driver::{Driver, Flash, arms, begin, on_the_host, samples, taken};
+use crate::driver::{Driver, Flash, begin, on_the_host, samples, taken};
 use delta_cal::samples::SampleError;
 use delta_cal::stream::StreamRefusal;
 use delta_cal::{ArmIndex, Real, Refusal};
 use delta_cal_firmware_example::Number;
-use delta_cal_protocol::{Begin, Fault, Phase, Request, Response, fingerprint};
+use delta_cal_protocol::{Begin, Fault, Geometry, Phase, Request, Response};
 use delta_cal_tests::paper_robot;
 
 /// Sessions of 5 to 200 samples: the controller's result has the bits of the core's.
@@ -28,7 +28,7 @@ fn same_bits_as_the_core<T: Number>(robots: u64) {
                 refused += 1;
             }
             (Phase::Solved { fingerprint, .. }, Ok(expected)) => {
-                assert_eq!(fingerprint, self::fingerprint(&arms(&expected.robot)));
+                assert_eq!(fingerprint, Geometry::of(&expected.robot).fingerprint());
                 for (arm, expected) in ArmIndex::ALL.into_iter().zip(&expected.arms) {
                     let Response::Outcome(report) = driver.ask(&Request::Outcome { session, arm })
                     else {
@@ -195,7 +195,7 @@ fn each_sample_is_taken_in_once_and_in_order() {
         driver.status().phase,
         Phase::Solved {
             samples: 20,
-            fingerprint: fingerprint(&arms(&expected.robot))
+            fingerprint: Geometry::of(&expected.robot).fingerprint()
         }
     );
 }
@@ -313,8 +313,14 @@ fn identity_names_scalar_and_nominal() {
     }
     let single = identity::<f32>();
     assert_eq!(single.scalar, delta_cal_protocol::Scalar::Single);
-    assert_eq!(single.nominal, fingerprint(&arms(&paper_robot::<f32>())));
+    assert_eq!(
+        single.nominal,
+        Geometry::of(&paper_robot::<f32>()).fingerprint()
+    );
     let double = identity::<f64>();
     assert_eq!(double.scalar, delta_cal_protocol::Scalar::Double);
-    assert_eq!(double.nominal, fingerprint(&arms(&paper_robot::<f64>())));
+    assert_eq!(
+        double.nominal,
+        Geometry::of(&paper_robot::<f64>()).fingerprint()
+    );
 }

@@ -1,8 +1,8 @@
-use crate::driver::{Driver, Flash, arms, samples, stored};
+use crate::driver::{Driver, Flash, samples, stored};
 use crate::flash::{Cut, FailingFlash};
 use delta_cal::SymmetricRobot;
 use delta_cal_firmware_example::{Controller, FlashError, PAGE, StreamFlash, WORD};
-use delta_cal_protocol::{Fault, Origin, Request, Response, RevertTo, fingerprint};
+use delta_cal_protocol::{Fault, Geometry, Origin, Request, Response, RevertTo};
 use delta_cal_tests::paper_robot;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
@@ -48,7 +48,7 @@ pub(crate) fn start(flash: &mut FailingFlash) -> (u32, Origin) {
     let mut driver = Driver::<f32, _>::start(flash);
     let parameters = driver.parameters();
     let current = driver.controller.current();
-    assert_eq!(arms(&current.robot), parameters.arms);
+    assert_eq!(Geometry::of(&current.robot), parameters.geometry);
     (current.fingerprint, parameters.origin)
 }
 
@@ -57,7 +57,7 @@ pub(crate) fn start(flash: &mut FailingFlash) -> (u32, Origin) {
 /// also if the power fails during that one too.
 #[test]
 fn power_cut_at_every_write_leaves_the_old_or_the_new_set() {
-    let nominal = fingerprint(&arms(&paper_robot::<f32>()));
+    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
     let mut flash = Flash::new();
     let (mut points, mut cuts, mut kept, mut changed, mut again, mut told) = (0, 0, 0, 0, 0, 0);
     for change in changes() {
@@ -174,7 +174,7 @@ fn parameters_of_another_robot_or_scalar_are_not_taken() {
     };
     let parameters = driver.parameters();
     assert_eq!(parameters.origin, Origin::NominalStoreDamaged);
-    let [first, ..] = parameters.arms;
+    let [first, ..] = parameters.geometry.arms;
     assert_eq!(first[7].to_bits(), 480.5_f32.to_bits());
     assert!(matches!(
         driver.ask(&Request::Identify),

@@ -9,7 +9,7 @@ use delta_cal::{
     ArmIndex, Noise, Progress, RobotOutcome, Sample, Settings, Tolerance, calibration::JointOutcome,
 };
 use delta_cal_firmware_example::Number;
-use delta_cal_protocol::{Begin, Fault, GateStatus, Phase, Request, Response, fingerprint};
+use delta_cal_protocol::{Begin, Fault, GateStatus, Geometry, Phase, Request, Response};
 use delta_cal_tests::paper_robot;
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -133,10 +133,7 @@ fn compare<T: Number>(
             return false;
         }
         (Phase::Solved { fingerprint, .. }, Ok(outcome)) => {
-            assert_eq!(
-                fingerprint,
-                self::fingerprint(&outcome.robot().parameters())
-            );
+            assert_eq!(fingerprint, Geometry::of(outcome.robot()).fingerprint());
             outcome
         }
         (phase, expected) => panic!("{begin:?}: {phase:?}, {expected:?}"),

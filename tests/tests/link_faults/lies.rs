@@ -14,6 +14,7 @@ fn report(arm: ArmIndex) -> ArmReport<f32> {
     ArmReport {
         arm,
         parameters: paper_robot::<f32>().arm(arm).parameters(),
+        transmission: None,
         covariance: Some(covariance),
         residual_rms: 0.02,
         estimated_noise: Some(0.02),

@@ -16,7 +16,7 @@ use delta_cal_host::device::{
 use delta_cal_host::files::example;
 use delta_cal_host::fit::options::Streaming;
 use delta_cal_host::{InputText, Measurements, Options, RobotFile, read_samples};
-use delta_cal_protocol::{Origin, ParameterSet, Phase, RevertTo, fingerprint};
+use delta_cal_protocol::{Origin, ParameterSet, Phase, RevertTo};
 use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
 use delta_cal_tests::size;
 use device::{Cut, Device};
@@ -108,7 +108,7 @@ fn calibrated<T: Number>(
         };
     }
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
-    check_nominal(robot, &nominal.arms)?;
+    check_nominal(robot, &nominal.geometry)?;
     Ok(calibrate(client, &sending(files)?, &mut |_| {})?)
 }
 
@@ -129,15 +129,15 @@ fn session<T: Number>(
     };
     client.counters::<T>()?;
     client.revert::<T>(applied.generation, RevertTo::Previous)?;
-    let applied = fingerprint(&applied.arms);
+    let applied = applied.geometry.fingerprint();
     let reverted = client.parameters::<T>(ParameterSet::Current)?;
     Ok(Outcome {
         arms: format!("{:?}", finished.result.unwrap()),
         applied,
         in_loop,
-        before: format!("{:?}", finished.parameters_before.arms),
+        before: format!("{:?}", finished.parameters_before.geometry),
         samples,
-        reverted: (fingerprint(&reverted.arms), reverted.origin),
+        reverted: (reverted.geometry.fingerprint(), reverted.origin),
     })
 }
 

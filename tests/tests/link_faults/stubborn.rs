@@ -6,8 +6,8 @@ use delta_cal_host::device::{
     Client, DeviceError, Measurement, Patience, Sending, Transport, calibrate,
 };
 use delta_cal_protocol::{
-    Begin, ControlLoop, Direction, Fault, LARGEST_FRAME, Origin, Parameters, Phase, Receiver,
-    Request, Response, Status, encode,
+    Begin, ControlLoop, Direction, Fault, Geometry, LARGEST_FRAME, Origin, Parameters, Phase,
+    Receiver, Request, Response, Status, encode,
 };
 use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::paper_robot;
@@ -248,7 +248,7 @@ fn honest(request: &Request<f32>, open: &Cell<u32>) -> Response<f32> {
         Request::Parameters(_) => Response::Parameters(Parameters {
             origin: Origin::Nominal,
             generation: 0,
-            arms: paper_robot().arms().map(|arm| arm.parameters()),
+            geometry: Geometry::of(&paper_robot()),
         }),
         Request::Sample(sample) => Response::Taken {
             session: sample.session,

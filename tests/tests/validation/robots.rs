@@ -174,6 +174,7 @@ pub(crate) fn robot_file(robot: &Robot<f64>) -> RobotFile {
         tolerance: None,
         noise: Some(noise()),
         sensor_frame: None,
+        transmission: None,
         instruments: InstrumentFacts::default(),
         record: Record::default(),
     }

@@ -73,6 +73,7 @@ impl<T: Bits> Bench<T> {
             Response::Parameters(parameters) => {
                 assert!(
                     parameters
+                        .geometry
                         .arms
                         .as_flattened()
                         .iter()

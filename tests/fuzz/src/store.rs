@@ -35,7 +35,7 @@ fn starts<T: Bits>(source: &mut Source<'_>) {
             Origin::Nominal | Origin::NominalStoreDamaged
         );
         assert!(!as_drawn || found.fingerprint == nominal);
-        assert_eq!(parameters.geometry, arms(&found.robot));
+        assert_eq!(parameters.geometry, Geometry::of(&found.robot));
     }
 
     let samples: Vec<_> = source.samples::<T>(14).iter().map(message).collect();
@@ -64,12 +64,8 @@ fn restarted<T: Bits>(bench: Bench<T>) -> Bench<T> {
     Bench::start_with(bench.controller.into_flash())
 }
 
-fn arms<T: Bits>(robot: &delta_cal::Robot<T>) -> [[T; 8]; 3] {
-    robot.arms().map(|arm| arm.parameters())
-}
-
-fn drawn<T: Bits>() -> [[T; 8]; 3] {
-    arms(&nominal().expect("the robot as drawn is a robot"))
+fn drawn<T: Bits>() -> Geometry<T> {
+    Geometry::of(&nominal().expect("the robot as drawn is a robot"))
 }
 
 fn message<T: Bits>(sample: &delta_cal::Sample<T>) -> SampleMessage<T> {
@@ -113,11 +109,19 @@ fn change<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
 fn record<T: Bits>(source: &mut Source<'_>) -> Vec<u8> {
     let drawn = drawn::<T>();
     let kind = source.byte();
-    let mut set = |bit: u8| (kind & bit != 0).then(|| source.geometry::<T>().unwrap_or(drawn));
+    let mut set = |bit: u8| {
+        (kind & bit != 0).then(|| Geometry {
+            arms: source.geometry::<T>().unwrap_or(drawn.arms),
+            transmissions: (kind & 8 != 0)
+                .then(|| [[(); 5]; 3].map(|own| own.map(|()| source.number(0.0, 1e-3)))),
+        })
+    };
     let content = postcard::to_allocvec(&(set(1), set(2))).unwrap_or_default();
-    let version = 3 + u8::from(kind & 0xf0 == 0xf0);
+    let version = 4 + u8::from(kind & 0xf0 == 0xf0);
     let number = if size_of::<T>() == 4 { 4 } else { 8 };
-    let nominal = fingerprint(&drawn).wrapping_add(u32::from(kind & 0xf0 == 0xe0));
+    let nominal = drawn
+        .fingerprint()
+        .wrapping_add(u32::from(kind & 0xf0 == 0xe0));
     let mark = nominal.rotate_left(8) ^ u32::from_le_bytes([b'd', version, number, b'c']);
     let generation = if kind & 4 == 0 {
         u32::from(source.byte())

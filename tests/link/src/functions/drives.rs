@@ -1,11 +1,13 @@
-//! Linear drives, and what tells the drives apart.
+//! Linear drives and transmissions, and what tells the drives apart.
 
 use core::mem::MaybeUninit;
 use delta_cal::calibration::ToleranceError;
-use delta_cal::kinematics::{JointLimits, JointLimitsError};
-use delta_cal::robot::{Arm, Drive, GeometryError, SymmetricLinearRobot};
+use delta_cal::kinematics::{JointLimits, JointLimitsError, KinematicsError};
+use delta_cal::robot::{
+    Arm, Drive, GeometryError, SymmetricLinearRobot, Transmission, TransmissionTolerance,
+};
 use delta_cal::{Parameter, Robot, Tolerance};
-use nalgebra::Vector3;
+use nalgebra::{SMatrix, Vector3};
 
 macro_rules! of_scalar {
     ($module:ident, $prefix:literal, $t:ident) => {
@@ -56,6 +58,54 @@ macro_rules! of_scalar {
                     JointLimits::travel(minimum, maximum)
                 }
                 fn limits_drive(limits: &JointLimits<$t>) -> Drive { limits.drive() }
+                fn transmission_new(numbers: &[$t; 5]) -> Result<Transmission<$t>, GeometryError> {
+                    Transmission::new(*numbers)
+                }
+                fn transmission_numbers(own: &Transmission<$t>) -> [$t; 5] { own.numbers() }
+                fn transmission_arm_angle(own: &Transmission<$t>, q: $t) -> ($t, $t) {
+                    own.arm_angle(q)
+                }
+                fn transmission_joint_angle(own: &Transmission<$t>, angle: $t) -> $t {
+                    own.joint_angle(angle)
+                }
+                fn transmission_tolerance(
+                    sigma: $t,
+                ) -> Result<TransmissionTolerance<$t>, GeometryError> {
+                    TransmissionTolerance::new(sigma)
+                }
+                fn transmission_sigma(own: &TransmissionTolerance<$t>) -> $t { own.sigma() }
+                fn arm_with_transmission(
+                    arm: &Arm<$t>,
+                    transmission: &Transmission<$t>,
+                ) -> Result<Arm<$t>, GeometryError> {
+                    arm.with_transmission(*transmission)
+                }
+                fn arm_transmission(arm: &Arm<$t>) -> Option<Transmission<$t>> {
+                    arm.transmission().copied()
+                }
+                fn arm_constraint_by_transmission(
+                    arm: &Arm<$t>,
+                    x: &Vector3<$t>,
+                    q: $t,
+                ) -> [$t; 5] {
+                    arm.constraint_by_transmission(x, q)
+                }
+                fn robot_with_transmissions(
+                    robot: &Robot<$t>,
+                    transmissions: &[Transmission<$t>; 3],
+                ) -> Result<Robot<$t>, GeometryError> {
+                    robot.with_transmissions(*transmissions)
+                }
+                fn robot_transmissions(robot: &Robot<$t>) -> [Transmission<$t>; 3] {
+                    robot.transmissions()
+                }
+                fn robot_by_transmissions(
+                    robot: &Robot<$t>,
+                    x: &Vector3<$t>,
+                    q: &[$t; 3],
+                ) -> Result<SMatrix<$t, 3, 15>, KinematicsError> {
+                    robot.by_transmissions(x, q)
+                }
                 fn tolerance_with_linear(
                     tolerance: &Tolerance<$t>,
                     zero: $t,

@@ -6,7 +6,9 @@ use crate::numbers::{Bits, Source};
 use crate::promises::finite_robot;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use delta_cal_firmware_example::{PAGE, ParameterFlash, nominal};
-use delta_cal_protocol::{Origin, ParameterSet, Request, Response, RevertTo, SampleMessage};
+use delta_cal_protocol::{
+    Geometry, Origin, ParameterSet, Request, Response, RevertTo, SampleMessage,
+};
 
 /// As in `f32`, so in `f64`, whichever the first byte says.
 pub fn store(data: &[u8]) {

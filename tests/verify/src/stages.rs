@@ -208,7 +208,7 @@ fn long(check: &mut Check) {
 fn firmware(check: &mut Check) {
     check.chosen_tests(
         2,
-        "cargo test --test target --test device_on_target -- --nocapture on_target::",
+        "cargo test --test across_crates --test command -- --nocapture on_target::",
     );
 }
 

@@ -1,10 +1,6 @@
 //! Bad input: one clear error with file, line and column, an exit code, and no output file.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
-use support::{
+use crate::support::{
     Folder, HEADER, NOMINAL, Point, TOLERANCE, assert_fails, csv, exact, good_samples, noisy,
     nominal_arms, platform, true_arms,
 };

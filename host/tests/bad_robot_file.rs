@@ -1,10 +1,6 @@
 //! Bad robot files: one clear error with file, line and key, an exit code, and no output file.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
-use support::{Folder, NOMINAL, assert_fails, good_samples};
+use crate::support::{Folder, NOMINAL, assert_fails, good_samples};
 
 #[test]
 #[allow(clippy::too_many_lines)] // a table

@@ -1,15 +1,11 @@
 //! `delta-cal calibrate` on input that is in order.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
-use serde_json::Value;
-use std::fmt::Write;
-use support::{
+use crate::support::{
     Folder, KEYS, NOMINAL, Point, TOLERANCE, arms_of, csv, distance, exact, noisy, nominal_arms,
     platform, poses, true_arms,
 };
+use serde_json::Value;
+use std::fmt::Write;
 
 /// A folder with `robot.toml` and `samples.csv`.
 fn folder(robot: &str, samples: &[(Point, Point)]) -> Folder {

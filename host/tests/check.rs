@@ -1,11 +1,7 @@
 //! `delta-cal check`, as a user runs it.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, HEADER, csv, exact, nominal_arms, true_arms};
 use serde_json::Value;
-use support::{Folder, HEADER, csv, exact, nominal_arms, true_arms};
 
 const ROBOT: &str = "[nominal]\nbase_radius_mm = 194\nplatform_radius_mm = 30\nupper_arm_mm = 260\n\
                      forearm_mm = 480\n[joints]\nmin_deg = -60\nmax_deg = 90\n";
@@ -131,7 +127,10 @@ fn joints_that_move_together_leave_a_combination_that_is_named() {
     let samples: Vec<_> = (0..12)
         .map(|index| {
             let q = -50.0 + 11.0 * f64::from(index);
-            ([q, q, q], support::platform(&nominal_arms(), [q, q, q]))
+            (
+                [q, q, q],
+                crate::support::platform(&nominal_arms(), [q, q, q]),
+            )
         })
         .collect();
     folder.write("line.csv", csv(&samples));

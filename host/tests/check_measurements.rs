@@ -1,15 +1,11 @@
 //! `delta-cal check` of heights, distances and single coordinates: what it predicts against what
 //! `delta-cal calibrate` then reports.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, Point, TO_MEASURE, true_arms};
 use delta_cal::simulate::standard_normal;
 use delta_cal_tests::generator;
 use serde_json::Value;
 use std::fmt::Write;
-use support::{Folder, Point, TO_MEASURE, true_arms};
 
 /// For cameras, too.
 fn robot() -> String {
@@ -49,7 +45,7 @@ fn measured(folder: &Folder, rows: &[Value], seed: u64) -> String {
     let mut rng = generator(seed, 0);
     for row in rows {
         let own = joints(&row["joints_deg"]);
-        let at = support::platform(&true_arms(), own);
+        let at = crate::support::platform(&true_arms(), own);
         let mut noisy = |value: f64| value + 0.02 * standard_normal::<f64, _>(&mut rng);
         let cells = match row["measure"].as_str().unwrap() {
             "plane" => {
@@ -62,13 +58,19 @@ fn measured(folder: &Folder, rows: &[Value], seed: u64) -> String {
                 let point = points.iter().find(|point| point["name"] == name).unwrap();
                 let [x, y, z] = joints(&point["position_mm"]);
                 let place = [x + 6.0, y - 4.0, z + 3.0];
-                format!(",,,{},{name},,,", noisy(support::distance(at, place)))
+                format!(
+                    ",,,{},{name},,,",
+                    noisy(crate::support::distance(at, place))
+                )
             }
             "distance" => {
                 let to = joints(&row["to_joints_deg"]);
-                let there = support::platform(&true_arms(), to);
+                let there = crate::support::platform(&true_arms(), to);
                 let [a, b, c] = to;
-                format!(",,,{},,{a},{b},{c}", noisy(support::distance(at, there)))
+                format!(
+                    ",,,{},,{a},{b},{c}",
+                    noisy(crate::support::distance(at, there))
+                )
             }
             _ => format!("{},{},,,,,,", noisy(at[0]), noisy(at[1])),
         };

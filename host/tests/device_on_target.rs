@@ -1,10 +1,6 @@
 //! `delta-cal device` with the firmware on an emulated Cortex-M4F and Cortex-M7: QEMU and the bare
 //! Rust target are needed.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
 mod on_target {
     use crate::support::{Arm, Point, arms_of, distance, nominal_arms, platform, rows_of};
     use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};

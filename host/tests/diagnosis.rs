@@ -1,9 +1,5 @@
 //! Files that cannot be right as a whole: what is injected is what is named, and nothing else is.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Arm;
 use delta_cal::simulate::{random_pose, simulate_sample};
@@ -115,7 +111,7 @@ impl Case {
         let mut text = String::new();
         for arm in self.file.arms() {
             text.push_str("[[arm]]\n");
-            for (index, key) in support::KEYS.iter().enumerate() {
+            for (index, key) in crate::support::KEYS.iter().enumerate() {
                 let value = arm.parameters()[index];
                 let value = if index == 3 || index == 4 {
                     value.to_degrees()

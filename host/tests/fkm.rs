@@ -1,14 +1,10 @@
 //! `delta-cal calibrate --method fkm`: everything that the IKM method offers.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
-use serde_json::Value;
-use support::{
+use crate::support::{
     Folder, NOMINAL, Point, TOLERANCE, arms_of, csv, distance, exact, noisy, nominal_arms,
     platform, poses, true_arms,
 };
+use serde_json::Value;
 
 type Samples = Vec<(Point, Point)>;
 

@@ -1,7 +1,5 @@
 //! Help texts are wrapped where the terminal ends, and nowhere else.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use std::process::Command;
 
 const COMMANDS: [&str; 23] = [

@@ -1,12 +1,8 @@
 //! `delta-cal init`, `completions` and `man`.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, NOMINAL, TOLERANCE};
 use delta_cal_host::files::robot_file::Draft;
 use delta_cal_host::{InputText, RobotFile};
-use support::{Folder, NOMINAL, TOLERANCE};
 
 const LENGTHS: &str = "init --base-radius 194 --platform-radius 30 --upper-arm 260 --forearm 480";
 

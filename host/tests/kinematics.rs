@@ -1,11 +1,7 @@
 //! `delta-cal forward` and `delta-cal inverse`.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, HEADER, KEYS, NOMINAL, csv, distance, exact, nominal_arms, rows_of};
 use std::fmt::Write;
-use support::{Folder, HEADER, KEYS, NOMINAL, csv, distance, exact, nominal_arms, rows_of};
 
 fn folder() -> Folder {
     let folder = Folder::new();

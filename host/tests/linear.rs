@@ -1,9 +1,6 @@
 //! Robots with linear drives, from their files to the report.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::Folder;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, standard_normal};
 use delta_cal::{Parameter, Robot};
@@ -12,7 +9,6 @@ use delta_cal_tests::generator;
 use rand_pcg::Pcg32;
 use serde_json::Value;
 use std::fmt::Write;
-use support::Folder;
 
 const ROBOT: &str = "\
 [nominal]

@@ -1,11 +1,7 @@
 //! Of many rows the reports show some, and say so.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, NOMINAL, TOLERANCE, csv, noisy, true_arms};
 use serde_json::Value;
-use support::{Folder, NOMINAL, TOLERANCE, csv, noisy, true_arms};
 
 #[test]
 fn reports_of_many_rows_stay_small_and_say_what_they_show() {

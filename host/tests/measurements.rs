@@ -1,10 +1,7 @@
 //! `delta-cal plan --measure` and `--compare`: plans for plates, bars, callipers and cameras, and whether
 //! calibrations from them achieve what was predicted.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, TO_MEASURE};
 use delta_cal::calibration::Solver;
 use delta_cal::frame::RigidTransform;
 use delta_cal::simulate::standard_normal;
@@ -20,7 +17,6 @@ use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::{Spread, generator, perturbed, size};
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg32;
-use support::{Folder, TO_MEASURE};
 
 /// The noise is that of the plan.
 fn robot_toml() -> &'static str {

@@ -1,11 +1,7 @@
 //! Rows that hold no measurement, one measurement many times, or the place of a reflector; files that
 //! hold nothing.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
-use support::{
+use crate::support::{
     Folder, HEADER, NOMINAL, Point, TOLERANCE, assert_fails, csv, exact, good_samples, platform,
     rows_of, true_arms,
 };
@@ -64,8 +60,8 @@ fn a_reflector_below_the_platform_is_named() {
 /// The positions that `delta-cal plan` wrote before they had columns of their own: those of the nominal
 /// robot, to the millionth of a mm.
 fn planned(count: u32) -> Vec<(Point, Point)> {
-    let nominal = support::nominal_arms();
-    let poses = support::poses(count).into_iter();
+    let nominal = crate::support::nominal_arms();
+    let poses = crate::support::poses(count).into_iter();
     let poses = poses.map(|q| q.map(|q| (q * 1e3).round() / 1e3));
     poses
         .map(|q| (q, platform(&nominal, q).map(|x| (x * 1e6).round() / 1e6)))
@@ -142,7 +138,8 @@ fn positions_that_agree_with_the_robot_file_are_no_plan() {
             .map(|(q, _)| {
                 (
                     q,
-                    platform(&support::nominal_arms(), q).map(|x| (x * digits).round() / digits),
+                    platform(&crate::support::nominal_arms(), q)
+                        .map(|x| (x * digits).round() / digits),
                 )
             })
             .collect();

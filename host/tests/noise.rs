@@ -1,9 +1,6 @@
 //! What the residuals say of the noise, against simulated noise that is known.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::{Noise, Robot};
@@ -17,7 +14,6 @@ use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 use std::fmt::Write;
-use support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
 
 fn robots() -> u64 {
     size(40, 200)
@@ -45,7 +41,7 @@ fn tested(seed: u64, sections: &str, method: CalibrationMethod) -> Option<NoiseT
     let truth = perturbed(0.5, 0.2, &mut rng);
     let noise = Noise::new(SIGMA, 0.0).unwrap();
     let limits = JointLimits::new((-50_f64).to_radians(), 80_f64.to_radians()).unwrap();
-    let mut text = support::HEADER.to_owned();
+    let mut text = crate::support::HEADER.to_owned();
     for _ in 0..30 {
         let pose = random_pose(&truth, &limits, &mut rng).unwrap();
         let sample = simulate_sample(&truth, &pose.joints, Some(&noise), &mut rng).unwrap();

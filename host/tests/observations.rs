@@ -1,10 +1,7 @@
 //! `delta-cal calibrate` of heights, distances and single coordinates: what it finds, what it says of what
 //! it cannot find, and what it refuses.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, TO_MEASURE as ROBOT};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
 use delta_cal::{Noise, Robot, Settings, Tolerance};
 use delta_cal_host::accuracy::rigid_motion::RigidMotions;
@@ -15,7 +12,6 @@ use delta_cal_tests::{Spread, generator, paper_limits, paper_robot, perturbed};
 use rand_pcg::Pcg32;
 use serde_json::Value;
 use std::fmt::Write;
-use support::{Folder, TO_MEASURE as ROBOT};
 
 fn made(rng: &mut Pcg32) -> Robot<f64> {
     perturbed(

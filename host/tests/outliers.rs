@@ -1,10 +1,6 @@
 //! Samples that spoil the fit are named when the calibration is refused.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
-use support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
+use crate::support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
 
 const NOISE: &str = "\n[noise]\nposition_mm = 0.02\njoint_deg = 0.002\n";
 

@@ -1,10 +1,6 @@
 //! `delta-cal plan`, as a user runs it.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
-use support::{Folder, distance, platform, rows_of};
+use crate::support::{Folder, distance, platform, rows_of};
 
 const ROBOT: &str = "[nominal]\nbase_radius_mm = 194\nplatform_radius_mm = 30\nupper_arm_mm = 260\n\
                      forearm_mm = 480\n[joints]\nmin_deg = -60\nmax_deg = 90\n";
@@ -47,7 +43,7 @@ fn the_poses_are_a_samples_file_of_the_nominal_robot() {
         let joints = [row[0], row[1], row[2]];
         // Positions are written to the nanometre: half of one in each coordinate.
         let off = distance(
-            platform(&support::nominal_arms(), joints),
+            platform(&crate::support::nominal_arms(), joints),
             [row[3], row[4], row[5]],
         );
         assert!(off < 1e-6, "{row:?}: {off}");

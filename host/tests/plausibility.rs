@@ -1,10 +1,6 @@
 //! Mistakes in the samples that a fit can absorb, told by the robot that comes out.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
-use support::{
+use crate::support::{
     Arm, Folder, NOMINAL, Point, TOLERANCE, arms_of, csv, exact, noisy, nominal_arms, true_arms,
 };
 

@@ -1,7 +1,5 @@
 //! Figures: what is drawn is where it should be, and the same bytes every time.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use delta_cal_host::render::plot::{Axis, Colour, Figure, PlotError, Shape};
 use roxmltree::Document;
 use tiny_skia::Pixmap;

@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::float_cmp)]
 
-mod support;
-
 use delta_cal::kinematics::JointLimits;
 use delta_cal::{Robot, SymmetricRobot};
 use delta_cal_host::geometry::reach::Reach;

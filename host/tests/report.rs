@@ -1,15 +1,11 @@
 //! `delta-cal calibrate --report`: one self-contained file with every number.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
 use delta_cal_host::files::example;
 use delta_cal_host::{CalibrationMethod, Options, calibrate};
 use nalgebra::Matrix3;
 use roxmltree::Document;
 use serde_json::Value;
-use support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
 
 const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0.0\n";
 

@@ -1,13 +1,9 @@
 //! Reports as documents: whose, of what, when, and whether a limit is met.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, NOMINAL, csv, noisy, true_arms};
 use delta_cal_host::InputText;
 use delta_cal_host::accuracy::coverage::CoverageFactor;
 use serde_json::Value;
-use support::{Folder, NOMINAL, csv, noisy, true_arms};
 
 const RECORD: &str = "
 [robot]

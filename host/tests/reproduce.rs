@@ -1,13 +1,9 @@
 //! `delta-cal reproduce`.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, Run};
 use delta_cal_tests::size;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
-use support::{Folder, Run};
 
 type Row = BTreeMap<String, String>;
 

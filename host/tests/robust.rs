@@ -1,11 +1,7 @@
 //! `calibrate --loss`: wrong rows do not count, and every report names them.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, NOMINAL, TOLERANCE, csv, noisy, true_arms};
 use serde_json::Value;
-use support::{Folder, NOMINAL, TOLERANCE, csv, noisy, true_arms};
 
 const NOISE: &str = "\n[noise]\nposition_mm = 0.02\njoint_deg = 0.002\n";
 /// Line and axis of the positions that are off, and by how many mm.

@@ -1,9 +1,6 @@
 //! What is calibrated from rows on disk is what is calibrated from the same rows in memory.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, NOMINAL, Point, TOLERANCE, csv, noisy, true_arms};
 use delta_cal::robust::Loss;
 use delta_cal_host::{
     CalibrationMethod, CalibrationReport, Frame, InputText, Measurements, Options, RobotFile,
@@ -11,7 +8,6 @@ use delta_cal_host::{
 };
 use std::num::NonZeroU32;
 use std::path::Path;
-use support::{Folder, NOMINAL, Point, TOLERANCE, csv, noisy, true_arms};
 
 const NOISE: &str = "\n[noise]\nposition_mm = 0.02\njoint_deg = 0\n";
 /// More than are kept in memory.

@@ -1,10 +1,6 @@
 //! `--frame sensor`: what the measured points must do, and what is said about the frame.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
-use support::{Folder, NOMINAL, Point, TOLERANCE, csv, exact, platform, poses, true_arms};
+use crate::support::{Folder, NOMINAL, Point, TOLERANCE, csv, exact, platform, poses, true_arms};
 
 const CALIBRATE: &str = "calibrate robot.toml samples.csv --frame sensor";
 

@@ -1,17 +1,13 @@
 //! `delta-cal calibrate` with `--gate`, `--held-out` and `--forget`.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{
+    Folder, KEYS, NOMINAL, Point, TOLERANCE, arms_of, csv, exact, noisy, nominal_arms, true_arms,
+};
 use delta_cal::robust::Loss;
 use delta_cal_host::files::example;
 use delta_cal_host::{CalibrationMethod, Options, OptionsError, Reason, Streaming, calibrate};
 use serde_json::Value;
 use std::num::NonZeroU32;
-use support::{
-    Folder, KEYS, NOMINAL, Point, TOLERANCE, arms_of, csv, exact, noisy, nominal_arms, true_arms,
-};
 
 const NOISE: &str = "\n[noise]\nposition_mm = 0.02\njoint_deg = 0\n";
 
@@ -205,7 +201,7 @@ fn forgetting_follows_a_robot_that_warms_up() {
     let poses = exact(&at(0), rows);
     let samples: Vec<_> = (0..rows)
         .zip(&poses)
-        .map(|(row, (q, _))| (*q, support::platform(&at(row), *q)))
+        .map(|(row, (q, _))| (*q, crate::support::platform(&at(row), *q)))
         .collect();
     let folder = folder(&samples);
     let lb = KEYS.iter().position(|key| *key == "lb_mm").unwrap();

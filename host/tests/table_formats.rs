@@ -1,11 +1,7 @@
 //! Tables as people have them: the same calibration however the same numbers are written.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::{Folder, HEADER, NOMINAL, TOLERANCE, csv, exact, good_samples, true_arms};
 use std::fmt::Write;
-use support::{Folder, HEADER, NOMINAL, TOLERANCE, csv, exact, good_samples, true_arms};
 
 /// Runs on these samples, and returns the report but for the name of the file.
 fn report(folder: &Folder, samples: &[u8], options: &str) -> serde_json::Value {

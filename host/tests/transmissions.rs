@@ -1,9 +1,6 @@
 //! Gears and encoders that are not exact: `[tolerance] transmission_deg`, and robot files that hold what was found.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
+use crate::support::Folder;
 use delta_cal::Robot;
 use delta_cal::robot::Transmission;
 use delta_cal::simulate::{random_pose, standard_normal};
@@ -12,7 +9,6 @@ use delta_cal_tests::{Spread, generator, paper_limits, paper_robot, perturbed};
 use rand_pcg::Pcg32;
 use serde_json::Value;
 use std::fmt::Write;
-use support::Folder;
 
 const NUMBERS: [[f64; 5]; 3] = [
     [0.0, 0.0, 0.0, 0.0, 0.0],

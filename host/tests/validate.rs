@@ -1,14 +1,10 @@
 //! `delta-cal validate`: a robot file against independent measurements and a limit.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod support;
-
-use serde_json::Value;
-use std::fmt::Write;
-use support::{
+use crate::support::{
     Arm, Folder, HEADER, NOMINAL, Point, Run, csv, exact, nominal_arms, poses, true_arms,
 };
+use serde_json::Value;
+use std::fmt::Write;
 
 const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0\n";
 
@@ -262,7 +258,7 @@ fn the_measurements_of_the_calibration_are_no_validation() {
     );
     let other: Vec<(Point, Point)> = poses(60)[20..]
         .iter()
-        .map(|q| (*q, support::platform(&true_arms() as &[Arm; 3], *q)))
+        .map(|q| (*q, crate::support::platform(&true_arms() as &[Arm; 3], *q)))
         .collect();
     folder.write("other.csv", csv(&other));
     let run = folder.run("validate calibrated.toml other.csv --limit 1mm");

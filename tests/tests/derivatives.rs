@@ -1,8 +1,6 @@
 //! Every hand-written derivative against dual numbers (`num-dual`, on the model written anew) and
 //! against finite differences of the functions themselves; and the rank of the model's readings.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use delta_cal::robot::Arm;
 use delta_cal::{Robot, Sample};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};

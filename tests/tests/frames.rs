@@ -1,7 +1,5 @@
 //! Alignment of two sets of points: exact motions, noise, planes, lines and reflections.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use delta_cal::frame::{AlignmentError, RigidTransform};
 use delta_cal_tests::{generator, uniform};
 use nalgebra::{Matrix3, Rotation3, Vector3};

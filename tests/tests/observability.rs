@@ -1,7 +1,5 @@
 //! Observability indices, leverages and the positions' uncertainty against what is known otherwise.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use delta_cal::simulate::{random_pose, standard_normal};
 use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample};
 use delta_cal_host::accuracy::evaluation::CramerRaoBound;

@@ -1,8 +1,6 @@
 //! What planned poses are worth to robots as they are made, of many proportions: whether these robots get
 //! there, whether the figures of a plan are what is achieved, and whether they need a start guess.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use delta_cal::calibration::Start;
 use delta_cal::simulate::simulate_sample;
 use delta_cal::{Noise, Robot, Sample, Settings, SymmetricRobot, Tolerance};

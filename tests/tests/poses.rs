@@ -1,7 +1,5 @@
 //! Planned poses against random ones, on the paper's robot.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Arm;
 use delta_cal::simulate::{random_pose, simulate_sample};

@@ -1,7 +1,5 @@
 //! Where kinematics gives up: every documented limit from both sides, and the arm that is named.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use delta_cal::kinematics::{KinematicsError, Singularity, SingularityDistance};
 use delta_cal::robot::{Arm, GeometryError};
 use delta_cal::{ArmIndex, Real, Robot, SymmetricRobot};

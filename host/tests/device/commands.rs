@@ -1,12 +1,15 @@
 //! Commands that do what they should.
 
+use crate::device::{controller, folder, json, run};
 use crate::support::{
-    self, NOMINAL, arms_of, csv, distance, exact, noisy, nominal_arms, platform, true_arms,
+    NOMINAL, arms_of, csv, distance, exact, noisy, nominal_arms, platform, true_arms,
 };
-use crate::{controller, folder, json, run};
 
 /// rms distance between the samples and where Newton's method puts the platform.
-fn rms(arms: &[support::Arm; 3], samples: &[(support::Point, support::Point)]) -> f64 {
+fn rms(
+    arms: &[crate::support::Arm; 3],
+    samples: &[(crate::support::Point, crate::support::Point)],
+) -> f64 {
     let squares: f64 = samples
         .iter()
         .map(|(q, x)| distance(*x, platform(arms, *q)).powi(2))

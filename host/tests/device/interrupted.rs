@@ -1,7 +1,7 @@
 //! Links that break, and Ctrl-C, when the controller has been asked for other parameters: it may use them
 //! although the command failed. The command says so, and the next one finds out.
 
-use crate::{Change, controller_with, folder, json, run};
+use crate::device::{Change, controller_with, folder, json, run};
 use std::process::{Command, Stdio};
 use std::sync::mpsc;
 

@@ -1,7 +1,7 @@
 //! Commands that refuse or fail, and change nothing.
 
+use crate::device::{controller, folder, json, robot, run};
 use crate::support::{Folder, HEADER, NOMINAL, csv, exact, true_arms};
-use crate::{controller, folder, json, robot, run};
 use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
 use std::fmt::Write as _;
 use std::io::{Read, Write};

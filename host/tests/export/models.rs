@@ -1,6 +1,6 @@
 //! The targets that hold everything: the model for simulators, and LinuxCNC's component.
 
-use crate::robots::{example, one_arm_longer};
+use crate::export::robots::{example, one_arm_longer};
 use crate::support::{Folder, Point, arms_of, distance, platform};
 use roxmltree::{Document, Node};
 use std::collections::BTreeMap;

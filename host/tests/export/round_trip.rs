@@ -1,7 +1,7 @@
 //! What is lost, computed again from the lines to paste.
 
-use crate::controllers::{ALL, Inverse};
-use crate::robots::{Sequence, csv, example, made, one_arm_longer, positions};
+use crate::export::controllers::{ALL, Inverse};
+use crate::export::robots::{Sequence, csv, example, made, one_arm_longer, positions};
 use crate::support::robot_toml;
 use crate::support::{Arm, Folder, NOMINAL, Point, TOLERANCE, arms_of, distance, platform};
 use delta_cal_tests::documents::print_documented;

@@ -1,7 +1,7 @@
 //! Correction tables: read again, interpolated here, and added to a nominal kinematics that is written here.
 
-use crate::controllers::Arm;
-use crate::robots::{Sequence, csv, example, made, one_arm_longer, positions};
+use crate::export::controllers::Arm;
+use crate::export::robots::{Sequence, csv, example, made, one_arm_longer, positions};
 use crate::support::robot_toml;
 use crate::support::{Arm as Parameters, Folder, Point, arms_of, distance, nominal_arms, platform};
 use delta_cal_tests::documents::print_documented;

@@ -1,7 +1,7 @@
 //! Robots with towers, exported: the lines read again and computed by each controller's own kinematics.
 
-use crate::klipper::Delta;
-use crate::robots::example;
+use crate::export::klipper::Delta;
+use crate::export::robots::example;
 use crate::support::{Folder, Point, distance};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;

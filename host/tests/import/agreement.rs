@@ -1,6 +1,6 @@
 //! What an import gives is what Klipper computes.
 
-use crate::fixtures::{Printer, Row, block, folder, printer, printers, rotary};
+use crate::import::fixtures::{Printer, Row, block, folder, printer, printers, rotary};
 use crate::support::{Folder, Point, distance, rows_of};
 use delta_cal_host::files::robot_file::RobotFile;
 use delta_cal_host::{InputText, Measurements, Options, read_samples};

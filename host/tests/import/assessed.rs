@@ -1,7 +1,7 @@
 //! `delta-cal klipper`.
 
-use crate::fixtures::{SECRETS, block, folder, printer, printers, rotary};
-use crate::klipper::Delta;
+use crate::export::klipper::Delta;
+use crate::import::fixtures::{SECRETS, block, folder, printer, printers, rotary};
 use crate::support::{Point, Run};
 use serde_json::Value;
 use std::fmt::Write;
@@ -106,10 +106,10 @@ fn the_lines_to_paste_improve_a_printer_that_was_not_calibrated() {
             .rows
             .iter()
             .map(|row| match row {
-                crate::fixtures::Row::Height(carriages, height) => {
+                crate::import::fixtures::Row::Height(carriages, height) => {
                     (klipper.position(own.steps(*carriages))[2] - height).powi(2)
                 }
-                crate::fixtures::Row::Distance(..) => 0.0,
+                crate::import::fixtures::Row::Distance(..) => 0.0,
             })
             .sum();
         (squares / 7.0).sqrt()
@@ -139,7 +139,7 @@ fn a_printer_made_wrong_is_found_again() {
         step_lengths: own.klipper.step_lengths,
     };
     for row in &mut own.rows {
-        let crate::fixtures::Row::Height(carriages, height) = row else {
+        let crate::import::fixtures::Row::Height(carriages, height) = row else {
             unreachable!()
         };
         let high = own.klipper.absolute_endstops();

@@ -1,6 +1,6 @@
 //! A printer.cfg of each printer: the numbers of a public configuration, in the form that Klipper writes.
 
-use crate::klipper::{Delta, RotaryDelta};
+use crate::export::klipper::{Delta, RotaryDelta};
 use crate::support::{Folder, Point};
 use std::fmt::Write;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! M665 and M666 of RepRapFirmware and Marlin.
 
-use crate::klipper::Delta;
+use crate::export::klipper::Delta;
 use crate::support::{Folder, Point, distance};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;

@@ -1,6 +1,6 @@
 //! Configurations that cannot be imported: place, cause and remedy, no file written, no secret told.
 
-use crate::fixtures::{SECRETS, block, folder, printer, rotary};
+use crate::import::fixtures::{SECRETS, block, folder, printer, rotary};
 use crate::support::Run;
 
 fn silent(run: &Run) {

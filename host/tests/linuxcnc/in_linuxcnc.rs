@@ -1,6 +1,6 @@
 //! Joint angles that LinuxCNC commands, beside those of the robot.
 
-use crate::program::{drive, missing};
+use crate::linuxcnc::program::{drive, missing};
 use crate::support::{Arm, Folder, Point, distance, platform, poses, rows_of};
 use crate::support::{nominal_arms, robot_toml, true_arms};
 use std::fmt::Write;

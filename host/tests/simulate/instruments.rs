@@ -1,6 +1,6 @@
 //! Campaigns of plates, wires, bars, callipers and cameras.
 
-use crate::{assert_same, table, with_campaign};
+use crate::simulate::{assert_same, table, with_campaign};
 use std::collections::BTreeMap;
 
 const CAMPAIGN: &str = "\

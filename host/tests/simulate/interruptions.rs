@@ -1,7 +1,7 @@
 //! Campaigns that are killed, interrupted, repeated, or in each other's way.
 
+use crate::simulate::{CAMPAIGN, FILES, assert_same, with_campaign};
 use crate::support::Folder;
-use crate::{CAMPAIGN, FILES, assert_same, with_campaign};
 use serde_json::Value;
 use std::fs::OpenOptions;
 use std::io::Write;

@@ -1,6 +1,6 @@
 //! Campaign files and command lines that are wrong.
 
-use crate::{CAMPAIGN, with_campaign};
+use crate::simulate::{CAMPAIGN, with_campaign};
 
 /// The campaign with one thing in it replaced.
 fn but(from: &str, to: &str) -> String {

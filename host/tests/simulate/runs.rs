@@ -1,7 +1,7 @@
 //! What a campaign computes and writes.
 
+use crate::simulate::{CAMPAIGN, assert_same, table, with_campaign};
 use crate::support::{Folder, NOMINAL};
-use crate::{CAMPAIGN, assert_same, table, with_campaign};
 use serde_json::Value;
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 //! Parts of a campaign, and joining them.
 
-use crate::{CAMPAIGN, assert_same, with_campaign};
+use crate::simulate::{CAMPAIGN, assert_same, with_campaign};
 
 #[test]
 fn shards_joined_in_any_order_are_the_whole_campaign_to_the_byte() {

@@ -1,9 +1,6 @@
 //! Runs the command, and computes what it should find without its code: the elbows from the
 //! equations of Model 24, the platform by Newton's method on the three sphere equations.
 
-#![allow(dead_code, unreachable_pub)] // each test file uses its part
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -11,10 +8,10 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 /// dx, dy, dz, theta, alpha, la_x, la_y, lb; millimetres and degrees.
-pub type Arm = [f64; 8];
-pub type Point = [f64; 3];
+pub(crate) type Arm = [f64; 8];
+pub(crate) type Point = [f64; 3];
 
-pub const KEYS: [&str; 8] = [
+pub(crate) const KEYS: [&str; 8] = [
     "dx_mm",
     "dy_mm",
     "dz_mm",
@@ -25,7 +22,7 @@ pub const KEYS: [&str; 8] = [
     "lb_mm",
 ];
 
-pub const NOMINAL: &str = "\
+pub(crate) const NOMINAL: &str = "\
 [nominal]
 base_radius_mm = 194
 platform_radius_mm = 30
@@ -37,10 +34,10 @@ min_deg = -60
 max_deg = 90
 ";
 
-pub const TOLERANCE: &str = "\n[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n";
+pub(crate) const TOLERANCE: &str = "\n[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n";
 
 /// A robot that is measured with a plate, a wire or a bar.
-pub const TO_MEASURE: &str = "\
+pub(crate) const TO_MEASURE: &str = "\
 [nominal]
 base_radius_mm = 194
 platform_radius_mm = 30
@@ -58,9 +55,9 @@ height_mm = 0.02
 distance_mm = 0.02
 ";
 
-pub const HEADER: &str = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n";
+pub(crate) const HEADER: &str = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n";
 
-pub fn nominal_arms() -> [Arm; 3] {
+pub(crate) fn nominal_arms() -> [Arm; 3] {
     [0.0, 120.0, 240.0].map(|theta: f64| {
         let (sin, cos) = theta.to_radians().sin_cos();
         [164.0 * cos, 164.0 * sin, 0.0, theta, 0.0, 260.0, 0.0, 480.0]
@@ -68,7 +65,7 @@ pub fn nominal_arms() -> [Arm; 3] {
 }
 
 /// A robot that differs from the nominal one by up to 0.9 mm and 0.25°.
-pub fn true_arms() -> [Arm; 3] {
+pub(crate) fn true_arms() -> [Arm; 3] {
     let off = [
         [0.4, -0.3, 0.2, 0.10, -0.15, 0.5, -0.2, 0.7],
         [-0.6, 0.1, -0.4, -0.20, 0.25, -0.3, 0.4, -0.5],
@@ -95,7 +92,7 @@ fn cross(a: Point, b: Point) -> Point {
     ]
 }
 
-pub fn distance(a: Point, b: Point) -> f64 {
+pub(crate) fn distance(a: Point, b: Point) -> f64 {
     let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     dot(d, d).sqrt()
 }
@@ -118,7 +115,7 @@ fn elbow(arm: &Arm, q_deg: f64) -> Point {
 }
 
 /// The platform point, by Newton's method from far below.
-pub fn platform(arms: &[Arm; 3], q_deg: Point) -> Point {
+pub(crate) fn platform(arms: &[Arm; 3], q_deg: Point) -> Point {
     let mut x = [0.0, 0.0, -600.0];
     for _ in 0..100 {
         let mut rows = [[0.0; 3]; 3];
@@ -143,7 +140,7 @@ pub fn platform(arms: &[Arm; 3], q_deg: Point) -> Point {
 }
 
 /// `count` poses that fill the joints' range −35° to 65° evenly.
-pub fn poses(count: u32) -> Vec<Point> {
+pub(crate) fn poses(count: u32) -> Vec<Point> {
     let steps: Point = [0.819_172_513_4, 0.671_043_606_7, 0.549_700_477_9];
     (1..=count)
         .map(|k| steps.map(|step| -35.0 + 100.0 * (f64::from(k) * step).fract()))
@@ -151,7 +148,7 @@ pub fn poses(count: u32) -> Vec<Point> {
 }
 
 /// Exact measurements of a robot: joint angles and positions.
-pub fn exact(arms: &[Arm; 3], count: u32) -> Vec<(Point, Point)> {
+pub(crate) fn exact(arms: &[Arm; 3], count: u32) -> Vec<(Point, Point)> {
     poses(count)
         .into_iter()
         .map(|q| (q, platform(arms, q)))
@@ -159,7 +156,7 @@ pub fn exact(arms: &[Arm; 3], count: u32) -> Vec<(Point, Point)> {
 }
 
 /// The same with an error of up to `amplitude` mm in every coordinate, from a fixed sequence.
-pub fn noisy(arms: &[Arm; 3], count: u32, amplitude: f64) -> Vec<(Point, Point)> {
+pub(crate) fn noisy(arms: &[Arm; 3], count: u32, amplitude: f64) -> Vec<(Point, Point)> {
     let mut state = 12345_u32;
     let mut samples = exact(arms, count);
     for (_, x) in &mut samples {
@@ -171,7 +168,7 @@ pub fn noisy(arms: &[Arm; 3], count: u32, amplitude: f64) -> Vec<(Point, Point)>
     samples
 }
 
-pub fn csv(samples: &[(Point, Point)]) -> String {
+pub(crate) fn csv(samples: &[(Point, Point)]) -> String {
     let mut text = HEADER.to_owned();
     for ([q1, q2, q3], [x, y, z]) in samples {
         writeln!(text, "{q1},{q2},{q3},{x},{y},{z}").unwrap();
@@ -179,34 +176,34 @@ pub fn csv(samples: &[(Point, Point)]) -> String {
     text
 }
 
-pub struct Run {
-    pub code: i32,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Run {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 /// A folder of its own in which the command runs.
-pub struct Folder(TempDir);
+pub(crate) struct Folder(TempDir);
 
 impl Folder {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+    pub(crate) fn write(&self, name: &str, text: impl AsRef<[u8]>) {
         std::fs::write(self.path(name), text).unwrap();
     }
 
-    pub fn read(&self, name: &str) -> String {
+    pub(crate) fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.path(name)).unwrap()
     }
 
     /// The names of all files, sorted.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         let mut names: Vec<_> = std::fs::read_dir(self.0.path())
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -215,16 +212,21 @@ impl Folder {
         names
     }
 
-    pub fn run(&self, arguments: &str) -> Run {
+    pub(crate) fn run(&self, arguments: &str) -> Run {
         self.run_with(arguments, "")
     }
 
-    pub fn run_with(&self, arguments: &str, stdin: &str) -> Run {
+    pub(crate) fn run_with(&self, arguments: &str, stdin: &str) -> Run {
         self.run_where(arguments, stdin, &[])
     }
 
     /// With these environment variables.
-    pub fn run_where(&self, arguments: &str, stdin: &str, variables: &[(&str, &str)]) -> Run {
+    pub(crate) fn run_where(
+        &self,
+        arguments: &str,
+        stdin: &str,
+        variables: &[(&str, &str)],
+    ) -> Run {
         let mut child = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
             .args(arguments.split_whitespace())
             .current_dir(self.0.path())
@@ -246,14 +248,14 @@ impl Folder {
 }
 
 impl Run {
-    pub fn ok(self) -> Self {
+    pub(crate) fn ok(self) -> Self {
         assert_eq!(self.code, 0, "{}", self.stderr);
         self
     }
 }
 
 /// The three arms of a robot file, read by nothing but a TOML parser.
-pub fn arms_of(toml: &str) -> [Arm; 3] {
+pub(crate) fn arms_of(toml: &str) -> [Arm; 3] {
     let value: toml::Table = toml.parse().unwrap();
     let arms: Vec<Arm> = value["arm"]
         .as_array()
@@ -265,7 +267,7 @@ pub fn arms_of(toml: &str) -> [Arm; 3] {
 }
 
 /// The rows of numbers of a CSV file below its header.
-pub fn rows_of(csv: &str) -> Vec<Vec<f64>> {
+pub(crate) fn rows_of(csv: &str) -> Vec<Vec<f64>> {
     csv.lines()
         .skip(1)
         .map(|line| line.split(',').map(|c| c.parse().unwrap()).collect())
@@ -274,12 +276,12 @@ pub fn rows_of(csv: &str) -> Vec<Vec<f64>> {
 
 const COMMAND: &str = "calibrate robot.toml samples.csv --output out.toml --json report.json";
 
-pub fn good_samples() -> String {
+pub(crate) fn good_samples() -> String {
     csv(&exact(&true_arms(), 20))
 }
 
 /// Runs on these two files and checks that nothing but one error came of it.
-pub fn assert_fails(robot: &[u8], samples: &[u8], code: i32, expected: &[&str]) {
+pub(crate) fn assert_fails(robot: &[u8], samples: &[u8], code: i32, expected: &[&str]) {
     let folder = Folder::new();
     folder.write("robot.toml", robot);
     folder.write("samples.csv", samples);
@@ -301,7 +303,7 @@ pub fn assert_fails(robot: &[u8], samples: &[u8], code: i32, expected: &[&str]) 
 }
 
 /// A robot file of these arms, with limits and [`TOLERANCE`].
-pub fn robot_toml(arms: &[Arm; 3]) -> String {
+pub(crate) fn robot_toml(arms: &[Arm; 3]) -> String {
     let mut text = String::new();
     for arm in arms {
         text += "[[arm]]\n";

@@ -1,4 +1,4 @@
-use super::support::{Arm, Folder, KEYS, NOMINAL, TOLERANCE, nominal_arms, rows_of};
+use crate::support::{Arm, Folder, KEYS, NOMINAL, TOLERANCE, nominal_arms, rows_of};
 use std::fmt::Write;
 
 const FILES: [&str; 27] = [

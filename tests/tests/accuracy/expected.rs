@@ -1,6 +1,6 @@
 //! The expected position error against the same over many more poses.
 
-use crate::robots::{geometries, noise, robot_file, spread_pose};
+use crate::accuracy::robots::{geometries, noise, robot_file, spread_pose};
 use delta_cal::Sample;
 use delta_cal_host::CalibrationMethod;
 use delta_cal_host::ExpectedError;

@@ -1,6 +1,6 @@
 //! A tolerance that is not the robot's.
 
-use crate::robots::{Poses, geometries, made, robot_file, samples_file};
+use crate::accuracy::robots::{Poses, geometries, made, robot_file, samples_file};
 use delta_cal::frame::RigidTransform;
 use delta_cal_host::{CalibrationMethod, CalibrationReport, Options, calibrate};
 use delta_cal_tests::generator;

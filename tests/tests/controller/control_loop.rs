@@ -1,5 +1,5 @@
-use crate::driver::{Driver, Flash, named, samples};
-use crate::pace::{Clock, PERIOD};
+use crate::controller::driver::{Driver, Flash, named, samples};
+use crate::controller::pace::{Clock, PERIOD};
 use delta_cal::{Robot, SymmetricRobot};
 use delta_cal_firmware_example::{BLEND_TURNS, Circle, ControlLoop, Handover, Path};
 use delta_cal_protocol::{Geometry, Response};

@@ -1,8 +1,8 @@
 //! A store whose flash was damaged, and one whose flash cannot be read.
 
-use crate::driver::{Driver, Flash, samples, stored};
-use crate::flash::FailingFlash;
-use crate::store::{recovers, start};
+use crate::controller::driver::{Driver, Flash, samples, stored};
+use crate::controller::flash::FailingFlash;
+use crate::controller::store::{recovers, start};
 use delta_cal_protocol::{Fault, Geometry, Origin, Response, RevertTo};
 use delta_cal_tests::{generator, paper_robot};
 use rand_core::Rng;

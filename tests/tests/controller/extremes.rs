@@ -1,6 +1,6 @@
 //! Numbers as no robot has them, in every field of `Begin` and `Sample`.
 
-use crate::driver::{Driver, Flash, message, samples};
+use crate::controller::driver::{Driver, Flash, message, samples};
 use delta_cal::Sample;
 use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::Number;

@@ -1,4 +1,4 @@
-use crate::driver::{Driver, Flash, begin, crc_32, message, read_answer, samples};
+use crate::controller::driver::{Driver, Flash, begin, crc_32, message, read_answer, samples};
 use delta_cal::ArmIndex;
 use delta_cal_protocol::{
     Counters, Direction, Fault, ParameterSet, Request, Response, RevertTo, UNKNOWN_SEQUENCE,

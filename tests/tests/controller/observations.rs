@@ -1,6 +1,6 @@
 //! Sessions of heights, distances and single coordinates.
 
-use crate::driver::{Driver, Flash, begin, message, samples};
+use crate::controller::driver::{Driver, Flash, begin, message, samples};
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationError, ObservationNoise,
     ObservationProblem, ObservationRow, Plane, Point, PositionFrame,

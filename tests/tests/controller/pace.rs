@@ -1,6 +1,6 @@
 //! Which turns of the control loop count as late, and how long they take.
 
-use crate::driver::named;
+use crate::controller::driver::named;
 use core::cell::Cell;
 use delta_cal_firmware_example::{Handover, TURNS_A_SECOND, Timer};
 use delta_cal_tests::paper_robot;

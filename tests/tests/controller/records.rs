@@ -1,6 +1,6 @@
 //! Records that the flash delivers whole, and that are not this robot's parameters.
 
-use crate::driver::{Driver, Flash, crc_32, samples};
+use crate::controller::driver::{Driver, Flash, crc_32, samples};
 use delta_cal_protocol::{Origin, Parameters};
 
 /// The stored f32 parameters: behind mark, generation, length and the mark that there are any. They are the last 96 bytes but for "no

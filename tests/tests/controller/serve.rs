@@ -1,6 +1,6 @@
 //! The controller behind a link of the ecosystem's traits.
 
-use crate::driver::{Driver, Flash, begin, message, read_answer, samples};
+use crate::controller::driver::{Driver, Flash, begin, message, read_answer, samples};
 use core::convert::Infallible;
 use delta_cal_protocol::{Direction, Phase, Request, Response, Status, encode};
 use embedded_io_async::{ErrorType, Read, ReadReady, Write};

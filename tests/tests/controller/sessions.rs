@@ -1,4 +1,4 @@
-use crate::driver::{Driver, Flash, begin, on_the_host, samples, taken};
+use crate::controller::driver::{Driver, Flash, begin, on_the_host, samples, taken};
 use delta_cal::samples::SampleError;
 use delta_cal::stream::StreamRefusal;
 use delta_cal::{ArmIndex, Real, Refusal};
@@ -75,7 +75,7 @@ fn without_a_session_there_is_nothing_to_do() {
     assert_eq!(driver.status().session, 0);
     for session in [0, 7] {
         assert_eq!(
-            driver.fault(&crate::driver::message(session, 0, &sample)),
+            driver.fault(&crate::controller::driver::message(session, 0, &sample)),
             Fault::NoSession
         );
         for request in [
@@ -178,9 +178,9 @@ fn each_sample_is_taken_in_once_and_in_order() {
     driver.begin(9);
     for (index, sample) in (0..).zip(&samples) {
         let next = index + 1;
-        let ahead = crate::driver::message(9, next, sample);
+        let ahead = crate::controller::driver::message(9, next, sample);
         assert_eq!(driver.fault(&ahead), Fault::OutOfOrder { next: index });
-        let other = crate::driver::message(8, index, sample);
+        let other = crate::controller::driver::message(8, index, sample);
         assert_eq!(driver.fault(&other), Fault::NoSession);
         for _ in 0..3 {
             assert_eq!(driver.sample(9, index, sample), taken(9, next));
@@ -207,7 +207,7 @@ fn an_impossible_sample_is_refused_and_its_place_stays_open() {
     driver.begin(9);
     let mut wrong = samples[0];
     wrong.joints[1] = f32::NAN;
-    let request = crate::driver::message(9, 0, &wrong);
+    let request = crate::controller::driver::message(9, 0, &wrong);
     assert_eq!(
         driver.fault(&request),
         Fault::Sample(SampleError::JointNonFinite(ArmIndex::Second))
@@ -243,7 +243,7 @@ fn solving_starts_once_with_every_sample() {
     while driver.controller.idle() {
         // Asked again and again it does not start again; samples wait.
         seen.push(driver.solve(9, 20));
-        let next = crate::driver::message(9, 20, &samples[0]);
+        let next = crate::controller::driver::message(9, 20, &samples[0]);
         assert_eq!(driver.fault(&next), Fault::Busy);
         assert_eq!(driver.sample(9, 19, &samples[19]), taken(9, 20));
         assert_eq!(driver.fault(&outcome), Fault::NoOutcome);

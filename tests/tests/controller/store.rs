@@ -1,5 +1,5 @@
-use crate::driver::{Driver, Flash, samples, stored};
-use crate::flash::{Cut, FailingFlash};
+use crate::controller::driver::{Driver, Flash, samples, stored};
+use crate::controller::flash::{Cut, FailingFlash};
 use delta_cal::SymmetricRobot;
 use delta_cal_firmware_example::{Controller, FlashError, PAGE, StreamFlash, WORD};
 use delta_cal_protocol::{Fault, Geometry, Origin, Request, Response, RevertTo};

@@ -1,8 +1,8 @@
 //! The controller's samples over restarts: stored, cut off, damaged.
 
-use crate::driver::{Driver, Flash, begin, samples};
-use crate::flash::{Cut, FailingFlash};
-use crate::streams::{one_wrong, options, send};
+use crate::controller::driver::{Driver, Flash, begin, samples};
+use crate::controller::flash::{Cut, FailingFlash};
+use crate::controller::streams::{one_wrong, options, send};
 use delta_cal::Sample;
 use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::{Number, PAGE, StreamFlash, StreamPace};

@@ -1,6 +1,6 @@
 //! Gate, held-out samples, forgetting and the joint estimator on the controller.
 
-use crate::driver::{Driver, Flash, begin, message, samples};
+use crate::controller::driver::{Driver, Flash, begin, message, samples};
 use delta_cal::stream::{
     Added, Estimator, Forgetting, Selection, StreamCalibrator, StreamOptions, StreamOutcome,
     StreamRefusal,

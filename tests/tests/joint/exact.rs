@@ -1,6 +1,6 @@
 //! Measurements without errors: what is returned is the robot.
 
-use crate::joint;
+use crate::joint::joint;
 use delta_cal::calibration::Start;
 use delta_cal::{Robot, Settings};
 use delta_cal_tests::geometries::geometries;

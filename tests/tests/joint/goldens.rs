@@ -1,6 +1,6 @@
 //! Against optima that SciPy found, stored with their generator.
 
-use crate::joint;
+use crate::joint::joint;
 use delta_cal::Robot;
 use delta_cal_tests::goldens::{GoldenInput, number, numbers};
 use serde::Deserialize;

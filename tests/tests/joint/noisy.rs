@@ -1,7 +1,7 @@
 //! Measurements with errors: the error of the position over the Cramér–Rao bound, and over what the
 //! calibration says of itself.
 
-use crate::joint;
+use crate::joint::joint;
 use delta_cal::{Noise, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::geometries::{bound, geometries, position_jacobian};
 use delta_cal_tests::{Spread, generator, measurements, perturbed, size, to_single};

@@ -1,6 +1,6 @@
 //! Measurements without errors: what is returned is the robot.
 
-use crate::{joint, largest_difference, made, measurements, tolerance};
+use crate::linear::{joint, largest_difference, made, measurements, tolerance};
 use delta_cal::calibration::Start;
 use delta_cal::{Calibrator, Noise, Sample, Settings};
 use delta_cal_tests::geometries::linear_geometries;

@@ -1,6 +1,6 @@
 //! Against formulas written another way.
 
-use crate::{made, measurements};
+use crate::linear::{made, measurements};
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
 use delta_cal::robot::{Arm, GeometryError, SymmetricLinearRobot};
 use delta_cal::{ArmIndex, Parameter, Robot, SymmetricRobot};

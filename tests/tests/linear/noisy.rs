@@ -1,7 +1,7 @@
 //! Measurements with errors: the error of the position over the Cramér–Rao bound, and over what the calibration
 //! says of itself.
 
-use crate::{joint, made, measurements, tolerance};
+use crate::linear::{joint, made, measurements, tolerance};
 use delta_cal::{Noise, Settings, Tolerance};
 use delta_cal_tests::documents::print_campaign;
 use delta_cal_tests::geometries::{bound, linear_geometries, position_jacobian};

@@ -1,6 +1,6 @@
 //! A link in memory that loses, damages and repeats bytes.
 
-use crate::device::Device;
+use crate::link_faults::device::Device;
 use delta_cal_firmware_example::Number;
 use delta_cal_host::device::Transport;
 use delta_cal_tests::generator;

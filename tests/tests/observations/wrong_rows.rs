@@ -1,6 +1,6 @@
 //! Robust fits of observations of which some are wrong, beside the plain fit to the right ones.
 
-use crate::robots::{
+use crate::observations::robots::{
     ANGLE, KINDS, Kind, LENGTH, N, calibrated, difference, measured, relative, with_instruments,
 };
 use delta_cal::observations::{ObservationRow, robust_fit_observations};

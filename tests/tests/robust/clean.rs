@@ -1,6 +1,6 @@
 //! Samples of which none is wrong: what a robust fit costs, and whom it accuses.
 
-use crate::{DIAGNOSIS, noise, plain, settings, stated_or_not};
+use crate::robust::{DIAGNOSIS, noise, plain, settings, stated_or_not};
 use delta_cal::robust::{Loss, RobustRefusal};
 use delta_cal::{Parameter, Robot, RobotOutcome};
 use delta_cal_host::{CalibrationMethod, calibrate_robust};

@@ -1,6 +1,6 @@
 //! Wrong samples among the others: twelve of sixty, and four of twenty-four.
 
-use crate::{DIAGNOSIS, plain, quantile, settings, stated_or_not};
+use crate::robust::{DIAGNOSIS, plain, quantile, settings, stated_or_not};
 use delta_cal::robust::Loss;
 use delta_cal_host::{CalibrationMethod, calibrate_robust};
 use delta_cal_tests::documents::print_campaign;
@@ -58,7 +58,7 @@ fn campaign(
     let settings = settings(stated);
     let mut compared = Compared::default();
     for robot in 0..robots {
-        let spoilt = Spoilt::of_samples(samples, 600, robot, wrong, kind, &crate::noise());
+        let spoilt = Spoilt::of_samples(samples, 600, robot, wrong, kind, &crate::robust::noise());
         let nominal = &spoilt.nominal;
         let fit = |samples: &[_]| {
             let robot = plain(nominal, samples, &settings, method);

@@ -3,7 +3,8 @@
 
 use crate::check::{Check, at_root, command};
 use serde_json::Value;
-use std::path::PathBuf;
+use std::cmp::Reverse;
+use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -67,10 +68,12 @@ impl Job {
 
 /// Builds and runs all of them.
 pub(crate) fn run(check: &mut Check, campaigns: Campaigns) {
-    let programs = match build() {
+    let mut programs = match build() {
         Ok(programs) => programs,
         Err(why) => return check.fail(why),
     };
+    // The largest hold the longest tests: they begin first, so that none is left over for one core alone.
+    programs.sort_by_key(|program| Reverse(size(&program.executable)));
     if programs.is_empty() {
         return check.fail(format!("{BUILD} names no program"));
     }
@@ -92,6 +95,10 @@ pub(crate) fn run(check: &mut Check, campaigns: Campaigns) {
             });
         }
     });
+}
+
+fn size(file: &Path) -> u64 {
+    file.metadata().map_or(0, |it| it.len())
 }
 
 fn next(waiting: &Mutex<impl Iterator<Item = Job>>) -> Option<Job> {

@@ -48,7 +48,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "features",
-        about: "the core with every combination of its features, on the bare target with none, each and all; the controller for other boards",
+        about: "the core with none, each, every two and all of its features, on the bare target with none, each and all; the controller for other boards",
         run: features::check,
     },
     Stage {
@@ -160,6 +160,10 @@ pub(crate) const BY_HAND: &[Stage] = &[
     },
 ];
 
+/// What is compiled for the bare target.
+const ON_TARGET: &str = "--package delta-cal --package delta-cal-protocol --package delta-cal-c \
+    --package delta-cal-target-tests --package delta-cal-link-tests --package delta-cal-firmware-example";
+
 fn format(check: &mut Check) {
     check.command("cargo fmt --all --check");
     check.command("cargo fmt --manifest-path tests/fuzz/Cargo.toml --check");
@@ -172,16 +176,13 @@ fn clippy(check: &mut Check) {
 
 fn lint(check: &mut Check) {
     clippy(check);
+    // Several packages in one command, so that what they depend on is checked once; that each builds without the
+    // features of the others, the stages `features`, `firmware`, `c` and `budgets` say.
     for what in [
-        "--package delta-cal-target-tests --all-targets".to_owned(),
-        "--package delta-cal --all-features".to_owned(),
-        format!("--package delta-cal --all-features --target {TARGET}"),
-        format!("--package delta-cal-protocol --target {TARGET}"),
-        format!("--package delta-cal-c --features panic-handler --target {TARGET}"),
-        format!("--package delta-cal-target-tests --target {TARGET}"),
-        format!("--package delta-cal-link-tests --target {TARGET}"),
+        "--package delta-cal --package delta-cal-target-tests --all-features --all-targets"
+            .to_owned(),
+        format!("{ON_TARGET} --all-features --target {TARGET}"),
         format!("--package delta-cal-firmware-example --features board --target {TARGET}"),
-        format!("--package delta-cal-firmware-example --features double --target {TARGET}"),
     ] {
         check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));
     }
@@ -208,7 +209,7 @@ fn long(check: &mut Check) {
 fn firmware(check: &mut Check) {
     check.chosen_tests(
         2,
-        "cargo test --test target --test device_on_target -- --nocapture on_target::",
+        "cargo test --test across_crates --test command -- --nocapture on_target::",
     );
 }
 
@@ -220,7 +221,12 @@ fn board(check: &mut Check) {
 }
 
 fn c(check: &mut Check) {
-    check.chosen_tests(8, "cargo test --package delta-cal-c -- --nocapture");
+    // Without naming the package, so that nothing is built again with the features that it needs by itself.
+    check.chosen_tests(
+        9,
+        "cargo test --test agreement --test fixture --test header --test misuse --test objects --test page --test sizes \
+         --test snapshots --test status -- --nocapture",
+    );
 }
 
 fn miri(check: &mut Check) {

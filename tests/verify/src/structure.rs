@@ -1,4 +1,4 @@
-//! No cycle between the files or between the folders of any crate.
+//! No cycle between the files or between the folders of any crate, and no file of tests that none compiles.
 //!
 //! File A depends on file B where A names an item that B defines: in a `use`, or in a path anywhere
 //! else. A re-export is followed to the file that defines the item. Of a file with child modules, the
@@ -33,8 +33,8 @@ pub(crate) fn check(check: &mut Check) {
     // Several test programs share files.
     let mut reported = BTreeSet::new();
     let (mut files, mut edges) = (BTreeSet::new(), 0);
-    for path in roots {
-        let found = match Crate::read(&path, &read) {
+    for path in &roots.files {
+        let found = match Crate::read(path, &read) {
             Ok(found) => found,
             Err(error) => {
                 check.fail(error);
@@ -57,6 +57,10 @@ pub(crate) fn check(check: &mut Check) {
                 }
             }
         }
+    }
+    for file in roots.left_out(&root, &files) {
+        let file = file.display();
+        check.fail(format!("{file} is a module of no test program"));
     }
     println!("{} files, {edges} dependencies between them", files.len());
 }

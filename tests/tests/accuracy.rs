@@ -2,8 +2,6 @@
 //! several geometries, made to the tolerance and measured with noise, through all that `delta-cal
 //! calibrate` decides. The tables of docs/accuracy.md.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 mod expected;
 mod prior;
 mod rigid;

@@ -1,8 +1,6 @@
 //! Whether what a validation states with 95 % confidence is so: robots of eight proportions, made with errors, and
 //! files of measurements with noise. The tables of docs/validate.md.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 mod expanded;
 mod robots;
 

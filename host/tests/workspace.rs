@@ -1,10 +1,5 @@
 //! The reachable workspace: every claim against the forward model, closed forms, or a count.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-#[path = "../support/mod.rs"]
-mod support;
-
 mod boundary;
 mod command;
 mod cylinder;

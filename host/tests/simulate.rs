@@ -1,17 +1,12 @@
 //! `delta-cal simulate` and `delta-cal simulate merge`.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 mod instruments;
 mod interruptions;
 mod refusals;
 mod runs;
 mod shards;
-#[path = "../support/mod.rs"]
-mod support;
-
+use crate::support::Folder;
 use std::collections::BTreeMap;
-use support::Folder;
 
 /// Two scenarios, eight ways of calibrating, refused robots among them.
 const CAMPAIGN: &str = "\

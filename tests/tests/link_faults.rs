@@ -1,8 +1,6 @@
 //! A calibration over a link that loses, damages and repeats bytes, between ends that restart: every
 //! session must come out as the undisturbed one did, to the bit.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 mod device;
 mod lies;
 mod link;

@@ -1,8 +1,6 @@
 //! The calibration from heights, distances and single coordinates: against SciPy's optimum, and over many
 //! robots against what it says of itself.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 mod goldens;
 mod robots;
 mod transmissions;

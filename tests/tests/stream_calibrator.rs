@@ -1,8 +1,6 @@
 //! The stream with everything in it: it decides and computes as its parts do by hand, and goes on from a snapshot to the same
 //! bits.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 mod parts;
 mod snapshots;
 

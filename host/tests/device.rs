@@ -1,14 +1,10 @@
 //! `delta-cal device`: against the firmware's controller in this process, behind a TCP port, and
 //! against wrong input.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 mod commands;
 mod interrupted;
 mod refusals;
-#[path = "../support/mod.rs"]
-mod support;
-
+use crate::support::{Folder, NOMINAL, Run, TOLERANCE, csv, noisy, true_arms};
 use delta_cal_firmware_example::{
     Controller, Handover, ParameterFlash, StreamFlash, Timer, nominal,
 };
@@ -16,7 +12,6 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::TcpListener;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
-use support::{Folder, NOMINAL, Run, TOLERANCE, csv, noisy, true_arms};
 
 struct Still;
 

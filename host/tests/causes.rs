@@ -1,13 +1,8 @@
 //! Errors that the model does not hold: how often they are found and named, and how often where there
 //! are none.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 mod command;
 mod simulated;
-#[path = "../support/mod.rs"]
-mod support;
-
 use delta_cal::simulate::random_pose;
 use delta_cal::{ArmIndex, Noise};
 use delta_cal_host::accuracy::position_uncertainty::PositionUncertainty;

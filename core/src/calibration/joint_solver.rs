@@ -3,10 +3,10 @@ use super::minimizer::{Minimizer, Progress};
 use super::outcome::JointOutcome;
 use super::refusal::Refusal;
 use super::settings::Settings;
-use super::tolerance::Tolerance;
+use super::tolerance_prior::{TolerancePrior, own_weights};
 use crate::Real;
 use crate::robot::ArmIndex;
-use crate::samples::{JointDisplacement, JointFactor};
+use crate::samples::{JointDisplacement, JointFactor, NominalArm};
 
 impl<T: Real> JointCalibrator<T> {
     /// Calibrates the robot.
@@ -36,7 +36,7 @@ impl<T: Real> JointCalibrator<T> {
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct JointSolver<T: Real> {
-    minimizer: Minimizer<T, JointDisplacement<T>, [T; 24], 24, 25, 325>,
+    minimizer: Minimizer<T, JointDisplacement<T>, TolerancePrior<T, 24>, 24, 25, 325>,
 }
 
 impl<T: Real> JointSolver<T> {
@@ -47,7 +47,7 @@ impl<T: Real> JointSolver<T> {
     pub fn new(calibrator: &mut JointCalibrator<T>) -> Result<Self, Refusal> {
         calibrator.flush();
         let (factor, settings) = (calibrator.factor(), calibrator.settings());
-        let prior = tolerance_weights(factor, settings);
+        let prior = tolerance_prior(factor, settings);
         // Begun in place: a copy of it costs as much as a step.
         let mut solver = Self {
             minimizer: Minimizer::unstarted(ArmIndex::First, prior, settings),
@@ -81,14 +81,18 @@ impl<T: Real> JointSolver<T> {
     }
 }
 
-/// 1/tolerance in internal units; zeros without one, but for places that the arms leave empty.
-pub(crate) fn tolerance_weights<T: Real>(
+/// What the tolerance says in internal units.
+pub(crate) fn tolerance_prior<T: Real>(
     factor: &JointFactor<T>,
     settings: &Settings<T>,
-) -> [T; 24] {
-    let mut weights = [T::ZERO; 24];
-    for (own, nominal) in weights.chunks_exact_mut(8).zip(factor.nominal_arms()) {
-        own.copy_from_slice(&Tolerance::weights(settings.tolerance.as_ref(), nominal));
+) -> TolerancePrior<T, 24> {
+    let tolerance = settings.tolerance.as_ref();
+    let [first, second, third] = factor.nominal_arms();
+    let arms = [first, second, third];
+    let mut units = [T::ZERO; 24];
+    for (own, nominal) in units.chunks_exact_mut(8).zip(arms) {
+        own.copy_from_slice(&nominal.units());
     }
-    weights
+    let weights = own_weights(first.arm().drive(), &units, tolerance);
+    TolerancePrior::coupled(weights, arms.map(NominalArm::arm), tolerance)
 }

@@ -19,6 +19,7 @@ use crate::files::samples_file::ObservationsFile;
 use crate::fit::observations::{ObservedError, ObservedFit, calibrate, calibrate_robust};
 use crate::fit::options::{CalibrationMethod, Frame, Options, Streaming};
 use crate::text::words::in_lines;
+use delta_cal::calibration::{Prior, TolerancePrior};
 use nalgebra::SMatrix;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -280,19 +281,15 @@ pub(crate) fn report(
     report
 }
 
-/// Σ ((p − nominal)/tolerance)².
+/// How far from nominal the robot is, in tolerances: Σ ((p − nominal)/tolerance)², if each is by itself.
 fn tolerance_cost(robot: &RobotFile, fit: &ObservedFit) -> f64 {
-    let Some(tolerance) = &robot.tolerance else {
-        return 0.0;
-    };
-    let arms = fit.outcome.fit.robot.arms().iter().zip(robot.robot.arms());
-    arms.flat_map(|(after, before)| {
-        before.drive().parameters().iter().map(|parameter| {
-            let parameter = *parameter;
-            ((after.get(parameter) - before.get(parameter)) / tolerance.of(parameter)).powi(2)
-        })
-    })
-    .sum()
+    let (before, after) = (&robot.robot, &fit.outcome.fit.robot);
+    let [nominal, calibrated] = [before, after].map(delta_cal::Robot::parameters);
+    let off = std::array::from_fn(|index| {
+        calibrated[index / 8][index % 8] - nominal[index / 8][index % 8]
+    });
+    let prior = TolerancePrior::new(before, &[1.0; 24], robot.tolerance.as_ref());
+    Prior::<f64, 24, 25, 325>::cost(&prior, &off)
 }
 
 /// Readings less parameters that nothing holds beforehand.

@@ -43,6 +43,9 @@ impl RobotFile {
             if drive == Drive::Linear {
                 entry(&mut text, "zero_mm", tolerance.of(Parameter::Zero));
                 entry(&mut text, "scale", tolerance.of(Parameter::Scale));
+                if tolerance.radius() > 0.0 {
+                    entry(&mut text, "radius_mm", tolerance.radius());
+                }
             }
         }
         if let Some(noise) = &self.noise {

@@ -15,7 +15,7 @@ use crate::fit::options::Frame;
 use crate::planning::design::{Criterion, Rows, Source, added};
 use crate::planning::poses::{PlanError, Selection};
 use delta_cal::Robot;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
@@ -180,7 +180,7 @@ struct Additions<'a> {
     places: &'a Places,
     plane: Option<usize>,
     candidates: &'a Candidates<'a, READINGS>,
-    prior: SVector<f64, PARAMETERS>,
+    prior: SMatrix<f64, PARAMETERS, PARAMETERS>,
     noise: &'a RobotFile,
     frame: Frame,
 }
@@ -257,8 +257,8 @@ impl Source<1, PARAMETERS, READINGS, COMBINATIONS> for Additions<'_> {
         row.collect()
     }
 
-    fn prior(&self) -> [SVector<f64, PARAMETERS>; 1] {
-        [self.prior]
+    fn prior(&self) -> Vec<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+        vec![self.prior]
     }
 
     fn criterion(&self) -> Criterion {

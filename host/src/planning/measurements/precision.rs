@@ -3,6 +3,7 @@
 use super::planned::{Planned, measurements_file};
 use super::setup::Setup;
 use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::information::prior_covariance;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::workspace_poses::WorkspacePoses;
@@ -101,11 +102,8 @@ impl Judge {
 
     /// Before any measurement; `None` without a tolerance.
     pub(super) fn before(&self, setup: &Setup) -> Option<Precision> {
-        setup.robot.tolerance.as_ref()?;
-        self.over(|robot| {
-            let information = tolerance_information(&robot.file)?;
-            information.try_inverse()
-        })
+        let tolerance = setup.robot.tolerance.as_ref()?;
+        self.over(|robot| Some(prior_covariance(&robot.file.robot, tolerance)))
     }
 
     /// After these measurements. `None` if they cannot be taken, or leave something unknown.
@@ -237,7 +235,7 @@ pub(crate) fn covariance_after(
 
 /// Of all parameters in the core's units.
 pub(super) fn posterior(found: &Linearized, robot: &Robot<f64>) -> Option<Posterior> {
-    let mut information = Posterior::from_diagonal(&information_of_prior(found, robot));
+    let mut information: Posterior = information_of_prior(found, robot);
     for rows in &found.rows {
         information += rows * rows.transpose();
     }
@@ -256,26 +254,13 @@ pub(super) fn of_robot(posterior: &Posterior, found: &Linearized) -> Matrix24 {
 pub(super) fn information_of_prior<const D: usize>(
     found: &Linearized,
     robot: &Robot<f64>,
-) -> SVector<f64, D> {
+) -> SMatrix<f64, D, D> {
     let [arm, ..] = robot.arms();
     let least = (arm.upper_arm_length() / arm.lb()).powi(2);
-    found
-        .prior_weights
-        .fixed_rows::<D>(0)
-        .map(|weight| weight * weight + least)
-}
-
-fn tolerance_information(file: &RobotFile) -> Option<Matrix24> {
-    let tolerance = file.tolerance.as_ref()?;
-    let sigmas = tolerance.of_places(file.robot.drive());
-    Some(Matrix24::from_diagonal(&SVector::from_fn(|index, _| {
-        // Nothing is to be known of the places that the arms leave empty.
-        if sigmas[index % 8] > 0.0 {
-            sigmas[index % 8].powi(-2)
-        } else {
-            1.0
-        }
-    })))
+    SMatrix::from_fn(|row, column| {
+        let least = if row == column { least } else { 0.0 };
+        found.prior.information(row, column) + least
+    })
 }
 
 /// What a correction of 1 is in the core's problem: mm or radians.

@@ -3,7 +3,8 @@ use super::minimizer::{Minimizer, Progress};
 use super::outcome::JointOutcome;
 use super::refusal::Refusal;
 use super::settings::Settings;
-use super::tolerance_prior::{TolerancePrior, own_weights};
+use super::tolerance::Tolerance;
+use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::ArmIndex;
 use crate::samples::{JointDisplacement, JointFactor, NominalArm};
@@ -87,12 +88,10 @@ pub(crate) fn tolerance_prior<T: Real>(
     settings: &Settings<T>,
 ) -> TolerancePrior<T, 24> {
     let tolerance = settings.tolerance.as_ref();
-    let [first, second, third] = factor.nominal_arms();
-    let arms = [first, second, third];
-    let mut units = [T::ZERO; 24];
-    for (own, nominal) in units.chunks_exact_mut(8).zip(arms) {
-        own.copy_from_slice(&nominal.units());
+    let mut weights = [T::ZERO; 24];
+    for (own, nominal) in weights.chunks_exact_mut(8).zip(factor.nominal_arms()) {
+        own.copy_from_slice(&Tolerance::own_weights(tolerance, nominal));
     }
-    let weights = own_weights(first.arm().drive(), &units, tolerance);
-    TolerancePrior::coupled(weights, arms.map(NominalArm::arm), tolerance)
+    let arms = factor.nominal_arms().each_ref().map(NominalArm::arm);
+    TolerancePrior::coupled(weights, arms, tolerance)
 }

@@ -171,13 +171,30 @@ impl<T: Real> Tolerance<T> {
     /// 1/tolerance of each parameter of an arm by itself, in the nominal arm's units; zeros without one. Nothing
     /// else holds the place that an arm leaves empty.
     pub(crate) fn weights(tolerance: Option<&Self>, nominal: &NominalArm<T>) -> [T; 8] {
+        #[allow(unused_mut)] // without linear drives
+        let mut weights = Self::own_weights(tolerance, nominal);
+        #[cfg(feature = "linear")]
+        if let Some(tolerance) = tolerance {
+            let places = nominal.arm().drive().places();
+            for (weight, parameter) in weights.iter_mut().zip(places) {
+                if let Some(parameter @ (Parameter::Dx | Parameter::Dy)) = parameter {
+                    *weight =
+                        nominal.unit_of(parameter) / tolerance.of_arm(nominal.arm(), parameter);
+                }
+            }
+        }
+        weights
+    }
+
+    /// The same without what the arm has in common with the others.
+    pub(crate) fn own_weights(tolerance: Option<&Self>, nominal: &NominalArm<T>) -> [T; 8] {
         nominal
             .arm()
             .drive()
             .places()
             .map(|parameter| match (parameter, tolerance) {
                 (Some(parameter), Some(tolerance)) => {
-                    nominal.unit_of(parameter) / tolerance.of_arm(nominal.arm(), parameter)
+                    nominal.unit_of(parameter) / tolerance.of(parameter)
                 }
                 (Some(_), None) => T::ZERO,
                 (None, _) => T::ONE,

@@ -3,7 +3,7 @@
 use super::problem::Prior;
 use super::tolerance::Tolerance;
 use crate::Real;
-use crate::robot::{Arm, Drive, Robot};
+use crate::robot::{Arm, Robot};
 use crate::samples::Triangle;
 
 /// Of the robot, which come before any others.
@@ -38,33 +38,25 @@ impl<T: Real> TolerancePrior<T, 24> {
     /// For a problem in which a correction of parameter j by 1 is `units[j]`. Without a tolerance nothing holds
     /// the parameters, but for the places that the arms leave empty.
     pub fn new(robot: &Robot<T>, units: &[T; 24], tolerance: Option<&Tolerance<T>>) -> Self {
+        let mut weights = [T::ZERO; 24];
+        let places = robot.drive().places();
+        for ((weight, unit), parameter) in weights.iter_mut().zip(units).zip(places.iter().cycle())
+        {
+            *weight = match (parameter, tolerance) {
+                (Some(parameter), Some(tolerance)) => *unit / tolerance.of(*parameter),
+                (Some(_), None) => T::ZERO,
+                // Nothing else holds a place that the arms leave empty.
+                (None, _) => T::ONE,
+            };
+        }
         let [first, second, third] = robot.arms();
-        let weights = own_weights(robot.drive(), units, tolerance);
         Self::coupled(weights, [first, second, third], tolerance)
     }
 }
 
-/// 1/σ of each parameter by itself.
-pub(super) fn own_weights<T: Real>(
-    drive: Drive,
-    units: &[T; 24],
-    tolerance: Option<&Tolerance<T>>,
-) -> [T; 24] {
-    let mut weights = [T::ZERO; 24];
-    let places = drive.places();
-    for ((weight, unit), parameter) in weights.iter_mut().zip(units).zip(places.iter().cycle()) {
-        *weight = match (parameter, tolerance) {
-            (Some(parameter), Some(tolerance)) => *unit / tolerance.of(*parameter),
-            (Some(_), None) => T::ZERO,
-            // Nothing else holds a place that the arms leave empty.
-            (None, _) => T::ONE,
-        };
-    }
-    weights
-}
-
 impl<T: Real, const N: usize> TolerancePrior<T, N> {
     /// With 1/σ of each parameter in the problem's units.
+    #[inline]
     #[cfg_attr(not(feature = "linear"), allow(unused_variables))]
     pub(crate) fn coupled(
         weights: [T; N],
@@ -135,7 +127,7 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
 impl<T: Real> CommonRadius<T> {
     /// `None` where there is none.
     fn of(arms: [&Arm<T>; 3], tolerance: &Tolerance<T>) -> Option<Self> {
-        use crate::robot::Parameter;
+        use crate::robot::{Drive, Parameter};
         let sigma = tolerance.radius();
         let [first, ..] = arms;
         if first.drive() != Drive::Linear || !(sigma > T::ZERO) {

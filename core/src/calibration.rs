@@ -28,6 +28,7 @@ mod settings;
 mod snapshots;
 pub mod step_control;
 mod tolerance;
+mod tolerance_prior;
 
 pub use crate::samples::Triangle;
 pub use arm_problem::ArmProblem;
@@ -46,7 +47,7 @@ pub use instrument::Instrument;
 pub use joint_calibrator::JointCalibrator;
 pub use joint_problem::JointNormal;
 pub use joint_solver::JointSolver;
-pub(crate) use joint_solver::tolerance_weights;
+pub(crate) use joint_solver::tolerance_prior;
 #[cfg(any(feature = "classical", test))]
 pub(crate) use means::{Means, spread};
 pub use minimizer::{Minimizer, Progress};
@@ -57,3 +58,4 @@ pub use refusal::Refusal;
 pub use robot_solver::RobotSolver;
 pub use settings::{Settings, Solver, Start};
 pub use tolerance::{Tolerance, ToleranceError};
+pub use tolerance_prior::TolerancePrior;

@@ -1,8 +1,9 @@
 //! Simulated measurements: what a tracker would have seen of a robot whose parameters are known.
 
 use crate::Real;
+use crate::calibration::Tolerance;
 use crate::kinematics::{JointLimits, KinematicsError};
-use crate::robot::Robot;
+use crate::robot::{GeometryError, Robot};
 use crate::samples::{Noise, Sample};
 use core::fmt;
 use nalgebra::Vector3;
@@ -64,6 +65,35 @@ pub fn random_pose<T: Real, R: Rng + ?Sized>(
         }
     }
     Err(PoseError)
+}
+
+/// A robot made to a tolerance: each parameter normal about its nominal value.
+///
+/// # Errors
+/// In the rare case that its numbers are no robot.
+pub fn made_robot<T: Real, R: Rng + ?Sized>(
+    nominal: &Robot<T>,
+    tolerance: &Tolerance<T>,
+    rng: &mut R,
+) -> Result<Robot<T>, GeometryError> {
+    let mut parameters = nominal.parameters();
+    for (values, arm) in parameters.iter_mut().zip(nominal.arms()) {
+        for (value, parameter) in values.iter_mut().zip(arm.drive().places()) {
+            if let Some(parameter) = parameter {
+                *value += tolerance.of(parameter) * standard_normal::<T, R>(rng);
+            }
+        }
+    }
+    #[cfg(feature = "linear")]
+    if tolerance.radius() > T::ZERO {
+        let common = standard_normal::<T, R>(rng);
+        for (values, arm) in parameters.iter_mut().zip(nominal.arms()) {
+            for (value, outwards) in values.iter_mut().zip(tolerance.outwards(arm)) {
+                *value += outwards * common;
+            }
+        }
+    }
+    nominal.with_parameters(parameters)
 }
 
 /// The pose as it would be measured: with noise on the position and on the joint angles.

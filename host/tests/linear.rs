@@ -40,7 +40,7 @@ fn file(text: &str) -> RobotFile {
 /// Off by one tolerance in every parameter.
 fn made(rng: &mut Pcg32) -> Robot<f64> {
     let file = file(ROBOT);
-    let sigmas = file.tolerance.unwrap().of_places(file.robot.drive());
+    let sigmas = file.tolerance.unwrap().of_places(&file.robot.arms()[0]);
     let parameters = file.robot.parameters().map(|mut arm| {
         for (value, sigma) in arm.iter_mut().zip(sigmas) {
             *value += sigma * standard_normal::<f64, _>(rng);
@@ -170,6 +170,11 @@ fn what_does_not_fit_the_drive_is_refused_with_its_place() {
         ("scale = 0.001", "", "[tolerance] scale"),
         ("scale = 0.001", "scale = 0", "scales must be"),
         ("zero_mm = 5", "zero_mm = -5", "zero must be"),
+        (
+            "zero_mm = 5",
+            "zero_mm = 5\nradius_mm = -2",
+            "common radius must be",
+        ),
         ("joint_mm = 0", "joint_deg = 0", "no such key"),
         ("joint_mm = 0", "", "[noise] joint_mm"),
     ];
@@ -185,6 +190,52 @@ fn what_does_not_fit_the_drive_is_refused_with_its_place() {
                   forearm_mm = 480\ntower_radius_mm = 3\n[joints]\nmin_deg = -60\nmax_deg = 90\n";
     let error = RobotFile::read(&InputText::new("robot.toml", rotary)).unwrap_err();
     assert!(error.to_string().contains("no such key"), "{error}");
+    let rotary = rotary.replace("tower_radius_mm = 3\n", "");
+    let rotary = format!("{rotary}[tolerance]\nlength_mm = 1\nangle_deg = 1\nradius_mm = 2\n");
+    let error = RobotFile::read(&InputText::new("robot.toml", &rotary)).unwrap_err();
+    let error = error.to_string();
+    assert!(error.starts_with("robot.toml:12:"), "{error}");
+    assert!(error.contains("radius_mm"), "{error}");
+}
+
+#[test]
+fn a_common_radius_is_read_and_written() {
+    let stated = ROBOT.replace("zero_mm = 5", "zero_mm = 5\nradius_mm = 2.5");
+    let read = file(&stated);
+    assert!((read.tolerance.unwrap().radius() - 2.5).abs() < 1e-12);
+    assert_eq!(
+        file(&read.to_toml("")).tolerance.unwrap(),
+        read.tolerance.unwrap()
+    );
+    assert!(!file(ROBOT).to_toml("").contains("radius_mm"));
+}
+
+/// End stops that are off as far as the tolerance allows are no other frame.
+#[test]
+fn what_the_tolerance_allows_is_not_doubtful() {
+    let folder = Folder::new();
+    let mut parameters = file(ROBOT).robot.parameters();
+    for arm in &mut parameters {
+        arm[Parameter::Zero.index()] += 20.0;
+    }
+    let truth = file(ROBOT).robot.with_parameters(parameters).unwrap();
+    let doubts = |robot: &str, rng: &mut Pcg32| {
+        folder.write("robot.toml", robot);
+        folder.write("samples.csv", samples(&truth, 30, rng));
+        let run = folder.run("calibrate robot.toml samples.csv");
+        assert!(run.stdout.contains("Calibrated"), "{}", run.stderr);
+        run.stdout
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ")
+            .contains("from where the robot")
+    };
+    let mut rng = generator(9600, 0);
+    let wide = ROBOT.replace("zero_mm = 5", "zero_mm = 10");
+    assert!(!doubts(&wide, &mut rng));
+    let (before, rest) = ROBOT.split_once("[tolerance]").unwrap();
+    let (_, after) = rest.split_once("[noise]").unwrap();
+    assert!(doubts(&format!("{before}[noise]{after}"), &mut rng));
 }
 
 #[test]

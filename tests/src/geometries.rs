@@ -1,7 +1,7 @@
 //! Robots of other proportions than the paper's.
 
 use crate::closures::inverse_of;
-use delta_cal::robot::{Arm, ParameterKind, SymmetricLinearRobot};
+use delta_cal::robot::{Arm, Drive, ParameterKind, SymmetricLinearRobot};
 use delta_cal::{Noise, Parameter, Robot, Sample, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -86,11 +86,7 @@ pub fn bound(
         information += jacobian.transpose() * covariance.try_inverse()? * jacobian;
     }
     if let Some(tolerance) = tolerance {
-        for index in 0..24 {
-            if let Some(parameter) = places[index % 8] {
-                information[(index, index)] += tolerance.of(parameter).powi(-2);
-            }
-        }
+        information += inverse_of(&made_to(truth, tolerance))?;
     }
     // A place that the arms leave empty: nothing is to be known of it.
     let empty = |index: usize| places[index % 8].is_none();
@@ -102,6 +98,29 @@ pub fn bound(
         covariance[(index, index)] = 0.0;
     }
     Some(covariance)
+}
+
+/// The covariance of the parameters of robots made to a tolerance, 1 at places that the arms leave empty: the
+/// common radius moves every tower along its azimuth.
+pub fn made_to(robot: &Robot<f64>, tolerance: &Tolerance<f64>) -> SMatrix<f64, 24, 24> {
+    let places = robot.drive().places();
+    let mut covariance = SMatrix::<f64, 24, 24>::identity();
+    for index in 0..24 {
+        if let Some(parameter) = places[index % 8] {
+            covariance[(index, index)] = tolerance.of(parameter).powi(2);
+        }
+    }
+    if robot.drive() == Drive::Linear {
+        let azimuths = robot.arms().map(|arm| arm.d().y.atan2(arm.d().x));
+        let outwards = |index: usize| match index % 8 {
+            0 => azimuths[index / 8].cos(),
+            1 => azimuths[index / 8].sin(),
+            _ => 0.0,
+        };
+        let variance = tolerance.radius().powi(2);
+        covariance += SMatrix::from_fn(|i, j| variance * outwards(i) * outwards(j));
+    }
+    covariance
 }
 
 /// ∂X/∂P by central differences: mm per mm, mm per rad. `None` where the pose is out of reach.

@@ -52,7 +52,7 @@ fn robots() -> Vec<Measured> {
 
 /// One σ of each of the 24 places, in the problem's units.
 fn sigmas(nominal: &Robot<f64>, units: &[f64; 24]) -> [f64; 24] {
-    let of_places = tolerance().of_places(nominal.drive());
+    let of_places = tolerance().of_places(&nominal.arms()[0]);
     std::array::from_fn(|place| of_places[place % 8] / units[place])
 }
 

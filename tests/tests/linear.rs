@@ -14,6 +14,7 @@ mod instruments;
 mod kinematics;
 mod noisy;
 mod printers;
+mod radius;
 
 use delta_cal::calibration::{JointCalibrator, JointOutcome};
 use delta_cal::kinematics::JointLimits;
@@ -35,7 +36,8 @@ fn tolerance() -> Tolerance<f64> {
 
 /// The nominal robot with every parameter off by so many tolerances.
 fn made(nominal: &Robot<f64>, tolerances: f64, spread: Spread, rng: &mut Pcg32) -> Robot<f64> {
-    let sigmas = tolerance().of_places(nominal.drive());
+    let [arm, ..] = nominal.arms();
+    let sigmas = tolerance().of_places(arm);
     let parameters = nominal.parameters().map(|mut arm| {
         for (value, sigma) in arm.iter_mut().zip(sigmas) {
             let part = match spread {
@@ -47,6 +49,16 @@ fn made(nominal: &Robot<f64>, tolerances: f64, spread: Spread, rng: &mut Pcg32) 
         arm
     });
     nominal.with_parameters(parameters).unwrap()
+}
+
+/// The same with its towers further out by a length that all have in common.
+fn spread_out(robot: &Robot<f64>, by: f64) -> Robot<f64> {
+    let mut parameters = robot.parameters();
+    for [x, y, ..] in &mut parameters {
+        let radius = x.hypot(*y);
+        (*x, *y) = (*x * (1.0 + by / radius), *y * (1.0 + by / radius));
+    }
+    robot.with_parameters(parameters).unwrap()
 }
 
 fn measurements(

@@ -101,6 +101,7 @@ fn errors_of_numbers_name_the_number() {
     says(&ToleranceError::Angle, &["tolerance", "angles"]);
     says(&ToleranceError::Zero, &["tolerance", "zero"]);
     says(&ToleranceError::Scale, &["tolerance", "scales"]);
+    says(&ToleranceError::Radius, &["tolerance", "common radius"]);
     says(&JointLimitsError::NonFinite, &["limit", "finite"]);
     says(&JointLimitsError::Empty, &["smallest", "largest"]);
     says(&JointLimitsError::TooWide, &["more than one turn"]);

@@ -84,6 +84,41 @@ mod on_target {
         }
     }
 
+    /// Kinematics, calibrations of arms, joint ones and observations of robots with linear drives, beside which
+    /// the others compute what they do without.
+    #[test]
+    fn same_bits_of_linear_drives() {
+        let features = ["--features", "linear"];
+        let directory = directory("firmware-linear");
+        let target = build_for_target(&directory, &features).expect("the build");
+        let host = build_for_host(&directory, &features).expect("the build");
+        let expected = on_host(&host, "linear");
+        let expected = only("BITS ", &expected);
+        for scalar in ["f32", "f64"] {
+            let lines = expected.iter().filter(|line| line.starts_with(scalar));
+            let calibrated =
+                |line: &&&str| line.contains("joint towers") && line.contains("arm 3 parameters");
+            let joint = lines.filter(calibrated).count();
+            assert!(
+                joint >= 15,
+                "only {joint} joint calibrations of {scalar}: the fixture was cut short"
+            );
+        }
+        for board in [Board::M4, Board::M7] {
+            let output = emulate(board, Clock::Free, &target.join("linear")).expect("the run");
+            let lines = only("BITS ", &output);
+            assert_same_lines(&lines, &expected);
+            println!("{board:?}: the host's bits in {} lines", lines.len());
+        }
+
+        let _exclusive = directory_lock();
+        let without = build_for_host(&self::directory("firmware"), &[]).expect("the build");
+        assert_same_lines(
+            &only("BITS ", &on_host(&host, PACKAGE)),
+            &only("BITS ", &on_host(&without, PACKAGE)),
+        );
+    }
+
     fn compare_fixture(boards: &[Board], features: &[&str]) {
         let _exclusive = directory_lock();
         let directory = directory("firmware");

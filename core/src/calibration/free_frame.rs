@@ -3,6 +3,7 @@
 use super::calibrator::workspace_centre;
 use super::problem::Prior;
 use super::tolerance::Tolerance;
+use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{Arm, Drive, Robot};
 use crate::samples::{Triangle, put_row};
@@ -15,22 +16,22 @@ const ROWS: usize = 4;
 /// are estimated together with the parameters.
 ///
 /// ```text
-/// minimise over τ   |W (δ − G τ)|²   =   |(I − Q Qᵀ) W δ|²,   W G = Q R
+/// minimise over τ   |U (δ − G τ)|²   =   |(I − Q Qᵀ) U δ|²,   U G = Q R
 /// ```
 ///
-/// W holds 1/tolerance, and the columns of G are how the 24 parameters change when the robot is moved as
+/// U holds 1/tolerance, of towers with a common radius a root of the information, and the columns of G are how the 24 parameters change when the robot is moved as
 /// a rigid body by three small translations and three small rotations. δ is measured in the frame in which
 /// the nominal robot stands, τ is what that frame is off by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FreeFrame<T: Real> {
-    /// 1/tolerance in the problem's units, or 1 without a tolerance.
-    weights: [T; 24],
+    /// U: 1/tolerance in the problem's units, or 1 without a tolerance.
+    known: TolerancePrior<T, 24>,
     /// Columns of Q.
     motions: [[T; 24]; 6],
-    /// R of W G = Q R, by columns.
+    /// R of U G = Q R, by columns.
     factor: [[T; 6]; 6],
     centre: Vector3<T>,
-    /// (I − Q Qᵀ) W, reduced to a triangle; zeros without a tolerance.
+    /// (I − Q Qᵀ) U, reduced to a triangle; zeros without a tolerance.
     rows: Triangle<T, 25, 325>,
 }
 
@@ -61,6 +62,8 @@ impl<T: Real> FreeFrame<T> {
                 }
             }
         }
+        let [first, second, third] = robot.arms();
+        let known = TolerancePrior::coupled(weights, [first, second, third], tolerance);
         let mut motions = [[T::ZERO; 24]; 6];
         for (axis, motion) in motions.iter_mut().enumerate() {
             let mut places = motion.iter_mut().zip(&weights).zip(units);
@@ -73,10 +76,11 @@ impl<T: Real> FreeFrame<T> {
                     }
                 }
             }
+            known.uncorrelate(motion);
         }
         let factor = orthonormalise(&mut motions);
         let mut prior = Self {
-            weights,
+            known,
             motions,
             factor,
             centre,
@@ -98,17 +102,21 @@ impl<T: Real> FreeFrame<T> {
         pivot.is_some_and(|pivot| *pivot != T::ZERO)
     }
 
-    /// Row j of (I − Q Qᵀ) W.
+    /// Row j of (I − Q Qᵀ) U.
     fn row(&self, index: usize) -> [T; 24] {
         let mut row = [T::ZERO; 24];
-        for (column, (entry, weight)) in row.iter_mut().zip(&self.weights).enumerate() {
+        for (column, entry) in row.iter_mut().enumerate() {
             let mut part = if column == index { T::ONE } else { T::ZERO };
             for motion in &self.motions {
                 if let (Some(own), Some(other)) = (motion.get(index), motion.get(column)) {
                     part -= *own * *other;
                 }
             }
-            *entry = part * *weight;
+            *entry = part;
+        }
+        self.known.uncorrelate(&mut row);
+        for (entry, weight) in row.iter_mut().zip(self.known.weights()) {
+            *entry *= *weight;
         }
         row
     }
@@ -123,18 +131,23 @@ impl<T: Real> FreeFrame<T> {
         }
     }
 
-    /// Qᵀ W δ.
+    /// Qᵀ U δ.
     fn along(&self, correction: &[T; 24]) -> [T; 6] {
+        let mut weighed = *correction;
+        for (delta, weight) in weighed.iter_mut().zip(self.known.weights()) {
+            *delta = *weight * *delta;
+        }
+        self.known.uncorrelate(&mut weighed);
         let mut parts = [T::ZERO; 6];
         for (part, motion) in parts.iter_mut().zip(&self.motions) {
-            for ((entry, weight), delta) in motion.iter().zip(&self.weights).zip(correction) {
-                *part += *entry * *weight * *delta;
+            for (entry, delta) in motion.iter().zip(&weighed) {
+                *part += *entry * *delta;
             }
         }
         parts
     }
 
-    /// The motion of the nominal robot that comes nearest to a correction: τ = R⁻¹ Qᵀ W δ.
+    /// The motion of the nominal robot that comes nearest to a correction: τ = R⁻¹ Qᵀ U δ.
     pub fn motion(&self, correction: &[T; 24]) -> Motion<T> {
         let mut parts = self.along(correction);
         for index in (0..6).rev() {

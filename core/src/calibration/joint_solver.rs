@@ -4,9 +4,10 @@ use super::outcome::JointOutcome;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::tolerance::Tolerance;
+use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::ArmIndex;
-use crate::samples::{JointDisplacement, JointFactor};
+use crate::samples::{JointDisplacement, JointFactor, NominalArm};
 
 impl<T: Real> JointCalibrator<T> {
     /// Calibrates the robot.
@@ -36,7 +37,7 @@ impl<T: Real> JointCalibrator<T> {
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct JointSolver<T: Real> {
-    minimizer: Minimizer<T, JointDisplacement<T>, [T; 24], 24, 25, 325>,
+    minimizer: Minimizer<T, JointDisplacement<T>, TolerancePrior<T, 24>, 24, 25, 325>,
 }
 
 impl<T: Real> JointSolver<T> {
@@ -47,7 +48,7 @@ impl<T: Real> JointSolver<T> {
     pub fn new(calibrator: &mut JointCalibrator<T>) -> Result<Self, Refusal> {
         calibrator.flush();
         let (factor, settings) = (calibrator.factor(), calibrator.settings());
-        let prior = tolerance_weights(factor, settings);
+        let prior = tolerance_prior(factor, settings);
         // Begun in place: a copy of it costs as much as a step.
         let mut solver = Self {
             minimizer: Minimizer::unstarted(ArmIndex::First, prior, settings),
@@ -81,14 +82,16 @@ impl<T: Real> JointSolver<T> {
     }
 }
 
-/// 1/tolerance in internal units; zeros without one, but for places that the arms leave empty.
-pub(crate) fn tolerance_weights<T: Real>(
+/// What the tolerance says in internal units.
+pub(crate) fn tolerance_prior<T: Real>(
     factor: &JointFactor<T>,
     settings: &Settings<T>,
-) -> [T; 24] {
+) -> TolerancePrior<T, 24> {
+    let tolerance = settings.tolerance.as_ref();
     let mut weights = [T::ZERO; 24];
     for (own, nominal) in weights.chunks_exact_mut(8).zip(factor.nominal_arms()) {
-        own.copy_from_slice(&Tolerance::weights(settings.tolerance.as_ref(), nominal));
+        own.copy_from_slice(&Tolerance::own_weights(tolerance, nominal));
     }
-    weights
+    let arms = factor.nominal_arms().each_ref().map(NominalArm::arm);
+    TolerancePrior::coupled(weights, arms, tolerance)
 }

@@ -125,7 +125,14 @@ impl<T: Real> Settings<T> {
     pub(crate) fn mark(&self, drive: Drive, fingerprint: &mut Fingerprint) {
         fingerprint.optional(self.noise.map(|noise| noise.position_by_axis()));
         fingerprint.optional(self.noise.map(|noise| [noise.joint()]));
-        fingerprint.optional(self.tolerance.map(|tolerance| tolerance.of_places(drive)));
+        let places = drive.places();
+        fingerprint.optional(self.tolerance.map(|tolerance| {
+            places.map(|parameter| parameter.map_or(T::ZERO, |parameter| tolerance.of(parameter)))
+        }));
+        #[cfg(feature = "linear")]
+        if drive == Drive::Linear {
+            fingerprint.optional(self.tolerance.map(|tolerance| [tolerance.radius()]));
+        }
         fingerprint.byte(match self.solver {
             Solver::GaussNewton => 0,
             Solver::LevenbergMarquardt => 1,

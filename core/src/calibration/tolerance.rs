@@ -1,5 +1,7 @@
 use crate::Real;
-use crate::robot::{Drive, Parameter, ParameterKind};
+#[cfg(feature = "linear")]
+use crate::robot::Drive;
+use crate::robot::{Arm, Parameter, ParameterKind};
 use crate::samples::NominalArm;
 use core::fmt;
 
@@ -14,6 +16,8 @@ pub struct Tolerance<T> {
     zero: T,
     #[cfg(feature = "linear")]
     scale: T,
+    #[cfg(feature = "linear")]
+    radius: T,
 }
 
 /// Why two numbers are not a tolerance.
@@ -29,6 +33,8 @@ pub enum ToleranceError {
     Zero,
     /// The tolerance of scales must be a finite number greater than 0.
     Scale,
+    /// The tolerance of the towers' common radius must be a finite number, 0 or greater.
+    Radius,
 }
 
 impl fmt::Display for ToleranceError {
@@ -40,6 +46,9 @@ impl fmt::Display for ToleranceError {
                 "the tolerance of the carriages' zero must be a finite number greater than 0"
             }
             Self::Scale => "the tolerance of scales must be a finite number greater than 0",
+            Self::Radius => {
+                "the tolerance of the towers' common radius must be a finite number, 0 or greater"
+            }
         })
     }
 }
@@ -66,6 +75,8 @@ impl<T: Real> Tolerance<T> {
             zero: length,
             #[cfg(feature = "linear")]
             scale: angle,
+            #[cfg(feature = "linear")]
+            radius: T::ZERO,
         })
     }
 
@@ -86,7 +97,40 @@ impl<T: Real> Tolerance<T> {
         Ok(self)
     }
 
-    /// One σ of a parameter: length, radians or no unit.
+    /// The same with one σ of the radius common to all towers (length), beside each one's own; 0 for none. The
+    /// calibration of an arm by itself knows nothing of the others: there a tower's place has the σ of both.
+    ///
+    /// # Errors
+    /// A number that is not finite or is negative.
+    #[cfg(feature = "linear")]
+    pub fn with_radius(mut self, radius: T) -> Result<Self, ToleranceError> {
+        if !(radius >= T::ZERO && radius.finite()) {
+            return Err(ToleranceError::Radius);
+        }
+        self.radius = radius;
+        Ok(self)
+    }
+
+    /// One σ of the radius common to all towers. Length.
+    #[cfg(feature = "linear")]
+    pub const fn radius(&self) -> T
+    where
+        T: Copy,
+    {
+        self.radius
+    }
+
+    /// By how much that moves D of a tower, along x and y. Length.
+    #[cfg(feature = "linear")]
+    pub fn outwards(&self, arm: &Arm<T>) -> [T; 2] {
+        match arm.drive() {
+            Drive::Linear => arm.outwards().map(|part| self.radius * part),
+            Drive::Rotary => [T::ZERO; 2],
+        }
+    }
+
+    /// One σ of a parameter: length, radians or no unit. Of where a tower stands without what all have in
+    /// common.
     pub fn of(&self, parameter: Parameter) -> T {
         match parameter {
             #[cfg(feature = "linear")]
@@ -100,15 +144,50 @@ impl<T: Real> Tolerance<T> {
         }
     }
 
-    /// One σ at each [place](Drive::places) of an arm's parameters; 0 at an empty one.
-    pub fn of_places(&self, drive: Drive) -> [T; 8] {
-        let places = drive.places();
-        places.map(|parameter| parameter.map_or(T::ZERO, |parameter| self.of(parameter)))
+    /// One σ at each [place](Drive::places) of an arm's parameters, with what it has in common with the others;
+    /// 0 at an empty one.
+    pub fn of_places(&self, arm: &Arm<T>) -> [T; 8] {
+        let places = arm.drive().places();
+        places.map(|parameter| parameter.map_or(T::ZERO, |parameter| self.of_arm(arm, parameter)))
     }
 
-    /// 1/tolerance of each parameter in the nominal arm's units; zeros without one. Nothing else holds the
-    /// place that an arm leaves empty.
+    /// One σ of a parameter of this arm, with what it has in common with the others.
+    #[cfg_attr(not(feature = "linear"), allow(unused_variables))]
+    pub fn of_arm(&self, arm: &Arm<T>, parameter: Parameter) -> T {
+        let own = self.of(parameter);
+        #[cfg(feature = "linear")]
+        if self.radius > T::ZERO {
+            let [x, y] = self.outwards(arm);
+            let common = match parameter {
+                Parameter::Dx => x,
+                Parameter::Dy => y,
+                _ => return own,
+            };
+            return (own.squared() + common.squared()).square_root();
+        }
+        own
+    }
+
+    /// 1/tolerance of each parameter of an arm by itself, in the nominal arm's units; zeros without one. Nothing
+    /// else holds the place that an arm leaves empty.
     pub(crate) fn weights(tolerance: Option<&Self>, nominal: &NominalArm<T>) -> [T; 8] {
+        #[allow(unused_mut)] // without linear drives
+        let mut weights = Self::own_weights(tolerance, nominal);
+        #[cfg(feature = "linear")]
+        if let Some(tolerance) = tolerance {
+            let places = nominal.arm().drive().places();
+            for (weight, parameter) in weights.iter_mut().zip(places) {
+                if let Some(parameter @ (Parameter::Dx | Parameter::Dy)) = parameter {
+                    *weight =
+                        nominal.unit_of(parameter) / tolerance.of_arm(nominal.arm(), parameter);
+                }
+            }
+        }
+        weights
+    }
+
+    /// The same without what the arm has in common with the others.
+    pub(crate) fn own_weights(tolerance: Option<&Self>, nominal: &NominalArm<T>) -> [T; 8] {
         nominal
             .arm()
             .drive()

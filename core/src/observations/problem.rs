@@ -226,7 +226,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     ///
     /// A column holds x, y, z, height and distance; 0 where nothing was read. JᵀJ over all rows is the
     /// information that the measurements hold (what is known beforehand is in
-    /// [`prior_weights`](Self::prior_weights)).
+    /// [`prior`](Self::prior)).
     pub fn linearized<const M: usize>(&self, row: usize) -> Option<[[T; 5]; M]> {
         self.rows.get(row)?.linearized(
             self.robot,

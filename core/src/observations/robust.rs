@@ -7,7 +7,7 @@ use super::row::ObservationRow;
 use super::start::StartValues;
 use crate::Real;
 use crate::calibration::limits::SAMPLES_FOR_ROBUST_FIT;
-use crate::calibration::{Minimizer, Problem, Progress, Refusal, Settings};
+use crate::calibration::{Minimizer, Prior, Problem, Progress, Refusal, Settings, TolerancePrior};
 use crate::robot::{ArmIndex, Robot};
 use crate::robust::{Fits, Loss, RobustOutcome, RobustRefusal, WeighedSample, fit};
 use core::fmt;
@@ -110,7 +110,7 @@ pub fn robust_fit_observations<T: Real, const N: usize, const M: usize, const E:
         row.set_weight(T::ONE);
     }
     let problem = ObservationProblem::<T, N>::prepare(robot, instruments, rows)?;
-    let (start, prior) = (*problem.start(), problem.prior_weights(settings));
+    let (start, prior) = (*problem.start(), problem.prior(settings));
     let weighed = work.get_mut(..rows.len()).ok_or(RobustRefusal::NoRoom {
         samples: rows.len(),
     })?;
@@ -156,8 +156,8 @@ struct Observed<'a, T: Real, const N: usize, const M: usize, const E: usize> {
     instruments: &'a Instruments<'a, T>,
     settings: &'a Settings<T>,
     start: StartValues<T, N>,
-    /// 1/σ of what is known beforehand.
-    prior: [T; N],
+    /// What is known beforehand.
+    prior: TolerancePrior<T, N>,
     rows: &'a mut [ObservationRow<T>],
     /// Rows that count, and their readings.
     counted: usize,
@@ -212,10 +212,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Fits<T> for Observ
 
     /// A robot far from its tolerance explains many wrong rows, where hardly more rows than parameters count.
     fn prior_cost(&self, correction: &[T; N]) -> T {
-        let weights = self.prior.iter().zip(correction);
-        weights.fold(T::ZERO, |sum, (weight, own)| {
-            sum + (*weight * *own).squared()
-        })
+        Prior::<T, N, M, E>::cost(&self.prior, correction)
     }
 
     fn parameters(&self) -> usize {
@@ -233,7 +230,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Fits<T> for Observ
         effective: T,
     ) -> Option<[T; N]> {
         let problem = self.weighed(weighed, effective);
-        let prior = problem.prior_weights(settings);
+        let prior = problem.prior(settings);
         let mut minimizer: Minimizer<T, _, _, N, M, E> =
             Minimizer::with_prior(&problem, ArmIndex::First, prior, settings)
                 .ok()?

@@ -5,7 +5,7 @@ use super::outcome::ObservationOutcome;
 use super::problem::{InstrumentsAt, ObservationProblem};
 use super::row::ObservationRow;
 use crate::Real;
-use crate::calibration::{Minimizer, Progress, Refusal, Settings};
+use crate::calibration::{Minimizer, Progress, Refusal, Settings, TolerancePrior};
 use crate::robot::ArmIndex;
 
 impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
@@ -34,19 +34,21 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
     pub fn minimizer<const M: usize, const E: usize>(
         &self,
         settings: &Settings<T>,
-    ) -> Result<Minimizer<T, InstrumentsAt<T, N>, [T; N], N, M, E>, Refusal> {
-        Minimizer::with_prior(
-            self,
-            ArmIndex::First,
-            self.prior_weights(settings),
-            settings,
-        )
+    ) -> Result<Minimizer<T, InstrumentsAt<T, N>, TolerancePrior<T, N>, N, M, E>, Refusal> {
+        Minimizer::with_prior(self, ArmIndex::First, self.prior(settings), settings)
     }
 
-    /// 1/σ of what is known of each parameter beforehand, in units of
-    /// [`unit_of`](crate::calibration::Problem::unit_of); 0 where nothing is known, 1 for places that no
+    /// What is known of the parameters beforehand, in units of
+    /// [`unit_of`](crate::calibration::Problem::unit_of).
+    pub fn prior(&self, settings: &Settings<T>) -> TolerancePrior<T, N> {
+        let [first, second, third] = self.robot.arms();
+        let arms = [first, second, third];
+        TolerancePrior::coupled(self.weights(settings), arms, settings.tolerance.as_ref())
+    }
+
+    /// 1/σ of what is known of each parameter by itself; 0 where nothing is known, 1 for places that no
     /// unknown needs.
-    pub fn prior_weights(&self, settings: &Settings<T>) -> [T; N] {
+    fn weights(&self, settings: &Settings<T>) -> [T; N] {
         let mut weights = [T::ZERO; N];
         let places = self.robot.drive().places();
         let places = places.into_iter().cycle().take(OF_ROBOT);
@@ -105,7 +107,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
 }
 
 type Correction<T, const N: usize, const M: usize, const E: usize> =
-    Minimizer<T, InstrumentsAt<T, N>, [T; N], N, M, E>;
+    Minimizer<T, InstrumentsAt<T, N>, TolerancePrior<T, N>, N, M, E>;
 
 /// One minimisation after the other, in bounded steps.
 #[derive(Debug, Clone, Copy)]
@@ -160,7 +162,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Minimisation<T, N,
         problem: &ObservationProblem<'_, T, N>,
         settings: &Settings<T>,
     ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
-        let prior = problem.prior_weights(settings);
+        let prior = problem.prior(settings);
         let minimizer = Minimizer::unstarted(ArmIndex::First, prior, settings);
         match (self.minimizer.insert(minimizer).begin(problem), &self.pass) {
             (Ok(()), _) => None,

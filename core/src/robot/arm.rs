@@ -250,6 +250,18 @@ impl<T: Real> Arm<T> {
         &self.basis
     }
 
+    /// The horizontal direction from the base's centre to D, of length 1; zeros where D is above the centre.
+    #[cfg(feature = "linear")]
+    pub(crate) fn outwards(&self) -> [T; 2] {
+        let [x, y, ..] = self.parameters;
+        let distance = (x.squared() + y.squared()).square_root();
+        if distance > T::ZERO {
+            [x / distance, y / distance]
+        } else {
+            [T::ZERO; 2]
+        }
+    }
+
     /// D: the point on the motor axis, platform offset subtracted. Length.
     pub fn d(&self) -> Vector3<T> {
         let [x, y, z, ..] = self.parameters;

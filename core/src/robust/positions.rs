@@ -3,7 +3,7 @@ use super::sample::WeighedSample;
 use crate::Real;
 use crate::calibration::{
     JointCalibrator, JointOutcome, Minimizer, Problem, Progress, Refusal, Settings, Start,
-    tolerance_weights,
+    tolerance_prior,
 };
 use crate::robot::ArmIndex;
 use crate::samples::{JointFactor, Sample};
@@ -78,7 +78,7 @@ impl<T: Real> Fits<T> for Positions<'_, T> {
         effective: T,
     ) -> Option<[T; 24]> {
         let factor = self.factor(weighed, effective);
-        let prior = tolerance_weights(&factor, settings);
+        let prior = tolerance_prior(&factor, settings);
         let mut minimizer = Minimizer::with_prior(&factor, ArmIndex::First, prior, settings)
             .ok()?
             .for_its_end();

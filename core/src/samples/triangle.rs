@@ -51,6 +51,14 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         packed_row(&self.entries, N, row)
     }
 
+    /// The same to write to.
+    #[cfg(feature = "linear")]
+    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [T] {
+        self.entries_from(N.saturating_sub(row))
+            .get_mut(..N.saturating_sub(row))
+            .unwrap_or_default()
+    }
+
     /// Lengths of the columns.
     pub(crate) fn column_norms(&self) -> [T; N] {
         let mut norms = [T::ZERO; N];

@@ -4,7 +4,7 @@
 //! the true upper arm's length.
 
 use crate::accuracy::information::{
-    ARM, PARAMETERS, closure_rows, closures_by_position, is_empty, tolerance_weights, units,
+    ARM, PARAMETERS, closure_rows, closures_by_position, is_empty, units, weights_by_arm,
 };
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::fit::fkm;
@@ -229,7 +229,7 @@ fn of_separate_arms(
         .iter()
         .map(|pose| closure_rows(truth, pose, noise))
         .collect();
-    let prior = tolerance_weights(truth, tolerance);
+    let prior = weights_by_arm(truth, tolerance);
     let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
     for arm in 0..3 {
         let first = ARM * arm;

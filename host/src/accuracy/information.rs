@@ -5,6 +5,7 @@
 
 use crate::fit::fkm;
 use crate::fit::outcome::{RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
+use delta_cal::calibration::{JointNormal, Prior, TolerancePrior};
 use delta_cal::robot::{Arm, ParameterKind, TransmissionTolerance};
 use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -37,8 +38,33 @@ pub(crate) fn prior_covariance(
     robot: &Robot<f64>,
     tolerance: &Tolerance<f64>,
 ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
-    let sigmas = tolerance.of_places(robot.drive());
-    SMatrix::from_diagonal(&SVector::from_fn(|index, _| sigmas[index % ARM].powi(2)))
+    let places = robot.drive().places();
+    let own = SVector::<f64, PARAMETERS>::from_fn(|index, _| {
+        places[index % ARM].map_or(0.0, |parameter| tolerance.of(parameter).powi(2))
+    });
+    let common = common_radius(robot, tolerance);
+    SMatrix::from_diagonal(&own) + common * common.transpose()
+}
+
+/// How the parameters change if all towers are one σ of their common radius further out: mm.
+fn common_radius(robot: &Robot<f64>, tolerance: &Tolerance<f64>) -> SVector<f64, PARAMETERS> {
+    let mut common = SVector::zeros();
+    for (arm, geometry) in robot.arms().iter().enumerate() {
+        let [x, y] = tolerance.outwards(geometry);
+        (common[ARM * arm], common[ARM * arm + 1]) = (x, y);
+    }
+    common
+}
+
+/// σ of Σ wⱼ pⱼ for robots made to a tolerance, p in mm and radians.
+pub(crate) fn sigma_of_sum(
+    robot: &Robot<f64>,
+    tolerance: &Tolerance<f64>,
+    weights: &[f64; PARAMETERS],
+) -> f64 {
+    let weights = SVector::from(*weights);
+    let covariance = prior_covariance(robot, tolerance);
+    weights.dot(&(covariance * weights)).sqrt()
 }
 
 /// The same with the transmissions, if they are to be found.
@@ -74,8 +100,32 @@ pub(crate) fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
     }
 }
 
-/// 1/tolerance of every parameter; zero without one, and 1 where the arms leave a place empty.
-pub(crate) fn tolerance_weights(
+/// What a tolerance says of all parameters.
+pub(crate) fn tolerance_prior(
+    robot: &Robot<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> TolerancePrior<f64, PARAMETERS> {
+    let units = units(robot).map(f64::recip).into();
+    TolerancePrior::new(robot, &units, tolerance)
+}
+
+/// The same as the rows U of |U δ|².
+pub(crate) fn rows_of_prior(
+    prior: &TolerancePrior<f64, PARAMETERS>,
+) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+    let triangle: JointNormal<f64> = prior.rows(1.0, &[0.0; PARAMETERS]);
+    let mut rows = SMatrix::zeros();
+    for (index, row) in triangle.rows().take(PARAMETERS).enumerate() {
+        for (column, entry) in (index..PARAMETERS).zip(row) {
+            rows[(index, column)] = *entry;
+        }
+    }
+    rows
+}
+
+/// 1/tolerance of every parameter of arms by themselves; zero without one, and 1 where the arms leave a place
+/// empty.
+pub(crate) fn weights_by_arm(
     robot: &Robot<f64>,
     tolerance: Option<&Tolerance<f64>>,
 ) -> SVector<f64, PARAMETERS> {
@@ -83,8 +133,8 @@ pub(crate) fn tolerance_weights(
     let mut weights = SVector::zeros();
     for index in 0..PARAMETERS {
         weights[index] = match (parameter_at(robot, index), tolerance) {
-            (Some((_, parameter)), Some(tolerance)) => {
-                1.0 / (tolerance.of(parameter) * units[index])
+            (Some((arm, parameter)), Some(tolerance)) => {
+                1.0 / (tolerance.of_arm(robot.arm(arm), parameter) * units[index])
             }
             (Some(_), None) => 0.0,
             (None, _) => 1.0,

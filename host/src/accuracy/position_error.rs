@@ -1,5 +1,8 @@
 //! How far the measured positions are from where a geometry says they are.
 
+use crate::accuracy::information::prior_covariance;
+use crate::accuracy::position_uncertainty::PositionUncertainty;
+use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Row;
 use crate::fit::outlier::OUTLIER;
 use crate::fit::weights::SampleWeight;
@@ -128,7 +131,42 @@ const ELSEWHERE: f64 = 0.05;
 /// A sample of which less than this part is remembered is forgotten.
 const FORGOTTEN: f64 = 0.05;
 
+/// A tolerance allows so many times its σ.
+const ALLOWED: f64 = 3.0;
+
+/// One σ of a coordinate of robots made to the file's tolerance, the median over poses, mm; `None` without one.
+pub(crate) fn sigma_by_tolerance(
+    file: &RobotFile,
+    poses: impl Iterator<Item = [f64; 3]>,
+) -> Option<f64> {
+    let tolerance = file.tolerance.as_ref()?;
+    let uncertainty = PositionUncertainty {
+        robot: &file.robot,
+        covariance: &prior_covariance(&file.robot, tolerance),
+    };
+    let mut coordinates: Vec<_> = poses
+        .filter_map(|joints| {
+            let position = file.robot.forward(&joints).ok()?;
+            let covariance = uncertainty.covariance(&position, &joints)?;
+            Some((covariance.trace() / 3.0).sqrt())
+        })
+        .collect();
+    coordinates.sort_by(f64::total_cmp);
+    coordinates.get(coordinates.len() / 2).copied()
+}
+
 impl PositionError {
+    /// Whether the measured points lie further from where the robot of a file would be than its tolerance
+    /// allows, where another frame, unit or order of joints would put them.
+    pub(crate) fn contradicts(
+        &self,
+        file: &RobotFile,
+        poses: impl Iterator<Item = [f64; 3]>,
+    ) -> bool {
+        let allowed = |sigma: f64| self.median <= ALLOWED * 3.0_f64.sqrt() * sigma;
+        self.lies_elsewhere(&file.robot) && !sigma_by_tolerance(file, poses).is_some_and(allowed)
+    }
+
     /// Whether the measured points lie where another frame, unit or order of joints would put them.
     pub(crate) fn lies_elsewhere(&self, robot: &Robot<f64>) -> bool {
         let [arm, ..] = robot.arms();

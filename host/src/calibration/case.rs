@@ -35,6 +35,12 @@ pub(crate) struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
+    /// Whether the measured points lie where another frame, unit or order of joints would put them.
+    pub(crate) fn starts_elsewhere(&self) -> bool {
+        let poses = self.measured.iter().map(|sample| sample.joints);
+        self.error_before.contradicts(self.robot, poses)
+    }
+
     /// A calibration on this computer. Finds the sensor's frame, if that is asked for.
     ///
     /// # Errors

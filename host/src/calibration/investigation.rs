@@ -58,7 +58,7 @@ pub(crate) fn investigate(
 
 /// The causes of residuals that are `ratio` times the stated noise, by a fit with so much noise.
 fn unmodelled(case: &Case<'_>, settings: &Settings<f64>, ratio: f64) -> Vec<Cause> {
-    if case.error_before.lies_elsewhere(&case.robot.robot) {
+    if case.starts_elsewhere() {
         return Vec::new();
     }
     let stated = case.robot.noise;

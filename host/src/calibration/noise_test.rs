@@ -1,8 +1,7 @@
 //! What the residuals say of the measurement noise: χ² against a stated one, and an estimate.
 
 use crate::accuracy::chi_square::quantile;
-use crate::accuracy::information::prior_covariance;
-use crate::accuracy::position_uncertainty::PositionUncertainty;
+use crate::accuracy::position_error::sigma_by_tolerance;
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::CalibrationMethod;
 use crate::fit::outcome::Outcome;
@@ -125,7 +124,7 @@ impl NoiseTest {
             1.0
         };
         let independent = (shared * freedom).max(1.0);
-        let tolerated = tolerated(before, measured);
+        let tolerated = sigma_by_tolerance(before, measured.iter().map(|sample| sample.joints));
         let Some(noise) = stated else {
             let sigma = outcome.estimated_noise()?;
             return Some(Self {
@@ -336,26 +335,6 @@ pub(crate) fn statement(drive: Drive, noise: &Noise<f64>, ratio: f64) -> String 
     } else {
         format!("{position}, if repeated measurements scatter as much")
     }
-}
-
-/// See [`NoiseTest::tolerated`].
-fn tolerated(before: &RobotFile, measured: &[Sample<f64>]) -> Option<f64> {
-    let tolerance = before.tolerance.as_ref()?;
-    let uncertainty = PositionUncertainty {
-        robot: &before.robot,
-        covariance: &prior_covariance(&before.robot, tolerance),
-    };
-    let mut coordinates: Vec<_> = measured
-        .iter()
-        .filter_map(|sample| {
-            let joints = &sample.joints;
-            let position = before.robot.forward(joints).ok()?;
-            let covariance = uncertainty.covariance(&position, joints)?;
-            Some((covariance.trace() / 3.0).sqrt())
-        })
-        .collect();
-    coordinates.sort_by(f64::total_cmp);
-    coordinates.get(coordinates.len() / 2).copied()
 }
 
 /// How many residuals there are: with a robust fit's weights fewer than samples.

@@ -23,6 +23,7 @@ use crate::fit::options::{CalibrationMethod, Frame, Options, Streaming};
 use crate::fit::outcome::RobotCovariance;
 use crate::text::words::in_lines;
 use delta_cal::Robot;
+use delta_cal::calibration::{Prior, TolerancePrior};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A χ² of the residuals that is as improbable as this widens every σ.
@@ -304,21 +305,15 @@ pub(crate) fn report(
     report
 }
 
-/// Σ ((p − nominal)/tolerance)².
+/// How far from nominal the robot is, in tolerances: Σ ((p − nominal)/tolerance)², if each is by itself.
 fn tolerance_cost(robot: &RobotFile, fit: &ObservedFit) -> f64 {
-    let Some(tolerance) = &robot.tolerance else {
-        return 0.0;
-    };
-    let arms = fit.outcome.fit.robot.arms().iter().zip(robot.robot.arms());
-    let of_parameters: f64 = arms
-        .flat_map(|(after, before)| {
-            before.drive().parameters().iter().map(|parameter| {
-                let parameter = *parameter;
-                ((after.get(parameter) - before.get(parameter)) / tolerance.of(parameter)).powi(2)
-            })
-        })
-        .sum();
-    of_parameters + transmission_cost(robot, fit)
+    let (before, after) = (&robot.robot, &fit.outcome.fit.robot);
+    let [nominal, calibrated] = [before, after].map(Robot::parameters);
+    let off = std::array::from_fn(|index| {
+        calibrated[index / 8][index % 8] - nominal[index / 8][index % 8]
+    });
+    let prior = TolerancePrior::new(before, &[1.0; 24], robot.tolerance.as_ref());
+    Prior::<f64, 24, 25, 325>::cost(&prior, &off) + transmission_cost(robot, fit)
 }
 
 /// The same of the transmissions' numbers, if they were to be found.

@@ -1,7 +1,7 @@
 //! Whether a robot is as far from nominal as its stated tolerance allows: χ² of all parameters at once.
 //!
 //! In tolerances, the robot's difference δ from nominal has the covariance I, and the samples measure
-//! it with the information A = W⁻¹ (Σ JᵀJ) W⁻¹, W being 1/tolerance and J the weighted Jacobian of the
+//! it with the information A = U⁻ᵀ (Σ JᵀJ) U⁻¹, U being 1/tolerance and J the weighted Jacobian of the
 //! positions. Along the eigenvectors of A, with eigenvalues Λ, what the samples say of δ has the variance
 //! 1 + 1/Λ. The sum of squares over this variance, over all eigenvectors, is the smallest cost that
 //! samples and tolerance have together, less that of the samples alone. Here it is summed over those
@@ -9,11 +9,12 @@
 //! say nothing of the tolerance.
 
 use crate::accuracy::evaluation::differences;
-use crate::accuracy::information::{position_rows, tolerance_weights};
+use crate::accuracy::information::{position_rows, rows_of_prior, tolerance_prior};
 use crate::fit::fkm::weighted_residual;
 use crate::fit::outcome::Outcome;
 use crate::fit::weights::SampleWeight;
 use crate::text::numbers::{probability, significant};
+use delta_cal::robot::Drive;
 use delta_cal::{Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{SMatrix, SVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
@@ -51,7 +52,8 @@ impl PriorTest {
         let estimated = || Noise::new(outcome.estimated_noise()?, 0.0).ok();
         let noise = stated.copied().or_else(estimated)?;
         let robot = &outcome.fit.robot;
-        let tolerances = tolerance_weights(nominal, Some(tolerance)).map(|weight| 1.0 / weight);
+        let rows = rows_of_prior(&tolerance_prior(nominal, Some(tolerance)));
+        let tolerances = rows.solve_upper_triangular(&SMatrix::identity())?;
         let found = differences(robot, nominal);
         let mut information = SMatrix::<f64, 24, 24>::zeros();
         let mut right = SVector::<f64, 24>::zeros();
@@ -70,9 +72,9 @@ impl PriorTest {
             information.gemm_tr(weight.weight, &rows, &rows, 1.0);
             right.gemv_tr(weight.weight, &rows, &said, 1.0);
         }
-        let scaled = information.component_mul(&(tolerances * tolerances.transpose()));
+        let scaled: SMatrix<f64, 24, 24> = tolerances.transpose() * information * tolerances;
         let eigen = scaled.symmetric_eigen();
-        let along = eigen.eigenvectors.tr_mul(&right.component_mul(&tolerances));
+        let along = eigen.eigenvectors.tr_mul(&tolerances.tr_mul(&right));
         let (mut chi_square, mut combinations) = (0.0, 0);
         for (value, along) in eigen.eigenvalues.iter().zip(&along) {
             if *value > DETERMINED {
@@ -111,9 +113,11 @@ impl PriorTest {
 
     /// The tolerance that agrees with the robot.
     pub(crate) fn widened(&self, tolerance: &Tolerance<f64>) -> Option<Tolerance<f64>> {
-        let [length, angle] =
-            [Parameter::Lb, Parameter::Theta].map(|parameter| self.ratio * tolerance.of(parameter));
-        Tolerance::new(length, angle).ok()
+        let of = |parameter| self.ratio * tolerance.of(parameter);
+        Tolerance::new(of(Parameter::Lb), of(Parameter::Theta))
+            .and_then(|own| own.with_linear(of(Parameter::Zero), of(Parameter::Scale)))
+            .and_then(|own| own.with_radius(self.ratio * tolerance.radius()))
+            .ok()
     }
 
     /// What was found, in words.
@@ -131,16 +135,29 @@ impl PriorTest {
     }
 
     /// What to write into the robot file.
-    pub(crate) fn statement(&self, tolerance: Option<&Tolerance<f64>>) -> String {
+    pub(crate) fn statement(&self, drive: Drive, tolerance: Option<&Tolerance<f64>>) -> String {
         let widened = tolerance.and_then(|tolerance| self.widened(tolerance));
         widened.map_or_else(
             || "state a larger [tolerance]".to_owned(),
             |tolerance| {
-                format!(
-                    "state a [tolerance] of length_mm = {} and angle_deg = {}",
-                    significant(tolerance.of(Parameter::Lb), 2),
-                    significant(tolerance.of(Parameter::Theta).to_degrees(), 2)
-                )
+                let own = |value: f64| significant(value, 2);
+                let length = own(tolerance.of(Parameter::Lb));
+                let angle = own(tolerance.of(Parameter::Theta).to_degrees());
+                match drive {
+                    Drive::Rotary => format!(
+                        "state a [tolerance] of length_mm = {length} and angle_deg = {angle}"
+                    ),
+                    Drive::Linear => format!(
+                        "state a [tolerance] of length_mm = {length}, angle_deg = {angle}, zero_mm = {}{} and scale \
+                         = {}",
+                        own(tolerance.of(Parameter::Zero)),
+                        match tolerance.radius() {
+                            radius if radius > 0.0 => format!(", radius_mm = {}", own(radius)),
+                            _ => String::new(),
+                        },
+                        own(tolerance.of(Parameter::Scale))
+                    ),
+                }
             },
         )
     }

@@ -48,7 +48,7 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
             "{}. The samples determine all parameters better than the tolerance does{so}. Check the \
              robot file{frame}; if the robot really is that far off, {}",
             test.found(),
-            test.statement(report.before.tolerance.as_ref())
+            test.statement(report.before.robot.drive(), report.before.tolerance.as_ref())
         ));
     }
     if let Some(comparison) = &report.workspace
@@ -138,7 +138,9 @@ fn position_error(report: &CalibrationReport, found: &mut Vec<String>) {
             "after the calibration, {outlier}: it may be an outlier"
         ));
     }
-    if !report.options.no_guess && before.lies_elsewhere(&report.before.robot) {
+    let poses = report.sample_errors.iter();
+    let poses = poses.map(|sample| sample.measured.joints);
+    if !report.options.no_guess && before.contradicts(&report.before, poses) {
         let hint = match report.options.frame {
             Frame::Base => "they may be in the sensor's frame (--frame sensor) or in another unit",
             Frame::Sensor => "check the units and the order of the joints",

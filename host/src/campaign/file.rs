@@ -54,13 +54,15 @@ fn first_seed() -> Spanned<i64> {
 struct LengthAngleToml {
     length_mm: Spanned<f64>,
     angle_deg: Spanned<f64>,
+    radius_mm: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct NoiseToml {
     position_mm: Spanned<f64>,
-    joint_deg: Spanned<f64>,
+    joint_deg: Option<Spanned<f64>>,
+    joint_mm: Option<Spanned<f64>>,
 }
 
 impl Plan {
@@ -80,22 +82,22 @@ impl Plan {
                 RobotFile::read(&text)?
             }
         };
+        let drive = robot.robot.drive();
         let poses = reader.list("poses", &toml.poses, |number| {
             let count = reader.whole("poses", number, 1, POSES_AT_MOST)?;
             Ok(usize::try_from(count).unwrap_or(usize::MAX))
         })?;
         let start_errors = reader.list("start_errors", &toml.start_errors, |error| {
-            let values = reader.length_angle(error.as_ref())?;
-            if values.length_mm == 0.0 && values.angle_deg == 0.0 {
+            let values = reader.length_angle(drive, error.as_ref())?;
+            if values.length_mm == 0.0 && values.angle_deg == 0.0 && values.radius_mm == 0.0 {
                 let cause = "length_mm and angle_deg are both 0: there is nothing to calibrate";
                 return Err(reader.fault(error, "start_errors", cause));
             }
             Ok(values)
         })?;
         let noise_levels = reader.list("noise_levels", &toml.noise_levels, |level| {
-            reader.noise_level(level)
+            reader.noise_level(drive, level)
         })?;
-        reader.check_drive(&robot, toml.noise_levels.as_ref())?;
         let methods = reader.axis("methods", toml.methods.as_ref(), CampaignMethod::Ikm)?;
         let solvers = reader.axis("solvers", toml.solvers.as_ref(), CampaignSolver::Lm)?;
         let weights = reader.axis("weights", toml.weights.as_ref(), true)?;
@@ -118,7 +120,7 @@ impl Plan {
             }
         }
         let tolerance = match &toml.tolerance {
-            Some(section) => Some(reader.length_angle(section.as_ref())?),
+            Some(section) => Some(reader.length_angle(drive, section.as_ref())?),
             None => None,
         };
         let mut plan = Self {
@@ -193,39 +195,55 @@ impl Reader<'_> {
         }
     }
 
-    fn length_angle(&self, toml: &LengthAngleToml) -> Result<LengthAngle, InputError> {
+    fn length_angle(
+        &self,
+        drive: Drive,
+        toml: &LengthAngleToml,
+    ) -> Result<LengthAngle, InputError> {
+        let radius_mm = match (&toml.radius_mm, drive) {
+            (None, _) => 0.0,
+            (Some(radius), Drive::Linear) => self.not_negative("radius_mm", radius)?,
+            (Some(radius), Drive::Rotary) => {
+                let cause = "the robot's motors turn its arms: it has no towers";
+                return Err(self.fault(radius, "radius_mm", cause));
+            }
+        };
         Ok(LengthAngle {
             length_mm: self.not_negative("length_mm", &toml.length_mm)?,
             angle_deg: self.not_negative("angle_deg", &toml.angle_deg)?,
+            radius_mm,
         })
     }
 
-    /// The joints' noise of linear drives would be a length.
-    fn check_drive(
+    fn noise_level(
         &self,
-        robot: &RobotFile,
-        levels: &[Spanned<NoiseToml>],
-    ) -> Result<(), InputError> {
-        let turned = |level: &&Spanned<NoiseToml>| *level.as_ref().joint_deg.as_ref() != 0.0;
-        match levels.iter().find(turned) {
-            Some(level) if robot.robot.drive() == Drive::Linear => {
-                let cause = "the robot has linear drives, whose joints are no angles";
-                Err(self
-                    .fault(level, "noise_levels", cause)
-                    .with_remedy("campaigns of such robots have joint_deg = 0"))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn noise_level(&self, level: &Spanned<NoiseToml>) -> Result<NoiseLevel, InputError> {
+        drive: Drive,
+        level: &Spanned<NoiseToml>,
+    ) -> Result<NoiseLevel, InputError> {
         let toml = level.as_ref();
-        let values = NoiseLevel {
-            position_mm: self.not_negative("position_mm", &toml.position_mm)?,
-            joint_deg: self.not_negative("joint_deg", &toml.joint_deg)?,
+        let (key, own, other, joints) = match drive {
+            Drive::Rotary => ("joint_deg", &toml.joint_deg, &toml.joint_mm, "angles"),
+            Drive::Linear => ("joint_mm", &toml.joint_mm, &toml.joint_deg, "travels"),
         };
+        let Some(own) = own.as_ref().filter(|_| other.is_none()) else {
+            let at = other
+                .as_ref()
+                .map_or(level.span().start, |other| other.span().start);
+            let cause = format!("the noise of this robot's joints, which are {joints}, is {key}");
+            return Err(self.fault_at(at, "noise_levels", cause));
+        };
+        let joint = self.not_negative(key, own)?;
+        let mut values = NoiseLevel {
+            position_mm: self.not_negative("position_mm", &toml.position_mm)?,
+            joint_deg: 0.0,
+            joint_mm: 0.0,
+        };
+        match drive {
+            Drive::Rotary => values.joint_deg = joint,
+            Drive::Linear => values.joint_mm = joint,
+        }
         if noise(&values).is_err() {
-            let cause = "position_mm is 0 where joint_deg is not";
+            let cause = format!("position_mm is 0 where {key} is not");
             return Err(self
                 .fault(level, "noise_levels", cause)
                 .with_remedy("exact measurements have both 0; others a position noise above 0"));
@@ -337,8 +355,9 @@ impl Reader<'_> {
         for (measure, poses) in counts {
             for (&start_error, entry) in plan.start_errors.iter().zip(toml.start_errors.as_ref()) {
                 let assumed = plan.tolerance.unwrap_or(start_error);
-                let tolerance =
-                    Tolerance::new(assumed.length_mm, assumed.angle_deg.to_radians()).ok();
+                let tolerance = Tolerance::new(assumed.length_mm, assumed.angle_deg.to_radians())
+                    .and_then(|own| own.with_radius(assumed.radius_mm))
+                    .ok();
                 if tolerance.is_none() && plan.prior.contains(&true) {
                     let cause = "a prior needs a length_mm and an angle_deg above 0";
                     let fault = match &toml.tolerance {
@@ -368,10 +387,12 @@ impl Reader<'_> {
 
 /// `None` for exact measurements.
 fn noise(level: &NoiseLevel) -> Result<Option<Noise<f64>>, delta_cal::samples::NoiseError> {
-    if level.position_mm == 0.0 && level.joint_deg == 0.0 {
+    // A drive has one of both.
+    let joint = level.joint_deg.to_radians() + level.joint_mm;
+    if level.position_mm == 0.0 && joint == 0.0 {
         return Ok(None);
     }
-    Noise::new(level.position_mm, level.joint_deg.to_radians()).map(Some)
+    Noise::new(level.position_mm, joint).map(Some)
 }
 
 /// The TOML reader's error, with its line and key.

@@ -4,6 +4,7 @@ use crate::files::robot_file::RobotFile;
 use crate::fit::options::CalibrationMethod;
 use crate::planning::measurements::Instrument;
 use delta_cal::calibration::{Solver, Start};
+use delta_cal::robot::Drive;
 use delta_cal::{Noise, Tolerance};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -162,6 +163,8 @@ pub struct LengthAngle {
     pub length_mm: f64,
     /// Of every angle, degrees.
     pub angle_deg: f64,
+    /// Of the radius that all towers have in common, mm; 0 with other drives.
+    pub radius_mm: f64,
 }
 
 /// One σ of the simulated measurements; both 0 for exact ones.
@@ -171,8 +174,10 @@ pub struct LengthAngle {
 pub struct NoiseLevel {
     /// Of each coordinate, height or distance, mm.
     pub position_mm: f64,
-    /// Of each joint angle, degrees.
+    /// Of each joint angle, degrees; 0 with linear drives.
     pub joint_deg: f64,
+    /// Of each travel, mm; 0 with other drives.
+    pub joint_mm: f64,
 }
 
 /// What is measured, on which robots. All variants of a scenario see the same robots and the same
@@ -292,22 +297,29 @@ impl Plan {
             let LengthAngle {
                 length_mm,
                 angle_deg,
+                radius_mm,
             } = error;
-            let _ = writeln!(
+            let _ = write!(
                 text,
-                "    {{ length_mm = {length_mm:?}, angle_deg = {angle_deg:?} }},"
+                "    {{ length_mm = {length_mm:?}, angle_deg = {angle_deg:?}"
             );
+            if *radius_mm > 0.0 {
+                let _ = write!(text, ", radius_mm = {radius_mm:?}");
+            }
+            text.push_str(" },\n");
         }
         text.push_str("]\nnoise_levels = [\n");
         for level in &self.noise_levels {
             let NoiseLevel {
                 position_mm,
                 joint_deg,
+                joint_mm,
             } = level;
-            let _ = writeln!(
-                text,
-                "    {{ position_mm = {position_mm:?}, joint_deg = {joint_deg:?} }},"
-            );
+            let joint = match self.robot.robot.drive() {
+                Drive::Rotary => format!("joint_deg = {joint_deg:?}"),
+                Drive::Linear => format!("joint_mm = {joint_mm:?}"),
+            };
+            let _ = writeln!(text, "    {{ position_mm = {position_mm:?}, {joint} }},");
         }
         let methods: Vec<_> = self.methods.iter().map(|method| method.name()).collect();
         let solvers: Vec<_> = self.solvers.iter().map(|solver| solver.name()).collect();
@@ -323,6 +335,9 @@ impl Plan {
                 "\n[tolerance]\nlength_mm = {:?}\nangle_deg = {:?}",
                 tolerance.length_mm, tolerance.angle_deg
             );
+            if tolerance.radius_mm > 0.0 {
+                let _ = writeln!(text, "radius_mm = {:?}", tolerance.radius_mm);
+            }
         }
         text
     }

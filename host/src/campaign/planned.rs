@@ -122,7 +122,7 @@ fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, CampaignE
                 Some(_) => scenario.noise_level.position_mm,
                 None => EXACT,
             };
-            let joint = scenario.noise_level.joint_deg.to_radians();
+            let joint = scenario.noise.map_or(0.0, |noise| noise.joint());
             let mut robot = RobotFile {
                 noise: Noise::new(sigma, joint).ok(),
                 tolerance: scenario.tolerance,

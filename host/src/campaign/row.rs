@@ -38,6 +38,10 @@ pub struct CaseColumns {
     pub planned: bool,
     /// `xyz`, or the instrument that was measured with.
     pub measure: &'static str,
+    /// Of the radius that all towers have in common.
+    pub start_error_radius_mm: f64,
+    /// One σ of each travel.
+    pub noise_joint_mm: f64,
 }
 
 /// Every case of a campaign: the variants of the first scenario, then of the second.
@@ -67,11 +71,13 @@ fn case(number: usize, scenario: &Scenario, variant: Variant) -> CaseColumns {
         prior: variant.prior,
         planned: scenario.planned,
         measure: scenario.measure.name(),
+        start_error_radius_mm: scenario.start_error.radius_mm,
+        noise_joint_mm: scenario.noise_level.joint_mm,
     }
 }
 
 /// The columns of [`CaseColumns`].
-pub(super) const CASE_COLUMNS: [&str; 12] = [
+pub(super) const CASE_COLUMNS: [&str; 14] = [
     "case",
     "method",
     "solver",
@@ -84,6 +90,8 @@ pub(super) const CASE_COLUMNS: [&str; 12] = [
     "prior",
     "planned",
     "measure",
+    "start_error_radius_mm",
+    "noise_joint_mm",
 ];
 
 /// The columns of `robots.csv` after those of the case, without each parameter's gain.

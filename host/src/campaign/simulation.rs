@@ -34,6 +34,10 @@ pub(super) enum Read {
 /// The seed of one robot. It depends on the scenario's values, not on its place in the file: a
 /// longer list adds cases and leaves the others' robots as they were.
 pub(super) fn seed(plan: &Plan, scenario: &Scenario, robot: u64) -> u64 {
+    let of_towers = [
+        scenario.start_error.radius_mm,
+        scenario.noise_level.joint_mm,
+    ];
     let seed = [
         scenario.poses as u64,
         scenario.start_error.length_mm.to_bits(),
@@ -44,6 +48,12 @@ pub(super) fn seed(plan: &Plan, scenario: &Scenario, robot: u64) -> u64 {
         robot,
     ]
     .into_iter()
+    .chain(
+        of_towers
+            .into_iter()
+            .filter(|value| *value > 0.0)
+            .map(f64::to_bits),
+    )
     .fold(mixed(plan.seed), |state, value| mixed(state ^ value));
     match scenario.measure {
         Measure::Positions => seed,
@@ -108,6 +118,10 @@ fn positions(
 
 fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot<f64>> {
     let [first, second, third] = plan.robot.robot.arms();
+    let common = match scenario.start_error.radius_mm {
+        radius if radius > 0.0 => radius * scatter(plan.spread, rng),
+        _ => 0.0,
+    };
     let mut arm = |nominal: &Arm<f64>| {
         let mut parameters = nominal.parameters();
         for parameter in nominal.drive().parameters() {
@@ -119,6 +133,12 @@ fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot
                 }
             };
             parameters[parameter.index()] += bound * scatter(plan.spread, rng);
+        }
+        let [x, y, ..] = nominal.parameters();
+        let radius = x.hypot(y);
+        if common != 0.0 && radius > 0.0 {
+            parameters[0] += common * x / radius;
+            parameters[1] += common * y / radius;
         }
         nominal.with_parameters(parameters).ok()
     };

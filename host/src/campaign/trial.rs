@@ -224,7 +224,9 @@ fn single(
     let tolerance = scenario.tolerance.filter(|_| variant.prior).and_then(|of| {
         let [length, angle] =
             [Parameter::Lb, Parameter::Theta].map(|parameter| f32::from_f64(of.of(parameter)));
-        Tolerance::new(length, angle).ok()
+        Tolerance::new(length, angle)
+            .and_then(|own| own.with_radius(f32::from_f64(of.radius())))
+            .ok()
     });
     let settings = Settings::default()
         .with_noise(noise)

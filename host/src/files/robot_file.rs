@@ -45,7 +45,8 @@ use delta_cal::{Noise, Robot, Tolerance};
 /// length_mm = 0.5
 /// angle_deg = 0.2
 /// # scale = 0.001              # of linear drives: of the travel's scale, and
-/// # zero_mm = 5                # of the end stops, if not as of other lengths
+/// # zero_mm = 5                # of the end stops, if not as of other lengths, and
+/// # radius_mm = 2              # of the radius common to all towers, beside each one's own length_mm
 /// # transmission_deg = 0.05    # of rotary drives: gears and encoders that are to be found as well
 ///
 /// [noise]                      # optional: one σ of a measurement; the weights

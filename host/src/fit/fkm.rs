@@ -18,7 +18,7 @@ pub(crate) use problem::{residual_in_sigmas, whitening};
 use crate::fit::joint;
 use crate::fit::options::Frame;
 use crate::fit::weights::Weights;
-use delta_cal::calibration::{JointOutcome, Problem as _, Start, StartUsed, Triangle};
+use delta_cal::calibration::{JointOutcome, Prior as _, Problem as _, Start, StartUsed};
 use delta_cal::{Noise, Refusal, Robot, Sample, Settings, Tolerance};
 use nalgebra::{SMatrix, Vector3};
 use problem::{ALL, Problem};
@@ -111,8 +111,8 @@ pub(crate) fn covariance_at(
     tolerance: Option<&Tolerance<f64>>,
 ) -> Option<SMatrix<f64, 24, 24>> {
     let problem = Problem::new(robot, robot, samples, Some(noise));
-    let prior = joint::tolerance_weights(&problem, tolerance);
-    let mut normal = Triangle::from_diagonal(&prior, &[0.0; ALL]);
+    let prior = joint::tolerance_prior(&problem, robot, tolerance);
+    let mut normal = prior.rows(1.0, &[0.0; ALL]);
     let sum = problem
         .linearize(&Some(*robot), &mut normal, 0)
         .sum_of_squares;

@@ -8,7 +8,7 @@ use crate::fit::samples::Samples;
 use crate::fit::weights::Weights;
 use delta_cal::calibration::{
     Estimate, FreeFrame, JointCalibrator, JointOutcome, Minimizer, Motion, Problem, Progress,
-    Start, StartUsed,
+    Start, StartUsed, TolerancePrior,
 };
 use delta_cal::samples::{JointFactor, SampleError};
 use delta_cal::{ArmIndex, Refusal, Robot, Sample, Settings, Tolerance};
@@ -185,22 +185,20 @@ fn free_frame<P: Problem<f64, 24, 25, 325>>(
     robot: &Robot<f64>,
     settings: &Settings<f64>,
 ) -> FreeFrame<f64> {
-    let units = std::array::from_fn(|parameter| problem.unit_of(parameter));
-    FreeFrame::new(robot, &units, settings.tolerance.as_ref())
+    FreeFrame::new(robot, &units(problem), settings.tolerance.as_ref())
 }
 
-/// 1/tolerance in the problem's units; zeros without one.
-pub(crate) fn tolerance_weights<P: Problem<f64, 24, 25, 325>>(
+/// What a tolerance says, in the problem's units.
+pub(crate) fn tolerance_prior<P: Problem<f64, 24, 25, 325>>(
     problem: &P,
+    robot: &Robot<f64>,
     tolerance: Option<&Tolerance<f64>>,
-) -> [f64; 24] {
-    let places = problem.drive().places();
-    std::array::from_fn(|index| match (places[index % places.len()], tolerance) {
-        (Some(parameter), Some(tolerance)) => problem.unit_of(index) / tolerance.of(parameter),
-        (Some(_), None) => 0.0,
-        // Nothing else holds a place that the arms leave empty.
-        (None, _) => 1.0,
-    })
+) -> TolerancePrior<f64, 24> {
+    TolerancePrior::new(robot, &units(problem), tolerance)
+}
+
+fn units<P: Problem<f64, 24, 25, 325>>(problem: &P) -> [f64; 24] {
+    std::array::from_fn(|parameter| problem.unit_of(parameter))
 }
 
 /// Minimises a problem of all 24 parameters under the tolerance, with the robot's place known or not.
@@ -213,8 +211,8 @@ pub(crate) fn estimate<P: Problem<f64, 24, 25, 325>>(
     let first = ArmIndex::First;
     match frame {
         Frame::Base => {
-            let weights = tolerance_weights(problem, settings.tolerance.as_ref());
-            let mut minimizer = Minimizer::with_prior(problem, first, weights, settings)?;
+            let prior = tolerance_prior(problem, robot, settings.tolerance.as_ref());
+            let mut minimizer = Minimizer::with_prior(problem, first, prior, settings)?;
             while minimizer.step(problem) == Progress::Working {}
             minimizer.estimate(problem)
         }

@@ -4,6 +4,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom};
 use crate::fit::options::Frame;
 use crate::fit::outcome::{Outcome, RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
+use delta_cal::calibration::TolerancePrior;
 use delta_cal::calibration::{Problem, Solver};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
@@ -277,8 +278,8 @@ pub(crate) struct Linearized {
     /// Of each row how its readings change with the parameters, transposed: x, y, z, height and distance in σ
     /// side by side, and the robot's parameters before the unknowns of the instruments.
     pub(crate) rows: Vec<SMatrix<f64, PARAMETERS, READINGS>>,
-    /// 1/σ of what is known beforehand.
-    pub(crate) prior_weights: SVector<f64, PARAMETERS>,
+    /// What is known beforehand.
+    pub(crate) prior: TolerancePrior<f64, PARAMETERS>,
     /// What a parameter is counted in: mm or radians.
     pub(crate) units: SVector<f64, PARAMETERS>,
     /// How many of the parameters are the robot's: with its transmissions, if they are to be found.
@@ -308,7 +309,7 @@ pub(crate) fn linearized(
         };
         Ok(Linearized {
             rows: (0..file.rows.len()).map(of_row).collect(),
-            prior_weights: problem.prior_weights(&settings).into(),
+            prior: problem.prior(&settings),
             units: SVector::from_fn(unit),
             of_robot: match robot.transmission {
                 Some(_) => WITH_TRANSMISSIONS,

@@ -28,11 +28,16 @@ const SETTINGS: [Setting; 10] = [
 ];
 
 pub(crate) const START_ERROR: Setting = ("start error\nmm/°", |case| {
-    format!("{}/{}", case.start_error_mm, case.start_error_deg)
+    let own = format!("{}/{}", case.start_error_mm, case.start_error_deg);
+    match case.start_error_radius_mm {
+        radius if radius > 0.0 => format!("{own} and {radius} mm"),
+        _ => own,
+    }
 });
 
-pub(crate) const NOISE: Setting = ("noise\nmm/°", |case| {
-    format!("{}/{}", case.noise_position_mm, case.noise_joint_deg)
+pub(crate) const NOISE: Setting = ("noise\nmm/°", |case| match case.noise_joint_mm {
+    travel if travel > 0.0 => format!("{}/{travel} mm", case.noise_position_mm),
+    _ => format!("{}/{}", case.noise_position_mm, case.noise_joint_deg),
 });
 
 pub(crate) const fn yes_no(yes: bool) -> &'static str {

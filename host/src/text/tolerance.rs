@@ -10,10 +10,17 @@ pub(crate) fn in_words(drive: Drive, tolerance: &Tolerance<f64>) -> String {
     let angle = degrees(tolerance.of(Parameter::Theta));
     match drive {
         Drive::Rotary => format!("{length} mm, {angle}°"),
-        Drive::Linear => format!(
-            "{length} mm, {angle}°, end stops {} mm, scale {}",
-            tolerance.of(Parameter::Zero),
-            tolerance.of(Parameter::Scale)
-        ),
+        Drive::Linear => {
+            let (zero, scale) = (
+                tolerance.of(Parameter::Zero),
+                tolerance.of(Parameter::Scale),
+            );
+            let own = format!("{length} mm, {angle}°, end stops {zero} mm, scale {scale}");
+            if tolerance.radius() > 0.0 {
+                format!("{own}, common radius {} mm", tolerance.radius())
+            } else {
+                own
+            }
+        }
     }
 }

@@ -2,9 +2,9 @@
 
 use super::influence::displacements;
 use super::{BoundaryPoint, Workspace};
+use crate::accuracy::information::sigma_of_sum;
 use crate::geometry::reach::Reach;
-use delta_cal::robot::Arm;
-use delta_cal::simulate::standard_normal;
+use delta_cal::simulate::made_robot;
 use delta_cal::{Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
@@ -90,15 +90,8 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 /// Draws robots about a workspace's own, each parameter normal with the tolerance as its σ, and
 /// finds the boundary of each along the normals. The same seed gives the same band.
 pub fn band(workspace: &Workspace, tolerance: &Tolerance<f64>, options: &BandOptions) -> Band {
-    let sigmas = tolerance.of_places(workspace.robot.drive());
     let linear = displacements(workspace, &workspace.points);
-    let sigma_of = |moved: &[f64; 24]| {
-        let parts = moved.iter().zip(sigmas.into_iter().cycle());
-        parts
-            .map(|(m, sigma)| (m * sigma).powi(2))
-            .sum::<f64>()
-            .sqrt()
-    };
+    let sigma_of = |moved: &[f64; 24]| sigma_of_sum(&workspace.robot, tolerance, moved);
     let robots: Vec<Option<Robot<f64>>> = (0..options.robots)
         .map(|robot| drawn(&workspace.robot, tolerance, options.seed, robot))
         .collect();
@@ -174,15 +167,7 @@ fn drawn(
     // A generator for each robot: the order in which they are computed does not matter.
     let mut rng =
         Pcg32::seed_from_u64(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(number));
-    let mut arm = |arm: &Arm<f64>| {
-        let mut parameters = arm.parameters();
-        for (value, sigma) in parameters.iter_mut().zip(tolerance.of_places(arm.drive())) {
-            *value += sigma * standard_normal::<f64, _>(&mut rng);
-        }
-        arm.with_parameters(parameters).ok()
-    };
-    let [first, second, third] = robot.arms();
-    Robot::new([arm(first)?, arm(second)?, arm(third)?]).ok()
+    made_robot(robot, tolerance, &mut rng).ok()
 }
 
 /// To first order, from one robot's boundary to another's: Σ ∂n/∂p Δp. Azimuths are compared the

@@ -199,3 +199,46 @@ fn exact_measurements_have_no_bound_and_return_every_robot() {
         assert!(error < bound, "{row:?}");
     }
 }
+
+/// Towers that are off together, and travels with noise.
+#[test]
+fn towers_have_a_radius_in_common_and_travels_a_noise() {
+    let robot = "[nominal]\nkind = \"linear\"\ntower_radius_mm = 140\nforearm_mm = 330\n\n\
+                 [joints]\nmin_mm = 100\nmax_mm = 600\n";
+    let campaign = "robot = \"robot.toml\"\nrobots = 100\nspread = \"normal\"\nposes = [3, 20]\n\
+                    start_errors = [{ length_mm = 0.5, angle_deg = 0.1, radius_mm = 3 }]\n\
+                    noise_levels = [{ position_mm = 0.02, joint_mm = 0.02 }]\nmethods = [\"joint\"]\n";
+    let folder = with_campaign(campaign);
+    folder.write("robot.toml", robot);
+    folder.run("simulate campaign.toml --output out").ok();
+    let rows = table(&folder.read("out/robots.csv"));
+    assert_eq!(rows.len(), 200);
+    for poses in ["3", "20"] {
+        let ratios = rows.iter().filter(|row| row["poses"] == poses).map(|row| {
+            assert_eq!(row["noise_joint_mm"], "0.02");
+            assert_eq!(row["start_error_radius_mm"], "3.0");
+            row["bound_ratio"].parse::<f64>().unwrap()
+        });
+        let mean_square = ratios.map(|ratio| ratio * ratio).sum::<f64>() / 100.0;
+        assert!((mean_square.sqrt() - 1.0).abs() < 0.15, "{mean_square}");
+    }
+    let again = folder.read("out/plan.toml");
+    assert!(again.contains("radius_mm = 3.0") && again.contains("joint_mm = 0.02"));
+
+    for (wrong, cause) in [
+        (
+            campaign.replace("joint_mm", "joint_deg"),
+            "which are travels, is joint_mm",
+        ),
+        (
+            campaign.replace("robot = \"robot.toml\"\n", ""),
+            "no towers",
+        ),
+    ] {
+        folder.write("wrong.toml", wrong);
+        let run = folder.run("simulate wrong.toml --output wrong");
+        assert!(run.code != 0);
+        let words: Vec<_> = run.stderr.split_whitespace().collect();
+        assert!(words.join(" ").contains(cause), "{}", run.stderr);
+    }
+}

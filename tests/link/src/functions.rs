@@ -17,7 +17,7 @@ use delta_cal::robust::{
     Loss, RobustOutcome, RobustRefusal, WeighedSample, WeightNormalization, robust_fit,
 };
 use delta_cal::samples::{ArmFactor, MergeError, NoiseError, NominalArm, SampleError};
-use delta_cal::simulate::{PoseError, random_pose, simulate_sample, standard_normal};
+use delta_cal::simulate::{PoseError, made_robot, random_pose, simulate_sample, standard_normal};
 use delta_cal::{
     ArmIndex, Calibrator, Noise, Parameter, Progress, Real, Refusal, Robot, RobotOutcome,
     RobotSolver, Sample, Settings, SymmetricRobot, Tolerance,
@@ -456,6 +456,13 @@ macro_rules! of_scalar {
                 fn needed(settings: &Settings<$t>) -> u64 { settings.samples_needed() }
 
                 // Simulation
+                fn made(
+                    robot: &Robot<$t>,
+                    tolerance: &Tolerance<$t>,
+                    rng: &mut Pcg32,
+                ) -> Result<Robot<$t>, GeometryError> {
+                    made_robot(robot, tolerance, rng)
+                }
                 fn normal(rng: &mut Pcg32) -> $t { standard_normal(rng) }
                 fn pose(
                     robot: &Robot<$t>,

@@ -16,6 +16,9 @@ use delta_cal::{ArmIndex, Calibrator, Noise, Sample, Settings};
 use nalgebra::{RealField, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
+#[cfg(feature = "linear")]
+pub(crate) use results::{accepted, refused};
+#[cfg(not(feature = "linear"))]
 use results::{accepted, refused};
 
 /// Simulated robots, the first of them with too few samples.

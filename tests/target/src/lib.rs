@@ -17,6 +17,8 @@ mod counter;
 #[path = "../../../firmware-example/src/faults.rs"]
 mod faults;
 pub mod fixture;
+#[cfg(feature = "linear")]
+pub mod linear;
 mod measurements;
 mod record;
 mod simulation;

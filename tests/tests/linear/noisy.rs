@@ -1,7 +1,8 @@
 //! Measurements with errors: the error of the position over the Cramér–Rao bound, and over what the calibration
 //! says of itself.
 
-use crate::linear::{joint, made, measurements, tolerance};
+use crate::linear::{joint, made, measurements, spread_out, tolerance};
+use delta_cal::simulate::standard_normal;
 use delta_cal::{Noise, Settings, Tolerance};
 use delta_cal_tests::documents::print_campaign;
 use delta_cal_tests::geometries::{bound, linear_geometries, position_jacobian};
@@ -19,7 +20,11 @@ fn campaign(poses: usize, stated: Option<Tolerance<f64>>) -> ([f64; 2], f64, u32
     for (index, (_, nominal, travel)) in (0..).zip(linear_geometries()) {
         for robot in 0..size(50, 400) {
             let mut rng = generator(9200 + index, robot);
-            let truth = made(&nominal, 1.0, Spread::Normal, &mut rng);
+            let mut truth = made(&nominal, 1.0, Spread::Normal, &mut rng);
+            let radius = stated.map_or(0.0, |tolerance| tolerance.radius());
+            if radius > 0.0 {
+                truth = spread_out(&truth, radius * standard_normal::<f64, _>(&mut rng));
+            }
             let samples = measurements(&truth, travel, poses, Some(&noise), &mut rng);
             let limit = bound(&truth, &samples, &noise, stated.as_ref()).unwrap();
             let Ok(outcome) = joint(&nominal, &samples, &settings) else {
@@ -48,7 +53,11 @@ fn campaign(poses: usize, stated: Option<Tolerance<f64>>) -> ([f64; 2], f64, u32
 /// Of 200 robots a ratio scatters by some 2 %: its square is a mean of some six independent directions each.
 #[test]
 fn positions_are_at_the_bound_and_as_good_as_reported() {
+    let with_radius = tolerance().with_radius(3.0).unwrap();
     for (poses, stated, most) in [
+        (3, Some(with_radius), 1.10),
+        (8, Some(with_radius), 1.10),
+        (20, Some(with_radius), 1.05),
         (8, Some(tolerance()), 1.10),
         (12, Some(tolerance()), 1.10),
         (20, Some(tolerance()), 1.05),
@@ -60,10 +69,10 @@ fn positions_are_at_the_bound_and_as_good_as_reported() {
         let ([error, reported], robots, refused) = campaign(poses, stated);
         let row = format!(
             "| {poses} | {} | {error:.2} | {reported:.2} | {refused} of {:.0} |",
-            if stated.is_some() {
-                "stated"
-            } else {
-                "not stated"
+            match stated {
+                Some(stated) if stated.radius() > 0.0 => "stated, common radius 3 mm",
+                Some(_) => "stated",
+                None => "not stated",
             },
             robots + f64::from(refused),
         );

@@ -161,6 +161,7 @@ fn calibrated(
     printer: &Printer,
     measured: &[Measured],
     noise: [f64; 2],
+    tolerance: &Tolerance<f64>,
 ) -> Result<(Robot<f64>, [f64; 3]), Refusal> {
     let [height, distance] = noise;
     let planes = [Plane::default()];
@@ -191,7 +192,7 @@ fn calibrated(
     });
     let mut rows: Vec<_> = rows.collect();
     let problem = ObservationProblem::<f64, N>::prepare(&printer.nominal, &instruments, &mut rows);
-    let settings = Settings::new().with_tolerance(tolerance());
+    let settings = Settings::new().with_tolerance(*tolerance);
     let outcome = problem.unwrap().solve::<28, 406>(&settings)?;
     Ok((outcome.robot, outcome.plane(&instruments, 0)))
 }
@@ -234,7 +235,7 @@ fn left_out(printer: &Printer, noise: [f64; 2]) -> Option<[Errors; 3]> {
             let robot = least_squares(printer, &others, rods);
             errors.add(row, predicted(&robot, [0.0; 3], row) - row.value);
         }
-        let (robot, plane) = calibrated(printer, &others, noise).ok()?;
+        let (robot, plane) = calibrated(printer, &others, noise, &tolerance()).ok()?;
         errors[2].add(row, predicted(&robot, plane, row) - row.value);
     }
     Some(errors)
@@ -247,7 +248,7 @@ fn the_others_predict_what_was_left_out() {
         let rods = |robot: &Robot<f64>| robot.arms().map(|arm| arm.lb());
         let basic = |rods| least_squares(&printer, &printer.rows, rods);
         let with_rods = rods(&basic(true)).map(|rod| format!("{rod:.1}")).join(" ");
-        let (robot, _) = calibrated(&printer, &printer.rows, NOISE).unwrap();
+        let (robot, _) = calibrated(&printer, &printer.rows, NOISE, &tolerance()).unwrap();
         let errors = left_out(&printer, NOISE).unwrap();
         let [one, two, three] = errors.each_ref().map(|errors| errors.rms(false));
         let distances = if errors[0].0[1][1] > 0.0 {
@@ -285,10 +286,58 @@ fn the_others_predict_what_was_left_out() {
     assert!(three < one && three < two);
 }
 
+/// One σ of each tower's place and rod, and of the radius common to all towers, mm.
+const APART: [[f64; 2]; 6] = [
+    [1.0, 0.0],
+    [0.5, 0.0],
+    [1.0, 2.0],
+    [0.5, 1.0],
+    [0.5, 2.0],
+    [0.25, 2.0],
+];
+
+#[test]
+fn a_common_radius_brings_little_here() {
+    for [length, radius] in APART {
+        let own = Tolerance::new(length, 3e-3).unwrap();
+        let own = own.with_linear(5.0, 1e-3).unwrap();
+        let tolerance = own.with_radius(radius).unwrap();
+        let (mut pooled, mut refused, mut most) = (Errors::default(), 0, 0.0_f64);
+        for printer in PRINTERS.map(printer) {
+            let mut errors = Errors::default();
+            let (rows, mut failed) = (&printer.rows, false);
+            for (index, row) in rows.iter().enumerate() {
+                let mut others = rows.clone();
+                others.remove(index);
+                match calibrated(&printer, &others, NOISE, &tolerance) {
+                    Ok((robot, plane)) => {
+                        errors.add(row, predicted(&robot, plane, row) - row.value);
+                        let radius = |robot: &Robot<f64>| {
+                            let radii = robot.arms().map(|arm| arm.d().x.hypot(arm.d().y));
+                            radii.iter().sum::<f64>() / 3.0
+                        };
+                        most = most.max((radius(&robot) - radius(&printer.nominal)).abs());
+                    }
+                    Err(_) => failed = true,
+                }
+            }
+            refused += u32::from(failed);
+            pooled.merge(&errors);
+        }
+        let row = format!(
+            "| {length} mm | {radius} mm | {:.3} | {:.3} | {most:.1} | {refused} |",
+            pooled.rms(false),
+            pooled.rms(true)
+        );
+        print_documented("docs/linear.md", &row);
+    }
+}
+
 /// The same measurements with the rods of another printer of the same maker.
 #[test]
 fn rods_that_are_not_the_printers_are_refused() {
-    let refused = calibrated(&printer(("18", 345.0)), &printer(("18", 345.0)).rows, NOISE);
+    let printer = printer(("18", 345.0));
+    let refused = calibrated(&printer, &printer.rows, NOISE, &tolerance());
     assert!(
         matches!(
             refused,

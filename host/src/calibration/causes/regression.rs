@@ -6,9 +6,6 @@ use nalgebra::{DMatrix, DVector};
 /// not told apart from them.
 const INDISTINCT: f64 = 1e-6;
 
-/// A prior row: the column that it is about, its weight, and its residual.
-pub(super) type PriorRow = (usize, f64, f64);
-
 /// Rows of columns that always take part, of columns that may, and of the residual, reduced to a
 /// triangle as they come.
 pub(super) struct Rows {
@@ -18,7 +15,8 @@ pub(super) struct Rows {
     always: usize,
     /// How many residuals the rows are worth.
     worth: f64,
-    prior: Vec<PriorRow>,
+    /// Rows of the prior, the residual last.
+    prior: Vec<DVector<f64>>,
 }
 
 impl Rows {
@@ -40,14 +38,15 @@ impl Rows {
         self.take(row * weight.sqrt());
     }
 
-    /// A row of the prior.
-    pub(super) fn add_prior(&mut self, prior: PriorRow) {
-        let (column, weight, residual) = prior;
+    /// A row of the prior about the first columns.
+    pub(super) fn add_prior(&mut self, columns: impl Iterator<Item = f64>, residual: f64) {
         let width = self.triangle.ncols();
         let mut row = DVector::zeros(width);
-        row[column] = weight;
+        for (entry, own) in row.iter_mut().zip(columns) {
+            *entry = own;
+        }
         row[width - 1] = residual;
-        self.prior.push(prior);
+        self.prior.push(row.clone());
         self.take(row);
     }
 
@@ -133,9 +132,12 @@ impl Regression {
         let covariance = &inverse * inverse.transpose();
         let mut squares = turned.rows_range(columns..).norm_squared();
         let mut by_prior = 0.0;
-        for (column, weight, residual) in &self.0.prior {
-            squares -= (residual - weight * coefficients[*column]).powi(2);
-            by_prior += weight.powi(2) * covariance[(*column, *column)];
+        let always = self.0.always;
+        let of_always = covariance.view((0, 0), (always, always));
+        for row in &self.0.prior {
+            let (own, residual) = (row.rows(0, always), row[row.len() - 1]);
+            squares -= (residual - own.dot(&coefficients.rows(0, always))).powi(2);
+            by_prior += own.dot(&(of_always * own));
         }
         let number = lengths.iter().fold(0.0, |count, _| count + 1.0);
         Some(Solution {

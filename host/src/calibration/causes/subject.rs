@@ -3,7 +3,7 @@
 use super::hypotheses::{self, COLUMNS, Place};
 use super::regression::{Regression, Rows};
 use crate::accuracy::evaluation::differences;
-use crate::accuracy::information::{PARAMETERS, tolerance_weights, units};
+use crate::accuracy::information::{PARAMETERS, rows_of_prior, tolerance_prior, units};
 use crate::fit::fkm::{self, Linearization};
 use crate::fit::weights::SampleWeight;
 use delta_cal::{Noise, Robot, Sample, Tolerance};
@@ -148,10 +148,10 @@ impl Subject<'_> {
             }
         }
         if self.tolerance.is_some() {
-            let weights = tolerance_weights(self.calibrated, self.tolerance.as_ref());
-            let off = differences(self.nominal, self.calibrated);
-            for (index, (weight, off)) in weights.iter().zip(&off).enumerate() {
-                rows.add_prior((index, *weight, weight * off));
+            let prior = rows_of_prior(&tolerance_prior(self.calibrated, self.tolerance.as_ref()));
+            let off = prior * differences(self.nominal, self.calibrated);
+            for (row, off) in prior.row_iter().zip(&off) {
+                rows.add_prior(row.iter().copied(), *off);
             }
         }
         (rows.regression(), log_whitening)

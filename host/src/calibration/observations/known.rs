@@ -2,8 +2,10 @@
 
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::information::parameter_at;
+use crate::accuracy::information::rows_of_prior;
 use crate::files::robot_file::RobotFile;
 use delta_cal::Parameter;
+use delta_cal::calibration::TolerancePrior;
 use delta_cal::robot::ParameterKind;
 use nalgebra::{SMatrix, SVector};
 
@@ -62,16 +64,16 @@ impl Known {
         let (Some(tolerance), Some(covariance)) = (&robot.tolerance, covariance) else {
             return everything;
         };
-        let sigmas = tolerance.of_places(robot.robot.drive());
-        let scaled = Matrix24::from_fn(|row, column| {
-            let (one, other) = (sigmas[row % 8], sigmas[column % 8]);
-            if one > 0.0 && other > 0.0 {
-                covariance[(row, column)] / (one * other)
-            } else {
-                // An empty place, of which as little is known as beforehand.
-                f64::from(u8::from(row == column))
-            }
-        });
+        let rows = rows_of_prior(&TolerancePrior::new(
+            &robot.robot,
+            &[1.0; 24],
+            Some(tolerance),
+        ));
+        let mut scaled = rows * covariance * rows.transpose();
+        for index in (0..24).filter(|index| parameter_at(&robot.robot, *index).is_none()) {
+            // Of an empty place as little is known as beforehand.
+            scaled[(index, index)] = 1.0;
+        }
         let Some(inverse) = scaled.try_inverse() else {
             return everything;
         };
@@ -81,13 +83,14 @@ impl Known {
         let larger = SVector::<f64, 24>::from_fn(|index, _| {
             match parameter_at(&robot.robot, index) {
                 // The travel grows with everything else if its scale does.
-                Some((_, Parameter::Scale)) => 1.0 / sigmas[index % 8],
+                Some((_, Parameter::Scale)) => 1.0,
                 Some((arm, parameter)) if parameter.kind() == ParameterKind::Length => {
-                    robot.robot.arm(arm).get(parameter) / sigmas[index % 8]
+                    robot.robot.arm(arm).get(parameter)
                 }
                 _ => 0.0,
             }
         });
+        let larger = rows * larger;
         let size = larger.norm_squared();
         Self {
             of,

@@ -43,11 +43,7 @@ impl Explainer<'_> {
     /// A refusal of what the core computed, with what the findings say.
     pub(super) fn refused(&self, cause: &str, remedy: String) -> Refused {
         let median = self.case.error_before.median;
-        let elsewhere = !self.case.options.no_guess
-            && self
-                .case
-                .error_before
-                .lies_elsewhere(&self.case.robot.robot);
+        let elsewhere = !self.case.options.no_guess && self.case.starts_elsewhere();
         let worst = self.findings.worst_samples.clone();
         let hints = if let Some(target) = self.beside_the_platform_point() {
             [Some(target), worst, None]

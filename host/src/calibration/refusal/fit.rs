@@ -6,7 +6,7 @@ use crate::calibration::reason::Refused;
 use crate::fit::options::Frame;
 use crate::text::words::{count, in_file_units};
 use delta_cal::calibration::Solver;
-use delta_cal::{Parameter, Refusal};
+use delta_cal::{ArmIndex, Parameter, Refusal};
 
 type CauseAndRemedy = (String, String);
 
@@ -98,7 +98,7 @@ impl Explainer<'_> {
                 format!(
                     "the fit puts {parameter} of {arm} {tolerances:.1} tolerances ({}) away from \
                      nominal, which the stated [tolerance] makes incredible",
-                    self.distance(parameter, tolerances)
+                    self.distance(arm, parameter, tolerances)
                 ),
                 format!(
                     "{CHECK}{}; if the robot really is that far off, state a larger [tolerance]",
@@ -163,10 +163,11 @@ impl Explainer<'_> {
     }
 
     /// Tolerances in the parameter's unit.
-    fn distance(&self, parameter: Parameter, tolerances: f32) -> String {
+    fn distance(&self, arm: ArmIndex, parameter: Parameter, tolerances: f32) -> String {
         let Some(tolerance) = &self.case.robot.tolerance else {
             return "no tolerance is stated".to_owned();
         };
-        in_file_units(parameter, tolerance.of(parameter) * f64::from(tolerances))
+        let sigma = tolerance.of_arm(self.case.robot.robot.arm(arm), parameter);
+        in_file_units(parameter, sigma * f64::from(tolerances))
     }
 }

@@ -109,7 +109,10 @@ impl Explainer<'_> {
         );
         let remedy = format!(
             "{CHECK}; if the robot really is that far off, {}, or measure more poses and {SPREAD}",
-            test.statement(self.case.robot.tolerance.as_ref())
+            test.statement(
+                self.case.robot.robot.drive(),
+                self.case.robot.tolerance.as_ref()
+            )
         );
         self.refused(&cause, remedy)
     }

@@ -157,7 +157,7 @@ fn section_of(key: &str) -> Option<&'static str> {
         "base_radius_mm" | "platform_radius_mm" | "upper_arm_mm" | "forearm_mm"
         | "tower_radius_mm" | "tower_deg" | "kind" => Some("[nominal]"),
         "min_deg" | "max_deg" | "min_mm" | "max_mm" => Some("[joints]"),
-        "length_mm" | "angle_deg" | "zero_mm" => Some("[tolerance]"),
+        "length_mm" | "angle_deg" | "zero_mm" | "radius_mm" => Some("[tolerance]"),
         "position_mm" | "joint_deg" | "joint_mm" => Some("[noise]"),
         "rotation" | "translation_mm" => Some("[sensor_frame]"),
         key if arm_keys().any(|own| own == key) => Some("[[arm]]"),

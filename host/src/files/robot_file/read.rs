@@ -177,6 +177,7 @@ fn tolerance(
         Drive::Rotary => {
             foreign(input, drive, "zero_mm", section.zero_mm.as_ref())?;
             foreign(input, drive, "scale", section.scale.as_ref())?;
+            foreign(input, drive, "radius_mm", section.radius_mm.as_ref())?;
         }
         Drive::Linear => {
             let scale = required(input, line, "[tolerance]", "scale", section.scale.as_ref())?;
@@ -186,13 +187,22 @@ fn tolerance(
                 None => length,
             };
             stated = stated.and_then(|own| own.with_linear(zero, scale));
+            if let Some(radius) = &section.radius_mm {
+                let radius = finite(input, "radius_mm", radius)?;
+                stated = stated.and_then(|own| own.with_radius(radius));
+            }
         }
     }
     stated.map_err(|error| {
-        let (key, number) = match (error, &section.zero_mm, &section.scale) {
-            (ToleranceError::Angle, ..) => ("angle_deg", &section.angle_deg),
-            (ToleranceError::Zero, Some(zero), _) => ("zero_mm", zero),
-            (ToleranceError::Scale, _, Some(scale)) => ("scale", scale),
+        let of_error = match error {
+            ToleranceError::Angle => ("angle_deg", Some(&section.angle_deg)),
+            ToleranceError::Zero => ("zero_mm", section.zero_mm.as_ref()),
+            ToleranceError::Scale => ("scale", section.scale.as_ref()),
+            ToleranceError::Radius => ("radius_mm", section.radius_mm.as_ref()),
+            _ => ("length_mm", None),
+        };
+        let (key, number) = match of_error {
+            (key, Some(number)) => (key, number),
             _ => ("length_mm", &section.length_mm),
         };
         fault_at(input, number, key, error.to_string())

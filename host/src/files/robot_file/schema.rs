@@ -166,6 +166,7 @@ pub(super) struct ToleranceToml {
     pub(super) length_mm: Number,
     pub(super) angle_deg: Number,
     pub(super) zero_mm: Option<Number>,
+    pub(super) radius_mm: Option<Number>,
     pub(super) scale: Option<Number>,
     pub(super) transmission_deg: Option<Number>,
 }

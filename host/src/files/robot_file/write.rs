@@ -51,6 +51,9 @@ impl RobotFile {
             if drive == Drive::Linear {
                 entry(&mut text, "zero_mm", tolerance.of(Parameter::Zero));
                 entry(&mut text, "scale", tolerance.of(Parameter::Scale));
+                if tolerance.radius() > 0.0 {
+                    entry(&mut text, "radius_mm", tolerance.radius());
+                }
             }
             if let Some(transmission) = &self.transmission {
                 entry(&mut text, "transmission_deg", degrees(transmission.sigma()));

@@ -6,7 +6,7 @@
 //! Technometrics 22(3), 1980.
 
 use delta_cal::Real;
-use nalgebra::{Cholesky, Const, SMatrix, SVector};
+use nalgebra::{Cholesky, Const, SMatrix};
 
 /// Passes over the set at most; it settles after some ten.
 const PASSES: usize = 40;
@@ -52,8 +52,8 @@ pub(in crate::planning) struct Candidates<
     const K: usize,
 > {
     pub(in crate::planning) rows: &'a [Rows<B, D, R>],
-    /// Information before, on the diagonal.
-    pub(in crate::planning) prior: [SVector<f64, D>; B],
+    /// Information before.
+    pub(in crate::planning) prior: Vec<SMatrix<f64, D, D>>,
     pub(in crate::planning) criterion: Criterion,
     /// L.
     pub(in crate::planning) combinations: [SMatrix<f64, D, K>; B],
@@ -98,7 +98,7 @@ impl<const B: usize, const D: usize, const R: usize, const K: usize> Candidates<
         let mut covariance = [SMatrix::zeros(); B];
         let mut value = 0.0;
         for (block, covariance) in covariance.iter_mut().enumerate() {
-            let mut information = SMatrix::<f64, D, D>::from_diagonal(&self.prior[block]);
+            let mut information = self.prior[block];
             for candidate in &chosen {
                 let rows = &self.rows[*candidate].blocks[block];
                 information += product(rows, &rows.transpose());

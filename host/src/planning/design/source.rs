@@ -1,7 +1,7 @@
 //! Where candidates come from, and what a set of them is judged by.
 
 use super::exchange::{Criterion, Rows};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 use rand_pcg::Pcg32;
 
 /// A source of candidates: `R` rows of `B` blocks of `D` parameters, judged by `K` combinations of each
@@ -27,8 +27,8 @@ pub(in crate::planning) trait Source<const B: usize, const D: usize, const R: us
     /// What each candidate adds to the information; `None` where it says nothing.
     fn rows(&self, candidates: &[Self::Candidate]) -> Vec<Option<Rows<B, D, R>>>;
 
-    /// Information before any measurement, on the diagonal.
-    fn prior(&self) -> [SVector<f64, D>; B];
+    /// Information before any measurement, of each block.
+    fn prior(&self) -> Vec<SMatrix<f64, D, D>>;
 
     fn criterion(&self) -> Criterion;
 

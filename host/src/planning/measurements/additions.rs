@@ -15,7 +15,7 @@ use crate::fit::options::Frame;
 use crate::planning::design::{Criterion, Rows, Source, added};
 use crate::planning::poses::{PlanError, Selection};
 use delta_cal::Robot;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
@@ -196,7 +196,7 @@ struct Additions<'a, const K: usize> {
     places: &'a Places,
     plane: Option<usize>,
     candidates: &'a Candidates<'a, READINGS, K>,
-    prior: SVector<f64, PARAMETERS>,
+    prior: SMatrix<f64, PARAMETERS, PARAMETERS>,
     noise: &'a RobotFile,
     frame: Frame,
 }
@@ -273,8 +273,8 @@ impl<const K: usize> Source<1, PARAMETERS, READINGS, K> for Additions<'_, K> {
         row.collect()
     }
 
-    fn prior(&self) -> [SVector<f64, PARAMETERS>; 1] {
-        [self.prior]
+    fn prior(&self) -> Vec<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+        vec![self.prior]
     }
 
     fn criterion(&self) -> Criterion {

@@ -9,7 +9,7 @@ use super::setup::Setup;
 use crate::fit::observations::{self, Linearized, READINGS, linearized};
 use crate::planning::design::{Criterion, Rows, Source};
 use crate::planning::poses::{PlanError, Selection};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 use rand_pcg::Pcg32;
 
 /// Candidates of each kind that show where the instruments are, whatever else is looked at.
@@ -24,7 +24,7 @@ pub(super) struct Candidates<'a, const R: usize, const K: usize> {
     judge: &'a Judge,
     anchors: Vec<Planned>,
     most: Vec<usize>,
-    prior: SVector<f64, PARAMETERS>,
+    prior: SMatrix<f64, PARAMETERS, PARAMETERS>,
 }
 
 impl<'a, const R: usize, const K: usize> Candidates<'a, R, K> {
@@ -42,7 +42,7 @@ impl<'a, const R: usize, const K: usize> Candidates<'a, R, K> {
             judge,
             anchors: Vec::new(),
             most: Vec::new(),
-            prior: SVector::zeros(),
+            prior: SMatrix::zeros(),
         };
         for wish in &request.kinds.0 {
             source.most.push(wish.most.unwrap_or(usize::MAX));
@@ -111,8 +111,8 @@ impl<const R: usize, const K: usize> Source<1, PARAMETERS, R, K> for Candidates<
         planned.iter().zip(&rows).map(of_row).collect()
     }
 
-    fn prior(&self) -> [SVector<f64, PARAMETERS>; 1] {
-        [self.prior]
+    fn prior(&self) -> Vec<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+        vec![self.prior]
     }
 
     fn criterion(&self) -> Criterion {

@@ -237,7 +237,7 @@ pub(crate) fn covariance_after(
 
 /// Of all parameters in the core's units.
 pub(super) fn posterior(found: &Linearized, robot: &Robot<f64>) -> Option<Posterior> {
-    let mut information = Posterior::from_diagonal(&information_of_prior(found, robot));
+    let mut information: Posterior = information_of_prior(found, robot);
     for rows in &found.rows {
         information += rows * rows.transpose();
     }
@@ -260,13 +260,13 @@ pub(super) fn of_robot(posterior: &Posterior, found: &Linearized) -> RobotCovari
 pub(super) fn information_of_prior<const D: usize>(
     found: &Linearized,
     robot: &Robot<f64>,
-) -> SVector<f64, D> {
+) -> SMatrix<f64, D, D> {
     let [arm, ..] = robot.arms();
     let least = (arm.upper_arm_length() / arm.lb()).powi(2);
-    found
-        .prior_weights
-        .fixed_rows::<D>(0)
-        .map(|weight| weight * weight + least)
+    SMatrix::from_fn(|row, column| {
+        let least = if row == column { least } else { 0.0 };
+        found.prior.information(row, column) + least
+    })
 }
 
 /// What a correction of 1 is in the core's problem: mm or radians; 0 of transmissions that are known.

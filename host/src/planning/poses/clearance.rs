@@ -168,9 +168,9 @@ fn one_tolerance_off(file: &RobotFile) -> Vec<Robot<f64>> {
     };
     let angle = SIGMAS * (tolerance.of(of_angles) + length);
     let part = (LARGEST_DEGREES.to_radians() / angle).min(1.0);
-    let sigmas = tolerance.of_places(file.robot.drive());
     let larger = |index: usize| {
         let (arm, own) = (index / 8, index % 8);
+        let sigmas = tolerance.of_places(&file.robot.arms()[arm]);
         let mut parameters = file.robot.parameters();
         parameters[arm][own] += part * sigmas[own];
         file.robot.with_parameters(parameters).ok()

@@ -9,7 +9,7 @@ use crate::files::robot_file::RobotFile;
 use crate::fit::options::CalibrationMethod;
 use delta_cal::calibration::limits::LARGEST_SIGMA;
 use delta_cal::robot::ParameterKind;
-use delta_cal::simulate::standard_normal;
+use delta_cal::simulate::made_robot;
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
 use nalgebra::Vector3;
 use rand_pcg::Pcg32;
@@ -257,17 +257,8 @@ pub(in crate::planning) fn made_to_tolerance(file: &RobotFile, rng: &mut Pcg32) 
     let Some(tolerance) = &file.tolerance else {
         return Vec::new();
     };
-    let sigmas = tolerance.of_places(file.robot.drive());
     let mut one = || {
-        let mut parameters = file.robot.parameters();
-        for values in &mut parameters {
-            for (value, sigma) in values.iter_mut().zip(sigmas) {
-                if sigma > 0.0 {
-                    *value += sigma * standard_normal::<f64, _>(rng);
-                }
-            }
-        }
-        let robot = file.robot.with_parameters(parameters).ok()?;
+        let robot = made_robot(&file.robot, tolerance, rng).ok()?;
         Some(RobotFile {
             robot,
             ..file.clone()

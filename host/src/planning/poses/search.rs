@@ -4,12 +4,12 @@
 use super::candidates::Selection;
 use super::{Assumptions, PlanError, PlanRequest};
 use crate::accuracy::information::{
-    ARM, PARAMETERS, closure_rows, position_rows, tolerance_weights,
+    ARM, PARAMETERS, closure_rows, position_rows, tolerance_prior, weights_by_arm,
 };
 use crate::fit::options::CalibrationMethod;
 use crate::planning::design::{Criterion, Effort, Rows, Source, added, all_over, nearer};
 use delta_cal::{Noise, Robot, Sample};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 use rand_pcg::Pcg32;
 
 /// Random sets that a search begins with: fewer of more poses, for they differ less.
@@ -77,7 +77,7 @@ impl Search<'_> {
 }
 
 macro_rules! source_of_poses {
-    ($model:ident, $blocks:literal, $parameters:ident, $rows:literal, $of_pose:expr) => {
+    ($model:ident, $blocks:literal, $parameters:ident, $rows:literal, $of_pose:expr, $prior:expr) => {
         impl Source<$blocks, $parameters, $rows, $parameters> for $model<'_> {
             type Candidate = Sample<f64>;
             type Error = PlanError;
@@ -111,15 +111,17 @@ macro_rules! source_of_poses {
 
             /// The tolerance's, and that no parameter is off by more than a forearm, so that there always
             /// is some.
-            fn prior(&self) -> [SVector<f64, $parameters>; $blocks] {
+            fn prior(&self) -> Vec<SMatrix<f64, $parameters, $parameters>> {
                 let robot = &self.0.request.robot.robot;
                 let [arm, ..] = robot.arms();
-                let weights = tolerance_weights(robot, self.0.assumptions.tolerance.as_ref());
-                std::array::from_fn(|block| {
-                    SVector::from_fn(|index, _| {
-                        weights[$parameters * block + index].powi(2) + arm.lb().powi(-2)
-                    })
-                })
+                let least = SMatrix::from_diagonal_element(arm.lb().powi(-2));
+                let known: SMatrix<f64, PARAMETERS, PARAMETERS> =
+                    $prior(robot, self.0.assumptions.tolerance.as_ref());
+                let of_block = |block: usize| {
+                    let first = $parameters * block;
+                    known.fixed_view::<$parameters, $parameters>(first, first) + least
+                };
+                (0..$blocks).map(of_block).collect()
             }
 
             fn criterion(&self) -> Criterion {
@@ -137,10 +139,28 @@ macro_rules! source_of_poses {
     };
 }
 
-source_of_poses!(Ikm, 3, ARM, 1, |robot, pose, noise| Some(closure_rows(
-    robot, pose, noise
-)));
-source_of_poses!(Fkm, 1, PARAMETERS, 3, |robot, pose, noise| {
-    let rows = position_rows(robot, pose, noise)?;
-    Some([rows.transpose()])
-});
+source_of_poses!(
+    Ikm,
+    3,
+    ARM,
+    1,
+    |robot, pose, noise| Some(closure_rows(robot, pose, noise)),
+    |robot, tolerance| {
+        let weights = weights_by_arm(robot, tolerance);
+        SMatrix::from_diagonal(&weights.map(|weight| weight.powi(2)))
+    }
+);
+source_of_poses!(
+    Fkm,
+    1,
+    PARAMETERS,
+    3,
+    |robot, pose, noise| {
+        let rows = position_rows(robot, pose, noise)?;
+        Some([rows.transpose()])
+    },
+    |robot, tolerance| {
+        let prior = tolerance_prior(robot, tolerance);
+        SMatrix::from_fn(|row, column| prior.information(row, column))
+    }
+);

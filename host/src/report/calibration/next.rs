@@ -131,7 +131,7 @@ fn weakest(
     let units = information::units(robot);
     let places = robot.drive().places();
     let scales = SVector::<f64, 8>::from_fn(|place, _| match (places[place], tolerance) {
-        (Some(parameter), Some(tolerance)) => tolerance.of(parameter),
+        (Some(parameter), Some(tolerance)) => tolerance.of_arm(robot.arm(arm), parameter),
         (Some(_), None) => units[ARM * arm.index() + place].recip(),
         (None, _) => 1.0,
     });

@@ -35,7 +35,7 @@ pub(super) fn uncertain<'a>(
     }
     let median = median_change(report);
     let limit = |arm: &Arm<f64>, parameter| match tolerance {
-        Some(tolerance) => LARGE * tolerance.of(parameter),
+        Some(tolerance) => LARGE * tolerance.of_arm(arm, parameter),
         None => median / information::unit(arm, parameter),
     };
     let mut found: Vec<_> = arms

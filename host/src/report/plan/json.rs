@@ -7,7 +7,7 @@ use crate::render::json;
 use crate::text::joint;
 use crate::text::units::{degrees, in_unit, unit};
 use delta_cal::robot::Drive;
-use delta_cal::{Parameter, Robot, Sample};
+use delta_cal::{Parameter, Robot, Sample, Tolerance};
 use serde_json::{Value, json};
 
 /// Changes whenever a field changes its name or meaning or is removed.
@@ -73,7 +73,14 @@ pub(in crate::report) fn assumptions(drive: Drive, assumptions: &Assumptions) ->
         "noise_stated": assumptions.noise_stated,
         "tolerance_length_mm": tolerance(Parameter::Lb),
         "tolerance_angle_deg": tolerance(Parameter::Theta).map(degrees),
+        "tolerance_radius_mm": common_radius(assumptions.tolerance.as_ref()),
     })
+}
+
+/// Of all towers; `null` if none is stated.
+pub(in crate::report) fn common_radius(tolerance: Option<&Tolerance<f64>>) -> Option<f64> {
+    let radius = tolerance?.radius();
+    (radius > 0.0).then_some(radius)
 }
 
 /// Joint angles, and where the nominal robot is then.

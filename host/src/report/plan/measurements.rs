@@ -1,6 +1,6 @@
 //! Planned measurements for people, for programs, and as a samples file to fill in.
 
-use super::json::SCHEMA_VERSION;
+use super::json::{SCHEMA_VERSION, common_radius};
 use crate::accuracy::position_uncertainty::PositionSigma;
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::Frame;
@@ -232,6 +232,7 @@ pub fn json(request: &MeasurementRequest<'_>, plan: &MeasurementPlan) -> Value {
             "noise_stated": setup.noise_stated,
             "tolerance_length_mm": tolerance(Parameter::Lb),
             "tolerance_angle_deg": tolerance(Parameter::Theta).map(degrees),
+            "tolerance_radius_mm": common_radius(setup.robot.tolerance.as_ref()),
         },
         // Where the instruments stand, in the robot's frame.
         "plane_mm": has(plan, Kind::Plane).then_some(setup.plane),

@@ -1,6 +1,7 @@
 //! The mesh for the view that can be turned: numbers for its script.
 
 use super::figures::{colour, kind};
+use crate::accuracy::information::sigma_of_sum;
 use crate::geometry::range::range;
 use crate::render::plot::STEPS;
 use crate::workspace::Analysis;
@@ -67,15 +68,8 @@ pub(super) fn scene(
     ));
     if let Some(tolerance) = &analysis.tolerance {
         let sigma = |moved: Option<[f64; 24]>| {
-            let parts = moved.map(|moved| {
-                let sigmas = tolerance.of_places(analysis.workspace.robot.drive());
-                moved
-                    .into_iter()
-                    .zip(sigmas.into_iter().cycle())
-                    .map(|(m, s)| (m * s).powi(2))
-                    .sum::<f64>()
-            });
-            parts.map_or(f64::NAN, f64::sqrt)
+            let robot = &analysis.workspace.robot;
+            moved.map_or(f64::NAN, |moved| sigma_of_sum(robot, tolerance, &moved))
         };
         let sigmas: Vec<_> = displacements(coarse, &mesh.vertices)
             .into_iter()

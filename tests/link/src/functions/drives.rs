@@ -113,8 +113,25 @@ macro_rules! of_scalar {
                 ) -> Result<Tolerance<$t>, ToleranceError> {
                     tolerance.with_linear(zero, scale)
                 }
-                fn tolerance_of_places(tolerance: &Tolerance<$t>, drive: Drive) -> [$t; 8] {
-                    tolerance.of_places(drive)
+                fn tolerance_of_places(tolerance: &Tolerance<$t>, arm: &Arm<$t>) -> [$t; 8] {
+                    tolerance.of_places(arm)
+                }
+                fn tolerance_of_arm(
+                    tolerance: &Tolerance<$t>,
+                    arm: &Arm<$t>,
+                    parameter: Parameter,
+                ) -> $t {
+                    tolerance.of_arm(arm, parameter)
+                }
+                fn tolerance_with_radius(
+                    tolerance: &Tolerance<$t>,
+                    radius: $t,
+                ) -> Result<Tolerance<$t>, ToleranceError> {
+                    tolerance.with_radius(radius)
+                }
+                fn tolerance_radius(tolerance: &Tolerance<$t>) -> $t { tolerance.radius() }
+                fn tolerance_outwards(tolerance: &Tolerance<$t>, arm: &Arm<$t>) -> [$t; 2] {
+                    tolerance.outwards(arm)
                 }
             }
         }

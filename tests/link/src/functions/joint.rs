@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 use delta_cal::calibration::{
     ArmOutcome, FreeFrame, JointCalibrator, JointNormal, JointOutcome, JointSolver, Minimizer,
-    Motion, Problem, Triangle,
+    Motion, Prior, Problem, TolerancePrior, Triangle,
 };
 use delta_cal::samples::{
     JointDisplacement, JointFactor, MergeError, NoiseError, NominalArm, SampleError,
@@ -20,7 +20,7 @@ macro_rules! of_scalar {
             use super::*;
 
             type At = <JointFactor<$t> as Problem<$t, 24, 25, 325>>::At;
-            type JointMinimizer = Minimizer<$t, At, [$t; 24], 24, 25, 325>;
+            type JointMinimizer = Minimizer<$t, At, TolerancePrior<$t, 24>, 24, 25, 325>;
 
             symbols! { $prefix;
                 // Noise
@@ -33,6 +33,30 @@ macro_rules! of_scalar {
                 fn noise_isotropic(noise: &Noise<$t>) -> Option<$t> { noise.isotropic() }
 
                 // Samples
+                fn tolerance_prior_new(
+                    robot: &Robot<$t>,
+                    units: &[$t; 24],
+                    tolerance: Option<&Tolerance<$t>>,
+                ) -> TolerancePrior<$t, 24> {
+                    TolerancePrior::new(robot, units, tolerance)
+                }
+                fn tolerance_prior_weights(prior: &TolerancePrior<$t, 24>) -> [$t; 24] {
+                    *prior.weights()
+                }
+                fn tolerance_prior_information(
+                    prior: &TolerancePrior<$t, 24>,
+                    row: usize,
+                    column: usize,
+                ) -> $t {
+                    prior.information(row, column)
+                }
+                fn tolerance_prior_rows(
+                    prior: &TolerancePrior<$t, 24>,
+                    sigma: $t,
+                    correction: &[$t; 24],
+                ) -> JointNormal<$t> {
+                    prior.rows(sigma, correction)
+                }
                 fn free_frame_new(
                     robot: &Robot<$t>,
                     units: &[$t; 24],
@@ -185,7 +209,7 @@ macro_rules! of_scalar {
                 // The minimisation that both solvers stand on
                 fn minimizer_with_prior(
                     factor: &JointFactor<$t>,
-                    prior: &[$t; 24],
+                    prior: &TolerancePrior<$t, 24>,
                     settings: &Settings<$t>,
                 ) -> Result<JointMinimizer, Refusal> {
                     Minimizer::with_prior(factor, ArmIndex::First, *prior, settings)

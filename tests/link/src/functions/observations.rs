@@ -1,7 +1,9 @@
 //! The calibration from heights, distances and single coordinates, with twelve unknowns of instruments.
 
 use core::mem::MaybeUninit;
-use delta_cal::calibration::{Estimate, JointOutcome, Minimizer, Problem, sum_of_squares};
+use delta_cal::calibration::{
+    Estimate, JointOutcome, Minimizer, Problem, TolerancePrior, sum_of_squares,
+};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Instrument, Instruments, InstrumentsAt, Observation, ObservationError, ObservationNoise,
@@ -24,7 +26,7 @@ macro_rules! of_scalar {
             use super::*;
 
             type ObservationSolver = delta_cal::observations::ObservationSolver<$t, N, M, E>;
-            type Found = Minimizer<$t, InstrumentsAt<$t, N>, [$t; N], N, M, E>;
+            type Found = Minimizer<$t, InstrumentsAt<$t, N>, TolerancePrior<$t, N>, N, M, E>;
 
             symbols! { $prefix;
                 fn observation_at(joints: &[$t; 3]) -> Observation<$t> { Observation::at(*joints) }
@@ -179,11 +181,11 @@ macro_rules! of_scalar {
                 ) -> Option<[[$t; 5]; M]> {
                     problem.linearized(row)
                 }
-                fn observations_prior_weights(
+                fn observations_prior(
                     problem: &ObservationProblem<'_, $t, N>,
                     settings: &Settings<$t>,
-                ) -> [$t; N] {
-                    problem.prior_weights(settings)
+                ) -> TolerancePrior<$t, N> {
+                    problem.prior(settings)
                 }
                 fn observations_sum_of_squares(
                     problem: &ObservationProblem<'_, $t, N>,

@@ -1,0 +1,264 @@
+//! One run through what the core computes of linear drives. Host and target write the same lines, to the bit.
+
+use crate::fixture::{accepted, refused};
+use crate::record::{Scalar, record};
+use core::fmt::{self, Write};
+use delta_cal::calibration::{JointCalibrator, Settings, Start};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::observations::{
+    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationProblem,
+    ObservationRow, Plane, PositionFrame,
+};
+use delta_cal::robot::SymmetricLinearRobot;
+use delta_cal::simulate::{made_robot, random_pose, simulate_sample, standard_normal};
+use delta_cal::{Calibrator, Noise, Real, Robot, RobotOutcome, Sample, Tolerance};
+use heapless::Vec;
+use nalgebra::Vector3;
+use rand_core::SeedableRng;
+use rand_pcg::Pcg32;
+
+/// Radius and rod, mm, and the range of the travel.
+const PRINTERS: [([f64; 2], [f64; 2]); 3] = [
+    ([140.0, 330.0], [100.0, 600.0]),
+    ([80.0, 180.0], [50.0, 350.0]),
+    ([120.0, 700.0], [300.0, 1200.0]),
+];
+/// Samples of the simulated robots, the first too few.
+const ROBOTS: [usize; 8] = [2, 7, 8, 10, 12, 20, 33, 60];
+/// Robot and plane.
+const N: usize = 27;
+const ROWS: usize = 24;
+
+/// Writes one line a result, `BITS <scalar> <what>: <bits> …`. A refusal is written in words.
+///
+/// # Errors
+/// Those of `out`.
+pub fn run<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
+    for (number, (lengths, travel)) in (0..).zip(PRINTERS) {
+        let nominal = printer::<T>(lengths);
+        let limits = JointLimits::travel(T::from_f64(travel[0]), T::from_f64(travel[1]))
+            .expect("the limits are valid");
+        kinematics(out, &nominal, travel)?;
+        for (count, seed) in ROBOTS.into_iter().zip(200 + 100 * number..) {
+            calibrations(out, &nominal, &limits, (seed, count))?;
+        }
+        observations(out, &nominal, &limits, 290 + 100 * number)?;
+    }
+    Ok(())
+}
+
+fn printer<T: Real>([tower_radius, forearm]: [f64; 2]) -> Robot<T> {
+    SymmetricLinearRobot {
+        tower_radius: T::from_f64(tower_radius),
+        forearm: T::from_f64(forearm),
+    }
+    .robot()
+    .expect("the dimensions are a robot's")
+}
+
+fn noise<T: Real>() -> Noise<T> {
+    Noise::new(T::from_f64(0.02), T::from_f64(0.005)).expect("the numbers are a noise")
+}
+
+/// With a radius that the towers have in common.
+fn tolerance<T: Real>(radius: f64) -> Tolerance<T> {
+    let number = T::from_f64;
+    Tolerance::new(number(0.5), number(3e-3))
+        .and_then(|own| own.with_linear(number(5.0), number(1e-3)))
+        .and_then(|own| own.with_radius(number(radius)))
+        .expect("the numbers are a tolerance")
+}
+
+/// Forward, inverse and both Jacobians across and beyond the workspace.
+#[inline(never)]
+fn kinematics<T: Scalar>(
+    out: &mut dyn Write,
+    robot: &Robot<T>,
+    [low, high]: [f64; 2],
+) -> fmt::Result {
+    for (s1, s2, s3) in [
+        (0.5, 0.5, 0.5),
+        (0.4, 0.5, 0.6),
+        (0.1, 0.12, 0.08),
+        (0.9, 0.8, 0.85),
+        (0.0, 1.0, 0.0),
+        (1.0, 1.0, 0.0),
+        (f64::NAN, 0.5, 0.5),
+        (0.5, f64::INFINITY, 0.5),
+    ] {
+        let q = [s1, s2, s3].map(|part| T::from_f64(low + part * (high - low)));
+        match robot.forward(&q) {
+            Err(error) => record::<T>(out, format_args!("tower, forward {error:?}"), &[])?,
+            Ok(x) => {
+                record(
+                    out,
+                    format_args!("tower, forward {s1} {s2} {s3}"),
+                    x.as_slice(),
+                )?;
+                match robot.inverse(&x) {
+                    Err(error) => record::<T>(out, format_args!("tower, inverse {error:?}"), &[])?,
+                    Ok(back) => record(out, format_args!("tower, inverse"), &back)?,
+                }
+                match robot.platform_jacobian(&x, &q) {
+                    Err(error) => record::<T>(out, format_args!("tower, jacobian {error:?}"), &[])?,
+                    Ok(jacobian) => {
+                        record(
+                            out,
+                            format_args!("tower, joints"),
+                            jacobian.by_joints.as_slice(),
+                        )?;
+                        for block in &jacobian.by_parameters {
+                            record(out, format_args!("tower, parameters"), block.as_slice())?;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let beyond = Vector3::new(1e3, 0.0, 100.0).map(T::from_f64);
+    match robot.inverse(&beyond) {
+        Err(error) => record::<T>(out, format_args!("tower, inverse {error:?}"), &[]),
+        Ok(q) => record(out, format_args!("tower, inverse beyond"), &q),
+    }
+}
+
+/// A robot drawn, measured and calibrated on board, arm by arm and jointly.
+#[inline(never)]
+fn calibrations<T: Scalar>(
+    out: &mut dyn Write,
+    nominal: &Robot<T>,
+    limits: &JointLimits<T>,
+    (seed, count): (u64, usize),
+) -> fmt::Result {
+    let mut rng = Pcg32::seed_from_u64(seed);
+    let radius = if seed.is_multiple_of(2) { 3.0 } else { 0.0 };
+    let Ok(truth) = made_robot(nominal, &tolerance(radius), &mut rng) else {
+        return record::<T>(out, format_args!("tower {seed}, no robot"), &[]);
+    };
+    // Every third robot is measured without noise, every fourth has no prior.
+    let noise = (seed % 3 > 0).then(noise);
+    let settings = Settings::default()
+        .with_noise(noise)
+        .with_tolerance((seed % 4 > 0).then(|| tolerance(radius)))
+        .with_start(if seed % 8 == 6 {
+            Start::Free
+        } else {
+            Start::Nominal
+        });
+    let mut samples = Vec::<Sample<T>, 60>::new();
+    for _ in 0..count {
+        let pose = random_pose(&truth, limits, &mut rng).ok();
+        let sample = pose
+            .and_then(|pose| simulate_sample(&truth, &pose.joints, noise.as_ref(), &mut rng).ok());
+        if samples.extend_from_slice(sample.as_slice()).is_err() {
+            break;
+        }
+    }
+    by_arm(out, nominal, &settings, (seed, &samples))?;
+    jointly(out, nominal, &settings, (seed, &samples))
+}
+
+#[inline(never)]
+fn by_arm<T: Scalar>(
+    out: &mut dyn Write,
+    nominal: &Robot<T>,
+    settings: &Settings<T>,
+    (seed, samples): (u64, &[Sample<T>]),
+) -> fmt::Result {
+    let mut calibrator = Calibrator::new(nominal, settings);
+    if let Err((index, error)) = calibrator.add_many(samples) {
+        record::<T>(out, format_args!("tower sample {index} {error:?}"), &[])?;
+    }
+    match calibrator.solve() {
+        Err(refusal) => refused::<T>(out, format_args!("towers {seed}"), &refusal),
+        Ok(outcome) => accepted(out, format_args!("towers {seed}"), &outcome),
+    }
+}
+
+#[inline(never)]
+fn jointly<T: Scalar>(
+    out: &mut dyn Write,
+    nominal: &Robot<T>,
+    settings: &Settings<T>,
+    (seed, samples): (u64, &[Sample<T>]),
+) -> fmt::Result {
+    let mut calibrator = JointCalibrator::new(nominal, settings);
+    if let Err((index, error)) = calibrator.add_many(samples) {
+        record::<T>(out, format_args!("tower sample {index} {error:?}"), &[])?;
+    }
+    match calibrator.solve() {
+        Err(refusal) => refused::<T>(out, format_args!("joint towers {seed}"), &refusal),
+        Ok(outcome) => {
+            if let Some(covariance) = &outcome.estimate.covariance {
+                let label = format_args!("joint towers {seed}, covariance");
+                record(out, label, covariance.as_slice())?;
+            }
+            accepted(
+                out,
+                format_args!("joint towers {seed}"),
+                &RobotOutcome::from(&outcome),
+            )
+        }
+    }
+}
+
+/// Touches of a plate and distances between two poses, by turns.
+#[inline(never)]
+fn observations<T: Scalar>(
+    out: &mut dyn Write,
+    nominal: &Robot<T>,
+    limits: &JointLimits<T>,
+    seed: u64,
+) -> fmt::Result {
+    let mut rng = Pcg32::seed_from_u64(seed);
+    let Ok(truth) = made_robot(nominal, &tolerance(3.0), &mut rng) else {
+        return record::<T>(out, format_args!("tower {seed}, no robot"), &[]);
+    };
+    let mut rows = Vec::<ObservationRow<T>, ROWS>::new();
+    while rows.len() < ROWS {
+        let poses = [(); 2].map(|()| random_pose(&truth, limits, &mut rng).ok());
+        let [Some(pose), Some(other)] = poses else {
+            return record::<T>(out, format_args!("tower {seed}, no pose"), &[]);
+        };
+        let mut row = Observation::at(pose.joints);
+        let off = T::from_f64(0.05) * standard_normal::<T, _>(&mut rng);
+        if rows.len().is_multiple_of(2) {
+            let height = pose.position.z + off;
+            row.height = Some(Height { plane: 0, height });
+        } else {
+            let apart = pose.position - other.position;
+            row.distance = Some(Distance {
+                from: DistanceFrom::Pose(other.joints),
+                distance: apart.dot(&apart).square_root() + off,
+            });
+        }
+        if rows.push(ObservationRow::new(row)).is_err() {
+            break;
+        }
+    }
+    let number = T::from_f64;
+    let instruments = Instruments {
+        frame: PositionFrame::Base,
+        planes: &[Plane::default()],
+        points: &[],
+        noise: ObservationNoise::new(noise(), number(0.05), number(0.05))
+            .expect("the numbers are a noise"),
+    };
+    let settings = Settings::new().with_tolerance(tolerance(3.0));
+    let problem = match ObservationProblem::<T, N>::prepare(nominal, &instruments, &mut rows) {
+        Ok(problem) => problem,
+        Err(error) => return record::<T>(out, format_args!("touched {seed}, {error:?}"), &[]),
+    };
+    match problem.solve::<28, 406>(&settings) {
+        Err(refusal) => refused::<T>(out, format_args!("touched {seed}"), &refusal),
+        Ok(outcome) => {
+            record(
+                out,
+                format_args!("touched {seed}, unknowns"),
+                outcome.unknowns(),
+            )?;
+            let of_robot = RobotOutcome::from(&outcome.of_robot());
+            accepted(out, format_args!("touched {seed}"), &of_robot)
+        }
+    }
+}

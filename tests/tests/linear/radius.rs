@@ -1,7 +1,7 @@
 //! A radius that all towers have in common: the prior against dense matrices, the fit against generalised least
 //! squares, and what it brings where little is measured.
 
-use crate::{made, spread_out, tolerance};
+use crate::linear::{made, spread_out, tolerance};
 use delta_cal::calibration::{JointNormal, Prior, Settings, TolerancePrior};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::observations::{
@@ -35,6 +35,7 @@ fn instruments() -> Instruments<'static, f64> {
         planes: &PLANES,
         points: &[],
         noise: ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), NOISE, 1.0).unwrap(),
+        transmission: None,
     }
 }
 
@@ -196,8 +197,10 @@ fn heights_are_fitted_as_by_generalised_least_squares() {
 #[test]
 fn what_towers_have_in_common_is_found_from_few_touches() {
     let instruments = instruments();
-    let every_tower = Tolerance::new(RADIUS, crate::ANGLE).unwrap();
-    let every_tower = every_tower.with_linear(crate::ZERO, crate::SCALE).unwrap();
+    let every_tower = Tolerance::new(RADIUS, crate::linear::ANGLE).unwrap();
+    let every_tower = every_tower
+        .with_linear(crate::linear::ZERO, crate::linear::SCALE)
+        .unwrap();
     let radius = |robot: &Robot<f64>| {
         let radii = robot.arms().map(|arm| arm.d().x.hypot(arm.d().y));
         radii.iter().sum::<f64>() / 3.0

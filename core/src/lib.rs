@@ -53,7 +53,8 @@
 //!
 //! Cargo features, none of them on by default: `simulate` adds random poses and simulated measurements
 //! (module `simulate`), `serde` adds `Serialize` and `Deserialize` of robots, samples, settings and
-//! outcomes, `defmt` adds `defmt::Format`, and `classical` adds the form that stores every sample
+//! outcomes, `defmt` adds `defmt::Format`, `linear` adds robots whose elbows are carriages on towers, `transmission` adds
+//! gears and encoders that are not exact, and `classical` adds the form that stores every sample
 //! (module `classical`), which the tests compare with the constant-memory form.
 //!
 //! Vectors and matrices are those of [`nalgebra`], which is re-exported so that your crate uses the same

@@ -10,11 +10,11 @@ use crate::stream::Forgetting;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Eight numbers, in the order of [`Parameter::ROTARY`]. An arm with a linear drive is refused: eight numbers do
-/// not tell the two apart.
+/// Eight numbers, in the order of [`Parameter::ROTARY`]. An arm with a linear drive is refused, for eight numbers do
+/// not tell the two apart; so is one with a transmission, which would be lost.
 impl<T: Real + Serialize> Serialize for Arm<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        rotary(self.drive())?;
+        plain(self)?;
         self.parameters().serialize(serializer)
     }
 }
@@ -28,7 +28,7 @@ impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Arm<T> {
 /// Three times eight numbers, as of [`Robot::parameters`].
 impl<T: Real + Serialize> Serialize for Robot<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        rotary(self.drive())?;
+        self.arms().iter().try_for_each(plain)?;
         self.parameters().serialize(serializer)
     }
 }
@@ -39,10 +39,12 @@ impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Robot<T> {
     }
 }
 
-fn rotary<E: serde::ser::Error>(drive: Drive) -> Result<(), E> {
-    match drive {
-        Drive::Rotary => Ok(()),
-        Drive::Linear => Err(E::custom("only robots with rotary drives are serialized")),
+/// That eight numbers are all there is of an arm.
+fn plain<T: Real, E: serde::ser::Error>(arm: &Arm<T>) -> Result<(), E> {
+    match (arm.drive(), arm.transmission()) {
+        (Drive::Rotary, None) => Ok(()),
+        (Drive::Rotary, Some(_)) => Err(E::custom("arms with transmissions are not serialized")),
+        (Drive::Linear, _) => Err(E::custom("only robots with rotary drives are serialized")),
     }
 }
 

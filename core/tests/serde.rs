@@ -6,6 +6,8 @@
 use delta_cal::calibration::{Solver, Start};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Arm;
+#[cfg(feature = "transmission")]
+use delta_cal::robot::Transmission;
 use delta_cal::stream::{Forgetting, HeldOut};
 use delta_cal::{
     Calibrator, Noise, Refusal, Robot, RobotOutcome, Sample, Settings, SymmetricRobot, Tolerance,
@@ -99,6 +101,17 @@ fn a_robot_is_written_as_its_parameters() {
     let arms: [[f32; 8]; 3] =
         serde_json::from_str(&serde_json::to_string(&robot).unwrap()).unwrap();
     assert_eq!(arms, robot.parameters());
+}
+
+/// Eight numbers an arm would lose what makes it another one.
+#[cfg(feature = "transmission")]
+#[test]
+fn a_robot_with_transmissions_is_not_written() {
+    let own = Transmission::new([1e-3, 0.0, 0.0, 0.0, 0.0]).unwrap();
+    let robot: Robot<f64> = DRAWN.robot().unwrap();
+    let robot = robot.with_transmissions([Transmission::EXACT, own, Transmission::EXACT]);
+    let error = serde_json::to_string(&robot.unwrap()).unwrap_err();
+    assert!(error.to_string().contains("transmissions"), "{error}");
 }
 
 fn refused<T: DeserializeOwned + Debug>(text: &str, cause: &str) {

@@ -76,8 +76,8 @@ fn gears_are_found_written_and_used() {
     let folder = Folder::new();
     let mut rng = generator(61, 0);
     let truth = made(&mut rng);
-    folder.write("robot.toml", &robot_file(ASKED));
-    folder.write("samples.csv", &positions(&truth, 80, 0.02, &mut rng));
+    folder.write("robot.toml", robot_file(ASKED));
+    folder.write("samples.csv", positions(&truth, 80, 0.02, &mut rng));
     let output = folder.run("calibrate robot.toml samples.csv --output c.toml --json c.json");
     let output = output.ok();
     let shown = output.stdout;
@@ -115,7 +115,7 @@ fn gears_are_found_written_and_used() {
     }
 
     // The same file without: 24 parameters take up some of it.
-    folder.write("plain.toml", &robot_file(""));
+    folder.write("plain.toml", robot_file(""));
     folder
         .run("calibrate plain.toml samples.csv --output p.toml")
         .ok();
@@ -149,7 +149,7 @@ fn kinematics_use_the_transmissions_of_a_file() {
     }
     folder.write(
         "positions.csv",
-        &format!(
+        format!(
             "x_mm,y_mm,z_mm\n{:?},{:?},{:?}\n",
             expected.x, expected.y, expected.z
         ),
@@ -205,7 +205,7 @@ fn what_cannot_be_is_refused_with_its_place() {
         }
         assert!(!folder.path("c.toml").exists());
     }
-    folder.write("robot.toml", &robot_file(ASKED));
+    folder.write("robot.toml", robot_file(ASKED));
     for option in ["--method ikm", "--gate", "--no-guess"] {
         let output = folder.run(&format!("calibrate robot.toml samples.csv {option}"));
         let shown = output.stderr;
@@ -226,7 +226,7 @@ fn what_cannot_be_is_refused_with_its_place() {
 #[test]
 fn poses_are_planned_and_checked_for_transmissions() {
     let folder = Folder::new();
-    folder.write("robot.toml", &robot_file(ASKED));
+    folder.write("robot.toml", robot_file(ASKED));
     let output = folder.run("plan robot.toml --count 30 --output plan.csv --json plan.json");
     output.ok();
     let header = folder.read("plan.csv");

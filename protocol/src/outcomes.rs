@@ -2,6 +2,7 @@
 
 use crate::messages::{ArmReport, CovarianceBlock};
 use delta_cal::calibration::{ArmOutcome, JointOutcome};
+use delta_cal::robot::Transmission;
 use delta_cal::stream::Validation;
 use delta_cal::{ArmIndex, Real};
 
@@ -16,7 +17,7 @@ impl<T: Real> ArmReport<T> {
         Self {
             arm,
             parameters: outcome.arm.parameters(),
-            transmission: outcome.arm.transmission().map(|own| own.numbers()),
+            transmission: outcome.arm.transmission().map(Transmission::numbers),
             covariance: outcome.covariance.map(|covariance| covariance.data.0),
             residual_rms: outcome.residual_rms,
             estimated_noise: outcome.estimated_noise,

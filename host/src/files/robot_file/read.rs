@@ -224,14 +224,12 @@ fn transmission(
         foreign(input, drive, KEY, Some(stated))?;
     }
     let degrees = finite(input, KEY, stated)?;
-    match TransmissionTolerance::new(degrees.to_radians()) {
-        Ok(tolerance) => Ok(Some(tolerance)),
-        Err(_) => {
-            let cause = format!("{degrees} is not above 0 and below 5.7 degrees");
-            Err(fault_at(input, stated, KEY, cause)
-                .with_remedy("if gears and encoders are exact, delete the line"))
-        }
-    }
+    let tolerance = TransmissionTolerance::new(degrees.to_radians());
+    tolerance.map(Some).map_err(|_| {
+        let cause = format!("{degrees} is not above 0 and below 5.7 degrees");
+        fault_at(input, stated, KEY, cause)
+            .with_remedy("if gears and encoders are exact, delete the line")
+    })
 }
 
 /// Of positions; `None` if only other readings have a noise.

@@ -65,6 +65,20 @@ mod on_target {
         (squares / f64::from(u32::try_from(samples.len()).unwrap())).sqrt()
     }
 
+    /// The loop turned all the time while the controller calibrated. A turn is one inverse, at most 1,200 instructions
+    /// by the budget, and a point of the path; the change to new parameters, which takes two, comes afterwards.
+    fn turned_in_time(report: &serde_json::Value) {
+        let control = &report["control_loop"];
+        assert!(control["turns"].as_u64().unwrap() > 100, "{control}");
+        assert_eq!(control["late"], 0);
+        let longest = &control["longest_turn_calibrating_instructions"];
+        println!("longest turn while calibrating: {longest} instructions");
+        assert!(
+            (100..1500).contains(&longest.as_u64().unwrap()),
+            "{longest}"
+        );
+    }
+
     #[test]
     fn calibrates_while_its_loop_runs_and_keeps_the_result() {
         let folder = TempDir::new().unwrap();
@@ -83,18 +97,7 @@ mod on_target {
         let calibrated = arms_of(&std::fs::read_to_string(&out).unwrap());
         assert!((after - rms(&calibrated)).abs() < 1e-9, "{after}");
         assert!(before > 2.0 && after < 0.05, "{before} {after}");
-        // The loop turned all the time.
-        let control = &report["control_loop"];
-        assert!(control["turns"].as_u64().unwrap() > 100, "{control}");
-        assert_eq!(control["late"], 0);
-        // A turn is one inverse, at most 1,200 instructions by the budget, and a point of the path;
-        // the change to the new parameters, which takes two, comes after the calibration.
-        let longest = &control["longest_turn_calibrating_instructions"];
-        println!("longest turn while calibrating: {longest} instructions");
-        assert!(
-            (100..1500).contains(&longest.as_u64().unwrap()),
-            "{longest}"
-        );
+        turned_in_time(&report);
 
         // Power off and on.
         let status = json(&[&link[..], &["status"]].concat());
@@ -105,6 +108,72 @@ mod on_target {
         // The flash is the board's, and any firmware of the same scalar reads it.
         let other = ["--port", "emulate:m7", "--flash", &flash];
         ok(&[&other[..], &["revert"]].concat());
+        let status = json(&[&link[..], &["status"]].concat());
+        assert_eq!(status["origin"], "nominal");
+    }
+
+    /// A robot that was calibrated on this computer: its gears are in the controller's file again, to the rounding of
+    /// single precision, and the control loop turns with them.
+    #[test]
+    fn a_robot_with_gears_is_applied_and_used() {
+        let folder = TempDir::new().unwrap();
+        let (flash, file) = (path(&folder, "flash.bin"), path(&folder, "robot.toml"));
+        let gears = "transmission_gain = 0.0008\ntransmission_cos_deg = 0.04\ntransmission_sin2_deg = -0.02\n";
+        let arm = |dx: f64, dy: f64, theta: f64| {
+            format!(
+                "[[arm]]\ndx_mm = {dx}\ndy_mm = {dy}\ndz_mm = 0.2\ntheta_deg = {theta}\nalpha_deg = 0.1\n\
+                 la_x_mm = 260.3\nla_y_mm = 0.4\nlb_mm = 479.5\n{gears}"
+            )
+        };
+        let arms = [
+            arm(164.0, 0.2, 0.1),
+            arm(-82.0, 142.1, 120.0),
+            arm(-82.2, -142.0, 240.0),
+        ];
+        let text = format!("{}[joints]\nmin_deg = -60\nmax_deg = 90\n", arms.concat());
+        std::fs::write(&file, text).unwrap();
+        let link = ["--port", "emulate:m4", "--flash", &flash];
+        let shown = ok(&[&link[..], &["apply", &file]].concat());
+        assert!(shown.contains("Applied and stored"), "{shown}");
+
+        let now = json(&[&link[..], &["parameters"]].concat());
+        for joint in 0..3 {
+            let own = &now["transmissions"][joint];
+            for (key, expected) in [
+                ("gain", 8e-4),
+                ("cos_deg", 0.04),
+                ("sin_deg", 0.0),
+                ("sin2_deg", -0.02),
+            ] {
+                let found = own[key].as_f64().unwrap();
+                assert!((found - expected).abs() < 1e-8, "{key} {found}");
+            }
+        }
+        let status = json(&[&link[..], &["status"]].concat());
+        assert_eq!(status["origin"], "calibrated");
+        let control = &status["control_loop"];
+        assert_eq!(control["fingerprint"], now["fingerprint"]);
+        assert_eq!(
+            (&control["late"], &control["unreachable"]),
+            (&0.into(), &0.into())
+        );
+        // The same limit as without gears.
+        let longest = control["longest_turn_instructions"].as_u64().unwrap();
+        println!("longest turn with gears: {longest} instructions");
+        assert!((100..1500).contains(&longest), "{longest}");
+
+        // Another robot's file is refused, and nothing changes.
+        let other = path(&folder, "other.toml");
+        let text = "[nominal]\nbase_radius_mm = 200\nplatform_radius_mm = 45\nupper_arm_mm = 235\nforearm_mm = 800\n\
+                    [joints]\nmin_deg = -60\nmax_deg = 90\n";
+        std::fs::write(&other, text).unwrap();
+        let (code, _, stderr) = device(&[&link[..], &["apply", &other]].concat());
+        assert_eq!(code, 3, "{stderr}");
+        assert!(
+            stderr.contains("is not a robot that the controller was built for"),
+            "{stderr}"
+        );
+        ok(&[&link[..], &["revert"]].concat());
         let status = json(&[&link[..], &["status"]].concat());
         assert_eq!(status["origin"], "nominal");
     }
@@ -126,16 +195,7 @@ mod on_target {
         let calibrate = ["calibrate", &robot, &rows, "--apply", "--output", &out];
         let report = json(&[&link[..], &calibrate].concat());
         assert_eq!(report["applied"], true);
-        // The same control loop with the same limit as while it takes positions.
-        let control = &report["control_loop"];
-        assert!(control["turns"].as_u64().unwrap() > 100, "{control}");
-        assert_eq!(control["late"], 0);
-        let longest = &control["longest_turn_calibrating_instructions"];
-        println!("longest turn while calibrating: {longest} instructions");
-        assert!(
-            (100..1500).contains(&longest.as_u64().unwrap()),
-            "{longest}"
-        );
+        turned_in_time(&report);
         let status = json(&[&link[..], &["status"]].concat());
         assert_eq!(status["origin"], "calibrated");
         assert_eq!(status["control_loop"]["fingerprint"], report["fingerprint"]);

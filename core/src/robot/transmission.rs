@@ -117,7 +117,12 @@ impl<T: Real> Transmission<T> {
         let mut q = arm_angle;
         for _ in 0..STEPS {
             let (ahead, slope) = self.ahead(q);
-            q -= (q - arm_angle + ahead) / (T::ONE + slope);
+            let step = (q - arm_angle + ahead) / (T::ONE + slope);
+            q -= step;
+            // What is left is less than a ninth of its square.
+            if step.squared() <= T::from_f64(8.0) * T::EPSILON {
+                break;
+            }
         }
         q
     }

@@ -243,6 +243,7 @@ fn observations<T: Scalar>(
         points: &[],
         noise: ObservationNoise::new(noise(), number(0.05), number(0.05))
             .expect("the numbers are a noise"),
+        transmission: None,
     };
     let settings = Settings::new().with_tolerance(tolerance(3.0));
     let problem = match ObservationProblem::<T, N>::prepare(nominal, &instruments, &mut rows) {

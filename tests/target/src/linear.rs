@@ -33,6 +33,9 @@ const ROWS: usize = 24;
 ///
 /// # Errors
 /// Those of `out`.
+///
+/// # Panics
+/// If the limits stated here are none.
 pub fn run<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     for (number, (lengths, travel)) in (0..).zip(PRINTERS) {
         let nominal = printer::<T>(lengths);

@@ -37,8 +37,8 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
     }
 
     /// The frame of the coordinates: from the robot's frame to it.
-    pub const fn frame(&self) -> &RigidTransform<T> {
-        &self.frame
+    pub const fn frame(&self) -> RigidTransform<T> {
+        self.frame
     }
 
     /// c (length), a and b of a plane z = c + a x + b y.

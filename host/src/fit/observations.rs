@@ -193,7 +193,7 @@ fn found(
         None => own.covariance,
     };
     ObservedFit {
-        frame: (frame == Frame::Sensor).then(|| *outcome.frame()),
+        frame: (frame == Frame::Sensor).then(|| outcome.frame()),
         residuals: residuals(file, |row| problem.residuals(outcome, row)),
         covariance: with_transmissions,
         ..own

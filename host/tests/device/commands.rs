@@ -118,7 +118,7 @@ fn verifies_calibrations_and_refusals() {
     folder.write("bare.toml", NOMINAL);
     let good = run(&folder, &port, "verify robot.toml samples.csv").ok();
     assert!(
-        good.stdout.contains("267 of 267 figures are equal"),
+        good.stdout.contains("270 of 270 figures are equal"),
         "{}",
         good.stdout
     );

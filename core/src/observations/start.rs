@@ -11,6 +11,8 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Passes of the fit of a plane, each with the tilt that the one before has found.
 const PASSES: usize = 3;
+/// Touches whose spread has a smaller determinant than this part of its squared trace lie on a line.
+const LINE: f64 = 1e-3;
 
 /// The start of the unknowns, at their places among N parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,10 +46,7 @@ impl<T: Real, const N: usize> StartValues<T, N> {
             start.frame = frame(robot, rows, axes);
         }
         for (index, plane) in (0..).zip(instruments.planes) {
-            let [height, a, b] = match plane.level {
-                Some(_) => [mean_height(robot, rows, index), T::ZERO, T::ZERO],
-                None => tilted(robot, rows, index),
-            };
+            let [height, a, b] = self::plane(robot, rows, index, plane.level.is_none());
             let height = plane.known.map_or(height, |(height, _)| height);
             start.put(instruments.plane_column(index), &[height, a, b]);
         }
@@ -97,52 +96,67 @@ fn counted<T: Real>(
     rows.iter().filter(|row| !row.is_left_out())
 }
 
-/// c, a and b of the plane z = c + a x + b y that is nearest to the nominal robot's touches; level where they do not
-/// tell its tilt.
-fn tilted<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], plane: u8) -> [T; 3] {
-    let level = [mean_height(robot, rows, plane), T::ZERO, T::ZERO];
+/// c, a and b of the plane z = c + a x + b y that is nearest to the nominal robot's touches: the least squares fit of
+/// z − h √(1 + a² + b²), the root from the pass before, at first 1. Level, if its tilt is known to be small or the
+/// touches lie nearly on a line.
+fn plane<T: Real>(
+    robot: &Robot<T>,
+    rows: &[ObservationRow<T>],
+    plane: u8,
+    may_be_tilted: bool,
+) -> [T; 3] {
     let [first, ..] = robot.arms();
     let unit = first.lb();
-    // A height is along the plane's normal, and longer along z: known from the tilt of the pass before.
-    let (mut found, mut steepness) = (level, T::ONE);
-    for _ in 0..PASSES {
-        let mut triangle = Triangle::<T, 4, 10>::zero();
-        for row in counted(rows) {
-            let observation = row.observation();
-            if let Some(height) = observation.height
-                && height.plane == plane
-                && let Ok(position) = robot.forward(&observation.joints)
-            {
-                let below = (position.z - height.height * steepness) / unit;
-                let (x, y) = (position.x / unit, position.y / unit);
-                absorb(&mut triangle, [T::ONE, x, y, -below]);
-            }
-        }
-        let Some([c, a, b]) = solved(&triangle) else {
-            return level;
-        };
-        let squared = a.squared() + b.squared();
-        if !(squared <= T::ONE) {
-            return level;
-        }
-        (found, steepness) = ([c * unit, a, b], (T::ONE + squared).square_root());
-    }
-    found
-}
-
-fn mean_height<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], plane: u8) -> T {
-    let (mut sum, mut count) = (T::ZERO, T::ZERO);
+    // Of x, y, z and the height: their sums, and those of their products with x and y.
+    let (mut count, mut sums, mut by_x, mut by_y) =
+        (T::ZERO, [T::ZERO; 4], [T::ZERO; 4], [T::ZERO; 4]);
     for row in counted(rows) {
         let observation = row.observation();
         if let Some(height) = observation.height
             && height.plane == plane
             && let Ok(position) = robot.forward(&observation.joints)
         {
-            sum += position.z - height.height;
+            let there = position / unit;
+            let values = [there.x, there.y, there.z, height.height / unit];
             count += T::ONE;
+            for (index, value) in values.into_iter().enumerate() {
+                for (sum, by) in [
+                    (&mut sums, T::ONE),
+                    (&mut by_x, there.x),
+                    (&mut by_y, there.y),
+                ] {
+                    if let Some(entry) = sum.get_mut(index) {
+                        *entry += value * by;
+                    }
+                }
+            }
         }
     }
-    sum / count.larger(T::ONE)
+    let count = count.larger(T::ONE);
+    let [x, y, z, h] = sums.map(|sum| sum / count);
+    let [xx, _, xz, xh] = by_x;
+    let [xy, yy, yz, yh] = by_y;
+    let (xx, xy, yy) = (xx - count * x * x, xy - count * x * y, yy - count * y * y);
+    let (xz, yz) = (xz - count * x * z, yz - count * y * z);
+    let (xh, yh) = (xh - count * x * h, yh - count * y * h);
+    let determinant = xx * yy - xy * xy;
+    let level = [(z - h) * unit, T::ZERO, T::ZERO];
+    if !(may_be_tilted && determinant > T::from_f64(LINE) * (xx + yy).squared()) {
+        return level;
+    }
+    let (mut found, mut root) = (level, T::ONE);
+    for _ in 0..PASSES {
+        let (right_x, right_y) = (xz - xh * root, yz - yh * root);
+        let a = (right_x * yy - right_y * xy) / determinant;
+        let b = (right_y * xx - right_x * xy) / determinant;
+        let squared = a.squared() + b.squared();
+        if !(squared <= T::ONE) {
+            return level;
+        }
+        found = [(z - h * root - a * x - b * y) * unit, a, b];
+        root = (T::ONE + squared).square_root();
+    }
+    found
 }
 
 /// Position of the nominal robot and measured distance of every row from a point, over a length.

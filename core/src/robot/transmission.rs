@@ -129,6 +129,7 @@ impl<T: Real> Transmission<T> {
 }
 
 #[cfg(not(feature = "transmission"))]
+#[allow(clippy::trivially_copy_pass_by_ref)] // as with the feature
 impl<T: Real> Transmission<T> {
     pub(crate) fn new(_: [T; NUMBERS]) -> Result<Self, GeometryError> {
         Err(GeometryError::TransmissionTooLarge)

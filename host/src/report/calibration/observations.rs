@@ -188,7 +188,8 @@ fn transmissions(report: &ObservationsReport) -> Option<Section> {
         .table();
     let section = Section::new("Gears and encoders").table(table).note(
         "By how much the angle of an arm is not that of its joint: a gear ratio that is not as stated, and the \
-         amplitudes of an eccentric and of an oval gear or encoder. ±: one sigma.",
+         amplitudes of an eccentric and of an oval gear or encoder. ±: one sigma. Over a part of a turn they and the \
+         arm's dimensions can stand for each other: together they are known better than each alone.",
     );
     Some(section)
 }

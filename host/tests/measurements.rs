@@ -167,13 +167,15 @@ fn all_over(file: &RobotFile) -> Vec<[f64; 3]> {
 #[test]
 fn what_a_plan_predicts_is_achieved() {
     let robots = geometries();
-    let kinds: [(&str, Frame); 6] = [
+    let kinds: [(&str, Frame); 8] = [
         ("plane", Frame::Base),
         ("distance", Frame::Base),
         ("point", Frame::Base),
         ("xy", Frame::Sensor),
         ("plane,distance=8", Frame::Base),
         ("xyz", Frame::Sensor),
+        ("xyz", Frame::Base),
+        ("z", Frame::Base),
     ];
     let counts = size(vec![24], vec![12, 24, 40]);
     for (index, (kinds, frame)) in kinds.into_iter().enumerate() {

@@ -16,7 +16,7 @@ mod stream;
 use delta_cal::calibration::{JointCalibrator, JointOutcome};
 use delta_cal::{Real, Refusal, Robot, Sample, Settings};
 
-fn joint<T: Real>(
+pub(crate) fn joint<T: Real>(
     nominal: &Robot<T>,
     samples: &[Sample<T>],
     settings: &Settings<T>,

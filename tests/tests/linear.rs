@@ -16,10 +16,9 @@ mod noisy;
 mod printers;
 mod radius;
 
-use delta_cal::calibration::{JointCalibrator, JointOutcome};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
-use delta_cal::{Noise, Real, Refusal, Robot, Sample, Settings, Tolerance};
+use delta_cal::{Noise, Robot, Sample, Tolerance};
 use delta_cal_tests::{Spread, uniform};
 use rand_pcg::Pcg32;
 
@@ -74,16 +73,6 @@ fn measurements(
         simulate_sample(truth, &pose.joints, noise, rng).unwrap()
     };
     (0..count).map(sample).collect()
-}
-
-fn joint<T: Real>(
-    nominal: &Robot<T>,
-    samples: &[Sample<T>],
-    settings: &Settings<T>,
-) -> Result<JointOutcome<T>, Refusal> {
-    let mut calibrator = JointCalibrator::new(nominal, settings);
-    calibrator.add_many(samples).unwrap();
-    calibrator.solve()
 }
 
 /// The largest difference of any parameter, angles and scales times the forearm.

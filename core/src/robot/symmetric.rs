@@ -67,3 +67,14 @@ impl<T: Real> SymmetricRobot<T> {
         Robot::new([arm(0.0)?, arm(1.0)?, arm(2.0)?])
     }
 }
+
+#[cfg(test)]
+impl SymmetricRobot<f64> {
+    /// The paper's robot, mm.
+    pub(crate) const PAPER: Self = Self {
+        base_radius: 194.0,
+        platform_radius: 30.0,
+        upper_arm: 260.0,
+        forearm: 480.0,
+    };
+}

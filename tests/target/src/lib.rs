@@ -33,3 +33,23 @@ pub use record::Scalar;
 pub use simulation::{measurements_of, robot_near, tolerance};
 #[cfg(target_os = "none")]
 pub use stack::stack_of;
+
+/// The program that writes a text: to the console of the target, or to the host's standard output.
+#[macro_export]
+macro_rules! program {
+    ($write:path) => {
+        #[cfg(target_os = "none")]
+        #[cortex_m_rt::entry]
+        fn main() -> ! {
+            $crate::console::run(|console| $write(console))
+        }
+
+        #[cfg(not(target_os = "none"))]
+        fn main() -> core::fmt::Result {
+            let mut lines = String::new();
+            $write(&mut lines)?;
+            print!("{lines}");
+            Ok(())
+        }
+    };
+}

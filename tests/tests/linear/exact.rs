@@ -1,6 +1,7 @@
 //! Measurements without errors: what is returned is the robot.
 
-use crate::linear::{joint, largest_difference, made, measurements, tolerance};
+use crate::joint::joint;
+use crate::linear::{largest_difference, made, measurements, tolerance};
 use delta_cal::calibration::Start;
 use delta_cal::{Calibrator, Noise, Sample, Settings};
 use delta_cal_tests::geometries::linear_geometries;

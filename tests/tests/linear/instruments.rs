@@ -186,7 +186,7 @@ fn forms_agree(tolerances: f64, limit: f64) {
         let problem = ObservationProblem::<f64, N>::prepare(&nominal, &instruments, &mut rows);
         let stored = problem.unwrap().solve::<28, 406>(&settings).unwrap();
         let settings = settings.with_noise(*noise.position());
-        let constant = crate::linear::joint(&nominal, &samples, &settings).unwrap();
+        let constant = crate::joint::joint(&nominal, &samples, &settings).unwrap();
         let covariance = constant.estimate.covariance.unwrap();
         let apart = difference(&stored.robot, &constant.robot);
         let mut squares = 0.0;

@@ -1,7 +1,8 @@
 //! Measurements with errors: the error of the position over the Cramér–Rao bound, and over what the calibration
 //! says of itself.
 
-use crate::linear::{joint, made, measurements, spread_out, tolerance};
+use crate::joint::joint;
+use crate::linear::{made, measurements, spread_out, tolerance};
 use delta_cal::simulate::standard_normal;
 use delta_cal::{Noise, Settings, Tolerance};
 use delta_cal_tests::documents::print_campaign;

@@ -40,22 +40,11 @@ fn rows(robot: &Robot<f64>) -> [ObservationRow<f64>; 12] {
     })
 }
 
-fn nominal() -> Robot<f64> {
-    SymmetricRobot {
-        base_radius: 194.0,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm: 480.0,
-    }
-    .robot()
-    .unwrap()
-}
-
 /// JᵀJ, Jᵀr and r² of the rows against central differences of the sums of squares of single rows: the
 /// derivatives of every kind of reading, away from the start.
 #[test]
 fn derivatives_are_those_of_the_residuals() {
-    check_derivatives::<40, 41, 861>(&nominal(), None);
+    check_derivatives::<40, 41, 861>(&SymmetricRobot::PAPER.robot().unwrap(), None);
 }
 
 #[cfg(feature = "transmission")]
@@ -65,7 +54,11 @@ fn derivatives_by_transmissions_are_those_of_the_residuals() {
         let numbers = [size, -0.7 * size, 0.4 * size, 0.3 * size, -0.5 * size];
         Transmission::new(numbers).unwrap()
     });
-    let robot = nominal().with_transmissions(transmissions).unwrap();
+    let robot = SymmetricRobot::PAPER
+        .robot()
+        .unwrap()
+        .with_transmissions(transmissions)
+        .unwrap();
     let tolerance = TransmissionTolerance::new(1e-3).unwrap();
     check_derivatives::<55, 56, 1596>(&robot, Some(tolerance));
 }
@@ -134,7 +127,7 @@ fn check_derivatives<const N: usize, const M: usize, const E: usize>(
 /// An exact measurement of another robot gives that robot, from nominal.
 #[test]
 fn exact_readings_return_the_robot() {
-    let robot = nominal();
+    let robot = SymmetricRobot::PAPER.robot().unwrap();
     let built = SymmetricRobot {
         base_radius: 194.4,
         platform_radius: 30.0,

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::{Transmission, by_numbers};
-use crate::robot::{Arm, GeometryError, Robot, SymmetricRobot};
+use crate::robot::{Arm, GeometryError, SymmetricRobot};
 
 const NUMBERS: [f64; 5] = [0.012, -0.02, 0.015, 0.006, -0.01];
 
@@ -70,21 +70,10 @@ fn transmissions_that_are_not_nearly_exact_are_refused() {
     }
 }
 
-fn drawn() -> Robot<f64> {
-    SymmetricRobot {
-        base_radius: 194.0,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm: 480.0,
-    }
-    .robot()
-    .unwrap()
-}
-
 /// The robot with transmissions is the robot without them at other angles, in every function of it.
 #[test]
 fn a_robot_is_at_the_angles_of_its_arms() {
-    let drawn = drawn();
+    let drawn = SymmetricRobot::PAPER.robot().unwrap();
     let transmissions = [
         NUMBERS,
         NUMBERS.map(|own| -own),
@@ -138,7 +127,7 @@ fn a_robot_is_at_the_angles_of_its_arms() {
 #[test]
 fn an_arm_keeps_its_transmission_when_it_is_moved_or_cast() {
     let transmission = Transmission::new(NUMBERS).unwrap();
-    let [arm, ..] = *drawn().arms();
+    let [arm, ..] = *SymmetricRobot::PAPER.robot().unwrap().arms();
     let arm = arm.with_transmission(transmission).unwrap();
     let moved = arm
         .with_parameters([160.0, 1.0, 2.0, 0.1, 0.0, 261.0, 1.0, 479.0])
@@ -152,7 +141,7 @@ fn an_arm_keeps_its_transmission_when_it_is_moved_or_cast() {
         Some(&Transmission::new(expected).unwrap())
     );
     // An exact one is none: the same arm as before.
-    let [plain, ..] = *drawn().arms();
+    let [plain, ..] = *SymmetricRobot::PAPER.robot().unwrap().arms();
     assert_eq!(plain.with_transmission(Transmission::EXACT).unwrap(), plain);
 }
 

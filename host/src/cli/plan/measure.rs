@@ -37,7 +37,7 @@ pub(super) fn measure(
     robot: &RobotFile,
     kinds: Wishes,
 ) -> Result<(), Failure> {
-    check(arguments, robot, &kinds)?;
+    check(arguments, &kinds)?;
     let request = request(arguments, robot, kinds);
     let waiting = Waiting::new(format!("planning {} measurements", request.count));
     let plan = plan_measurements(&request).map_err(|error| failure(robot, error))?;
@@ -48,20 +48,13 @@ pub(super) fn measure(
 }
 
 /// What makes no sense together.
-fn check(arguments: &PlanArguments, robot: &RobotFile, kinds: &Wishes) -> Result<(), Failure> {
+fn check(arguments: &PlanArguments, kinds: &Wishes) -> Result<(), Failure> {
     let own = &arguments.instruments;
     let positions = kinds.0.iter().any(|wish| wish.kind.is_position());
     if own.frame.frame() == Frame::Sensor && !positions {
         return Err(Failure::Usage {
             cause: "--frame sensor is for coordinates, and --measure asks for none".to_owned(),
             remedy: "leave out --frame, or measure xy, z or xyz too".to_owned(),
-        });
-    }
-    let positions_alone = kinds.0.iter().all(|wish| wish.kind == Kind::Xyz);
-    if positions_alone && own.frame.frame() == Frame::Base && robot.transmission.is_none() {
-        return Err(Failure::Usage {
-            cause: "x, y and z in the robot's frame are what delta-cal plan plans for without --measure".to_owned(),
-            remedy: "leave out --measure, or add --frame sensor".to_owned(),
         });
     }
     Ok(())

@@ -10,16 +10,4 @@ fn write(out: &mut dyn fmt::Write) -> fmt::Result {
     linear::run::<f64>(out)
 }
 
-#[cfg(target_os = "none")]
-#[cortex_m_rt::entry]
-fn main() -> ! {
-    delta_cal_target_tests::console::run(|console| write(console))
-}
-
-#[cfg(not(target_os = "none"))]
-fn main() -> fmt::Result {
-    let mut lines = String::new();
-    write(&mut lines)?;
-    print!("{lines}");
-    Ok(())
-}
+delta_cal_target_tests::program!(write);

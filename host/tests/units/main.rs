@@ -1,30 +1,30 @@
-//! The unit tests of those files that use nothing else of their crate. They are compiled here, a few files
-//! in place of the whole library and the whole command once more, which are not built for tests.
+//! The unit tests of those files of both crates that use nothing else of their crate. They are compiled here, a few
+//! files in place of the whole libraries and the whole command once more, which are not built for tests.
 
 #![allow(dead_code, unreachable_pub)] // each file is a part of something larger
 #![allow(clippy::unwrap_used)]
 
-#[path = "../../src/accuracy/chi_square.rs"]
+#[path = "../../compute/src/accuracy/chi_square.rs"]
 mod chi_square;
-#[path = "../../src/text/date.rs"]
+#[path = "../../compute/src/text/date.rs"]
 mod date;
-#[path = "../../src/files/decode.rs"]
+#[path = "../../compute/src/files/decode.rs"]
 mod decode;
-#[path = "../../src/accuracy/improvement.rs"]
+#[path = "../../compute/src/accuracy/improvement.rs"]
 mod improvement;
 #[path = "../../src/cli/length.rs"]
 mod length;
-#[path = "../../src/files/columns/mapping.rs"]
+#[path = "../../compute/src/files/columns/mapping.rs"]
 mod mapping;
-#[path = "../../src/campaign/mixing.rs"]
+#[path = "../../compute/src/campaign/mixing.rs"]
 mod mixing;
-#[path = "../../src/campaign/quantiles.rs"]
+#[path = "../../compute/src/campaign/quantiles.rs"]
 mod quantiles;
-#[path = "../../src/files/columns/quantity.rs"]
+#[path = "../../compute/src/files/columns/quantity.rs"]
 mod quantity;
-#[path = "../../src/accuracy/sampled.rs"]
+#[path = "../../compute/src/accuracy/sampled.rs"]
 mod sampled;
-#[path = "../../src/text/units.rs"]
+#[path = "../../compute/src/text/units.rs"]
 mod units;
 
 use std::fs;
@@ -49,7 +49,9 @@ fn tested(folder: &Path, found: &mut Vec<String>) {
 #[test]
 fn every_file_with_tests_is_compiled_here() {
     let mut found = Vec::new();
-    tested(Path::new("src"), &mut found);
+    for folder in ["src", "compute/src"] {
+        tested(Path::new(folder), &mut found);
+    }
     assert!(found.len() >= 5, "{found:?}");
     for path in found {
         let line = format!("#[path = \"../../{path}\"]");

@@ -131,20 +131,15 @@ fn at_root(program: impl AsRef<std::ffi::OsStr>) -> Command {
 /// Standard output of a command that must succeed.
 ///
 /// # Errors
-/// Its failure, with the end of what it wrote.
+/// Its failure, with the end of what it wrote: a failure that was expected leaves no trace on the terminal.
 pub fn run(mut command: Command) -> Result<String, String> {
     let mut child = command
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .map_err(|error| format!("{}: {error}", command.get_program().display()))?;
-    let pipe = child.stdout.take();
-    let reader = std::thread::spawn(move || {
-        let mut text = Vec::new();
-        pipe.map(|mut pipe| pipe.read_to_end(&mut text))
-            .transpose()
-            .map(|_| text)
-    });
+    let (output, errors) = (reader(child.stdout.take()), reader(child.stderr.take()));
     let start = Instant::now();
     let status = loop {
         match child.try_wait() {
@@ -157,15 +152,28 @@ pub fn run(mut command: Command) -> Result<String, String> {
             Err(error) => return Err(format!("{command:?}: {error}")),
         }
     };
-    let text = match reader.join() {
-        Ok(Ok(text)) => String::from_utf8_lossy(&text).into_owned(),
-        _ => return Err(format!("{command:?}: its output cannot be read")),
+    let (Ok(output), Ok(errors)) = (output.join(), errors.join()) else {
+        return Err(format!("{command:?}: its output cannot be read"));
     };
     if status.success() {
-        Ok(text)
+        eprint!("{errors}");
+        Ok(output)
     } else {
-        Err(format!("{command:?}: {status}\n{}", tail(&text)))
+        let (output, errors) = (tail(&output), tail(&errors));
+        Err(format!("{command:?}: {status}\n{output}{errors}"))
     }
+}
+
+/// Reads a pipe to its end, so that what writes into it never waits.
+fn reader(pipe: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut pipe) = pipe {
+            // What came before a fault is still worth showing.
+            let _ = pipe.read_to_end(&mut bytes);
+        }
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
 }
 
 fn tail(text: &str) -> &str {

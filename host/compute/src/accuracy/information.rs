@@ -1,0 +1,196 @@
+//! What one pose says about the parameters: the rows of the weighted Jacobian, in one unit.
+//!
+//! Every parameter is in mm, angles times the upper arm's length, and every row in σ of its own
+//! noise: a row `g` adds `g gᵀ` to the information of the parameters.
+
+use crate::fit::fkm;
+use crate::fit::outcome::{RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
+use delta_cal::calibration::{JointNormal, Prior, TolerancePrior};
+use delta_cal::robot::{Arm, ParameterKind, TransmissionTolerance};
+use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
+use nalgebra::{SMatrix, SVector, Vector3};
+
+pub(crate) use crate::fit::outcome::PARAMETERS;
+/// Of one arm.
+pub const ARM: usize = 8;
+/// Which of the parameters that is; `None` at a place that the arms leave empty.
+pub(crate) fn parameter_at(robot: &Robot<f64>, index: usize) -> Option<(ArmIndex, Parameter)> {
+    let arm = ArmIndex::ALL.get(index / ARM).copied();
+    let parameter = robot.drive().places()[index % ARM]?;
+    Some((arm?, parameter))
+}
+
+/// Every arm and parameter.
+pub fn parameters(robot: &Robot<f64>) -> impl Iterator<Item = (ArmIndex, Parameter)> {
+    let parameters = robot.drive().parameters();
+    ArmIndex::ALL
+        .into_iter()
+        .flat_map(|arm| parameters.iter().map(move |parameter| (arm, *parameter)))
+}
+
+/// Whether the arms leave a place empty.
+pub(crate) fn is_empty(robot: &Robot<f64>, index: usize) -> bool {
+    robot.drive().places()[index % ARM].is_none()
+}
+
+/// The covariance of the parameters that a tolerance allows: mm and radians.
+pub(crate) fn prior_covariance(
+    robot: &Robot<f64>,
+    tolerance: &Tolerance<f64>,
+) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+    let places = robot.drive().places();
+    let own = SVector::<f64, PARAMETERS>::from_fn(|index, _| {
+        places[index % ARM].map_or(0.0, |parameter| tolerance.of(parameter).powi(2))
+    });
+    let common = common_radius(robot, tolerance);
+    SMatrix::from_diagonal(&own) + common * common.transpose()
+}
+
+/// How the parameters change if all towers are one σ of their common radius further out: mm.
+fn common_radius(robot: &Robot<f64>, tolerance: &Tolerance<f64>) -> SVector<f64, PARAMETERS> {
+    let mut common = SVector::zeros();
+    for (arm, geometry) in robot.arms().iter().enumerate() {
+        let [x, y] = tolerance.outwards(geometry);
+        (common[ARM * arm], common[ARM * arm + 1]) = (x, y);
+    }
+    common
+}
+
+/// σ of Σ wⱼ pⱼ for robots made to a tolerance, p in mm and radians.
+pub fn sigma_of_sum(
+    robot: &Robot<f64>,
+    tolerance: &Tolerance<f64>,
+    weights: &[f64; PARAMETERS],
+) -> f64 {
+    let weights = SVector::from(*weights);
+    let covariance = prior_covariance(robot, tolerance);
+    weights.dot(&(covariance * weights)).sqrt()
+}
+
+/// The same with the transmissions, if they are to be found.
+pub(crate) fn prior_with_transmissions(
+    robot: &Robot<f64>,
+    tolerance: &Tolerance<f64>,
+    transmission: Option<&TransmissionTolerance<f64>>,
+) -> RobotCovariance {
+    let mut covariance = with_exact_transmissions(&prior_covariance(robot, tolerance));
+    let sigma = transmission.map_or(0.0, TransmissionTolerance::sigma);
+    for number in PARAMETERS..WITH_TRANSMISSIONS {
+        covariance[(number, number)] = sigma.powi(2);
+    }
+    covariance
+}
+
+/// What a parameter is multiplied by: 1, or the upper arm's length; with linear drives the forearm's.
+pub fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
+    let mut units = SVector::repeat(1.0);
+    for (arm, geometry) in robot.arms().iter().enumerate() {
+        for parameter in robot.drive().parameters() {
+            units[ARM * arm + parameter.index()] = unit(geometry, *parameter);
+        }
+    }
+    units
+}
+
+/// The same of one parameter.
+pub fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
+    match parameter.kind() {
+        ParameterKind::Length => 1.0,
+        ParameterKind::Angle | ParameterKind::Ratio => arm.upper_arm_length(),
+    }
+}
+
+/// What a tolerance says of all parameters.
+pub(crate) fn tolerance_prior(
+    robot: &Robot<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> TolerancePrior<f64, PARAMETERS> {
+    let units = units(robot).map(f64::recip).into();
+    TolerancePrior::new(robot, &units, tolerance)
+}
+
+/// The same as the rows U of |U δ|².
+pub(crate) fn rows_of_prior(
+    prior: &TolerancePrior<f64, PARAMETERS>,
+) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+    let triangle: JointNormal<f64> = prior.rows(1.0, &[0.0; PARAMETERS]);
+    let mut rows = SMatrix::zeros();
+    for (index, row) in triangle.rows().take(PARAMETERS).enumerate() {
+        for (column, entry) in (index..PARAMETERS).zip(row) {
+            rows[(index, column)] = *entry;
+        }
+    }
+    rows
+}
+
+/// 1/tolerance of every parameter of arms by themselves; zero without one, and 1 where the arms leave a place
+/// empty.
+pub(crate) fn weights_by_arm(
+    robot: &Robot<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> SVector<f64, PARAMETERS> {
+    let units = units(robot);
+    let mut weights = SVector::zeros();
+    for index in 0..PARAMETERS {
+        weights[index] = match (parameter_at(robot, index), tolerance) {
+            (Some((arm, parameter)), Some(tolerance)) => {
+                1.0 / (tolerance.of_arm(robot.arm(arm), parameter) * units[index])
+            }
+            (Some(_), None) => 0.0,
+            (None, _) => 1.0,
+        };
+    }
+    weights
+}
+
+/// One row an arm, of the IKM method: (∂f/∂P)/σf, the closure error's variance being
+/// σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq².
+pub(crate) fn closure_rows(
+    robot: &Robot<f64>,
+    pose: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> [SVector<f64, ARM>; 3] {
+    let units = units(robot);
+    ArmIndex::ALL.map(|index| {
+        let arm = robot.arm(index);
+        let (x, q) = (&pose.position, pose.joints[index.index()]);
+        let own_units = units.fixed_rows::<ARM>(ARM * index.index());
+        let gradient = arm.constraint_by_parameters(x, q).component_div(&own_units);
+        gradient / closure_sigma(arm, x, q, noise)
+    })
+}
+
+/// Of each arm (∂f/∂X) σx/σf: what the position's noise has of its closure error. The dot product of two
+/// is the correlation of their errors.
+pub(crate) fn closures_by_position(
+    robot: &Robot<f64>,
+    pose: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> [Vector3<f64>; 3] {
+    ArmIndex::ALL.map(|index| {
+        let arm = robot.arm(index);
+        let (x, q) = (&pose.position, pose.joints[index.index()]);
+        let gradient = arm.constraint_by_position(x, q);
+        gradient * noise.position() / closure_sigma(arm, x, q, noise)
+    })
+}
+
+fn closure_sigma(arm: &Arm<f64>, x: &Vector3<f64>, q: f64, noise: &Noise<f64>) -> f64 {
+    let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
+    let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
+    (by_position.squared() + by_joint.squared()).square_root()
+}
+
+/// Three rows of all parameters, of the FKM method: L⁻¹ ∂X/∂P, with the position's covariance
+/// L Lᵀ = σx² I + σq² J_q J_qᵀ. `None` at a singular pose.
+pub(crate) fn position_rows(
+    robot: &Robot<f64>,
+    pose: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> Option<SMatrix<f64, 3, PARAMETERS>> {
+    let mut rows = fkm::weighted_jacobian(robot, pose, noise)?;
+    for (mut column, unit) in rows.column_iter_mut().zip(&units(robot)) {
+        column /= *unit;
+    }
+    Some(rows)
+}

@@ -1,0 +1,456 @@
+//! The calibration from heights, distances and single coordinates: from two files to a report, or to the
+//! reason why there is none.
+
+mod known;
+mod refusal;
+mod transmissions;
+
+pub(crate) use known::COMBINATIONS;
+pub use known::Known;
+pub use transmissions::TransmissionFound;
+
+use super::error::CalibrateError;
+use crate::accuracy::coverage::{Acceptance, CoverageFactor, ExpandedUncertainty};
+use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::information::prior_with_transmissions;
+use crate::accuracy::position_uncertainty::PositionUncertainty;
+use crate::accuracy::workspace_poses::WorkspacePoses;
+use crate::files::input_error::InputError;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{ObservationsFile, Reading};
+use crate::fit::observations::{ObservedError, ObservedFit, calibrate, calibrate_robust};
+use crate::fit::options::{CalibrationMethod, Frame, Options, Streaming};
+use crate::fit::outcome::RobotCovariance;
+use crate::text::words::in_lines;
+use delta_cal::Robot;
+use delta_cal::calibration::{Prior, TolerancePrior};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// A χ² of the residuals that is as improbable as this widens every σ.
+const IMPROBABLE: f64 = 0.001;
+/// A row off by more than so many σ is named.
+const DOUBTFUL_ROW: f64 = 4.0;
+
+/// A calibration from observations, and what there is to know of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservationsReport {
+    /// The robot file.
+    pub before: RobotFile,
+    /// The calibrated robot with everything else of the file, and the frame of the coordinates if that
+    /// was asked for.
+    pub after: RobotFile,
+    /// The measurements.
+    pub samples: ObservationsFile,
+    /// The frame of the coordinates.
+    pub frame: Frame,
+    /// The robot, the instruments and the residuals; every σ widened.
+    pub fit: ObservedFit,
+    /// Σ residual² + the tolerance's share over the degrees of freedom, its root: 1 is expected.
+    pub lack_of_fit: f64,
+    /// By what every σ is multiplied: the lack of fit if it is improbably large, otherwise 1.
+    pub widening: f64,
+    /// The position error that the robot of the file is expected to have; `None` without a tolerance.
+    pub expected_before: Option<ExpectedError>,
+    /// The same of the calibrated robot.
+    pub expected_after: Option<ExpectedError>,
+    /// What the measurements determine.
+    pub known: Known,
+    /// The joints' transmissions, if they were to be found.
+    pub transmissions: Option<[TransmissionFound; 3]>,
+    /// Anything doubtful, in plain words.
+    pub warnings: Vec<String>,
+}
+
+/// Calibrates a robot from observations.
+///
+/// # Errors
+/// Options that make no sense here, an input that cannot be used, or a refusal.
+pub fn calibrate_observations(
+    robot: &RobotFile,
+    samples: &ObservationsFile,
+    options: Options,
+) -> Result<ObservationsReport, CalibrateError> {
+    check(robot, samples, options)?;
+    let (frame, solver) = (options.frame, options.solver);
+    let fit = match options.loss {
+        None => calibrate(robot, samples, frame, solver),
+        Some(loss) => calibrate_robust(robot, samples, frame, solver, loss),
+    };
+    let fit = fit.map_err(|error| explained(robot, samples, options, error))?;
+    Ok(report(robot, samples, options, fit))
+}
+
+/// What must be right before anything is computed.
+///
+/// # Errors
+/// Options that exclude each other, a frame that the rows do not need, a noise that is missing, a name without a row.
+pub fn check(
+    robot: &RobotFile,
+    samples: &ObservationsFile,
+    options: Options,
+) -> Result<(), InputError> {
+    check_options(robot, samples, options)?;
+    check_frame(robot, samples, options.frame)?;
+    check_noise(robot, samples)?;
+    check_names(robot, samples)
+}
+
+/// The reason in words.
+pub fn explained(
+    robot: &RobotFile,
+    samples: &ObservationsFile,
+    options: Options,
+    error: ObservedError,
+) -> CalibrateError {
+    match error {
+        ObservedError::Row(index, error) => samples
+            .fault(index, error.to_string())
+            .with_remedy("check the row and the units in the header (_mm or _m, _deg or _rad)")
+            .into(),
+        ObservedError::TooManyInstruments => {
+            let cause = "the rows name more planes and points than one calibration can hold";
+            InputError::new(&samples.name, cause)
+                .with_remedy(if robot.transmission.is_some() {
+                    "use at most 9 points, or 11 planes, or do not find the transmissions"
+                } else {
+                    "use at most 14 points, or 16 planes"
+                })
+                .into()
+        }
+        ObservedError::Refused(refusal) => {
+            refusal::refused(robot, samples, options, refusal).into()
+        }
+        ObservedError::Robust(refusal) => refusal::robust(samples, &refusal).into(),
+    }
+}
+
+/// What the core's judgement of such measurements does not provide.
+fn check_options(
+    robot: &RobotFile,
+    samples: &ObservationsFile,
+    options: Options,
+) -> Result<(), InputError> {
+    let option = if options.method != CalibrationMethod::Joint {
+        "--method"
+    } else if options.streaming != Streaming::default() {
+        "--gate, --held-out and --forget"
+    } else if options.no_guess {
+        "--no-guess"
+    } else {
+        return Ok(());
+    };
+    if robot.transmission.is_some() {
+        let cause = format!("{option} cannot be used where transmissions are to be found");
+        return Err(InputError::new(&robot.name, cause)
+            .at_key("[tolerance] transmission_deg")
+            .with_remedy("leave out the option, or delete the line transmission_deg"));
+    }
+    let cause = format!(
+        "{option} can only be used with files that hold x, y and z in every row and nothing else"
+    );
+    Err(InputError::new(&samples.name, cause).with_remedy("leave out the option"))
+}
+
+/// Single coordinates cannot be brought from an earlier sensor's frame into the robot's.
+pub(crate) fn check_frame(
+    robot: &RobotFile,
+    samples: &ObservationsFile,
+    frame: Frame,
+) -> Result<(), InputError> {
+    let coordinates = samples.coordinates();
+    if frame == Frame::Base && coordinates && robot.sensor_frame.is_some() {
+        let cause = "coordinates that are estimated with other unknowns cannot be converted from this frame";
+        return Err(InputError::new(&robot.name, cause)
+            .at_key("[sensor_frame]")
+            .with_remedy(
+                "use --frame sensor, or delete the section if they are in the robot's frame",
+            ));
+    }
+    if frame == Frame::Sensor && !coordinates {
+        let cause = "no row holds x, y or z, so that there is no frame to find";
+        return Err(InputError::new(&samples.name, cause).with_remedy("leave out --frame sensor"));
+    }
+    Ok(())
+}
+
+fn check_noise(robot: &RobotFile, samples: &ObservationsFile) -> Result<(), InputError> {
+    let rows = || samples.rows.iter().map(|row| &row.value);
+    let facts = &robot.instruments;
+    let coordinates = samples.coordinates();
+    let kinds = [
+        (
+            coordinates,
+            robot.noise.is_some(),
+            "position_mm",
+            "coordinates",
+            "a coordinate",
+        ),
+        (
+            rows().any(|row| row.height.is_some()),
+            facts.height_noise.is_some(),
+            "height_mm",
+            "heights",
+            "a height",
+        ),
+        (
+            rows().any(|row| row.distance.is_some()),
+            facts.distance_noise.is_some(),
+            "distance_mm",
+            "distances",
+            "a distance",
+        ),
+    ];
+    for (measured, stated, key, kinds, one) in kinds {
+        if measured && !stated {
+            let partial = |row: &Reading| row.position.iter().any(Option::is_none);
+            let gaps = if key == "position_mm" && rows().any(partial) {
+                " does not have x, y and z in every row, and"
+            } else {
+                ""
+            };
+            let cause = format!(
+                "{}{gaps} holds {kinds}, whose noise is not stated",
+                samples.name
+            );
+            let remedy = format!(
+                "state one standard deviation of {one} as {key} in the section [noise]: what repeated \
+                 readings of one pose show, some 0.02 for a dial gauge"
+            );
+            return Err(InputError::new(&robot.name, cause)
+                .at_key(format!("[noise] {key}"))
+                .with_remedy(remedy));
+        }
+    }
+    Ok(())
+}
+
+/// Every plane and point of the robot file must occur.
+pub(crate) fn check_names(robot: &RobotFile, samples: &ObservationsFile) -> Result<(), InputError> {
+    let planes = robot.instruments.planes.iter();
+    let planes = planes.map(|plane| ("planes", &plane.name, plane.line, &samples.planes));
+    let points = robot.instruments.points.iter();
+    let points = points.map(|point| ("points", &point.name, point.line, &samples.points));
+    for (section, name, line, names) in planes.chain(points) {
+        if let Some(others) = ObservationsFile::unused(names, name) {
+            let cause = format!("no row of {} uses this name; {others}", samples.name);
+            return Err(InputError::new(&robot.name, cause)
+                .at_line(line)
+                .at_key(format!("[{section}.{name}]"))
+                .with_remedy("give both files the same names, or delete the section"));
+        }
+    }
+    Ok(())
+}
+
+/// What there is to know of a fit.
+pub fn report(
+    robot: &RobotFile,
+    samples: &ObservationsFile,
+    options: Options,
+    mut fit: ObservedFit,
+) -> ObservationsReport {
+    let squares: f64 = fit
+        .residuals
+        .iter()
+        .zip(&fit.weights)
+        .map(|(row, weight)| weight * row.iter().map(|own| own * own).sum::<f64>())
+        .sum();
+    let cost = squares + tolerance_cost(robot, &fit);
+    let freedom = freedom(robot, samples, &fit);
+    let lack_of_fit = if freedom > 0.0 {
+        (cost / freedom).sqrt()
+    } else {
+        1.0
+    };
+    let widening = match ChiSquared::new(freedom) {
+        Ok(expected) if expected.sf(cost) < IMPROBABLE => lack_of_fit,
+        _ => 1.0,
+    };
+    fit.outcome = fit.outcome.widened(widening);
+    fit.covariance = fit.covariance.map(|own| own * widening.powi(2));
+    let mut after = RobotFile {
+        robot: fit.outcome.fit.robot,
+        record: robot.record.of_the_robot(),
+        ..robot.clone()
+    };
+    if let Some(frame) = fit.frame {
+        after.sensor_frame = Some(frame);
+    }
+    let expected_after = fit
+        .covariance
+        .as_ref()
+        .and_then(|covariance| expected(&after, covariance));
+    let expected_before = prior(robot).and_then(|covariance| expected(robot, &covariance));
+    let known = Known::of(
+        robot,
+        fit.outcome.covariance.as_ref(),
+        expected_before.as_ref(),
+        expected_after.as_ref(),
+    );
+    let transmissions = robot
+        .transmission
+        .map(|_| TransmissionFound::of(&after.robot, fit.covariance.as_ref()));
+    let mut report = ObservationsReport {
+        before: robot.clone(),
+        after,
+        samples: samples.clone(),
+        frame: options.frame,
+        fit,
+        lack_of_fit,
+        widening,
+        expected_before,
+        expected_after,
+        known,
+        transmissions,
+        warnings: Vec::new(),
+    };
+    report.warnings = warnings(&report);
+    report
+}
+
+/// How far from nominal the robot is, in tolerances: Σ ((p − nominal)/tolerance)², if each is by itself.
+fn tolerance_cost(robot: &RobotFile, fit: &ObservedFit) -> f64 {
+    let (before, after) = (&robot.robot, &fit.outcome.fit.robot);
+    let [nominal, calibrated] = [before, after].map(Robot::parameters);
+    let off = std::array::from_fn(|index| {
+        calibrated[index / 8][index % 8] - nominal[index / 8][index % 8]
+    });
+    let prior = TolerancePrior::new(before, &[1.0; 24], robot.tolerance.as_ref());
+    Prior::<f64, 24, 25, 325>::cost(&prior, &off) + transmission_cost(robot, fit)
+}
+
+/// The same of the transmissions' numbers, if they were to be found.
+fn transmission_cost(robot: &RobotFile, fit: &ObservedFit) -> f64 {
+    let Some(tolerance) = &robot.transmission else {
+        return 0.0;
+    };
+    let numbers = |robot: &Robot<f64>| robot.transmissions().map(|own| own.numbers());
+    let (after, before) = (numbers(&fit.outcome.fit.robot), numbers(&robot.robot));
+    let differences = after.iter().flatten().zip(before.iter().flatten());
+    let squares = differences.map(|(after, before)| ((after - before) / tolerance.sigma()).powi(2));
+    squares.sum()
+}
+
+/// Readings less parameters that nothing holds beforehand.
+fn freedom(robot: &RobotFile, samples: &ObservationsFile, fit: &ObservedFit) -> f64 {
+    let count = |number: usize| -> f64 {
+        #[allow(clippy::cast_precision_loss)] // rows of a file
+        let number = number as f64;
+        number
+    };
+    let rows = samples.rows.iter().zip(&fit.weights);
+    let weighed = rows.map(|(row, weight)| weight * count(row.value.readings()));
+    let weights: f64 = fit.weights.iter().sum();
+    let readings = weighed.sum::<f64>() * fit.effective_rows / weights.max(f64::MIN_POSITIVE);
+    let free = if robot.tolerance.is_some() { 0 } else { 24 };
+    let facts = &robot.instruments;
+    let level = facts.planes.iter().filter(|plane| plane.tilt.is_some());
+    let known = robot.transmission.map_or(0, |_| 15)
+        + facts.planes.len()
+        + 2 * level.count()
+        + 3 * facts
+            .points
+            .iter()
+            .filter(|point| point.place.is_some())
+            .count();
+    readings + count(known) - count(free + fit.unknowns)
+}
+
+/// The covariance of the parameters before any measurement.
+pub(crate) fn prior(robot: &RobotFile) -> Option<RobotCovariance> {
+    let tolerance = robot.tolerance.as_ref()?;
+    let transmission = robot.transmission.as_ref();
+    Some(prior_with_transmissions(
+        &robot.robot,
+        tolerance,
+        transmission,
+    ))
+}
+
+/// The position error that a robot with this covariance of its parameters is expected to have.
+pub(crate) fn expected(file: &RobotFile, covariance: &RobotCovariance) -> Option<ExpectedError> {
+    let uncertainty = PositionUncertainty {
+        robot: &file.robot,
+        covariance,
+    };
+    ExpectedError::of(&uncertainty, &file.reach(), &WorkspacePoses::of(file))
+}
+
+impl ObservationsReport {
+    /// The expanded uncertainty of the relative positions; `None` if it is not known. The noise is stated.
+    pub fn expanded(&self) -> Option<ExpandedUncertainty> {
+        let relative = self.expected_after.as_ref()?.intrinsic;
+        Some(CoverageFactor::STATED.expanded(relative.rms, relative.max))
+    }
+
+    /// Whether that (rms over the workspace) is within a limit, mm.
+    pub fn acceptance(&self, limit: f64) -> Acceptance {
+        Acceptance {
+            limit,
+            expanded: self.expanded().map(|expanded| expanded.rms),
+            relative: true,
+        }
+    }
+
+    /// The lines of the rows that a robust fit leaves out.
+    pub fn suspected_lines(&self) -> Vec<u64> {
+        let suspected = self.fit.suspected.iter();
+        suspected
+            .filter_map(|index| Some(self.samples.rows.get(*index)?.line))
+            .collect()
+    }
+
+    /// A row's residual: √ of the mean square of its readings, in σ.
+    pub fn row_residual(&self, row: usize) -> f64 {
+        let Some((residuals, reading)) =
+            self.fit.residuals.get(row).zip(self.samples.rows.get(row))
+        else {
+            return 0.0;
+        };
+        let squares: f64 = residuals.iter().map(|own| own * own).sum();
+        #[allow(clippy::cast_precision_loss)] // at most five
+        let count = reading.value.readings() as f64;
+        (squares / count.max(1.0)).sqrt()
+    }
+}
+
+fn warnings(report: &ObservationsReport) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if report.widening > 1.0 {
+        warnings.push(format!(
+            "the residuals are {:.2} times what the stated [noise] and [tolerance] allow, and every sigma was \
+             multiplied by that: look for a wrong row, a plate that is not flat, or a noise stated too small",
+            report.lack_of_fit
+        ));
+    }
+    if !report.fit.left_out.is_empty() {
+        let lines = report
+            .fit
+            .left_out
+            .iter()
+            .map(|index| report.samples.rows[*index].line);
+        warnings.push(format!(
+            "{}: the robot of the file does not reach these joint angles, so that the rows were left out",
+            in_lines(&lines.collect::<Vec<_>>())
+        ));
+    }
+    if !report.fit.suspected.is_empty() {
+        let lines = report.suspected_lines();
+        warnings.push(format!(
+            "{}: the rows disagree with the others and were left out: measure them again",
+            in_lines(&lines)
+        ));
+    }
+    let suspected = |index: &usize| report.fit.suspected.contains(index);
+    let rows = report.samples.rows.iter().enumerate();
+    for (index, row) in rows.filter(|(index, _)| !suspected(index)) {
+        let residual = report.row_residual(index) / report.widening;
+        if residual > DOUBTFUL_ROW {
+            warnings.push(format!(
+                "line {} disagrees with the others by {residual:.1} sigma: measure it again",
+                row.line
+            ));
+        }
+    }
+    warnings
+}

@@ -1,0 +1,8 @@
+//! Numbers and lists in sentences.
+
+pub mod date;
+pub mod joint;
+pub mod numbers;
+pub mod tolerance;
+pub mod units;
+pub mod words;

@@ -149,6 +149,11 @@ pub(crate) const BY_HAND: &[Stage] = &[
         run: licences::advisories,
     },
     Stage {
+        name: "profiles",
+        about: "what the core costs at three levels of optimisation, without and with link-time optimisation; panic paths",
+        run: budgets::profiles,
+    },
+    Stage {
         name: "miri",
         about: "every access to memory of the C library is allowed (Miri of the nightly toolchain, five minutes)",
         run: miri,

@@ -20,7 +20,7 @@ pub(super) fn check(check: &mut Check, directory: &Path) {
             "tests/link/src/functions does not call the core's {function}"
         ));
     }
-    match prove(directory) {
+    match prove(directory, &[]) {
         Err(error) => check.fail(error),
         Ok((functions, culprits)) => {
             println!(
@@ -34,21 +34,12 @@ pub(super) fn check(check: &mut Check, directory: &Path) {
     }
 }
 
-/// How many functions there are, and which of them do not link.
-fn prove(directory: &Path) -> Result<(usize, Vec<String>), String> {
+/// How many functions there are, and which of them do not link, of a build with these further arguments of cargo.
+pub(super) fn prove(directory: &Path, arguments: &[&str]) -> Result<(usize, Vec<String>), String> {
     require_target()?;
-    cargo(
-        directory,
-        &[
-            "build",
-            "--profile",
-            PROFILE,
-            "--package",
-            PACKAGE,
-            "--target",
-            TARGET,
-        ],
-    )?;
+    let build = ["build", "--profile", PROFILE, "--package", PACKAGE];
+    let build = [&build[..], &["--target", TARGET]].concat();
+    cargo(directory, &[&build[..], arguments].concat())?;
     let archive = directory.join(TARGET).join(PROFILE).join(ARCHIVE);
     let linker = linker()?;
     // What does not link is named below; the linker's own words would only alarm.

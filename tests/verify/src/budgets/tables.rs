@@ -138,7 +138,7 @@ pub(super) fn document(check: &mut Check, figures: &Figures) {
 }
 
 /// Prints a row of the document, and compares the document's with it.
-fn row(check: &mut Check, words: &str, cells: &[String]) {
+pub(super) fn row(check: &mut Check, words: &str, cells: &[String]) {
     let row = format!("| {words} | {} |", cells.join(" | "));
     println!("{row}");
     let folders = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
@@ -204,7 +204,7 @@ pub(super) fn peers(check: &mut Check, peers: &[Peer], figures: &Figures) {
     }
 }
 
-fn of(figures: &Figures, item: &str) -> String {
+pub(super) fn of(figures: &Figures, item: &str) -> String {
     figures
         .get(item)
         .map_or_else(|| "–".to_owned(), |figure| grouped(figure.value))

@@ -8,12 +8,13 @@ use std::path::Path;
 const LEVELS: [&str; 3] = ["3", "s", "z"];
 const LINK_TIME: [&str; 3] = ["off", "thin", "fat"];
 /// What is shown of a build, beside the panic paths.
-const ITEMS: [&str; 6] = [
+const ITEMS: [&str; 7] = [
     "f32/forward",
     "f32/add-mean",
     "f32/outcome-20-mean",
     "f32/outcome-20-step",
     "f32/joint-outcome-20-mean",
+    "f32/stack",
     "f32/flash",
 ];
 
@@ -33,9 +34,9 @@ pub(super) fn check(check: &mut Check, directory: &Path) {
     }
     println!(
         "\n| opt-level, lto | functions with a panic path | forward | a sample | arms apart: solve | its longest \
-         step | joint: solve | flash, bytes |"
+         step | joint: solve | stack, bytes | flash |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for (words, cells) in rows {
         tables::row(check, &words, &cells);
     }

@@ -2,6 +2,7 @@
 //! are none.
 
 mod command;
+mod linear;
 mod simulated;
 use delta_cal::simulate::random_pose;
 use delta_cal::{ArmIndex, Noise};

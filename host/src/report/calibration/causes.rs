@@ -1,10 +1,11 @@
 //! What the residuals show that the model does not hold.
 
-use crate::calibration::causes::{Cause, Causes};
+use crate::calibration::causes::{Cause, CauseKind, Causes};
 use crate::calibration::report::CalibrationReport;
 use crate::render::section::Section;
 use crate::render::table::Table;
 use crate::text::numbers::{probability, significant};
+use crate::text::words::list_or;
 use serde_json::{Value, json};
 
 const TITLE: &str = "Errors that the model does not hold";
@@ -27,7 +28,7 @@ pub(super) fn section(report: &CalibrationReport) -> Option<Section> {
         })
         .column("size", |cause| significant(cause.size, 3))
         .column("sigma", |cause| significant(cause.sigma, 2))
-        .column("unit", |cause| cause.kind.unit())
+        .column("unit", |cause| cause.kind.unit(cause.drive))
         .column("by chance", |cause| probability(cause.probability))
         .table();
     Some(Section::new(TITLE).table(table).text(format!(
@@ -60,10 +61,11 @@ pub(super) fn page_section(report: &CalibrationReport) -> Section {
             causes.not_tested.unwrap_or_default()
         )),
         None => {
-            let section = Section::new(TITLE).text(
-                "No gear ratio, eccentricity, second harmonic, backlash, sag or drift was found in \
-                 the residuals.",
-            );
+            let drive = report.before.robot.drive();
+            let kinds = CauseKind::all(drive).map(|kind| kind.name().replace('_', " "));
+            let kinds = list_or(&kinds.collect::<Vec<_>>());
+            let section =
+                Section::new(TITLE).text(format!("No {kinds} was found in the residuals."));
             match widened(report) {
                 Some(text) => section.text(text),
                 None => section,
@@ -82,15 +84,15 @@ pub(super) fn json(causes: &Causes) -> Value {
 
 fn cause(cause: &Cause) -> Value {
     json!({
-        // `gear_ratio`, `eccentricity`, `second_harmonic`, `backlash`, `sag` or `drift`.
+        // `gear_ratio`, `eccentricity`, `second_harmonic`, `uneven_travel`, `backlash`, `sag` or `drift`.
         "kind": cause.kind.name(),
         // 1, 2 or 3; `null` of a cause that is not an arm's.
         "arm": cause.arm.map(|arm| arm.index() + 1),
-        // The amplitude of what is periodic, half of a backlash, the sag at the largest distance from
+        // The amplitude of what is periodic, the travel at the ends over that in the middle, half of a backlash, the sag at the largest distance from
         // the robot's axis, the drift from the first row to the last.
         "size": cause.size,
         // `ratio`, `deg` or `mm`.
-        "unit": cause.kind.unit(),
+        "unit": cause.kind.unit(cause.drive),
         // One σ of the size.
         "sigma": cause.sigma,
         // The probability that chance shows as much in this test alone.

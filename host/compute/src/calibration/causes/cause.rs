@@ -2,6 +2,7 @@
 
 use crate::text::numbers::significant;
 use delta_cal::ArmIndex;
+use delta_cal::robot::Drive;
 use std::fmt;
 
 /// What kind of error it is.
@@ -13,6 +14,9 @@ pub enum CauseKind {
     Eccentricity,
     /// Twice a turn: δq = a cos 2q + b sin 2q.
     SecondHarmonic,
+    /// A carriage is farther along its tower at the ends of its range than in the middle: δs = c u², u being −1 and 1
+    /// at the lowest and the highest s of the file.
+    UnevenTravel,
     /// With the direction of the joint's last move: δq = ±h.
     Backlash,
     /// The platform hangs lower the farther it is from the robot's axis: δz = −s (r/r_max)².
@@ -23,19 +27,32 @@ pub enum CauseKind {
 
 impl CauseKind {
     /// Those of one joint.
-    pub(super) const OF_JOINTS: [Self; 4] = [
-        Self::GearRatio,
-        Self::Eccentricity,
-        Self::SecondHarmonic,
-        Self::Backlash,
-    ];
+    pub(super) const fn of_joints(drive: Drive) -> &'static [Self] {
+        match drive {
+            Drive::Rotary => &[
+                Self::GearRatio,
+                Self::Eccentricity,
+                Self::SecondHarmonic,
+                Self::Backlash,
+            ],
+            Drive::Linear => &[Self::UnevenTravel, Self::Backlash],
+        }
+    }
 
-    /// As it is written: `gear_ratio`, `eccentricity`, `second_harmonic`, `backlash`, `sag` or `drift`.
+    /// All that are looked for in robots with these drives.
+    pub fn all(drive: Drive) -> impl Iterator<Item = Self> {
+        let of_joints = Self::of_joints(drive).iter().copied();
+        of_joints.chain([Self::Sag, Self::Drift])
+    }
+
+    /// As it is written: `gear_ratio`, `eccentricity`, `second_harmonic`, `uneven_travel`, `backlash`, `sag` or
+    /// `drift`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::GearRatio => "gear_ratio",
             Self::Eccentricity => "eccentricity",
             Self::SecondHarmonic => "second_harmonic",
+            Self::UnevenTravel => "uneven_travel",
             Self::Backlash => "backlash",
             Self::Sag => "sag",
             Self::Drift => "drift",
@@ -43,17 +60,21 @@ impl CauseKind {
     }
 
     /// Of its size: `ratio`, `deg` or `mm`.
-    pub const fn unit(self) -> &'static str {
-        match self {
-            Self::GearRatio => "ratio",
-            Self::Eccentricity | Self::SecondHarmonic | Self::Backlash => "deg",
-            Self::Sag | Self::Drift => "mm",
+    pub const fn unit(self, drive: Drive) -> &'static str {
+        match (self, drive) {
+            (Self::GearRatio, _) => "ratio",
+            (Self::Eccentricity | Self::SecondHarmonic, _) | (Self::Backlash, Drive::Rotary) => {
+                "deg"
+            }
+            (Self::UnevenTravel | Self::Sag | Self::Drift, _) | (Self::Backlash, Drive::Linear) => {
+                "mm"
+            }
         }
     }
 
     /// What a coefficient is multiplied by to be in that unit.
-    pub(super) fn in_unit(self, value: f64) -> f64 {
-        if self.unit() == "deg" {
+    pub(super) fn in_unit(self, drive: Drive, value: f64) -> f64 {
+        if self.unit(drive) == "deg" {
             value.to_degrees()
         } else {
             value
@@ -63,19 +84,24 @@ impl CauseKind {
     /// How many coefficients it has.
     pub(super) const fn columns(self) -> usize {
         match self {
-            Self::GearRatio | Self::Backlash | Self::Sag => 1,
+            Self::GearRatio | Self::UnevenTravel | Self::Backlash | Self::Sag => 1,
             Self::Eccentricity | Self::SecondHarmonic => 2,
             Self::Drift => 3,
         }
     }
 
     /// What its coefficients multiply in the error of a joint, and how many there are; `direction` is
-    /// that of the joint's last move.
-    pub(super) fn shapes(self, q: f64, direction: f64) -> ([f64; 2], usize) {
+    /// that of the joint's last move, `range` the lowest and the highest q of the file.
+    pub(super) fn shapes(self, q: f64, direction: f64, [low, high]: [f64; 2]) -> ([f64; 2], usize) {
         match self {
             Self::GearRatio => ([q, 0.0], 1),
             Self::Eccentricity => ([q.cos(), q.sin()], 2),
             Self::SecondHarmonic => ([(2.0 * q).cos(), (2.0 * q).sin()], 2),
+            Self::UnevenTravel if high > low => {
+                let part = (2.0 * q - low - high) / (high - low);
+                ([part * part, 0.0], 1)
+            }
+            Self::UnevenTravel => ([0.0, 0.0], 1),
             Self::Backlash => ([direction, 0.0], 1),
             Self::Sag | Self::Drift => ([0.0, 0.0], 0),
         }
@@ -89,6 +115,10 @@ pub struct Cause {
     pub kind: CauseKind,
     /// Whose; `None` of one that is not an arm's.
     pub arm: Option<ArmIndex>,
+    /// The robot's drives.
+    pub drive: Drive,
+    /// The lowest and the highest angle or travel of its joint in the file.
+    pub range: [f64; 2],
     /// How large, in the [unit](CauseKind::unit): of a periodic error the amplitude, of the backlash
     /// half of it, of the sag that at the largest distance from the robot's axis, of the drift that
     /// from the first row to the last. Signed where there is one coefficient only.
@@ -121,6 +151,7 @@ impl fmt::Display for Alternative {
             CauseKind::GearRatio => "a wrong gear ratio",
             CauseKind::Eccentricity => "an eccentricity",
             CauseKind::SecondHarmonic => "an error twice a turn",
+            CauseKind::UnevenTravel => "an uneven travel",
             CauseKind::Backlash => "a backlash",
             CauseKind::Sag => "a sag of the platform",
             CauseKind::Drift => "a drift of the positions",
@@ -131,9 +162,9 @@ impl fmt::Display for Alternative {
 }
 
 impl Cause {
-    /// The error of the joint, radians; 0 of a cause that is not a joint's.
+    /// The error of the joint, radians or mm; 0 of a cause that is not a joint's.
     pub(super) fn joint_error(&self, q: f64, direction: f64) -> f64 {
-        let (shapes, count) = self.kind.shapes(q, direction);
+        let (shapes, count) = self.kind.shapes(q, direction, self.range);
         let terms = shapes.iter().take(count).zip(&self.coefficients);
         terms.map(|(shape, coefficient)| shape * coefficient).sum()
     }
@@ -141,7 +172,7 @@ impl Cause {
     /// What there is to do about it.
     pub fn remedy(&self) -> &'static str {
         if !self.alternatives.is_empty() {
-            return "find out which of these it is, by comparing the joint's angle with a reference \
+            return "find out which of these it is, by comparing the joint with a reference \
                     over its whole range, and by measuring one pose with another load, from another \
                     side and again at the end; then mend that";
         }
@@ -156,6 +187,10 @@ impl Cause {
             CauseKind::SecondHarmonic => {
                 "look at the encoder and the coupling, or correct the joint angle in the controller \
                  by a table"
+            }
+            CauseKind::UnevenTravel => {
+                "straighten the tower, look at the belt or the screw, or correct the travel in the \
+                 controller by a table"
             }
             CauseKind::Backlash => "remove the play, or approach every pose from the same side",
             CauseKind::Sag => {
@@ -199,12 +234,28 @@ impl fmt::Display for Cause {
                 "the joint has an error that repeats twice a turn, with an amplitude of \
                  {size}° ± {sigma}°, as with a misaligned coupling or a distorted encoder disc"
             ),
-            CauseKind::Backlash => write!(
+            CauseKind::UnevenTravel => write!(
                 formatter,
-                "the joint's error changes with the direction of its last move, by \
-                 ±{size}° ± {sigma}°, as with backlash or hysteresis of the gear, if the rows are in \
-                 the order in which they were measured"
+                "at the ends of its measured range the carriage is {} along its tower than in the middle, by \
+                 {size} ± {sigma} mm, as with a bent tower or an uneven belt or screw",
+                if self.size > 0.0 {
+                    "farther"
+                } else {
+                    "less far"
+                }
             ),
+            CauseKind::Backlash => {
+                let (joint, unit, of) = match self.drive {
+                    Drive::Rotary => ("joint", "°", "backlash or hysteresis of the gear"),
+                    Drive::Linear => ("carriage", " mm", "backlash of the belt or the screw"),
+                };
+                write!(
+                    formatter,
+                    "the {joint}'s error changes with the direction of its last move, by \
+                     ±{size}{unit} ± {sigma}{unit}, as with {of}, if the rows are in \
+                     the order in which they were measured"
+                )
+            }
             CauseKind::Sag => write!(
                 formatter,
                 "the platform is {} with its distance from the robot's axis, by {size} ± {sigma} mm \

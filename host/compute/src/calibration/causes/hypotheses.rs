@@ -2,11 +2,14 @@
 
 use super::cause::CauseKind;
 use crate::fit::fkm::Linearization;
+use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot, Sample};
 use nalgebra::{Matrix3, Vector3};
 
 /// Columns of all hypotheses together.
-pub(super) const COLUMNS: usize = 22;
+pub(super) fn columns(drive: Drive) -> usize {
+    all(drive).iter().map(|own| own.columns.len()).sum()
+}
 
 /// One hypothesis: a cause, and its columns among all.
 #[derive(Debug, Clone)]
@@ -18,10 +21,10 @@ pub(super) struct Hypothesis {
 }
 
 /// All of them, in the order of their columns.
-pub(super) fn all() -> Vec<Hypothesis> {
-    let of_arms = CauseKind::OF_JOINTS
-        .into_iter()
-        .flat_map(|kind| ArmIndex::ALL.map(|arm| (kind, Some(arm))));
+pub(super) fn all(drive: Drive) -> Vec<Hypothesis> {
+    let of_arms = CauseKind::of_joints(drive)
+        .iter()
+        .flat_map(|kind| ArmIndex::ALL.map(|arm| (*kind, Some(arm))));
     let of_platform = [(CauseKind::Sag, None), (CauseKind::Drift, None)];
     let mut next = 0;
     of_arms
@@ -47,6 +50,16 @@ pub(super) struct Place {
     part: f64,
     /// The square of the distance from the robot's axis, 1 at the largest of the file.
     radius_squared: f64,
+}
+
+/// The lowest and the highest angle or travel of each joint.
+pub(super) fn ranges(samples: &[Sample<f64>]) -> [[f64; 2]; 3] {
+    std::array::from_fn(|joint| {
+        let all = samples.iter().map(|sample| sample.joints[joint]);
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {
+            [low.min(q), high.max(q)]
+        })
+    })
 }
 
 /// The square of the largest distance from the robot's axis, mm².
@@ -89,14 +102,16 @@ pub(super) fn by_joints(robot: &Robot<f64>, at: &Linearization, joints: &[f64; 3
 
 /// By how much a position moves for one unit of each column: mm per radian, 1, or mm.
 pub(super) fn movements(
+    drive: Drive,
     by_joints: &Matrix3<f64>,
     joints: &[f64; 3],
+    ranges: &[[f64; 2]; 3],
     place: &Place,
 ) -> Vec<Vector3<f64>> {
-    let mut movements = Vec::with_capacity(COLUMNS);
-    for kind in CauseKind::OF_JOINTS {
+    let mut movements = Vec::new();
+    for kind in CauseKind::of_joints(drive) {
         for (arm, q) in joints.iter().enumerate() {
-            let (shapes, count) = kind.shapes(*q, place.directions[arm]);
+            let (shapes, count) = kind.shapes(*q, place.directions[arm], ranges[arm]);
             for shape in &shapes[..count] {
                 movements.push(by_joints.column(arm) * *shape);
             }

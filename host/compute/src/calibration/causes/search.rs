@@ -6,7 +6,6 @@ use super::residuals::{self, ArmResiduals};
 use super::selection::select;
 use super::subject::Subject;
 use delta_cal::Sample;
-use delta_cal::robot::Drive;
 
 /// A cause that moves the positions by less, mm rms, is one of the arithmetic.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -50,15 +49,18 @@ pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
         position_error: 0.0,
         arms: residuals::arms(subject.calibrated, &counted, &[], None),
     };
-    if subject.calibrated.drive() == Drive::Linear {
-        causes.not_tested = Some("the causes that the program knows are those of rotary drives");
-        return causes;
-    }
     let Some((regression, scale)) = subject.regression(&counted) else {
         causes.not_tested = Some("too few samples are left over to tell causes from noise");
         return causes;
     };
-    match select(&regression, subject.noise.is_some(), NEGLIGIBLE / scale) {
+    let ranges = subject.ranges();
+    let joints = (subject.calibrated.drive(), &ranges);
+    match select(
+        &regression,
+        joints,
+        subject.noise.is_some(),
+        NEGLIGIBLE / scale,
+    ) {
         Err(why) => causes.not_tested = Some(why),
         Ok(None) => {}
         Ok(Some(selection)) => {

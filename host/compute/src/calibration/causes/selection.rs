@@ -3,6 +3,7 @@
 use super::cause::{Alternative, Cause, CauseKind};
 use super::hypotheses::{self, Hypothesis};
 use super::regression::{Regression, Solution};
+use delta_cal::robot::Drive;
 use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -28,24 +29,30 @@ pub(super) struct Selection {
 struct Search<'a> {
     regression: &'a Regression,
     hypotheses: Vec<Hypothesis>,
+    drive: Drive,
+    ranges: &'a [[f64; 2]; 3],
     stated: bool,
     level: f64,
 }
 
-/// The causes found; an effect below `negligible`, in σ of the positions, is none.
+/// The causes found in a robot with these drives, whose joints were measured over these ranges; an effect below
+/// `negligible`, in σ of the positions, is none.
 ///
 /// # Errors
 /// Why the residuals cannot be tested.
 pub(super) fn select(
     regression: &Regression,
+    (drive, ranges): (Drive, &[[f64; 2]; 3]),
     stated: bool,
     negligible: f64,
 ) -> Result<Option<Selection>, &'static str> {
-    let hypotheses = hypotheses::all();
+    let hypotheses = hypotheses::all(drive);
     let number = hypotheses.iter().fold(0.0, |count, _| count + 1.0);
     let search = Search {
         regression,
         hypotheses,
+        drive,
+        ranges,
         stated,
         level: FALSE_ALARM / number,
     };
@@ -221,8 +228,12 @@ impl Search<'_> {
             Cause {
                 kind,
                 arm: hypothesis.arm,
-                size: kind.in_unit(size),
-                sigma: kind.in_unit(sigma),
+                drive: self.drive,
+                range: hypothesis
+                    .arm
+                    .map_or([0.0; 2], |arm| self.ranges[arm.index()]),
+                size: kind.in_unit(self.drive, size),
+                sigma: kind.in_unit(self.drive, sigma),
                 probability: self.beside_others(chosen, place, solution),
                 coefficients: coefficients.as_slice().to_vec(),
                 alternatives: self.alternatives(chosen, place, solution),

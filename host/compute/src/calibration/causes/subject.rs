@@ -1,6 +1,6 @@
 //! A fitted robot and its residuals, as rows of a regression.
 
-use super::hypotheses::{self, COLUMNS, Place};
+use super::hypotheses::{self, Place};
 use super::regression::{Regression, Rows};
 use crate::accuracy::evaluation::differences;
 use crate::accuracy::information::{PARAMETERS, rows_of_prior, tolerance_prior, units};
@@ -50,6 +50,11 @@ impl Subject<'_> {
     /// The square of the largest distance from the robot's axis, mm².
     pub(super) fn radius_squared(&self) -> f64 {
         hypotheses::largest_radius_squared(self.samples)
+    }
+
+    /// The lowest and the highest angle or travel of each joint.
+    pub(super) fn ranges(&self) -> [[f64; 2]; 3] {
+        hypotheses::ranges(self.samples)
     }
 
     /// The samples that count.
@@ -107,7 +112,9 @@ impl Subject<'_> {
     fn rows(&self, counted: &[Counted], noise: &Noise<f64>) -> (Regression, f64) {
         let framed = self.aligned && self.tolerance.is_some();
         let frame = if framed { FRAME } else { 0 };
-        let mut rows = Rows::new(PARAMETERS + frame, COLUMNS);
+        let drive = self.calibrated.drive();
+        let ranges = self.ranges();
+        let mut rows = Rows::new(PARAMETERS + frame, hypotheses::columns(drive));
         let whitened: Vec<_> = counted
             .iter()
             .map(|c| {
@@ -139,13 +146,20 @@ impl Subject<'_> {
             if framed {
                 columns.extend(frame_movements(&c.sample.position).map(|by| whitening * by));
             }
-            let movements = hypotheses::movements(&c.by_joints, &c.sample.joints, &c.place);
+            let movements =
+                hypotheses::movements(drive, &c.by_joints, &c.sample.joints, &ranges, &c.place);
             columns.extend(movements.iter().map(|movement| whitening * movement));
             columns.push(*residual);
             for axis in 0..3 {
                 let row = columns.iter().map(|column| column[axis]);
                 rows.add(DVector::from_iterator(columns.len(), row), weight);
             }
+        }
+        // What stands at no place of an arm's vector is not off.
+        let places = std::iter::repeat_n(drive.places(), 3).flatten();
+        for (index, _) in places.enumerate().filter(|(_, place)| place.is_none()) {
+            let row = (0..PARAMETERS).map(|own| if own == index { 1.0 } else { 0.0 });
+            rows.add_prior(row, 0.0);
         }
         if self.tolerance.is_some() {
             let prior = rows_of_prior(&tolerance_prior(self.calibrated, self.tolerance.as_ref()));

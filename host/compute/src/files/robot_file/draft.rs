@@ -4,97 +4,222 @@ use super::RobotFile;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::text::numbers::rounded;
+use delta_cal::robot::Drive;
 use std::fmt::Write as _;
 use std::io::{self, BufRead, Write};
 
 /// What a first robot file states. Lengths in mm, angles in degrees.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Draft {
-    /// From the z axis to the axis of a motor.
-    pub base_radius: f64,
-    /// From the platform's centre to a forearm's joint.
-    pub platform_radius: f64,
-    /// From the motor's axis to the elbow.
-    pub upper_arm: f64,
-    /// From the elbow to the platform.
-    pub forearm: f64,
-    /// The smallest and the largest joint angle; 0 with the upper arm level, positive downwards.
-    pub joints: (f64, f64),
-    /// One σ of every length and of every angle as the robot was made.
-    pub tolerance: (f64, f64),
+    drive: Drive,
+    /// Of every entry, in their order.
+    values: Vec<f64>,
 }
 
-/// What is asked of a draft, in this order, and the answer to an empty line.
-struct Question {
-    text: &'static str,
+/// A number of the file.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    key: &'static str,
+    /// What stands beside the key.
+    meaning: &'static str,
+    /// What is asked.
+    question: &'static str,
+    /// The answer to an empty line.
     usual: Option<f64>,
 }
 
-const fn question(text: &'static str, usual: Option<f64>) -> Question {
-    Question { text, usual }
+const fn entry(
+    key: &'static str,
+    usual: Option<f64>,
+    meaning: &'static str,
+    question: &'static str,
+) -> Entry {
+    Entry {
+        key,
+        meaning,
+        question,
+        usual,
+    }
 }
 
-const QUESTIONS: [Question; 8] = [
-    question("Distance from the z axis to a motor's axis, mm", None),
-    question(
-        "Distance from the platform's centre to a forearm's joint, mm",
-        None,
+/// A table of the file: its heading, and its numbers.
+type Section = (&'static str, &'static [Entry]);
+
+const ROTARY: [Section; 3] = [
+    (
+        "[nominal]",
+        &[
+            entry(
+                "base_radius_mm",
+                None,
+                "from the z axis to the axis of a motor",
+                "Distance from the z axis to a motor's axis, mm",
+            ),
+            entry(
+                "platform_radius_mm",
+                None,
+                "from the platform's centre to a forearm's joint",
+                "Distance from the platform's centre to a forearm's joint, mm",
+            ),
+            entry(
+                "upper_arm_mm",
+                None,
+                "from the motor's axis to the elbow",
+                "Length of the upper arms, mm",
+            ),
+            entry(
+                "forearm_mm",
+                None,
+                "from the elbow to the platform",
+                "Length of the forearms, mm",
+            ),
+        ],
     ),
-    question("Length of the upper arms, mm", None),
-    question("Length of the forearms, mm", None),
-    question(
-        "Smallest joint angle, degrees (0: upper arm level, positive: downwards)",
-        Some(-60.0),
+    (
+        "[joints]                   # 0: the upper arm is level; positive: it points downwards",
+        &[
+            entry(
+                "min_deg",
+                Some(-60.0),
+                "the smallest joint angle",
+                "Smallest joint angle, degrees (0: upper arm level, positive: downwards)",
+            ),
+            entry(
+                "max_deg",
+                Some(90.0),
+                "the largest",
+                "Largest joint angle, degrees",
+            ),
+        ],
     ),
-    question("Largest joint angle, degrees", Some(90.0)),
-    question(
-        "Tolerance of every length as the robot was made, one sigma, mm",
-        Some(0.5),
+    (
+        "[tolerance]                # one sigma of each parameter as the robot was made",
+        &[
+            entry(
+                "length_mm",
+                Some(0.5),
+                "of the eight parameters of an arm the lengths",
+                "Tolerance of every length as the robot was made, one sigma, mm",
+            ),
+            entry(
+                "angle_deg",
+                Some(0.2),
+                "and the angles",
+                "Tolerance of every angle, one sigma, degrees",
+            ),
+        ],
     ),
-    question("Tolerance of every angle, one sigma, degrees", Some(0.2)),
 ];
 
+const LINEAR: [Section; 3] = [
+    (
+        "[nominal]\nkind = \"linear\"            # carriages that run along towers",
+        &[
+            entry(
+                "tower_radius_mm",
+                None,
+                "from the centre to a tower, less the platform's radius",
+                "Distance from the centre to a tower, less the platform's radius (\"delta radius\"), mm",
+            ),
+            entry(
+                "forearm_mm",
+                None,
+                "the rods, from the carriage to the platform",
+                "Length of the rods, mm",
+            ),
+        ],
+    ),
+    (
+        "[joints]                   # travel of the carriages, upwards",
+        &[
+            entry(
+                "min_mm",
+                None,
+                "the lowest",
+                "Lowest travel of a carriage, mm",
+            ),
+            entry(
+                "max_mm",
+                None,
+                "the highest",
+                "Highest travel of a carriage, mm",
+            ),
+        ],
+    ),
+    (
+        "[tolerance]                # one sigma of each parameter as the machine was built",
+        &[
+            entry(
+                "length_mm",
+                Some(0.5),
+                "of the rods, and of where a tower stands",
+                "Tolerance of every length as the machine was built, one sigma, mm",
+            ),
+            entry(
+                "angle_deg",
+                Some(0.17),
+                "by which a tower leans",
+                "Tolerance of a tower's lean, one sigma, degrees",
+            ),
+            entry(
+                "scale",
+                Some(0.001),
+                "of a carriage's travel, as a part of it",
+                "Tolerance of a carriage's travel, one sigma, as a part of it",
+            ),
+            entry(
+                "zero_mm",
+                Some(5.0),
+                "of the end stops",
+                "Tolerance of the end stops, one sigma, mm",
+            ),
+        ],
+    ),
+];
+
+const fn sections(drive: Drive) -> &'static [Section; 3] {
+    match drive {
+        Drive::Rotary => &ROTARY,
+        Drive::Linear => &LINEAR,
+    }
+}
+
+fn entries(drive: Drive) -> impl Iterator<Item = Entry> {
+    let sections = sections(drive).iter();
+    sections.flat_map(|(_, entries)| entries.iter().copied())
+}
+
 impl Draft {
-    /// Asks for what is not known yet: the numbers of this type in their order.
+    /// Asks for what is not known yet: the numbers of the file in their order.
     ///
     /// # Errors
     /// An answer cannot be read, or the input ends.
     pub fn ask(
-        known: [Option<f64>; 8],
+        drive: Drive,
+        known: &[Option<f64>],
         mut answers: impl BufRead,
         mut to: impl Write,
     ) -> io::Result<Self> {
-        let mut values = [0.0; 8];
-        for ((value, known), question) in values.iter_mut().zip(known).zip(QUESTIONS) {
-            *value = match known {
-                Some(known) => known,
-                None => question.answer(&mut answers, &mut to)?,
-            };
+        let mut values = Vec::new();
+        for (entry, known) in entries(drive).zip(known) {
+            values.push(match known {
+                Some(known) => *known,
+                None => entry.answer(&mut answers, &mut to)?,
+            });
         }
-        Ok(Self::of(values))
+        Ok(Self { drive, values })
     }
 
     /// Of what is known, the usual for the rest; what is missing has no usual value.
     ///
     /// # Errors
     /// What is missing, in words.
-    pub fn usual(known: [Option<f64>; 8]) -> Result<Self, &'static str> {
-        let mut values = [0.0; 8];
-        for ((value, known), question) in values.iter_mut().zip(known).zip(QUESTIONS) {
-            *value = known.or(question.usual).ok_or(question.text)?;
-        }
-        Ok(Self::of(values))
-    }
-
-    fn of([base, platform, upper, forearm, least, most, length, angle]: [f64; 8]) -> Self {
-        Self {
-            base_radius: base,
-            platform_radius: platform,
-            upper_arm: upper,
-            forearm,
-            joints: (least, most),
-            tolerance: (length, angle),
-        }
+    pub fn usual(drive: Drive, known: &[Option<f64>]) -> Result<Self, &'static str> {
+        let values = entries(drive)
+            .zip(known)
+            .map(|(entry, known)| known.or(entry.usual).ok_or(entry.question));
+        let values = values.collect::<Result<_, _>>()?;
+        Ok(Self { drive, values })
     }
 
     /// The file's text, as a person would write it.
@@ -105,53 +230,21 @@ impl Draft {
         let mut text = String::from(
             "# A Delta robot as it was drawn. delta-cal calibrate finds what it is really like.\n",
         );
-        let mut section = |head: &str, lines: &[(&str, f64, &str)]| {
+        let mut values = self.values.iter();
+        for (head, entries) in sections(self.drive) {
             let _ = write!(text, "\n{head}\n");
-            for (key, value, meaning) in lines {
-                let entry = format!("{key} = {}", rounded(*value));
-                let _ = writeln!(text, "{entry:<26} # {meaning}");
+            for (entry, value) in entries.iter().zip(values.by_ref()) {
+                let line = format!("{} = {}", entry.key, rounded(*value));
+                let _ = writeln!(text, "{line:<26} # {}", entry.meaning);
             }
+        }
+        let joint = match self.drive {
+            Drive::Rotary => {
+                "joint_deg = 0.002          # of a joint angle: an encoder on a geared joint"
+            }
+            Drive::Linear => "joint_mm = 0.01            # of a carriage's travel",
         };
-        section(
-            "[nominal]",
-            &[
-                (
-                    "base_radius_mm",
-                    self.base_radius,
-                    "from the z axis to the axis of a motor",
-                ),
-                (
-                    "platform_radius_mm",
-                    self.platform_radius,
-                    "from the platform's centre to a forearm's joint",
-                ),
-                (
-                    "upper_arm_mm",
-                    self.upper_arm,
-                    "from the motor's axis to the elbow",
-                ),
-                ("forearm_mm", self.forearm, "from the elbow to the platform"),
-            ],
-        );
-        section(
-            "[joints]                   # 0: the upper arm is level; positive: it points downwards",
-            &[
-                ("min_deg", self.joints.0, "the smallest joint angle"),
-                ("max_deg", self.joints.1, "the largest"),
-            ],
-        );
-        section(
-            "[tolerance]                # one sigma of each parameter as the robot was made",
-            &[
-                (
-                    "length_mm",
-                    self.tolerance.0,
-                    "of the eight parameters of an arm the lengths",
-                ),
-                ("angle_deg", self.tolerance.1, "and the angles"),
-            ],
-        );
-        text.push_str(NOISE);
+        let _ = write!(text, "{NOISE}{joint}\n{REST}");
         RobotFile::read(&InputText::new(name, &text))?;
         Ok(text)
     }
@@ -160,7 +253,8 @@ impl Draft {
 const NOISE: &str = "
 [noise]                    # one sigma of a measurement: repeat one pose ten times to learn it
 position_mm = 0.02         # of x, y and z: a laser tracker
-joint_deg = 0.002          # of a joint angle: an encoder on a geared joint
+";
+const REST: &str = "\
 # height_mm = 0.02         # of a height above a plate: a dial gauge
 # distance_mm = 0.05       # of a distance: a calliper or a wire sensor
 
@@ -178,12 +272,12 @@ joint_deg = 0.002          # of a joint angle: an encoder on a geared joint
 # date = 2026-03-14
 ";
 
-impl Question {
+impl Entry {
     fn answer(&self, answers: &mut impl BufRead, to: &mut impl Write) -> io::Result<f64> {
         loop {
             match self.usual {
-                Some(usual) => write!(to, "{} [{usual}]: ", self.text)?,
-                None => write!(to, "{}: ", self.text)?,
+                Some(usual) => write!(to, "{} [{usual}]: ", self.question)?,
+                None => write!(to, "{}: ", self.question)?,
             }
             to.flush()?;
             let mut line = String::new();

@@ -162,10 +162,18 @@ impl Face<'_> {
             moved[Parameter::Lb.index()] = 0.0;
             let turn = by_elbow.dot(&arm.elbow_derivative(q)) / arm.constraint_by_joint(x, q);
             *own = moved - arm.constraint_by_parameters(x, q) * turn;
-            // up = Σ ezᵢ, ∂ez/∂θ = sin α ex, ∂ez/∂α = −ey.
+            // up = Σ ezᵢ; ∂ez/∂θ = sin α ex, ∂ez/∂α = −ey, and of a tower's direction by its leans ex and ey.
             let basis = arm.basis();
-            own[Parameter::Theta.index()] += spanned.by_up.dot(&basis.ex) * basis.ey.z;
-            own[Parameter::Alpha.index()] -= spanned.by_up.dot(&basis.ey);
+            match arm.drive() {
+                Drive::Rotary => {
+                    own[Parameter::Theta.index()] += spanned.by_up.dot(&basis.ex) * basis.ey.z;
+                    own[Parameter::Alpha.index()] -= spanned.by_up.dot(&basis.ey);
+                }
+                Drive::Linear => {
+                    own[Parameter::LeanX.index()] += spanned.by_up.dot(&basis.ex);
+                    own[Parameter::LeanY.index()] += spanned.by_up.dot(&basis.ey);
+                }
+            }
             *own *= scale;
         }
         let mut values = by_parameters.iter().flat_map(|own| own.iter());

@@ -6,8 +6,7 @@ pub(crate) use arguments::{CalibrateArguments, HELP};
 
 use super::failure::Failure;
 use super::outputs::{self, deliver};
-use super::paths::{is_stream, read_long, refuse_same};
-use super::print::print;
+use super::paths::{read_long, refuse_same};
 use super::progress::Waiting;
 use crate::accuracy::coverage::Acceptance;
 use crate::files::example;
@@ -31,7 +30,9 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         sources: [robot_file, samples_file],
     } = match inputs(arguments) {
         Ok(inputs) => inputs,
-        Err(error) if error.refused() => return Err(refusal(arguments, error)),
+        Err(error) if error.refused() => {
+            return Err(outputs::refused(arguments.json.as_deref(), error));
+        }
         Err(error) => return Err(error.into()),
     };
     let document = arguments
@@ -45,7 +46,9 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     };
     let waiting = Waiting::for_rows("calibrating from", samples.count());
     let report = match calibrate(&robot, &samples, arguments.options()) {
-        Err(error) if error.refused() => return Err(refusal(arguments, error)),
+        Err(error) if error.refused() => {
+            return Err(outputs::refused(arguments.json.as_deref(), error));
+        }
         result => result?,
     };
     drop(waiting);
@@ -89,16 +92,6 @@ fn accepted(acceptance: Option<&Acceptance>) -> Result<(), Failure> {
         ))),
         _ => Ok(()),
     }
-}
-
-/// A refusal writes no file; a program that reads standard output is told there as well.
-fn refusal(arguments: &CalibrateArguments, refused: CalibrateError) -> Failure {
-    if arguments.json.as_deref().is_some_and(is_stream)
-        && let Err(failure) = print(&json::text(&calibration::json::refusal(&refused)))
-    {
-        return failure;
-    }
-    Failure::Calibrate(refused)
 }
 
 fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
@@ -157,7 +150,9 @@ fn observed(
 ) -> Result<(), Failure> {
     let waiting = Waiting::for_rows("calibrating from", samples.rows.len());
     let report = match calibrate_observations(robot, samples, arguments.options()) {
-        Err(error) if error.refused() => return Err(refusal(arguments, error)),
+        Err(error) if error.refused() => {
+            return Err(outputs::refused(arguments.json.as_deref(), error));
+        }
         result => result?,
     };
     drop(waiting);

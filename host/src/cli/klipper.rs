@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use super::import::{length, nothing_saved, rods, write};
+use super::outputs;
 use super::paths::is_stream;
 use super::print::print;
 use crate::InputError;
@@ -13,7 +14,7 @@ use crate::render::json;
 use crate::report::printer;
 use clap::Args;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
 The program imports the configuration (delta-cal import klipper), calibrates, and says what is wrong with this printer, how \
@@ -74,7 +75,8 @@ pub(crate) fn run(arguments: &KlipperArguments) -> Result<(), Failure> {
         return Err(nothing_saved(&imported));
     }
     let name = imported.source.clone();
-    let assessment = Assessment::of(imported).map_err(|error| failure(&name, error))?;
+    let json_path = arguments.json.as_deref();
+    let assessment = Assessment::of(imported).map_err(|error| failure(json_path, &name, error))?;
     let json = json::text(&printer::json(&assessment));
     let mut text = printer::text(&assessment);
     let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));
@@ -108,8 +110,9 @@ pub(crate) fn run(arguments: &KlipperArguments) -> Result<(), Failure> {
     }
 }
 
-fn failure(name: &str, error: AssessError) -> Failure {
+fn failure(json: Option<&Path>, name: &str, error: AssessError) -> Failure {
     match error {
+        AssessError::Calibrate(error) if error.refused() => outputs::refused(json, *error),
         AssessError::Calibrate(error) => (*error).into(),
         AssessError::Unexplained { cause, remedy } => Failure::NotDetermined { cause, remedy },
         AssessError::Export(error) => InputError::new(name, error.to_string())

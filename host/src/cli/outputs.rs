@@ -3,7 +3,10 @@
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
 use super::print::print;
+use crate::CalibrateError;
 use crate::files::output;
+use crate::render::json;
+use crate::report::calibration;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -50,4 +53,14 @@ pub(crate) fn deliver(
         let _ = writeln!(report, "Written: {}", path.display());
     }
     print(&report)
+}
+
+/// A refusal writes no file; a program that reads the JSON on standard output is told there as well.
+pub(crate) fn refused(json: Option<&Path>, refused: CalibrateError) -> Failure {
+    if json.is_some_and(is_stream)
+        && let Err(failure) = print(&json::text(&calibration::json::refusal(&refused)))
+    {
+        return failure;
+    }
+    Failure::Calibrate(refused)
 }

@@ -185,6 +185,10 @@ fn a_printer_that_no_tolerance_explains_is_refused() {
     assert_eq!(run.code, 1, "{} {}", run.stdout, run.stderr);
     assert!(run.stderr.contains("--rods"), "{}", run.stderr);
     assert_eq!(run.stdout, "");
+    // A program that reads standard output is told there.
+    let run = folder.run("klipper printer.cfg --json -");
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(json(&run)["refused"].as_str().is_some(), "{}", run.stdout);
     assert_eq!(folder.names(), ["printer.cfg"]);
 }
 

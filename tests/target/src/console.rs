@@ -4,11 +4,11 @@ use core::fmt::{self, Write};
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
 
-/// Runs the program with the console and ends the emulation with its result.
+/// Runs the program with the console and ends the emulation with its result. What it wrote before a failure is shown.
 pub fn run(program: impl FnOnce(&mut Console) -> fmt::Result) -> ! {
     let result = Console::open().and_then(|mut console| {
-        program(&mut console)?;
-        console.flush()
+        let done = program(&mut console);
+        console.flush().and(done)
     });
     exit(if result.is_ok() {
         EXIT_SUCCESS

@@ -358,3 +358,20 @@ fn the_workspace_is_where_all_three_carriages_get() {
         "{stated} {counted} ± {limit}"
     );
 }
+
+/// All end stops 8 mm lower than stated, with a tolerance of 5 mm: nothing is mounted on the platform.
+#[test]
+fn end_stops_within_their_tolerance_are_no_reflector() {
+    let folder = Folder::new();
+    folder.write("robot.toml", ROBOT);
+    let nominal = file(ROBOT).robot;
+    let parameters = nominal.parameters().map(|mut arm| {
+        arm[Parameter::Zero.index()] -= 8.0;
+        arm
+    });
+    let truth = nominal.with_parameters(parameters).unwrap();
+    folder.write("samples.csv", &samples(&truth, 20, &mut generator(9310, 0)));
+    let run = folder.run("calibrate robot.toml samples.csv").ok();
+    assert!(!run.stdout.contains("[target]"), "{}", run.stdout);
+    assert!(!run.stderr.contains("[target]"), "{}", run.stderr);
+}

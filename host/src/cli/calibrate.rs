@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     } = match inputs(arguments) {
         Ok(inputs) => inputs,
         Err(error) if error.refused() => {
-            return Err(outputs::refused(arguments.json.as_deref(), error));
+            return Err(refused(arguments, error));
         }
         Err(error) => return Err(error.into()),
     };
@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let waiting = Waiting::for_rows("calibrating from", samples.count());
     let report = match calibrate(&robot, &samples, arguments.options()) {
         Err(error) if error.refused() => {
-            return Err(outputs::refused(arguments.json.as_deref(), error));
+            return Err(refused(arguments, error));
         }
         result => result?,
     };
@@ -92,6 +92,11 @@ fn accepted(acceptance: Option<&Acceptance>) -> Result<(), Failure> {
         ))),
         _ => Ok(()),
     }
+}
+
+fn refused(arguments: &CalibrateArguments, error: CalibrateError) -> Failure {
+    let refusal = calibration::json::refusal(&error);
+    outputs::refused(arguments.json.as_deref(), &refusal, error.into())
 }
 
 fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
@@ -151,7 +156,7 @@ fn observed(
     let waiting = Waiting::for_rows("calibrating from", samples.rows.len());
     let report = match calibrate_observations(robot, samples, arguments.options()) {
         Err(error) if error.refused() => {
-            return Err(outputs::refused(arguments.json.as_deref(), error));
+            return Err(refused(arguments, error));
         }
         result => result?,
     };

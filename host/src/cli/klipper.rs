@@ -11,7 +11,7 @@ use crate::import::klipper;
 use crate::printer::assess::Assessment;
 use crate::printer::error::AssessError;
 use crate::render::json;
-use crate::report::printer;
+use crate::report::{calibration, printer};
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -112,9 +112,15 @@ pub(crate) fn run(arguments: &KlipperArguments) -> Result<(), Failure> {
 
 fn failure(json: Option<&Path>, name: &str, error: AssessError) -> Failure {
     match error {
-        AssessError::Calibrate(error) if error.refused() => outputs::refused(json, *error),
+        AssessError::Calibrate(error) if error.refused() => {
+            let refusal = calibration::json::refusal(&error);
+            outputs::refused(json, &refusal, (*error).into())
+        }
         AssessError::Calibrate(error) => (*error).into(),
-        AssessError::Unexplained { cause, remedy } => Failure::NotDetermined { cause, remedy },
+        AssessError::Unexplained { cause, remedy } => {
+            let refusal = calibration::json::refused(&cause, Some(&remedy), None);
+            outputs::refused(json, &refusal, Failure::NotDetermined { cause, remedy })
+        }
         AssessError::Export(error) => InputError::new(name, error.to_string())
             .with_remedy(error.remedy())
             .into(),

@@ -3,10 +3,9 @@
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
 use super::print::print;
-use crate::CalibrateError;
 use crate::files::output;
 use crate::render::json;
-use crate::report::calibration;
+use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -56,11 +55,11 @@ pub(crate) fn deliver(
 }
 
 /// A refusal writes no file; a program that reads the JSON on standard output is told there as well.
-pub(crate) fn refused(json: Option<&Path>, refused: CalibrateError) -> Failure {
-    if json.is_some_and(is_stream)
-        && let Err(failure) = print(&json::text(&calibration::json::refusal(&refused)))
+pub(crate) fn refused(to: Option<&Path>, refusal: &Value, failure: Failure) -> Failure {
+    if to.is_some_and(is_stream)
+        && let Err(failure) = print(&json::text(refusal))
     {
         return failure;
     }
-    Failure::Calibrate(refused)
+    failure
 }

@@ -9,6 +9,8 @@ use nalgebra::Vector3;
 const SAME: f64 = 4.0;
 /// …and more than this part of the forearm.
 const LEAST: f64 = 0.005;
+/// …and more than so many σ of the arms' height as the tolerance has it: end stops move all points, too.
+const SIGMAS: f64 = 3.0;
 
 /// That the measured point may be a reflector or a tip, where all points are off by nearly the same.
 #[allow(clippy::cast_precision_loss)] // far fewer than 2^52
@@ -30,8 +32,12 @@ pub(super) fn beside_the_platform_point<'a>(
     let squares: f64 = offsets.iter().map(|own| (own - mean).norm_squared()).sum();
     let scatter = (squares / number).sqrt();
     let [arm, ..] = robot.robot.arms();
+    let [_, _, height, ..] = robot
+        .tolerance
+        .map_or([0.0; 8], |tolerance| tolerance.of_places(arm));
+    let least = (LEAST * arm.lb()).max(SIGMAS * height);
     // Of no points at all the mean is no number.
-    if !(mean.norm() > SAME * scatter && mean.norm() > LEAST * arm.lb()) {
+    if !(mean.norm() > SAME * scatter && mean.norm() > least) {
         return None;
     }
     let level = mean.xy().norm() < mean.z.abs() / SAME;

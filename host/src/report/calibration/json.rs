@@ -183,14 +183,24 @@ fn sampled(report: &CalibrationReport, all: &Sampled) -> Value {
 
 /// A calibration that is refused.
 pub fn refusal(error: &CalibrateError) -> Value {
+    let diagnosis = error.diagnosis.as_deref().map(diagnosis::json);
+    refused(
+        &error.to_string(),
+        error.remedy().as_deref(),
+        diagnosis.as_ref(),
+    )
+}
+
+/// Something is refused.
+pub fn refused(cause: &str, remedy: Option<&str>, diagnosis: Option<&Value>) -> Value {
     let contents = json!({
         // Why there is no calibration.
-        "refused": error.to_string(),
+        "refused": cause,
         // What to do next.
-        "remedy": error.remedy().unwrap_or_default(),
+        "remedy": remedy.unwrap_or_default(),
         // What would explain the samples; `null` if nothing is wrong with them as a whole, or
         // nothing explains it.
-        "diagnosis": error.diagnosis.as_deref().map(diagnosis::json),
+        "diagnosis": diagnosis,
     });
     json::report(SCHEMA_VERSION, contents)
 }

@@ -370,7 +370,7 @@ fn end_stops_within_their_tolerance_are_no_reflector() {
         arm
     });
     let truth = nominal.with_parameters(parameters).unwrap();
-    folder.write("samples.csv", &samples(&truth, 20, &mut generator(9310, 0)));
+    folder.write("samples.csv", samples(&truth, 20, &mut generator(9310, 0)));
     let run = folder.run("calibrate robot.toml samples.csv").ok();
     assert!(!run.stdout.contains("[target]"), "{}", run.stdout);
     assert!(!run.stderr.contains("[target]"), "{}", run.stderr);

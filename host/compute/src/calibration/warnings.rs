@@ -106,7 +106,7 @@ fn suspected_samples(report: &CalibrationReport, found: &mut Vec<String>) {
 fn causes(report: &CalibrationReport, found: &mut Vec<String>) {
     for cause in &report.causes.found {
         found.push(format!(
-            "{cause}. The 24 parameters do not hold such an error; it spoils them as well: {}",
+            "{cause}. The parameters do not hold such an error; it spoils them as well: {}",
             cause.remedy()
         ));
     }

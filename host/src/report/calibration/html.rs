@@ -244,11 +244,11 @@ fn unmodelled(report: &CalibrationReport) -> Result<Section, PlotError> {
     }
     let curves = report.causes.arms.iter().any(|arm| !arm.curves.is_empty());
     let note = if curves {
-        "What is left of each arm's closure error along its forearm, over its joint angle, with the \
+        "What is left of each arm's closure error along its forearm, over its joint's angle or travel, with the \
          parameters that fit best beside the causes found. Line: the causes found in this joint, where \
-         the other joints have their mean angles."
+         the other joints have their mean values."
     } else {
-        "What is left of each arm's closure error along its forearm, over its joint angle. A curve in \
+        "What is left of each arm's closure error along its forearm, over its joint's angle or travel. A curve in \
          these points is an error of the joint that the model does not hold."
     };
     let panels = html! {

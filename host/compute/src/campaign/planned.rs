@@ -65,17 +65,23 @@ impl Purpose {
 /// Of every scenario of a campaign. Planned poses and measurements are those that a user would plan: once, for the
 /// nominal robot and the scenario's noise; poses for the IKM method and without a tolerance. All robots of a
 /// scenario are measured at the same joint angles then.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct AllMeasuredAt {
     known: Vec<(Purpose, MeasuredAt)>,
+    /// Scenarios before those that are known.
+    finished: usize,
     of_scenarios: Vec<usize>,
 }
 
 impl AllMeasuredAt {
-    /// Plans what is to be planned.
-    pub(super) fn of(plan: &Plan) -> Result<Self, CampaignError> {
-        let mut all = Self::default();
-        for scenario in plan.scenarios() {
+    /// Plans what is to be planned. Nobody is measured any more in the first scenarios, so many as `finished`.
+    pub(super) fn of(plan: &Plan, finished: usize) -> Result<Self, CampaignError> {
+        let mut all = Self {
+            known: Vec::new(),
+            finished,
+            of_scenarios: Vec::new(),
+        };
+        for scenario in plan.scenarios().iter().skip(finished) {
             let purpose = Purpose::of(scenario);
             let known = all.known.iter().position(|(known, _)| *known == purpose);
             if known.is_none() {
@@ -87,9 +93,9 @@ impl AllMeasuredAt {
         Ok(all)
     }
 
-    /// Of a scenario, by its index.
+    /// Of a scenario, by its index, that is not finished.
     pub(super) fn scenario(&self, index: usize) -> &MeasuredAt {
-        &self.known[self.of_scenarios[index]].1
+        &self.known[self.of_scenarios[index - self.finished]].1
     }
 }
 

@@ -84,8 +84,10 @@ fn compute(
         .num_threads(options.threads)
         .build()
         .map_err(|error| CampaignError::Threads(error.to_string()))?;
-    let measured_at = pool.install(|| AllMeasuredAt::of(plan))?;
     let each = shard.robots(plan);
+    // What an earlier run has finished is not planned again.
+    let finished = usize::try_from(rows.robots().checked_div(each).unwrap_or(0)).unwrap_or(0);
+    let measured_at = pool.install(|| AllMeasuredAt::of(plan, finished))?;
     let total = each * plan.scenarios().len() as u64;
     let variants = plan.variants();
     let batch = (ROBOTS_A_THREAD * pool.current_num_threads()) as u64;

@@ -5,7 +5,6 @@ mod known;
 mod refusal;
 mod transmissions;
 
-pub(crate) use known::COMBINATIONS;
 pub use known::Known;
 pub use transmissions::TransmissionFound;
 

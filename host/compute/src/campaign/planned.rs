@@ -7,7 +7,7 @@ use crate::files::robot_file::RobotFile;
 use crate::planning::measurements::{
     MeasurementRequest, NoiseOf, Planned, Setup, Wishes, plan_measurements,
 };
-use crate::planning::poses::{PlanError, PlanRequest, plan as plan_poses};
+use crate::planning::poses::{self, PlanError, PlanRequest};
 use delta_cal::{Noise, Tolerance};
 
 /// Joint angles (radians) of one plan.
@@ -119,8 +119,8 @@ fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, CampaignE
                 seed: plan.seed,
                 ..PlanRequest::new(&robot)
             };
-            let poses = plan_poses(&request).map_err(failed)?;
-            let joints = poses.poses.iter().map(|pose| pose.joints).collect();
+            let poses = poses::poses(&request).map_err(failed)?;
+            let joints = poses.iter().map(|pose| pose.joints).collect();
             Ok(MeasuredAt::Poses(joints))
         }
         Measure::With(instrument) => {

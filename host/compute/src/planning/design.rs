@@ -1,10 +1,10 @@
 //! Optimal experimental design: of many candidates those that together leave least unknown.
 
 mod exchange;
+mod lanes;
 mod search;
 mod source;
 
 pub use exchange::Criterion;
-pub(super) use exchange::Rows;
 pub(super) use search::{Effort, added, all_over, nearer};
-pub(super) use source::Source;
+pub(super) use source::{Rows, Source};

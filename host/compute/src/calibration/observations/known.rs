@@ -11,10 +11,6 @@ use nalgebra::{SMatrix, SVector};
 
 type Matrix24 = SMatrix<f64, 24, 24>;
 
-/// Combinations of parameters that measurements without the robot's frame can determine at most: all
-/// but those of the robot's place in space. Of a linear drive three fewer.
-pub(crate) const COMBINATIONS: usize = 18;
-
 /// Numbers of a robot's place in space.
 const PLACE_IN_SPACE: usize = 6;
 

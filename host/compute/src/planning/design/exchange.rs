@@ -5,6 +5,8 @@
 //! C. J. Nachtsheim, "A comparison of algorithms for constructing exact D-optimal designs",
 //! Technometrics 22(3), 1980.
 
+use super::lanes::{LANES, Lanes};
+use super::source::{Rows, Source};
 use delta_cal::Real;
 use nalgebra::{Cholesky, Const, SMatrix};
 
@@ -33,32 +35,18 @@ impl Criterion {
     }
 }
 
-/// What each candidate adds to the information: `R` rows of each of `B` blocks of `D` parameters.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::planning) struct Rows<const B: usize, const D: usize, const R: usize> {
-    /// Transposed: a row is a column here.
-    pub(in crate::planning) blocks: [SMatrix<f64, D, R>; B],
-    /// Of which kind the candidate is.
-    pub(in crate::planning) kind: usize,
-}
-
-/// The candidates, what is known before any is measured, and what a set is judged by: with the criterion A
-/// the variance of K combinations L of each block's parameters, tr Lᵀ C L.
-pub(in crate::planning) struct Candidates<
-    'a,
-    const B: usize,
-    const D: usize,
-    const R: usize,
-    const K: usize,
-> {
-    pub(in crate::planning) rows: &'a [Rows<B, D, R>],
+/// The candidates, what is known before any is measured, and what a set is judged by.
+pub(in crate::planning) struct Candidates<'a, const B: usize, const D: usize, const R: usize> {
+    rows: &'a [Rows<B, D, R>],
+    /// The same.
+    lanes: Vec<Lanes<B, D, R>>,
     /// Information before.
-    pub(in crate::planning) prior: Vec<SMatrix<f64, D, D>>,
-    pub(in crate::planning) criterion: Criterion,
-    /// L.
-    pub(in crate::planning) combinations: [SMatrix<f64, D, K>; B],
+    prior: Vec<SMatrix<f64, D, D>>,
+    criterion: Criterion,
+    /// W of tr W C, by which the criterion A judges a set.
+    weights: Vec<SMatrix<f64, D, D>>,
     /// How many of each kind a set may hold.
-    pub(in crate::planning) most: &'a [usize],
+    most: &'a [usize],
 }
 
 /// A set of candidates, by index, and the covariance it leaves.
@@ -66,54 +54,77 @@ pub(in crate::planning) struct Candidates<
 pub(in crate::planning) struct Set<const B: usize, const D: usize> {
     pub(in crate::planning) chosen: Vec<usize>,
     covariance: [SMatrix<f64, D, D>; B],
-    /// The criterion: smaller is better. tr Lᵀ C L, or ln det C.
+    /// C W C.
+    weighted: [SMatrix<f64, D, D>; B],
+    /// The criterion: smaller is better. tr W C, or ln det C.
     pub(in crate::planning) value: f64,
 }
 
-/// What adding a candidate, rows V, to the set would do, block by block.
-struct Addition<const R: usize, const K: usize> {
+/// What adding a candidate, rows V, to the set would do to a block.
+#[derive(Debug, Clone, Copy)]
+struct Addition<const R: usize> {
     /// Vᵀ C V.
     within: SMatrix<f64, R, R>,
-    /// Lᵀ C V.
-    combined: SMatrix<f64, K, R>,
+    /// Vᵀ C W C V.
+    weighted: SMatrix<f64, R, R>,
     /// (I + Vᵀ C V)⁻¹.
     inverse: SMatrix<f64, R, R>,
-    /// By which the criterion falls: tr Lᵀ C L, or ln det C.
+    /// By which the criterion falls: tr W C, or ln det C.
     gain: f64,
 }
 
 /// A candidate of the set, rows U, that may be removed.
-struct Removal<const D: usize, const R: usize, const K: usize> {
+struct Removal<const D: usize, const R: usize> {
     /// C U.
     spread: SMatrix<f64, D, R>,
+    /// C W C U.
+    weighted_spread: SMatrix<f64, D, R>,
     /// Uᵀ C U.
     within: SMatrix<f64, R, R>,
-    /// Lᵀ C U.
-    combined: SMatrix<f64, K, R>,
+    /// Uᵀ C W C U.
+    weighted: SMatrix<f64, R, R>,
 }
 
-impl<const B: usize, const D: usize, const R: usize, const K: usize> Candidates<'_, B, D, R, K> {
+impl<'a, const B: usize, const D: usize, const R: usize> Candidates<'a, B, D, R> {
+    pub(in crate::planning) fn new<S: Source<B, D, R>>(
+        rows: &'a [Rows<B, D, R>],
+        source: &'a S,
+    ) -> Self {
+        Self {
+            rows,
+            lanes: Lanes::of(rows),
+            prior: source.prior(),
+            criterion: source.criterion(),
+            weights: source.weights(),
+            most: source.most(),
+        }
+    }
+
     /// The set of these candidates; `None` if its information is singular.
     pub(in crate::planning) fn set(&self, chosen: Vec<usize>) -> Option<Set<B, D>> {
         let mut covariance = [SMatrix::zeros(); B];
+        let mut weighted = covariance;
         let mut value = 0.0;
-        for (block, covariance) in covariance.iter_mut().enumerate() {
+        for block in 0..B {
             let mut information = self.prior[block];
             for candidate in &chosen {
                 let rows = &self.rows[*candidate].blocks[block];
-                information += product(rows, &rows.transpose());
+                information += rows * rows.transpose();
             }
             let factor = Cholesky::new(information)?;
-            *covariance = factor.inverse();
-            let combinations = &self.combinations[block];
+            let inverse = factor.inverse();
+            let weights = &self.weights[block];
             value += match self.criterion {
-                Criterion::A => (*covariance * combinations).dot(combinations),
+                Criterion::A => inverse.dot(weights),
                 Criterion::D => -logarithm(&factor),
             };
+            weighted[block] = inverse * weights * inverse;
+            covariance[block] = inverse;
         }
         value.is_finite().then_some(Set {
             chosen,
             covariance,
+            weighted,
             value,
         })
     }
@@ -148,7 +159,12 @@ impl<const B: usize, const D: usize, const R: usize, const K: usize> Candidates<
                 let removed = set.chosen[place];
                 taken[removed] = false;
                 taken[candidate] = true;
-                self.update(&mut additions, &set, candidate, removed);
+                if self
+                    .update(&mut additions, &set, candidate, removed)
+                    .is_none()
+                {
+                    additions = self.additions(&exchanged);
+                }
                 set = exchanged;
                 bettered = true;
             }
@@ -207,173 +223,179 @@ impl<const B: usize, const D: usize, const R: usize, const K: usize> Candidates<
         counts
     }
 
-    fn additions(&self, set: &Set<B, D>) -> Vec<[Addition<R, K>; B]> {
-        let combined: [_; B] = std::array::from_fn(|block| {
-            (set.covariance[block] * self.combinations[block]).transpose()
-        });
-        let of = |rows: &Rows<B, D, R>| {
-            std::array::from_fn(|block| {
-                let rows = &rows.blocks[block];
-                let spread = product(&set.covariance[block], rows);
-                Addition::new(
-                    transposed_product(rows, &spread),
-                    product(&combined[block], rows),
-                    self.criterion,
-                )
-            })
-        };
-        self.rows.iter().map(of).collect()
+    fn additions(&self, set: &Set<B, D>) -> Vec<[Addition<R>; B]> {
+        let mut additions = Vec::with_capacity(LANES * self.lanes.len());
+        for lanes in &self.lanes {
+            let blocks: [_; B] = std::array::from_fn(|block| {
+                let within = lanes.between(block, &set.covariance[block]);
+                let weighted = lanes.between(block, &set.weighted[block]);
+                [within, weighted]
+            });
+            additions.extend((0..LANES).map(|lane| {
+                std::array::from_fn(|block| {
+                    let [within, weighted] = blocks[block].map(|of| of[lane]);
+                    Addition::new(within, weighted, self.criterion)
+                })
+            }));
+        }
+        additions.truncate(self.rows.len());
+        additions
     }
 
-    /// What the additions are after a candidate was added to a set and another removed.
-    ///
-    /// C' = C − S (I + Vᵀ S)⁻¹ Sᵀ with S = C V, and C'' = C' + S' (I − Uᵀ S')⁻¹ S'ᵀ with S' = C' U.
+    /// What the additions are after a candidate was added to a set and another removed. `None` if rounding leaves
+    /// nothing of that.
     fn update(
         &self,
-        additions: &mut [[Addition<R, K>; B]],
+        additions: &mut [[Addition<R>; B]],
         set: &Set<B, D>,
         added: usize,
         removed: usize,
-    ) {
+    ) -> Option<()> {
         for block in 0..B {
-            let covariance = &set.covariance[block];
-            let (rows, gone) = (
-                &self.rows[added].blocks[block],
-                &self.rows[removed].blocks[block],
-            );
-            let spread = covariance * rows;
-            let Some(grown) = Cholesky::new(identity::<R>() + rows.transpose() * spread) else {
-                continue;
-            };
-            let coupling = spread.transpose() * gone;
-            let spread_of_gone = covariance * gone - spread * grown.solve(&coupling);
-            let left = identity::<R>() - gone.transpose() * spread_of_gone;
-            let Some(shrunk) = Cholesky::new(left) else {
-                continue;
-            };
-            let combinations = self.combinations[block].transpose();
-            let (combined, combined_gone) = (combinations * spread, combinations * spread_of_gone);
-            for (additions, rows) in additions.iter_mut().zip(self.rows) {
-                let (rows, addition) = (&rows.blocks[block], &mut additions[block]);
-                let one = transposed_product(&spread, rows);
-                let other = transposed_product(&spread_of_gone, rows);
-                let (solved, solved_gone) = (grown.solve(&one), shrunk.solve(&other));
-                *addition = Addition::new(
-                    addition.within - transposed_product(&one, &solved)
-                        + transposed_product(&other, &solved_gone),
-                    addition.combined - product(&combined, &solved)
-                        + product(&combined_gone, &solved_gone),
-                    self.criterion,
-                );
+            let mut covariance = set.covariance[block];
+            for (candidate, sign) in [(added, 1.0), (removed, -1.0)] {
+                let rows = &self.rows[candidate].blocks[block];
+                self.change(additions, block, &mut covariance, rows, sign)?;
+            }
+            for addition in &mut *additions {
+                let Addition {
+                    within, weighted, ..
+                } = addition[block];
+                addition[block] = Addition::new(within, weighted, self.criterion);
             }
         }
+        Some(())
+    }
+
+    /// Adds the information of some rows U to a set (`sign` 1) or takes it away (−1), with
+    /// S = C U and Z = (I ± Uᵀ S)⁻¹:
+    ///
+    /// ```text
+    /// C' = C ∓ S Z Sᵀ
+    /// C' W C' = C W C ∓ C W S Z Sᵀ ∓ S Z Sᵀ W C + S Z Sᵀ W S Z Sᵀ
+    /// ```
+    fn change(
+        &self,
+        additions: &mut [[Addition<R>; B]],
+        block: usize,
+        covariance: &mut SMatrix<f64, D, D>,
+        rows: &SMatrix<f64, D, R>,
+        sign: f64,
+    ) -> Option<()> {
+        let spread = *covariance * rows;
+        let changed = SMatrix::identity() + rows.transpose() * spread * sign;
+        let z = inverse(changed)? * sign;
+        let weights_spread = self.weights[block] * spread;
+        let weighted_spread = *covariance * weights_spread;
+        let inner = z * spread.transpose() * weights_spread * z;
+        for (lanes, additions) in self.lanes.iter().zip(additions.chunks_mut(LANES)) {
+            let one = lanes.times(block, &spread);
+            let other = lanes.times(block, &weighted_spread);
+            for ((one, other), addition) in one.iter().zip(&other).zip(additions) {
+                let crossed = other * z * one.transpose();
+                let addition = &mut addition[block];
+                addition.within -= one * z * one.transpose();
+                addition.weighted += one * inner * one.transpose() - crossed - crossed.transpose();
+            }
+        }
+        *covariance -= spread * z * spread.transpose();
+        Some(())
     }
 
     /// The candidate that replaces the one at a place of the set best, and the criterion then.
     fn best(
         &self,
         set: &Set<B, D>,
-        additions: &[[Addition<R, K>; B]],
+        additions: &[[Addition<R>; B]],
         place: usize,
         taken: &[bool],
     ) -> Option<(usize, f64)> {
         let removed = &self.rows[set.chosen[place]];
         let removal: [_; B] = std::array::from_fn(|block| {
             let rows = &removed.blocks[block];
-            let spread = product(&set.covariance[block], rows);
+            let spread = set.covariance[block] * rows;
+            let weighted_spread = set.weighted[block] * rows;
             Removal {
-                within: transposed_product(rows, &spread),
-                combined: transposed_product(&self.combinations[block], &spread),
+                within: rows.transpose() * spread,
+                weighted: rows.transpose() * weighted_spread,
                 spread,
+                weighted_spread,
             }
         });
         let counts = self.counts(set);
         let mut best = None;
-        for (candidate, additions) in additions.iter().enumerate() {
-            let kind = self.rows[candidate].kind;
-            if taken[candidate] || kind != removed.kind && counts[kind] >= self.most[kind] {
-                continue;
+        for (group, (lanes, additions)) in
+            self.lanes.iter().zip(additions.chunks(LANES)).enumerate()
+        {
+            let mut values = [set.value; LANES];
+            for (block, removal) in removal.iter().enumerate() {
+                let couplings = lanes.times(block, &removal.spread);
+                let crossings = lanes.times(block, &removal.weighted_spread);
+                for (lane, addition) in additions.iter().enumerate() {
+                    let between = [&couplings[lane], &crossings[lane]];
+                    let change = addition[block].less(between, removal, self.criterion);
+                    values[lane] += change.unwrap_or(f64::INFINITY);
+                }
             }
-            let mut value = set.value;
-            for block in 0..B {
-                let rows = &self.rows[candidate].blocks[block];
-                let change = additions[block].less(rows, &removal[block], self.criterion);
-                value += change.unwrap_or(f64::INFINITY);
-            }
-            if best.is_none_or(|(_, least)| value < least) {
-                best = Some((candidate, value));
+            for (lane, value) in values.into_iter().enumerate().take(additions.len()) {
+                let candidate = LANES * group + lane;
+                let kind = self.rows[candidate].kind;
+                let full = kind != removed.kind && counts[kind] >= self.most[kind];
+                if !taken[candidate] && !full && best.is_none_or(|(_, least)| value < least) {
+                    best = Some((candidate, value));
+                }
             }
         }
         best
     }
 }
 
-impl<const R: usize, const K: usize> Addition<R, K> {
-    fn new(within: SMatrix<f64, R, R>, combined: SMatrix<f64, K, R>, criterion: Criterion) -> Self {
-        let factor = Cholesky::new(identity::<R>() + within);
-        let inverse = factor.as_ref().map_or(SMatrix::zeros(), Cholesky::inverse);
+impl<const R: usize> Addition<R> {
+    fn new(within: SMatrix<f64, R, R>, weighted: SMatrix<f64, R, R>, criterion: Criterion) -> Self {
+        let grown = SMatrix::identity() + within;
+        let inverse = inverse(grown).unwrap_or_else(SMatrix::zeros);
         let gain = match criterion {
-            Criterion::A => inverse.dot(&transposed_product(&combined, &combined)),
-            Criterion::D => factor.as_ref().map_or(f64::NEG_INFINITY, logarithm),
+            Criterion::A => inverse.dot(&weighted),
+            Criterion::D => Cholesky::new(grown)
+                .as_ref()
+                .map_or(f64::NEG_INFINITY, logarithm),
         };
         Self {
             within,
-            combined,
+            weighted,
             inverse,
             gain,
         }
     }
 
-    /// By how much the criterion changes if the candidate, rows V, is added and another then removed. Adding
-    /// first leaves nothing singular in between. `None` if what is left is.
+    /// By how much the criterion changes if the candidate, rows V, is added and another, rows U, then removed.
+    /// Adding first leaves nothing singular in between. `between`: Vᵀ C U and Vᵀ C W C U. `None` if what is left
+    /// is singular.
     fn less<const D: usize>(
         &self,
-        rows: &SMatrix<f64, D, R>,
-        removal: &Removal<D, R, K>,
+        [coupling, crossing]: [&SMatrix<f64, R, R>; 2],
+        removal: &Removal<D, R>,
         criterion: Criterion,
     ) -> Option<f64> {
-        let coupling = transposed_product(rows, &removal.spread);
-        let carried = product(&self.inverse, &coupling);
-        let left = identity::<R>() - removal.within + transposed_product(&coupling, &carried);
-        let factor = Cholesky::new(left)?;
+        let carried = self.inverse * coupling;
+        let left = SMatrix::identity() - removal.within + coupling.transpose() * carried;
         match criterion {
-            Criterion::D => Some(-self.gain - logarithm(&factor)),
+            Criterion::D => Some(-self.gain - logarithm(&Cholesky::new(left)?)),
             Criterion::A => {
-                let moved = removal.combined - product(&self.combined, &carried);
-                let lost = factor.solve(&transposed_product(&moved, &moved)).trace();
-                Some(lost - self.gain)
+                let crossed = carried.transpose() * crossing;
+                let moved = removal.weighted - crossed - crossed.transpose()
+                    + carried.transpose() * self.weighted * carried;
+                Some(inverse(left)?.dot(&moved) - self.gain)
             }
         }
     }
 }
 
-/// As `left * right`, to the bit, without nalgebra's calls for every column: most matrices here have one.
-fn product<const A: usize, const B: usize, const C: usize>(
-    left: &SMatrix<f64, A, B>,
-    right: &SMatrix<f64, B, C>,
-) -> SMatrix<f64, A, C> {
-    let mut product = SMatrix::zeros();
-    for column in 0..C {
-        for inner in 0..B {
-            let factor = right[(inner, column)];
-            for row in 0..A {
-                product[(row, column)] += left[(row, inner)] * factor;
-            }
-        }
-    }
-    product
-}
-
-/// As `left.transpose() * right`, likewise.
-fn transposed_product<const A: usize, const B: usize, const C: usize>(
-    left: &SMatrix<f64, B, A>,
-    right: &SMatrix<f64, B, C>,
-) -> SMatrix<f64, A, C> {
-    product(&left.transpose(), right)
-}
-
-fn identity<const R: usize>() -> SMatrix<f64, R, R> {
-    SMatrix::identity()
+/// Of a small matrix that is positive definite but for rounding; in closed form, unlike a Cholesky factor's.
+fn inverse<const R: usize>(matrix: SMatrix<f64, R, R>) -> Option<SMatrix<f64, R, R>> {
+    let inverse = matrix.try_inverse()?;
+    let positive = (0..R).all(|index| inverse[(index, index)] > 0.0);
+    positive.then_some(inverse)
 }
 
 /// ln det of the factored matrix, with the core's logarithm: the platform's has other bits on another

@@ -1,8 +1,8 @@
 //! From candidates all over to a set, then the same among candidates ever nearer to it; from several
 //! random sets, and the best of what they lead to.
 
-use super::exchange::{Candidates, Rows, Set};
-use super::source::Source;
+use super::exchange::{Candidates, Set};
+use super::source::{Rows, Source};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -54,11 +54,10 @@ pub(in crate::planning) struct Found<C> {
 /// # Errors
 /// The source's.
 pub(in crate::planning) fn all_over<
-    S: Source<B, D, R, K>,
+    S: Source<B, D, R>,
     const B: usize,
     const D: usize,
     const R: usize,
-    const K: usize,
 >(
     source: &S,
     count: usize,
@@ -86,11 +85,10 @@ pub(in crate::planning) fn all_over<
 
 /// Exchanges the members of a set for others near them.
 pub(in crate::planning) fn nearer<
-    S: Source<B, D, R, K>,
+    S: Source<B, D, R>,
     const B: usize,
     const D: usize,
     const R: usize,
-    const K: usize,
 >(
     source: &S,
     mut chosen: Vec<S::Candidate>,
@@ -119,11 +117,10 @@ pub(in crate::planning) fn nearer<
 /// # Errors
 /// The source's.
 pub(in crate::planning) fn added<
-    S: Source<B, D, R, K>,
+    S: Source<B, D, R>,
     const B: usize,
     const D: usize,
     const R: usize,
-    const K: usize,
 >(
     source: &S,
     given: &[S::Candidate],
@@ -148,10 +145,7 @@ struct Pool<C, const B: usize, const D: usize, const R: usize> {
 }
 
 impl<C: Clone, const B: usize, const D: usize, const R: usize> Pool<C, B, D, R> {
-    fn new<const K: usize, S: Source<B, D, R, K, Candidate = C>>(
-        source: &S,
-        members: Vec<C>,
-    ) -> Self {
+    fn new<S: Source<B, D, R, Candidate = C>>(source: &S, members: Vec<C>) -> Self {
         let rows = source.rows(&members);
         let (members, rows) = members
             .into_iter()
@@ -161,17 +155,11 @@ impl<C: Clone, const B: usize, const D: usize, const R: usize> Pool<C, B, D, R> 
         Self { members, rows }
     }
 
-    fn candidates<'a, const K: usize, S: Source<B, D, R, K, Candidate = C>>(
+    fn candidates<'a, S: Source<B, D, R, Candidate = C>>(
         &'a self,
         source: &'a S,
-    ) -> Candidates<'a, B, D, R, K> {
-        Candidates {
-            rows: &self.rows,
-            prior: source.prior(),
-            criterion: source.criterion(),
-            combinations: source.combinations(),
-            most: source.most(),
-        }
+    ) -> Candidates<'a, B, D, R> {
+        Candidates::new(&self.rows, source)
     }
 
     fn chosen(&self, set: &Set<B, D>) -> Vec<C> {

@@ -1,12 +1,20 @@
 //! Where candidates come from, and what a set of them is judged by.
 
-use super::exchange::{Criterion, Rows};
+use super::exchange::Criterion;
 use nalgebra::SMatrix;
 use rand_pcg::Pcg32;
 
-/// A source of candidates: `R` rows of `B` blocks of `D` parameters, judged by `K` combinations of each
-/// block's parameters.
-pub(in crate::planning) trait Source<const B: usize, const D: usize, const R: usize, const K: usize>:
+/// What each candidate adds to the information: `R` rows of each of `B` blocks of `D` parameters.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::planning) struct Rows<const B: usize, const D: usize, const R: usize> {
+    /// Transposed: a row is a column here.
+    pub(in crate::planning) blocks: [SMatrix<f64, D, R>; B],
+    /// Of which kind the candidate is.
+    pub(in crate::planning) kind: usize,
+}
+
+/// A source of candidates.
+pub(in crate::planning) trait Source<const B: usize, const D: usize, const R: usize>:
     Sync
 {
     type Candidate: Clone + Send + Sync;
@@ -32,7 +40,8 @@ pub(in crate::planning) trait Source<const B: usize, const D: usize, const R: us
 
     fn criterion(&self) -> Criterion;
 
-    fn combinations(&self) -> [SMatrix<f64, D, K>; B];
+    /// W of the criterion A, tr W C: symmetric, of each block.
+    fn weights(&self) -> Vec<SMatrix<f64, D, D>>;
 
     /// How many of each kind a set may hold.
     fn most(&self) -> &[usize];

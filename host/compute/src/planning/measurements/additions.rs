@@ -4,10 +4,9 @@ use super::candidates::Candidates;
 use super::kind::{Kind, Wish, Wishes};
 use super::places::Places;
 use super::planned::Planned;
-use super::precision::{ALL_COMBINATIONS, Judge, PARAMETERS, information_of_prior};
+use super::precision::{Judge, PARAMETERS, information_of_prior};
 use super::request::{CheckRequest, MeasurementRequest};
 use super::setup::{SHORTEST, Setup, workspace};
-use crate::calibration::observations::COMBINATIONS;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom, Row};
 use crate::fit::observations::{READINGS, linearized};
@@ -30,25 +29,12 @@ const SAME_BAR: f64 = 1.0;
 /// A plane that is steeper is not added to: a plan's planes are level.
 const LEVEL: f64 = 0.1;
 
-/// Where the instruments are, the measurements that are best added, the best first, and the file with them. `None`
-/// if the file has nothing that more could be taken with. `read`: the file as it was measured, as far as it was.
-pub(super) fn additions(
-    robot: &RobotFile,
-    file: &ObservationsFile,
-    read: &ObservationsFile,
-    places: &Places,
-    request: CheckRequest,
-) -> Result<Option<Added>, PlanError> {
-    match robot.transmission {
-        None => found::<COMBINATIONS>(robot, file, read, places, request),
-        Some(_) => found::<ALL_COMBINATIONS>(robot, file, read, places, request),
-    }
-}
-
 /// Where the instruments are, what is added, and the file with it.
 type Added = (Setup, Vec<Planned>, ObservationsFile);
 
-fn found<const K: usize>(
+/// Where the instruments are, the measurements that are best added, the best first, and the file with them. `None`
+/// if the file has nothing that more could be taken with. `read`: the file as it was measured, as far as it was.
+pub(super) fn additions(
     robot: &RobotFile,
     file: &ObservationsFile,
     read: &ObservationsFile,
@@ -69,8 +55,7 @@ fn found<const K: usize>(
     let mut rng = Pcg32::seed_from_u64(SEED);
     let selection = Selection::new(robot, request.region.as_ref());
     let judge = Judge::new(robot, &workspace(robot), &mut rng)?;
-    let candidates =
-        Candidates::<READINGS, K>::new(&planning, &setup, &selection, &judge, &mut rng)?;
+    let candidates = Candidates::<READINGS>::new(&planning, &setup, &selection, &judge, &mut rng)?;
     let found = linearized(robot, file, request.frame).map_err(|_| PlanError::Singular)?;
     if found.parameters > PARAMETERS {
         return Err(PlanError::TooManyInstruments);
@@ -190,18 +175,18 @@ enum Member {
 }
 
 /// The rows of a file, and measurements that may be added to them.
-struct Additions<'a, const K: usize> {
+struct Additions<'a> {
     robot: &'a Robot<f64>,
     file: &'a ObservationsFile,
     places: &'a Places,
     plane: Option<usize>,
-    candidates: &'a Candidates<'a, READINGS, K>,
+    candidates: &'a Candidates<'a, READINGS>,
     prior: SMatrix<f64, PARAMETERS, PARAMETERS>,
     noise: &'a RobotFile,
     frame: Frame,
 }
 
-impl<const K: usize> Additions<'_, K> {
+impl Additions<'_> {
     /// The file with these measurements at its end.
     fn with<'p>(&self, planned: impl Iterator<Item = &'p Planned>) -> ObservationsFile {
         let mut file = self.file.clone();
@@ -231,7 +216,7 @@ impl<const K: usize> Additions<'_, K> {
     }
 }
 
-impl<const K: usize> Source<1, PARAMETERS, READINGS, K> for Additions<'_, K> {
+impl Source<1, PARAMETERS, READINGS> for Additions<'_> {
     type Candidate = Member;
     type Error = PlanError;
 
@@ -281,8 +266,8 @@ impl<const K: usize> Source<1, PARAMETERS, READINGS, K> for Additions<'_, K> {
         Criterion::A
     }
 
-    fn combinations(&self) -> [SMatrix<f64, PARAMETERS, K>; 1] {
-        self.candidates.combinations()
+    fn weights(&self) -> Vec<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+        self.candidates.weights()
     }
 
     fn most(&self) -> &[usize] {

@@ -15,9 +15,8 @@ use rand_pcg::Pcg32;
 /// Candidates of each kind that show where the instruments are, whatever else is looked at.
 const ANCHORS: usize = 40;
 
-/// Measurements of the wished kinds, of which `R` readings at most belong to one, for `K` combinations of
-/// parameters.
-pub(super) struct Candidates<'a, const R: usize, const K: usize> {
+/// Measurements of the wished kinds, of which `R` readings at most belong to one.
+pub(super) struct Candidates<'a, const R: usize> {
     request: &'a MeasurementRequest<'a>,
     setup: &'a Setup,
     draws: Draws<'a>,
@@ -27,7 +26,7 @@ pub(super) struct Candidates<'a, const R: usize, const K: usize> {
     prior: SMatrix<f64, PARAMETERS, PARAMETERS>,
 }
 
-impl<'a, const R: usize, const K: usize> Candidates<'a, R, K> {
+impl<'a, const R: usize> Candidates<'a, R> {
     pub(super) fn new(
         request: &'a MeasurementRequest<'a>,
         setup: &'a Setup,
@@ -67,7 +66,7 @@ impl<'a, const R: usize, const K: usize> Candidates<'a, R, K> {
     }
 }
 
-impl<const R: usize, const K: usize> Source<1, PARAMETERS, R, K> for Candidates<'_, R, K> {
+impl<const R: usize> Source<1, PARAMETERS, R> for Candidates<'_, R> {
     type Candidate = Planned;
     type Error = PlanError;
 
@@ -119,8 +118,8 @@ impl<const R: usize, const K: usize> Source<1, PARAMETERS, R, K> for Candidates<
         Criterion::A
     }
 
-    fn combinations(&self) -> [SMatrix<f64, PARAMETERS, K>; 1] {
-        [self.judge.combinations()]
+    fn weights(&self) -> Vec<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+        vec![*self.judge.weights()]
     }
 
     fn most(&self) -> &[usize] {

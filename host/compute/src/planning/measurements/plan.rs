@@ -3,14 +3,13 @@
 use super::candidates::Candidates;
 use super::kind::Kind;
 use super::planned::Planned;
-use super::precision::{ALL_COMBINATIONS, Judge, Precision};
+use super::precision::{Judge, Precision};
 use super::request::{LEAST_MEASUREMENTS, MeasurementRequest};
 use super::sequence::in_sequence;
 use super::setup::{Setup, workspace};
 use crate::accuracy::expected_error::ExpectedError;
-use crate::calibration::observations::COMBINATIONS;
 use crate::planning::design::{Effort, Source, added, all_over, nearer};
-use crate::planning::poses::{MOST_POSES, PlanError, RANDOM_SETS, Selection, unknown_parameter};
+use crate::planning::poses::{MOST_POSES, PlanError, RANDOM_SETS, Selection, determined};
 use delta_cal::Sample;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -104,17 +103,15 @@ impl<'a> Bench<'a> {
         let setup = Setup::new(request, &self.poses);
         let coordinates = |kind: Kind| kind.coordinates().iter().filter(|read| **read).count();
         let most = request.kinds.0.iter().map(|wish| coordinates(wish.kind));
-        let transmissions = request.robot.transmission.is_some();
-        match (most.max() > Some(1), transmissions) {
-            (true, false) => self.planned::<3, COMBINATIONS>(request, setup, begin, effort),
-            (true, true) => self.planned::<3, ALL_COMBINATIONS>(request, setup, begin, effort),
-            (false, false) => self.planned::<1, COMBINATIONS>(request, setup, begin, effort),
-            (false, true) => self.planned::<1, ALL_COMBINATIONS>(request, setup, begin, effort),
+        if most.max() > Some(1) {
+            self.planned::<3>(request, setup, begin, effort)
+        } else {
+            self.planned::<1>(request, setup, begin, effort)
         }
     }
 
-    /// `R`: readings of a measurement at most; `K`: combinations of parameters that positions depend on.
-    fn planned<const R: usize, const K: usize>(
+    /// `R`: readings of a measurement at most.
+    fn planned<const R: usize>(
         &self,
         request: &MeasurementRequest<'_>,
         setup: Setup,
@@ -123,7 +120,7 @@ impl<'a> Bench<'a> {
     ) -> Result<MeasurementPlan, PlanError> {
         let mut rng = Pcg32::seed_from_u64(request.seed);
         let (selection, judge) = (&self.selection, &self.judge);
-        let source = Candidates::<R, K>::new(request, &setup, selection, judge, &mut rng)?;
+        let source = Candidates::<R>::new(request, &setup, selection, judge, &mut rng)?;
         let count = request.count;
         let mut found = all_over(&source, count, effort, &mut rng)?;
         if !begin.is_empty() {
@@ -142,13 +139,7 @@ impl<'a> Bench<'a> {
         let (covariance, expected) = nominal.ok_or(PlanError::Singular)?;
         let sigma = |arm: usize, own: usize| covariance[(8 * arm + own, 8 * arm + own)].sqrt();
         let sigmas = [0, 1, 2].map(|arm| std::array::from_fn(|own| sigma(arm, own)));
-        if let Some((arm, parameter, sigma)) = unknown_parameter(&request.robot.robot, &sigmas) {
-            return Err(PlanError::NotDetermined {
-                arm,
-                parameter,
-                sigma,
-            });
-        }
+        determined(&request.robot.robot, &sigmas)?;
         let mut random = Vec::with_capacity(RANDOM_SETS);
         for set in 0..RANDOM_SETS {
             let drawn = source.draw_many(count, &mut rng)?;

@@ -6,7 +6,7 @@ use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::workspace_poses::WorkspacePoses;
-use crate::calibration::observations::{COMBINATIONS, prior};
+use crate::calibration::observations::prior;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::ObservationsFile;
 use crate::fit::observations::{self, Linearized, linearized};
@@ -23,8 +23,6 @@ use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterato
 pub(super) const PARAMETERS: usize = 48;
 /// The robot's own, with the numbers of its transmissions.
 const OF_ROBOT: usize = WITH_TRANSMISSIONS;
-/// Combinations of these that relative positions depend on, with unknown transmissions.
-pub(super) const ALL_COMBINATIONS: usize = COMBINATIONS + OF_ROBOT - 24;
 /// Poses of each robot made to the tolerance that it is judged over.
 const EACH: usize = 400;
 
@@ -59,8 +57,8 @@ pub(super) struct Judge {
     nominal: Robots,
     /// Robots made to the tolerance; none without one.
     made: Vec<Robots>,
-    /// L of L Lᵀ = W of the nominal robot's relative positions, in the problem's units.
-    combinations: SMatrix<f64, PARAMETERS, ALL_COMBINATIONS>,
+    /// W of the nominal robot's relative positions, in the problem's units.
+    weights: SMatrix<f64, PARAMETERS, PARAMETERS>,
 }
 
 impl Judge {
@@ -76,30 +74,23 @@ impl Judge {
         let made = made_to_tolerance(file, rng).into_par_iter();
         let made = made.filter_map(|file| Robots::new(file, &few)).collect();
         let units = units(file);
-        let scaled = RobotCovariance::from_fn(|row, column| {
-            nominal.intrinsic[(row, column)] * units[row] * units[column]
+        let weights = SMatrix::from_fn(|row, column| {
+            if row.max(column) < OF_ROBOT {
+                nominal.intrinsic[(row, column)] * units[row] * units[column]
+            } else {
+                0.0
+            }
         });
-        let eigen = scaled.symmetric_eigen();
-        let mut order: Vec<_> = (0..OF_ROBOT).collect();
-        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-        let mut combinations = SMatrix::<f64, PARAMETERS, ALL_COMBINATIONS>::zeros();
-        for (column, index) in order.into_iter().take(ALL_COMBINATIONS).enumerate() {
-            let size = eigen.eigenvalues[index].max(0.0).sqrt();
-            let direction = eigen.eigenvectors.column(index) * size;
-            combinations
-                .fixed_view_mut::<OF_ROBOT, 1>(0, column)
-                .copy_from(&direction);
-        }
         Ok(Self {
             nominal,
             made,
-            combinations,
+            weights,
         })
     }
 
-    /// The `K` of them that matter most.
-    pub(super) fn combinations<const K: usize>(&self) -> SMatrix<f64, PARAMETERS, K> {
-        self.combinations.fixed_columns::<K>(0).into_owned()
+    /// W of tr W C, the mean square of the nominal robot's relative position error, C in the problem's units.
+    pub(super) const fn weights(&self) -> &SMatrix<f64, PARAMETERS, PARAMETERS> {
+        &self.weights
     }
 
     /// Before any measurement; `None` without a tolerance.

@@ -11,7 +11,7 @@ use delta_cal::calibration::limits::LARGEST_SIGMA;
 use delta_cal::robot::ParameterKind;
 use delta_cal::simulate::made_robot;
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
-use nalgebra::Vector3;
+use nalgebra::{SMatrix, Vector3};
 use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
@@ -37,13 +37,6 @@ pub struct Expectation {
     pub region: Option<PositionSigma>,
 }
 
-impl Expectation {
-    /// The parameter that is known worst, if a calibration would be refused for it.
-    pub(super) fn unknown(&self, robot: &Robot<f64>) -> Option<(ArmIndex, Parameter, f64)> {
-        unknown_parameter(robot, &self.parameters)
-    }
-}
-
 /// Of σ of all parameters, arm by arm in mm or radians, the one for which a calibration would be refused.
 pub(in crate::planning) fn unknown_parameter(
     robot: &Robot<f64>,
@@ -65,6 +58,58 @@ pub(in crate::planning) fn unknown_parameter(
         }
     }
     worst.map(|(_, found)| found)
+}
+
+/// # Errors
+/// [`PlanError::NotDetermined`] with that parameter.
+pub(in crate::planning) fn determined(
+    robot: &Robot<f64>,
+    parameters: &[[f64; 8]; 3],
+) -> Result<(), PlanError> {
+    match unknown_parameter(robot, parameters) {
+        None => Ok(()),
+        Some((arm, parameter, sigma)) => Err(PlanError::NotDetermined {
+            arm,
+            parameter,
+            sigma,
+        }),
+    }
+}
+
+/// How well measurements determine a robot's parameters.
+pub(super) struct Known {
+    /// √tr of the Cramér–Rao bound, mm.
+    bound: f64,
+    /// Per mm and radian.
+    covariance: SMatrix<f64, 24, 24>,
+}
+
+impl Known {
+    /// `None` if they do not determine it, or it does not reach one of the joint angles.
+    pub(super) fn after(
+        method: CalibrationMethod,
+        robot: &Robot<f64>,
+        joints: &[[f64; 3]],
+        assumptions: &Assumptions,
+    ) -> Option<Self> {
+        let (noise, tolerance) = (&assumptions.noise, assumptions.tolerance.as_ref());
+        let bound = CramerRaoBound::new(method, robot, joints, noise, tolerance)?;
+        let covariance = match method {
+            CalibrationMethod::Ikm => bound.with_shared_noise(robot, joints, noise)?,
+            CalibrationMethod::Joint | CalibrationMethod::Fkm => bound.clone(),
+        }
+        .of_parameters(robot);
+        Some(Self {
+            bound: bound.error(),
+            covariance,
+        })
+    }
+
+    /// Of each parameter, arm by arm, mm or radians.
+    pub(super) fn sigmas(&self) -> [[f64; 8]; 3] {
+        let sigma = |index: usize| self.covariance[(index, index)].sqrt();
+        [0, 1, 2].map(|arm| std::array::from_fn(|own| sigma(8 * arm + own)))
+    }
 }
 
 /// Where the position's uncertainty is judged: over the nominal robot's workspace, and over those of
@@ -110,18 +155,14 @@ impl Place {
         assumptions: &Assumptions,
     ) -> Option<Expectation> {
         let robot = &self.robot;
-        let (noise, tolerance) = (&assumptions.noise, assumptions.tolerance.as_ref());
-        let bound = CramerRaoBound::new(method, robot, joints, noise, tolerance)?;
-        let covariance = &match method {
-            CalibrationMethod::Ikm => bound.with_shared_noise(robot, joints, noise)?,
-            CalibrationMethod::Joint | CalibrationMethod::Fkm => bound.clone(),
-        }
-        .of_parameters(robot);
-        let uncertainty = PositionUncertainty { robot, covariance };
-        let sigma = |index: usize| covariance[(index, index)].sqrt();
+        let known = Known::after(method, robot, joints, assumptions)?;
+        let uncertainty = PositionUncertainty {
+            robot,
+            covariance: &known.covariance,
+        };
         Some(Expectation {
-            bound: bound.error(),
-            parameters: [0, 1, 2].map(|arm| std::array::from_fn(|own| sigma(8 * arm + own))),
+            bound: known.bound,
+            parameters: known.sigmas(),
             workspace: uncertainty.over_workspace(&self.workspace)?,
             region: uncertainty.over(&self.region),
         })

@@ -4,7 +4,7 @@ use super::assumptions::Assumptions;
 use super::candidates::Selection;
 use super::clearance::Margin;
 use super::error::PlanError;
-use super::expectation::{Expectation, Yardstick};
+use super::expectation::{Expectation, Known, Yardstick, determined};
 use super::request::{LEAST_POSES, MOST_POSES, PlanRequest};
 use super::search::Search;
 use super::travel::{length, ordered};
@@ -72,9 +72,26 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<PosePlan, PlanError> {
         assumptions,
         margin: Margin::of(request.robot, &found),
         planned,
-        determined_alone: by_themselves.is_some_and(|alone| alone.unknown(robot).is_none()),
+        determined_alone: by_themselves
+            .is_some_and(|alone| determined(robot, &alone.parameters).is_ok()),
         random,
     })
+}
+
+/// The poses that [`plan`] plans, without what to expect of them.
+///
+/// # Errors
+/// As [`plan`].
+pub fn poses(request: &PlanRequest<'_>) -> Result<Vec<Sample<f64>>, PlanError> {
+    let assumptions = Assumptions::of(request.robot)?;
+    let selection = Selection::new(request.robot, request.region.as_ref());
+    let mut rng = Pcg32::seed_from_u64(request.seed);
+    let found = found(request, &assumptions, &selection, &mut rng)?;
+    let robot = &request.robot.robot;
+    let joints: Vec<_> = found.iter().map(|pose| pose.joints).collect();
+    let known = Known::after(request.method, robot, &joints, &assumptions);
+    determined(robot, &known.ok_or(PlanError::Singular)?.sigmas())?;
+    Ok(ordered(&found))
 }
 
 /// What to expect of the poses that [`plan`] plans.
@@ -88,13 +105,13 @@ pub fn expected(request: &PlanRequest<'_>) -> Result<Expectation, PlanError> {
     chosen(request, &assumptions, &selection, &mut rng).map(|(_, planned, _)| planned)
 }
 
-/// The best poses, as they were found, what to expect of them, and by what that is judged.
-fn chosen<'a>(
-    request: &'a PlanRequest<'_>,
+/// The best poses, as they were found.
+fn found(
+    request: &PlanRequest<'_>,
     assumptions: &Assumptions,
     selection: &Selection<'_>,
     rng: &mut Pcg32,
-) -> Result<(Vec<Sample<f64>>, Expectation, Yardstick<'a>), PlanError> {
+) -> Result<Vec<Sample<f64>>, PlanError> {
     if request.count < LEAST_POSES {
         return Err(PlanError::TooFew(request.count));
     }
@@ -106,17 +123,21 @@ fn chosen<'a>(
         assumptions,
         selection,
     };
-    let found = search.run(rng)?;
+    search.run(rng)
+}
+
+/// The same, what to expect of them, and by what that is judged.
+fn chosen<'a>(
+    request: &'a PlanRequest<'_>,
+    assumptions: &Assumptions,
+    selection: &Selection<'_>,
+    rng: &mut Pcg32,
+) -> Result<(Vec<Sample<f64>>, Expectation, Yardstick<'a>), PlanError> {
+    let found = found(request, assumptions, selection, rng)?;
     let yardstick = Yardstick::new(request, selection, rng)?;
     let planned = yardstick
         .expectation(&found, assumptions)
         .ok_or(PlanError::Singular)?;
-    match planned.unknown(&request.robot.robot) {
-        None => Ok((found, planned, yardstick)),
-        Some((arm, parameter, sigma)) => Err(PlanError::NotDetermined {
-            arm,
-            parameter,
-            sigma,
-        }),
-    }
+    determined(&request.robot.robot, &planned.parameters)?;
+    Ok((found, planned, yardstick))
 }

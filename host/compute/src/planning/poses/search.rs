@@ -78,7 +78,7 @@ impl Search<'_> {
 
 macro_rules! source_of_poses {
     ($model:ident, $blocks:literal, $parameters:ident, $rows:literal, $of_pose:expr, $prior:expr) => {
-        impl Source<$blocks, $parameters, $rows, $parameters> for $model<'_> {
+        impl Source<$blocks, $parameters, $rows> for $model<'_> {
             type Candidate = Sample<f64>;
             type Error = PlanError;
 
@@ -128,8 +128,8 @@ macro_rules! source_of_poses {
                 self.0.request.criterion
             }
 
-            fn combinations(&self) -> [SMatrix<f64, $parameters, $parameters>; $blocks] {
-                [SMatrix::identity(); $blocks]
+            fn weights(&self) -> Vec<SMatrix<f64, $parameters, $parameters>> {
+                vec![SMatrix::identity(); $blocks]
             }
 
             fn most(&self) -> &[usize] {

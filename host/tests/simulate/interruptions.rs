@@ -29,12 +29,12 @@ fn finished_robots(folder: &Folder) -> Option<(u64, bool)> {
 /// where the last record says, and the result is that of one run.
 #[test]
 fn a_campaign_that_is_killed_again_and_again_ends_with_the_same_bytes() {
-    let long = CAMPAIGN.replace("robots = 37", "robots = 1500");
+    let long = CAMPAIGN.replace("robots = 37", "robots = 1000");
     let folder = with_campaign(&long);
     folder.run("simulate campaign.toml --output whole").ok();
     let (mut last, mut kept) = (0, 0);
     for round in 0..60 {
-        let wait = Duration::from_millis(300 + 137 * (round % 10));
+        let wait = Duration::from_millis(900 + 137 * (round % 8));
         let mut child = start(&folder, "simulate campaign.toml --output out --threads 2");
         std::thread::sleep(wait);
         let _ = child.kill();

@@ -91,7 +91,8 @@ fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
 fn being_inside_means_that_the_forward_model_leads_there() {
     for case in cases() {
         let workspace = workspace(&case, 20.0);
-        for point in workspace.points.iter().step_by(7) {
+        // Some thousand points of each.
+        for point in workspace.points.iter().step_by(29) {
             for part in [-1.0, -0.05, 0.05, 1.0] {
                 let x = point.position + point.outward * (part * workspace.grid.spacing);
                 let expected = forward_reaches(&case, &x);

@@ -20,6 +20,29 @@ impl Check {
         }
     }
 
+    /// Runs commands that must succeed, those of each list one after the other, the lists side by side.
+    pub(crate) fn side_by_side(&mut self, lists: &[Vec<String>]) {
+        let failed = |list: &'_ Vec<String>| -> Vec<String> {
+            let failures = list.iter().filter_map(|line| attempt(line).err());
+            failures.collect()
+        };
+        let failures = std::thread::scope(|scope| {
+            let running: Vec<_> = lists
+                .iter()
+                .map(|list| scope.spawn(move || failed(list)))
+                .collect();
+            let ended = running.into_iter().map(std::thread::ScopedJoinHandle::join);
+            ended.collect::<Vec<_>>()
+        });
+        for list in failures {
+            for failure in
+                list.unwrap_or_else(|_| vec!["a command could not be watched".to_owned()])
+            {
+                self.fail(failure);
+            }
+        }
+    }
+
     /// Runs tests that are chosen by name. So many programs must have some of that name: after a
     /// renaming they would have none, and `cargo test` would succeed.
     pub(crate) fn chosen_tests(&mut self, programs: usize, line: &str) {

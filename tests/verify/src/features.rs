@@ -11,20 +11,24 @@ pub(crate) fn check(check: &mut Check) {
         Ok(None) => return check.fail("core/Cargo.toml has no features".to_owned()),
         Err(error) => return check.fail(format!("{}: {error}", manifest.display())),
     };
+    // Each of these commands keeps one processor busy; two of cargo's would wait for each other in one folder.
+    let (mut on_host, mut on_target) = (Vec::new(), Vec::new());
+    let quiet = "cargo check --quiet --package";
+    let elsewhere = "--target-dir target/other-boards --target";
     for features in choices(&names) {
         let list = features.join(",");
-        let core = "cargo check --quiet --package delta-cal --no-default-features --features";
-        check.command(&format!("{core}={list}"));
+        let core = format!("{quiet} delta-cal --no-default-features --features={list}");
         // Nothing in the core is for one target alone: what two features break together breaks on the host.
         if features.len() <= 1 || features.len() == names.len() {
-            check.command(&format!("{core}={list} --target {TARGET}"));
+            on_target.push(format!("{core} {elsewhere} {TARGET}"));
         }
+        on_host.push(core);
     }
-    for target in OTHER_TARGETS {
-        check.command(&format!(
-            "cargo check --quiet --package delta-cal-firmware-example --lib --target {target}"
-        ));
-    }
+    on_target
+        .extend(OTHER_TARGETS.map(|target| {
+            format!("{quiet} delta-cal-firmware-example --lib {elsewhere} {target}")
+        }));
+    check.side_by_side(&[on_host, on_target]);
 }
 
 /// What stands under `[features]`, other than `default`.

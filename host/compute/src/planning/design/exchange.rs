@@ -38,7 +38,7 @@ impl Criterion {
 /// The candidates, what is known before any is measured, and what a set is judged by.
 pub(in crate::planning) struct Candidates<'a, const B: usize, const D: usize, const R: usize> {
     rows: &'a [Rows<B, D, R>],
-    /// The same.
+    /// The same rows side by side.
     lanes: Vec<Lanes<B, D, R>>,
     /// Information before.
     prior: Vec<SMatrix<f64, D, D>>,

@@ -5,6 +5,6 @@ mod lanes;
 mod search;
 mod source;
 
-pub use exchange::Criterion;
 pub(super) use search::{Effort, added, all_over, nearer};
+pub use source::Criterion;
 pub(super) use source::{Rows, Source};

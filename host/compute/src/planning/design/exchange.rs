@@ -6,7 +6,7 @@
 //! Technometrics 22(3), 1980.
 
 use super::lanes::{LANES, Lanes};
-use super::source::{Rows, Source};
+use super::source::{Criterion, Rows, Source};
 use delta_cal::Real;
 use nalgebra::{Cholesky, Const, SMatrix};
 
@@ -14,26 +14,6 @@ use nalgebra::{Cholesky, Const, SMatrix};
 const PASSES: usize = 40;
 /// An exchange must better the criterion by this part of it.
 const WORTHWHILE: f64 = 1e-9;
-
-/// What a set is judged by; C is the covariance of the parameters, the prior included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Criterion {
-    /// tr C, angles times the upper arm's length: the mean square of the parameter error.
-    #[default]
-    A,
-    /// det C: the volume of the parameters' confidence region, whatever their units.
-    D,
-}
-
-impl Criterion {
-    /// As it is written: `a` or `d`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::A => "a",
-            Self::D => "d",
-        }
-    }
-}
 
 /// The candidates, what is known before any is measured, and what a set is judged by.
 pub(in crate::planning) struct Candidates<'a, const B: usize, const D: usize, const R: usize> {

@@ -1,8 +1,27 @@
 //! Where candidates come from, and what a set of them is judged by.
 
-use super::exchange::Criterion;
 use nalgebra::SMatrix;
 use rand_pcg::Pcg32;
+
+/// What a set is judged by; C is the covariance of the parameters, the prior included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Criterion {
+    /// tr C, angles times the upper arm's length: the mean square of the parameter error.
+    #[default]
+    A,
+    /// det C: the volume of the parameters' confidence region, whatever their units.
+    D,
+}
+
+impl Criterion {
+    /// As it is written: `a` or `d`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::A => "a",
+            Self::D => "d",
+        }
+    }
+}
 
 /// What each candidate adds to the information: `R` rows of each of `B` blocks of `D` parameters.
 #[derive(Debug, Clone, Copy)]

@@ -34,7 +34,7 @@ fn shared() -> &'static Shared {
         folder.write(
             "campaign.toml",
             campaign
-                .replace("robots = 500", "robots = 5")
+                .replace("robots = 200", "robots = 5")
                 .replace("planned = [false, true]", "planned = [false]"),
         );
         let other = format!("simulate campaign.toml --output out/campaigns/{FIRST}");
@@ -259,7 +259,7 @@ fn a_file_in_the_way_is_refused() {
     assert_eq!(folder.read("out"), "mine");
 }
 
-/// The paper's noisy series with all 500 robots: the shorter one, and in long campaigns both.
+/// The paper's noisy series with all its robots: the shorter one, and in long campaigns both.
 #[test]
 fn the_document_shows_what_the_command_prints() {
     let page = include_str!("../../docs/reproduction.md");
@@ -286,7 +286,7 @@ fn the_document_shows_what_the_command_prints() {
                 if gain > 99.0 {
                     format!("{gain:.2}")
                 } else {
-                    format!("{gain:.0}")
+                    format!("{gain:.0}").replace('-', "−")
                 }
             };
             let cells = |line: &str| {

@@ -1,5 +1,5 @@
 use super::iteration::Point;
-use super::limits::{INDISTINGUISHABLE, NEARER, SAME_POINT, TIE};
+use super::limits::{INDISTINGUISHABLE, NEARER, TIE};
 use super::outcome::{StartUsed, Termination};
 use super::problem::Problem;
 use crate::Real;
@@ -38,11 +38,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, 
             // Another balance of samples and tolerance: the later one counts.
             return true;
         }
-        let mut apart = end.correction;
-        for (difference, other) in apart.iter_mut().zip(self.point.correction) {
-            *difference -= other;
-        }
-        let same_place = self.point.length_squared(&apart) <= T::from_f64(SAME_POINT) * tie;
+        let same_place = self.point.is_at(&end.correction, tie);
         if gained.magnitude() <= tie && !same_place {
             squared_length(&end.correction)
                 < T::from_f64(NEARER) * squared_length(&self.point.correction)

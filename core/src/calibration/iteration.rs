@@ -1,5 +1,6 @@
 //! One iteration of Gauss–Newton or Levenberg–Marquardt.
 
+use super::limits::SAME_POINT;
 use super::outcome::Termination;
 use super::problem::{Prior, Problem};
 use super::settings::Solver;
@@ -98,9 +99,18 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Point<T, N, M, E> 
         }
     }
 
+    /// Whether a correction is the same point, where a cost is known to a tie.
+    pub(super) fn is_at(&self, correction: &[T; N], tie: T) -> bool {
+        let mut apart = *correction;
+        for (difference, other) in apart.iter_mut().zip(self.correction) {
+            *difference -= other;
+        }
+        self.length_squared(&apart) <= T::from_f64(SAME_POINT) * tie
+    }
+
     /// |T δ|²: by how much a displacement from a minimum raises the cost.
     #[inline(never)]
-    pub(crate) fn length_squared(&self, displacement: &[T; N]) -> T {
+    fn length_squared(&self, displacement: &[T; N]) -> T {
         let mut sum = T::ZERO;
         for (index, row) in self.normal.rows().take(N).enumerate() {
             let mut entry = T::ZERO;

@@ -4,7 +4,7 @@ use super::arm_problem::product_of_columns;
 use super::free_start::correction_of;
 use super::means::Means;
 use super::outcome::{Estimate, JointOutcome};
-use super::problem::{Piece, Problem, damp_rows};
+use super::problem::{Piece, Problem};
 use super::refusal::Refusal;
 use super::robot_solver::check_side;
 use crate::Real;
@@ -94,10 +94,6 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
 
     fn gradient(&self, at: &JointDisplacement<T>) -> [T; 24] {
         self.gradient(at)
-    }
-
-    fn damp(&self, damped: &mut JointNormal<T>, diagonal: &[T; 24], piece: usize) -> bool {
-        damp_rows(damped, diagonal, piece)
     }
 
     #[inline(never)]

@@ -6,15 +6,12 @@ use super::limits::{EXCESS_OF_ANOTHER_MINIMUM, SAMPLES_FOR_FREE_START};
 use super::outcome::{Estimate, StartUsed, Termination};
 use super::problem::{Prior, Problem, sum_of_squares};
 use super::refusal::Refusal;
+use super::search::Search;
 use super::settings::{Settings, Start};
 use super::step_control::StepResult;
 use crate::Real;
 use crate::robot::{ArmIndex, Parameter};
 
-/// Lengths of the displacements tried in search of other solutions, in units of the scale and
-/// radians, along the combination of parameters that the samples determine least. Single precision:
-/// a conversion of `f64` at run time would link its software arithmetic.
-const SEARCH: [f32; 8] = [-0.01, 0.01, -0.03, 0.03, -0.06, 0.06, -0.12, 0.12];
 /// Rounds of estimating the noise when a tolerance but no noise is stated.
 const NOISE_ROUNDS: u8 = 20;
 
@@ -51,9 +48,8 @@ pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usi
     best: Option<EndPoint<T, N, M, E>>,
     /// Of the best end point.
     identifiability: Identifiability<T, N>,
-    /// Where the search for other solutions starts from, its direction, and how far it has come.
-    search: Option<([T; N], [T; N])>,
-    searched: usize,
+    /// For other solutions, once there is a first end point.
+    search: Option<Search<T, N>>,
     /// Whether the end point is all that is asked for.
     end_alone: bool,
     /// How many starts without a guess were tried.
@@ -94,7 +90,6 @@ where
             best: None,
             identifiability: Identifiability::unstarted(),
             search: None,
-            searched: 0,
             end_alone: false,
             free_starts: 0,
             iterations: 0,
@@ -237,6 +232,12 @@ where
                 });
             }
         }
+        if start == StartUsed::Search
+            && termination.is_some()
+            && let Some(search) = &mut self.search
+        {
+            search.converged(&self.iteration.point, problem);
+        }
         if self.noise_rounds == 0 {
             if self.try_free_start(problem, start) || self.try_another_free_start(problem) {
                 return;
@@ -244,6 +245,10 @@ where
             if self.search.is_some() && self.search_on(problem) {
                 return;
             }
+        }
+        if self.end_alone {
+            self.phase = Phase::Done;
+            return;
         }
         self.identifiability.restart();
         self.phase = Phase::Identifying;
@@ -362,21 +367,14 @@ where
                 Some(best) => &best.point,
                 None => &self.iteration.point,
             };
-            self.search = Some((from.correction, self.identifiability.weakest_direction()));
+            let direction = self.identifiability.weakest_direction();
+            self.search = Some(Search::new(from.correction, direction));
         }
         self.search_on(problem)
     }
 
     fn search_on<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> bool {
-        let Some((origin, direction)) = self.search else {
-            return false;
-        };
-        while let Some(distance) = SEARCH.get(self.searched) {
-            self.searched += 1;
-            let mut correction = origin;
-            for (value, part) in correction.iter_mut().zip(direction) {
-                *value += part * T::from_f64(f64::from(*distance));
-            }
+        while let Some(correction) = self.search.as_mut().and_then(Search::next) {
             // Where there is no such robot nothing can start.
             if sum_of_squares(problem, &problem.displaced(&correction)).finite() {
                 self.iterations = self.iterations();

@@ -34,7 +34,9 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     }
 
     /// Takes a piece of the rows of a diagonal matrix into a triangle; whether there are more.
-    fn damp(&self, damped: &mut Triangle<T, M, E>, diagonal: &[T; N], piece: usize) -> bool;
+    fn damp(&self, damped: &mut Triangle<T, M, E>, diagonal: &[T; N], piece: usize) -> bool {
+        damp_rows(damped, diagonal, piece)
+    }
     /// A correction from which to start without a guess, the best first; `None` if the samples do not give
     /// that one.
     fn free_start(&self, index: u8) -> Option<[T; N]>;
@@ -95,7 +97,7 @@ const ROWS: usize = 4;
 
 /// A piece of the rows of a diagonal matrix, four rows of N; whether there are more.
 #[inline(never)]
-pub(crate) fn damp_rows<T: Real, const N: usize, const M: usize, const E: usize>(
+fn damp_rows<T: Real, const N: usize, const M: usize, const E: usize>(
     damped: &mut Triangle<T, M, E>,
     diagonal: &[T; N],
     piece: usize,

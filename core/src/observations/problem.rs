@@ -6,7 +6,7 @@ use super::prepared::Prepared;
 use super::row::ObservationRow;
 use super::start::StartValues;
 use crate::Real;
-use crate::calibration::{Estimate, Instrument, Piece, Problem, Refusal, damp_rows};
+use crate::calibration::{Estimate, Instrument, Piece, Problem, Refusal};
 use crate::frame::RigidTransform;
 use crate::robot::{
     Arm, ArmIndex, Drive, GeometryError, Robot, TRANSMISSION_NUMBERS, Transmission,
@@ -368,10 +368,6 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
             sum_of_squares: residuals,
             more: piece + 1 < self.rows.len(),
         }
-    }
-
-    fn damp(&self, damped: &mut Triangle<T, M, E>, diagonal: &[T; N], piece: usize) -> bool {
-        damp_rows(damped, diagonal, piece)
     }
 
     fn free_start(&self, _: u8) -> Option<[T; N]> {

@@ -45,7 +45,7 @@ pub(crate) struct ReproduceArguments {
     /// Write report.html, results.csv, the figures and the campaigns to this folder
     #[arg(long, value_name = "DIR", default_value = "reproduction")]
     output: PathBuf,
-    /// The number of robots of each case [default: 500]
+    /// The number of robots of each case [default: 200]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     robots: Option<u64>,
     /// The number of threads [default: one for each processor]. The results are the same to the bit

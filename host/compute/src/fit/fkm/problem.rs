@@ -229,15 +229,6 @@ impl calibration::Problem<f64, 24, 25, 325> for Problem<'_> {
         }
     }
 
-    fn damp(&self, damped: &mut JointNormal<f64>, diagonal: &[f64; ALL], _: usize) -> bool {
-        let mut block = [[0.0; ALL]; ALL + 1];
-        for (index, value) in diagonal.iter().enumerate() {
-            block[index][index] = *value;
-        }
-        damped.eliminate(&mut block, ALL + 1);
-        false
-    }
-
     fn free_start(&self, _: u8) -> Option<[f64; ALL]> {
         self.start.map(|(correction, _)| correction)
     }

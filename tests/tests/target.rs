@@ -4,25 +4,42 @@
 #![allow(clippy::expect_used, clippy::panic)]
 
 mod on_target {
-    use delta_cal_verify::firmware::{
-        Board, Clock, PACKAGE, build_for_host, build_for_target, emulate,
-    };
+    use delta_cal_target_tests::{cases, fixture, linear};
+    use delta_cal_verify::firmware::{Board, Clock, PACKAGE, build_for_target, emulate};
     use std::collections::BTreeMap;
+    use std::fmt::{self, Write};
     use std::path::{Path, PathBuf};
-    use std::sync::{Mutex, MutexGuard, PoisonError};
 
     /// Double precision in hardware, where the default code of the target computes it in software.
     const FOR_M7: &str = "target.thumbv7em-none-eabihf.rustflags=['-C', 'target-cpu=cortex-m7']";
+    const PROGRAMS: [&str; 4] = ["--bin", PACKAGE, "--bin", "cases"];
 
+    /// Without the core's features, which this machine's have: what a feature adds changes nothing else.
     #[test]
     fn same_bits_as_on_the_host() {
-        compare_fixture(&[Board::M4, Board::M7], &[]);
+        let target = build_for_target(&directory("firmware"), &PROGRAMS).expect("the build");
+        let on_host = on_host(fixture::write);
+        let expected = only("BITS ", &on_host);
+        for scalar in ["f32", "f64"] {
+            let lines = expected.iter().filter(|line| line.starts_with(scalar));
+            let lines = lines.count();
+            assert!(
+                lines > 500,
+                "only {lines} lines of {scalar}: the fixture was cut short"
+            );
+        }
+        for board in [Board::M4, Board::M7] {
+            let output = emulate(board, Clock::Free, &target.join(PACKAGE)).expect("the run");
+            let lines = only("BITS ", &output);
+            assert_same_lines(&lines, &expected);
+            println!("{board:?}: the host's bits in {} lines", lines.len());
+        }
     }
 
     #[test]
     fn same_bits_with_double_precision_in_hardware() {
-        let directory = directory("firmware-m7");
-        let target = build_for_target(&directory, &["--config", FOR_M7]).expect("the build");
+        let arguments = [&PROGRAMS[..], &["--config", FOR_M7]].concat();
+        let target = build_for_target(&directory("firmware-m7"), &arguments).expect("the build");
         let fixture = emulate(Board::M7, Clock::Free, &target.join(PACKAGE)).expect("the run");
         let cases = emulate(Board::M7, Clock::Free, &target.join("cases")).expect("the run");
         let fails_on_m4 = emulate(Board::M4, Clock::Free, &target.join(PACKAGE));
@@ -30,28 +47,22 @@ mod on_target {
             fails_on_m4.is_err(),
             "the Cortex-M4F has no double precision: the build did not use it"
         );
-
-        let _exclusive = directory_lock();
-        let host = build_for_host(&self::directory("firmware"), &[]).expect("the build");
         assert_same_lines(
             &only("BITS ", &fixture),
-            &only("BITS ", &on_host(&host, PACKAGE)),
+            &only("BITS ", &on_host(fixture::write)),
         );
         assert_same_lines(
             &only("CASE ", &cases),
-            &only("CASE ", &on_host(&host, "cases")),
+            &only("CASE ", &on_host(cases::write)),
         );
     }
 
     /// A thousand random robots in single precision and a hundred in double.
     #[test]
     fn same_bits_of_random_calibrations() {
-        let _exclusive = directory_lock();
-        let directory = directory("firmware");
-        let target = build_for_target(&directory, &[]).expect("the build");
-        let host = build_for_host(&directory, &[]).expect("the build");
-        let expected = on_host(&host, "cases");
-        let expected = only("CASE ", &expected);
+        let target = build_for_target(&directory("firmware"), &PROGRAMS).expect("the build");
+        let on_host = on_host(cases::write);
+        let expected = only("CASE ", &on_host);
         for board in [Board::M4, Board::M7] {
             let output = emulate(board, Clock::Free, &target.join("cases")).expect("the run");
             let cases = only("CASE ", &output);
@@ -84,16 +95,14 @@ mod on_target {
         }
     }
 
-    /// Kinematics, calibrations of arms, joint ones and observations of robots with linear drives, beside which
-    /// the others compute what they do without.
+    /// Kinematics, calibrations of arms, joint ones and observations of robots with linear drives.
     #[test]
     fn same_bits_of_linear_drives() {
-        let features = ["--features", "linear"];
-        let directory = directory("firmware-linear");
-        let target = build_for_target(&directory, &features).expect("the build");
-        let host = build_for_host(&directory, &features).expect("the build");
-        let expected = on_host(&host, "linear");
-        let expected = only("BITS ", &expected);
+        let arguments = ["--bin", "linear", "--features", "linear"];
+        let target =
+            build_for_target(&directory("firmware-linear"), &arguments).expect("the build");
+        let on_host = on_host(linear::write);
+        let expected = only("BITS ", &on_host);
         for scalar in ["f32", "f64"] {
             let lines = expected.iter().filter(|line| line.starts_with(scalar));
             let calibrated =
@@ -109,39 +118,6 @@ mod on_target {
             let lines = only("BITS ", &output);
             assert_same_lines(&lines, &expected);
             println!("{board:?}: the host's bits in {} lines", lines.len());
-        }
-
-        let _exclusive = directory_lock();
-        let without = build_for_host(&self::directory("firmware"), &[]).expect("the build");
-        assert_same_lines(
-            &only("BITS ", &on_host(&host, PACKAGE)),
-            &only("BITS ", &on_host(&without, PACKAGE)),
-        );
-    }
-
-    fn compare_fixture(boards: &[Board], features: &[&str]) {
-        let _exclusive = directory_lock();
-        let directory = directory("firmware");
-        let target = build_for_target(&directory, features).expect("the build");
-        let host = build_for_host(&directory, features).expect("the build");
-        let expected = on_host(&host, PACKAGE);
-        let expected = only("BITS ", &expected);
-        for scalar in ["f32", "f64"] {
-            let lines = expected.iter().filter(|line| line.starts_with(scalar));
-            let lines = lines.count();
-            assert!(
-                lines > 500,
-                "only {lines} lines of {scalar}: the fixture was cut short"
-            );
-        }
-        for board in boards {
-            let output = emulate(*board, Clock::Free, &target.join(PACKAGE)).expect("the run");
-            let lines = only("BITS ", &output);
-            assert_same_lines(&lines, &expected);
-            println!(
-                "{board:?} {features:?}: the host's bits in {} lines",
-                lines.len()
-            );
         }
     }
 
@@ -161,9 +137,10 @@ mod on_target {
         results
     }
 
-    fn on_host(directory: &Path, program: &str) -> String {
-        let command = std::process::Command::new(directory.join(program));
-        delta_cal_verify::firmware::run(command).expect("the run on this machine")
+    fn on_host(write: fn(&mut dyn Write) -> fmt::Result) -> String {
+        let mut lines = String::new();
+        write(&mut lines).expect("a string takes every line");
+        lines
     }
 
     fn only<'a>(prefix: &str, output: &'a str) -> Vec<&'a str> {
@@ -194,11 +171,5 @@ mod on_target {
             .parent()
             .expect("the temporary directory is in the target directory")
             .join(name)
-    }
-
-    /// The builds overwrite each other's programs, with and without a feature.
-    fn directory_lock() -> MutexGuard<'static, ()> {
-        static LOCK: Mutex<()> = Mutex::new(());
-        LOCK.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

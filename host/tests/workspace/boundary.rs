@@ -2,18 +2,24 @@ use super::robots::{Case, cases, geometries, paper, reach, workspace};
 use delta_cal_host::workspace::{Options, Workspace};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Whether the forward model leads to a position from joint angles within the limits. Each arm's
-/// joint angles are sought by scanning and bisecting its constraint; the inverse is not asked.
+/// joint angles are sought by bisecting its constraint, which goes with the sine and cosine of the joint angle,
+/// between its extremes; the inverse is not asked.
 pub(super) fn forward_reaches(case: &Case, x: &Vector3<f64>) -> bool {
     let roots = |arm: &delta_cal::robot::Arm<f64>| {
         let (low, high) = (case.reach.limits.minimum(), case.reach.limits.maximum());
         let f = |q: f64| arm.constraint(x, q);
+        let [start, quarter, half] = [0.0, FRAC_PI_2, PI].map(f);
+        let extreme = (quarter - f64::midpoint(start, half)).atan2(0.5 * (start - half));
+        let mut ends = vec![low, high];
+        let extremes = (-3..=3).map(|turn| extreme + PI * f64::from(turn));
+        ends.extend(extremes.filter(|q| *q > low && *q < high));
+        ends.sort_by(f64::total_cmp);
         let mut roots = Vec::new();
-        let steps = 720;
-        for step in 0..steps {
-            let at = |s: i32| low + (high - low) * f64::from(s) / f64::from(steps);
-            let (mut a, mut b) = (at(step), at(step + 1));
+        for piece in ends.windows(2) {
+            let (mut a, mut b) = (piece[0], piece[1]);
             if (f(a) > 0.0) == (f(b) > 0.0) {
                 continue;
             }

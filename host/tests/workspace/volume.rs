@@ -1,5 +1,6 @@
 use super::boundary::forward_reaches;
 use super::robots::{Case, cases, paper, perturbed, reach, symmetric, uniform, workspace};
+use delta_cal_tests::size;
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -37,7 +38,7 @@ fn the_volume_is_that_of_the_forward_sweep() {
         (paper(), Some(30.0)),
         (symmetric(100.0, 200.0, 520.0), None),
     ];
-    for number in 0..9 {
+    for number in 0..size(3, 9) {
         let forearm = (number % 3 == 0).then_some(45.0);
         robots.push((perturbed(&paper(), &mut rng, 20.0, 5.0), forearm));
     }

@@ -24,11 +24,16 @@ use results::{accepted, refused};
 /// Simulated robots, the first of them with too few samples.
 const ROBOTS: [usize; 16] = [5, 8, 9, 10, 11, 12, 13, 14, 16, 18, 20, 24, 28, 32, 40, 60];
 
-/// Writes one line a result, `BITS <scalar> <what>: <bits> …`. A refusal is written in words.
+/// Writes one line a result, `BITS <scalar> <what>: <bits> …`, in both precisions. A refusal is written in words.
 ///
 /// # Errors
 /// Those of `out`.
-pub fn run<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
+pub fn write(out: &mut dyn Write) -> fmt::Result {
+    run::<f32>(out)?;
+    run::<f64>(out)
+}
+
+fn run<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
     functions::<T>(out)?;
     kinematics::<T>(out)?;
     frame::<T>(out)?;

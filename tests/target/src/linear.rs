@@ -29,14 +29,19 @@ const ROBOTS: [usize; 8] = [2, 7, 8, 10, 12, 20, 33, 60];
 const N: usize = 27;
 const ROWS: usize = 24;
 
-/// Writes one line a result, `BITS <scalar> <what>: <bits> …`. A refusal is written in words.
+/// Writes one line a result, `BITS <scalar> <what>: <bits> …`, in both precisions. A refusal is written in words.
 ///
 /// # Errors
 /// Those of `out`.
 ///
 /// # Panics
 /// If the limits stated here are none.
-pub fn run<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
+pub fn write(out: &mut dyn Write) -> fmt::Result {
+    run::<f32>(out)?;
+    run::<f64>(out)
+}
+
+fn run<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     for (number, (lengths, travel)) in (0..).zip(PRINTERS) {
         let nominal = printer::<T>(lengths);
         let limits = JointLimits::travel(T::from_f64(travel[0]), T::from_f64(travel[1]))

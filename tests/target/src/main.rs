@@ -16,15 +16,4 @@
 mod target;
 
 #[cfg(not(target_os = "none"))]
-fn main() -> std::fmt::Result {
-    use delta_cal_target_tests::fixture;
-
-    eprintln!(
-        "The firmware is built with --target thumbv7em-none-eabihf. These are the host's bits:"
-    );
-    let mut lines = String::new();
-    fixture::run::<f32>(&mut lines)?;
-    fixture::run::<f64>(&mut lines)?;
-    print!("{lines}");
-    Ok(())
-}
+delta_cal_target_tests::program!(delta_cal_target_tests::fixture::write);

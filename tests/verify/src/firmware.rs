@@ -80,16 +80,6 @@ pub fn build_for_target(directory: &Path, arguments: &[&str]) -> Result<PathBuf,
     Ok(directory.join(TARGET).join(PROFILE))
 }
 
-/// Builds the programs of [`PACKAGE`] for this machine, and returns where they are.
-///
-/// # Errors
-/// What failed.
-pub fn build_for_host(directory: &Path, arguments: &[&str]) -> Result<PathBuf, String> {
-    let build = ["build", "--profile", PROFILE, "--package", PACKAGE];
-    cargo(directory, &[&build[..], arguments].concat())?;
-    Ok(directory.join(PROFILE))
-}
-
 /// Whether the bare target is installed.
 ///
 /// # Errors

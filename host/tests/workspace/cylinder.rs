@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 
 /// Points of a solid cylinder, its surface included.
 fn solid(diameter: f64, bottom: f64, top: f64) -> impl Iterator<Item = Vector3<f64>> {
-    (0..1080).flat_map(move |line| {
-        let (sin, cos) = (TAU * f64::from(line) / 1080.0).sin_cos();
+    (0..540).flat_map(move |line| {
+        let (sin, cos) = (TAU * f64::from(line) / 540.0).sin_cos();
         (0..=6).flat_map(move |ring| {
             let r = 0.5 * diameter * f64::from(ring) / 6.0;
             (0..=20).map(move |level| {

@@ -5,8 +5,8 @@ use delta_cal::robot::{Arm, SymmetricLinearRobot};
 use delta_cal::{Robot, SymmetricRobot};
 use delta_cal_host::geometry::reach::Reach;
 use delta_cal_host::workspace::{Options, Workspace};
-use delta_cal_tests::Spread;
 pub(super) use delta_cal_tests::uniform;
+use delta_cal_tests::{Spread, size};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
@@ -68,7 +68,7 @@ pub(super) fn cases() -> Vec<Case> {
         reach(-60.0, 150.0, None),
     );
     add("narrow", paper(), reach(20.0, 20.5, None));
-    for number in 0..12 {
+    for number in 0..size(6, 12) {
         let robot = perturbed(&paper(), &mut rng, 30.0, 8.0);
         let low = -90.0 + 40.0 * uniform(&mut rng);
         let high = 90.0 + 60.0 * uniform(&mut rng);

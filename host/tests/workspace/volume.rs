@@ -49,7 +49,7 @@ fn the_volume_is_that_of_the_forward_sweep() {
             reach: reach(-50.0, 80.0, forearm),
         };
         let volume = workspace(&case, 60.0).volume();
-        let (expected, sigma) = swept(&case, 400_000, &mut rng);
+        let (expected, sigma) = swept(&case, size(150_000, 400_000), &mut rng);
         let off = (volume.volume - expected).abs();
         println!(
             "{}: {:.3} ± {:.3}, swept {:.3} ± {:.3} l",

@@ -25,7 +25,7 @@ const FLAGS: &[&str] = &[
 ];
 
 /// Seconds for each target.
-const SECONDS: u32 = 8;
+const SECONDS: u32 = 4;
 /// Targets that run at the same time.
 const AT_ONCE: usize = 2;
 /// An input that takes longer than this many seconds counts as an endless loop. The longest takes one

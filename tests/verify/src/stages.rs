@@ -48,7 +48,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "features",
-        about: "the core with none, each, every two and all of its features, on the bare target with none, each and all; the controller for other boards",
+        about: "the core with none, each, all but one and all of its features, on the bare target with none, each and all; the controller for other boards",
         run: features::check,
     },
     Stage {

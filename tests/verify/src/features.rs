@@ -3,6 +3,9 @@
 use crate::check::{Check, root};
 use delta_cal_verify::firmware::{OTHER_TARGETS, TARGET};
 
+/// Where what other targets need is checked, once for all stages.
+pub(crate) const ELSEWHERE: &str = "--target-dir target/other-boards --target";
+
 pub(crate) fn check(check: &mut Check) {
     let manifest = root().join("core/Cargo.toml");
     let names = match std::fs::read_to_string(&manifest).map(|text| names(&text)) {
@@ -13,19 +16,18 @@ pub(crate) fn check(check: &mut Check) {
     // Each of these commands keeps one processor busy; two of cargo's would wait for each other in one folder.
     let (mut on_host, mut on_target) = (Vec::new(), Vec::new());
     let quiet = "cargo check --quiet --package";
-    let elsewhere = "--target-dir target/other-boards --target";
     for features in choices(&names) {
         let list = features.join(",");
         let core = format!("{quiet} delta-cal --no-default-features --features={list}");
         // Nothing in the core is for one target alone: what a feature's absence breaks, breaks on the host.
         if features.len() <= 1 || features.len() == names.len() {
-            on_target.push(format!("{core} {elsewhere} {TARGET}"));
+            on_target.push(format!("{core} {ELSEWHERE} {TARGET}"));
         }
         on_host.push(core);
     }
     on_target
         .extend(OTHER_TARGETS.map(|target| {
-            format!("{quiet} delta-cal-firmware-example --lib {elsewhere} {target}")
+            format!("{quiet} delta-cal-firmware-example --lib {ELSEWHERE} {target}")
         }));
     check.side_by_side(&[on_host, on_target]);
 }

@@ -3,7 +3,7 @@
 use crate::budgets;
 use crate::check::{Check, output};
 use crate::docs;
-use crate::features;
+use crate::features::{self, ELSEWHERE};
 use crate::fuzz;
 use crate::licences;
 use crate::linuxcnc;
@@ -186,8 +186,8 @@ fn lint(check: &mut Check) {
     for what in [
         "--package delta-cal --package delta-cal-target-tests --all-features --all-targets"
             .to_owned(),
-        format!("{ON_TARGET} --all-features --target {TARGET}"),
-        format!("--package delta-cal-firmware-example --features board --target {TARGET}"),
+        format!("{ON_TARGET} --all-features {ELSEWHERE} {TARGET}"),
+        format!("--package delta-cal-firmware-example --features board {ELSEWHERE} {TARGET}"),
     ] {
         check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));
     }

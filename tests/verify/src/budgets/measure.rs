@@ -7,14 +7,7 @@ use std::path::Path;
 
 /// Everything that is measured of one build, with these further arguments of cargo.
 pub(super) fn measure(directory: &Path, arguments: &[&str]) -> Result<Figures, String> {
-    let programs = [
-        "--bin",
-        "measure",
-        "--bin",
-        "flash",
-        "--features",
-        "measure",
-    ];
+    let programs = ["--bin", "measure", "--bin", "flash"];
     let programs = build_for_target(directory, &[&programs[..], arguments].concat())?;
     let output = emulate(Board::M4, Clock::Instructions, &programs.join("measure"))?;
     let mut figures = Figures::new();

@@ -75,3 +75,6 @@ impl<T: Real, const N: usize> Search<T, N> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

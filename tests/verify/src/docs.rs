@@ -3,6 +3,7 @@
 mod page;
 
 use crate::check::{Check, root};
+use crate::features::EVERYTHING;
 use page::Page;
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +11,9 @@ use std::path::{Path, PathBuf};
 
 pub(crate) fn check(check: &mut Check) {
     pages(check);
-    check.command("env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --workspace --no-deps");
+    check.command(&format!(
+        "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps {EVERYTHING}"
+    ));
 }
 
 /// Links and code blocks alone.

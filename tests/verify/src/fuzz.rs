@@ -1,11 +1,11 @@
-//! The fuzz targets of `tests/fuzz`: built as `cargo fuzz` builds them, each run for a few seconds.
+//! The fuzz targets of `tests/fuzz/programs`: built as `cargo fuzz` builds them, each run for a minute.
 
 use crate::check::{Check, at_root, command, directory, output};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Instant;
 
-const MANIFEST: &str = include_str!("../../fuzz/Cargo.toml");
+const MANIFEST: &str = include_str!("../../fuzz/programs/Cargo.toml");
 
 /// What `cargo fuzz build -s none` passes to the compiler, of which the stable one takes everything:
 /// coverage for libFuzzer, and the checks of a debug build. The core and everything around it have no
@@ -25,7 +25,7 @@ const FLAGS: &[&str] = &[
 ];
 
 /// Seconds for each target.
-const SECONDS: u32 = 4;
+const SECONDS: u32 = 60;
 /// Targets that run at the same time.
 const AT_ONCE: usize = 2;
 /// An input that takes longer than this many seconds counts as an endless loop. The longest takes one
@@ -37,7 +37,7 @@ const SHOWN: usize = 40;
 pub(crate) fn check(check: &mut Check) {
     let targets = targets(MANIFEST);
     if targets.is_empty() {
-        return check.fail("tests/fuzz/Cargo.toml names no target".to_owned());
+        return check.fail("tests/fuzz/programs/Cargo.toml names no target".to_owned());
     }
     let directory = directory("fuzz");
     let programs = match build(&directory) {
@@ -82,7 +82,7 @@ fn build(directory: &Path) -> Result<PathBuf, String> {
     let host = host.ok_or("rustc does not name the host")?;
     // For a named target the flags are those of the programs alone, not of the build's own.
     let line = format!(
-        "cargo build --quiet --release --bins --locked --manifest-path tests/fuzz/Cargo.toml --target {host}"
+        "cargo build --quiet --release --bins --locked --manifest-path tests/fuzz/programs/Cargo.toml --target {host}"
     );
     println!("$ {line}");
     let status = command(&line)
@@ -128,7 +128,7 @@ fn run(target: &str, programs: &Path, directory: &Path) -> Result<u64, String> {
         }
         return Err(format!(
             "fuzz target {target}: {}; the input is in {}, and \
-             `cargo fuzz run --fuzz-dir tests/fuzz -s none {target} FILE` runs it again",
+             `cargo fuzz run --fuzz-dir tests/fuzz/programs -s none {target} FILE` runs it again",
             finished.status,
             artifacts.display()
         ));
@@ -162,16 +162,12 @@ mod tests {
     }
 
     #[test]
-    fn the_same_lints_as_everywhere_and_seeds_for_every_target() -> Result<(), toml::de::Error> {
-        let main: toml::Table = toml::from_str(include_str!("../../../Cargo.toml"))?;
-        let fuzz: toml::Table = toml::from_str(MANIFEST)?;
-        assert_eq!(main["workspace"]["lints"], fuzz["lints"]);
+    fn every_target_has_seeds() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds");
         for target in targets(MANIFEST) {
             let mut seeds = std::fs::read_dir(root.join(&target));
             let any = seeds.as_mut().is_ok_and(|seeds| seeds.next().is_some());
             assert!(any, "{target:?} has no seeds");
         }
-        Ok(())
     }
 }

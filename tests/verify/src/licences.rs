@@ -7,7 +7,7 @@ const RULES: &str = include_str!("../../../deny.toml");
 
 pub(crate) fn check(check: &mut Check) {
     if output("cargo deny --version").is_some() {
-        for package in ["", "--manifest-path tests/fuzz/Cargo.toml "] {
+        for package in ["", "--manifest-path tests/fuzz/programs/Cargo.toml "] {
             check.command(&format!(
                 "cargo deny {package}check --config deny.toml licenses bans sources"
             ));
@@ -16,7 +16,7 @@ pub(crate) fn check(check: &mut Check) {
     }
     println!("cargo-deny is not installed; reading the licences from cargo tree");
     let mut tree = String::new();
-    for package in ["", "--manifest-path tests/fuzz/Cargo.toml "] {
+    for package in ["", "--manifest-path tests/fuzz/programs/Cargo.toml "] {
         let Some(part) = output(&format!(
             "cargo tree {package}--workspace --all-features --target all --edges normal,build,dev --prefix none --format {{p}}|{{l}}"
         )) else {
@@ -48,7 +48,7 @@ pub(crate) fn check(check: &mut Check) {
 
 /// What `deny.toml` says of known weaknesses.
 pub(crate) fn advisories(check: &mut Check) {
-    for package in ["", "--manifest-path tests/fuzz/Cargo.toml "] {
+    for package in ["", "--manifest-path tests/fuzz/programs/Cargo.toml "] {
         check.command(&format!(
             "cargo deny {package}check --config deny.toml advisories"
         ));

@@ -55,7 +55,7 @@ const NEEDS: [Need; 8] = [
         by_hand: "apt-get install qemu-system-arm (macOS: brew install qemu)",
     },
     Need {
-        what: "a C++ compiler, for libFuzzer",
+        what: "a C++ compiler, for C++ programs that use the C library, and for libFuzzer",
         found: || version("c++ --version"),
         install: || packages("g++"),
         by_hand: "apt-get install g++ (macOS: xcode-select --install)",

@@ -3,7 +3,7 @@
 use crate::budgets;
 use crate::check::{Check, output};
 use crate::docs;
-use crate::features::{self, ELSEWHERE};
+use crate::features::{self, ELSEWHERE, EVERYTHING};
 use crate::fuzz;
 use crate::licences;
 use crate::linuxcnc;
@@ -48,7 +48,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "features",
-        about: "the core with none, each, all but one and all of its features, on the bare target with none, each and all; the controller for other boards",
+        about: "the core with none, each, all but one and all of its features, on the bare target with none and all; the controller for other boards",
         run: features::check,
     },
     Stage {
@@ -75,11 +75,6 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "budgets",
         about: "instructions, stack and flash on a Cortex-M4F against budgets.toml; no panic path",
         run: budgets::check,
-    },
-    Stage {
-        name: "fuzz",
-        about: "arbitrary files, frames, flash contents and numbers, for some seconds each",
-        run: fuzz::check,
     },
     Stage {
         name: "licences",
@@ -139,6 +134,11 @@ pub(crate) const BY_HAND: &[Stage] = &[
         run: long,
     },
     Stage {
+        name: "fuzz",
+        about: "arbitrary files, frames, flash contents and numbers, guided by what they reach, a minute each",
+        run: fuzz::check,
+    },
+    Stage {
         name: "oldest",
         about: "a build with the oldest Rust that Cargo.toml states, which rustup fetches",
         run: versions::oldest,
@@ -171,29 +171,24 @@ const ON_TARGET: &str = "--package delta-cal --package delta-cal-protocol --pack
 
 fn format(check: &mut Check) {
     check.command("cargo fmt --all --check");
-    check.command("cargo fmt --manifest-path tests/fuzz/Cargo.toml --check");
+    check.command("cargo fmt --manifest-path tests/fuzz/programs/Cargo.toml --check");
     check.command("cargo fmt --manifest-path firmware-example/boards/pico2/Cargo.toml --check");
 }
 
 fn clippy(check: &mut Check) {
-    check.command("cargo clippy --quiet --all-targets -- --deny warnings");
+    // One selection for the stages `lint` and `docs`, so that what the packages depend on is checked once.
+    check.command(&format!(
+        "cargo clippy --quiet --all-targets {EVERYTHING} -- --deny warnings"
+    ));
 }
 
 fn lint(check: &mut Check) {
     clippy(check);
     // Several packages in one command, so that what they depend on is checked once; that each builds without the
     // features of the others, the stages `features`, `firmware`, `c` and `budgets` say.
-    for what in [
-        "--package delta-cal --package delta-cal-target-tests --all-features --all-targets"
-            .to_owned(),
-        format!("{ON_TARGET} --all-features {ELSEWHERE} {TARGET}"),
-        format!("--package delta-cal-firmware-example --features board {ELSEWHERE} {TARGET}"),
-    ] {
-        check.command(&format!("cargo clippy --quiet {what} -- --deny warnings"));
-    }
-    check.command(
-        "cargo clippy --quiet --locked --manifest-path tests/fuzz/Cargo.toml --target-dir target --all-targets -- --deny warnings",
-    );
+    check.command(&format!(
+        "cargo clippy --quiet {ON_TARGET} --all-features {ELSEWHERE} {TARGET} -- --deny warnings"
+    ));
 }
 
 fn units(check: &mut Check) {

@@ -126,7 +126,7 @@ mod tests {
             "host/tests/units/main.rs",
             "tests/tests/core_alone.rs",
             "tests/benches/poses.rs",
-            "tests/fuzz/fuzz_targets/store.rs",
+            "tests/fuzz/programs/fuzz_targets/store.rs",
             "tests/target/src/bin/measure/main.rs",
         ] {
             assert!(found.contains(&PathBuf::from(path)), "{path}: {found:?}");

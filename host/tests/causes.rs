@@ -278,7 +278,7 @@ fn faults_are_found_and_named() {
 /// noise alone and over the reported σ.
 #[test]
 fn the_stated_uncertainty_holds_what_the_model_does_not() {
-    let robots = size(3, 20);
+    let robots = size(2, 20);
     let mut table = Vec::new();
     for (fault, words) in [
         (Fault::Nothing, "none"),

@@ -41,7 +41,8 @@ pub struct JointSolver<T: Real> {
 }
 
 impl<T: Real> JointSolver<T> {
-    /// Takes in the samples that wait, and begins.
+    /// Takes in the samples that wait, and begins. A control loop with little time for each step calls
+    /// [`JointCalibrator::flush`] in the step before: there is nothing left to take in then.
     ///
     /// # Errors
     /// [`Refusal::TooFewSamples`].

@@ -103,8 +103,8 @@ where
             prior_share,
         });
         if let (Ok(Estimate { covariance, .. }), Some(sigma)) = (&mut estimate, sigma) {
-            let covariance = covariance.insert(self.identifiability.covariance);
-            to_units(covariance, problem, sigma);
+            let covariance = covariance.insert(SMatrix::zeros());
+            in_units(&self.identifiability.covariance, covariance, problem, sigma);
             if let Err(refusal) = self.check_sigmas(covariance, problem) {
                 estimate = Err(refusal);
             }
@@ -121,8 +121,13 @@ where
             return self.undetermined(problem);
         }
         if problem.noise_stated() {
-            let mut covariance = self.identifiability.covariance;
-            to_units(&mut covariance, problem, T::ONE);
+            let mut covariance = SMatrix::zeros();
+            in_units(
+                &self.identifiability.covariance,
+                &mut covariance,
+                problem,
+                T::ONE,
+            );
             if let Err(uncertain) = self.check_sigmas(&covariance, problem) {
                 return uncertain;
             }
@@ -198,13 +203,19 @@ where
         problem: &P,
     ) -> Result<(), Refusal> {
         let variances = covariance.as_slice().iter().step_by(N + 1);
+        let places = problem.drive().places();
+        let mut upper_arm = T::ONE;
         for (index, variance) in variances.enumerate().take(OF_ROBOT) {
-            let (arm, parameter) = self.place(problem, index);
-            let unit = match parameter.kind() {
-                ParameterKind::Length => problem.upper_arm(index),
+            if index % PARAMETERS == 0 {
+                upper_arm = problem.upper_arm(index);
+            }
+            let parameter = places.get(index % PARAMETERS).copied().flatten();
+            let unit = match parameter.map_or(ParameterKind::Length, Parameter::kind) {
+                ParameterKind::Length => upper_arm,
                 ParameterKind::Angle | ParameterKind::Ratio => T::ONE,
             };
             if !(variance.square_root() <= T::from_f64(LARGEST_SIGMA) * unit) {
+                let (arm, parameter) = self.place(problem, index);
                 return Err(Refusal::Uncertain {
                     arm,
                     parameter,
@@ -239,10 +250,11 @@ where
     }
 }
 
-/// Brings a covariance into the user's units and multiplies it by σ².
+/// A covariance in the user's units, multiplied by σ².
 #[inline(never)]
-fn to_units<T, P, const N: usize, const M: usize, const E: usize>(
-    covariance: &mut SMatrix<T, N, N>,
+fn in_units<T, P, const N: usize, const M: usize, const E: usize>(
+    covariance: &SMatrix<T, N, N>,
+    scaled: &mut SMatrix<T, N, N>,
     problem: &P,
     sigma: T,
 ) where
@@ -253,16 +265,18 @@ fn to_units<T, P, const N: usize, const M: usize, const E: usize>(
     for (index, unit) in units.iter_mut().enumerate() {
         *unit = problem.unit_of(index) * sigma;
     }
-    for (column, unit) in covariance.as_mut_slice().chunks_exact_mut(N).zip(units) {
-        scale_column(column, unit, &units);
+    let columns = covariance.as_slice().chunks_exact(N);
+    let places = scaled.as_mut_slice().chunks_exact_mut(N);
+    for ((column, place), unit) in columns.zip(places).zip(units) {
+        scale_column(column, place, unit, &units);
     }
 }
 
 #[inline(never)]
-fn scale_column<T: Real>(column: &mut [T], column_unit: T, row_units: &[T]) {
-    for (entry, row_unit) in column.iter_mut().zip(row_units) {
+fn scale_column<T: Real>(column: &[T], scaled: &mut [T], column_unit: T, row_units: &[T]) {
+    for ((entry, scaled), row_unit) in column.iter().zip(scaled).zip(row_units) {
         // The product of the units first: both halves are rounded alike.
-        *entry *= column_unit * *row_unit;
+        *scaled = *entry * (column_unit * *row_unit);
     }
 }
 

@@ -59,6 +59,9 @@ pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usi
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
+    /// The start without a guess is still to be found: a step by itself, and another to begin there.
+    Beginning,
+    AtFreeStart,
     From(StartUsed),
     /// An iteration has ended.
     Ended(StartUsed, Option<Termination>),
@@ -130,17 +133,34 @@ where
         {
             self.residual_sigma = T::from_f64(0.01) * tolerance.of(Parameter::Lb) / problem.unit();
         }
-        let (start, correction) = match self.settings.start {
-            Start::Nominal => (StartUsed::Nominal, Some([T::ZERO; N])),
-            Start::Free => (StartUsed::Free, self.next_free_start(problem)),
-        };
-        self.restart(problem, &correction.unwrap_or([T::ZERO; N]));
-        self.awaits_cost = true;
-        self.phase = match correction {
-            Some(_) => Phase::From(start),
-            None => Phase::Undetermined,
-        };
+        match self.settings.start {
+            Start::Nominal => self.start(problem, StartUsed::Nominal, &[T::ZERO; N]),
+            Start::Free => self.phase = Phase::Beginning,
+        }
         Ok(())
+    }
+
+    /// Where there is none, looks for what the samples leave free.
+    #[inline(never)]
+    fn find_free_start<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) {
+        if let Some(correction) = self.next_free_start(problem) {
+            self.iteration.point.correction = correction;
+            self.phase = Phase::AtFreeStart;
+        } else {
+            self.start(problem, StartUsed::Free, &[T::ZERO; N]);
+            self.phase = Phase::Undetermined;
+        }
+    }
+
+    fn start<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        start: StartUsed,
+        correction: &[T; N],
+    ) {
+        self.restart(problem, correction);
+        self.awaits_cost = true;
+        self.phase = Phase::From(start);
     }
 
     fn restart<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P, correction: &[T; N]) {
@@ -164,6 +184,11 @@ where
     /// One step. Does nothing once finished.
     pub fn step<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> Progress {
         match self.phase {
+            Phase::Beginning => self.find_free_start(problem),
+            Phase::AtFreeStart => {
+                let correction = self.iteration.point.correction;
+                self.start(problem, StartUsed::Free, &correction);
+            }
             Phase::From(start) => self.iterate(problem, start),
             Phase::Ended(start, termination) => self.settle(problem, start, termination),
             Phase::Identifying => self.identify(problem),

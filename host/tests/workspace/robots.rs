@@ -68,7 +68,7 @@ pub(super) fn cases() -> Vec<Case> {
         reach(-60.0, 150.0, None),
     );
     add("narrow", paper(), reach(20.0, 20.5, None));
-    for number in 0..size(6, 12) {
+    for number in 0..size(4, 12) {
         let robot = perturbed(&paper(), &mut rng, 30.0, 8.0);
         let low = -90.0 + 40.0 * uniform(&mut rng);
         let high = 90.0 + 60.0 * uniform(&mut rng);

@@ -104,6 +104,10 @@ impl<T: Real> Work<T> {
 
     #[inline(never)]
     fn begin(&mut self, calibrators: &mut Calibrators<T>) -> Result<(), StreamRefusal> {
+        // Here already: with the begin of its solve it would be the longest of all steps.
+        if let Some(joint) = &mut calibrators.joint {
+            joint.flush();
+        }
         *self = match &mut calibrators.judge {
             Judge::Nothing | Judge::Gate(_) => Self::Last,
             Judge::HeldOut {

@@ -26,6 +26,7 @@ struct Cost {
     longest: u32,
     longest_is: u32,
     outcome: u32,
+    flush: u32,
     begin: u32,
 }
 
@@ -42,10 +43,11 @@ fn solve<T: Scalar>(
 ) -> Result<(Cost, Solved<T>), Overflow> {
     let mut solver = Err(Refusal::Unfinished);
     let mut cost = Cost {
+        flush: counter.count(|| black_box(&mut *calibrator).flush())?,
         begin: counter.count(|| solver = JointSolver::new(black_box(calibrator)))?,
         ..Cost::default()
     };
-    cost.total = cost.begin;
+    cost.total = cost.flush + cost.begin;
     black_box(&mut solver);
     let mut solver = match solver {
         Ok(solver) => solver,
@@ -77,6 +79,7 @@ struct Figures {
     total: Counts,
     step: Counts,
     outcome: Counts,
+    flush: Counts,
     begin: Counts,
     worst: Cost,
     refused: u32,
@@ -91,6 +94,7 @@ impl Figures {
         self.total.note(cost.total);
         self.step.note(cost.longest);
         self.outcome.note(cost.outcome);
+        self.flush.note(cost.flush);
         self.begin.note(cost.begin);
         if cost.longest > self.worst.longest {
             self.worst = cost;
@@ -118,9 +122,14 @@ impl Figures {
             "the longest of its steps",
         )?;
         out.instructions(
+            format_args!("{item}-flush"),
+            self.flush.worst(),
+            "the samples that wait, before it begins",
+        )?;
+        out.instructions(
             format_args!("{item}-begin"),
             self.begin.worst(),
-            "its begin, the samples that wait included",
+            "its begin after that",
         )?;
         out.instructions(
             format_args!("{item}-end"),

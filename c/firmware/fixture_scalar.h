@@ -197,6 +197,9 @@ static void OF(joint)(const OF(delta_cal_settings) *settings)
         adding += platform_count() - start;
     }
     begin = platform_count();
+    OK(OF(delta_cal_joint_calibrator_flush)(&OF(joint_calibrator)));
+    OF(cost)("joint, flush", platform_count() - begin);
+    begin = platform_count();
     OK(OF(delta_cal_joint_solver_init)(
         &OF(joint_solver), sizeof OF(joint_solver), &OF(joint_calibrator), &error));
     OF(cost)("joint, begin", platform_count() - begin);

@@ -719,6 +719,11 @@ delta_cal_status delta_cal_joint_calibrator_add_f32(
     const delta_cal_sample_f32 *sample,
     delta_cal_error *error);
 
+/* Works the samples in that still wait: the calibrator works several in at once.
+ * delta_cal_joint_solver_init_f32 does it as well; do it a turn earlier where that call would take too
+ * long. The result has the same bits. */
+delta_cal_status delta_cal_joint_calibrator_flush_f32(delta_cal_joint_calibrator_f32 *calibrator);
+
 /* Writes how many samples were taken in. */
 delta_cal_status delta_cal_joint_calibrator_samples_f32(
     const delta_cal_joint_calibrator_f32 *calibrator,
@@ -1380,6 +1385,11 @@ delta_cal_status delta_cal_joint_calibrator_add_f64(
     delta_cal_joint_calibrator_f64 *calibrator,
     const delta_cal_sample_f64 *sample,
     delta_cal_error *error);
+
+/* Works the samples in that still wait: the calibrator works several in at once.
+ * delta_cal_joint_solver_init_f64 does it as well; do it a turn earlier where that call would take too
+ * long. The result has the same bits. */
+delta_cal_status delta_cal_joint_calibrator_flush_f64(delta_cal_joint_calibrator_f64 *calibrator);
 
 /* Writes how many samples were taken in. */
 delta_cal_status delta_cal_joint_calibrator_samples_f64(

@@ -32,6 +32,7 @@ template <> struct Api<float> {
     static constexpr auto inverse = delta_cal_robot_inverse_f32;
     static constexpr auto init = delta_cal_joint_calibrator_init_f32;
     static constexpr auto add = delta_cal_joint_calibrator_add_f32;
+    static constexpr auto flush = delta_cal_joint_calibrator_flush_f32;
     static constexpr auto begin = delta_cal_joint_solver_init_f32;
     static constexpr auto step = delta_cal_joint_solver_step_f32;
     static constexpr auto outcome = delta_cal_joint_solver_outcome_f32;
@@ -57,6 +58,7 @@ template <> struct Api<double> {
     static constexpr auto inverse = delta_cal_robot_inverse_f64;
     static constexpr auto init = delta_cal_joint_calibrator_init_f64;
     static constexpr auto add = delta_cal_joint_calibrator_add_f64;
+    static constexpr auto flush = delta_cal_joint_calibrator_flush_f64;
     static constexpr auto begin = delta_cal_joint_solver_init_f64;
     static constexpr auto step = delta_cal_joint_solver_step_f64;
     static constexpr auto outcome = delta_cal_joint_solver_outcome_f64;
@@ -118,6 +120,8 @@ public:
     Status add(const typename C::Sample &sample, Error *error = nullptr) {
         return C::add(&calibrator, &sample, error);
     }
+    // Factorises the samples that wait, which `begin` does otherwise; it shortens the step `begin`.
+    Status flush() { return C::flush(&calibrator); }
     Status begin(Error *error = nullptr) { return C::begin(&solver, sizeof solver, &calibrator, error); }
     Status step(Error *error = nullptr) { return C::step(&solver, &calibrator, error); }
     Status outcome(Outcome<Real> &outcome, Error *error = nullptr) const {

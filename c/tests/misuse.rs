@@ -84,6 +84,7 @@ macro_rules! every_function {
                 "joint_calibrator_samples",
                 joint_calibrator_samples(c!(), o!()),
             ),
+            ("joint_calibrator_flush", joint_calibrator_flush(m!())),
             ("joint_calibrator_merge", joint_calibrator_merge(m!(), c!())),
             (
                 "joint_calibrator_forget",

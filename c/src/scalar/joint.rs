@@ -45,6 +45,16 @@ pub extern "C" fn joint_calibrator_add(
     })
 }
 
+/// Works the samples in that still wait: the calibrator works several in at once. `joint_solver_init` does it as well; do
+/// it a turn earlier where that call would take too long. The result has the same bits.
+#[unsafe(export_name = name!("joint_calibrator_flush"))]
+pub extern "C" fn joint_calibrator_flush(mut calibrator: HeldMut<JointCalibrator<Real>>) -> Status {
+    status_of(|| {
+        calibrator.get()?.flush();
+        Ok(status::OK)
+    })
+}
+
 /// Writes how many samples were taken in.
 #[unsafe(export_name = name!("joint_calibrator_samples"))]
 pub extern "C" fn joint_calibrator_samples(

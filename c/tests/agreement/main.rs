@@ -252,6 +252,7 @@ fn merging_and_forgetting_of_the_joint_calibrator_are_the_cores() {
     let mut count = 0_u64;
     let found = joint_calibrator_samples(calibrator.held(), output(&mut count));
     assert_eq!((found, count), (status::OK, samples_seen));
+    assert_eq!(joint_calibrator_flush(calibrator.held_mut()), status::OK);
 
     let mut solver = Place::new();
     let (new, size) = (solver.new_object(), solver.size());

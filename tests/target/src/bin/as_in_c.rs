@@ -112,6 +112,7 @@ mod firmware {
                 let _ = calibrator.add(sample);
             })?;
         }
+        one(console, counter, "joint, flush", || calibrator.flush())?;
         let mut solver = None;
         one(console, counter, "joint, begin", || {
             solver = JointSolver::new(&mut calibrator).ok();

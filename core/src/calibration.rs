@@ -21,6 +21,7 @@ pub mod limits;
 mod means;
 mod minimizer;
 mod outcome;
+mod point;
 mod problem;
 mod refusal;
 mod robot_solver;

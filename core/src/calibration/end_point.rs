@@ -1,6 +1,6 @@
-use super::iteration::Point;
 use super::limits::{INDISTINGUISHABLE, NEARER, TIE};
 use super::outcome::{StartUsed, Termination};
+use super::point::Point;
 use super::problem::Problem;
 use crate::Real;
 

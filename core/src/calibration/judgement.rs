@@ -1,12 +1,12 @@
 //! Whether the end point of an iteration is a calibration: it is good, or refused with the cause.
 
 use super::identifiability::Identifiability;
-use super::iteration::Point;
 use super::limits::{
     CONDITION_OF_A_VALLEY, LARGEST_SIGMA, LARGEST_TOLERANCES, LEAST_FREEDOM, NOISE_MARGIN,
     chi_square_quantile,
 };
 use super::outcome::{Estimate, StartUsed, Termination};
+use super::point::Point;
 use super::problem::{Prior, Problem};
 use super::refusal::Refusal;
 use crate::Real;

@@ -1,9 +1,10 @@
 use super::end_point::{EndPoint, rounding_of_cost};
 use super::identifiability::Identifiability;
-use super::iteration::{Iteration, Point, Weighted};
+use super::iteration::Iteration;
 use super::judgement::Judgement;
 use super::limits::{EXCESS_OF_ANOTHER_MINIMUM, SAMPLES_FOR_FREE_START};
 use super::outcome::{Estimate, StartUsed, Termination};
+use super::point::{Point, Weighted};
 use super::problem::{Prior, Problem, sum_of_squares};
 use super::refusal::Refusal;
 use super::search::Search;

@@ -1,8 +1,8 @@
 //! The search for other solutions, where a few samples may have several.
 
 use super::end_point::rounding_of_cost;
-use super::iteration::Point;
 use super::limits::TIE;
+use super::point::Point;
 use super::problem::Problem;
 use crate::Real;
 

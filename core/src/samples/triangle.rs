@@ -1,9 +1,16 @@
 //! The orthogonal reduction on which everything rests: rows go into an upper triangular factor by
 //! Householder reflections.
 
+mod reflections;
+mod substitution;
+
 use crate::Real;
 use crate::snapshot::{Reader, State, Writer};
-use core::hint::black_box;
+use reflections::reduce;
+use substitution::{
+    affine, back_substitute, column_norms, inverse_columns, left_substitute, packed_row,
+    substitute, transposed,
+};
 
 /// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2
 /// numbers. RᵀR is the sum of the outer products of all rows ever absorbed.
@@ -216,9 +223,6 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
     }
 }
 
-// The functions on slices are shared by triangles of all sizes: each size of its own would be unrolled
-// into more flash than its speed is worth. For the same reason one length is hidden from the optimiser.
-
 /// Writes a row that begins at a column into a block given by columns.
 pub(crate) fn put_row<T: Copy, const K: usize>(
     columns: &mut [[T; K]],
@@ -231,240 +235,6 @@ pub(crate) fn put_row<T: Copy, const K: usize>(
             *entry = *value;
         }
     }
-}
-
-/// Householder reflections of the leading columns of a triangle of `size` columns with a block of rows.
-#[allow(clippy::inline_always)] // the sizes of each caller are constants that unroll it
-#[inline(always)]
-fn reduce<T: Real, const K: usize>(
-    entries: &mut [T],
-    size: usize,
-    mut columns: &mut [[T; K]],
-    pivots: usize,
-) {
-    let mut rest = entries;
-    for row in 0..pivots {
-        let Some((head, tail)) = rest.split_at_mut_checked(size - row) else {
-            return;
-        };
-        rest = tail;
-        let (Some((diagonal, right)), Some((column, later))) =
-            (head.split_first_mut(), columns.split_first_mut())
-        else {
-            return;
-        };
-        columns = later;
-        let below = dot(column, column);
-        // Nothing to eliminate, or less than squares can hold without underflow: what is left of
-        // a column by rounding alone when the block has fewer rows than columns.
-        if !(below > T::SMALLEST_SQUARE) {
-            continue;
-        }
-        let squared = *diagonal * *diagonal + below;
-        let inverse_norm = squared.inverse_square_root();
-        // The reflection v = (r ∓ norm, column) that keeps the sign of r (Parlett 1971): in a long
-        // stream every entry of R is moved by a small correction, whose rounding is small too. The
-        // usual sign would turn R over at every block, and round all of it.
-        let sum = diagonal.magnitude() + squared * inverse_norm;
-        let growth = below / sum;
-        let growth = if *diagonal < T::ZERO { -growth } else { growth };
-        let pivot = -growth;
-        let scale = sum * inverse_norm / below;
-        *diagonal += growth;
-        for (entry, other) in right.iter_mut().zip(columns.iter_mut()) {
-            let projection = (pivot * *entry + dot(column, other)) * scale;
-            *entry -= projection * pivot;
-            // By index, here and in `dot`: where a program is compiled in parts, iterators over two slices are not
-            // inlined, and a sample costs four times as much.
-            for index in 0..K {
-                if let (Some(target), Some(source)) = (other.get_mut(index), column.get(index)) {
-                    *target -= projection * *source;
-                }
-            }
-        }
-    }
-}
-
-fn packed_row<T>(entries: &[T], size: usize, row: usize) -> &[T] {
-    let above = row.saturating_sub(1) * row / 2;
-    let start = (row * size).saturating_sub(above);
-    entries
-        .get(start..)
-        .and_then(|rest| rest.get(..size.saturating_sub(row)))
-        .unwrap_or_default()
-}
-
-#[inline(never)]
-fn affine<T: Real>(entries: &[T], x: &[T], product: &mut [T]) {
-    let mut rest = entries;
-    for (index, target) in product.iter_mut().enumerate() {
-        let x = x.get(index..).unwrap_or_default();
-        let Some((row, [right, below @ ..])) = rest.split_at_checked(x.len()) else {
-            return;
-        };
-        rest = below;
-        let mut value = *right;
-        for (factor, x) in row.iter().zip(x) {
-            value += *factor * *x;
-        }
-        *target = value;
-    }
-}
-
-#[inline(never)]
-fn transposed<T: Real>(entries: &[T], v: &[T], product: &mut [T]) {
-    let (mut rest, mut product) = (entries, product);
-    for part in v {
-        let Some((row, [_, below @ ..])) = rest.split_at_checked(product.len()) else {
-            return;
-        };
-        for (sum, factor) in product.iter_mut().zip(row) {
-            *sum += *factor * *part;
-        }
-        let Some((_, others)) = product.split_first_mut() else {
-            return;
-        };
-        (rest, product) = (below, others);
-    }
-}
-
-#[inline(never)]
-fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
-    let size = norms.len();
-    for row in 0..size {
-        let entries = packed_row(entries, size, row);
-        for (sum, entry) in norms.iter_mut().skip(row).zip(entries) {
-            *sum += *entry * *entry;
-        }
-    }
-    for norm in norms {
-        *norm = norm.square_root();
-    }
-}
-
-/// x with xᵀ U = vᵀ in the place of v.
-#[inline(never)]
-fn left_substitute<T: Real>(entries: &[T], size: usize, vector: &mut [T]) {
-    let (mut rows, mut rest) = (entries, vector);
-    for length in (2..=size).rev() {
-        let (Some(([pivot, row @ ..], below)), Some((target, later))) =
-            (rows.split_at_checked(length), rest.split_first_mut())
-        else {
-            return;
-        };
-        *target /= *pivot;
-        for (entry, factor) in later.iter_mut().zip(row) {
-            *entry -= *target * *factor;
-        }
-        (rows, rest) = (below, later);
-    }
-}
-
-/// x with U x = −v in the place of v.
-#[inline(never)]
-fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -> bool {
-    // From the last row, which holds the right-hand side's own entry alone.
-    let Some((_, mut rest)) = entries.split_last() else {
-        return false;
-    };
-    let size = solution.len();
-    for index in (0..size).rev() {
-        let length = size + 1 - index;
-        let Some((before, [pivot, row @ ..])) =
-            rest.split_at_checked(rest.len().saturating_sub(length))
-        else {
-            return false;
-        };
-        rest = before;
-        let (Some([target, known @ ..]), Some(smallest)) =
-            (solution.get_mut(index..), smallest.get(index))
-        else {
-            return false;
-        };
-        let mut value = -*target;
-        for (coefficient, known) in row.iter().zip(known.iter()) {
-            value -= *coefficient * *known;
-        }
-        if !(pivot.magnitude() > *smallest) {
-            return false;
-        }
-        *target = value / *pivot;
-    }
-    true
-}
-
-/// Columns side by side: an entry of the triangle is loaded once for all of them.
-#[inline(never)]
-fn inverse_columns<T: Real, const K: usize>(entries: &[T], size: usize, columns: &mut [[T; K]]) {
-    let length = black_box(columns.len());
-    let end = (length * size).saturating_sub(length.saturating_sub(1) * length / 2);
-    let mut rest = entries.get(..end).unwrap_or_default();
-    for row in (0..length).rev() {
-        let above = rest.len().saturating_sub(size.saturating_sub(row));
-        let (Some((before, [pivot, entries @ ..])), Some([target, known @ ..])) =
-            (rest.split_at_checked(above), columns.get_mut(row..))
-        else {
-            return;
-        };
-        rest = before;
-        let mut values = core::array::from_fn(|column| {
-            if column + length == row + K {
-                T::ONE
-            } else {
-                T::ZERO
-            }
-        });
-        for (entry, known) in entries.iter().zip(known.iter()) {
-            for (value, known) in values.iter_mut().zip(known) {
-                *value -= *entry * *known;
-            }
-        }
-        let inverse = T::ONE / *pivot;
-        *target = values.map(|value| value * inverse);
-    }
-}
-
-#[inline(never)]
-fn substitute<T: Real>(entries: &[T], size: usize, column: &mut [T]) {
-    for row in (0..black_box(column.len().saturating_sub(1))).rev() {
-        let ([pivot, row @ ..], Some([target, known @ ..])) =
-            (packed_row(entries, size, row), column.get_mut(row..))
-        else {
-            return;
-        };
-        let mut value = T::ZERO;
-        for (entry, known) in row.iter().zip(known.iter()) {
-            value -= *entry * *known;
-        }
-        *target = value / *pivot;
-    }
-}
-
-/// Σ aᵢbᵢ in four interleaved sums: a stated order that vectorises, the same on every platform.
-#[inline]
-fn dot<T: Real, const K: usize>(a: &[T; K], b: &[T; K]) -> T {
-    let lanes = K / 4 * 4;
-    let mut sum = T::ZERO;
-    if let (Some([a0, a1, a2, a3]), Some([b0, b1, b2, b3])) =
-        (a.first_chunk::<4>(), b.first_chunk::<4>())
-    {
-        let mut sums = [*a0 * *b0, *a1 * *b1, *a2 * *b2, *a3 * *b3];
-        for index in 4..lanes {
-            if let (Some(sum), Some(a), Some(b)) =
-                (sums.get_mut(index % 4), a.get(index), b.get(index))
-            {
-                *sum += *a * *b;
-            }
-        }
-        let [s0, s1, s2, s3] = sums;
-        sum = (s0 + s2) + (s1 + s3);
-    }
-    for index in lanes..K {
-        if let (Some(a), Some(b)) = (a.get(index), b.get(index)) {
-            sum += *a * *b;
-        }
-    }
-    sum
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 #![allow(clippy::float_cmp, clippy::unwrap_used)] // of rounded figures
 
 use super::Search;
-use crate::calibration::iteration::Point;
+use crate::calibration::point::Point;
 use crate::robot::Arm;
 use crate::samples::{ArmFactor, NominalArm, Triangle};
 use nalgebra::Vector3;

@@ -2,19 +2,16 @@ use super::end_point::{EndPoint, rounding_of_cost};
 use super::identifiability::Identifiability;
 use super::iteration::Iteration;
 use super::judgement::Judgement;
-use super::limits::{EXCESS_OF_ANOTHER_MINIMUM, SAMPLES_FOR_FREE_START};
+use super::noise_balance::NoiseBalance;
 use super::outcome::{Estimate, StartUsed, Termination};
 use super::point::{Point, Weighted};
-use super::problem::{Prior, Problem, sum_of_squares};
+use super::problem::{Prior, Problem};
 use super::refusal::Refusal;
-use super::search::Search;
 use super::settings::{Settings, Start};
+use super::starts::Starts;
 use super::step_control::StepResult;
 use crate::Real;
 use crate::robot::{ArmIndex, Parameter};
-
-/// Rounds of estimating the noise when a tolerance but no noise is stated.
-const NOISE_ROUNDS: u8 = 20;
 
 /// Whether a solver has more to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,10 +33,8 @@ pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usi
     first_arm: ArmIndex,
     settings: Settings<T>,
     prior: R,
-    /// One σ of the weighted residual: 1 with a stated noise, otherwise the estimate that the
-    /// tolerance is balanced against.
-    residual_sigma: T,
-    noise_rounds: u8,
+    /// What the tolerance is weighed against.
+    balance: NoiseBalance<T>,
     phase: Phase,
     iteration: Iteration<T, A, N, M, E>,
     starting_cost: T,
@@ -49,12 +44,9 @@ pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usi
     best: Option<EndPoint<T, N, M, E>>,
     /// Of the best end point.
     identifiability: Identifiability<T, N>,
-    /// For other solutions, once there is a first end point.
-    search: Option<Search<T, N>>,
+    starts: Starts<T, N>,
     /// Whether the end point is all that is asked for.
     end_alone: bool,
-    /// How many starts without a guess were tried.
-    free_starts: u8,
     iterations: u16,
 }
 
@@ -85,17 +77,15 @@ where
             first_arm,
             settings: *settings,
             prior,
-            residual_sigma: T::ONE,
-            noise_rounds: 0,
+            balance: NoiseBalance::none(),
             phase: Phase::Done,
             starting_cost: T::ZERO,
             awaits_cost: false,
             iteration: Iteration::unstarted(settings.solver),
             best: None,
             identifiability: Identifiability::unstarted(),
-            search: None,
+            starts: Starts::new(settings.start),
             end_alone: false,
-            free_starts: 0,
             iterations: 0,
         }
     }
@@ -132,7 +122,7 @@ where
         if let Some(tolerance) = &self.settings.tolerance
             && !problem.noise_stated()
         {
-            self.residual_sigma = T::from_f64(0.01) * tolerance.of(Parameter::Lb) / problem.unit();
+            self.balance.sigma = T::from_f64(0.01) * tolerance.of(Parameter::Lb) / problem.unit();
         }
         match self.settings.start {
             Start::Nominal => self.start(problem, StartUsed::Nominal, &[T::ZERO; N]),
@@ -144,7 +134,7 @@ where
     /// Where there is none, looks for what the samples leave free.
     #[inline(never)]
     fn find_free_start<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) {
-        if let Some(correction) = self.next_free_start(problem) {
+        if let Some(correction) = self.starts.next_free(problem) {
             self.iteration.point.correction = correction;
             self.phase = Phase::AtFreeStart;
         } else {
@@ -167,7 +157,7 @@ where
     fn restart<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P, correction: &[T; N]) {
         let weighted = Weighted {
             prior: &self.prior,
-            sigma: self.residual_sigma,
+            sigma: self.balance.sigma,
         };
         self.iteration.restart(problem, &weighted, correction);
     }
@@ -214,7 +204,7 @@ where
         } else {
             let weighted = Weighted {
                 prior: &self.prior,
-                sigma: self.residual_sigma,
+                sigma: self.balance.sigma,
             };
             match self.iteration.step(problem, &weighted) {
                 None | Some(StepResult::Continue) => return,
@@ -244,7 +234,7 @@ where
                 None => true,
                 Some(best) => best.is_improved_by(
                     point,
-                    self.residual_sigma,
+                    self.balance.sigma,
                     self.settings.tolerance.is_some(),
                     problem,
                 ),
@@ -254,23 +244,15 @@ where
                     point: *point,
                     termination,
                     start,
-                    residual_sigma: self.residual_sigma,
+                    residual_sigma: self.balance.sigma,
                 });
             }
         }
-        if start == StartUsed::Search
-            && termination.is_some()
-            && let Some(search) = &mut self.search
-        {
-            search.converged(&self.iteration.point, problem);
+        if termination.is_some() {
+            self.starts.converged(start, &self.iteration.point, problem);
         }
-        if self.noise_rounds == 0 {
-            if self.try_free_start(problem, start) || self.try_another_free_start(problem) {
-                return;
-            }
-            if self.search.is_some() && self.search_on(problem) {
-                return;
-            }
+        if self.balance.is_first() && self.start_elsewhere(problem, start) {
+            return;
         }
         if self.end_alone {
             self.phase = Phase::Done;
@@ -290,8 +272,11 @@ where
         if self.identifiability.invert(&point.normal) {
             return;
         }
-        if self.noise_rounds == 0 && self.search(problem) {
-            return;
+        if self.balance.is_first() {
+            self.starts.search(problem, point, &self.identifiability);
+            if self.search_on(problem) {
+                return;
+            }
         }
         if self.balance_tolerance(problem) {
             return;
@@ -303,7 +288,7 @@ where
         if self.iteration.is_linearizing() {
             let weighted = Weighted {
                 prior: &self.prior,
-                sigma: self.residual_sigma,
+                sigma: self.balance.sigma,
             };
             self.iteration.step(problem, &weighted);
         } else if !self.identifiability.invert(&self.iteration.point.normal) {
@@ -311,171 +296,62 @@ where
         }
     }
 
-    /// Starts again without a guess if the samples allow a clearly better fit than was found.
-    ///
-    /// The free fit of the coefficients leaves ρ², which no parameters undercut; the parameters of the
-    /// right solution leave four residual variances an arm more, a false minimum far more than that.
+    /// Starts again, and keeps count of the iterations so far.
     #[inline(never)]
-    fn try_free_start<P: Problem<T, N, M, E, At = A>>(
+    fn start_again<P: Problem<T, N, M, E, At = A>>(
         &mut self,
         problem: &P,
         start: StartUsed,
-    ) -> bool {
-        let samples_needed = T::from_count(SAMPLES_FOR_FREE_START);
-        if problem.effective_samples() < samples_needed
-            || start != StartUsed::Nominal
-            || !self.another_minimum_may_fit_better(problem)
-        {
-            return false;
-        }
-        let Some(correction) = problem.free_start(0) else {
-            return false;
-        };
-        self.start_free(problem, &correction);
-        true
-    }
-
-    fn another_minimum_may_fit_better<P: Problem<T, N, M, E>>(&self, problem: &P) -> bool {
-        let Some(best) = &self.best else {
-            return true;
-        };
-        let spare = problem.effective_samples() - T::from_count(SAMPLES_FOR_FREE_START);
-        let least = problem.least_sum_of_squares();
-        let variance = if problem.noise_stated() {
-            T::ONE
-        } else {
-            let residuals = spare * T::from_count(u64::from(P::RESIDUALS));
-            least / residuals.larger(T::ONE)
-        };
-        let excess = best.point.sum_of_squares - least;
-        excess > T::from_f64(EXCESS_OF_ANOTHER_MINIMUM) * variance + rounding_of_cost(problem)
-    }
-
-    fn start_free<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P, correction: &[T; N]) {
+        correction: &[T; N],
+    ) {
         self.iterations = self.iterations();
         self.restart(problem, correction);
-        self.phase = Phase::From(StartUsed::Free);
+        self.phase = Phase::From(start);
     }
 
-    fn next_free_start<P: Problem<T, N, M, E>>(&mut self, problem: &P) -> Option<[T; N]> {
-        while self.free_starts < P::FREE_STARTS {
-            self.free_starts += 1;
-            if let Some(correction) = problem.free_start(self.free_starts - 1) {
-                return Some(correction);
-            }
-        }
-        None
-    }
-
-    /// Without a guess: starts again where the starts so far led to no solution that is surely the best.
-    #[inline(never)]
-    fn try_another_free_start<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> bool {
-        if self.settings.start != Start::Free || !self.another_minimum_may_fit_better(problem) {
-            return false;
-        }
-        let Some(correction) = self.next_free_start(problem) else {
-            return false;
-        };
-        self.start_free(problem, &correction);
-        self.awaits_cost = true;
-        true
-    }
-
-    /// With fewer than twelve samples there may be several solutions, and no linear fit to tell a
-    /// false one. Starts again from both sides of the first end point.
-    #[inline(never)]
-    fn search<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> bool {
-        if problem.effective_samples() >= T::from_count(SAMPLES_FOR_FREE_START) {
-            return false;
-        }
-        if self.search.is_none() {
-            let from = match &self.best {
-                Some(best) => &best.point,
-                None => &self.iteration.point,
-            };
-            let direction = self.identifiability.weakest_direction();
-            self.search = Some(Search::new(from.correction, direction));
+    /// Starts where the samples allow a better fit, or where another solution may be.
+    fn start_elsewhere<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        ended: StartUsed,
+    ) -> bool {
+        if let Some(correction) = self.starts.better_free(problem, ended, self.best.as_ref()) {
+            self.start_again(problem, StartUsed::Free, &correction);
+            self.awaits_cost = self.settings.start == Start::Free;
+            return true;
         }
         self.search_on(problem)
     }
 
     fn search_on<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> bool {
-        while let Some(correction) = self.search.as_mut().and_then(Search::next) {
-            // Where there is no such robot nothing can start.
-            if sum_of_squares(problem, &problem.displaced(&correction)).finite() {
-                self.iterations = self.iterations();
-                self.restart(problem, &correction);
-                self.phase = Phase::From(StartUsed::Search);
-                return true;
-            }
-        }
-        // Few samples may determine a start without a guess all the same.
-        if self.free_starts == 0 {
-            self.free_starts = 1;
-            if let Some(correction) = problem.free_start(0) {
-                self.start_free(problem, &correction);
-                return true;
-            }
-        }
-        false
-    }
-
-    /// A tolerance without a stated noise: estimates the noise from the residuals, so that samples
-    /// and tolerance have the right weights (`MacKay`'s evidence iteration, σ² = Σr²/(n − γ) with
-    /// γ the number of parameters that the samples determine), and solves again from there.
-    #[inline(never)]
-    fn balance_tolerance<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> bool {
-        if self.settings.tolerance.is_none()
-            || problem.noise_stated()
-            || self.noise_rounds >= NOISE_ROUNDS
-        {
+        let Some((start, correction)) = self.starts.next_searched(problem) else {
             return false;
-        }
-        let Some(best) = &self.best else {
-            // Too weak a tolerance leaves the problem without a firm minimum: start from a stronger.
-            let sigma = T::from_f64(10.0) * self.residual_sigma;
-            self.restart_balanced(problem, sigma, &[T::ZERO; N]);
-            self.phase = Phase::From(StartUsed::Nominal);
-            return true;
         };
-        let determined = determined_parameters(
-            &self.prior,
-            best.residual_sigma,
-            self.identifiability.covariance.as_slice(),
-        );
-        let spare = problem.residuals() - determined;
-        if !(spare > T::from_f64(1e-3)) {
-            return false;
-        }
-        let least = T::from_f64(8.0) * T::EPSILON;
-        let sigma = (best.point.sum_of_squares / spare)
-            .square_root()
-            .larger(least);
-        let change = (sigma - best.residual_sigma).magnitude();
-        if best.residual_sigma != self.residual_sigma
-            || !(change > T::from_f64(0.01) * self.residual_sigma)
-        {
-            // Settled; or the last round failed, and the one before it stands.
-            return false;
-        }
-        let (from, start) = (best.point.correction, best.start);
-        self.restart_balanced(problem, sigma, &from);
-        self.phase = Phase::From(start);
+        self.start_again(problem, start, &correction);
         true
     }
 
+    /// Where a tolerance but no noise is stated: solves again with the noise that the residuals show.
     #[inline(never)]
-    fn restart_balanced<P: Problem<T, N, M, E, At = A>>(
-        &mut self,
-        problem: &P,
-        sigma: T,
-        from: &[T; N],
-    ) {
-        self.noise_rounds += 1;
-        self.residual_sigma = sigma;
-        self.iterations = self.iterations();
-        self.restart(problem, from);
+    fn balance_tolerance<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> bool {
+        let best = self.best.as_ref();
+        if self.settings.tolerance.is_none()
+            || problem.noise_stated()
+            || !self.balance.next(
+                problem,
+                &self.prior,
+                best,
+                self.identifiability.covariance.as_slice(),
+            )
+        {
+            return false;
+        }
+        let (start, from) = best.map_or((StartUsed::Nominal, [T::ZERO; N]), |best| {
+            (best.start, best.point.correction)
+        });
+        self.start_again(problem, start, &from);
         self.awaits_cost = true;
+        true
     }
 
     /// The correction of the best end point, whatever is to be said of it.
@@ -501,7 +377,7 @@ where
                 Some((best.termination, best.start)),
                 best.residual_sigma,
             ),
-            None => (&self.iteration.point, None, self.residual_sigma),
+            None => (&self.iteration.point, None, self.balance.sigma),
         };
         Judgement {
             first_arm: self.first_arm,
@@ -514,23 +390,6 @@ where
         }
         .estimate(problem)
     }
-}
-
-/// γ = N − Σ σ² (UᵀU C)ⱼⱼ: how many parameters the samples determine and not the prior.
-pub(super) fn determined_parameters<T, R, const N: usize, const M: usize, const E: usize>(
-    prior: &R,
-    sigma: T,
-    covariance: &[T],
-) -> T
-where
-    T: Real,
-    R: Prior<T, N, M, E>,
-{
-    let mut determined = T::from_count(N as u64);
-    for parameter in 0..N {
-        determined -= prior.share(covariance, parameter) * sigma.squared();
-    }
-    determined
 }
 
 /// Whether a calibration with these settings can begin.

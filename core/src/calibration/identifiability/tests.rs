@@ -2,7 +2,7 @@
 
 use crate::calibration::JointNormal;
 use crate::calibration::arm_problem::Normal;
-use crate::calibration::minimizer::determined_parameters;
+use crate::calibration::noise_balance::determined_parameters;
 use nalgebra::{SMatrix, SVector};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;

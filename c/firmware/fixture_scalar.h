@@ -199,10 +199,8 @@ static void OF(joint)(const OF(delta_cal_settings) *settings)
     begin = platform_count();
     OK(OF(delta_cal_joint_calibrator_flush)(&OF(joint_calibrator)));
     OF(cost)("joint, flush", platform_count() - begin);
-    begin = platform_count();
     OK(OF(delta_cal_joint_solver_init)(
         &OF(joint_solver), sizeof OF(joint_solver), &OF(joint_calibrator), &error));
-    OF(cost)("joint, begin", platform_count() - begin);
     do {
         const unsigned long start = platform_count();
         status = OF(delta_cal_joint_solver_step)(&OF(joint_solver), &OF(joint_calibrator), &error);

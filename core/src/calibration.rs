@@ -54,6 +54,7 @@ pub use joint_solver::JointSolver;
 pub(crate) use joint_solver::tolerance_prior;
 #[cfg(any(feature = "classical", test))]
 pub(crate) use means::{Means, spread};
+pub(crate) use minimizer::enough_samples;
 pub use minimizer::{Minimizer, Progress};
 pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, Termination};
 pub use problem::{Piece, Prior, Problem, sum_of_squares};

@@ -11,7 +11,7 @@ mod on_target {
     use std::path::{Path, PathBuf};
 
     /// Double precision in hardware, where the default code of the target computes it in software.
-    const FOR_M7: &str = "target.thumbv7em-none-eabihf.rustflags=['-C', 'target-cpu=cortex-m7']";
+    const FOR_M7: &str = "target.thumbv7em-none-eabihf.rustflags=['-Ctarget-cpu=cortex-m7']";
     const PROGRAMS: [&str; 4] = ["--bin", PACKAGE, "--bin", "cases"];
 
     /// Without the core's features, which this machine's have: what a feature adds changes nothing else.
@@ -39,7 +39,8 @@ mod on_target {
     #[test]
     fn same_bits_with_double_precision_in_hardware() {
         let arguments = [&PROGRAMS[..], &["--config", FOR_M7]].concat();
-        let target = build_for_target(&directory("firmware-m7"), &arguments).expect("the build");
+        let target =
+            build_for_target(&directory("firmware/cortex-m7"), &arguments).expect("the build");
         let fixture = emulate(Board::M7, Clock::Free, &target.join(PACKAGE)).expect("the run");
         let cases = emulate(Board::M7, Clock::Free, &target.join("cases")).expect("the run");
         let fails_on_m4 = emulate(Board::M4, Clock::Free, &target.join(PACKAGE));
@@ -99,8 +100,7 @@ mod on_target {
     #[test]
     fn same_bits_of_linear_drives() {
         let arguments = ["--bin", "linear", "--features", "linear"];
-        let target =
-            build_for_target(&directory("firmware-linear"), &arguments).expect("the build");
+        let target = build_for_target(&directory("firmware"), &arguments).expect("the build");
         let on_host = on_host(linear::write);
         let expected = only("BITS ", &on_host);
         for scalar in ["f32", "f64"] {

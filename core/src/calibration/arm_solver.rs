@@ -1,5 +1,5 @@
 use super::arm_problem::ArmProblem;
-use super::minimizer::Minimizer;
+use super::minimizer::{Minimizer, enough_samples};
 use super::outcome::ArmOutcome;
 use super::refusal::Refusal;
 use super::settings::Settings;
@@ -48,8 +48,9 @@ impl<T: Real> ArmSolver<T> {
         arm: ArmIndex,
         settings: &Settings<T>,
     ) -> Result<Self, Refusal> {
+        enough_samples(problem, arm, settings)?;
         let mut solver = Self::of_arm(problem, arm, settings);
-        solver.begin(problem)?;
+        solver.begin(problem);
         Ok(solver)
     }
 

@@ -1,5 +1,5 @@
 use super::joint_calibrator::JointCalibrator;
-use super::minimizer::{Minimizer, Progress};
+use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::JointOutcome;
 use super::refusal::Refusal;
 use super::settings::Settings;
@@ -37,36 +37,46 @@ impl<T: Real> JointCalibrator<T> {
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct JointSolver<T: Real> {
-    minimizer: Minimizer<T, JointDisplacement<T>, TolerancePrior<T, 24>, 24, 25, 325>,
+    /// `None` before the first step, which begins in place: a copy of it costs as much as a step.
+    minimizer: Option<JointMinimizer<T>>,
 }
 
+type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, TolerancePrior<T, 24>, 24, 25, 325>;
+
 impl<T: Real> JointSolver<T> {
-    /// Takes in the samples that wait, and begins. A control loop with little time for each step calls
+    /// Takes in the samples that wait. A control loop with little time for each step calls
     /// [`JointCalibrator::flush`] in the step before: there is nothing left to take in then.
     ///
     /// # Errors
     /// [`Refusal::TooFewSamples`].
     pub fn new(calibrator: &mut JointCalibrator<T>) -> Result<Self, Refusal> {
         calibrator.flush();
-        let (factor, settings) = (calibrator.factor(), calibrator.settings());
-        let prior = tolerance_prior(factor, settings);
-        // Begun in place: a copy of it costs as much as a step.
-        let mut solver = Self {
-            minimizer: Minimizer::unstarted(ArmIndex::First, prior, settings),
-        };
-        solver.minimizer.begin(factor)?;
-        Ok(solver)
+        enough_samples(calibrator.factor(), ArmIndex::First, calibrator.settings())?;
+        Ok(Self { minimizer: None })
     }
 
     /// One step, on the samples that were there at the start and any that were taken in since. Does
     /// nothing once finished.
     pub fn step(&mut self, calibrator: &JointCalibrator<T>) -> Progress {
-        self.minimizer.step(calibrator.factor())
+        let Some(minimizer) = &mut self.minimizer else {
+            self.begin(calibrator);
+            return Progress::Working;
+        };
+        minimizer.step(calibrator.factor())
+    }
+
+    #[inline(never)]
+    fn begin(&mut self, calibrator: &JointCalibrator<T>) {
+        let (factor, settings) = (calibrator.factor(), calibrator.settings());
+        let prior = tolerance_prior(factor, settings);
+        self.minimizer
+            .insert(Minimizer::unstarted(ArmIndex::First, prior, settings))
+            .begin(factor);
     }
 
     /// Linearisations so far, all starts together.
     pub fn iterations(&self) -> u16 {
-        self.minimizer.iterations()
+        self.minimizer.as_ref().map_or(0, Minimizer::iterations)
     }
 
     /// The calibrated robot, or why there is none.
@@ -74,9 +84,10 @@ impl<T: Real> JointSolver<T> {
     /// # Errors
     /// Every [`Refusal`]; [`Refusal::Unfinished`] before the last step.
     pub fn outcome(&self, calibrator: &JointCalibrator<T>) -> Result<JointOutcome<T>, Refusal> {
+        let minimizer = self.minimizer.as_ref().ok_or(Refusal::Unfinished)?;
         let factor = calibrator.factor();
         // Not moved out of its place: a copy costs thousands of instructions.
-        match &self.minimizer.estimate(factor) {
+        match &minimizer.estimate(factor) {
             Ok(estimate) => JointOutcome::new(factor, estimate),
             Err(refusal) => Err(*refusal),
         }

@@ -107,18 +107,15 @@ where
         prior: R,
         settings: &Settings<T>,
     ) -> Result<Self, Refusal> {
+        enough_samples(problem, first_arm, settings)?;
         let mut solver = Self::unstarted(first_arm, prior, settings);
-        solver.begin(problem)?;
+        solver.begin(problem);
         Ok(solver)
     }
 
-    /// In place: on a small stack a copy of a solver is a large object.
+    /// Begins where there are [`enough_samples`]. In place: on a small stack a copy of a solver is a large object.
     #[inline(never)]
-    pub(crate) fn begin<P: Problem<T, N, M, E, At = A>>(
-        &mut self,
-        problem: &P,
-    ) -> Result<(), Refusal> {
-        enough_samples(problem, self.first_arm, &self.settings)?;
+    pub(crate) fn begin<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) {
         if let Some(tolerance) = &self.settings.tolerance
             && !problem.noise_stated()
         {
@@ -128,7 +125,6 @@ where
             Start::Nominal => self.start(problem, StartUsed::Nominal, &[T::ZERO; N]),
             Start::Free => self.phase = Phase::Beginning,
         }
-        Ok(())
     }
 
     /// Where there is none, looks for what the samples leave free.
@@ -393,7 +389,7 @@ where
 }
 
 /// Whether a calibration with these settings can begin.
-pub(super) fn enough_samples<T, P, const N: usize, const M: usize, const E: usize>(
+pub(crate) fn enough_samples<T, P, const N: usize, const M: usize, const E: usize>(
     problem: &P,
     arm: ArmIndex,
     settings: &Settings<T>,

@@ -106,14 +106,11 @@ impl<T: Real> RobotSolver<T> {
         problem: &P,
         settings: &Settings<T>,
     ) -> Result<(), Refusal> {
-        let solver = self
-            .solver
-            .insert(ArmSolver::of_arm(problem, self.arm, settings));
-        let begun = solver.begin(problem);
-        if begun.is_err() {
-            self.solver = None;
-        }
-        begun
+        enough_samples(problem, self.arm, settings)?;
+        self.solver
+            .insert(ArmSolver::of_arm(problem, self.arm, settings))
+            .begin(problem);
+        Ok(())
     }
 
     /// A function of its own, so that its large temporaries do not share a stack with the steps.

@@ -5,7 +5,7 @@ use super::outcome::ObservationOutcome;
 use super::problem::{InstrumentsAt, ObservationProblem};
 use super::row::ObservationRow;
 use crate::Real;
-use crate::calibration::{Minimizer, Progress, Refusal, Settings, TolerancePrior};
+use crate::calibration::{Minimizer, Progress, Refusal, Settings, TolerancePrior, enough_samples};
 use crate::robot::ArmIndex;
 
 impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
@@ -162,13 +162,16 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Minimisation<T, N,
         problem: &ObservationProblem<'_, T, N>,
         settings: &Settings<T>,
     ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
+        if let Err(refusal) = enough_samples::<T, _, N, M, E>(problem, ArmIndex::First, settings) {
+            return Some(Err(match self.pass {
+                Pass::ClearAlone(earlier) => earlier,
+                _ => refusal,
+            }));
+        }
         let prior = problem.prior(settings);
         let minimizer = Minimizer::unstarted(ArmIndex::First, prior, settings);
-        match (self.minimizer.insert(minimizer).begin(problem), &self.pass) {
-            (Ok(()), _) => None,
-            (Err(_), Pass::ClearAlone(refusal)) => Some(Err(*refusal)),
-            (Err(refusal), _) => Some(Err(refusal)),
-        }
+        self.minimizer.insert(minimizer).begin(problem);
+        None
     }
 
     #[inline(never)]

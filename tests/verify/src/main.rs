@@ -12,22 +12,25 @@ mod mutants;
 mod package;
 mod programs;
 mod setup;
+mod side_by_side;
 mod stages;
 mod structure;
+mod summary;
 mod versions;
 
 use check::Check;
-use clock::{Cost, Start};
-use stages::{BY_HAND, QUICK, STAGES, Stage};
+use clock::Start;
+use stages::{BY_HAND, FIRST, QUICK, SIDE_BY_SIDE, Stage};
 use std::process::ExitCode;
+use summary::Finished;
 
 const USAGE: &str = "\
-Runs every check, in stages; all failures are collected and summed up at the end.
+Runs every check, in stages, two at a time; all failures are collected and summed up at the end.
 
 Usage: cargo verify [quick | STAGE...]
 
   quick       a minute: format, structure, links, clippy on the host, unit tests
-  STAGE...    run only these, in the order given
+  STAGE...    run only these, one after the other, in the order given
   --list      list the stages
   --help      print this
 ";
@@ -44,8 +47,18 @@ fn main() -> ExitCode {
         print_stages();
         return ExitCode::SUCCESS;
     }
+    let begin = Start::now();
+    if arguments.is_empty() {
+        return match run_all() {
+            Ok(finished) => summary::print(&finished, begin),
+            Err(error) => {
+                eprintln!("This program does not find itself, to run each stage: {error}");
+                ExitCode::FAILURE
+            }
+        };
+    }
     match chosen(&arguments) {
-        Ok(stages) => run(&stages),
+        Ok(stages) => summary::print(&run(&stages), begin),
         Err(unknown) => {
             eprintln!("There is no stage {unknown:?}; cargo verify --list lists them.");
             ExitCode::from(2)
@@ -55,7 +68,9 @@ fn main() -> ExitCode {
 
 fn print_stages() {
     for (heading, stages) in [
-        ("All, in this order:", STAGES),
+        ("All, first:", FIRST),
+        ("then:", SIDE_BY_SIDE[0]),
+        ("side by side with:", SIDE_BY_SIDE[1]),
         ("Quick:", QUICK),
         ("Only if asked for:", BY_HAND),
     ] {
@@ -67,72 +82,38 @@ fn print_stages() {
     }
 }
 
-/// The stages of these names, all of them without names; or the name that is none.
+/// The stages of these names, or the name that is none.
 fn chosen(names: &[String]) -> Result<Vec<&'static Stage>, &str> {
-    if names.is_empty() {
-        return Ok(STAGES.iter().collect());
-    }
     let mut stages = Vec::new();
     for name in names {
         if name == "quick" {
             stages.extend(QUICK);
             continue;
         }
-        let mut all = STAGES.iter().chain(QUICK).chain(BY_HAND);
+        let mut all = [FIRST, SIDE_BY_SIDE[0], SIDE_BY_SIDE[1], QUICK, BY_HAND]
+            .into_iter()
+            .flatten();
         stages.push(all.find(|stage| stage.name == name).ok_or(name.as_str())?);
     }
     Ok(stages)
 }
 
-struct Finished {
-    name: &'static str,
-    failures: Vec<String>,
-    skipped: Option<String>,
-    cost: Cost,
-}
-
-fn run(stages: &[&Stage]) -> ExitCode {
-    let begin = Start::now();
-    let mut finished = Vec::new();
-    for stage in stages {
+/// Runs stages one after the other.
+fn run(stages: &[&Stage]) -> Vec<Finished> {
+    let run = |stage: &&Stage| {
         println!("\n=== {}: {}", stage.name, stage.about);
         let start = Start::now();
         let mut check = Check::default();
         (stage.run)(&mut check);
-        finished.push(Finished {
-            name: stage.name,
-            skipped: check.take_skipped(),
-            failures: check.into_failures(),
-            cost: start.cost(),
-        });
-    }
+        Finished::new(stage.name, check, start)
+    };
+    stages.iter().map(run).collect()
+}
 
-    println!("\n=== summary");
-    for stage in &finished {
-        let verdict = match &stage.skipped {
-            _ if !stage.failures.is_empty() => "failed",
-            Some(_) => "skipped",
-            None => "ok",
-        };
-        println!("{:<10}  {verdict:<7}  {}", stage.name, stage.cost);
-        for failure in stage.skipped.iter().chain(&stage.failures) {
-            println!("    {}", failure.replace('\n', "\n    "));
-        }
-    }
-    let failed = finished
-        .iter()
-        .filter(|stage| !stage.failures.is_empty())
-        .count();
-    let skipped = finished.iter().filter(|stage| stage.skipped.is_some());
-    let skipped = skipped.count();
-    println!(
-        "{} passed, {failed} failed, {skipped} skipped, {}",
-        finished.len() - failed - skipped,
-        begin.cost().to_string().trim_start()
-    );
-    if failed == 0 {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    }
+/// Runs all of them, most of them side by side.
+fn run_all() -> std::io::Result<Vec<Finished>> {
+    let first: Vec<&Stage> = FIRST.iter().collect();
+    let mut finished = run(&first);
+    finished.extend(side_by_side::run(SIDE_BY_SIDE)?);
+    Ok(finished)
 }

@@ -15,6 +15,8 @@ const BUILD: &str = "cargo test --no-run --message-format=json-render-diagnostic
 const EXAMPLES: &str = "cargo test --no-fail-fast --doc";
 /// They need QEMU or LinuxCNC; the stages `firmware` and `linuxcnc` run them.
 const NOT_HERE: [&str; 2] = ["on_target::", "in_linuxcnc::"];
+/// The C library's folder; the stage `c` runs all of its programs, which would write into the same folders.
+const C_LIBRARY: &str = "c";
 
 /// How large the tests' campaigns are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -131,7 +133,8 @@ fn build() -> Result<Vec<Program>, String> {
         return Err(format!("{BUILD}: {}", output.status));
     }
     let text = String::from_utf8_lossy(&output.stdout);
-    Ok(text.lines().filter_map(program).collect())
+    let here = |program: &Program| !program.directory.ends_with(C_LIBRARY);
+    Ok(text.lines().filter_map(program).filter(here).collect())
 }
 
 /// The program of one of cargo's messages, if it is about one with tests.

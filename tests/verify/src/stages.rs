@@ -23,7 +23,8 @@ pub(crate) struct Stage {
     pub(crate) run: fn(&mut Check),
 }
 
-pub(crate) const STAGES: &[Stage] = &[
+/// What comes before all others: it installs what they need, or takes no time.
+pub(crate) const FIRST: &[Stage] = &[
     Stage {
         name: "setup",
         about: "the bare Rust targets, QEMU, C and C++ compilers, CMake; says what is missing, asks, installs it",
@@ -31,66 +32,75 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     FORMAT,
     STRUCTURE,
-    Stage {
-        name: "lint",
-        about: "clippy on host and bare target",
-        run: lint,
-    },
-    Stage {
-        name: "docs",
-        about: "rustdoc without warnings; links and code blocks of every page",
-        run: docs::check,
-    },
-    Stage {
-        name: "tests",
-        about: "all tests but those under QEMU, and the examples in the documentation",
-        run: tests,
-    },
-    Stage {
-        name: "features",
-        about: "the core with none, each, all but one and all of its features, on the bare target with none and all; the controller for other boards",
-        run: features::check,
-    },
-    Stage {
-        name: "firmware",
-        about: "under QEMU a Cortex-M4F and a Cortex-M7 give the host's bits, and calibrate when the host drives them",
-        run: firmware,
-    },
-    Stage {
-        name: "board",
-        about: "the controller on a real board: the program for a Raspberry Pi Pico 2 is built, without a warning",
-        run: board,
-    },
-    Stage {
-        name: "c",
-        about: "the C library: header, misuse, and C and C++ programs that give the core's bits, on this machine and under QEMU",
-        run: c,
-    },
-    Stage {
-        name: "linuxcnc",
-        about: "LinuxCNC's component: built by its compiler, and asked by its motion controller, without a screen",
-        run: linuxcnc::check,
-    },
-    Stage {
-        name: "budgets",
-        about: "instructions, stack and flash on a Cortex-M4F against budgets.toml; no panic path",
-        run: budgets::check,
-    },
-    Stage {
-        name: "licences",
-        about: "every dependency's licence is on the list of deny.toml",
-        run: licences::check,
-    },
-    Stage {
-        name: "versions",
-        about: "no dependency demands a newer Rust than Cargo.toml states",
-        run: versions::check,
-    },
-    Stage {
-        name: "package",
-        about: "core and protocol can be published; no public item changed that a release has promised",
-        run: package::check,
-    },
+];
+
+/// Two lists that run side by side. What the first compiles stands in one folder, where two builds would wait for each
+/// other; what the second compiles stands in others, until its tests need programs that the first has compiled by then.
+pub(crate) const SIDE_BY_SIDE: [&[Stage]; 2] = [
+    &[
+        Stage {
+            name: "lint",
+            about: "clippy on host and bare target",
+            run: lint,
+        },
+        Stage {
+            name: "docs",
+            about: "rustdoc without warnings; links and code blocks of every page",
+            run: docs::check,
+        },
+        Stage {
+            name: "tests",
+            about: "all tests but those under QEMU and of the C library, and the examples in the documentation",
+            run: tests,
+        },
+        Stage {
+            name: "licences",
+            about: "every dependency's licence is on the list of deny.toml",
+            run: licences::check,
+        },
+        Stage {
+            name: "versions",
+            about: "no dependency demands a newer Rust than Cargo.toml states",
+            run: versions::check,
+        },
+        Stage {
+            name: "package",
+            about: "core and protocol can be published; no public item changed that a release has promised",
+            run: package::check,
+        },
+    ],
+    &[
+        Stage {
+            name: "board",
+            about: "the controller on a real board: the program for a Raspberry Pi Pico 2 is built, without a warning",
+            run: board,
+        },
+        Stage {
+            name: "budgets",
+            about: "instructions, stack and flash on a Cortex-M4F against budgets.toml; no panic path",
+            run: budgets::check,
+        },
+        Stage {
+            name: "features",
+            about: "the core with none, each, all but one and all of its features, on the bare target with none and all; the controller for other boards",
+            run: features::check,
+        },
+        Stage {
+            name: "firmware",
+            about: "under QEMU a Cortex-M4F and a Cortex-M7 give the host's bits, and calibrate when the host drives them",
+            run: firmware,
+        },
+        Stage {
+            name: "c",
+            about: "the C library: header, misuse, and C and C++ programs that give the core's bits, on this machine and under QEMU",
+            run: c,
+        },
+        Stage {
+            name: "linuxcnc",
+            about: "LinuxCNC's component: built by its compiler, and asked by its motion controller, without a screen",
+            run: linuxcnc::check,
+        },
+    ],
 ];
 
 const FORMAT: Stage = Stage {
@@ -199,7 +209,6 @@ fn units(check: &mut Check) {
 fn tests(check: &mut Check) {
     // Optimised, but with debug assertions and overflow checks: `profile.test`.
     programs::run(check, Campaigns::Short);
-    check.chosen_tests(1, "cargo test --doc --package delta-cal-firmware-example");
 }
 
 fn long(check: &mut Check) {

@@ -113,11 +113,7 @@ mod firmware {
             })?;
         }
         one(console, counter, "joint, flush", || calibrator.flush())?;
-        let mut solver = None;
-        one(console, counter, "joint, begin", || {
-            solver = JointSolver::new(&mut calibrator).ok();
-        })?;
-        let mut solver = solver.ok_or(fmt::Error)?;
+        let mut solver = JointSolver::new(&mut calibrator).map_err(|_| fmt::Error)?;
         let mut progress = Progress::Working;
         while progress == Progress::Working {
             steps.count(counter, || progress = solver.step(&calibrator))?;

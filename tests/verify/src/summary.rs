@@ -36,7 +36,7 @@ impl Finished {
         }
     }
 
-    /// The one stage of another process's run, from what that [printed](print).
+    /// The one stage of another process's run, from what [`print`](fn@print) showed.
     pub(crate) fn read(output: &str) -> Option<Self> {
         let (_, summary) = output.rsplit_once(&format!("\n{HEADING}\n"))?;
         let mut lines: Vec<String> = summary.lines().map(str::to_owned).collect();

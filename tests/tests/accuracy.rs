@@ -16,8 +16,9 @@ use delta_cal_tests::{generator, size};
 use nalgebra::Vector3;
 use robots::{Geometry, Made, Poses, geometries, made, noise, robot_file, samples_file, tracker};
 
-/// Poses over which the achieved error is taken.
-const HELD_OUT: usize = 200;
+/// Poses over which the achieved error is taken. A few at steep edges decide it: over 200 of them, up to 2 of 100 accepted
+/// robots seem to be worse by some percent that over 4000 are not (of 3,500, in the cube, nothing but the noise stated).
+const HELD_OUT: usize = 2000;
 
 /// Positions that differ by more than this part of the forearm are those of different assemblies: robots
 /// made to the tolerance differ by a hundredth of it at most.

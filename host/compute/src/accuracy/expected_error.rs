@@ -69,7 +69,9 @@ fn variance<const P: usize>(
     if let Some((motions, explained)) = explained {
         jacobian -= motions.at(&pose.position) * explained;
     }
-    let variance = (jacobian * uncertainty.covariance).dot(&jacobian);
+    // The long columns of Jᵀ: three numbers at a time would take three times as long.
+    let transposed = jacobian.transpose();
+    let variance = (uncertainty.covariance * transposed).dot(&transposed);
     (variance >= 0.0).then_some(variance)
 }
 

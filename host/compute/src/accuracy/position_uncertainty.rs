@@ -20,7 +20,7 @@ impl<const P: usize> PositionUncertainty<'_, P> {
     /// (3.18). `None` at a singular pose.
     pub fn covariance(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<Matrix3<f64>> {
         let jacobian = self.jacobian(x, q)?;
-        Some(jacobian * self.covariance * jacobian.transpose())
+        Some(jacobian * (self.covariance * jacobian.transpose()))
     }
 
     /// J = ∂X/∂P (3.18), the arms side by side, before the transmissions. `None` at a singular pose.

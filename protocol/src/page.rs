@@ -11,7 +11,10 @@ mod observed;
 mod parts;
 mod pieces;
 mod reasons;
+mod requests;
+mod responses;
 mod streams;
+mod values;
 mod variants;
 
 use crate::{Direction, Geometry, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION, encode};
@@ -314,7 +317,7 @@ fn the_page_states_the_limits() {
 /// A geometry with transmissions, or the beginning of observations with everything known of every plane and point: no other
 /// request is as long.
 fn largest_request() -> usize {
-    let mut begin = cases::begin_observations::<f64>();
+    let mut begin = requests::begin_observations::<f64>();
     begin.session = u32::MAX;
     begin.planes = [begin.planes[0]; 4];
     begin.points = [begin.points[0]; 4];
@@ -326,7 +329,7 @@ fn largest_request() -> usize {
     };
     let adopt = crate::Adopt {
         from: u32::MAX,
-        geometry: cases::geometry(true),
+        geometry: values::geometry(true),
     };
     longest(crate::Request::BeginObservations(begin)).max(longest(crate::Request::Adopt(adopt)))
 }
@@ -350,8 +353,8 @@ fn the_fingerprint_is_computed_as_described() {
     let page = page();
     for (vector, with_transmissions) in [("parameters", false), ("parameters-transmissions", true)]
     {
-        let single = cases::geometry::<f32>(with_transmissions);
-        let double = cases::geometry::<f64>(with_transmissions);
+        let single = values::geometry::<f32>(with_transmissions);
+        let double = values::geometry::<f64>(with_transmissions);
         let rounded: Geometry<f64> = Geometry {
             arms: single.arms.map(|arm| arm.map(f64::from)),
             transmissions: single

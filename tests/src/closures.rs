@@ -1,8 +1,9 @@
-//! The closure errors of a sample's three arms and their covariance, densely and by their definitions:
-//! what the joint factor holds in triangles.
+//! The closure errors of a sample's three arms and their covariance, and the distances of one arm, densely and by their
+//! definitions: what the factors hold in triangles.
 
+use delta_cal::robot::Arm;
 use delta_cal::{ArmIndex, Noise, Robot, Sample};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{DVector, Dyn, Matrix3, OMatrix, SMatrix, U8, Vector3};
 
 /// The nominal forearms' directions may be off by so much: the part of a closure's variance that the arms do
 /// not share is at least that of such an angle. Radians.
@@ -28,6 +29,28 @@ pub fn by_parameters(robot: &Robot<f64>, sample: &Sample<f64>) -> SMatrix<f64, 3
         }
     }
     jacobian
+}
+
+/// A row for each sample: ∂d/∂P of one arm.
+pub type Jacobian = OMatrix<f64, Dyn, U8>;
+
+/// d = f/(2 Lb) of an arm, the distance along the forearm of the robot before calibration, and ∂d/∂P.
+pub fn distances(
+    nominal: &Robot<f64>,
+    index: ArmIndex,
+    arm: &Arm<f64>,
+    samples: &[Sample<f64>],
+) -> (DVector<f64>, Jacobian) {
+    let unit = 2.0 * nominal.arm(index).lb();
+    let mut distances = DVector::zeros(samples.len());
+    let mut jacobian = Jacobian::zeros(samples.len());
+    for (k, sample) in samples.iter().enumerate() {
+        let q = sample.joints[index.index()];
+        distances[k] = arm.constraint(&sample.position, q) / unit;
+        let row = arm.constraint_by_parameters(&sample.position, q) / unit;
+        jacobian.set_row(k, &row.transpose());
+    }
+    (distances, jacobian)
 }
 
 /// cov(f) at the robot before calibration, in mm⁴:

@@ -202,7 +202,8 @@ impl Spoilt {
     }
 }
 
-fn direction(rng: &mut Pcg32) -> Vector3<f64> {
+/// Any direction, each as likely.
+pub fn direction(rng: &mut Pcg32) -> Vector3<f64> {
     loop {
         let vector = Vector3::new(uniform(rng), uniform(rng), uniform(rng));
         if (0.1..=1.0).contains(&vector.norm()) {

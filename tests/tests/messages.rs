@@ -9,6 +9,7 @@ use delta_cal::robust::RobustRefusal;
 use delta_cal::samples::{MergeError, NoiseError, SampleError};
 use delta_cal::simulate::PoseError;
 use delta_cal::snapshot::SnapshotError;
+use delta_cal::stream::{Alarm, ForgettingError, GateError, HeldOutRefusal};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
 /// An error's message, and words that its reader cannot do without.
@@ -215,4 +216,27 @@ fn robust_refusals_name_their_figures() {
         }),
         &["arm 2"],
     );
+}
+
+#[test]
+fn messages_name_what_is_at_fault() {
+    let arm = ArmIndex::Second;
+    says(&HeldOutRefusal::Every, &["one sample in two"]);
+    says(&HeldOutRefusal::NoSamples { arm }, &["arm 2", "held out"]);
+    says(&HeldOutRefusal::NoNoise { arm }, &["arm 2", "noise"]);
+    let contradicted = HeldOutRefusal::Contradicted { arm, ratio: 2.34 };
+    says(&contradicted, &["arm 2", "2.3"]);
+    let overfitted = HeldOutRefusal::Overfitted { arm, ratio: 12.4 };
+    says(&overfitted, &["arm 2", "12"]);
+    for refusal in [contradicted, overfitted, HeldOutRefusal::NoNoise { arm }] {
+        assert_eq!(refusal.arm(), Some(arm));
+    }
+    says(&GateError::Sigmas, &["sigma", "greater than 0"]);
+    says(&ForgettingError::TooShort, &["one sample or more"]);
+    says(&ForgettingError::TooLong, &["mean age", "too large"]);
+    let changed = Alarm::RobotChanged { first: 17 };
+    let early = Alarm::EarlySamplesWrong { first: 5 };
+    assert!(changed.to_string().contains("17") || changed.to_string().contains("18"));
+    assert!(early.to_string().contains('5') || early.to_string().contains('6'));
+    assert_eq!((changed.first(), early.first()), (17, 5));
 }

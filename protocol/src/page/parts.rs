@@ -1,7 +1,8 @@
 //! Parts of messages of which the page shows the bytes without a frame.
 
-use super::cases::{SAMPLES, innovation};
 use super::pieces::Pieces;
+use super::responses::innovation;
+use super::values::SAMPLES;
 use crate::{Fault, Phase};
 use delta_cal::calibration::Instrument;
 use delta_cal::observations::ObservationError;

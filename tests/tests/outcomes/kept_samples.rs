@@ -1,0 +1,175 @@
+//! What a sample may be, where its position is counted from, and what it is worth once it is kept.
+
+use crate::outcomes::case;
+use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
+use delta_cal::robot::{Arm, Drive};
+use delta_cal::samples::{ArmFactor, NominalArm, SampleError};
+use delta_cal::{ArmIndex, Calibrator, Noise, Robot, Sample, Settings};
+use delta_cal_tests::paper_robot;
+use nalgebra::Vector3;
+
+/// Positions are counted from the platform at 20° on every joint, rounded to a sixteenth of the unit.
+#[test]
+fn positions_are_counted_from_within_the_workspace() {
+    let centre = |robot: &Robot<f64>| {
+        let calibrator = Calibrator::new(robot, &Settings::default());
+        *calibrator.arms()[0].nominal().centre()
+    };
+    // Half a sixteenth of 256 mm on each axis.
+    let rounding = 3f64.sqrt() * 8.0;
+    let near = |robot: &Robot<f64>, expected: &Vector3<f64>| {
+        (centre(robot) - expected).norm() <= rounding * 1.001
+    };
+    let paper = paper_robot::<f64>();
+    assert!(near(
+        &paper,
+        &paper.forward(&[20f64.to_radians(); 3]).unwrap()
+    ));
+    // Encoders mounted otherwise: of 20°, 0°, 45°, −20° and 70° the first that is reachable.
+    let turned = |degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        Robot::new(paper.arms().map(|arm| {
+            let mut p = arm.parameters();
+            (p[0], p[1]) = (240.0 * p[3].cos(), 240.0 * p[3].sin());
+            (p[5], p[6]) = (260.0 * cos, -260.0 * sin);
+            p[7] = 300.0;
+            Arm::new(p).unwrap()
+        }))
+        .unwrap()
+    };
+    for (degrees, first) in [
+        (60.0, 20.0),
+        (-78.0, 0.0),
+        (35.0, 45.0),
+        (-60.0, -20.0),
+        (10.0, 70.0),
+    ] {
+        let robot = turned(degrees);
+        for joint in [20.0, 0.0, 45.0, -20.0, 70.0] {
+            let there = robot.forward(&[f64::to_radians(joint); 3]);
+            if f64::abs(joint - first) < 1.0 {
+                assert!(near(&robot, &there.unwrap()), "{degrees}");
+                break;
+            }
+            assert!(there.is_err(), "{degrees} {joint}");
+        }
+    }
+    // Where it is reachable at none of them: a forearm below the middle of the motors.
+    let short = Robot::new(paper.arms().map(|arm| {
+        let mut p = arm.parameters();
+        (p[0], p[1]) = (500.0 * p[3].cos() + 300.0, 500.0 * p[3].sin() - 200.0);
+        p[2] = 100.0;
+        p[7] = 257.0;
+        Arm::new(p).unwrap()
+    }))
+    .unwrap();
+    assert!(near(&short, &Vector3::new(300.0, -200.0, 100.0 - 257.0)));
+}
+
+#[test]
+fn a_joint_angle_may_be_two_turns_and_no_more() {
+    let (_, samples) = case(51, 1);
+    let limit = 4.0 * std::f64::consts::PI;
+    for (q, accepted) in [(12.5, true), (-12.5, true), (12.6, false), (-12.6, false)] {
+        assert_eq!(f64::abs(q) <= limit, accepted);
+        let mut sample = samples[0];
+        sample.joints[1] = q;
+        assert_eq!(sample.check(Drive::Rotary).is_ok(), accepted, "{q}");
+    }
+}
+
+#[test]
+fn a_position_may_be_ten_thousand_units_from_the_centre() {
+    let mut calibrator = Calibrator::new(&paper_robot::<f64>(), &Settings::default());
+    let reference = *calibrator.arms()[0].nominal();
+    assert!(reference.centre().norm() > 100.0);
+    for direction in [Vector3::x(), -Vector3::z(), Vector3::z()] {
+        for (distance, accepted) in [(0.99999, true), (1.00001, false)] {
+            let sample = Sample {
+                joints: [0.0; 3],
+                position: reference.centre() + direction * (1e4 * reference.scale() * distance),
+            };
+            let added = calibrator.add(&sample);
+            assert_eq!(added.is_ok(), accepted, "{direction} {distance}");
+        }
+    }
+}
+
+#[test]
+fn a_store_says_what_it_would_take() {
+    let (_, samples) = case(52, 2);
+    let arm = ArmIndex::Second;
+    let reference = NominalArm::new(
+        paper_robot().arm(arm),
+        &Vector3::new(0.0, 0.0, -450.0),
+        None,
+    );
+    let mut stored = StoredArmSamples::<f64, 1>::new(reference);
+    assert!(stored.is_empty());
+    let x = &samples[0].position;
+    assert_eq!(stored.check(x, 0.1, arm), Ok(()));
+    assert_eq!(
+        stored.check(x, f64::NAN, arm),
+        Err(StoredError::Sample(SampleError::JointNonFinite(arm)))
+    );
+    stored.add(x, 0.1, arm).unwrap();
+    assert!(!stored.is_empty() && stored.len() == 1);
+    assert_eq!(stored.check(x, 0.1, arm), Err(StoredError::Full));
+    // One arm that cannot take a sample keeps it from the others.
+    let mut calibrator = StoredCalibrator::<f64, 4>::new(&paper_robot(), &Settings::default());
+    let far = Sample {
+        joints: [0.0; 3],
+        position: Vector3::new(1e8, 0.0, 0.0),
+    };
+    assert!(calibrator.add(&far).is_err());
+    assert_eq!(calibrator.samples(), 0);
+}
+
+#[test]
+fn merged_factors_are_worth_the_sum_of_what_they_remember() {
+    let (_, samples) = case(53, 30);
+    let filled = |part: &[Sample<f64>]| {
+        let mut calibrator = Calibrator::new(&paper_robot(), &Settings::default());
+        calibrator.add_many(part).unwrap();
+        calibrator
+    };
+    let mut first = filled(&samples[..10]);
+    first.forget(0.5);
+    first.add_many(&samples[10..13]).unwrap();
+    let mut second = filled(&samples[13..]);
+    second.forget(0.25);
+    first.merge(&second).unwrap();
+    for factor in first.arms() {
+        assert!((factor.effective_samples() - (5.0 + 3.0 + 17.0 / 4.0)).abs() < 1e-12);
+        assert_eq!(factor.samples(), 30);
+    }
+    // λ of 1 and more forgets nothing.
+    let before = first.arms()[0].effective_samples();
+    first.forget(1.0);
+    first.forget(1.5);
+    first.forget(f64::NAN);
+    assert!((first.arms()[0].effective_samples() - before).abs() < 1e-12);
+}
+
+/// No stated noise claims more than the scalar can hold: half an ε of the position, and 4ε Lb² in f.
+#[test]
+fn rounding_is_a_noise_too() {
+    let arm = Arm::<f32>::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
+    let noise = Some(Noise::new(1e-12_f32, 0.0).unwrap());
+    for far in [0.0_f64, 4e4] {
+        let mut moved = arm.parameters();
+        moved[1] += far as f32;
+        let arm = Arm::new(moved).unwrap();
+        let centre = Vector3::new(0.0, far as f32, -450.0);
+        let mut factor = ArmFactor::new(NominalArm::new(&arm, &centre, noise));
+        let x = Vector3::new(424.0, far as f32, -481.0);
+        factor.add(&x, 0.0, ArmIndex::First).unwrap();
+        let f = 481.0_f64.powi(2) - 480.0_f64.powi(2);
+        let epsilon = f64::from(f32::EPSILON);
+        let position = x.cast::<f64>().norm() * epsilon / 2.0 * 2.0 * 480.0;
+        let arithmetic = 4.0 * epsilon * 480.0 * 480.0;
+        let expected = f / position.hypot(arithmetic);
+        let found = f64::from(factor.sum_of_squares(&arm)).sqrt();
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+    }
+}

@@ -19,13 +19,14 @@
 //!
 //! and τ is integrated out with a prior that is even in log τ. It is an estimate of the kind that
 //! Efron and Morris (1973) and MacKay (1992) use.
+//!
+//! Where the robot's place in space does not count, M is that of the positions less the rigid motion that explains most
+//! of each parameter's effect. It has a kernel, the combinations of parameters that move the robot as a whole: u and C
+//! are projected on what is orthogonal to them.
 
 use crate::accuracy::chi_square::quantile;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
-
-type Vector24 = SVector<f64, 24>;
-type Matrix24 = SMatrix<f64, 24, 24>;
 
 /// Sizes of τ that are tried, from the largest change down to this part of it.
 const SIZES: u32 = 49;
@@ -37,11 +38,11 @@ const NOISE_LEVELS: u32 = 5;
 #[derive(Debug, Clone)]
 pub(crate) struct Change {
     /// u.
-    pub(crate) difference: Vector24,
+    pub(crate) difference: DVector<f64>,
     /// C. With an estimated noise that of Student's distribution.
-    pub(crate) covariance: Matrix24,
+    pub(crate) covariance: DMatrix<f64>,
     /// M.
-    pub(crate) sensitivity: Matrix24,
+    pub(crate) sensitivity: DMatrix<f64>,
     /// Whether C holds a tolerance about the parameters before.
     pub(crate) has_tolerance: bool,
     /// Of an estimated noise; `None` if it is stated.
@@ -49,6 +50,24 @@ pub(crate) struct Change {
 }
 
 impl Change {
+    /// Without the combinations of parameters that M's kernel holds, so many of them.
+    pub(crate) fn without_kernel(self, dimensions: usize) -> Self {
+        let eigen = self.sensitivity.clone().symmetric_eigen();
+        let mut columns: Vec<_> = eigen.eigenvectors.column_iter().collect();
+        let mut order: Vec<usize> = (0..columns.len()).collect();
+        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+        columns = order.iter().map(|index| columns[*index]).collect();
+        columns.truncate(columns.len().saturating_sub(dimensions));
+        let kept = DMatrix::from_columns(&columns);
+        let projected = |matrix: &DMatrix<f64>| kept.tr_mul(matrix) * &kept;
+        Self {
+            difference: kept.tr_mul(&self.difference),
+            covariance: projected(&self.covariance),
+            sensitivity: projected(&self.sensitivity),
+            ..self
+        }
+    }
+
     /// The probability that the mean squared position error grows. `None` if too few samples are left
     /// over to say how noisy they are.
     pub(crate) fn chance_of_harm(&self) -> Option<f64> {
@@ -61,20 +80,20 @@ impl Change {
 
     /// The estimate is δ's mean already, and C its covariance.
     fn with_tolerance(&self) -> f64 {
-        let weights = self.sensitivity * self.difference;
+        let weights = &self.sensitivity * &self.difference;
         let gain = weights.dot(&self.difference);
-        let variance = weights.dot(&(self.covariance * weights));
+        let variance = weights.dot(&(&self.covariance * &weights));
         harm(gain, 4.0 * variance)
     }
 
     fn without_tolerance(&self) -> Option<f64> {
-        let eigen = self.covariance.symmetric_eigen();
+        let eigen = self.covariance.clone().symmetric_eigen();
         let least = f64::EPSILON * eigen.eigenvalues.amax();
         let variances = eigen.eigenvalues.map(|value| value.max(least));
         let change = eigen.eigenvectors.tr_mul(&self.difference);
         let weights = eigen
             .eigenvectors
-            .tr_mul(&(self.sensitivity * self.difference));
+            .tr_mul(&(&self.sensitivity * &self.difference));
         let squared = weights.dot(&change);
         let (mut total, mut harmed) = (0.0, 0.0);
         let mut best = f64::NEG_INFINITY;
@@ -83,7 +102,7 @@ impl Change {
                 let part = f64::from(size) / f64::from(SIZES - 1);
                 let tau = change.amax() * SMALLEST.powf(part);
                 let (mut logarithm, mut gain, mut variance) = (0.0, -squared, 0.0);
-                for index in 0..24 {
+                for index in 0..change.len() {
                     let (own, noise) = (tau * tau, level * variances[index]);
                     let sum = own + noise;
                     let (u, weight) = (change[index], weights[index]);
@@ -138,8 +157,9 @@ fn harm(gain: f64, variance: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Change, Matrix24, Vector24};
+    use super::Change;
     use delta_cal::simulate::standard_normal;
+    use nalgebra::{DMatrix, DVector};
     use rand_core::SeedableRng;
     use rand_pcg::Pcg32;
 
@@ -152,13 +172,13 @@ mod tests {
             let mut rng = Pcg32::seed_from_u64(1);
             for _ in 0..1000 {
                 let mut normal = || standard_normal::<f64, _>(&mut rng);
-                let sigma = Vector24::from_fn(|_, _| 0.1 * 10_f64.powf(0.5 * spread * normal()));
-                let own = Vector24::from_fn(|_, _| 0.7 * normal());
-                let noise = Vector24::from_fn(|index, _| sigma[index] * normal());
+                let sigma = DVector::from_fn(24, |_, _| 0.1 * 10_f64.powf(0.5 * spread * normal()));
+                let own = DVector::from_fn(24, |_, _| 0.7 * normal());
+                let noise = DVector::from_fn(24, |index, _| sigma[index] * normal());
                 let change = Change {
-                    difference: own + noise,
-                    covariance: Matrix24::from_diagonal(&sigma.component_mul(&sigma)),
-                    sensitivity: Matrix24::identity(),
+                    difference: &own + &noise,
+                    covariance: DMatrix::from_diagonal(&sigma.component_mul(&sigma)),
+                    sensitivity: DMatrix::identity(24, 24),
                     has_tolerance: false,
                     degrees_of_freedom: None,
                 };
@@ -170,6 +190,54 @@ mod tests {
             // Four standard deviations; 1 % more because τ is not known exactly.
             let limit = 4.0 * f64::sqrt(variance) + 0.01 * said;
             assert!(f64::abs(harmed - said) < limit, "{spread}: {harmed} {said}");
+        }
+    }
+
+    /// Six of 24 combinations move the robot as a whole, by whatever the search for the sensor's frame left of that: the
+    /// chance is that of the 18 others by themselves.
+    #[test]
+    fn motions_of_the_whole_robot_do_not_count() {
+        let mut rng = Pcg32::seed_from_u64(2);
+        for number in 0..100 {
+            let mut normal = || standard_normal::<f64, _>(&mut rng);
+            let sigma = DVector::from_fn(18, |_, _| 0.3 * 10_f64.powf(normal()));
+            let own = DVector::from_fn(18, |index, _| 0.5 * normal() + sigma[index] * normal());
+            let motion = DVector::from_fn(6, |_, _| 30.0 * normal());
+            // Any orthogonal axes.
+            let axes = DMatrix::from_fn(24, 24, |_, _| normal()).qr().q();
+            let turned = |diagonal: DVector<f64>| {
+                &axes * DMatrix::from_diagonal(&diagonal) * axes.transpose()
+            };
+            let with = |others: f64, rest: &DVector<f64>| {
+                DVector::from_fn(24, |index, _| if index < 18 { rest[index] } else { others })
+            };
+            let variances = sigma.component_mul(&sigma);
+            let weights =
+                DVector::from_fn(18, |index, _| 1.0 + f64::from(u8::from(index % 2 == 0)));
+            let alone = Change {
+                difference: own.clone(),
+                covariance: DMatrix::from_diagonal(&variances),
+                sensitivity: DMatrix::from_diagonal(&weights),
+                has_tolerance: number % 2 == 0,
+                degrees_of_freedom: None,
+            };
+            let joined = DVector::from_fn(24, |index, _| {
+                if index < 18 {
+                    own[index]
+                } else {
+                    motion[index - 18]
+                }
+            });
+            let whole = Change {
+                difference: &axes * joined,
+                covariance: turned(with(1e-4, &variances)),
+                sensitivity: turned(with(0.0, &weights)),
+                ..alone.clone()
+            };
+            let expected = alone.chance_of_harm().unwrap_or(f64::NAN);
+            let found = whole.without_kernel(6).chance_of_harm().unwrap_or(f64::NAN);
+            // Roundings of numbers up to 1e3, squared.
+            assert!((found - expected).abs() < 1e-8, "{found} {expected}");
         }
     }
 }

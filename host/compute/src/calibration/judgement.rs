@@ -56,7 +56,7 @@ pub(crate) fn judge(
         &fit.outcome,
         &robot.reach(),
         settings,
-        case.options.method,
+        &case.options,
     );
     if settings.tolerance.is_none() {
         let arms = fit.outcome.fit.arms.iter();

@@ -125,7 +125,8 @@ pub fn report(report: &CalibrationReport, about: &About) -> Value {
             "position_sigma_mm": comparison.sigma,
             // rms distance by which the calibration moved the positions.
             "change_mm": comparison.change,
-            // The probability that the robot is worse after the calibration than before.
+            // The probability that the robot is worse after the calibration than before; with `--frame sensor` that
+            // its positions relative to each other are.
             "chance_of_harm": comparison.chance_of_harm,
         })),
         "position_uncertainty": report.uncertainty.as_ref().map(uncertainty),

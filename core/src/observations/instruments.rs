@@ -220,3 +220,6 @@ impl<T: Real> Instruments<'_, T> {
             .map(|(_, instrument)| instrument)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,7 +10,7 @@
 )]
 
 use delta_cal::calibration::limits::chi_square_quantile;
-use delta_cal::calibration::{ArmSolver, Solver, Start, StartUsed};
+use delta_cal::calibration::{ArmSolver, JointCalibrator, Solver, Start, StartUsed};
 use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::samples::{ArmFactor, NominalArm, SampleError};
@@ -19,7 +19,7 @@ use delta_cal::{
     Settings, Tolerance,
 };
 use delta_cal_tests::{
-    Spread, generator, largest_difference, measurements, paper_robot, perturbed,
+    Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single,
 };
 use nalgebra::{SMatrix, Vector3};
 
@@ -113,6 +113,37 @@ fn with_a_stated_noise_the_covariance_is_the_cramer_rao_bound() {
         let expected = information.try_inverse().unwrap() * (SIGMA * SIGMA);
         assert!(same_matrix(&arm.covariance.unwrap(), &expected));
     }
+}
+
+/// Of a noise that differs by axis, σf² is Σ (∂f/∂x σx)² over the axes and (∂f/∂q σq)² besides, at the robot before.
+#[test]
+fn a_noise_by_axis_weighs_each_sample_by_its_own_direction() {
+    let (truth, _) = case(6, 1);
+    let noise = Noise::by_axis([0.03, 0.03, 0.1], 1e-5).unwrap();
+    let mut rng = generator(640, 6);
+    let samples = measurements(&truth, 40, Some(&noise), &mut rng);
+    let outcome = calibrate(&samples, &Settings::default().with_noise(noise)).unwrap();
+    for (index, arm) in ArmIndex::ALL.into_iter().zip(&outcome.arms) {
+        let (mut squares, mut information) = (0.0, SMatrix::<f64, 8, 8>::zeros());
+        let nominal = paper_robot();
+        let nominal: &Arm<f64> = nominal.arm(index);
+        for sample in &samples {
+            let (x, q) = (&sample.position, sample.joints[index.index()]);
+            let sigmas = Vector3::from(noise.position_by_axis());
+            let by_position = nominal.constraint_by_position(x, q).component_mul(&sigmas);
+            let by_joint = nominal.constraint_by_joint(x, q) * noise.joint();
+            let variance = by_position.norm_squared() + by_joint.powi(2);
+            squares += arm.arm.constraint(x, q).powi(2) / variance;
+            let row = arm.arm.constraint_by_parameters(x, q);
+            information += row * row.transpose() / variance;
+        }
+        assert!(same(arm.residual_rms, (squares / 40.0).sqrt()));
+        let expected = information.try_inverse().unwrap();
+        assert!(same_matrix(&arm.covariance.unwrap(), &expected));
+    }
+    let [x, y, z] = noise.position_by_axis();
+    let root_mean_square = ((x * x + y * y + z * z) / 3.0).sqrt();
+    assert!((noise.position() - root_mean_square).abs() < 1e-15);
 }
 
 fn tolerances() -> [f64; 8] {
@@ -506,8 +537,14 @@ fn merged_factors_are_worth_the_sum_of_what_they_remember() {
 #[test]
 fn rounding_is_a_noise_too() {
     let arm = Arm::<f32>::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
-    let noise = Some(Noise::new(1e-12_f32, 0.0).unwrap());
-    for far in [0.0_f64, 4e4] {
+    let noises = [
+        Noise::new(1e-12_f32, 0.0),
+        Noise::by_axis([1e-12_f32, 1e-12, 2e-12], 0.0),
+    ];
+    for (far, noise) in [0.0_f64, 4e4]
+        .into_iter()
+        .flat_map(|far| noises.map(|noise| (far, noise.ok())))
+    {
         let mut moved = arm.parameters();
         moved[1] += far as f32;
         let arm = Arm::new(moved).unwrap();
@@ -523,6 +560,20 @@ fn rounding_is_a_noise_too() {
         let found = f64::from(factor.sum_of_squares(&arm)).sqrt();
         assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
     }
+}
+
+/// Of all arms together, too: exact samples in single precision agree with the least noise that can be stated.
+#[test]
+fn rounded_samples_of_all_arms_agree_with_any_stated_noise() {
+    let (truth, _) = case(7, 1);
+    let samples = to_single(&measurements(&truth, 40, None, &mut generator(642, 0)));
+    let nominal: Robot<f32> = paper_robot();
+    let noise = Noise::new(1e-12, 0.0).unwrap();
+    let mut calibrator = JointCalibrator::new(&nominal, &Settings::default().with_noise(noise));
+    calibrator.add_many(&samples).unwrap();
+    let outcome = calibrator.solve().unwrap();
+    // Rounding of positions and joints, in σ of what it is taken for.
+    assert!((0.01..1.5).contains(&outcome.estimate.residual_rms));
 }
 
 #[test]

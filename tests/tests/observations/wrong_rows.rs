@@ -258,6 +258,7 @@ fn too_few_rows_that_count_are_refused() {
     let no_room = Err(RobustObservationError::Refused(RobustRefusal::NoRoom {
         samples: 17,
     }));
+    let all = rows.clone();
     let mut with_beyond = rows.clone();
     (with_beyond[3], with_beyond[4]) = (beyond, beyond);
     for (mut rows, room, expected) in [
@@ -280,4 +281,23 @@ fn too_few_rows_that_count_are_refused() {
         });
         assert_eq!(found.map(|_| ()), expected);
     }
+    // One that does not count changes nothing.
+    let fitted = |rows: &[ObservationRow<f64>]| {
+        let mut work = vec![WeighedSample::vacant(); rows.len()];
+        let outcome = with_instruments(kind, |instruments, settings| {
+            robust_fit_observations::<f64, N, 41, 861>(
+                &nominal,
+                instruments,
+                &mut rows.to_vec(),
+                settings,
+                Loss::Tukey,
+                &mut work,
+            )
+        });
+        outcome.unwrap()
+    };
+    let (without, with) = (fitted(&all), fitted(&[all.as_slice(), &[beyond]].concat()));
+    let difference = with.effective_samples - without.effective_samples;
+    assert!(difference.abs() < 1e-9, "{difference}");
+    assert!(with.fit.robot == without.fit.robot);
 }

@@ -393,4 +393,6 @@ fn the_rounding_of_a_far_position_is_a_noise() {
     factor.add(&Sample { joints, position }).unwrap();
     let norms = factor.triangle().column_norms();
     assert!(norms.iter().all(|norm| norm.is_finite()));
+    // The feature 1 of each arm: what cannot be squared would have left nothing.
+    assert!([11, 23, 35].iter().all(|column| norms[*column] > 0.0));
 }

@@ -222,4 +222,5 @@ impl<T: Real> Instruments<'_, T> {
 }
 
 #[cfg(test)]
+#[cfg(feature = "transmission")]
 mod tests;

@@ -5,7 +5,7 @@ use crate::calibration::problem::Problem;
 use crate::robot::Drive;
 use crate::samples::joint_factor_tests::{changed, empty, noises, robot, samples};
 use crate::samples::{JointFactor, Sample};
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{SMatrix, SVector};
 
 fn filled(index: usize, samples: &[Sample<f64>]) -> JointFactor<f64> {
     let mut factor = empty(noises()[index]);
@@ -194,7 +194,7 @@ fn a_parameter_belongs_to_its_own_arm() {
             forearm: 330.0,
         };
         let towers = towers.robot().unwrap();
-        let factor = JointFactor::new(&towers, &Vector3::zeros(), None);
+        let factor = JointFactor::new(&towers, &nalgebra::Vector3::zeros(), None);
         assert_eq!(Problem::drive(&factor), Drive::Linear);
     }
 }

@@ -182,6 +182,7 @@ fn exact_readings_return_the_robot() {
 
 /// What is known of transmissions, planes and points, each over its σ; nothing of the other unknowns, and 1 at the
 /// places that no unknown needs.
+#[cfg(feature = "transmission")]
 #[test]
 fn the_prior_weighs_what_is_known_of_the_instruments() {
     let robot = SymmetricRobot::PAPER.robot().unwrap();

@@ -10,13 +10,14 @@
 use delta_cal::calibration::{FreeFrame, JointCalibrator, Prior, Problem};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::{Arm, Drive};
 use delta_cal::simulate::{random_pose, simulate_sample};
-use delta_cal::{Noise, Robot, Sample, Settings, Tolerance};
+use delta_cal::{Noise, Parameter, Robot, Sample, Settings, Tolerance};
 use delta_cal_host::Frame;
 use delta_cal_host::fit::joint;
 use delta_cal_tests::geometries::{geometries, linear_geometries, position_jacobian};
 use delta_cal_tests::{Spread, generator, measurements, perturbed, size, uniform};
-use nalgebra::{DMatrix, Matrix3, Rotation3, SMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
 fn noise() -> Noise<f64> {
     Noise::new(0.02, 0.002f64.to_radians()).unwrap()
@@ -138,6 +139,164 @@ fn the_prior_holds_all_directions_but_the_six_motions() {
         let nothing = FreeFrame::new(&nominal, &units, None);
         assert_eq!(nothing.unheld(), parameters.len(), "{name}");
         assert!(nothing.cost(&correction) == 0.0 && nothing.distance(&correction, 3) == 0.0);
+    }
+}
+
+/// The parameters of an arm that is turned about a point, from its directions.
+fn turned(arm: &Arm<f64>, turn: &Rotation3<f64>, centre: &Vector3<f64>) -> [f64; 8] {
+    let basis = arm.basis();
+    let d = turn * (arm.d() - centre) + centre;
+    let [.., fifth, sixth, lb] = arm.parameters();
+    if arm.drive() == Drive::Linear {
+        let tower = turn * basis.ez;
+        let (lean_x, lean_y) = (tower.x.asin(), tower.y.asin());
+        return [d.x, d.y, d.z, lean_x, lean_y, fifth, sixth, lb];
+    }
+    let axis = turn * basis.ey;
+    let alpha = axis.z.asin();
+    // Within half a turn of the azimuth before.
+    let before = arm.get(Parameter::Theta);
+    let (sine, cosine) = before.sin_cos();
+    let by = (-axis.x * cosine - axis.y * sine).atan2(axis.y * cosine - axis.x * sine);
+    let theta = before + by;
+    let upper_arm = turn * basis.u;
+    let ex = Vector3::new(theta.cos(), theta.sin(), 0.0);
+    let (la_x, la_y) = (upper_arm.dot(&ex), upper_arm.dot(&ex.cross(&axis)));
+    [d.x, d.y, d.z, theta, alpha, la_x, la_y, lb]
+}
+
+/// Two robots whose arms or towers lean much.
+fn leaning_robots() -> [Robot<f64>; 2] {
+    let arms = [
+        [180.0, 20.0, -5.0, 0.2, 0.4, 240.0, 60.0, 480.0],
+        [-80.0, 150.0, 10.0, 2.2, -0.3, 250.0, -80.0, 490.0],
+        [-90.0, -160.0, 0.0, 4.1, 0.5, 260.0, 100.0, 470.0],
+    ];
+    let towers = [
+        [140.0, 20.0, -5.0, 0.5, 0.3, 1.1, 330.0],
+        [-80.0, 120.0, 10.0, -0.4, 0.5, 0.9, 340.0],
+        [-90.0, -120.0, 0.0, -0.3, -0.6, 1.0, 320.0],
+    ];
+    [
+        Robot::new(arms.map(|parameters| Arm::new(parameters).unwrap())).unwrap(),
+        Robot::new(towers.map(|parameters| Arm::linear(parameters).unwrap())).unwrap(),
+    ]
+}
+
+/// ∂P by the six motions of the robot, about a point: by differences of the moved robot's parameters.
+fn by_motions(robot: &Robot<f64>, centre: &Vector3<f64>) -> SMatrix<f64, 24, 6> {
+    let mut motions = SMatrix::<f64, 24, 6>::zeros();
+    for (index, arm) in robot.arms().iter().enumerate() {
+        for axis in 0..3 {
+            motions[(8 * index + axis, axis)] = 1.0;
+            let [above, below] = [1e-5, -1e-5].map(|angle| {
+                let mut rotation = Vector3::zeros();
+                rotation[axis] = angle;
+                turned(arm, &Rotation3::new(rotation), centre)
+            });
+            for place in 0..8 {
+                motions[(8 * index + place, 3 + axis)] = (above[place] - below[place]) / 2e-5;
+            }
+        }
+    }
+    motions
+}
+
+/// Of arms and towers that lean much, and of towers with a common radius: cost, gradient and shares are those of the
+/// least over all motions τ of (δ − G τ)ᵀ Λ (δ − G τ), Λ⁻¹ the covariance that the tolerance states.
+#[test]
+fn the_prior_is_the_least_cost_over_all_motions() {
+    for robot in leaning_robots() {
+        for radius in [0.0, 2.0] {
+            let tolerance = tolerance().with_radius(radius).unwrap();
+            let empty = *JointCalibrator::new(&robot, &Settings::default()).factor();
+            let units: [f64; 24] = std::array::from_fn(|parameter| empty.unit_of(parameter));
+            let free = FreeFrame::new(&robot, &units, Some(&tolerance));
+            let places = robot.drive().places();
+            let mut covariance = SMatrix::<f64, 24, 24>::identity();
+            let mut common = SVector::<f64, 24>::zeros();
+            for (index, arm) in robot.arms().iter().enumerate() {
+                let [x, y] = tolerance.outwards(arm);
+                (common[8 * index], common[8 * index + 1]) = (x, y);
+                for (place, parameter) in places.iter().enumerate() {
+                    if let Some(parameter) = parameter {
+                        let index = 8 * index + place;
+                        covariance[(index, index)] = tolerance.of(*parameter).powi(2);
+                    }
+                }
+            }
+            covariance += common * common.transpose();
+            let information = covariance.try_inverse().unwrap();
+            let motions = by_motions(&robot, &free.motion(&[0.0; 24]).centre);
+            let along = information * motions;
+            let held = (motions.transpose() * along).try_inverse().unwrap();
+            let expected = information - along * held * along.transpose();
+
+            let parameters = parameters(&robot);
+            let mut deviation = SVector::<f64, 24>::zeros();
+            for (index, parameter) in parameters.iter().enumerate() {
+                let sigma = covariance[(*parameter, *parameter)].sqrt();
+                deviation[*parameter] = sigma * ((index * index % 7) as f64 - 2.6);
+            }
+            let scaled = |values: &SVector<f64, 24>| -> [f64; 24] {
+                std::array::from_fn(|index| {
+                    let unit = units[index];
+                    if unit > 0.0 {
+                        values[index] / unit
+                    } else {
+                        0.0
+                    }
+                })
+            };
+            let correction = scaled(&deviation);
+            // Differences over 1e-5 rad leave 1e-10 of the second derivative.
+            let cost = (deviation.transpose() * expected * deviation)[0];
+            assert!((free.cost(&correction) / cost - 1.0).abs() < 1e-6);
+            let gradient = expected * deviation;
+            let found = free.gradient(&correction);
+            let columns: Vec<f64> = covariance
+                .column_iter()
+                .zip(units)
+                .flat_map(|(column, unit)| {
+                    scaled(&column.into()).map(|entry| if unit > 0.0 { entry / unit } else { 0.0 })
+                })
+                .collect();
+            for parameter in parameters {
+                let sigma = covariance[(parameter, parameter)].sqrt();
+                let found = found[parameter] / units[parameter];
+                assert!((found - gradient[parameter]).abs() * sigma < 1e-6 * cost.sqrt());
+                let share = (expected * covariance)[(parameter, parameter)];
+                assert!((free.share(&columns, parameter) - share).abs() < 1e-6);
+            }
+        }
+    }
+}
+
+/// A robot that is turned as a whole: the prior says by how much, whatever its arms lean.
+#[test]
+fn the_rotation_of_a_robot_whose_arms_lean_much_is_found() {
+    for robot in leaning_robots() {
+        let empty = *JointCalibrator::new(&robot, &Settings::default()).factor();
+        let units: [f64; 24] = std::array::from_fn(|parameter| empty.unit_of(parameter));
+        let free = FreeFrame::new(&robot, &units, Some(&tolerance()));
+        let centre = free.motion(&[0.0; 24]).centre;
+        let rotation = Vector3::new(1e-5, -2e-5, 1.5e-5);
+        let mut correction = [0.0; 24];
+        for (own, arm) in correction.chunks_exact_mut(8).zip(robot.arms()) {
+            let after = turned(arm, &Rotation3::new(rotation), &centre);
+            for ((entry, after), before) in own.iter_mut().zip(after).zip(arm.parameters()) {
+                *entry = after - before;
+            }
+        }
+        for (entry, unit) in correction.iter_mut().zip(units) {
+            *entry = if unit > 0.0 { *entry / unit } else { 0.0 };
+        }
+        let motion = free.motion(&correction);
+        // Second order: 3e-5² of a few rad and of some hundred millimetres.
+        let off = (motion.rotation - rotation).norm();
+        assert!(off < 1e-8, "{off:e}");
+        let off = motion.translation.norm();
+        assert!(off < 2e-6, "{off:e}");
     }
 }
 

@@ -1,15 +1,18 @@
 //! What an error says: every message names what is at fault, with its figures.
 
-use delta_cal::calibration::ToleranceError;
+use delta_cal::calibration::{Instrument, ToleranceError};
 use delta_cal::classical::StoredError;
 use delta_cal::frame::AlignmentError;
 use delta_cal::kinematics::{JointLimitsError, KinematicsError, Singularity};
+use delta_cal::observations::{ObservationError, PrepareError, RobustObservationError};
 use delta_cal::robot::GeometryError;
 use delta_cal::robust::RobustRefusal;
 use delta_cal::samples::{MergeError, NoiseError, SampleError};
 use delta_cal::simulate::PoseError;
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{Alarm, ForgettingError, GateError, HeldOutRefusal};
+use delta_cal::stream::{
+    AddError, Alarm, ForgettingError, GateError, HeldOutRefusal, StreamRefusal,
+};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
 /// An error's message, and words that its reader cannot do without.
@@ -239,4 +242,58 @@ fn messages_name_what_is_at_fault() {
     assert!(changed.to_string().contains("17") || changed.to_string().contains("18"));
     assert!(early.to_string().contains('5') || early.to_string().contains('6'));
     assert_eq!((changed.first(), early.first()), (17, 5));
+}
+
+#[test]
+fn instruments_are_named_with_their_number() {
+    let named = [
+        (Instrument::Frame, "frame"),
+        (Instrument::Plane(2), "plane 2"),
+        (Instrument::Point(5), "point 5"),
+        (Instrument::Transmission(ArmIndex::Second), "arm 2"),
+    ];
+    for (instrument, words) in named {
+        assert!(instrument.to_string().contains(words), "{instrument}");
+        says(&Refusal::UndeterminedInstrument(instrument), &[words]);
+    }
+}
+
+#[test]
+fn errors_of_observations_name_the_row_and_what_is_wrong() {
+    let wrong = ObservationError::SamePlace;
+    says(&wrong, &["distance"]);
+    let row = PrepareError::Row {
+        index: 7,
+        error: wrong,
+    };
+    says(&row, &["observation 7", &wrong.to_string()]);
+    let no_room = PrepareError::TooManyUnknowns { parameters: 43 };
+    says(&no_room, &["room", "43"]);
+    let refusal = Refusal::Unfinished;
+    says(&PrepareError::Refused(refusal), &[&refusal.to_string()]);
+    says(&RobustObservationError::Prepare(row), &[&row.to_string()]);
+    let few = RobustRefusal::TooFewSamples {
+        samples: 15,
+        needed: 16,
+    };
+    says(&RobustObservationError::Refused(few), &[&few.to_string()]);
+}
+
+#[test]
+fn errors_of_streams_say_what_they_come_from() {
+    says(&AddError::Busy, &["solving", "wait"]);
+    let faulty = SampleError::PositionNonFinite;
+    says(&AddError::Sample(faulty), &[&faulty.to_string()]);
+    let refusal = Refusal::Unfinished;
+    says(
+        &StreamRefusal::Calibration(refusal),
+        &[&refusal.to_string()],
+    );
+    let alarm = Alarm::RobotChanged { first: 31 };
+    says(&StreamRefusal::Alarm(alarm), &[&alarm.to_string()]);
+    let rejected = StreamRefusal::TooManyRejected {
+        rejected: 9,
+        samples: 40,
+    };
+    says(&rejected, &["9", "40"]);
 }

@@ -8,6 +8,8 @@
 )]
 
 use delta_cal::calibration::{Solver, Start, ToleranceError};
+use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::observations::ObservationNoise;
 use delta_cal::robot::Arm;
 use delta_cal::samples::NoiseError;
 use delta_cal::{
@@ -137,6 +139,7 @@ fn residuals_that_contradict_the_stated_noise() {
     let (_, samples) = robot_and_samples(5, 60, Some(&noise));
     let settings = Settings::default().with_noise(Noise::new(0.01, 0.0).unwrap());
     let refusal = solve(&samples, &settings).unwrap_err();
+    assert_eq!(refusal.arm(), Some(ArmIndex::First));
     let Refusal::ResidualContradictsNoise { ratio, .. } = refusal else {
         panic!("{refusal:?}");
     };
@@ -262,10 +265,24 @@ fn noises_and_tolerances_that_are_none() {
         assert_eq!(Noise::new(bad, 0.0), Err(NoiseError::Position));
         assert_eq!(Tolerance::new(bad, 0.1), Err(ToleranceError::Length));
         assert_eq!(Tolerance::new(0.1, bad), Err(ToleranceError::Angle));
+        let tolerance = Tolerance::new(0.1, 0.1).unwrap();
+        assert_eq!(tolerance.with_linear(bad, 0.1), Err(ToleranceError::Zero));
+        assert_eq!(tolerance.with_linear(0.1, bad), Err(ToleranceError::Scale));
+        let noise = ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), bad, 1.0);
+        assert_eq!(noise, Err(NoiseError::Height));
+        let noise = ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), 1.0, bad);
+        assert_eq!(noise, Err(NoiseError::Distance));
     }
     for bad in [-1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(Noise::new(1.0, bad), Err(NoiseError::Joint));
+        let tolerance = Tolerance::new(0.1, 0.1).unwrap();
+        assert_eq!(tolerance.with_radius(bad), Err(ToleranceError::Radius));
     }
+    for (least, most) in [(f64::NAN, 1.0), (1.0, f64::NAN), (1.0, f64::INFINITY)] {
+        let limits = JointLimits::travel(least, most);
+        assert_eq!(limits, Err(JointLimitsError::NonFinite));
+    }
+    assert_eq!(JointLimits::travel(1.0, 1.0), Err(JointLimitsError::Empty));
 }
 
 #[test]
@@ -303,4 +320,24 @@ fn a_frame_that_is_upside_down_is_refused() {
         // From the reference the iteration may also end in an arm whose plane is turned over.
         assert!(solve(&samples, &Settings::default()).is_err());
     }
+}
+
+/// Samples in one place give no start without a guess; what they leave free is named all the same.
+#[test]
+fn samples_in_one_place_are_refused_without_a_guess() {
+    let (truth, _) = robot_and_samples(7, 1, None);
+    let joints = [0.2, 0.3, 0.4];
+    let position = truth.forward(&joints).unwrap();
+    let samples = [Sample { joints, position }; 20];
+    let refusal = solve(&samples, &Settings::default().with_start(Start::Free)).unwrap_err();
+    assert!(
+        matches!(
+            refusal,
+            Refusal::Undetermined {
+                arm: ArmIndex::First,
+                ..
+            }
+        ),
+        "{refusal:?}"
+    );
 }

@@ -67,3 +67,6 @@ fn squared_length<T: Real>(values: &[T]) -> T {
         .iter()
         .fold(T::ZERO, |sum, value| sum + value.squared())
 }
+
+#[cfg(test)]
+mod tests;

@@ -284,3 +284,6 @@ fn scale_column<T: Real>(column: &[T], scaled: &mut [T], column_unit: T, row_uni
 fn to_single<T: Real>(value: T) -> f32 {
     <f32 as Real>::from_f64(value.to_f64())
 }
+
+#[cfg(test)]
+mod tests;

@@ -79,3 +79,6 @@ impl<T: Real, R> Weighted<'_, T, R> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -90,3 +90,6 @@ impl<T: Real> Instruments<'_, T> {
         None
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -220,3 +220,7 @@ impl<T: Real> Instruments<'_, T> {
             .map(|(_, instrument)| instrument)
     }
 }
+
+#[cfg(test)]
+#[cfg(feature = "transmission")]
+mod tests;

@@ -349,3 +349,6 @@ fn cholesky<T: Real>(covariance: &[[T; READINGS]; READINGS]) -> [[T; READINGS]; 
     }
     factor
 }
+
+#[cfg(test)]
+mod tests;

@@ -256,3 +256,6 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Fits<T> for Observ
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

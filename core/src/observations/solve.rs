@@ -210,3 +210,6 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Minimisation<T, N,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

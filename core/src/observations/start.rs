@@ -340,3 +340,6 @@ fn mean_shift<T: Real>(
     }
     sum / count.larger(T::ONE)
 }
+
+#[cfg(test)]
+mod tests;

@@ -187,5 +187,6 @@ impl<T: Real> TransmissionTolerance<T> {
     }
 }
 
-#[cfg(all(test, feature = "transmission"))]
+#[cfg(test)]
+#[cfg(feature = "transmission")]
 mod tests;

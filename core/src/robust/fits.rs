@@ -76,3 +76,28 @@ fn median_length<T: Real>(dimensions: u8) -> T {
         _ => 2.086_015,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::median_length;
+
+    /// Half of all normal residuals are shorter: by the distribution of χ² in closed form.
+    #[test]
+    fn half_of_the_residuals_are_shorter_than_the_median_length() {
+        for dimensions in 1..=5 {
+            let length: f64 = median_length(dimensions);
+            let (half, density) = (length * length / 2.0, libm::exp(-length * length / 2.0));
+            let of_one = libm::erf(length / core::f64::consts::SQRT_2);
+            let odd = libm::sqrt(2.0 / core::f64::consts::PI) * length * density;
+            let shorter = match dimensions {
+                1 => of_one,
+                2 => 1.0 - density,
+                3 => of_one - odd,
+                4 => 1.0 - density * (1.0 + half),
+                _ => of_one - odd * (1.0 + 2.0 * half / 3.0),
+            };
+            // Six decimals of the length.
+            assert!((shorter - 0.5).abs() < 1e-6, "{dimensions}: {shorter}");
+        }
+    }
+}

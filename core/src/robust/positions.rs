@@ -101,3 +101,6 @@ impl<T: Real> Fits<T> for Positions<'_, T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -117,7 +117,8 @@ impl<T: Real> Displacement<T> {
     }
 }
 
-#[cfg(all(test, feature = "linear"))]
+#[cfg(test)]
+#[cfg(feature = "linear")]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
@@ -192,6 +193,29 @@ mod tests {
                 product += feature * slope;
             }
             assert!((gradient[parameter] - product).abs() < 1e-8);
+        }
+    }
+
+    /// A row by itself, as the classical form has it, with a weight of its own.
+    #[test]
+    fn a_row_is_the_derivative_of_its_weighted_constraint() {
+        let nominal = nominal();
+        let (x, travel) = (Vector3::new(30.0, -50.0, 80.0), 350.0);
+        let mut sample = nominal.prepare(&x, travel);
+        sample.weight = 0.7;
+        let (row, value) = Displacement::new(&nominal, &CORRECTION).constraint_row(&sample);
+        let arm = corrected_arm(&nominal, &CORRECTION).unwrap();
+        let expected = arm.constraint(&x, travel) / (nominal.scale() * nominal.scale()) * 0.7;
+        assert!((value - expected).abs() < 1e-13);
+        let step = 1e-6;
+        for parameter in [0, 1, 2, 3, 4, 5, 7] {
+            let [above, below] = [step, -step].map(|by| {
+                let mut correction = CORRECTION;
+                correction[parameter] += by;
+                Displacement::new(&nominal, &correction).weighted_constraint(&sample)
+            });
+            // step² · f‴/6 + ε/step ≈ 1e-9.
+            assert!((row[parameter] - (above - below) / (2.0 * step)).abs() < 1e-8);
         }
     }
 }

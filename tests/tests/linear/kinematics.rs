@@ -2,10 +2,11 @@
 
 use crate::linear::{made, measurements};
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
-use delta_cal::robot::{Arm, GeometryError, SymmetricLinearRobot};
+use delta_cal::robot::{Arm, Drive, GeometryError, ParameterKind, SymmetricLinearRobot};
+use delta_cal::simulate::random_pose;
 use delta_cal::{ArmIndex, Parameter, Robot, SymmetricRobot};
-use delta_cal_tests::geometries::{linear_geometries, position_jacobian};
-use delta_cal_tests::{Spread, generator};
+use delta_cal_tests::geometries::{geometries, linear_geometries, position_jacobian};
+use delta_cal_tests::{Spread, generator, paper_limits};
 use nalgebra::{Matrix3, Vector3};
 
 /// Where a tower's carriage is, from the angles alone.
@@ -111,6 +112,15 @@ fn what_is_no_tower_is_no_arm() {
         (0, f64::NAN, GeometryError::NonFinite(Parameter::Dx)),
         (2, f64::INFINITY, GeometryError::NonFinite(Parameter::Zero)),
         (3, 1.6, GeometryError::LeanTooLarge),
+        // Beyond the horizontal, where the sines are those of a tower that stands.
+        (3, 2.5, GeometryError::LeanTooLarge),
+        (4, -2.5, GeometryError::LeanTooLarge),
+        // Squares of lengths must be finite too.
+        (0, 1e200, GeometryError::NonFinite(Parameter::Dx)),
+        (1, -1e200, GeometryError::NonFinite(Parameter::Dx)),
+        (2, 1e200, GeometryError::NonFinite(Parameter::Dx)),
+        (5, 1e200, GeometryError::NonFinite(Parameter::Scale)),
+        (6, 1e200, GeometryError::NonFinite(Parameter::Lb)),
         (5, 0.0, GeometryError::NotPositive(Parameter::Scale)),
         (5, -1.0, GeometryError::NotPositive(Parameter::Scale)),
         (6, 0.0, GeometryError::NotPositive(Parameter::Lb)),
@@ -138,4 +148,85 @@ fn what_is_no_tower_is_no_arm() {
     );
     assert!(JointLimits::travel(10.0, 10.0).is_err());
     assert!(JointLimits::travel(f64::NAN, 10.0).is_err());
+}
+
+#[test]
+fn limits_are_of_travels_or_of_angles() {
+    let travels = JointLimits::travel(100.0, 600.0).unwrap();
+    assert_eq!(travels.drive(), Drive::Linear);
+    let angles = JointLimits::new(-0.5, 1.0).unwrap();
+    assert_eq!(angles.drive(), Drive::Rotary);
+}
+
+/// In metres and in millimetres a robot has the same joint angles, and travels in its own unit.
+#[test]
+fn the_unit_of_length_makes_no_difference() {
+    let linear = linear_geometries().into_iter().map(|(_, robot, _)| robot);
+    let rotary = geometries().into_iter().map(|(_, robot)| robot);
+    for robot in linear.chain(rotary) {
+        let size = robot.arms()[0].lb();
+        let x = match robot.drive() {
+            Drive::Linear => Vector3::new(0.05, -0.1, 0.5) * size,
+            Drive::Rotary => {
+                let mut rng = generator(9110, 0);
+                random_pose(&robot, &paper_limits(), &mut rng)
+                    .unwrap()
+                    .position
+            }
+        };
+        let joints = robot.inverse(&x).unwrap();
+        for scale in [1e-3, 1e3] {
+            let parameters = robot.parameters().map(|mut arm| {
+                for (value, place) in arm.iter_mut().zip(robot.drive().places()) {
+                    if place.is_some_and(|place| place.kind() == ParameterKind::Length) {
+                        *value *= scale;
+                    }
+                }
+                arm
+            });
+            let scaled = robot.with_parameters(parameters).unwrap();
+            let back = scaled.inverse(&(x * scale)).unwrap();
+            for (found, expected) in back.iter().zip(joints) {
+                let unit = if robot.drive() == Drive::Linear {
+                    scale
+                } else {
+                    1.0
+                };
+                // Lengths of some hundred: a few thousand ε.
+                assert!((found / unit - expected).abs() < 1e-9, "{found} {expected}");
+            }
+        }
+    }
+}
+
+/// Where the forearm is square to its tower, just beyond, and at a number that has no square.
+#[test]
+fn the_edge_of_a_towers_reach_is_singular_and_beyond_is_unreachable() {
+    let robot = SymmetricLinearRobot {
+        tower_radius: 140.0,
+        forearm: 330.0,
+    };
+    let robot = robot.robot().unwrap();
+    let first = ArmIndex::First;
+    let outwards = robot.arms()[0].d() / 140.0;
+    // As far from the first tower as its forearm is long, and nearer to both others.
+    for (distance, expected) in [
+        (330.0 * (1.0 - 1e-12), None),
+        (
+            330.0 * (1.0 - 1e-15),
+            Some(KinematicsError::Singular(first, Singularity::Serial)),
+        ),
+        (
+            330.0 * (1.0 + 1e-15),
+            Some(KinematicsError::Singular(first, Singularity::Serial)),
+        ),
+        (
+            330.0 * (1.0 + 1e-12),
+            Some(KinematicsError::Unreachable(first)),
+        ),
+        (1e200, Some(KinematicsError::NonFinite(first))),
+    ] {
+        let x = outwards * (140.0 - distance);
+        assert_eq!(robot.inverse(&x).err(), expected, "{distance}");
+    }
 }

@@ -8,8 +8,8 @@ use delta_cal::observations::{
     Height, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane,
     PositionFrame,
 };
-use delta_cal::simulate::{random_pose, standard_normal};
-use delta_cal::{Noise, Robot, Tolerance};
+use delta_cal::simulate::{made_robot, random_pose, standard_normal};
+use delta_cal::{Noise, Parameter, Robot, Tolerance};
 use delta_cal_tests::documents::print_campaign;
 use delta_cal_tests::geometries::{linear_geometries, made_to, position_jacobian};
 use delta_cal_tests::{Spread, generator, size, uniform};
@@ -253,5 +253,49 @@ fn what_towers_have_in_common_is_found_from_few_touches() {
             common < every && f64::from(refused) <= 0.02 * count,
             "{row}"
         );
+    }
+}
+
+/// Of robots made to a tolerance each tower's place has its own σ and the common one, which two towers share.
+#[test]
+fn made_robots_have_the_common_radius_beside_each_towers_own_place() {
+    let (_, nominal, _) = &linear_geometries()[0];
+    let tolerance = with_radius();
+    let mut rng = generator(9450, 0);
+    let (count, mut own, mut shared) = (4000, 0.0, 0.0);
+    for _ in 0..count {
+        let robot = made_robot(nominal, &tolerance, &mut rng).unwrap();
+        let outwards: Vec<f64> = (robot.arms().iter().zip(nominal.arms()))
+            .map(|(robot, nominal)| {
+                let direction = nominal.d().normalize();
+                (robot.d() - nominal.d()).dot(&direction)
+            })
+            .collect();
+        own += outwards[0].powi(2) / f64::from(count);
+        shared += outwards[1] * outwards[2] / f64::from(count);
+    }
+    let (length, common) = (tolerance.of(Parameter::Dx).powi(2), RADIUS.powi(2));
+    // Of 4000 normal draws a variance is off by √(2/4000): five of its σ.
+    let bound = 5.0 * (2.0 / f64::from(count)).sqrt() * (length + common);
+    assert!((own - length - common).abs() < bound, "{own}");
+    assert!((shared - common).abs() < bound, "{shared}");
+}
+
+/// Without a tolerance nothing is known of any parameter; with one of every one.
+#[test]
+fn the_prior_knows_nothing_or_something_of_every_parameter() {
+    for (_, nominal, _) in linear_geometries() {
+        let of_places = nominal
+            .drive()
+            .places()
+            .map(|place| f64::from(u8::from(place.is_some())));
+        let units: [f64; 24] = std::array::from_fn(|index| of_places[index % 8]);
+        let unheld = |tolerance: Option<&Tolerance<f64>>| {
+            let prior = TolerancePrior::new(&nominal, &units, tolerance);
+            Prior::<f64, 24, 25, 325>::unheld(&prior)
+        };
+        assert_eq!(unheld(None), 21);
+        assert_eq!(unheld(Some(&tolerance())), 0);
+        assert_eq!(unheld(Some(&with_radius())), 0);
     }
 }

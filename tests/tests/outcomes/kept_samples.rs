@@ -1,11 +1,12 @@
 //! What a sample may be, where its position is counted from, and what it is worth once it is kept.
 
 use crate::outcomes::case;
+use delta_cal::calibration::JointCalibrator;
 use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::samples::{ArmFactor, NominalArm, SampleError};
 use delta_cal::{ArmIndex, Calibrator, Noise, Robot, Sample, Settings};
-use delta_cal_tests::paper_robot;
+use delta_cal_tests::{generator, measurements, paper_robot, to_single};
 use nalgebra::Vector3;
 
 /// Positions are counted from the platform at 20° on every joint, rounded to a sixteenth of the unit.
@@ -155,8 +156,14 @@ fn merged_factors_are_worth_the_sum_of_what_they_remember() {
 #[test]
 fn rounding_is_a_noise_too() {
     let arm = Arm::<f32>::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
-    let noise = Some(Noise::new(1e-12_f32, 0.0).unwrap());
-    for far in [0.0_f64, 4e4] {
+    let noises = [
+        Noise::new(1e-12_f32, 0.0),
+        Noise::by_axis([1e-12_f32, 1e-12, 2e-12], 0.0),
+    ];
+    for (far, noise) in [0.0_f64, 4e4]
+        .into_iter()
+        .flat_map(|far| noises.map(|noise| (far, noise.ok())))
+    {
         let mut moved = arm.parameters();
         moved[1] += far as f32;
         let arm = Arm::new(moved).unwrap();
@@ -172,4 +179,18 @@ fn rounding_is_a_noise_too() {
         let found = f64::from(factor.sum_of_squares(&arm)).sqrt();
         assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
     }
+}
+
+/// Of all arms together, too: exact samples in single precision agree with the least noise that can be stated.
+#[test]
+fn rounded_samples_of_all_arms_agree_with_any_stated_noise() {
+    let (truth, _) = case(7, 1);
+    let samples = to_single(&measurements(&truth, 40, None, &mut generator(642, 0)));
+    let nominal: Robot<f32> = paper_robot();
+    let noise = Noise::new(1e-12, 0.0).unwrap();
+    let mut calibrator = JointCalibrator::new(&nominal, &Settings::default().with_noise(noise));
+    calibrator.add_many(&samples).unwrap();
+    let outcome = calibrator.solve().unwrap();
+    // Rounding of positions and joints, in σ of what it is taken for.
+    assert!((0.01..1.5).contains(&outcome.estimate.residual_rms));
 }

@@ -2,6 +2,7 @@
 
 use crate::outcomes::{SIGMA, calibrate, case, sums};
 use delta_cal::calibration::ArmSolver;
+use delta_cal::robot::Arm;
 use delta_cal::samples::{ArmFactor, NominalArm};
 use delta_cal::{ArmIndex, Noise, Parameter, Progress, Settings, Tolerance};
 use delta_cal_tests::{generator, measurements, paper_robot};
@@ -65,6 +66,37 @@ fn with_a_stated_noise_the_covariance_is_the_cramer_rao_bound() {
         let expected = information.try_inverse().unwrap() * (SIGMA * SIGMA);
         assert!(same_matrix(&arm.covariance.unwrap(), &expected));
     }
+}
+
+/// Of a noise that differs by axis, σf² is Σ (∂f/∂x σx)² over the axes and (∂f/∂q σq)² besides, at the robot before.
+#[test]
+fn a_noise_by_axis_weighs_each_sample_by_its_own_direction() {
+    let (truth, _) = case(6, 1);
+    let noise = Noise::by_axis([0.03, 0.03, 0.1], 1e-5).unwrap();
+    let mut rng = generator(640, 6);
+    let samples = measurements(&truth, 40, Some(&noise), &mut rng);
+    let outcome = calibrate(&samples, &Settings::default().with_noise(noise)).unwrap();
+    for (index, arm) in ArmIndex::ALL.into_iter().zip(&outcome.arms) {
+        let (mut squares, mut information) = (0.0, SMatrix::<f64, 8, 8>::zeros());
+        let nominal = paper_robot();
+        let nominal: &Arm<f64> = nominal.arm(index);
+        for sample in &samples {
+            let (x, q) = (&sample.position, sample.joints[index.index()]);
+            let sigmas = Vector3::from(noise.position_by_axis());
+            let by_position = nominal.constraint_by_position(x, q).component_mul(&sigmas);
+            let by_joint = nominal.constraint_by_joint(x, q) * noise.joint();
+            let variance = by_position.norm_squared() + by_joint.powi(2);
+            squares += arm.arm.constraint(x, q).powi(2) / variance;
+            let row = arm.arm.constraint_by_parameters(x, q);
+            information += row * row.transpose() / variance;
+        }
+        assert!(same(arm.residual_rms, (squares / 40.0).sqrt()));
+        let expected = information.try_inverse().unwrap();
+        assert!(same_matrix(&arm.covariance.unwrap(), &expected));
+    }
+    let [x, y, z] = noise.position_by_axis();
+    let root_mean_square = ((x * x + y * y + z * z) / 3.0).sqrt();
+    assert!((noise.position() - root_mean_square).abs() < 1e-15);
 }
 
 fn tolerances() -> [f64; 8] {

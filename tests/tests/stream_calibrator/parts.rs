@@ -6,7 +6,7 @@ use delta_cal::stream::{
     Added, Estimator, Forgetting, Gate, HeldOut, Selection, StreamCalibrator, StreamOptions,
     StreamOutcome, StreamRefusal, Verdict,
 };
-use delta_cal::{Calibrator, Real, Robot, Sample, Settings};
+use delta_cal::{ArmIndex, Calibrator, Progress, Real, Robot, Sample, Settings};
 
 struct ByHand<T: Real> {
     arms: Calibrator<T>,
@@ -186,6 +186,91 @@ fn a_run_of_rejections_and_too_many_of_them_are_refused() {
                 };
                 assert_eq!(refusal, expected);
             }
+        }
+    }
+}
+
+/// Held-out samples that agree are in the last fit, by either estimator; and what is at work is named.
+#[test]
+fn held_out_samples_that_agree_are_in_the_result() {
+    for (robot, mut samples) in streams::<f64>(32) {
+        let wrong = samples.len() / 2 - 1;
+        samples[wrong].position.x -= 5.0;
+        for estimator in [Estimator::Arms, Estimator::Joint] {
+            let options = StreamOptions {
+                estimator,
+                selection: Selection::HeldOut { every: 4 },
+            };
+            let settings = statements::<f64>()[3];
+            let mut stream = StreamCalibrator::new(&robot, &settings, &options).unwrap();
+            let added = samples
+                .iter()
+                .map(|sample| add(&mut stream, sample))
+                .collect();
+            assert_eq!((stream.samples(), stream.arm()), (32, None));
+            let mut at_work = stream;
+            at_work.solve();
+            let mut arms = Vec::new();
+            while at_work.step() == Progress::Working {
+                if arms.last() != Some(&at_work.arm()) {
+                    arms.push(at_work.arm());
+                }
+            }
+            let [first, second, third] = ArmIndex::ALL.map(Some);
+            // The fit and its judgement go from arm to arm, and so does the last fit of the arms.
+            let round = [first, second, third];
+            let last = match estimator {
+                Estimator::Arms => round.as_slice(),
+                Estimator::Joint => &[],
+            };
+            let expected: Vec<_> = [round.as_slice(), &round, &[None], last].concat();
+            assert_eq!(arms, expected);
+            let found = end(stream, added);
+            assert!(found.end.is_ok() && found.validations.is_some());
+            assert_eq!(found, by_hand(&robot, &settings, &options, &samples));
+            let samples = match found.end.unwrap() {
+                StreamOutcome::Arms(outcome) => outcome.arms[2].samples,
+                StreamOutcome::Joint(outcome) => outcome.estimate.samples,
+            };
+            assert_eq!(samples, 32);
+        }
+    }
+}
+
+/// Without a stated noise the gate wants an estimate at the twelfth sample; a solve that is asked for meanwhile comes
+/// after it, and one that is asked for twice comes once.
+#[test]
+fn a_solve_that_is_asked_for_during_an_estimate_comes_after_it() {
+    let options = StreamOptions {
+        estimator: Estimator::Arms,
+        selection: Selection::Gated { forgetting: None },
+    };
+    for (robot, samples) in &streams::<f64>(32) {
+        for asked_at in [0, 1, 3] {
+            let settings = Settings::default();
+            let mut stream = StreamCalibrator::new(robot, &settings, &options).unwrap();
+            for sample in &samples[..11] {
+                add(&mut stream, sample);
+            }
+            stream.add(&samples[11]).unwrap();
+            assert!(stream.solving());
+            let mut after = stream;
+            for step in 0.. {
+                if step == asked_at {
+                    stream.solve();
+                }
+                if stream.step() == Progress::Finished {
+                    break;
+                }
+            }
+            while after.step() == Progress::Working {}
+            assert!(after.result().is_none());
+            after.solve();
+            while after.step() == Progress::Working {}
+            assert!(stream.result().is_some());
+            assert_eq!(stream.result(), after.result());
+            assert!(stream.add(&samples[12]).is_ok());
+            assert!(!stream.solving() && stream.result().is_none());
         }
     }
 }

@@ -2,8 +2,11 @@
 
 use super::{DEGREE, add, end, options, statements, streams};
 use delta_cal::calibration::{JointCalibrator, Settings, Solver};
+use delta_cal::robot::SymmetricLinearRobot;
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{Estimator, Forgetting, Gate, Selection, StreamCalibrator, StreamOptions};
+use delta_cal::stream::{
+    Alarm, Estimator, Forgetting, Gate, Selection, StreamCalibrator, StreamOptions,
+};
 use delta_cal::{Calibrator, Noise, Real, Tolerance};
 use delta_cal_tests::documents::print_documented;
 
@@ -227,6 +230,103 @@ fn a_gate_is_not_restored_in_front_of_another_state() {
     assert_eq!(wide.restore(&arms, &bytes), other);
     assert_eq!(new().restore(&before, &bytes), other);
     assert_eq!(new().restore(&arms, &bytes), Ok(()));
+}
+
+/// Calibrators and gate by themselves take back what was of the same robot and settings, and nothing else.
+#[test]
+fn calibrators_by_themselves_refuse_what_is_of_another_robot_or_other_settings() {
+    let all = streams::<f64>(20);
+    let (robot, samples) = &all[0];
+    let settings = statements::<f64>()[3];
+    let mut arms = Calibrator::new(robot, &settings);
+    let mut gate = Gate::new(&mut arms);
+    let mut joint = JointCalibrator::new(robot, &settings);
+    for sample in samples {
+        gate.add(&mut arms, sample).unwrap();
+        joint.add(sample).unwrap();
+    }
+    let mut bytes = [
+        vec![0; Calibrator::<f64>::SNAPSHOT_BYTES],
+        vec![0; JointCalibrator::<f64>::SNAPSHOT_BYTES],
+        vec![0; Gate::<f64>::SNAPSHOT_BYTES],
+    ];
+    arms.snapshot(&mut bytes[0]).unwrap();
+    joint.snapshot(&mut bytes[1]).unwrap();
+    gate.snapshot(&arms, &mut bytes[2]).unwrap();
+    let restored = |robot, settings: &Settings<f64>| {
+        let mut arms = Calibrator::new(robot, settings);
+        let mut gate = Gate::new(&mut arms);
+        [
+            arms.restore(&bytes[0]),
+            JointCalibrator::new(robot, settings).restore(&bytes[1]),
+            gate.restore(&arms, &bytes[2]),
+        ]
+    };
+    assert_eq!(restored(robot, &settings), [Ok(()); 3]);
+    let other = Err(SnapshotError::OtherCalibration);
+    assert_eq!(restored(&all[1].0, &settings), [other; 3]);
+    let others = settings.with_iteration_limit(49);
+    assert_eq!(restored(robot, &others), [other; 3]);
+    // Of the same kind in another precision.
+    let (single, _) = &streams::<f32>(20)[0];
+    let mut single = Calibrator::new(single, &statements::<f32>()[3]);
+    assert_eq!(single.restore(&bytes[0]), Err(SnapshotError::OtherKind));
+}
+
+/// Of towers the common radius is a part of the tolerance, too.
+#[test]
+fn a_snapshot_of_towers_belongs_to_its_common_radius() {
+    let robot = SymmetricLinearRobot {
+        tower_radius: 140.0,
+        forearm: 330.0,
+    };
+    let robot = robot.robot().unwrap();
+    let with_radius = |radius| {
+        let tolerance = Tolerance::new(0.5, 0.2 * DEGREE).unwrap();
+        Settings::default().with_tolerance(tolerance.with_radius(radius).unwrap())
+    };
+    let mut bytes = vec![0; Calibrator::<f64>::SNAPSHOT_BYTES];
+    Calibrator::new(&robot, &with_radius(2.0))
+        .snapshot(&mut bytes)
+        .unwrap();
+    let restored = |radius| Calibrator::new(&robot, &with_radius(radius)).restore(&bytes);
+    assert_eq!(restored(2.0), Ok(()));
+    assert_eq!(restored(3.0), Err(SnapshotError::OtherCalibration));
+}
+
+/// Early samples that a run contradicts, and many of them: the alarm and its sample outlast a power cut.
+#[test]
+fn an_alarm_is_in_the_snapshot() {
+    let options = StreamOptions {
+        estimator: Estimator::Arms,
+        selection: Selection::Gated { forgetting: None },
+    };
+    let settings = statements::<f64>()[3];
+    let (robot, samples) = &streams::<f64>(80)[0];
+    for good in [9, 30] {
+        let new = || StreamCalibrator::new(robot, &settings, &options).unwrap();
+        let mut stream = new();
+        for (index, sample) in samples.iter().enumerate().take(good + 8) {
+            let mut sample = *sample;
+            if index >= good {
+                sample.position.y += 8.0;
+            }
+            add(&mut stream, &sample);
+        }
+        let first = good as u64;
+        let expected = if good < 16 {
+            Alarm::EarlySamplesWrong { first }
+        } else {
+            Alarm::RobotChanged { first }
+        };
+        assert_eq!(stream.alarm(), Some(expected));
+        let mut bytes = vec![0; StreamCalibrator::<f64>::SNAPSHOT_BYTES];
+        let length = stream.snapshot(&mut bytes).unwrap().len();
+        let mut restored = new();
+        restored.restore(&bytes[..length]).unwrap();
+        assert_eq!(restored.alarm(), Some(expected));
+        assert_eq!(restored.samples(), stream.samples());
+    }
 }
 
 /// While something is solved there is nothing to write.

@@ -224,3 +224,115 @@ fn samples_in_one_place_give_no_arm() {
     // Rounding may leave a spread of √ε of the unit; nothing is larger.
     assert!(correction.is_none() || means.spread < 1e-7);
 }
+
+#[cfg(feature = "linear")]
+mod towers {
+    use super::*;
+
+    const TOWER: [f64; 7] = [140.0, 30.0, -5.0, 0.1, -0.2, 1.1, 330.0];
+    const CENTRE: Vector3<f64> = Vector3::new(10.0, -20.0, 60.0);
+
+    /// Points at the forearm's length from the carriage, in any direction, and its travel.
+    fn tower_samples(arm: &Arm<f64>, count: usize) -> impl Iterator<Item = (Vector3<f64>, f64)> {
+        let mut rng = Pcg32::seed_from_u64(7);
+        let mut uniform = move || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+        (0..count).map(move |_| {
+            let travel = 350.0 + 150.0 * uniform();
+            let direction = Vector3::new(uniform(), uniform(), uniform() - 1.5).normalize();
+            (arm.elbow(travel) + direction * arm.lb(), travel)
+        })
+    }
+
+    fn nominal_towers() -> [NominalArm<f64>; 3] {
+        [
+            TOWER,
+            [120.0, 70.0, 10.0, 0.0, 0.0, 1.0, 300.0],
+            [-200.0, 10.0, 90.0, -0.4, 0.3, 0.8, 500.0],
+        ]
+        .map(|parameters| NominalArm::new(&Arm::linear(parameters).unwrap(), &CENTRE, None))
+    }
+
+    #[test]
+    fn exact_samples_give_the_tower_from_any_nominal_tower() {
+        let truth = Arm::linear(TOWER).unwrap();
+        for nominal in nominal_towers() {
+            let mut factor = ArmFactor::new(nominal);
+            for (x, travel) in tower_samples(&truth, 40) {
+                factor.add(&x, travel, ArmIndex::First).unwrap();
+            }
+            let correction = free_start(&factor).unwrap();
+            for (found, expected) in correction.iter().zip(nominal.correction_to(&truth)) {
+                // ε times a condition of some hundred thousands: travels are far from 0 beside their spread.
+                assert!((found - expected).abs() < 1e-8, "{found} {expected}");
+            }
+        }
+    }
+
+    /// Travels that are counted downwards are those of no tower.
+    #[test]
+    fn a_tower_that_points_down_is_no_start() {
+        let truth = Arm::linear(TOWER).unwrap();
+        let mut factor = ArmFactor::new(nominal_towers()[0]);
+        for (x, travel) in tower_samples(&truth, 40) {
+            factor.add(&x, -travel, ArmIndex::First).unwrap();
+        }
+        assert!(free_start(&factor).is_none());
+    }
+
+    #[test]
+    fn samples_of_no_tower_never_give_a_start_that_is_no_number() {
+        let (mut none, mut some) = (0, 0);
+        for seed in 0..500 {
+            let mut rng = Pcg32::seed_from_u64(seed);
+            let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+            let mut factor = ArmFactor::new(nominal_towers()[0]);
+            for _ in 0..14 {
+                let x = Vector3::new(uniform(), uniform(), uniform()) * 400.0;
+                let travel = 350.0 + 150.0 * uniform();
+                factor.add(&x, travel, ArmIndex::First).unwrap();
+            }
+            match free_start(&factor) {
+                Some(correction) => {
+                    some += 1;
+                    assert!(correction.iter().all(|delta| delta.is_finite()), "{seed}");
+                }
+                None => none += 1,
+            }
+        }
+        assert!(none > 100 && some > 100, "{none} {some}");
+    }
+
+    /// Upright towers whose travel is the way, 0.7 of the samples' spread beside the mean sample, a sixth of a turn
+    /// apart; at the mean travel the forearm, 1.2 times the spread, reaches the mean sample from above.
+    #[test]
+    fn the_towers_of_the_spread_follow_the_samples_alone() {
+        let truth = Arm::linear(TOWER).unwrap();
+        let (mut mean, mut mean_travel, mut squares) = (Vector3::zeros(), 0.0, 0.0);
+        for (x, travel) in tower_samples(&truth, 12) {
+            mean += x / 12.0;
+            mean_travel += travel / 12.0;
+        }
+        for (x, _) in tower_samples(&truth, 12) {
+            squares += (x - mean).norm_squared() / 12.0;
+        }
+        let spread = libm::sqrt(squares);
+        for nominal in nominal_towers() {
+            let mut samples = ArmFactor::new(nominal);
+            for (x, travel) in tower_samples(&truth, 12) {
+                samples.add(&x, travel, ArmIndex::First).unwrap();
+            }
+            for index in 0..SPREAD_STARTS {
+                let correction = spread_start(&nominal, &samples.means(), index).unwrap();
+                let arm = crate::samples::corrected_arm(&nominal, &correction).unwrap();
+                // ε times lengths of some hundreds.
+                assert!((arm.lb() - 1.2 * spread).abs() < 1e-9);
+                assert!((arm.basis().v - Vector3::z()).norm() < 1e-12);
+                let azimuth = core::f64::consts::PI / 3.0 * f64::from(index);
+                let up = libm::sqrt(1.2 * 1.2 - 0.7 * 0.7);
+                let (sine, cosine) = libm::sincos(azimuth);
+                let forearm = Vector3::new(0.7 * cosine, 0.7 * sine, up) * spread;
+                assert!((arm.elbow(mean_travel) - mean - forearm).norm() < 1e-9);
+            }
+        }
+    }
+}

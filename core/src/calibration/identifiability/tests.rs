@@ -198,6 +198,32 @@ fn of_a_singular_problem_a_parameter_of_the_open_combination_is_the_weakest() {
     assert_eq!(Identifiability::of(&normal).weakest, 6);
 }
 
+/// c₃ = c₂ − c₁, where c₁ and c₂ are nearly the same: c₃'s pivot vanishes, but the parts times the lengths of the
+/// columns are 1, 1.008 and 0.125, and the largest is c₂'s.
+#[test]
+fn of_a_singular_problem_the_longest_part_is_named_and_not_the_column_that_vanishes() {
+    let mut normal = Normal::<f64>::zero();
+    for row in (0..8).filter(|row| *row != 3) {
+        let mut block = [[0.0]; 9];
+        block[row] = [if row == 2 { 0.125 } else { 1.0 }];
+        if row == 1 {
+            block[2] = [1.0];
+        }
+        if row == 2 {
+            block[3] = [0.125];
+        }
+        normal.absorb(&mut block);
+    }
+    let found = Identifiability::of(&normal);
+    assert!(found.condition(0).is_infinite());
+    assert_eq!(found.weakest, 2);
+    // A pivot whose inverse has no square is none.
+    let mut values = [2.0; 8];
+    values[5] = 1e-160;
+    let vanishing = Normal::from_diagonal(&values, &[1.0; 8]);
+    assert_eq!(Identifiability::of(&vanishing).weakest, 5);
+}
+
 /// Of 24 parameters one that depends on another of its own arm: that parameter is the weakest, and its
 /// arm's condition is infinite.
 #[test]

@@ -1,11 +1,13 @@
 #![allow(clippy::unwrap_used)]
 
-use super::damping_rows;
+use super::{Work, damping_rows};
 use crate::calibration::arm_problem::Normal;
+use crate::calibration::point::Weighted;
 use crate::calibration::step_control::{StepControl, StepResult};
-use crate::calibration::{ArmProblem, Solver};
+use crate::calibration::{ArmProblem, Problem, Solver};
 use crate::robot::Arm;
-use crate::samples::{ArmFactor, Displacement, NominalArm};
+use crate::samples::joint_factor_tests::{changed, empty, noises, samples};
+use crate::samples::{ArmFactor, Displacement, JointDisplacement, NominalArm};
 use nalgebra::{SMatrix, SVector, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -126,4 +128,42 @@ fn rejected_steps_are_counted() {
     let prospect = iteration.control.judge(0.5, 1.0, 1.0);
     assert_eq!(iteration.reject(&prospect), StepResult::Failed);
     assert_eq!(iteration.iterations, 3);
+}
+
+/// Where the problem is linearised a chord step is the full step; one that is too long is not tried.
+#[test]
+fn a_chord_step_is_the_full_step_there() {
+    type Joint = super::Iteration<f64, JointDisplacement<f64>, 24, 25, 325>;
+    let mut factor = empty(noises()[2]);
+    for sample in &samples::<30>(&changed(11), 12) {
+        factor.add(sample).unwrap();
+    }
+    let weighted = Weighted {
+        prior: &[500.0; 24],
+        sigma: 1.0,
+    };
+    for azimuth in [0.0, 0.01, 0.8] {
+        let mut from = [0.0; 24];
+        from[3] = azimuth;
+        let mut iteration = Joint::unstarted(Solver::LevenbergMarquardt);
+        iteration.restart(&factor, &weighted, &from);
+        while iteration.is_linearizing() {
+            iteration.step(&factor, &weighted);
+        }
+        let step: [f64; 24] = iteration.point.normal.minimiser(&[0.0; 25]).unwrap();
+        let longest = step.into_iter().map(f64::abs).fold(0.0, f64::max);
+        let at = Problem::displaced(&factor, &from);
+        assert!(iteration.refine(&factor, &weighted, at).is_none());
+        let tried = match &iteration.work {
+            Work::Trying { trial, .. } => Some(trial.correction),
+            _ => None,
+        };
+        assert_eq!(tried.is_some(), longest <= 0.25, "{longest}");
+        assert_eq!(iteration.is_linearizing(), longest > 0.25);
+        assert_eq!(longest <= 0.25, azimuth < 0.1);
+        for ((tried, before), step) in tried.iter().flatten().zip(from).zip(step) {
+            // Two ways to the same step, whose condition is some thousands.
+            assert!((tried - before - step).abs() < 1e-9 * longest);
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::{JointNormal, by_arms};
 use crate::calibration::problem::Problem;
+use crate::robot::Drive;
 use crate::samples::joint_factor_tests::{changed, empty, noises, robot, samples};
 use crate::samples::{JointFactor, Sample};
 use nalgebra::{SMatrix, SVector};
@@ -172,5 +173,28 @@ fn corrections_are_given_to_the_arms_in_turn() {
     let factor = empty(None);
     for (nominal, arm) in factor.nominal_arms().iter().zip(robot().arms()) {
         assert_eq!(nominal.correction_to(arm), [0.0; 8]);
+    }
+}
+
+/// Lengths of the arms by themselves, and the drive.
+#[test]
+fn a_parameter_belongs_to_its_own_arm() {
+    let factor = filled(0, &[]);
+    for (number, arm) in robot().arms().iter().enumerate() {
+        for place in 0..8 {
+            let index = 8 * number + place;
+            assert_eq!(Problem::upper_arm(&factor, index), arm.upper_arm_length());
+        }
+    }
+    assert_eq!(Problem::drive(&factor), Drive::Rotary);
+    #[cfg(feature = "linear")]
+    {
+        let towers = crate::robot::SymmetricLinearRobot {
+            tower_radius: 140.0,
+            forearm: 330.0,
+        };
+        let towers = towers.robot().unwrap();
+        let factor = JointFactor::new(&towers, &nalgebra::Vector3::zeros(), None);
+        assert_eq!(Problem::drive(&factor), Drive::Linear);
     }
 }

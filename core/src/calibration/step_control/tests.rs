@@ -1,4 +1,4 @@
-use super::{StepControl, StepResult, blur};
+use super::{Refinement, StepControl, StepResult, blur};
 use crate::calibration::Solver::{GaussNewton, LevenbergMarquardt};
 use crate::calibration::Termination::{GradientVanished, RoundingReached};
 
@@ -185,4 +185,51 @@ fn an_iteration_that_creeps_ends_where_it_no_longer_matters() {
     // Convergence that has arrived has not crept.
     let settled = StepResult::Finished(GradientVanished);
     assert_eq!(end(&[1e-2, 1e-14], 1e-4), settled);
+}
+
+/// A gain of 1e-2 and then of g leaves g (g/1e-2)²: below 1e-7 of g chord steps may follow, unless steps are damped.
+#[test]
+fn chord_steps_follow_a_full_step_that_leaves_next_to_nothing() {
+    for (gain, near) in [(1e-6, true), (3e-6, true), (4e-6, false), (1e-4, false)] {
+        let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+        assert!(!control.judge(1e-2, 1.0, TERMS).near);
+        assert_eq!(control.judge(gain, 1.0, TERMS).near, near, "{gain}");
+        let mut damped = StepControl::<f64>::new(LevenbergMarquardt);
+        let prospect = damped.judge(1e-2, 1.0, TERMS);
+        assert_eq!(damped.rejected(&prospect), StepResult::Continue);
+        assert!(!damped.judge(gain, 1.0, TERMS).near, "{gain}");
+    }
+}
+
+/// The first chord step must promise 1e-7 of what the full step did, and every other a 64th of the one before it;
+/// what promises less than 16 ε² of cost and terms is the last.
+#[test]
+fn chord_steps_go_on_as_long_as_they_lead_far() {
+    let begun = || {
+        let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+        control.judge(1e-6, 1.0, 4.0);
+        control
+    };
+    assert_eq!(begun().refine(2e-13), Refinement::Linearize);
+    let mut control = begun();
+    assert_eq!(control.refine(0.9e-13), Refinement::Chord);
+    assert_eq!(control.refine(1.3e-15), Refinement::Chord);
+    assert_eq!(control.refine(3e-17), Refinement::Linearize);
+    let nothing = 16.0 * EPSILON * EPSILON * 5.0;
+    assert_eq!(begun().refine(1.1 * nothing), Refinement::Chord);
+    assert_eq!(begun().refine(0.9 * nothing), Refinement::Last);
+}
+
+/// A cost c from terms t is known to some ε √(c (c + t)): 16 of them are let pass, and of no cost at all some ε² t.
+#[test]
+fn a_chord_step_is_taken_if_it_leads_down_as_far_as_rounding_shows() {
+    let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+    control.judge(1e-6, 4.0, 5.0);
+    assert!(control.accepts_chord(4.0, 3.9));
+    let rounding = EPSILON * libm::sqrt(4.0 * 9.0);
+    assert!(control.accepts_chord(4.0, 4.0 + 15.0 * rounding));
+    assert!(!control.accepts_chord(4.0, 4.0 + 18.0 * rounding));
+    assert!(!control.accepts_chord(4.0, 5.0));
+    assert!(control.accepts_chord(0.0, 9.0 * EPSILON * EPSILON));
+    assert!(!control.accepts_chord(0.0, 1e-20));
 }

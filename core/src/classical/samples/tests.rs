@@ -187,3 +187,24 @@ fn the_linearised_problem_is_the_residuals_tangent() {
         }
     }
 }
+
+/// The start without a guess is that of the factor, wherever the linear fit gives one.
+#[test]
+fn the_start_without_a_guess_is_that_of_the_factor() {
+    let mut found = 0;
+    for case in cases() {
+        let expected = Linearize::free_start(&case.factor);
+        let start = Linearize::free_start(&case.stored);
+        assert_eq!(start.is_some(), expected.is_some());
+        for (start, expected) in start
+            .into_iter()
+            .flatten()
+            .zip(expected.into_iter().flatten())
+        {
+            // Another order of the rows: ε times a condition of some thousands.
+            assert!((start - expected).abs() < 1e-9 * expected.abs().max(1.0));
+            found += 1;
+        }
+    }
+    assert!(found > 8);
+}

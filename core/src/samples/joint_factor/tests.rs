@@ -6,6 +6,7 @@
 )]
 
 use super::{JointFactor, WhitenedSample};
+use crate::Real;
 use crate::robot::{Arm, ArmIndex, Robot};
 use crate::samples::{MergeError, Noise, Sample};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -372,4 +373,26 @@ fn the_mean_pose_is_that_of_the_samples() {
             assert!((found - cosine).abs() < 1e-13);
         }
     }
+}
+
+/// Far from its frame's origin the rounding of a position is larger than that of a closure; no stated noise is too
+/// small for it.
+#[test]
+fn the_rounding_of_a_far_position_is_a_noise() {
+    let far = Robot::from_parameters(robot().parameters().map(|mut arm| {
+        arm[1] += 4e4;
+        arm
+    }));
+    let far = far.unwrap();
+    let joints = [0.2, 0.3, 0.1];
+    let position = far.forward(&joints).unwrap().map(f32::from_f64);
+    let centre = Vector3::new(0.0, 4e4, -450.0);
+    let noise = Noise::new(1e-12, 0.0).ok();
+    let mut factor = JointFactor::<f32>::new(&far.cast().unwrap(), &centre, noise);
+    let joints = joints.map(f32::from_f64);
+    factor.add(&Sample { joints, position }).unwrap();
+    let norms = factor.triangle().column_norms();
+    assert!(norms.iter().all(|norm| norm.is_finite()));
+    // The feature 1 of each arm: what cannot be squared would have left nothing.
+    assert!([11, 23, 35].iter().all(|column| norms[*column] > 0.0));
 }

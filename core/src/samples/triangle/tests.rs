@@ -191,3 +191,19 @@ fn a_pivot_that_is_not_greater_than_the_smallest_determines_nothing() {
     assert_eq!(minimiser(&[f64::NAN, 0.0, 0.0, 0.0, 0.0]), None);
     assert_eq!(Small::zero().minimiser::<4>(&[0.0; 5]), None);
 }
+
+/// Of parameters p₁ … pₖ with pₖ = 1 the others follow such that the rows above the last give zero.
+#[test]
+fn a_completed_column_leaves_nothing_in_the_rows_above_its_last_entry() {
+    let mut rng = Pcg32::seed_from_u64(6);
+    for length in 1..=5 {
+        let mut triangle = Small::zero();
+        triangle.absorb(&mut by_columns(&rows::<9>(&mut rng)));
+        let mut column = [0.0; 5];
+        column[length - 1] = 1.0;
+        triangle.complete_column(&mut column[..length]);
+        assert!((column[length - 1] - 1.0).abs() < f64::MIN_POSITIVE);
+        let product = full(&triangle) * SVector::from(column);
+        assert!(product.rows(0, length - 1).amax() < SAME);
+    }
+}

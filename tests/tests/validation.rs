@@ -9,8 +9,8 @@ use delta_cal_host::Frame;
 use delta_cal_host::validation::{Request, Validation, Verdict, validate};
 use delta_cal_tests::documents::print_campaign;
 use delta_cal_tests::geometries::geometries;
-use delta_cal_tests::{generator, size};
-use robots::{Made, intrinsic, largest, made, position_error, robot_file, samples_file};
+use delta_cal_tests::{generator, measurements, size};
+use robots::{Made, intrinsic, largest, made, noise, position_error, robot_file, samples_file};
 
 /// Robots are made with these parts of the tolerance: errors far below the noise, like it, and far above.
 const FACTORS: [f64; 3] = [0.02, 0.1, 1.0];
@@ -85,6 +85,51 @@ fn campaign(frame: Frame, rows: usize, factor: f64, files: u64) -> Vec<Counts> {
         counts[index].add(&robot, frame, truth, &found.unwrap());
     }
     counts
+}
+
+/// Near a singularity the joints' noise moves the platform far: such a row is no more wrong than others. Robots as their
+/// files say, measured anywhere: one file in a hundred may doubt a row, and four standard deviations of so few. And
+/// whichever row deviates most, the largest error is not below the rms.
+#[test]
+fn a_row_that_is_noise_is_not_called_wrong_nor_the_largest_error() {
+    let geometries = geometries();
+    let files = 240_u32;
+    let mut doubted = 0;
+    for (number, (_, nominal)) in (0..files).zip(geometries.iter().cycle()) {
+        let mut rng = generator(175, u64::from(number));
+        let samples = measurements(nominal, 25, Some(&noise()), &mut rng);
+        let robot = Made {
+            truth: *nominal,
+            nominal: *nominal,
+            samples,
+        };
+        let request = Request {
+            limit: 1.0,
+            largest_limit: None,
+            frame: Frame::Base,
+        };
+        let file = samples_file(&robot, Frame::Base);
+        let found = validate(&robot_file(nominal), &file, request).unwrap();
+        let doubts = |warning: &String| warning.contains("may be a wrong row");
+        doubted += u32::from(found.warnings.iter().any(doubts));
+        // Rounding of a sum.
+        let rms = found.rms.value * (1.0 - 1e-9);
+        assert!(
+            found.largest.value >= rms,
+            "{number}: {:?} {rms}",
+            found.largest
+        );
+        assert!(
+            found.largest.value >= found.largest.lower,
+            "{number}: {:?}",
+            found.largest
+        );
+    }
+    let expected = f64::from(files) * 0.01;
+    assert!(
+        f64::from(doubted) <= expected + 4.0 * expected.sqrt(),
+        "{doubted}"
+    );
 }
 
 /// The interval of the rms error holds the true one in 93 to 97 % of the files, whatever is measured; a robot

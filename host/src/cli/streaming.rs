@@ -11,16 +11,18 @@ pub(crate) struct StreamingArguments {
     #[arg(long)]
     gate: bool,
     /// Fit the robot without every K-th sample, and refuse the fit if those samples contradict it
-    #[arg(long, value_name = "K", value_parser = held_out(), conflicts_with_all = ["gate", "forget"])]
+    #[arg(long, value_name = "K", value_parser = at_least(2), conflicts_with_all = ["gate", "forget"])]
     held_out: Option<NonZeroU32>,
     /// Let older samples count less, so that their mean age is N samples, to find the robot as it is
     /// at the end of the file
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = at_least(1))]
     forget: Option<NonZeroU32>,
 }
 
-fn held_out() -> impl TypedValueParser<Value = NonZeroU32> {
-    value_parser!(u32).range(2..).try_map(NonZeroU32::try_from)
+fn at_least(least: i64) -> impl TypedValueParser<Value = NonZeroU32> {
+    value_parser!(u32)
+        .range(least..)
+        .try_map(NonZeroU32::try_from)
 }
 
 impl StreamingArguments {

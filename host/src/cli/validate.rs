@@ -57,10 +57,10 @@ pub(crate) struct ValidateArguments {
     #[arg(value_name = "CHECK.csv")]
     samples: PathBuf,
     /// The largest rms position error that passes, as 0.1mm or 50um
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Length,
     /// The largest position error of any measured pose that passes as well
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit_largest: Option<Length>,
     #[command(flatten)]
     columns: ColumnsArgument,

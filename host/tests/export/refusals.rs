@@ -1,7 +1,7 @@
 //! What is refused, and what is written then: nothing.
 
 use crate::support::robot_toml;
-use crate::support::{Folder, nominal_arms};
+use crate::support::{Folder, NOMINAL, nominal_arms};
 
 #[test]
 fn what_cannot_be_exported_is_refused_with_place_and_cause() {
@@ -15,6 +15,9 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
     let (sin, cos) = f64::to_radians(220.0).sin_cos();
     (arms[2][0], arms[2][1]) = (164.0 * cos, 164.0 * sin);
     folder.write("turned.toml", robot_toml(&arms));
+    let wide = NOMINAL.replace("platform_radius_mm = 30", "platform_radius_mm = 230");
+    assert_ne!(wide, NOMINAL);
+    folder.write("wide.toml", wide);
     folder.write("few.csv", "x_mm,y_mm,z_mm\n0,0,-400\n");
     let mut far = String::from("x_mm,y_mm,z_mm\n");
     for _ in 0..30 {
@@ -30,6 +33,11 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
             "tilted.toml:15: alpha_deg: arm 2: its motor axis is tilted by 20.000°",
         ),
         ("tilted.toml --for b-and-r", 3, "no controller holds a tilt"),
+        (
+            "wide.toml --for klipper",
+            3,
+            "stands -36.000 mm from the middle",
+        ),
         ("turned.toml --for linuxcnc", 3, "theta_deg: arm "),
         ("calibrated.toml", 2, "--for <TARGET>"),
         (

@@ -7,6 +7,7 @@ use crate::fit::fkm::whitening;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Noise, Robot, Sample};
 use nalgebra::Vector3;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// The instrument's and the joints' noise in one deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +37,17 @@ pub(super) struct RowDeviation {
 impl RowDeviation {
     pub(super) fn length(&self) -> f64 {
         self.deviation.norm()
+    }
+
+    /// Whether the stated noise explains the deviation: without any error of the robot one of so many rows deviates more
+    /// in one file of a hundred.
+    pub(super) fn is_noise(&self, rows: usize) -> bool {
+        #[allow(clippy::cast_precision_loss)] // rows of a file
+        let tail = 0.01 / rows as f64;
+        let limit = ChiSquared::new(3.0).map(|chi_squared| chi_squared.inverse_cdf(1.0 - tail));
+        self.noise
+            .zip(limit.ok())
+            .is_some_and(|(noise, limit)| noise.squares < limit)
     }
 
     /// The squared deviation that the row would have without the adjustment of a frame, mm².

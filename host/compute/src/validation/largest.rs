@@ -33,9 +33,13 @@ pub(super) fn largest(rows: &[RowDeviation]) -> Option<Bounded> {
             .map(|(row, noise)| of(row.length(), noise.largest));
         values.fold(0.0, f64::max)
     };
-    let removed = worst.noise.map_or(0.0, |noise| noise.mean_square);
+    // Not of the largest deviation: near a singularity that may be noise alone.
+    let value = known
+        .iter()
+        .map(|(row, noise)| row.deviation.norm_squared() - noise.mean_square)
+        .fold(0.0, f64::max);
     Some(Bounded {
-        value: (worst.deviation.norm_squared() - removed).max(0.0).sqrt(),
+        value: value.sqrt(),
         lower: over(&|length, sigma| length - anywhere * sigma),
         upper: Some(over(&|length, sigma| length + along * sigma)),
     })

@@ -143,7 +143,12 @@ pub fn validate(
     if deviation.lies_elsewhere(&robot.robot) {
         return Err(elsewhere(robot, samples, options, &deviation));
     }
-    let mut warnings = warnings(robot, samples, request.frame, &deviation, poses);
+    let largest_is_noise =
+        |row: &RowDeviation| Some(row.line) == deviation.max_at_line && row.is_noise(rows.len());
+    let outlier = deviation
+        .outlier()
+        .filter(|_| !rows.iter().any(largest_is_noise));
+    let mut warnings = warnings(robot, samples, request.frame, outlier, poses);
     let rows = match overstated(&rows, request.frame) {
         Some(doubt) => {
             warnings.insert(0, doubt);
@@ -319,7 +324,7 @@ fn warnings(
     robot: &RobotFile,
     samples: &SamplesFile,
     frame: Frame,
-    deviation: &PositionError,
+    outlier: Option<String>,
     poses: usize,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -337,7 +342,7 @@ fn warnings(
                 .to_owned(),
         );
     }
-    if let Some(outlier) = deviation.outlier() {
+    if let Some(outlier) = outlier {
         warnings.push(format!(
             "{outlier}: it may be a wrong row; measure it again"
         ));

@@ -129,7 +129,7 @@ pub(crate) struct CalibrateArguments {
     pub(crate) no_guess: bool,
     /// Accept the calibration only if its expanded uncertainty (k = 2, rms over the workspace) is at most this,
     /// as 0.1mm or 50um; otherwise the exit code is 6
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Option<Length>,
     #[command(flatten)]
     pub(crate) record: RecordArguments,

@@ -50,6 +50,18 @@ fn height_on_the_axis(arm: &ArmShape, angle: f64) -> Option<f64> {
 
 fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     let [first, ..] = fitted.geometry.by_motor();
+    if !(first.radius > 0.0) {
+        let cause = format!(
+            "the motor axis stands {:.3} mm from the middle, the platform's radius taken off, and Klipper takes only a \
+             shoulder_radius above 0",
+            first.radius
+        );
+        return Err(ExportError::CannotHold {
+            arm: ArmIndex::First,
+            key: "dx_mm",
+            cause,
+        });
+    }
     let mut entries = vec![
         Entry::length("shoulder_radius", first.radius),
         Entry::length("shoulder_height", first.height),
@@ -92,9 +104,8 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
         );
     }
     let mut warnings: Vec<_> = assumed_home(fitted).into_iter().collect();
-    if !(first.radius > 0.0 && first.height > 0.0) {
-        warnings
-            .push("Klipper takes no shoulder_radius or shoulder_height of 0 or below.".to_owned());
+    if !(first.height > 0.0) {
+        warnings.push("Klipper takes no shoulder_height of 0 or below.".to_owned());
     }
     Ok(Written {
         entries,

@@ -15,9 +15,6 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
     let (sin, cos) = f64::to_radians(220.0).sin_cos();
     (arms[2][0], arms[2][1]) = (164.0 * cos, 164.0 * sin);
     folder.write("turned.toml", robot_toml(&arms));
-    let wide = NOMINAL.replace("platform_radius_mm = 30", "platform_radius_mm = 230");
-    assert_ne!(wide, NOMINAL);
-    folder.write("wide.toml", wide);
     folder.write("few.csv", "x_mm,y_mm,z_mm\n0,0,-400\n");
     let mut far = String::from("x_mm,y_mm,z_mm\n");
     for _ in 0..30 {
@@ -33,11 +30,6 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
             "tilted.toml:15: alpha_deg: arm 2: its motor axis is tilted by 20.000°",
         ),
         ("tilted.toml --for b-and-r", 3, "no controller holds a tilt"),
-        (
-            "wide.toml --for klipper",
-            3,
-            "stands -36.000 mm from the middle",
-        ),
         ("turned.toml --for linuxcnc", 3, "theta_deg: arm "),
         ("calibrated.toml", 2, "--for <TARGET>"),
         (
@@ -135,4 +127,17 @@ fn arms_that_are_numbered_clockwise_keep_their_motors() {
         .filter(|line| line.starts_with("# arm "))
         .collect();
     assert_eq!(arms, ["# arm 1", "# arm 3", "# arm 2"]);
+}
+
+#[test]
+fn klipper_takes_no_platform_that_is_wider_than_the_base() {
+    let folder = Folder::new();
+    let wide = NOMINAL.replace("platform_radius_mm = 30", "platform_radius_mm = 230");
+    assert_ne!(wide, NOMINAL);
+    folder.write("wide.toml", wide);
+    let run = folder.run("export wide.toml --for klipper --output wide.cfg");
+    assert_eq!(run.code, 3);
+    let cause = "stands -36.000 mm from the middle";
+    assert!(run.stderr.contains(cause), "{}", run.stderr);
+    assert_eq!(folder.names(), ["wide.toml"]);
 }

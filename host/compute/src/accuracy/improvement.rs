@@ -53,11 +53,13 @@ impl Change {
     /// Without the combinations of parameters that M's kernel holds, so many of them.
     pub(crate) fn without_kernel(self, dimensions: usize) -> Self {
         let eigen = self.sensitivity.clone().symmetric_eigen();
-        let mut columns: Vec<_> = eigen.eigenvectors.column_iter().collect();
-        let mut order: Vec<usize> = (0..columns.len()).collect();
+        let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
         order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-        columns = order.iter().map(|index| columns[*index]).collect();
-        columns.truncate(columns.len().saturating_sub(dimensions));
+        order.truncate(order.len().saturating_sub(dimensions));
+        let columns: Vec<_> = order
+            .iter()
+            .map(|index| eigen.eigenvectors.column(*index))
+            .collect();
         let kept = DMatrix::from_columns(&columns);
         let projected = |matrix: &DMatrix<f64>| kept.tr_mul(matrix) * &kept;
         Self {

@@ -7,5 +7,6 @@ mod models;
 mod refusals;
 mod robots;
 mod round_trip;
+mod table_file;
 mod tables;
 mod towers;

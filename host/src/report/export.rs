@@ -134,17 +134,24 @@ fn verdict(export: &Export) -> String {
             "{lost} The calibrated robot is as the nominal one, so that there was nothing to gain."
         );
     };
-    let percent = 100.0 * kept.max(0.0);
-    if kept < ALMOST_NOTHING {
+    let percent = 100.0 * kept;
+    let (keep, these) = match export.content {
+        Content::Corrections(_) => ("This table keeps", "this table"),
+        Content::Fitted(_) | Content::Everything => ("These parameters keep", "these parameters"),
+    };
+    let instead = export.alternative;
+    if kept <= 0.0 {
         format!(
-            "{lost} These parameters keep almost nothing of what the calibration gains: {percent:.0} %. \
-             Use instead: {}.",
-            export.alternative
+            "{lost} Do not use {these}: the robot before calibration, after its best rigid motion, is no worse. Use \
+             instead: {instead}."
+        )
+    } else if kept < ALMOST_NOTHING {
+        format!(
+            "{lost} {keep} almost nothing of what the calibration gains: {percent:.0} %. Use instead: {instead}."
         )
     } else if kept < SOME {
         format!(
-            "{lost} These parameters keep only {percent:.0} % of what the calibration gains. To keep more, use: {}.",
-            export.alternative
+            "{lost} {keep} only {percent:.0} % of what the calibration gains. To keep more, use: {instead}."
         )
     } else {
         format!("{lost} That keeps {percent:.0} % of what the calibration gains.")

@@ -2,75 +2,26 @@
 
 use crate::export::controllers::Arm;
 use crate::export::robots::{Sequence, csv, example, made, one_arm_longer, positions};
+use crate::export::table_file::Table;
 use crate::support::robot_toml;
-use crate::support::{Arm as Parameters, Folder, Point, arms_of, distance, nominal_arms, platform};
+use crate::support::{
+    Arm as Parameters, Folder, Point, arms_of, cross, distance, dot, elbow, nominal_arms, platform,
+};
 use delta_cal_tests::documents::print_documented;
 use serde_json::Value;
-use std::collections::BTreeMap;
 
-/// A table as its file has it: corrections and kind of each node.
-struct Table {
-    header: String,
-    spacing: f64,
-    nodes: BTreeMap<[i64; 3], (Option<Point>, String)>,
-}
-
-impl Table {
-    fn read(text: &str, spacing: f64) -> Self {
-        let mut lines = text.lines().filter(|line| !line.starts_with('#'));
-        let header = lines.next().unwrap().to_owned();
-        let mut nodes = BTreeMap::new();
-        for line in lines {
-            let fields: Vec<_> = line.split(',').collect();
-            let [x, y, z, first, second, third, kind] = fields[..] else {
-                panic!("{line}");
-            };
-            let index = [x, y, z].map(|c| {
-                let place = c.parse::<f64>().unwrap() / spacing;
-                assert!((place - place.round()).abs() < 1e-9, "{line}");
-                #[allow(clippy::cast_possible_truncation)] // some thousand
-                let place = place.round() as i64;
-                place
-            });
-            let by =
-                (!first.is_empty()).then(|| [first, second, third].map(|c| c.parse().unwrap()));
-            assert_eq!(by.is_none(), kind == "empty", "{line}");
-            assert!(nodes.insert(index, (by, kind.to_owned())).is_none());
-        }
-        Self {
-            header,
-            spacing,
-            nodes,
-        }
-    }
-
-    fn count(&self, kind: &str) -> usize {
-        self.nodes.values().filter(|(_, own)| own == kind).count()
-    }
-
-    /// Linear along x, then y, then z.
-    fn at(&self, at: Point) -> Option<Point> {
-        #[allow(clippy::cast_possible_truncation)] // some thousand
-        let low = at.map(|c| (c / self.spacing).floor() as i64);
-        let part = [0, 1, 2].map(|k| (at[k] / self.spacing).rem_euclid(1.0));
-        let node =
-            |x: i64, y: i64, z: i64| self.nodes.get(&[low[0] + x, low[1] + y, low[2] + z])?.0;
-        let between = |a: Point, b: Point, t: f64| [0, 1, 2].map(|k| a[k] + t * (b[k] - a[k]));
-        let along_x = |y, z| Some(between(node(0, y, z)?, node(1, y, z)?, part[0]));
-        let along_y = |z| Some(between(along_x(0, z)?, along_x(1, z)?, part[1]));
-        Some(between(along_y(0)?, along_y(1)?, part[2]))
-    }
-}
+/// Base less platform radius, upper arm and forearm of the paper's robot, mm.
+const PAPER: Point = [164.0, 260.0, 480.0];
 
 /// Joint angles of the nominal robot, degrees.
-fn inverse_of_nominal(at: Point) -> Point {
+fn inverse_of_nominal([radius, upper, lower]: Point, at: Point) -> Point {
     [0.0, 120.0, 240.0].map(|azimuth| {
         let arm = Arm {
             azimuth,
-            radius: 164.0,
+            radius,
             height: 0.0,
-            upper: 260.0,
-            lower: 480.0,
+            upper,
+            lower,
         };
         -arm.above_horizontal(at)
     })
@@ -80,8 +31,8 @@ fn inverse_of_nominal(at: Point) -> Point {
 fn reached(calibrated: &[Parameters; 3], kind: &str, at: Point, by: Point) -> Point {
     let sum = |a: Point, b: Point| [0, 1, 2].map(|k| a[k] + b[k]);
     let joints = match kind {
-        "position" => inverse_of_nominal(sum(at, by)),
-        _ => sum(inverse_of_nominal(at), by),
+        "position" => inverse_of_nominal(PAPER, sum(at, by)),
+        _ => sum(inverse_of_nominal(PAPER, at), by),
     };
     platform(calibrated, joints)
 }
@@ -219,7 +170,7 @@ fn equal_arms([radius, upper, lower]: Point) -> [Parameters; 3] {
 fn robots_of_three_geometries_lose_what_is_documented() {
     let folder = Folder::new();
     for (name, geometry) in [
-        ("paper's, 164, 260, 480 mm", [164.0, 260.0, 480.0]),
+        ("paper's, 164, 260, 480 mm", PAPER),
         ("small, 60, 120, 280 mm", [60.0, 120.0, 280.0]),
         ("large, 250, 400, 900 mm", [250.0, 400.0, 900.0]),
     ] {
@@ -264,6 +215,67 @@ fn robots_of_three_geometries_lose_what_is_documented() {
     }
 }
 
+/// Nodes half a metre apart interpolate worse than nothing.
+#[test]
+fn a_table_that_is_worse_than_none_is_not_recommended() {
+    let folder = Folder::new();
+    example(&folder);
+    let (text, report) = export(&folder, "--spacing 500");
+    let before = &report["not_calibrated_after_rigid_motion"];
+    assert!(number(&report["loss"], "rms_mm") > number(before, "rms_mm"));
+    assert!(number(&report, "kept") < 0.0);
+    let text = text.replace("\n# ", " ");
+    assert!(text.contains("Do not use this table"), "{text}");
+    assert!(!text.contains('%'));
+}
+
+fn difference(a: Point, b: Point) -> Point {
+    [0, 1, 2].map(|k| a[k] - b[k])
+}
+
+/// How far the forearms are from meeting at a point, mm; `None` if they meet at its mirror image in the plane of the elbows,
+/// for that is lower.
+fn off_the_lower(arms: &[Parameters; 3], q_deg: Point, at: Point) -> Option<f64> {
+    let elbows = [0, 1, 2].map(|k| elbow(&arms[k], q_deg[k]));
+    let [first, second, third] = elbows;
+    let normal = cross(difference(second, first), difference(third, first));
+    let fall = 2.0 * dot(difference(at, first), normal) * normal[2];
+    let each = elbows.iter().zip(arms);
+    let off = each.map(|(elbow, arm)| (distance(at, *elbow) - arm[7]).abs());
+    (fall < 0.0).then(|| off.fold(0.0, f64::max))
+}
+
+/// Of a platform larger than the base, and of forearms hardly longer than the upper arms: at some nodes the joint angles
+/// that a controller computes lead to a place above the elbows.
+#[test]
+fn no_correction_leads_to_another_place() {
+    let folder = Folder::new();
+    for geometry in [[-50.0, 250.0, 520.0], [90.0, 250.0, 275.0]] {
+        let nominal = equal_arms(geometry);
+        let calibrated = nominal.map(|[dx, dy, dz, theta, alpha, la_x, la_y, lb]| {
+            [dx + 0.3, dy, dz, theta, alpha, la_x - 0.5, la_y, lb + 0.6]
+        });
+        folder.write("robot.toml", robot_toml(&nominal));
+        folder.write("calibrated.toml", robot_toml(&calibrated));
+        let (text, report) = export(&folder, "");
+        let table = Table::read(&text, 25.0);
+        assert!(table.count("computed") > 1000);
+        for (index, (by, kind)) in &table.nodes {
+            #[allow(clippy::cast_precision_loss)] // some thousand
+            let at = index.map(|c| c as f64 * 25.0);
+            if let (Some(by), "computed") = (by, kind.as_str()) {
+                let commanded = [0, 1, 2].map(|k| at[k] + by[k]);
+                let joints = inverse_of_nominal(geometry, commanded);
+                let off = off_the_lower(&calibrated, joints, at);
+                // Corrections are written to 0.00001 mm.
+                assert!(off.is_some_and(|off| off < 1e-4), "{off:?} at {at:?}");
+            }
+        }
+        let before = &report["not_calibrated_after_rigid_motion"];
+        assert!(number(&report["loss"], "rms_mm") < number(before, "rms_mm"));
+    }
+}
+
 /// Up to the edge of the workspace, where nodes are out of reach.
 #[test]
 fn nodes_out_of_reach_are_marked_and_serve_the_positions_beside_them() {
@@ -280,9 +292,14 @@ fn nodes_out_of_reach_are_marked_and_serve_the_positions_beside_them() {
     for (index, (by, kind)) in &table.nodes {
         #[allow(clippy::cast_precision_loss)] // some thousand
         let at = index.map(|c| c as f64 * 40.0);
-        // In reach: the upper arm's circle comes as near to the position as the forearm is long.
-        let beyond = calibrated.iter().any(|arm| !in_reach(arm, at));
-        assert_eq!(kind != "computed", beyond, "{at:?} {kind}");
+        let joints = calibrated.each_ref().map(|arm| joint(arm, at));
+        let clear = match joints {
+            [Some(first), Some(second), Some(third)] => {
+                parallel(&calibrated, [first, second, third], at) > 0.05
+            }
+            _ => false,
+        };
+        assert_eq!(kind == "computed", clear, "{at:?} {kind}");
         if let (Some(by), "computed") = (by, kind.as_str()) {
             let off = distance(reached(&calibrated, "position", at, *by), at);
             // Written to 0.00001 mm, of which singularities near by make some times as much.
@@ -306,18 +323,24 @@ fn nodes_out_of_reach_are_marked_and_serve_the_positions_beside_them() {
     );
 }
 
-/// Whether elbow and platform can be a forearm apart: with u and v across the motor axis, |w| between the extremes.
-fn in_reach(arm: &Parameters, at: Point) -> bool {
-    let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = *arm;
-    let (st, ct) = theta.to_radians().sin_cos();
-    let (sa, ca) = alpha.to_radians().sin_cos();
-    let axis = [-st * ca, ct * ca, sa];
-    let w = [at[0] - dx, at[1] - dy, at[2] - dz];
-    let along: f64 = (0..3).map(|k| axis[k] * w[k]).sum();
-    let across = ((0..3).map(|k| w[k] * w[k]).sum::<f64>() - along * along).sqrt();
-    let upper = la_x.hypot(la_y);
-    let square = lb * lb - along * along;
-    square >= 0.0 && (across - upper).abs() <= square.sqrt() && square.sqrt() <= across + upper
+/// The joint angle of an arm at a position, elbow outwards, degrees: A cos q + B sin q = C, A = u·w, B = v·w and
+/// C = (|w|² + La² − Lb²)/2; `None` if the position is out of reach.
+fn joint(arm: &Parameters, at: Point) -> Option<f64> {
+    let [dx, dy, dz, .., lb] = *arm;
+    let from = |point: Point| difference(point, [dx, dy, dz]);
+    let (u, v, w) = (from(elbow(arm, 0.0)), from(elbow(arm, 90.0)), from(at));
+    let (a, b) = (dot(u, w), dot(v, w));
+    let cosine = (dot(w, w) + dot(u, u) - lb * lb) / 2.0 / a.hypot(b);
+    (cosine.abs() <= 1.0).then(|| (b.atan2(a) - cosine.acos()).to_degrees())
+}
+
+/// |det| of the forearms' unit vectors.
+fn parallel(arms: &[Parameters; 3], q_deg: Point, at: Point) -> f64 {
+    let [first, second, third] = [0, 1, 2].map(|k| {
+        let forearm = difference(at, elbow(&arms[k], q_deg[k]));
+        forearm.map(|value| value / arms[k][7])
+    });
+    dot(first, cross(second, third)).abs()
 }
 
 /// Work in one plane: cells have their centres elsewhere.

@@ -80,11 +80,11 @@ pub(crate) fn true_arms() -> [Arm; 3] {
     arms
 }
 
-fn dot(a: Point, b: Point) -> f64 {
+pub(crate) fn dot(a: Point, b: Point) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn cross(a: Point, b: Point) -> Point {
+pub(crate) fn cross(a: Point, b: Point) -> Point {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -98,7 +98,7 @@ pub(crate) fn distance(a: Point, b: Point) -> f64 {
 }
 
 /// B(q) = D + u cos q + v sin q.
-fn elbow(arm: &Arm, q_deg: f64) -> Point {
+pub(crate) fn elbow(arm: &Arm, q_deg: f64) -> Point {
     let [dx, dy, dz, theta, alpha, la_x, la_y, _] = *arm;
     let (st, ct) = theta.to_radians().sin_cos();
     let (sa, ca) = alpha.to_radians().sin_cos();

@@ -67,11 +67,11 @@ pub(crate) fn export(
         conventions: vec![
             "positions in the calibrated robot's frame, mm",
             how,
-            "node: computed; extrapolated, where the robot reaches nodes beside this one only, which serves positions \
-             between them; empty, where there is no correction",
+            "node: computed; extrapolated, where the robot reaches nodes beside this one only, or is near a parallel \
+             singularity at this one, which serves positions between them; empty, where there is no correction",
         ],
         source: "computed",
-        alternative: "a smaller --spacing, or a --limit",
+        alternative: "a smaller --spacing, a --limit, or --positions with a file of where the robot works",
         content: Content::Corrections(Box::new(finished)),
     })
 }

@@ -22,11 +22,13 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    /// All over the workspace of a robot: evenly spread in joint space, clear of singularities. Of a robot with
-    /// towers only what is well between them: further out the rods hang so flat that nobody works there.
+    /// All over the workspace of a robot: evenly spread in joint space, clear of singularities, where a controller
+    /// reaches them. Of a robot with towers only what is well between them: further out the rods hang so flat that
+    /// nobody works there.
     pub fn in_workspace(robot: &RobotFile) -> Self {
         let poses = inside(&robot.robot, &robot.reach());
         let positions = poses.into_iter().map(|pose| pose.position);
+        let positions = positions.filter(|at| controller_reaches(robot, at));
         match robot.robot.drive() {
             Drive::Rotary => Self::of(positions.collect()),
             Drive::Linear => {
@@ -56,4 +58,15 @@ impl Wanted {
         let heights = self.evaluated.iter().map(|at| at.z);
         heights.fold(0.0, f64::min)
     }
+}
+
+/// Whether the elbows-out joint angles at a position, which are those that controllers compute, lead there, are within the
+/// limits and, with motors that turn the arms, clear of singularities.
+pub(super) fn controller_reaches(robot: &RobotFile, at: &Vector3<f64>) -> bool {
+    let reach = robot.reach();
+    let joints = reach.joints(&robot.robot, at);
+    joints.is_ok_and(|joints| match robot.robot.drive() {
+        Drive::Rotary => reach.clear_position(&robot.robot, &joints).is_ok(),
+        Drive::Linear => true,
+    })
 }

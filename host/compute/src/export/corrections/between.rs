@@ -3,9 +3,8 @@
 use super::kind::Pair;
 use super::table::Table;
 use crate::export::loss::Loss;
-use crate::export::wanted::Wanted;
+use crate::export::wanted::{Wanted, controller_reaches};
 use crate::files::robot_file::RobotFile;
-use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -47,15 +46,7 @@ impl<'a> Region<'a> {
     fn holds(&self, at: &Vector3<f64>) -> bool {
         let inside = (0..3).all(|axis| at[axis] >= self.low[axis] && at[axis] <= self.high[axis]);
         let beyond = |within| at.xy().norm() > within;
-        if !inside || self.wanted.within.is_some_and(beyond) {
-            return false;
-        }
-        let (robot, reach) = (&self.robot.robot, self.robot.reach());
-        let joints = reach.joints(robot, at);
-        joints.is_ok_and(|joints| match robot.drive() {
-            Drive::Rotary => reach.clear_position(robot, &joints).is_ok(),
-            Drive::Linear => true,
-        })
+        inside && !self.wanted.within.is_some_and(beyond) && controller_reaches(self.robot, at)
     }
 
     /// The same points at every call.

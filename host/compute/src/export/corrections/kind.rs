@@ -1,7 +1,9 @@
 //! What a controller adds: to the commanded position, or to the joint angles.
 
 use crate::export::shape::within_half_turn;
+use crate::geometry::reach::hangs_below;
 use delta_cal::Robot;
+use delta_cal::kinematics::SingularityDistance;
 use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 
@@ -41,9 +43,16 @@ impl Kind {
         }
     }
 
-    /// What to add, in mm or degrees, so that the robot is at a position; `None` where there is no such pose.
+    /// What to add, in mm or degrees, so that the robot is at a position; `None` where there is no such pose, or
+    /// where it is so near to a parallel singularity that the correction there says nothing of those around it.
     pub(crate) fn correction(self, pair: &Pair<'_>, at: &Vector3<f64>) -> Option<Vector3<f64>> {
         let joints = pair.calibrated.inverse(at).ok()?;
+        let distance = pair.calibrated.singularity_distance(at, &joints);
+        if !hangs_below(pair.calibrated, at, &joints)
+            || distance.parallel < SingularityDistance::<f64>::LEAST_PARALLEL
+        {
+            return None;
+        }
         match self {
             Self::Position => Some(pair.nominal.forward(&joints).ok()? - at),
             Self::Joint => {

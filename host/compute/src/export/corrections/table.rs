@@ -10,7 +10,8 @@ use nalgebra::Vector3;
 pub enum Node {
     /// The correction there, mm or degrees.
     Computed(Vector3<f64>),
-    /// The robot does not reach this node, but one beside it: the correction extrapolated from the nodes around it.
+    /// The robot does not reach this node, or only near a parallel singularity, but one beside it: the correction
+    /// extrapolated from the nodes around it.
     Extrapolated(Vector3<f64>),
     /// Nothing: neither the node nor one beside it can be reached.
     Empty,

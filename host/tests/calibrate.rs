@@ -1,8 +1,8 @@
 //! `delta-cal calibrate` on input that is in order.
 
 use crate::support::{
-    Folder, KEYS, NOMINAL, Point, TOLERANCE, arms_of, csv, distance, exact, noisy, nominal_arms,
-    platform, poses, true_arms,
+    Folder, KEYS, NOISE, NOMINAL, Point, TOLERANCE, arms_of, assert_fails, csv, distance, exact,
+    noisy, nominal_arms, platform, poses, true_arms,
 };
 use serde_json::Value;
 use std::fmt::Write;
@@ -243,7 +243,7 @@ fn in_the_wrong_frame_the_refusal_points_to_the_sensor_frame() {
 #[test]
 fn five_samples_with_a_tolerance_calibrate_and_say_what_the_tolerance_decided() {
     let samples = exact(&true_arms(), 5);
-    let folder = folder(&format!("{NOMINAL}{TOLERANCE}"), &samples);
+    let folder = folder(&format!("{NOMINAL}{TOLERANCE}{NOISE}"), &samples);
     let run = folder
         .run("calibrate robot.toml samples.csv --output out.toml --json report.json")
         .ok();
@@ -266,6 +266,19 @@ fn five_samples_with_a_tolerance_calibrate_and_say_what_the_tolerance_decided() 
     let arms = arms_of(&folder.read("out.toml"));
     for (q, x) in &samples {
         assert!(distance(platform(&arms, *q), *x) < 0.1);
+    }
+}
+
+/// A tolerance does not tell the noise, and three samples leave nothing over.
+#[test]
+fn few_samples_without_a_noise_are_refused() {
+    for count in [3, 5] {
+        assert_fails(
+            format!("{NOMINAL}{TOLERANCE}").as_bytes(),
+            csv(&exact(&true_arms(), count)).as_bytes(),
+            1,
+            &["too few to estimate it", "state the [noise]"],
+        );
     }
 }
 

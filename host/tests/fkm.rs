@@ -1,14 +1,12 @@
 //! `delta-cal calibrate --method fkm`: everything that the IKM method offers.
 
 use crate::support::{
-    Folder, NOMINAL, Point, TOLERANCE, arms_of, csv, distance, exact, noisy, nominal_arms,
+    Folder, NOISE, NOMINAL, Point, TOLERANCE, arms_of, csv, distance, exact, noisy, nominal_arms,
     platform, poses, true_arms,
 };
 use serde_json::Value;
 
 type Samples = Vec<(Point, Point)>;
-
-const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0.0\n";
 
 fn folder(robot: &str, samples: &[(Point, Point)]) -> Folder {
     let folder = Folder::new();
@@ -156,7 +154,7 @@ fn without_a_guess_any_robot_is_found() {
 #[test]
 fn five_samples_with_a_tolerance_calibrate() {
     let samples = exact(&true_arms(), 5);
-    let folder = folder(&format!("{NOMINAL}{TOLERANCE}"), &samples);
+    let folder = folder(&format!("{NOMINAL}{TOLERANCE}{NOISE}"), &samples);
     let run = folder
         .run("calibrate robot.toml samples.csv --method fkm --output out.toml")
         .ok();

@@ -4,10 +4,8 @@ mod advice;
 mod numbers;
 mod outputs;
 
-use crate::support::{Folder, NOMINAL, TOLERANCE, csv, exact, noisy, true_arms};
+use crate::support::{Folder, NOISE, NOMINAL, TOLERANCE, csv, noisy, true_arms};
 use roxmltree::Document;
-
-const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0.0\n";
 
 fn folder(robot: &str, samples: &str) -> Folder {
     let folder = Folder::new();
@@ -116,21 +114,4 @@ fn file_names_are_escaped() {
         "{page:.3000}"
     );
     assert!(!page.contains("<i>"));
-}
-
-#[test]
-fn three_samples_without_a_known_sigma_have_a_report() {
-    let folder = folder(
-        &format!("{NOMINAL}{TOLERANCE}"),
-        &csv(&exact(&true_arms(), 3)),
-    );
-    folder
-        .run("calibrate robot.toml samples.csv --report report.html")
-        .ok();
-    let page = folder.read("report.html");
-    for drawing in drawings(&page) {
-        Document::parse(drawing).unwrap();
-    }
-    assert!(page.contains("its σ is not known"));
-    assert!(!page.contains("NaN"));
 }

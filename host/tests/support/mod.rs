@@ -34,6 +34,7 @@ min_deg = -60
 max_deg = 90
 ";
 
+pub(crate) const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0.0\n";
 pub(crate) const TOLERANCE: &str = "\n[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n";
 
 /// A robot that is measured with a plate, a wire or a bar.

@@ -9,16 +9,21 @@
 //! ```
 //!
 //! u alone does not tell δ: of many robots those that u says to be far off are those with a large ε as
-//! well. How large δ may be says the tolerance or, where none is stated, the robot itself: with all
-//! parameters in mm (angles times the upper arm's length), δ ~ N(0, τ² I), and those combinations of
-//! parameters that the samples determine well show τ. Along the eigenvectors of C
+//! well. How large δ may be says the robot itself: with all parameters in mm (angles times the upper arm's length), or
+//! in tolerances where these are stated, δ ~ N(0, τ² I), and those combinations of parameters that the samples determine
+//! well show τ. Let d be what the samples alone say, along the eigenvectors of C
 //!
 //! ```text
-//! uᵢ ~ N(0, τ² + λᵢ),   δᵢ | uᵢ ~ N(τ² uᵢ/(τ² + λᵢ), τ² λᵢ/(τ² + λᵢ))
+//! dᵢ ~ N(0, τ² + λᵢ),   δᵢ | dᵢ ~ N(τ² dᵢ/(τ² + λᵢ), τ² λᵢ/(τ² + λᵢ))
 //! ```
 //!
 //! and τ is integrated out with a prior that is even in log τ. It is an estimate of the kind that
 //! Efron and Morris (1973) and MacKay (1992) use.
+//!
+//! Without a tolerance d = u, and λ are C's eigenvalues. A tolerance, of covariance P, has drawn u towards the robot
+//! before: with c the eigenvalues of C in tolerances, d = u/(1 − c) and λ = c/(1 − c), for C⁻¹ = A + P⁻¹ with A what the
+//! samples determine. That δ is as large as the tolerance is not taken for granted: a robot that was calibrated before
+//! is off by less than a file says that states how it was made.
 //!
 //! Where the robot's place in space does not count, M is that of the positions less the rigid motion that explains most
 //! of each parameter's effect. It has a kernel, the combinations of parameters that move the robot as a whole: u and C
@@ -28,9 +33,12 @@ use crate::accuracy::chi_square::quantile;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Sizes of τ that are tried, from the largest change down to this part of it.
+/// Sizes of τ that are tried, from the largest change, or from so many tolerances, down to this part of it.
 const SIZES: u32 = 49;
 const SMALLEST: f64 = 1e-4;
+const LARGEST_TOLERANCE: f64 = 2.0;
+/// Of a combination that the samples do not determine: 1 − c.
+const UNDETERMINED: f64 = 1e-9;
 /// Quantiles of the noise where it is estimated: the middles of equal parts.
 const NOISE_LEVELS: u32 = 5;
 
@@ -43,8 +51,8 @@ pub(crate) struct Change {
     pub(crate) covariance: DMatrix<f64>,
     /// M.
     pub(crate) sensitivity: DMatrix<f64>,
-    /// Whether C holds a tolerance about the parameters before.
-    pub(crate) has_tolerance: bool,
+    /// The covariance of the parameters that a stated tolerance allows, which C holds.
+    pub(crate) prior: Option<DMatrix<f64>>,
     /// Of an estimated noise; `None` if it is stated.
     pub(crate) degrees_of_freedom: Option<f64>,
 }
@@ -66,50 +74,73 @@ impl Change {
             difference: kept.tr_mul(&self.difference),
             covariance: projected(&self.covariance),
             sensitivity: projected(&self.sensitivity),
+            prior: self.prior.as_ref().map(projected),
             ..self
         }
+    }
+
+    /// √(uᵀM u), mm.
+    pub(crate) fn size(&self) -> f64 {
+        let weights = &self.sensitivity * &self.difference;
+        weights.dot(&self.difference).sqrt()
+    }
+
+    /// √tr(M C), mm.
+    pub(crate) fn sigma(&self) -> f64 {
+        self.sensitivity
+            .component_mul(&self.covariance)
+            .sum()
+            .sqrt()
+    }
+
+    /// √tr(M S), mm: S = C − C P⁻¹ C is how u scatters with the samples' noise, C without a tolerance.
+    pub(crate) fn scatter(&self) -> f64 {
+        let scatter = match &self.prior {
+            None => self.covariance.clone(),
+            Some(prior) => {
+                let (_, inverse) = roots(prior);
+                let drawn = inverse * &self.covariance;
+                &self.covariance - drawn.tr_mul(&drawn)
+            }
+        };
+        self.sensitivity
+            .component_mul(&scatter)
+            .sum()
+            .max(0.0)
+            .sqrt()
     }
 
     /// The probability that the mean squared position error grows. `None` if too few samples are left
     /// over to say how noisy they are.
     pub(crate) fn chance_of_harm(&self) -> Option<f64> {
-        if self.has_tolerance {
-            Some(self.with_tolerance())
-        } else {
-            self.without_tolerance()
-        }
-    }
-
-    /// The estimate is δ's mean already, and C its covariance.
-    fn with_tolerance(&self) -> f64 {
-        let weights = &self.sensitivity * &self.difference;
-        let gain = weights.dot(&self.difference);
-        let variance = weights.dot(&(&self.covariance * &weights));
-        harm(gain, 4.0 * variance)
-    }
-
-    fn without_tolerance(&self) -> Option<f64> {
-        let eigen = self.covariance.clone().symmetric_eigen();
-        let least = f64::EPSILON * eigen.eigenvalues.amax();
-        let variances = eigen.eigenvalues.map(|value| value.max(least));
-        let change = eigen.eigenvectors.tr_mul(&self.difference);
-        let weights = eigen
-            .eigenvectors
-            .tr_mul(&(&self.sensitivity * &self.difference));
-        let squared = weights.dot(&change);
+        let levels = match (self.degrees_of_freedom, &self.prior) {
+            (Some(freedom), None) => noise_levels(freedom)?,
+            _ => vec![1.0],
+        };
+        let (combinations, squared) = self.combinations();
+        let largest = match &self.prior {
+            Some(_) => LARGEST_TOLERANCE,
+            None => combinations
+                .iter()
+                .fold(0.0, |most: f64, own| most.max(own.said.abs())),
+        };
         let (mut total, mut harmed) = (0.0, 0.0);
         let mut best = f64::NEG_INFINITY;
-        for level in self.noise_levels()? {
+        for level in levels {
             for size in 0..SIZES {
                 let part = f64::from(size) / f64::from(SIZES - 1);
-                let tau = change.amax() * SMALLEST.powf(part);
+                let own = (largest * SMALLEST.powf(part)).powi(2);
                 let (mut logarithm, mut gain, mut variance) = (0.0, -squared, 0.0);
-                for index in 0..change.len() {
-                    let (own, noise) = (tau * tau, level * variances[index]);
+                for &Combination {
+                    said,
+                    variance: noise,
+                    weight,
+                } in &combinations
+                {
+                    let noise = level * noise;
                     let sum = own + noise;
-                    let (u, weight) = (change[index], weights[index]);
-                    logarithm -= 0.5 * (sum.ln() + u * u / sum);
-                    gain += 2.0 * weight * own / sum * u;
+                    logarithm -= 0.5 * (sum.ln() + said * said / sum);
+                    gain += 2.0 * weight * own / sum * said;
                     variance += 4.0 * weight * weight * own * noise / sum;
                 }
                 // Sums relative to the largest term so far.
@@ -127,21 +158,77 @@ impl Change {
         chance.is_finite().then_some(chance)
     }
 
-    /// By what the variances are to be multiplied, in equally probable cases.
-    fn noise_levels(&self) -> Option<Vec<f64>> {
-        let Some(freedom) = self.degrees_of_freedom else {
-            return Some(vec![1.0]);
+    /// What the samples say along the eigenvectors of C, in mm or, if there is a tolerance, in tolerances; and uᵀM u.
+    fn combinations(&self) -> (Vec<Combination>, f64) {
+        let size = self.difference.len();
+        let (root, inverse) = match &self.prior {
+            Some(prior) => roots(prior),
+            None => (DMatrix::identity(size, size), DMatrix::identity(size, size)),
         };
-        let spare = freedom - 2.0;
-        if !(spare > 0.0) {
-            return None;
-        }
-        let levels = (0..NOISE_LEVELS).map(|level| {
-            let probability = (f64::from(level) + 0.5) / f64::from(NOISE_LEVELS);
-            Some(spare / quantile(freedom, probability)?)
+        let eigen = (&inverse * &self.covariance * inverse.transpose()).symmetric_eigen();
+        let least = f64::EPSILON * eigen.eigenvalues.amax();
+        let change = eigen.eigenvectors.tr_mul(&(&inverse * &self.difference));
+        let weights = root.tr_mul(&(&self.sensitivity * &self.difference));
+        let weights = eigen.eigenvectors.tr_mul(&weights);
+        let squared = weights.dot(&change);
+        let each = change.iter().zip(&weights).zip(&eigen.eigenvalues);
+        let combinations = each.map(|((u, weight), value)| {
+            let value = value.max(least);
+            // The part of what the samples say that the tolerance leaves.
+            let part = match &self.prior {
+                Some(_) => (1.0 - value).max(UNDETERMINED),
+                None => 1.0,
+            };
+            Combination {
+                said: u / part,
+                variance: value / part,
+                weight: *weight,
+            }
         });
-        levels.collect()
+        (combinations.collect(), squared)
     }
+}
+
+/// Along an eigenvector of C.
+struct Combination {
+    /// What the samples alone say.
+    said: f64,
+    /// Of what they say.
+    variance: f64,
+    /// M u.
+    weight: f64,
+}
+
+/// By what the variances are to be multiplied, in equally probable cases.
+fn noise_levels(freedom: f64) -> Option<Vec<f64>> {
+    let spare = freedom - 2.0;
+    if !(spare > 0.0) {
+        return None;
+    }
+    let levels = (0..NOISE_LEVELS).map(|level| {
+        let probability = (f64::from(level) + 0.5) / f64::from(NOISE_LEVELS);
+        Some(spare / quantile(freedom, probability)?)
+    });
+    levels.collect()
+}
+
+/// S with S Sᵀ = P, and its inverse, on what P spans.
+fn roots(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+    let eigen = matrix.clone().symmetric_eigen();
+    let least = f64::EPSILON * eigen.eigenvalues.amax();
+    let (mut root, mut inverse) = (Vec::new(), Vec::new());
+    for (value, vector) in eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.column_iter())
+    {
+        if *value > least {
+            root.push(vector * value.sqrt());
+            inverse.push(vector / value.sqrt());
+        }
+    }
+    let root = DMatrix::from_columns(&root);
+    (root, DMatrix::from_columns(&inverse).transpose())
 }
 
 /// The probability that a normally distributed gain is negative.
@@ -159,40 +246,83 @@ fn harm(gain: f64, variance: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::Change;
+    use super::{Change, SMALLEST};
     use delta_cal::simulate::standard_normal;
     use nalgebra::{DMatrix, DVector};
-    use rand_core::SeedableRng;
+    use rand_core::{Rng, SeedableRng};
     use rand_pcg::Pcg32;
 
-    /// Robots whose differences have the size 0.7 in every parameter, which is not told, measured well
-    /// along some combinations and badly along others: as many become worse as the chances add up to.
+    /// A robot of 24 parameters with differences of this size, measured well along some and badly along others, as `spread`
+    /// says. What a tolerance of 0.7 in every parameter makes of that, if one is stated; and whether the robot became worse.
+    fn made(size: f64, spread: f64, stated: bool, rng: &mut Pcg32) -> (Change, bool) {
+        let mut normal = || standard_normal::<f64, _>(rng);
+        let sigma = DVector::from_fn(24, |_, _| 0.1 * 10_f64.powf(0.5 * spread * normal()));
+        let own = DVector::from_fn(24, |_, _| size * normal());
+        let noise = DVector::from_fn(24, |index, _| sigma[index] * normal());
+        let squares = sigma.component_mul(&sigma);
+        let prior = DVector::from_element(24, 0.7 * 0.7);
+        let (difference, variances) = if stated {
+            let part = prior.zip_map(&squares, |prior, own| prior / (prior + own));
+            (
+                (&own + &noise).component_mul(&part),
+                squares.component_mul(&part),
+            )
+        } else {
+            (&own + &noise, squares)
+        };
+        let harmed = (&difference - &own).norm() > own.norm();
+        let change = Change {
+            difference,
+            covariance: DMatrix::from_diagonal(&variances),
+            sensitivity: DMatrix::identity(24, 24),
+            prior: stated.then(|| DMatrix::from_diagonal(&prior)),
+            degrees_of_freedom: None,
+        };
+        (change, harmed)
+    }
+
+    /// The size of the differences is not told. Of robots with a stated tolerance it is any from twice the tolerance down:
+    /// some were calibrated before.
     #[test]
     fn as_many_become_worse_as_the_chances_say() {
-        for spread in [1.0, 2.0, 3.0] {
-            let (mut said, mut variance, mut harmed) = (0.0, 0.0, 0.0);
+        let spreads = [1.0, 2.0, 3.0];
+        for (spread, stated) in spreads.iter().flat_map(|own| [(*own, false), (*own, true)]) {
+            let (mut said, mut variance, mut all) = (0.0, 0.0, 0.0);
             let mut rng = Pcg32::seed_from_u64(1);
             for _ in 0..1000 {
-                let mut normal = || standard_normal::<f64, _>(&mut rng);
-                let sigma = DVector::from_fn(24, |_, _| 0.1 * 10_f64.powf(0.5 * spread * normal()));
-                let own = DVector::from_fn(24, |_, _| 0.7 * normal());
-                let noise = DVector::from_fn(24, |index, _| sigma[index] * normal());
-                let change = Change {
-                    difference: &own + &noise,
-                    covariance: DMatrix::from_diagonal(&sigma.component_mul(&sigma)),
-                    sensitivity: DMatrix::identity(24, 24),
-                    has_tolerance: false,
-                    degrees_of_freedom: None,
+                let part = f64::from(rng.next_u32()) / f64::from(u32::MAX);
+                let size = if stated {
+                    1.4 * SMALLEST.powf(part)
+                } else {
+                    0.7
                 };
+                let (change, harmed) = made(size, spread, stated, &mut rng);
                 let chance = change.chance_of_harm().unwrap_or(f64::NAN);
                 said += chance;
                 variance += chance * (1.0 - chance);
-                harmed += f64::from(u8::from(noise.norm() > own.norm()));
+                all += f64::from(u8::from(harmed));
             }
             // Four standard deviations; 1 % more because τ is not known exactly.
             let limit = 4.0 * f64::sqrt(variance) + 0.01 * said;
-            assert!(f64::abs(harmed - said) < limit, "{spread}: {harmed} {said}");
+            println!("{spread} {stated}: {all} {said:.1} {limit:.1}");
+            assert!(
+                f64::abs(all - said) < limit,
+                "{spread} {stated}: {all} {said}"
+            );
         }
+    }
+
+    /// With the tolerance P, and the samples' own variances S: C = SP/(S + P), and what noise alone makes u scatter by is
+    /// C²/S.
+    #[test]
+    fn a_tolerance_leaves_less_scatter() {
+        let mut rng = Pcg32::seed_from_u64(3);
+        let (change, _) = made(0.7, 1.0, true, &mut rng);
+        let mut expected = 0.0;
+        for own in change.covariance.diagonal().iter() {
+            expected += own * own * (1.0 / own - 1.0 / 0.49);
+        }
+        assert!((change.scatter() - f64::sqrt(expected)).abs() < 1e-12);
     }
 
     /// Six of 24 combinations move the robot as a whole, by whatever the search for the sensor's frame left of that: the
@@ -200,7 +330,7 @@ mod tests {
     #[test]
     fn motions_of_the_whole_robot_do_not_count() {
         let mut rng = Pcg32::seed_from_u64(2);
-        for number in 0..100 {
+        for _ in 0..100 {
             let mut normal = || standard_normal::<f64, _>(&mut rng);
             let sigma = DVector::from_fn(18, |_, _| 0.3 * 10_f64.powf(normal()));
             let own = DVector::from_fn(18, |index, _| 0.5 * normal() + sigma[index] * normal());
@@ -220,7 +350,7 @@ mod tests {
                 difference: own.clone(),
                 covariance: DMatrix::from_diagonal(&variances),
                 sensitivity: DMatrix::from_diagonal(&weights),
-                has_tolerance: number % 2 == 0,
+                prior: None,
                 degrees_of_freedom: None,
             };
             let joined = DVector::from_fn(24, |index, _| {
@@ -236,10 +366,17 @@ mod tests {
                 sensitivity: turned(with(0.0, &weights)),
                 ..alone.clone()
             };
-            let expected = alone.chance_of_harm().unwrap_or(f64::NAN);
-            let found = whole.without_kernel(6).chance_of_harm().unwrap_or(f64::NAN);
-            // Roundings of numbers up to 1e3, squared.
-            assert!((found - expected).abs() < 1e-8, "{found} {expected}");
+            let expected = [
+                alone.chance_of_harm().unwrap_or(f64::NAN),
+                own.component_mul(&own).dot(&weights).sqrt(),
+                variances.dot(&weights).sqrt(),
+            ];
+            let found = whole.without_kernel(6);
+            let chance = found.chance_of_harm().unwrap_or(f64::NAN);
+            for (found, expected) in [chance, found.size(), found.sigma()].iter().zip(expected) {
+                // Roundings of numbers up to 1e3, squared.
+                assert!((found - expected).abs() < 1e-8, "{found} {expected}");
+            }
         }
     }
 }

@@ -6,7 +6,9 @@ use super::objection::Objection;
 use super::plausibility;
 use super::prior_test::PriorTest;
 use crate::accuracy::position_error::{PositionError, distances};
-use crate::accuracy::workspace_comparison::WorkspaceComparison;
+use crate::accuracy::workspace_comparison::{Calibrated, WorkspaceComparison};
+use crate::fit::options::{CalibrationMethod, Frame};
+use crate::fit::outcome::Outcome;
 use crate::fit::weights::Fit;
 use delta_cal::Settings;
 
@@ -51,26 +53,22 @@ pub(crate) fn judge(
     if error_after.lies_elsewhere(&calibrated) {
         return Err(Objection::NotReproduced(error_after));
     }
-    let workspace = WorkspaceComparison::of(
-        &case.before.robot,
-        &fit.outcome,
-        &robot.reach(),
-        settings,
-        &case.options,
-    );
-    if settings.tolerance.is_none() {
-        let arms = fit.outcome.fit.arms.iter();
-        if arms.map(|arm| arm.degrees_of_freedom).sum::<f64>() < 1.0 {
-            return Err(Objection::UnknownError);
-        }
-        match &workspace {
-            Some(comparison) if comparison.may_be_worse() => {
-                return Err(Objection::Worse(*comparison, error_after));
-            }
-            Some(comparison) if comparison.chance_of_harm.is_some() => {}
-            _ if settings.noise.is_none() => return Err(Objection::UnknownError),
-            _ => {}
-        }
+    let freedom = degrees_of_freedom(&fit.outcome, case.options.method);
+    let workspace = fit.outcome.covariance.as_ref().and_then(|covariance| {
+        let calibrated = Calibrated {
+            before: &case.before.robot,
+            after: &calibrated,
+            covariance,
+            tolerance: settings.tolerance.as_ref(),
+            degrees_of_freedom: settings.noise.is_none().then_some(freedom),
+            relative: case.options.frame == Frame::Sensor,
+        };
+        WorkspaceComparison::of(&calibrated, &robot.reach())
+    });
+    let has_tolerance = settings.tolerance.is_some();
+    let arms = fit.outcome.fit.arms.iter();
+    if !has_tolerance && arms.map(|arm| arm.degrees_of_freedom).sum::<f64>() < 1.0 {
+        return Err(Objection::UnknownError);
     }
     let prior_test = settings.tolerance.as_ref().and_then(|tolerance| {
         let (nominal, noise) = (&robot.robot, settings.noise.as_ref());
@@ -95,6 +93,14 @@ pub(crate) fn judge(
     {
         return Err(Objection::NoiseBeyondTolerance(*test));
     }
+    match &workspace {
+        Some(comparison) if comparison.is_harmful(has_tolerance) => {
+            return Err(Objection::Worse(*comparison, error_after));
+        }
+        Some(comparison) if comparison.chance_of_harm.is_some() => {}
+        _ if settings.noise.is_none() => return Err(Objection::UnknownError),
+        _ => {}
+    }
     Ok(Judgement {
         error_before: error_of(&distances_before),
         distances_before,
@@ -104,4 +110,13 @@ pub(crate) fn judge(
         noise_test,
         prior_test,
     })
+}
+
+/// Of the estimated noise: with arms calibrated apart each has its own.
+fn degrees_of_freedom(outcome: &Outcome, method: CalibrationMethod) -> f64 {
+    let arms = outcome.fit.arms.iter().map(|arm| arm.degrees_of_freedom);
+    match method {
+        CalibrationMethod::Ikm => arms.fold(f64::INFINITY, f64::min),
+        _ => arms.sum(),
+    }
 }

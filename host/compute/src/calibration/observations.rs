@@ -5,6 +5,7 @@ mod check;
 mod known;
 mod refusal;
 mod transmissions;
+mod warnings;
 
 pub use check::check;
 pub(crate) use check::{check_frame, check_names};
@@ -16,22 +17,20 @@ use crate::accuracy::coverage::{Acceptance, CoverageFactor, ExpandedUncertainty}
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::information::prior_with_transmissions;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
+use crate::accuracy::workspace_comparison::{Calibrated, WorkspaceComparison};
 use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::ObservationsFile;
 use crate::fit::observations::{ObservedError, ObservedFit, calibrate, calibrate_robust};
 use crate::fit::options::{Frame, Options};
-use crate::fit::outcome::RobotCovariance;
-use crate::text::words::in_lines;
+use crate::fit::outcome::{RobotCovariance, of_parameters};
 use delta_cal::Robot;
 use delta_cal::calibration::{Prior, TolerancePrior};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// A χ² of the residuals that is as improbable as this widens every σ.
+/// A χ² of the residuals that is as improbably large as this widens every σ; one as improbably small is doubtful.
 const IMPROBABLE: f64 = 0.001;
-/// A row off by more than so many σ is named.
-const DOUBTFUL_ROW: f64 = 4.0;
 
 /// A calibration from observations, and what there is to know of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +54,8 @@ pub struct ObservationsReport {
     pub expected_before: Option<ExpectedError>,
     /// The same of the calibrated robot.
     pub expected_after: Option<ExpectedError>,
+    /// What the calibration means for positions relative to each other; `None` without an uncertainty.
+    pub workspace: Option<WorkspaceComparison>,
     /// What the measurements determine.
     pub known: Known,
     /// The joints' transmissions, if they were to be found.
@@ -150,6 +151,17 @@ pub fn report(
         .as_ref()
         .and_then(|covariance| expected(&after, covariance));
     let expected_before = prior(robot).and_then(|covariance| expected(robot, &covariance));
+    let workspace = fit.covariance.as_ref().and_then(|covariance| {
+        let calibrated = Calibrated {
+            before: &robot.robot,
+            after: &after.robot,
+            covariance: &of_parameters(covariance),
+            tolerance: robot.tolerance.as_ref(),
+            degrees_of_freedom: None,
+            relative: true,
+        };
+        WorkspaceComparison::of(&calibrated, &robot.reach())
+    });
     let known = Known::of(
         robot,
         fit.outcome.covariance.as_ref(),
@@ -169,11 +181,15 @@ pub fn report(
         widening,
         expected_before,
         expected_after,
+        workspace,
         known,
         transmissions,
         warnings: Vec::new(),
     };
-    report.warnings = warnings(&report);
+    report.warnings = warnings::of(
+        &report,
+        ChiSquared::new(freedom).is_ok_and(|own| own.cdf(cost) < IMPROBABLE),
+    );
     report
 }
 
@@ -281,45 +297,4 @@ impl ObservationsReport {
         let count = reading.value.readings() as f64;
         (squares / count.max(1.0)).sqrt()
     }
-}
-
-fn warnings(report: &ObservationsReport) -> Vec<String> {
-    let mut warnings = Vec::new();
-    if report.widening > 1.0 {
-        warnings.push(format!(
-            "the residuals are {:.2} times what the stated [noise] and [tolerance] allow, and every sigma was \
-             multiplied by that: look for a wrong row, a plate that is not flat, or a noise stated too small",
-            report.lack_of_fit
-        ));
-    }
-    if !report.fit.left_out.is_empty() {
-        let lines = report
-            .fit
-            .left_out
-            .iter()
-            .map(|index| report.samples.rows[*index].line);
-        warnings.push(format!(
-            "{}: the robot of the file does not reach these joint angles, so that the rows were left out",
-            in_lines(&lines.collect::<Vec<_>>())
-        ));
-    }
-    if !report.fit.suspected.is_empty() {
-        let lines = report.suspected_lines();
-        warnings.push(format!(
-            "{}: the rows disagree with the others and were left out: measure them again",
-            in_lines(&lines)
-        ));
-    }
-    let suspected = |index: &usize| report.fit.suspected.contains(index);
-    let rows = report.samples.rows.iter().enumerate();
-    for (index, row) in rows.filter(|(index, _)| !suspected(index)) {
-        let residual = report.row_residual(index) / report.widening;
-        if residual > DOUBTFUL_ROW {
-            warnings.push(format!(
-                "line {} disagrees with the others by {residual:.1} sigma: measure it again",
-                row.line
-            ));
-        }
-    }
-    warnings
 }

@@ -56,11 +56,12 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
         && report.before.tolerance.is_some()
     {
         found.push(format!(
-            "the samples add little to the robot file: the calibration moves the positions by \
+            "the samples add little to the robot file: the calibration moves the positions{} by \
              {:.3} mm (rms over the workspace), and the new positions are themselves uncertain by \
              {:.3} mm. With a probability of {} % the robot becomes worse",
-            comparison.change,
-            comparison.sigma,
+            report.options.frame.relative(),
+            comparison.judged.change,
+            comparison.judged.sigma,
             significant(100.0 * comparison.chance_of_harm.unwrap_or(1.0), 2)
         ));
     }

@@ -55,6 +55,16 @@ pub enum Frame {
     Sensor,
 }
 
+impl Frame {
+    /// What of the positions counts, after "the positions".
+    pub(crate) const fn relative(self) -> &'static str {
+        match self {
+            Self::Base => "",
+            Self::Sensor => ", relative to each other,",
+        }
+    }
+}
+
 /// How to calibrate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {

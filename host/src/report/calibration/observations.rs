@@ -356,6 +356,9 @@ pub fn json(report: &ObservationsReport, about: &About) -> Value {
         "expanded_uncertainty": expanded::json(report.expanded().as_ref(), true),
         // Whether that is within `--limit`; `null` without.
         "acceptance": expanded::acceptance_json(about.acceptance),
+        // The probability that the positions relative to each other are worse after the calibration than before; `null` if
+        // unknown.
+        "chance_of_harm": report.workspace.and_then(|own| own.chance_of_harm),
         // What the measurements determine.
         "known": {
             // How many combinations of the 24 parameters, better than the tolerance does.

@@ -72,7 +72,7 @@ fn positions(report: &CalibrationReport) -> Section {
             let most = small(map.expected.absolute.max);
             section
                 .text(format!(
-                    "at worst {most} mm, at x {:.0}, y {:.0}, z {:.0} mm",
+                    "at worst {most} mm, clear of singularities, at x {:.0}, y {:.0}, z {:.0} mm",
                     at.x, at.y, at.z
                 ))
                 .text(format!(

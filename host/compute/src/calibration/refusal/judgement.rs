@@ -52,7 +52,8 @@ impl Explainer<'_> {
 
     /// The calibration may make the robot worse.
     pub(super) fn worse(&self, comparison: &WorkspaceComparison, after: &PositionError) -> Refused {
-        let (change, sigma) = (comparison.change, comparison.sigma);
+        let (change, sigma) = (comparison.judged.change, comparison.judged.sigma);
+        let relative = self.case.options.frame.relative();
         let worst = after.max_at_line.map_or(String::new(), |line| {
             format!(
                 "; after it the samples would still be off by {:.3} mm (rms), and the one in line \
@@ -62,14 +63,18 @@ impl Explainer<'_> {
         });
         let cause = format!(
             "the calibration may make the robot worse, with a probability of {} %: it would move the \
-             positions by {change:.3} mm (rms over the workspace), and the new positions are \
+             positions{relative} by {change:.3} mm (rms over the workspace), and the new positions are \
              themselves uncertain by {sigma:.3} mm (one sigma){worst}",
             significant(100.0 * comparison.chance_of_harm.unwrap_or(1.0), 2)
         );
         let remedy = format!(
             "if the robot was calibrated before, it is as good as these samples can make it; \
              otherwise measure more poses and {SPREAD}{}",
-            self.or_state_tolerance()
+            if self.case.robot.tolerance.is_some() {
+                ", or state in [tolerance] how far off the robot can be now, if that is less than when it was made"
+            } else {
+                self.or_state_tolerance()
+            }
         );
         self.refused(&cause, remedy)
     }
@@ -77,7 +82,17 @@ impl Explainer<'_> {
     /// Nothing says how uncertain the result is.
     pub(super) fn unknown_error(&self) -> Refused {
         let samples = count(self.case.samples.count(), "sample");
-        let (cause, noise) = if self.case.robot.noise.is_some() {
+        let Self { case, .. } = self;
+        if case.robot.tolerance.is_some() && case.robot.noise.is_none() {
+            let cause = format!(
+                "no [noise] is stated, and {samples} are too few to estimate it. So the error of the result is not known"
+            );
+            let remedy = format!(
+                "state the [noise] of the measurements, or measure {FEW_SAMPLES} poses or more, 20 if possible"
+            );
+            return self.refused(&cause, remedy);
+        }
+        let (cause, noise) = if case.robot.noise.is_some() {
             (
                 format!(
                     "no [tolerance] is stated, and {samples} fit several robots exactly. So the \

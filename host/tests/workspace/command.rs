@@ -80,6 +80,11 @@ fn the_boundary_file_has_its_columns_and_the_json_its_numbers() {
     assert!(rows.iter().all(|row| row[4] <= litres + 1e-3));
     assert_eq!(json["influence"].as_array().unwrap().len(), 24);
     assert_eq!(json["comparison"], serde_json::Value::Null);
+    // The lowest place, all joints at 90°; and a joint's motor, platform and elbow in line, folded, on the z axis.
+    let [bottom, top] = [0, 1].map(|end| json["extent_mm"]["z"][end].as_f64().unwrap());
+    let below = |reach: f64| -f64::sqrt(reach * reach - 164.0 * 164.0);
+    assert!((bottom - (below(480.0) - 260.0)).abs() < 0.05, "{bottom}");
+    assert!((top - below(480.0 - 260.0)).abs() < 0.05, "{top}");
     // A figure is XML, the page refers to nothing outside itself.
     roxmltree::Document::parse(&folder.read("out/view.svg")).unwrap();
     let page = folder.read("out/report.html");

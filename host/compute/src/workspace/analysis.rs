@@ -113,15 +113,10 @@ impl Analysis {
         shares
     }
 
-    /// The box that holds the workspace, mm: for each axis from and to.
+    /// The box that holds the workspace, mm: for each axis from and to. Its corners are between the boundary's points,
+    /// but the mesh has them.
     pub fn extent(&self) -> [(f64, f64); 3] {
-        [0, 1, 2].map(|axis| {
-            let along = self
-                .workspace
-                .points
-                .iter()
-                .map(|point| point.position[axis]);
-            range(along)
-        })
+        let points = || self.workspace.points.iter().chain(&self.mesh.vertices);
+        [0, 1, 2].map(|axis| range(points().map(|point| point.position[axis])))
     }
 }

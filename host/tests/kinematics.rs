@@ -141,7 +141,14 @@ fn a_row_without_solution_is_named_and_nothing_is_written() {
     // At 0° the elbows are 424 mm from the robot's axis, further than forearms of 300 mm reach.
     // Straight below the first motor, 260 + 480 = 740 mm away, its arm is stretched.
     let short = NOMINAL.replace("forearm_mm = 480", "forearm_mm = 300");
+    let wide = NOMINAL.replace("= -60", "= -180").replace("= 90", "= 180");
     let cases = [
+        (
+            "inverse",
+            wide.as_str(),
+            "x_mm,y_mm,z_mm\n0,0,-400\n0,0,400\n",
+            ":3: the platform would be above its elbows",
+        ),
         (
             "forward",
             short.as_str(),

@@ -12,11 +12,10 @@ use crate::export::frame::Frame;
 use crate::export::linear::level::of_heights;
 use crate::export::settings::Settings;
 use crate::export::wanted::Wanted;
+use crate::files::kinematics;
 use crate::render::json;
 use crate::report::export::{self, Files};
-use crate::{
-    InputError, InputText, Measurements, Options, RobotFile, read_positions, read_samples,
-};
+use crate::{InputError, InputText, Measurements, Options, RobotFile, read_samples};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
@@ -158,8 +157,8 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let level = level(arguments, &robot)?;
     let wanted = match &arguments.positions {
         Some(path) => {
-            let rows = read_positions(&read(path, &arguments.columns)?)?;
-            Wanted::of(rows.into_iter().map(|row| row.value).collect())
+            let poses = kinematics::inverse(&robot, &read(path, &arguments.columns)?)?;
+            Wanted::of(poses.into_iter().map(|pose| pose.position).collect())
         }
         None => Wanted::in_workspace(&robot),
     };

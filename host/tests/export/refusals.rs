@@ -70,12 +70,12 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
         (
             "calibrated.toml --for klipper --positions far.csv",
             3,
-            "far.csv",
+            "far.csv:2: unreachable for arm 1",
         ),
         (
             "calibrated.toml --for klipper --positions metres.csv",
             3,
-            "metres.csv",
+            "metres.csv:1: column x: its unit is not stated",
         ),
         (
             "calibrated.toml --for correction-table --spacing 0.01",

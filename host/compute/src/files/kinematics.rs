@@ -5,6 +5,7 @@ use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Row, read_joints, read_positions};
 use crate::geometry::joint_limits::outside_limits;
+use crate::geometry::reach::hangs_below;
 use crate::text::joint;
 use crate::text::numbers::rounded;
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
@@ -35,7 +36,7 @@ pub fn forward(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
 /// The joint angles at which the platform is at each row's position.
 ///
 /// # Errors
-/// The first faulty row, or the first that no joint angles within the limits reach.
+/// The first faulty row, or the first that no joint angles within the limits reach, elbows out.
 pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
     read_positions(input)?
         .into_iter()
@@ -45,6 +46,15 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
                 .inverse(&row.value)
                 .map_err(|error| no_pose(input, &row, error))?;
             check_limits(input, &row, joints, &robot.limits)?;
+            if !hangs_below(&robot.robot, &row.value, &joints) {
+                let cause =
+                    "the platform would be above its elbows, and no joint angles hold it there";
+                return Err(InputError::new(input.name(), cause)
+                    .at_line(row.line)
+                    .with_remedy(
+                        "check the position and its frame: z is negative below the base",
+                    ));
+            }
             Ok(Sample {
                 joints,
                 position: row.value,

@@ -102,30 +102,57 @@ impl RmsError {
     /// The same with the limits that so many poses would give.
     pub(super) fn bounded_by(&self, poses: f64) -> Bounded {
         let freedom = self.freedom_of(poses);
-        let limit = |probability: f64| {
+        let limit = |mean_square: f64, probability: f64| {
             let quantile = quantile(freedom, probability)?;
-            Some(self.without_noise(freedom * self.mean_square / quantile))
+            Some(self.without_noise(freedom * mean_square / quantile))
         };
         let lower = if self.noise > 0.0 {
-            limit(1.0 - TAIL)
+            limit(self.mean_square, 1.0 - TAIL)
         } else {
             None
         };
         Bounded {
             value: self.without_noise(self.mean_square),
             lower: lower.unwrap_or(0.0),
-            upper: limit(TAIL),
+            upper: limit(self.at_least_noise(), TAIL),
         }
     }
 
     /// The confidence that the error is below a limit (mm): of the one-sided interval that ends there.
     pub fn confidence_below(&self, limit: f64) -> f64 {
         let freedom = self.degrees_of_freedom();
-        let ratio = self.mean_square / (limit * limit + self.noise);
+        let ratio = self.at_least_noise() / (limit * limit + self.noise);
         ChiSquared::new(freedom).map_or(0.0, |chi_square| chi_square.sf(freedom * ratio))
+    }
+
+    /// M, at least σ²: deviations that happen to be smaller than the noise do not show an error smaller than so many poses
+    /// of this noise can show.
+    const fn at_least_noise(&self) -> f64 {
+        self.mean_square.max(self.noise)
     }
 
     fn without_noise(&self, mean_square: f64) -> f64 {
         (mean_square - self.noise).max(0.0).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::RmsError;
+    use crate::fit::options::Frame;
+
+    /// Deviations smaller than the noise are chance: they leave as much room for an error as deviations of its size.
+    #[test]
+    fn deviations_below_the_noise_do_not_prove_that_there_is_no_error() {
+        let noise = 4e-4;
+        let of = |square: f64| RmsError::of(&[square; 20], noise, Frame::Base);
+        let (less, expected) = (of(0.25 * noise), of(noise));
+        let upper = less.bounded().upper;
+        assert!(upper > Some(0.1 * f64::sqrt(noise)), "{upper:?}");
+        assert_eq!(upper, expected.bounded().upper);
+        assert!((less.bounded().lower, less.bounded().value) == (0.0, 0.0));
+        let confidence = |own: &RmsError| own.confidence_below(0.005).to_bits();
+        assert_eq!(confidence(&less), confidence(&expected));
+        assert!(of(2.0 * noise).bounded().upper > upper);
     }
 }

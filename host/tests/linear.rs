@@ -39,11 +39,16 @@ fn file(text: &str) -> RobotFile {
 
 /// Off by one tolerance in every parameter.
 fn made(rng: &mut Pcg32) -> Robot<f64> {
+    made_to(1.0, rng)
+}
+
+/// Off by a multiple of the tolerance in every parameter.
+fn made_to(factor: f64, rng: &mut Pcg32) -> Robot<f64> {
     let file = file(ROBOT);
     let sigmas = file.tolerance.unwrap().of_places(&file.robot.arms()[0]);
     let parameters = file.robot.parameters().map(|mut arm| {
         for (value, sigma) in arm.iter_mut().zip(sigmas) {
-            *value += sigma * standard_normal::<f64, _>(rng);
+            *value += factor * sigma * standard_normal::<f64, _>(rng);
         }
         arm
     });
@@ -236,6 +241,28 @@ fn what_the_tolerance_allows_is_not_doubtful() {
     let (before, rest) = ROBOT.split_once("[tolerance]").unwrap();
     let (_, after) = rest.split_once("[noise]").unwrap();
     assert!(doubts(&format!("{before}[noise]{after}"), &mut rng));
+}
+
+/// Towers have 21 parameters, and where an end stop stands is no sign of another robot.
+#[test]
+fn samples_that_decide_widen_a_tolerance_that_is_too_small() {
+    let folder = Folder::new();
+    folder.write("robot.toml", ROBOT);
+    for number in 0..4 {
+        let mut rng = generator(9700, number);
+        let truth = made_to(2.5, &mut rng);
+        folder.write("samples.csv", samples(&truth, 40, &mut rng));
+        folder
+            .run("calibrate robot.toml samples.csv --json report.json")
+            .ok();
+        let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+        let test = &report["tolerance"];
+        assert_eq!(test["widened"], true, "{test}");
+        assert_eq!(test["combinations"], 21);
+        // χ² with 21 degrees of freedom: four standard deviations are 0.62 of the ratio.
+        let ratio = test["ratio"].as_f64().unwrap() / 2.5;
+        assert!((ratio - 1.0).abs() < 0.62, "{ratio}");
+    }
 }
 
 #[test]

@@ -130,7 +130,7 @@ pub fn calibrate_robot_from_observations<T: Number, L: Transport>(
         &places.points.map(|place| place.map(Real::to_f64)),
     )
     .map_err(explained)?;
-    let report = observations::report(robot, samples, options, fit);
+    let report = observations::report(robot, samples, options, fit)?;
     Ok((finished, report))
 }
 

@@ -1,11 +1,21 @@
 //! A tolerance that is not the robot's.
 
-use crate::accuracy::robots::{Poses, geometries, made, robot_file, samples_file};
+use crate::accuracy::robots::{Poses, geometries, made, robot_file, samples_file, tracker};
 use delta_cal::frame::RigidTransform;
-use delta_cal_host::{CalibrationMethod, CalibrationReport, Options, calibrate};
+use delta_cal_host::{CalibrationMethod, CalibrationReport, Frame, Options, calibrate};
 use delta_cal_tests::generator;
 
 fn calibrated(
+    factor: f64,
+    count: usize,
+    method: CalibrationMethod,
+    number: u64,
+) -> Result<CalibrationReport, String> {
+    calibrated_in(Frame::Base, factor, count, method, number)
+}
+
+fn calibrated_in(
+    frame: Frame,
     factor: f64,
     count: usize,
     method: CalibrationMethod,
@@ -15,9 +25,14 @@ fn calibrated(
     let mut rng = generator(133, number);
     let robot = made(&nominal, factor, Poses::Spread(count), &mut rng);
     let file = robot_file(&nominal, (true, true));
-    let samples = samples_file(&robot.samples, &RigidTransform::identity());
+    let at = match frame {
+        Frame::Base => RigidTransform::identity(),
+        Frame::Sensor => tracker(),
+    };
+    let samples = samples_file(&robot.samples, &at);
     let options = Options {
         method,
+        frame,
         ..Options::default()
     };
     calibrate(&file, &samples, options).map_err(|error| error.to_string())
@@ -65,5 +80,23 @@ fn with_many_samples_a_wrong_tolerance_is_widened_and_named() {
         }
         let report = calibrated(1.0, 40, CalibrationMethod::Joint, number).unwrap();
         assert!(!report.tolerance_widened);
+    }
+}
+
+/// Robots as the tolerance says. In the sensor's frame six of the 24 combinations move the robot as a whole, and no sample
+/// tells them: χ² has 18 degrees of freedom, and the mean of 40 squared ratios a standard deviation of √(2/18/40).
+#[test]
+fn the_place_of_the_robot_is_no_parameter_in_the_sensors_frame() {
+    for (frame, all) in [(Frame::Base, 24.0), (Frame::Sensor, 18.0)] {
+        let mut squares = 0.0;
+        for number in 0..40 {
+            let report = calibrated_in(frame, 1.0, 30, CalibrationMethod::Joint, number).unwrap();
+            let test = report.prior_test.unwrap();
+            assert_eq!(f64::from(test.of), all);
+            squares += test.ratio.powi(2) / 40.0;
+        }
+        let limit = 4.0 * f64::sqrt(2.0 / all / 40.0);
+        println!("{frame:?}: {squares}");
+        assert!((squares - 1.0).abs() < limit, "{frame:?}: {squares}");
     }
 }

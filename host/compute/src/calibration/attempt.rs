@@ -108,12 +108,20 @@ fn with_wider_tolerance(case: &Case<'_>, settings: &Settings<f64>) -> Option<Att
     let (nominal, tolerance) = (&case.robot.robot, settings.tolerance.as_ref()?);
     let (free, _) = fitted(case, &settings.with_tolerance(None)).ok()?;
     // Larger differences are wrong samples rather than a robot.
-    if plausibility::doubtful(nominal, &free.outcome.fit.robot).is_some() {
+    if plausibility::is_another_robot(nominal, &free.outcome.fit.robot) {
         return None;
     }
     let noise = settings.noise.as_ref();
     let (measured, weights) = (&case.measured, &free.samples);
-    let test = PriorTest::of(nominal, tolerance, &free.outcome, measured, weights, noise)?;
+    let test = PriorTest::of(
+        nominal,
+        tolerance,
+        &free.outcome,
+        measured,
+        weights,
+        noise,
+        case.options.frame,
+    )?;
     if !(test.contradicts() && test.samples_decide()) {
         return None;
     }

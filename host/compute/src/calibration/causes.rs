@@ -22,3 +22,4 @@ pub use residuals::ArmResiduals;
 pub use search::Causes;
 pub(crate) use search::causes;
 pub(crate) use subject::Subject;
+pub(in crate::calibration) use subject::frame_movements;

@@ -80,6 +80,7 @@ pub(crate) fn judge(
             &case.measured,
             &fit.samples,
             noise,
+            case.options.frame,
         )
     });
     if let Some(test) = &prior_test

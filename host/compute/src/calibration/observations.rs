@@ -56,6 +56,8 @@ pub struct ObservationsReport {
     pub expected_after: Option<ExpectedError>,
     /// What the calibration means for positions relative to each other; `None` without an uncertainty.
     pub workspace: Option<WorkspaceComparison>,
+    /// Readings less what they determine, and more by what is known beforehand.
+    pub degrees_of_freedom: f64,
     /// What the measurements determine.
     pub known: Known,
     /// The joints' transmissions, if they were to be found.
@@ -80,7 +82,7 @@ pub fn calibrate_observations(
         Some(loss) => calibrate_robust(robot, samples, frame, solver, loss),
     };
     let fit = fit.map_err(|error| explained(robot, samples, options, error))?;
-    Ok(report(robot, samples, options, fit))
+    report(robot, samples, options, fit)
 }
 
 /// The reason in words.
@@ -113,12 +115,15 @@ pub fn explained(
 }
 
 /// What there is to know of a fit.
+///
+/// # Errors
+/// Nothing says that the fit improves the robot.
 pub fn report(
     robot: &RobotFile,
     samples: &ObservationsFile,
     options: Options,
     mut fit: ObservedFit,
-) -> ObservationsReport {
+) -> Result<ObservationsReport, CalibrateError> {
     let squares: f64 = fit
         .residuals
         .iter()
@@ -182,6 +187,7 @@ pub fn report(
         expected_before,
         expected_after,
         workspace,
+        degrees_of_freedom: freedom,
         known,
         transmissions,
         warnings: Vec::new(),
@@ -190,7 +196,10 @@ pub fn report(
         &report,
         ChiSquared::new(freedom).is_ok_and(|own| own.cdf(cost) < IMPROBABLE),
     );
-    report
+    match refusal::objection(&report) {
+        Some(refused) => Err(refused.into()),
+        None => Ok(report),
+    }
 }
 
 /// How far from nominal the robot is, in tolerances: Σ ((p − nominal)/tolerance)², if each is by itself.
@@ -227,7 +236,10 @@ fn freedom(robot: &RobotFile, samples: &ObservationsFile, fit: &ObservedFit) -> 
     let weighed = rows.map(|(row, weight)| weight * count(row.value.readings()));
     let weights: f64 = fit.weights.iter().sum();
     let readings = weighed.sum::<f64>() * fit.effective_rows / weights.max(f64::MIN_POSITIVE);
-    let free = if robot.tolerance.is_some() { 0 } else { 24 };
+    let free = match robot.tolerance {
+        Some(_) => 0,
+        None => 3 * robot.robot.drive().parameters().len(),
+    };
     let facts = &robot.instruments;
     let level = facts.planes.iter().filter(|plane| plane.tilt.is_some());
     let known = robot.transmission.map_or(0, |_| 15)

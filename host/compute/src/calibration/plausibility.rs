@@ -2,7 +2,7 @@
 //! manufacture and assembly, where no tolerance says how large those are.
 
 use crate::text::words::{in_file_units, list};
-use delta_cal::robot::ParameterKind;
+use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{ArmIndex, Parameter, Real, Robot};
 
 /// Percent of the forearm, degrees, and percent of a scale, beyond which a change is a mistake and not an error.
@@ -77,6 +77,14 @@ pub(crate) fn implausible(before: &Robot<f64>, after: &Robot<f64>) -> Option<Str
             in_file_units(largest.parameter, largest.before),
             in_file_units(largest.parameter, largest.after),
         )
+    })
+}
+
+/// Whether a change is too large for an error of manufacture. Where the end stops of towers stand is chosen, not made.
+pub(crate) fn is_another_robot(before: &Robot<f64>, after: &Robot<f64>) -> bool {
+    changes(before, after).iter().any(|change| {
+        let chosen = before.drive() == Drive::Linear && change.parameter == Parameter::Zero;
+        change.size > DOUBTFUL && !chosen
     })
 }
 

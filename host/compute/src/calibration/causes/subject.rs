@@ -195,7 +195,7 @@ pub(super) struct Corrections {
 }
 
 /// By how much a position moves for each unknown of its frame: 1 mm, or the rotation by one radian.
-pub(super) fn frame_movements(position: &Vector3<f64>) -> [Vector3<f64>; FRAME] {
+pub(in crate::calibration) fn frame_movements(position: &Vector3<f64>) -> [Vector3<f64>; FRAME] {
     std::array::from_fn(|index| {
         let axis = Vector3::ith(index % 3, 1.0);
         if index < 3 {

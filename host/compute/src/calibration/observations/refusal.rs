@@ -1,10 +1,13 @@
 //! Why observations cannot calibrate a robot, and which single mistake in the file would explain it.
 
+use super::ObservationsReport;
+use crate::calibration::plausibility::implausible;
 use crate::calibration::reason::Refused;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom};
 use crate::fit::observations::calibrate;
 use crate::fit::options::Options;
+use crate::text::numbers::significant;
 use crate::text::words::{count, in_file_units};
 use delta_cal::Refusal;
 use delta_cal::observations::Instrument;
@@ -100,6 +103,42 @@ pub(super) fn refused(
         cause: format!("{}: {cause}", samples.name),
         remedy,
     }
+}
+
+/// What speaks against a calibration without a tolerance, which nothing keeps near the robot file.
+pub(super) fn objection(report: &ObservationsReport) -> Option<Refused> {
+    if report.before.tolerance.is_some() {
+        return None;
+    }
+    let refused = |cause: String| {
+        let remedy = "state the [tolerance] that the robot was made to, or measure more poses, spread over the whole \
+                      workspace";
+        Some(Refused::new(
+            format!("{}: {cause}", report.samples.name),
+            remedy,
+        ))
+    };
+    let (before, after) = (&report.before.robot, &report.after.robot);
+    if let Some(change) = implausible(before, after) {
+        return refused(format!("the result is not credible: {change}"));
+    }
+    let Some(comparison) = report
+        .workspace
+        .filter(|_| report.degrees_of_freedom >= 1.0)
+    else {
+        return refused(
+            "the readings are as many as they determine, so that nothing says how far off the result is".to_owned(),
+        );
+    };
+    comparison.may_be_worse().then(|| {
+        refused(format!(
+            "the calibration may make the robot worse, with a probability of {} %: it would move the positions, relative to \
+             each other, by {:.3} mm (rms over the workspace), and they would be uncertain by {:.3} mm (one sigma)",
+            significant(100.0 * comparison.chance_of_harm.unwrap_or(1.0), 2),
+            comparison.judged.change,
+            comparison.judged.sigma
+        ))
+    })?
 }
 
 /// Why there is no robust fit.

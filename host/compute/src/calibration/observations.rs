@@ -48,7 +48,8 @@ pub struct ObservationsReport {
     pub fit: ObservedFit,
     /// Σ residual² + the tolerance's share over the degrees of freedom, its root: 1 is expected.
     pub lack_of_fit: f64,
-    /// By what every σ is multiplied: the lack of fit if it is improbably large, otherwise 1.
+    /// By what every σ is multiplied: the lack of fit, or that of the residuals by themselves, if it is improbably large;
+    /// otherwise 1.
     pub widening: f64,
     /// The position error that the robot of the file is expected to have; `None` without a tolerance.
     pub expected_before: Option<ExpectedError>,
@@ -137,10 +138,15 @@ pub fn report(
     } else {
         1.0
     };
-    let widening = match ChiSquared::new(freedom) {
-        Ok(expected) if expected.sf(cost) < IMPROBABLE => lack_of_fit,
-        _ => 1.0,
-    };
+    // The residuals by themselves as well: the tolerance's share, which a wrong noise does not change, would hide it.
+    let of_residuals = freedom - determined(robot, &fit);
+    let widening = [(cost, freedom), (squares, of_residuals)]
+        .into_iter()
+        .filter(|(sum, freedom)| {
+            ChiSquared::new(*freedom).is_ok_and(|expected| expected.sf(*sum) < IMPROBABLE)
+        })
+        .map(|(sum, freedom)| (sum / freedom).sqrt())
+        .fold(1.0, f64::max);
     fit.outcome = fit.outcome.widened(widening);
     fit.covariance = fit.covariance.map(|own| own * widening.powi(2));
     let mut after = RobotFile {
@@ -251,6 +257,18 @@ fn freedom(robot: &RobotFile, samples: &ObservationsFile, fit: &ObservedFit) -> 
             .filter(|point| point.place.is_some())
             .count();
     readings + count(known) - count(free + fit.unknowns)
+}
+
+/// How many of the parameters that a tolerance holds the readings determine: the parts that it does not.
+fn determined(robot: &RobotFile, fit: &ObservedFit) -> f64 {
+    if robot.tolerance.is_none() {
+        return 0.0;
+    }
+    let places = robot.robot.drive().places();
+    let arms = fit.outcome.fit.arms.iter();
+    let parts = arms.flat_map(|arm| arm.prior_share.iter().zip(&places));
+    let own = parts.filter(|(_, place)| place.is_some());
+    own.map(|(share, _)| 1.0 - share).sum()
 }
 
 /// The covariance of the parameters before any measurement.

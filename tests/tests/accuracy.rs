@@ -6,6 +6,7 @@ mod expected;
 mod prior;
 mod rigid;
 mod robots;
+mod uneven;
 
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;

@@ -87,15 +87,15 @@ fn with_many_samples_a_wrong_tolerance_is_widened_and_named() {
 /// tells them: χ² has 18 degrees of freedom, and the mean of 40 squared ratios a standard deviation of √(2/18/40).
 #[test]
 fn the_place_of_the_robot_is_no_parameter_in_the_sensors_frame() {
-    for (frame, all) in [(Frame::Base, 24.0), (Frame::Sensor, 18.0)] {
+    for (frame, all) in [(Frame::Base, 24), (Frame::Sensor, 18)] {
         let mut squares = 0.0;
         for number in 0..40 {
             let report = calibrated_in(frame, 1.0, 30, CalibrationMethod::Joint, number).unwrap();
             let test = report.prior_test.unwrap();
-            assert_eq!(f64::from(test.of), all);
+            assert_eq!(test.of, all);
             squares += test.ratio.powi(2) / 40.0;
         }
-        let limit = 4.0 * f64::sqrt(2.0 / all / 40.0);
+        let limit = 4.0 * f64::sqrt(2.0 / f64::from(all) / 40.0);
         println!("{frame:?}: {squares}");
         assert!((squares - 1.0).abs() < limit, "{frame:?}: {squares}");
     }

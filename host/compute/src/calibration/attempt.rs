@@ -46,7 +46,7 @@ impl Attempt {
         let (method, outcome) = (case.options.method, &fit.outcome);
         let noise_test = NoiseTest::of(case.before, method, outcome, &case.measured);
         let poses = workspace_poses::inside(&outcome.fit.robot, &case.robot.reach());
-        let causes = if case.options.streaming.forget.is_some() {
+        let mut causes = if case.options.streaming.forget.is_some() {
             Causes::not_tested("--forget lets samples fade, so that they do not count alike")
         } else {
             let subject = Subject {
@@ -62,13 +62,17 @@ impl Attempt {
             };
             causes(&subject, &poses)
         };
+        if method == CalibrationMethod::Ikm {
+            // Each arm has its own estimate of the noise.
+            causes.uneven_noise = 1.0;
+        }
         let by_residuals = noise_test.map_or(1.0, |test| test.widening(!causes.found.is_empty()));
         let by_causes = outcome.covariance.as_ref().and_then(|covariance| {
             let robot = &outcome.fit.robot;
             let sigma = PositionUncertainty { robot, covariance }.over(&poses)?.rms;
             (sigma > 0.0).then(|| causes.position_error / sigma)
         });
-        let widening = by_residuals.hypot(by_causes.unwrap_or(0.0));
+        let widening = (by_residuals * causes.uneven_noise).hypot(by_causes.unwrap_or(0.0));
         fit.outcome = fit.outcome.widened(widening);
         let judgement = judge(case, settings, &fit, noise_test)?;
         Ok(Self {

@@ -100,11 +100,13 @@ impl PriorTest {
         let eigen = scaled.symmetric_eigen();
         let along = eigen.eigenvectors.tr_mul(&tolerances.tr_mul(&right));
         let (mut chi_square, mut combinations) = (0.0, 0);
-        for (value, along) in eigen.eigenvalues.iter().zip(&along) {
-            if *value > DETERMINED {
-                chi_square += along * along / (value * (1.0 + value));
-                combinations += 1;
-            }
+        let mut pairs: Vec<_> = eigen.eigenvalues.iter().zip(&along).collect();
+        pairs.sort_by(|a, b| b.0.total_cmp(a.0));
+        // Without a noise the information is so large that its rounding would count where there is none.
+        let largest = pairs.into_iter().take(usize::try_from(of).unwrap_or(0));
+        for (value, along) in largest.filter(|(value, _)| **value > DETERMINED) {
+            chi_square += along * along / (value * (1.0 + value));
+            combinations += 1;
         }
         if combinations == 0 {
             return None;

@@ -5,10 +5,14 @@ use crate::calibration::report::CalibrationReport;
 use crate::calibration::target::beside_the_platform_point;
 use crate::calibration::thresholds::{FEW_SAMPLES, GOOD_CONDITION, MOSTLY};
 use crate::fit::options::Frame;
+use crate::text::joint;
 use crate::text::numbers::significant;
 use crate::text::words::{count, in_lines_of};
 use delta_cal::ArmIndex;
 use delta_cal::calibration::{ArmOutcome, StartUsed};
+
+/// A σ that is larger by less is not spoken of.
+const NOTABLE: f64 = 1.1;
 
 /// Every doubt, the gravest first.
 pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
@@ -63,6 +67,15 @@ pub(crate) fn warnings(report: &CalibrationReport) -> Vec<String> {
             comparison.judged.change,
             comparison.judged.sigma,
             significant(100.0 * comparison.chance_of_harm.unwrap_or(1.0), 2)
+        ));
+    }
+    if report.before.noise.is_none() && report.causes.uneven_noise > NOTABLE {
+        found.push(format!(
+            "no [noise] is stated, and the residuals are larger where errors of the joints count more: every sigma was \
+             multiplied by {:.2}. State position_mm and {} in [noise]: the samples are then weighed by them, and the \
+             result is better too",
+            report.causes.uneven_noise,
+            joint::key("joint", report.before.robot.drive())
         ));
     }
     if let Some(comparison) = &report.workspace

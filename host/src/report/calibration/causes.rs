@@ -43,9 +43,14 @@ pub(super) fn section(report: &CalibrationReport) -> Option<Section> {
 /// That every σ is larger than the stated noise alone makes it, if it is.
 fn widened(report: &CalibrationReport) -> Option<String> {
     (report.widening > 1.0).then(|| {
+        let of_joints = if report.causes.uneven_noise > 1.0 {
+            ", and what noise of the joints adds that is not stated"
+        } else {
+            ""
+        };
         format!(
             "Every sigma of this report is {:.2} times what the noise alone makes it: so that it holds \
-             what the model does not.",
+             what the model does not{of_joints}.",
             report.widening
         )
     })

@@ -145,8 +145,8 @@ pub fn report(report: &CalibrationReport, about: &About) -> Value {
         "causes_not_tested": report.causes.not_tested,
         // By how much the causes put the calibrated positions off, rms over the workspace.
         "causes_position_error_mm": report.causes.position_error,
-        // By what every σ is multiplied because the residuals exceed the stated noise or have a cause
-        // that was found; 1 if neither.
+        // By what every σ is multiplied because the residuals exceed the stated noise, have a cause that was found, or,
+        // without a stated noise, show a part of the joints; 1 if none.
         "sigma_widened_by": report.widening,
         // What would explain the samples better; `null` if nothing is wrong with them as a whole.
         "diagnosis": report.diagnosis.as_ref().map(diagnosis::json),

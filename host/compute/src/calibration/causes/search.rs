@@ -22,6 +22,9 @@ pub struct Causes {
     /// By how much the causes put the calibrated robot's positions off, rms over the workspace, mm: by
     /// themselves and by what the parameters have taken up of them. 0 if none was found.
     pub position_error: f64,
+    /// By what the σ of the positions, of a fit that takes a noise that is not stated as even, is too small, because
+    /// the residuals show that the joints' part of it is not; 1 if they do not.
+    pub uneven_noise: f64,
     /// What is left of each arm's closure error, over its joint angle.
     pub arms: [ArmResiduals; 3],
 }
@@ -34,6 +37,7 @@ impl Causes {
             not_tested: Some(why),
             explained: 0.0,
             position_error: 0.0,
+            uneven_noise: 1.0,
             arms: Default::default(),
         }
     }
@@ -47,12 +51,18 @@ pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
         not_tested: None,
         explained: 0.0,
         position_error: 0.0,
+        uneven_noise: 1.0,
         arms: residuals::arms(subject.calibrated, &counted, &[], None),
     };
-    let Some((regression, scale)) = subject.regression(&counted) else {
+    let Some((regression, scale, noise)) = subject.regression(&counted) else {
         causes.not_tested = Some("too few samples are left over to tell causes from noise");
         return causes;
     };
+    if subject.noise.is_none()
+        && let Some(widening) = subject.widening_by_uneven_noise(&counted, scale, &noise, poses)
+    {
+        causes.uneven_noise = widening;
+    }
     let ranges = subject.ranges();
     let joints = (subject.calibrated.drive(), &ranges);
     match select(

@@ -4,6 +4,7 @@ use super::hypotheses::{self, Place};
 use super::regression::{Regression, Rows};
 use crate::accuracy::evaluation::differences;
 use crate::accuracy::information::{PARAMETERS, rows_of_prior, tolerance_prior, units};
+use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::fit::fkm::{self, Linearization};
 use crate::fit::weights::SampleWeight;
 use delta_cal::{Noise, Robot, Sample, Tolerance};
@@ -19,6 +20,9 @@ const MEDIAN_LENGTH: f64 = 1.538;
 const FRAME: usize = 6;
 /// Without a stated noise: the part of the joints in the noise of the positions that are tried.
 const JOINT_PARTS: [f64; 5] = [0.0, 0.2, 0.5, 0.8, 0.95];
+/// The logarithm of the likelihood by which a part of the joints must be better than none, to be more than chance.
+const SHOWN: f64 = 2.0;
+
 /// A fitted robot, and what it was fitted to.
 pub(crate) struct Subject<'a> {
     /// The centre of the tolerance.
@@ -81,31 +85,81 @@ impl Subject<'_> {
             .collect()
     }
 
-    /// All rows and the σ of a coordinate, mm. Without a stated noise the part of the joints in it is
+    /// All rows, the σ of a coordinate (mm), and the noise. Without a stated noise the part of the joints in it is
     /// the one that makes the residuals most probable.
-    pub(super) fn regression(&self, counted: &[Counted]) -> Option<(Regression, f64)> {
+    pub(super) fn regression(&self, counted: &[Counted]) -> Option<(Regression, f64, Noise<f64>)> {
         if let Some(noise) = self.noise {
-            return Some((self.rows(counted, &noise).0, noise.position()));
+            return Some((self.rows(counted, &noise).0, noise.position(), noise));
         }
         let sigma = self.estimated_noise.filter(|sigma| *sigma > 0.0)?;
         let squares: f64 = counted.iter().map(|c| c.by_joints.norm_squared()).sum();
         let number = counted.iter().fold(0.0, |count, _| count + 3.0);
         let by_joint = (squares / number).sqrt();
-        JOINT_PARTS
-            .into_iter()
-            .filter_map(|part: f64| {
-                let joint = sigma * part.sqrt() / by_joint;
-                let noise = Noise::new(sigma * (1.0 - part).sqrt(), joint).ok()?;
-                let (regression, log_whitening) = self.rows(counted, &noise);
-                let solution = regression.solve(&[])?;
-                // The restricted likelihood (Patterson and Thompson 1971).
-                let likelihood = log_whitening
-                    - solution.log_determinant
-                    - 0.5 * solution.freedom * solution.variance().ln();
-                likelihood.is_finite().then_some((likelihood, regression))
-            })
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, regression)| (regression, sigma))
+        let tried = JOINT_PARTS.into_iter().filter_map(|part: f64| {
+            let joint = sigma * part.sqrt() / by_joint;
+            let noise = Noise::new(sigma * (1.0 - part).sqrt(), joint).ok()?;
+            let (regression, log_whitening) = self.rows(counted, &noise);
+            let solution = regression.solve(&[])?;
+            // The restricted likelihood (Patterson and Thompson 1971).
+            let likelihood = log_whitening
+                - solution.log_determinant
+                - 0.5 * solution.freedom * solution.variance().ln();
+            let scale = solution.variance().sqrt();
+            let noise = Noise::new(scale * noise.position(), scale * noise.joint()).ok()?;
+            likelihood
+                .is_finite()
+                .then_some((likelihood, regression, noise))
+        });
+        let tried: Vec<_> = tried.collect();
+        let even = tried
+            .first()
+            .map(|(likelihood, _, noise)| (*likelihood, *noise))?;
+        let (likelihood, regression, noise) =
+            tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let shown = likelihood - even.0 > SHOWN;
+        Some((regression, sigma, if shown { noise } else { even.1 }))
+    }
+
+    /// By what the σ of the positions over the workspace, of a fit that took the noise as even with this σ (mm), is too small
+    /// if the noise is this one; 1 if it is not.
+    ///
+    /// With A = Σ JᵀJ/σ² + P⁻¹ the fit says A⁻¹, but the parameters scatter by A⁻¹ (Σ JᵀΣₖJ/σ⁴ + P⁻¹) A⁻¹, where
+    /// Σₖ = σx² I + σq² J_q J_qᵀ.
+    pub(super) fn widening_by_uneven_noise(
+        &self,
+        counted: &[Counted],
+        sigma: f64,
+        noise: &Noise<f64>,
+        poses: &[Sample<f64>],
+    ) -> Option<f64> {
+        let units = units(self.calibrated);
+        let prior = rows_of_prior(&tolerance_prior(self.calibrated, self.tolerance.as_ref()));
+        let mut information = prior.tr_mul(&prior);
+        let mut scatter = information;
+        for c in counted {
+            let mut jacobian: SMatrix<f64, 3, PARAMETERS> = c.at.jacobian();
+            for (mut column, unit) in jacobian.column_iter_mut().zip(&units) {
+                column /= *unit;
+            }
+            let own = Matrix3::identity() * noise.position().powi(2)
+                + c.by_joints * c.by_joints.transpose() * noise.joint().powi(2);
+            information.gemm_tr(c.weight / sigma.powi(2), &jacobian, &jacobian, 1.0);
+            let weighed = own * jacobian;
+            scatter.gemm_tr((c.weight / sigma.powi(2)).powi(2), &jacobian, &weighed, 1.0);
+        }
+        // What stands at no place of an arm's vector is not off.
+        let places = std::iter::repeat_n(self.calibrated.drive().places(), 3).flatten();
+        for (index, _) in places.enumerate().filter(|(_, place)| place.is_none()) {
+            information[(index, index)] += 1.0;
+        }
+        let said = information.cholesky()?.inverse();
+        let is = said * scatter * said;
+        let over = |covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>| {
+            let robot = self.calibrated;
+            Some(PositionUncertainty { robot, covariance }.over(poses)?.rms)
+        };
+        let ratio = over(&is)? / over(&said)?;
+        ratio.is_finite().then(|| ratio.max(1.0))
     }
 
     /// All rows with this noise, and Σ log |Lₖ⁻¹|.

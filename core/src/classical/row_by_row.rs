@@ -1,5 +1,4 @@
-//! The parts of a problem whose samples are stored: sums over rows of the Jacobian (3.21). Each sample
-//! comes with the root of the factor with which it enters the sum of squares.
+//! The parts of a problem whose samples are stored: sums over rows of the Jacobian (3.21).
 
 use crate::Real;
 use crate::calibration::{Means, Normal, spread};
@@ -9,48 +8,41 @@ use nalgebra::Vector3;
 /// Rows reduced together.
 const BLOCK: usize = 8;
 
-pub(crate) fn linearize<'a, T: Real>(
-    mut samples: impl Iterator<Item = (&'a ArmSample<T>, T)>,
+pub(crate) fn linearize<T: Real>(
+    samples: &[ArmSample<T>],
     at: &Displacement<T>,
     normal: &mut Normal<T>,
 ) -> T {
     let mut sum = T::ZERO;
-    loop {
+    for some in samples.chunks(BLOCK) {
         let mut block = [[T::ZERO; BLOCK]; 9];
-        let mut rows = 0;
-        for (index, (sample, root)) in samples.by_ref().take(BLOCK).enumerate() {
+        for (index, sample) in some.iter().enumerate() {
             let (row, constraint) = at.constraint_row(sample);
             for (column, value) in block.iter_mut().zip(row.iter().chain([&constraint])) {
                 if let Some(entry) = column.get_mut(index) {
-                    *entry = *value * root;
+                    *entry = *value;
                 }
             }
-            sum += (constraint * root).squared();
-            rows += 1;
-        }
-        if rows == 0 {
-            return sum;
+            sum += constraint.squared();
         }
         normal.absorb(&mut block);
-    }
-}
-
-pub(crate) fn sum_of_squares<'a, T: Real>(
-    samples: impl Iterator<Item = (&'a ArmSample<T>, T)>,
-    at: &Displacement<T>,
-) -> T {
-    let mut sum = T::ZERO;
-    for (sample, root) in samples {
-        sum += (at.weighted_constraint(sample) * root).squared();
     }
     sum
 }
 
-pub(crate) fn means<'a, T: Real>(samples: impl Iterator<Item = (&'a ArmSample<T>, T)>) -> Means<T> {
+pub(crate) fn sum_of_squares<T: Real>(samples: &[ArmSample<T>], at: &Displacement<T>) -> T {
+    let mut sum = T::ZERO;
+    for sample in samples {
+        sum += at.weighted_constraint(sample).squared();
+    }
+    sum
+}
+
+pub(crate) fn means<T: Real>(samples: &[ArmSample<T>]) -> Means<T> {
     let mut sums = (Vector3::zeros(), T::ZERO, T::ZERO, T::ZERO);
     let mut squares = T::ZERO;
-    for (sample, root) in samples {
-        let weight = (sample.weight * root).squared();
+    for sample in samples {
+        let weight = sample.weight.squared();
         sums.0 += sample.x * weight;
         squares += sample.x.dot(&sample.x) * weight;
         sums.1 += sample.sine * weight;
@@ -67,10 +59,10 @@ pub(crate) fn means<'a, T: Real>(samples: impl Iterator<Item = (&'a ArmSample<T>
 }
 
 /// The residual is |X − B|² − Lb², of numbers of about 1.
-pub(crate) fn rows_squared<'a, T: Real>(samples: impl Iterator<Item = (&'a ArmSample<T>, T)>) -> T {
+pub(crate) fn rows_squared<T: Real>(samples: &[ArmSample<T>]) -> T {
     let mut sum = T::ZERO;
-    for (sample, root) in samples {
-        sum += (sample.weight * root).squared() * (T::ONE + sample.constraint.squared());
+    for sample in samples {
+        sum += sample.weight.squared() * (T::ONE + sample.constraint.squared());
     }
     sum
 }

@@ -120,10 +120,6 @@ impl<T: Real, const N: usize> StoredArmSamples<T, N> {
         factor.absorb(&self.samples);
         factor
     }
-
-    fn counted(&self) -> impl Iterator<Item = (&ArmSample<T>, T)> {
-        self.samples().iter().map(|sample| (sample, T::ONE))
-    }
 }
 
 impl<T: Real, const N: usize> ArmProblem<T> for StoredArmSamples<T, N> {
@@ -136,11 +132,11 @@ problem_of_an_arm!(StoredArmSamples<T, N>, N);
 
 impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
     fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
-        row_by_row::linearize(self.counted(), at, normal)
+        row_by_row::linearize(self.samples(), at, normal)
     }
 
     fn sum_of_squares(&self, at: &Displacement<T>) -> T {
-        row_by_row::sum_of_squares(self.counted(), at)
+        row_by_row::sum_of_squares(self.samples(), at)
     }
 
     fn taken_in(&self) -> u64 {
@@ -152,7 +148,7 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
     }
 
     fn means(&self) -> Means<T> {
-        row_by_row::means(self.counted())
+        row_by_row::means(self.samples())
     }
 
     /// A store keeps no sample waiting.
@@ -171,7 +167,7 @@ impl<T: Real, const N: usize> Linearize<T> for StoredArmSamples<T, N> {
     }
 
     fn rows_squared(&self) -> T {
-        row_by_row::rows_squared(self.counted())
+        row_by_row::rows_squared(self.samples())
     }
 }
 

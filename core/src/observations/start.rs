@@ -55,10 +55,10 @@ impl<T: Real, const N: usize> StartValues<T, N> {
             if let Some((place, _)) = point.known {
                 start.put(column, place.as_slice());
             } else if point.offset
-                && let Some([x, y, z, offset, _]) = point_with_offset(robot, rows, index)
+                && let Some([x, y, z, offset]) = point_with_offset(robot, rows, index)
             {
                 start.put(column, &[x, y, z, offset]);
-            } else if let Some([x, y, z, _]) = point_alone(robot, rows, index) {
+            } else if let Some([x, y, z]) = point_alone(robot, rows, index) {
                 start.put(column, &[x, y, z]);
             }
         }
@@ -177,8 +177,8 @@ fn distances<'a, T: Real>(
     })
 }
 
-/// |X|² − d² = 2 X·p − k: p and k.
-fn point_alone<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], point: u8) -> Option<[T; 4]> {
+/// p of |X|² − d² = 2 X·p + k, whatever k.
+fn point_alone<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], point: u8) -> Option<[T; 3]> {
     let [first, ..] = robot.arms();
     let unit = first.lb();
     let mut triangle = Triangle::<T, 5, 15>::zero();
@@ -186,18 +186,19 @@ fn point_alone<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], point: u8)
         let right = d.squared() - x.dot(&x);
         absorb(
             &mut triangle,
-            [T::TWO * x.x, T::TWO * x.y, T::TWO * x.z, -T::ONE, right],
+            [T::TWO * x.x, T::TWO * x.y, T::TWO * x.z, T::ONE, right],
         );
     }
-    Some(solved(&triangle)?.map(|value| value * unit))
+    let [x, y, z, _] = solved(&triangle)?;
+    Some([x, y, z].map(|value| value * unit))
 }
 
-/// |X|² − d² = 2 X·p − 2 d o − k: p, o and k.
+/// p and o of |X|² − d² = 2 X·p − 2 d o + k, whatever k.
 fn point_with_offset<T: Real>(
     robot: &Robot<T>,
     rows: &[ObservationRow<T>],
     point: u8,
-) -> Option<[T; 5]> {
+) -> Option<[T; 4]> {
     let [first, ..] = robot.arms();
     let unit = first.lb();
     let mut triangle = Triangle::<T, 6, 21>::zero();
@@ -210,12 +211,13 @@ fn point_with_offset<T: Real>(
                 T::TWO * x.y,
                 T::TWO * x.z,
                 -(T::TWO * d),
-                -T::ONE,
+                T::ONE,
                 right,
             ],
         );
     }
-    Some(solved(&triangle)?.map(|value| value * unit))
+    let [x, y, z, offset, _] = solved(&triangle)?;
+    Some([x, y, z, offset].map(|value| value * unit))
 }
 
 fn absorb<T: Real, const M: usize, const E: usize>(triangle: &mut Triangle<T, M, E>, row: [T; M]) {
@@ -254,8 +256,7 @@ fn frame<T: Real>(
     if everything && let Ok(frame) = RigidTransform::align(whole) {
         return frame;
     }
-    let fits = [0, 1, 2].map(|axis| affine(robot, rows, axis));
-    let directions = fits.map(|fit| fit.map(|(direction, _)| direction));
+    let directions = [0, 1, 2].map(|axis| affine(robot, rows, axis));
     let directions = match directions {
         [Some(x), Some(y), Some(z)] => Some([x, y, z]),
         [Some(x), Some(y), None] => Some([x, y, unit(&x.cross(&y))]),
@@ -282,12 +283,12 @@ fn unit<T: Real>(vector: &Vector3<T>) -> Vector3<T> {
     vector / vector.dot(vector).square_root()
 }
 
-/// y = a · X + b of one coordinate.
+/// a of y = a · X + b of one coordinate, whatever b.
 fn affine<T: Real>(
     robot: &Robot<T>,
     rows: &[ObservationRow<T>],
     axis: usize,
-) -> Option<(Vector3<T>, T)> {
+) -> Option<Vector3<T>> {
     let [first, ..] = robot.arms();
     let length = first.lb();
     let mut triangle = Triangle::<T, 5, 15>::zero();
@@ -303,8 +304,8 @@ fn affine<T: Real>(
             );
         }
     }
-    let [x, y, z, shift] = solved(&triangle)?;
-    Some((Vector3::new(x, y, z), shift * length))
+    let [x, y, z, _] = solved(&triangle)?;
+    Some(Vector3::new(x, y, z))
 }
 
 /// The proper rotation nearest to a matrix given by rows.

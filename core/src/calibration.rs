@@ -7,6 +7,8 @@
 mod arm_problem;
 mod arm_solver;
 mod calibrator;
+#[cfg(test)]
+mod curve;
 mod end_point;
 mod free_frame;
 mod free_start;

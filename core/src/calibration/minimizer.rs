@@ -410,3 +410,6 @@ where
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

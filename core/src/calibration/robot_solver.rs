@@ -194,3 +194,6 @@ pub(super) fn check_side<T: Real>(
         Err(Refusal::WrongSide)
     }
 }
+
+#[cfg(test)]
+mod tests;

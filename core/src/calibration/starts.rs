@@ -143,3 +143,6 @@ impl<T: Real, const N: usize> Starts<T, N> {
         Some((StartUsed::Free, problem.free_start(0)?))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,11 +8,21 @@ use std::process::{Command, Stdio};
 /// What went wrong in one stage.
 #[derive(Debug, Default)]
 pub(crate) struct Check {
+    /// The files that it is about, if not about all.
+    pub(crate) files: Vec<String>,
     failures: Vec<String>,
     skipped: Option<String>,
 }
 
 impl Check {
+    /// Of these files, or of all.
+    pub(crate) fn of(files: &[String]) -> Self {
+        Self {
+            files: files.to_vec(),
+            ..Self::default()
+        }
+    }
+
     /// Runs a command that must succeed; its output goes to the terminal.
     pub(crate) fn command(&mut self, line: &str) {
         if let Err(why) = attempt(line) {

@@ -27,10 +27,11 @@ use summary::Finished;
 const USAGE: &str = "\
 Runs every check, in stages, two at a time; all failures are collected and summed up at the end.
 
-Usage: cargo verify [quick | STAGE...]
+Usage: cargo verify [quick | STAGE... | mutants FILE...]
 
   quick       a minute: format, structure, links, clippy on the host, unit tests
   STAGE...    run only these, one after the other, in the order given
+  FILE...     only the mutants of these files, by their paths from the repository's root
   --list      list the stages
   --help      print this
 ";
@@ -57,8 +58,13 @@ fn main() -> ExitCode {
             }
         };
     }
-    match chosen(&arguments) {
-        Ok(stages) => summary::print(&run(&stages), begin),
+    let (files, names): (Vec<_>, Vec<_>) = arguments.into_iter().partition(|a| a.contains('/'));
+    if !files.is_empty() && names != ["mutants"] {
+        eprintln!("Only the stage mutants takes files.");
+        return ExitCode::from(2);
+    }
+    match chosen(&names) {
+        Ok(stages) => summary::print(&run(&stages, &files), begin),
         Err(unknown) => {
             eprintln!("There is no stage {unknown:?}; cargo verify --list lists them.");
             ExitCode::from(2)
@@ -98,12 +104,12 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Stage>, &str> {
     Ok(stages)
 }
 
-/// Runs stages one after the other.
-fn run(stages: &[&Stage]) -> Vec<Finished> {
+/// Runs stages one after the other, of these files if there are any.
+fn run(stages: &[&Stage], files: &[String]) -> Vec<Finished> {
     let run = |stage: &&Stage| {
         println!("\n=== {}: {}", stage.name, stage.about);
         let start = Start::now();
-        let mut check = Check::default();
+        let mut check = Check::of(files);
         (stage.run)(&mut check);
         Finished::new(stage.name, check, start)
     };
@@ -113,7 +119,7 @@ fn run(stages: &[&Stage]) -> Vec<Finished> {
 /// Runs all of them, most of them side by side.
 fn run_all() -> std::io::Result<Vec<Finished>> {
     let first: Vec<&Stage> = FIRST.iter().collect();
-    let mut finished = run(&first);
+    let mut finished = run(&first, &[]);
     finished.extend(side_by_side::run(SIDE_BY_SIDE)?);
     Ok(finished)
 }

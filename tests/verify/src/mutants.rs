@@ -1,5 +1,5 @@
 //! Mutation testing of the core's numeric modules by `cargo-mutants`: every mutant that no test notices
-//! must be explained in `tests/mutants.toml`.
+//! must be explained in `tests/mutants.toml`. Of all files, or of those that are asked for.
 
 use crate::check::{Check, attempt, output, root};
 use std::collections::BTreeMap;
@@ -7,18 +7,23 @@ use std::collections::BTreeMap;
 const EXPLAINED: &str = include_str!("../../mutants.toml");
 const CONFIGURATION: &str = include_str!("../../../.cargo/mutants.toml");
 
-/// Seconds: the tests take less; a mutant that loops without end is stopped.
-const TIMEOUT: u32 = 120;
+/// Seconds: the tests take less, on a busy machine too; a mutant that loops without end is stopped.
+const TIMEOUT: u32 = 300;
 
 pub(crate) fn check(check: &mut Check) {
     if output("cargo mutants --version").is_none() {
         check.fail("cargo-mutants is missing. Install it: cargo install cargo-mutants".to_owned());
         return;
     }
-    let explained = match explained() {
+    let mut explained = match explained() {
         Ok(explained) => explained,
         Err(error) => return check.fail(format!("tests/mutants.toml: {error}")),
     };
+    let files = std::mem::take(&mut check.files);
+    if let Some(missing) = files.iter().find(|file| !root().join(file).is_file()) {
+        return check.fail(format!("there is no file {missing}"));
+    }
+    explained.retain(|name, _| is_of(name, &files));
     // cargo-mutants' own run without a mutation would be of the mutated package alone, which has no test of most
     // of these names.
     let Some(tests) = tests(CONFIGURATION) else {
@@ -28,8 +33,9 @@ pub(crate) fn check(check: &mut Check) {
         return check.fail(format!("without a mutation: {error}"));
     }
     // It fails if a mutant survives; which ones may is decided below.
+    let chosen: String = files.iter().flat_map(|file| [" --file ", file]).collect();
     let _ = attempt(&format!(
-        "cargo mutants --package delta-cal --baseline=skip --timeout={TIMEOUT} --output target"
+        "cargo mutants --package delta-cal --baseline=skip --timeout={TIMEOUT} --output target{chosen}"
     ));
     let missed = root().join("target/mutants.out/missed.txt");
     match std::fs::read_to_string(&missed) {
@@ -72,6 +78,14 @@ fn explained() -> Result<BTreeMap<String, u32>, String> {
         }
     }
     Ok(explained)
+}
+
+/// Whether a mutant is one of these files', or there are none.
+fn is_of(name: &str, files: &[String]) -> bool {
+    files.is_empty()
+        || files
+            .iter()
+            .any(|file| name.split(':').next() == Some(file))
 }
 
 /// Every name in the list of survivors against how often it is explained.
@@ -124,6 +138,15 @@ mod tests {
     fn the_tests_are_those_of_the_configuration() {
         let tests = tests(CONFIGURATION).unwrap_or_default();
         assert!(tests.starts_with("--package=delta-cal --package=delta-cal-tests --lib --test="));
+    }
+
+    #[test]
+    fn explanations_of_other_files_are_not_judged() {
+        let name = "core/src/a.rs: replace + with - in f";
+        let [own, other] = ["core/src/a.rs", "core/src/b.rs"].map(str::to_owned);
+        assert!(is_of(name, &[]));
+        assert!(is_of(name, &[other.clone(), own]));
+        assert!(!is_of(name, &[other]));
     }
 
     #[test]

@@ -53,7 +53,7 @@ fn tests(configuration: &str) -> Option<String> {
         words.collect::<Option<Vec<_>>>()
     };
     let mut all = words("test_package", "--package=")?;
-    all.extend(words("additional_cargo_test_args", "")?);
+    all.extend(words("additional_cargo_args", "")?);
     Some(all.join(" "))
 }
 

@@ -3,14 +3,17 @@
 use super::problem::{Piece, Problem};
 use crate::robot::Drive;
 use crate::samples::Triangle;
+use core::cell::Cell;
 
 /// Two residuals, and what a problem says of itself.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Curve {
     /// The residuals and their slopes.
     pub(super) residuals: fn(f64) -> [(f64, f64); 2],
     /// Where to start without a guess.
     pub(super) free_start: Option<f64>,
+    /// How often that was asked for.
+    pub(super) asked: Cell<u32>,
     pub(super) least_sum_of_squares: f64,
     pub(super) rows_squared: f64,
     pub(super) samples: u32,
@@ -19,14 +22,17 @@ pub(super) struct Curve {
 
 impl Curve {
     /// r = (p, 0) of twenty samples whose noise is not known.
-    pub(super) const STRAIGHT: Self = Self {
-        residuals: |p| [(p, 1.0), (0.0, 0.0)],
-        free_start: None,
-        least_sum_of_squares: 0.0,
-        rows_squared: 1.0,
-        samples: 20,
-        noise_stated: false,
-    };
+    pub(super) fn straight() -> Self {
+        Self {
+            residuals: |p| [(p, 1.0), (0.0, 0.0)],
+            free_start: None,
+            asked: Cell::new(0),
+            least_sum_of_squares: 0.0,
+            rows_squared: 1.0,
+            samples: 20,
+            noise_stated: false,
+        }
+    }
 }
 
 impl Problem<f64, 1, 2, 3> for Curve {
@@ -55,6 +61,7 @@ impl Problem<f64, 1, 2, 3> for Curve {
     }
 
     fn free_start(&self, _: u8) -> Option<[f64; 1]> {
+        self.asked.set(self.asked.get() + 1);
         self.free_start.map(|start| [start])
     }
 

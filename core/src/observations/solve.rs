@@ -163,10 +163,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Minimisation<T, N,
         settings: &Settings<T>,
     ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
         if let Err(refusal) = enough_samples::<T, _, N, M, E>(problem, ArmIndex::First, settings) {
-            return Some(Err(match self.pass {
-                Pass::ClearAlone(earlier) => earlier,
-                _ => refusal,
-            }));
+            return Some(Err(refusal));
         }
         let prior = problem.prior(settings);
         let minimizer = Minimizer::unstarted(ArmIndex::First, prior, settings);

@@ -1,6 +1,9 @@
+#![allow(clippy::unwrap_used)]
+
 use super::{Minimizer, Progress};
 use crate::calibration::curve::Curve;
 use crate::calibration::settings::{Settings, Solver};
+use crate::calibration::tolerance::Tolerance;
 use crate::robot::ArmIndex;
 
 /// Where the iteration of a problem ends, by full steps from p = 0.
@@ -26,7 +29,7 @@ fn an_end_that_is_worse_than_the_start_is_none() {
                 [(p - 11.0, 1.0), (0.9, 0.0)]
             }
         },
-        ..Curve::STRAIGHT
+        ..Curve::straight()
     };
     assert_eq!(end(&lower), Some([11.0]));
     let higher = Curve {
@@ -37,7 +40,27 @@ fn an_end_that_is_worse_than_the_start_is_none() {
                 [(p - 11.0, 1.0), (1.1, 0.0)]
             }
         },
-        ..Curve::STRAIGHT
+        ..Curve::straight()
     };
     assert_eq!(end(&higher), None);
+}
+
+/// With a tolerance and without a noise the noise is estimated in rounds, each of which solves the problem again. Other
+/// solutions are looked for in the first alone: what the residuals of (p, 1) leave is above any noise in all of them.
+#[test]
+fn other_solutions_are_looked_for_once_and_not_with_every_estimate_of_the_noise() {
+    let problem = Curve {
+        residuals: |p| [(p, 1.0), (1.0, 0.0)],
+        free_start: Some(7.0),
+        ..Curve::straight()
+    };
+    let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.003).unwrap());
+    let mut solver =
+        Minimizer::<f64, f64, [f64; 1], 1, 2, 3>::unstarted(ArmIndex::First, [1.0], &settings);
+    solver.begin(&problem);
+    while solver.step(&problem) == Progress::Working {}
+    // Two residuals of 0 and 1, of 60, one of them for the parameter.
+    let sigma = libm::sqrt(1.0 / 59.0);
+    assert!((solver.balance.sigma / sigma - 1.0).abs() < 0.01);
+    assert_eq!(problem.asked.get(), 1);
 }

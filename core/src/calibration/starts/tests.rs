@@ -50,7 +50,7 @@ fn an_end_that_is_worse_than_the_coefficients_by_fifty_variances_is_not_the_last
             least_sum_of_squares: 48.0,
             samples,
             noise_stated,
-            ..Curve::STRAIGHT
+            ..Curve::straight()
         };
         let limit = 48.0 + 50.0 * variance;
         assert!(!another_is_tried(&problem, 0.999 * limit), "{problem:?}");
@@ -65,7 +65,7 @@ fn what_rounding_leaves_is_no_reason_to_start_again() {
     let problem = Curve {
         free_start: Some(7.0),
         rows_squared: 1e6,
-        ..Curve::STRAIGHT
+        ..Curve::straight()
     };
     assert!(!another_is_tried(&problem, 0.9 * rounding));
     assert!(another_is_tried(&problem, 1.1 * rounding));
@@ -82,11 +82,13 @@ fn searching(first: Start, problem: &Curve) -> Starts<f64, 1> {
     starts
 }
 
-const FEW: Curve = Curve {
-    free_start: Some(7.0),
-    samples: 11,
-    ..Curve::STRAIGHT
-};
+fn few() -> Curve {
+    Curve {
+        free_start: Some(7.0),
+        samples: 11,
+        ..Curve::straight()
+    }
+}
 
 /// How far the next starts of the search are from p = 0, in hundredths, the first side positive; and what comes behind
 /// the last.
@@ -117,13 +119,13 @@ fn searched(starts: &mut Starts<f64, 1>, problem: &Curve) -> ([i32; 8], Option<[
 /// Behind the last start of a search comes the one without a guess, once, unless the first of all was one.
 #[test]
 fn behind_a_search_comes_the_start_without_a_guess_if_none_was() {
-    let mut starts = searching(Start::Nominal, &FEW);
+    let mut starts = searching(Start::Nominal, &few());
     let all = [12, -12, 6, -6, 3, -3, 1, -1];
-    assert_eq!(searched(&mut starts, &FEW), (all, Some([7.0])));
-    assert_eq!(starts.next_searched(&FEW), None);
-    let mut starts = searching(Start::Free, &FEW);
-    assert_eq!(searched(&mut starts, &FEW), (all, None));
-    assert_eq!(starts.next_searched(&FEW), None);
+    assert_eq!(searched(&mut starts, &few()), (all, Some([7.0])));
+    assert_eq!(starts.next_searched(&few()), None);
+    let mut starts = searching(Start::Free, &few());
+    assert_eq!(searched(&mut starts, &few()), (all, None));
+    assert_eq!(starts.next_searched(&few()), None);
 }
 
 /// Where one of the search's own starts comes back to p = 0, those between are left out. Another start that ends there
@@ -135,10 +137,10 @@ fn only_a_start_of_the_search_can_come_back() {
         (StartUsed::Free, [12, -6, 6, -3, 3, -1, 1, 0]),
         (StartUsed::Nominal, [12, -6, 6, -3, 3, -1, 1, 0]),
     ] {
-        let mut starts = searching(Start::Free, &FEW);
-        assert!(starts.next_searched(&FEW).is_some());
-        starts.converged(start, &end(1e-6), &FEW);
-        assert_eq!(searched(&mut starts, &FEW).0, rest, "{start:?}");
+        let mut starts = searching(Start::Free, &few());
+        assert!(starts.next_searched(&few()).is_some());
+        starts.converged(start, &end(1e-6), &few());
+        assert_eq!(searched(&mut starts, &few()).0, rest, "{start:?}");
     }
 }
 
@@ -147,8 +149,19 @@ fn only_a_start_of_the_search_can_come_back() {
 fn starts_without_a_robot_are_passed_over() {
     let problem = Curve {
         residuals: |p| [(if p < 0.0 { f64::INFINITY } else { p }, 1.0), (0.0, 0.0)],
-        ..FEW
+        ..few()
     };
     let mut starts = searching(Start::Free, &problem);
     assert_eq!(searched(&mut starts, &problem).0, [12, 6, 3, 1, 0, 0, 0, 0]);
+}
+
+/// Twelve samples determine the twelve coefficients, and those one arm: there is nothing to search for.
+#[test]
+fn twelve_samples_need_no_search() {
+    let problem = Curve {
+        samples: 12,
+        ..few()
+    };
+    let mut starts = searching(Start::Nominal, &problem);
+    assert_eq!(starts.next_searched(&problem), None);
 }

@@ -37,8 +37,9 @@ pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usi
     balance: NoiseBalance<T>,
     phase: Phase,
     iteration: Iteration<T, A, N, M, E>,
+    /// At the first start, or at that of the last balance: an end above it is none.
     starting_cost: T,
-    /// Whether the cost at the start is still to be computed.
+    /// Whether that is still to be computed.
     awaits_cost: bool,
     /// The best end point so far.
     best: Option<EndPoint<T, N, M, E>>,
@@ -313,7 +314,6 @@ where
     ) -> bool {
         if let Some(correction) = self.starts.better_free(problem, ended, self.best.as_ref()) {
             self.start_again(problem, StartUsed::Free, &correction);
-            self.awaits_cost = self.settings.start == Start::Free;
             return true;
         }
         self.search_on(problem)

@@ -6,3 +6,13 @@ mod assessed;
 mod fixtures;
 mod gcode;
 mod refusals;
+
+use crate::support::Folder;
+
+/// The command that a report says to run next does its work.
+pub(crate) fn run_next(folder: &Folder, printed: &str) {
+    let mut lines = printed.lines();
+    let next = lines.find_map(|line| line.strip_prefix("Next: delta-cal "));
+    folder.run(next.unwrap()).ok();
+    assert!(folder.path("mine/samples.csv").exists());
+}

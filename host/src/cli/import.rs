@@ -3,11 +3,11 @@
 use super::failure::Failure;
 use super::paths::is_stream;
 use super::print::print;
+use crate::InputText;
 use crate::files::output;
 use crate::import::gcode::{self, Firmware};
 use crate::import::imported::Imported;
 use crate::import::klipper;
-use crate::{InputError, InputText};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
@@ -21,7 +21,7 @@ CONTROLLER is one of:
   reprapfirmware    config.g or config-override.g: M665 and M666
   marlin            what M503 prints: M665 and M666
 
-The program writes robot.toml and, if the configuration holds measurements, samples.csv, or none of them. It never changes \
+The program writes robot.toml and, if the configuration holds measurements, samples.csv, both or none. It never changes \
 the configuration, keeps nothing of sections that the geometry does not need, and prints no line of it.
 
 Examples:
@@ -106,24 +106,15 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
         }
         Some(firmware) => gcode::import(&InputText::from_file(&arguments.file)?, firmware)?,
     };
-    if firmware.is_none() && imported.samples_text.is_none() {
-        return Err(nothing_saved(&imported));
-    }
     let robot = ("robot.toml", Some(imported.robot_text.as_str()));
     let samples = ("samples.csv", imported.samples_text.as_deref());
     let written = write(&arguments.output, &[robot, samples], arguments.force)?;
-    print(&text(&imported, &arguments.output, &written))
-}
-
-/// Klipper saves what it measured; without it there is nothing to calibrate from.
-pub(crate) fn nothing_saved(imported: &Imported) -> Failure {
-    let cause = "the configuration holds no saved measurements (height0, … in [delta_calibrate])";
-    InputError::new(&imported.source, cause)
-        .with_remedy(
-            "run DELTA_CALIBRATE in Klipper, then SAVE_CONFIG, and give the file that it wrote; docs/klipper.md has \
-             the steps",
-        )
-        .into()
+    print(&text(
+        &imported,
+        &arguments.controller,
+        &arguments.output,
+        &written,
+    ))
 }
 
 /// Writes those files that have a text into a folder, all or none.
@@ -151,7 +142,7 @@ pub(crate) fn write(
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }
 
-fn text(imported: &Imported, folder: &Path, written: &[PathBuf]) -> String {
+fn text(imported: &Imported, controller: &str, folder: &Path, written: &[PathBuf]) -> String {
     let mut text = String::new();
     for note in &imported.notes {
         let _ = writeln!(text, "{note}");
@@ -171,9 +162,15 @@ fn text(imported: &Imported, folder: &Path, written: &[PathBuf]) -> String {
             saved.distances.len()
         );
     } else {
+        if controller == "klipper" {
+            text.push_str(
+                "The configuration holds no saved measurements. Run DELTA_CALIBRATE and SAVE_CONFIG in Klipper and import \
+                 the file that it wrote, or plan measurements.\n",
+            );
+        }
         let _ = writeln!(
             text,
-            "Next: delta-cal plan {folder}/robot.toml --measure plane --output {folder}/samples.csv"
+            "Next: delta-cal plan {folder}/robot.toml --measure plane --count 20 --output {folder}/samples.csv"
         );
     }
     let home = match imported.robot.robot.drive() {

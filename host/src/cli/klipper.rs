@@ -1,12 +1,13 @@
 //! `delta-cal klipper`.
 
 use super::failure::Failure;
-use super::import::{length, nothing_saved, rods, write};
+use super::import::{length, rods, write};
 use super::outputs;
 use super::paths::is_stream;
 use super::print::print;
 use crate::InputError;
 use crate::files::output;
+use crate::import::imported::Imported;
 use crate::import::klipper;
 use crate::printer::assess::Assessment;
 use crate::printer::error::AssessError;
@@ -108,6 +109,17 @@ pub(crate) fn run(arguments: &KlipperArguments) -> Result<(), Failure> {
         }
         None => print(&text),
     }
+}
+
+/// Klipper saves what it measured; without it there is nothing to calibrate from.
+fn nothing_saved(imported: &Imported) -> Failure {
+    let cause = "the configuration holds no saved measurements (height0, … in [delta_calibrate])";
+    InputError::new(&imported.source, cause)
+        .with_remedy(
+            "run DELTA_CALIBRATE in Klipper, then SAVE_CONFIG, and give the file that it wrote; docs/klipper.md has \
+             the steps",
+        )
+        .into()
 }
 
 fn failure(json: Option<&Path>, name: &str, error: AssessError) -> Failure {

@@ -1,6 +1,7 @@
 //! M665 and M666 of RepRapFirmware and Marlin.
 
 use crate::export::klipper::Delta;
+use crate::import::run_next;
 use crate::support::{Folder, Point, distance};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
@@ -55,10 +56,7 @@ fn the_lines_of_both_firmwares_are_the_printer_that_they_describe() {
         let [a, b, c] = own.absolute_endstops();
         let home = format!("--home-mm {a:.6},{b:.6},{c:.6}");
         assert!(run.stdout.contains(&home), "{}", run.stdout);
-        // What plan reads.
-        folder
-            .run("plan mine/robot.toml --count 8 --output poses.csv")
-            .ok();
+        run_next(&folder, &run.stdout);
     }
 }
 
@@ -94,6 +92,12 @@ fn lines_that_cannot_be_read_are_refused() {
             "reprapfirmware",
             REPRAPFIRMWARE.replace("L330.1:", "Lhunter2:"),
             "config.g:4: M665: a word of the line",
+        ),
+        // RepRapFirmware's bed of 120 mm would make the second rod 450 mm long.
+        (
+            "marlin",
+            REPRAPFIRMWARE.to_owned(),
+            "config.g:4: M665 B: B corrects the length of a rod in Marlin, and 120 mm is too much",
         ),
     ];
     for (controller, text, cause) in cases {

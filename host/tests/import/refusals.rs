@@ -1,6 +1,7 @@
 //! Configurations that cannot be imported: place, cause and remedy, no file written, no secret told.
 
 use crate::import::fixtures::{SECRETS, block, folder, printer, rotary};
+use crate::import::run_next;
 use crate::support::Run;
 
 fn silent(run: &Run) {
@@ -19,7 +20,6 @@ fn wrong_configurations_are_refused_with_place_and_cause() {
         assert!(good.contains(from), "{from}");
         good.replacen(from, to, 1)
     };
-    let saved = good.find("#*# [delta_calibrate]").unwrap();
     let endstop = "#*# position_endstop = 418.72172\n";
     let cases = [
         (
@@ -71,10 +71,6 @@ fn wrong_configurations_are_refused_with_place_and_cause() {
             "[delta_calibrate] height3: the value is not a finite number",
         ),
         (
-            good[..saved].to_owned(),
-            "printer.cfg: the configuration holds no saved measurements",
-        ),
-        (
             replaced("max_velocity: 300", "max_velocity 300"),
             "printer.cfg:4: this line of [printer] is no option",
         ),
@@ -98,6 +94,24 @@ fn wrong_configurations_are_refused_with_place_and_cause() {
             silent(&run);
         }
     }
+}
+
+/// There is a robot to plan measurements for, and nothing to calibrate from.
+#[test]
+fn a_configuration_without_measurements_gives_a_robot_file_only() {
+    let good = printer("20").configuration();
+    let saved = good.find("#*# [delta_calibrate]").unwrap();
+    let folder = folder(&good[..saved]);
+    let run = folder.run("klipper printer.cfg --output mine");
+    assert_eq!(run.code, 3, "{}", run.stderr);
+    let cause = "printer.cfg: the configuration holds no saved measurements";
+    assert!(run.stderr.contains(cause), "{}", run.stderr);
+    assert_eq!(folder.names(), ["printer.cfg"]);
+    let run = folder.run("import klipper printer.cfg --output mine").ok();
+    assert!(!folder.path("mine/samples.csv").exists());
+    assert!(run.stdout.contains("DELTA_CALIBRATE"), "{}", run.stdout);
+    run_next(&folder, &run.stdout);
+    silent(&run);
 }
 
 /// An include that is not there is named, by its line, where an option is missing, and is a note otherwise.

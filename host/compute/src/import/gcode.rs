@@ -28,6 +28,9 @@ impl Firmware {
     }
 }
 
+/// A rod is off by less than this, mm: RepRapFirmware's B, the bed's radius, is more.
+const LARGEST_TRIM: f64 = 10.0;
+
 const COMMANDS: [&str; 2] = ["M665", "M666"];
 
 /// The words of M665 and M666, the later ones in place of the earlier, each with its line.
@@ -197,6 +200,7 @@ fn printer(words: &Words<'_>, firmware: Firmware) -> Result<LinearPrinter, Input
         }
         Firmware::Marlin => {
             let trims = words.three("M665", ['A', 'B', 'C']);
+            refuse_trims(words, trims)?;
             (trims.map(|by| rod + by), stops.map(|by| height - by))
         }
     };
@@ -210,4 +214,24 @@ fn printer(words: &Words<'_>, firmware: Firmware) -> Result<LinearPrinter, Input
         rods,
         endstops,
     })
+}
+
+/// RepRapFirmware gives the same letter another meaning, so its file would make wrong rods here.
+fn refuse_trims(words: &Words<'_>, trims: [f64; 3]) -> Result<(), InputError> {
+    let trims = ['A', 'B', 'C'].into_iter().zip(trims);
+    let Some((letter, trim)) = trims
+        .into_iter()
+        .find(|(_, trim)| trim.abs() > LARGEST_TRIM)
+    else {
+        return Ok(());
+    };
+    let line = words.values.get(&("M665", letter)).map(|(line, _)| *line);
+    let cause = format!(
+        "{letter} corrects the length of a rod in Marlin, and {trim} mm is too much for that; in RepRapFirmware B is \
+         the radius of the bed"
+    );
+    let key = format!("M665 {letter}");
+    Err(words.fault(line, &key, &cause).with_remedy(
+        "if RepRapFirmware wrote the file, use delta-cal import reprapfirmware; otherwise correct the value",
+    ))
 }

@@ -90,11 +90,12 @@ pub(crate) fn run(arguments: &KlipperArguments) -> Result<(), Failure> {
             env!("CARGO_PKG_VERSION")
         );
         let calibrated = assessment.report.after.to_toml(&comment);
+        let paste = printer::to_paste(&assessment);
         let files = [
             ("robot.toml", Some(assessment.imported.robot_text.as_str())),
             ("samples.csv", assessment.imported.samples_text.as_deref()),
             ("calibrated.toml", Some(calibrated.as_str())),
-            ("paste.cfg", Some(assessment.export.written.lines.as_str())),
+            ("paste.cfg", Some(paste.as_str())),
         ];
         text.push('\n');
         for path in write(folder, &files, arguments.force)? {

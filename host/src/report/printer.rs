@@ -24,11 +24,19 @@ pub fn text(assessment: &Assessment) -> String {
         }
     }
     text.push('\n');
-    text.push_str(&assessment.export.written.lines);
+    text.push_str(&to_paste(assessment));
     for note in &assessment.imported.notes {
         let _ = write!(text, "\n{}\n", wrapped(note).join("\n"));
     }
     text
+}
+
+/// The lines for the configuration, with what to do with those that it holds.
+pub fn to_paste(assessment: &Assessment) -> String {
+    format!(
+        "# Delete the same options from the block that SAVE_CONFIG wrote at the end of printer.cfg.\n{}",
+        assessment.export.written.lines
+    )
 }
 
 /// Ten at most.
@@ -44,7 +52,7 @@ pub fn lines(assessment: &Assessment) -> Vec<String> {
         let more = if assessment.imported.saved.distances.is_empty() {
             "that takes distances"
         } else {
-            "the distances are too inexact or too few"
+            "the saved distances are too inexact or too few to show it"
         };
         lines.push(format!(
             "The size of printed parts is known no better than the tolerance says: {more}."
@@ -85,10 +93,16 @@ fn measured(assessment: &Assessment) -> String {
 
 /// What its configuration is off.
 fn wrong(assessment: &Assessment, off: &Off) -> String {
+    // Nothing is said of a size that was not measured.
+    let size = if assessment.report.known.scale {
+        format!(", and 100 mm come out as {:.2} mm", off.hundred)
+    } else {
+        String::new()
+    };
     format!(
         "Wrong now: over {:.0} mm around the centre the nozzle is {:.2} mm rms ({:.2} at most) off the height that \
-         Klipper believes, and 100 mm come out as {:.2} mm.",
-        assessment.area.radius, off.height, off.worst_height, off.hundred
+         Klipper believes{size}.",
+        assessment.area.radius, off.height, off.worst_height
     )
 }
 
@@ -201,7 +215,15 @@ fn next(assessment: &Assessment) -> Vec<String> {
         lines.push(format!("{words}: {option}."));
     }
     if lines.is_empty() {
-        lines.push("Measure next: nothing; heights and distances bring little more.".to_owned());
+        lines.push(
+            if assessment.report.known.scale {
+                "Measure next: nothing; heights and distances bring little more."
+            } else {
+                "Measure next: more heights and printed distances bring little; the size takes longer distances, \
+                 measured more exactly."
+            }
+            .to_owned(),
+        );
     }
     lines
 }
@@ -216,7 +238,7 @@ fn paste(assessment: &Assessment) -> String {
         )
     });
     format!(
-        "Paste these lines. Klipper cannot hold all: they lose {:.2} mm rms ({:.2} at most), where not calibrating loses \
+        "Paste these lines, and delete the same options from the block of SAVE_CONFIG. Klipper cannot hold all: they lose {:.2} mm rms ({:.2} at most), where not calibrating loses \
          {:.2} ({:.2}){after}.",
         loss.rms, loss.worst, before.rms, before.worst
     )

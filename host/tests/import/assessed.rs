@@ -5,6 +5,7 @@ use crate::import::fixtures::{SECRETS, block, folder, printer, printers, rotary}
 use crate::support::{Point, Run};
 use serde_json::Value;
 use std::fmt::Write;
+use std::path::Path;
 
 fn statements(run: &Run) -> usize {
     let above = run.stdout.split("\n\n").next().unwrap();
@@ -231,4 +232,50 @@ fn a_robot_whose_motors_turn_its_arms_is_assessed_too() {
     let before = report["before"]["height_rms_mm"].as_f64().unwrap();
     let after = report["after"]["height_rms_mm"].as_f64().unwrap();
     assert!(before > 0.2 && after < 0.25 * before, "{before} {after}");
+}
+
+/// Without distances nothing is said of the size of parts, and nothing asks for more than Klipper's page brings.
+#[test]
+fn statements_agree_with_each_other() {
+    for own in printers() {
+        let folder = folder(&own.configuration());
+        let report = json(&folder.run("klipper printer.cfg --json -").ok());
+        let lines: Vec<_> = report["lines"].as_array().unwrap().iter().collect();
+        let lines: Vec<_> = lines.iter().map(|line| line.as_str().unwrap()).collect();
+        let says = |part: &str| lines.iter().any(|line| line.contains(part));
+        let known = report["scale_known"].as_bool().unwrap();
+        assert_eq!(says("100 mm come out as"), known, "{lines:?}");
+        assert_eq!(
+            says("size of printed parts is known no better"),
+            !known,
+            "{lines:?}"
+        );
+        assert!(known || !says("Measure next: nothing"), "{lines:?}");
+        let run = folder.run("klipper printer.cfg --output mine").ok();
+        assert!(
+            folder
+                .read("mine/paste.cfg")
+                .starts_with("# Delete the same options")
+        );
+        assert!(run.stdout.contains("# Delete the same options"));
+    }
+}
+
+/// One rod 45 mm shorter than the others: towers are named as in the configuration, and only where a measurement is
+/// named it is to be taken again.
+#[test]
+fn wrong_rods_are_refused_with_names_of_the_configuration() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/printer/printer.cfg");
+    let folder = folder(&std::fs::read_to_string(example).unwrap());
+    for (rods, named) in [("300,345,345", false), ("345,345,300", true)] {
+        let run = folder.run(&format!("klipper printer.cfg --rods {rods}"));
+        assert_eq!(run.code, 1, "{}", run.stderr);
+        let said = &run.stderr;
+        assert!(
+            said.contains(" of stepper_c ") && !said.contains("arm 3"),
+            "{said}"
+        );
+        assert_eq!(said.contains("height"), named, "{said}");
+        assert_eq!(said.contains("measure it again"), named, "{said}");
+    }
 }

@@ -160,15 +160,20 @@ fn named(error: CalibrateError, imported: &Imported) -> AssessError {
     if !error.refused() {
         return error.into();
     }
-    let mut cause = error.to_string();
+    let refusal = error.to_string();
+    let mut cause = refusal.clone();
     for line in (2..).take(imported.saved.names.len()) {
         if let Some(name) = name_of(imported, line) {
             cause = cause.replace(&format!("line {line} "), &format!("{name} "));
         }
     }
+    let what = if cause == refusal { "" } else { " it" };
+    for (arm, stepper) in (1..).zip(["stepper_a", "stepper_b", "stepper_c"]) {
+        cause = cause.replace(&format!("arm {arm}"), stepper);
+    }
     AssessError::Unexplained {
         cause,
-        remedy: format!("measure it again, {REMEDY}"),
+        remedy: format!("measure{what} again, {REMEDY}"),
     }
 }
 

@@ -84,9 +84,10 @@ pub(super) fn compare_instruments(
     });
     drop(waiting);
     let comparisons = comparisons.map_err(|error| failure(robot, error))?;
-    let json = json::text(&comparison::json(&robot.name, &comparisons));
+    let region = arguments.within.as_ref();
+    let json = json::text(&comparison::json(&robot.name, region, &comparisons));
     let page = match &own.report {
-        Some(_) => comparison::html(&robot.name, &comparisons)?,
+        Some(_) => comparison::html(&robot.name, region, &comparisons)?,
         None => String::new(),
     };
     outputs::deliver(
@@ -94,6 +95,6 @@ pub(super) fn compare_instruments(
             (arguments.json.as_deref(), &json),
             (own.report.as_deref(), &page),
         ],
-        comparison::text(&robot.name, &comparisons),
+        comparison::text(&robot.name, region, &comparisons),
     )
 }

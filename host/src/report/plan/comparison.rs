@@ -1,8 +1,9 @@
 //! What each instrument would bring, for people and for programs.
 
 use super::json::SCHEMA_VERSION;
-use super::measurements::precision;
+use super::measurements::{over, precision};
 use crate::planning::measurements::{COUNTS, Comparison, Precision};
+use crate::planning::poses::Region;
 use crate::render::named_figure::{NamedFigure, shown};
 use crate::render::page;
 use crate::render::plot::{Axis, Colour, Figure, PlotError, Shape};
@@ -24,16 +25,16 @@ const COLOURS: [Colour; 6] = [
 ];
 
 /// For people at a terminal.
-pub fn text(robot: &str, comparisons: &[Comparison]) -> String {
+pub fn text(robot: &str, region: Option<&Region>, comparisons: &[Comparison]) -> String {
     let first = Section::new("").text(headline(robot));
-    terminal::text([first, table(comparisons)])
+    terminal::text([first, table(region, comparisons)])
 }
 
 fn headline(robot: &str) -> String {
     format!("What planned measurements with each instrument would bring for {robot}")
 }
 
-fn table(comparisons: &[Comparison]) -> Section {
+fn table(region: Option<&Region>, comparisons: &[Comparison]) -> Section {
     let mut headings = vec![
         "Expected error, mm".to_owned(),
         "noise, mm".to_owned(),
@@ -51,10 +52,11 @@ fn table(comparisons: &[Comparison]) -> Section {
         }));
         table = table.row(format!("{}: {}", instrument.name, instrument.title), cells);
     }
-    let section = Section::new("").table(table).note(
-        "Before, and after 12 to 60 planned measurements: error of relative positions, rms over the workspace, one \
-         sigma. Relative: after the best rigid motion, which is what counts where positions are taught.",
-    );
+    let section = Section::new("").table(table).note(format!(
+        "Before, and after 12 to 60 planned measurements: error of relative positions, rms {}, one sigma. Relative: \
+         after the best rigid motion, which is what counts where positions are taught.",
+        over(region)
+    ));
     let mut reasons: Vec<_> = comparisons
         .iter()
         .flat_map(|own| own.after.iter().filter_map(|after| after.as_ref().err()))
@@ -68,7 +70,7 @@ fn table(comparisons: &[Comparison]) -> Section {
 }
 
 /// For programs: lengths in millimetres; `null` where a figure is unknown.
-pub fn json(robot: &str, comparisons: &[Comparison]) -> Value {
+pub fn json(robot: &str, region: Option<&Region>, comparisons: &[Comparison]) -> Value {
     let instruments = comparisons.iter().map(|comparison| {
         let after = COUNTS.iter().zip(&comparison.after).map(|(count, after)| {
             json!({
@@ -89,6 +91,8 @@ pub fn json(robot: &str, comparisons: &[Comparison]) -> Value {
     });
     let contents = json!({
         "robot_file": robot,
+        // The positions that the errors are of; `null` for the workspace.
+        "within": region.map(ToString::to_string),
         "instruments": instruments.collect::<Vec<_>>(),
     });
     json::report(SCHEMA_VERSION, contents)
@@ -98,19 +102,23 @@ pub fn json(robot: &str, comparisons: &[Comparison]) -> Value {
 ///
 /// # Errors
 /// A figure that cannot be drawn.
-pub fn html(robot: &str, comparisons: &[Comparison]) -> Result<String, PlotError> {
-    let figures: Vec<_> = figure(comparisons).into_iter().collect();
+pub fn html(
+    robot: &str,
+    region: Option<&Region>,
+    comparisons: &[Comparison],
+) -> Result<String, PlotError> {
+    let figures: Vec<_> = figure(region, comparisons).into_iter().collect();
     let title = headline(robot);
     let body = html! {
         h1 { (title) }
         (shown(&figures, &["instruments"])?)
-        (table(comparisons))
+        (table(region, comparisons))
     };
     Ok(page::render(&title, &body))
 }
 
 /// The expected error over the number of measurements; `None` where no instrument has a plan.
-fn figure(comparisons: &[Comparison]) -> Option<NamedFigure> {
+fn figure(region: Option<&Region>, comparisons: &[Comparison]) -> Option<NamedFigure> {
     let points = |comparison: &Comparison| -> Vec<(f64, f64)> {
         let own = COUNTS.iter().zip(&comparison.after);
         own.filter_map(|(count, after)| {
@@ -161,7 +169,10 @@ fn figure(comparisons: &[Comparison]) -> Option<NamedFigure> {
             Shape::Points(own),
         );
     }
-    let caption = "Rms over the workspace, one sigma, after the best rigid motion, by the number of planned \
-                   measurements; each instrument with its typical noise.";
-    Some(NamedFigure::new("instruments", figure, caption))
+    let caption = format!(
+        "Rms {}, one sigma, after the best rigid motion, by the number of planned measurements; each instrument with \
+         its typical noise.",
+        over(region)
+    );
+    Some(NamedFigure::new("instruments", figure, &caption))
 }

@@ -7,7 +7,7 @@ use crate::fit::options::Frame;
 use crate::planning::measurements::{
     Kind, MeasurementPlan, MeasurementRequest, PLANE, Planned, Precision, Setup,
 };
-use crate::planning::poses::RANDOM_SETS;
+use crate::planning::poses::{RANDOM_SETS, Region};
 use crate::render::section::Section;
 use crate::render::table::Table;
 use crate::render::{json, terminal};
@@ -23,7 +23,7 @@ use std::fmt::Write;
 
 /// The whole report, without the measurements themselves.
 pub fn text(request: &MeasurementRequest<'_>, plan: &MeasurementPlan) -> String {
-    terminal::text([summary(request, plan), expected(plan)])
+    terminal::text([summary(request, plan), expected(request, plan)])
 }
 
 fn has(plan: &MeasurementPlan, kind: Kind) -> bool {
@@ -139,7 +139,7 @@ fn instruments(plan: &MeasurementPlan) -> Vec<String> {
             format!(
                 "Distances are {} to {} mm long",
                 rounded(shortest),
-                small(longest)
+                rounded(longest)
             )
         } else {
             format!("Distances are {} mm or longer", rounded(shortest))
@@ -163,9 +163,26 @@ fn extent(plan: &MeasurementPlan, axis: usize, of: fn(f64, f64) -> f64) -> Strin
         .map_or_else(String::new, |end| format!("{end:.0}"))
 }
 
-fn expected(plan: &MeasurementPlan) -> Section {
-    let title = "Expected position error over the workspace, one sigma, mm";
+/// Over which positions an error is stated.
+pub(super) fn over(region: Option<&Region>) -> String {
+    region.map_or_else(
+        || "over the workspace".to_owned(),
+        |region| format!("over the positions within {region} mm"),
+    )
+}
+
+fn expected(request: &MeasurementRequest<'_>, plan: &MeasurementPlan) -> Section {
+    let title = "Expected position error, one sigma, mm";
     let table = Table::new([title, "before", "planned", "random"]);
+    // The worst place is looked for everywhere.
+    let (worst_of, whole) = if request.region.is_some() {
+        (
+            "worst of the workspace",
+            ", the worst over the whole workspace",
+        )
+    } else {
+        ("worst", "")
+    };
     let row = |table: Table, name: &str, of: fn(&Precision) -> f64| {
         let before = small_or("unknown", plan.before.as_ref().map(of));
         let random = small_or("unknown", plan.random.as_ref().map(of));
@@ -173,7 +190,7 @@ fn expected(plan: &MeasurementPlan) -> Section {
     };
     let worst = |table: Table, sigma: &PositionSigma| {
         let at = sigma.max_at.map(|coordinate| coordinate.round() + 0.0);
-        let name = format!("  worst (at {}, {}, {})", at.x, at.y, at.z);
+        let name = format!("  {worst_of} (at {}, {}, {})", at.x, at.y, at.z);
         table.row(name, [String::new(), small(sigma.max), String::new()])
     };
     let table = row(table, "In the robot's own frame, rms", |own| own.intrinsic);
@@ -181,7 +198,8 @@ fn expected(plan: &MeasurementPlan) -> Section {
     let table = row(table, "In the frame of its base, rms", |own| own.absolute);
     let table = worst(table, &plan.expected.absolute);
     let section = Section::new("").table(table).note(format!(
-        "random: the median of {RANDOM_SETS} sets of as many random measurements"
+        "The errors are {}{whole}; random: the median of {RANDOM_SETS} sets of as many random measurements",
+        over(request.region.as_ref())
     ));
     section.note(
         "In the robot's own frame: after the best rigid motion. It counts where positions are taught; without x, y \
@@ -239,8 +257,8 @@ pub fn json(request: &MeasurementRequest<'_>, plan: &MeasurementPlan) -> Value {
         "points": has(plan, Kind::Point).then(|| points.collect::<Vec<_>>()),
         // In their order.
         "measurements": measurements.collect::<Vec<_>>(),
-        // Root of the mean square of the expected position error over the workspace and over robots made to the
-        // tolerance, one σ.
+        // Root of the mean square of the expected position error over the workspace, or what of it is within `within`, and over robots made
+        // to the tolerance, one σ.
         "before": plan.before.as_ref().map(precision),
         "planned": precision(&plan.after),
         // The median over sets of random measurements.

@@ -53,6 +53,11 @@ fn a_cause_is_named_with_its_size_in_every_report() {
         assert!((size - 0.2).abs() < 4.0 * sigma, "{size} ± {sigma}");
         assert!(sigma < 0.04, "{sigma}");
         assert!(cause["p"].as_f64().unwrap() < 1e-4);
+        let remedy = cause["remedy"].as_str().unwrap();
+        assert!(
+            remedy.contains("transmission_deg in [tolerance]"),
+            "{remedy}"
+        );
         assert!(report["causes_not_tested"].is_null());
         assert!(report["sigma_widened_by"].as_f64().unwrap() > 1.0);
     }

@@ -273,7 +273,8 @@ fn arm_warnings(
         StartUsed::Free if report.options.no_guess => {}
         StartUsed::Free => found.push(format!(
             "{arm}: the fit that started from the robot file did not find the solution, but the \
-             fit without a start value did. The geometry of the robot file is far off"
+             fit without a start value did. The geometry of the robot file is far off, or some rows are wrong, or the \
+             robot has an error that the model does not hold"
         )),
         StartUsed::Joint => found.push(format!(
             "{arm}: the fit that started from the robot file did not find the best solution, but \

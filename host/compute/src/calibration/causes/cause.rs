@@ -171,22 +171,37 @@ impl Cause {
 
     /// What there is to do about it.
     pub fn remedy(&self) -> &'static str {
+        let of_transmission = |kind| {
+            matches!(
+                kind,
+                CauseKind::GearRatio | CauseKind::Eccentricity | CauseKind::SecondHarmonic
+            )
+        };
         if !self.alternatives.is_empty() {
+            let mut others = self.alternatives.iter();
+            if of_transmission(self.kind) && others.all(|other| of_transmission(other.kind)) {
+                return "state transmission_deg in [tolerance], with which the calibration finds any of these \
+                        (docs/instruments.md#gears-and-encoders), or find out which it is by comparing the joint with \
+                        a reference over its whole range, and mend that";
+            }
             return "find out which of these it is, by comparing the joint with a reference \
                     over its whole range, and by measuring one pose with another load, from another \
                     side and again at the end; then mend that";
         }
         match self.kind {
             CauseKind::GearRatio => {
-                "correct the gear ratio or the encoder's steps per turn in the controller"
+                "correct the gear ratio or the encoder's steps per turn in the controller, or state transmission_deg \
+                 in [tolerance], with which the calibration finds it (docs/instruments.md#gears-and-encoders)"
             }
             CauseKind::Eccentricity => {
-                "centre the gear or the encoder, or correct the joint angle in the controller by a \
-                 table"
+                "centre the gear or the encoder, or correct the joint angle in the controller by a table, or state \
+                 transmission_deg in [tolerance], with which the calibration finds it \
+                 (docs/instruments.md#gears-and-encoders)"
             }
             CauseKind::SecondHarmonic => {
-                "look at the encoder and the coupling, or correct the joint angle in the controller \
-                 by a table"
+                "look at the encoder and the coupling, or correct the joint angle in the controller by a table, or \
+                 state transmission_deg in [tolerance], with which the calibration finds it \
+                 (docs/instruments.md#gears-and-encoders)"
             }
             CauseKind::UnevenTravel => {
                 "straighten the tower, look at the belt or the screw, or correct the travel in the \

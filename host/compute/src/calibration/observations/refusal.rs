@@ -14,6 +14,8 @@ use delta_cal::observations::Instrument;
 use delta_cal::robust::RobustRefusal;
 
 const INCH: f64 = 25.4;
+/// A gauge block that serves a purpose is higher, mm.
+const LEAST_BLOCK: f64 = 20.0;
 /// Rows that are left out one by one at most.
 const ROWS_TRIED: usize = 200;
 
@@ -97,6 +99,10 @@ pub(super) fn refused(
         .flatten();
     let (cause, remedy) = match explanation {
         Some((mistake, mend)) => (format!("{mistake} ({cause})"), mend),
+        None if contradiction && without_blocks(samples) => (
+            cause,
+            format!("{remedy}; is the height of the gauge block in height_mm?"),
+        ),
         None => (cause, remedy),
     };
     Refused {
@@ -139,6 +145,13 @@ pub(super) fn objection(report: &ObservationsReport) -> Option<Refused> {
             comparison.judged.sigma
         ))
     })?
+}
+
+/// Whether no height is that of a gauge block, as if the blocks had been left out.
+fn without_blocks(samples: &ObservationsFile) -> bool {
+    let rows = samples.rows.iter();
+    let heights: Vec<_> = rows.filter_map(|row| Some(row.value.height?.1)).collect();
+    !heights.is_empty() && heights.iter().all(|height| height.abs() < LEAST_BLOCK)
 }
 
 /// Why there is no robust fit.

@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::outputs::{self, deliver};
-use super::paths::{ColumnsArgument, is_stream, read, robot_path};
+use super::paths::{ColumnsArgument, is_stream, read, robot_path, same_kind};
 use crate::export::case::Case;
 use crate::export::choose::{CHOICES, Choice};
 use crate::export::corrections::choice::Nodes;
@@ -152,6 +152,9 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         Some(path) => Some(RobotFile::read(&InputText::from_file(path)?)?),
         None => None,
     };
+    if let Some(nominal) = &nominal {
+        same_kind("--nominal", &robot, nominal)?;
+    }
     let home = home(arguments, robot.robot.drive())?;
     let (corrections, nodes) = corrections(arguments);
     let level = level(arguments, &robot)?;

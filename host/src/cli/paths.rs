@@ -1,7 +1,8 @@
 use super::failure::Failure;
-use crate::{ColumnMapping, InputError, InputText};
+use crate::{ColumnMapping, InputError, InputText, RobotFile};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use delta_cal::robot::Drive;
 use std::io::{IsTerminal, StdinLock, Write};
 use std::path::{Path, PathBuf};
 
@@ -102,4 +103,29 @@ pub(crate) fn refuse_same(
         }
         _ => Ok(()),
     }
+}
+
+/// Robots with carriages and robots whose motors turn their arms have nothing in common.
+pub(super) fn same_kind(
+    option: &str,
+    robot: &RobotFile,
+    other: &RobotFile,
+) -> Result<(), InputError> {
+    let drive = other.robot.drive();
+    if robot.robot.drive() == drive {
+        return Ok(());
+    }
+    let (own, its) = match drive {
+        Drive::Linear => ("carriages on towers drive", "motors turn the arms of"),
+        Drive::Rotary => ("motors turn the arms of", "carriages on towers drive"),
+    };
+    let cause = format!(
+        "{own} this robot, named with {option}, but {its} the robot of {}",
+        robot.name
+    );
+    let remedy = format!(
+        "name with {option} a robot file of the same kind as {}",
+        robot.name
+    );
+    Err(InputError::new(&other.name, cause).with_remedy(remedy))
 }

@@ -1,7 +1,7 @@
 //! `delta-cal workspace`.
 
 use super::failure::Failure;
-use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
+use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path, same_kind};
 use super::print::print;
 use crate::files::output;
 use crate::render::json;
@@ -112,6 +112,9 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         Some(path) => Some(RobotFile::read(&InputText::from_file(path)?)?),
         None => None,
     };
+    if let Some(other) = &other {
+        same_kind("--compare", &robot, other)?;
+    }
     let options = Options {
         tolerance: arguments.tolerance,
         spacing: arguments.spacing,

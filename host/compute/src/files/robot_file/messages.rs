@@ -13,6 +13,22 @@ pub(super) const SECTIONS: &str = "a robot file has [nominal] or three [[arm]], 
                         [target], [robot] and [measurement]; `delta-cal calibrate --help` \
                         shows one";
 
+/// That a file which is no TOML is a table.
+pub(super) fn table_instead(input: &InputText) -> Option<InputError> {
+    let mut lines = (1..).zip(input.text().lines());
+    let (line, first) = lines.find(|(_, line)| {
+        let line = line.trim();
+        !line.is_empty() && !line.starts_with('#')
+    })?;
+    let is_table = !first.contains(['=', '[']) && first.contains([',', ';', '\t']);
+    is_table.then(|| {
+        let cause = "this looks like a table of samples, and a robot file is needed here";
+        InputError::new(input.name(), cause).at_line(line).with_remedy(
+            "give the robot file (TOML) first and the table after it; delta-cal init writes a robot file",
+        )
+    })
+}
+
 /// What is wrong with a key.
 pub(super) fn fault(
     input: &InputText,

@@ -2,7 +2,9 @@ mod geometry;
 
 use super::RobotFile;
 use super::instruments::{InstrumentFacts, KnownPlane, NamedPoint};
-use super::messages::{SECTIONS, fault, fault_at, finite, foreign, required, syntax};
+use super::messages::{
+    SECTIONS, fault, fault_at, finite, foreign, required, syntax, table_instead,
+};
 use super::record::Record;
 use super::schema::{
     ByAxis, JointsToml, NoiseToml, Number, PointToml, RobotToml, SensorFrameToml, ToleranceToml,
@@ -31,7 +33,8 @@ impl RobotFile {
     /// The first fault: TOML that does not parse, an unknown or missing key, a number that is not
     /// finite or not possible, a robot that reaches no pose within its joint limits.
     pub fn read(input: &InputText) -> Result<Self, InputError> {
-        let toml: RobotToml = toml::from_str(input.text()).map_err(|e| syntax(input, &e))?;
+        let toml: RobotToml = toml::from_str(input.text())
+            .map_err(|e| table_instead(input).unwrap_or_else(|| syntax(input, &e)))?;
         let (robot, line) = match (&toml.nominal, toml.arm.as_deref()) {
             (Some(nominal), None) => (
                 symmetric(input, nominal)?,

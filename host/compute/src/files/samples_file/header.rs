@@ -114,6 +114,10 @@ impl Header {
                 let (cause, before) = if name.replace(',', ".").parse::<f64>().is_ok() {
                     let cause = "the first line must name the columns, but this is a number";
                     (cause, "write a header above the numbers")
+                } else if name.starts_with('[') {
+                    let cause =
+                        "this looks like a robot file, and a table of samples is needed here";
+                    (cause, "give the robot file first and the table after it")
                 } else {
                     let before = "if the program is to ignore the column, write _ before its name; if \
                                   not, --columns says what it holds";
@@ -146,15 +150,34 @@ impl Header {
                 } else {
                     quantity.column(Unit::Metre)
                 };
-                return Err(self
+                let fault = self
                     .fault("the column is missing")
-                    .at_column(format!("{usual} (or {other})")));
+                    .at_column(format!("{usual} (or {other})"));
+                return Err(match self.of_other_drive(*quantity) {
+                    Some(remedy) => fault.with_remedy(remedy),
+                    None => fault,
+                });
             };
             if !(column.stated || quantity.is_angle()) {
                 return Err(self.without_unit(column, "its unit is not stated"));
             }
         }
         Ok(())
+    }
+
+    /// That the file has the joints of a robot of the other kind.
+    fn of_other_drive(&self, missing: Quantity) -> Option<&'static str> {
+        match missing {
+            Quantity::Travel1 if self.column(Quantity::Joint1).is_some() => Some(
+                "this file holds joint angles, and carriages drive the robot of the robot file: give the robot file \
+                 that belongs to these samples",
+            ),
+            Quantity::Joint1 if self.column(Quantity::Travel1).is_some() => Some(
+                "this file holds the travels of carriages, and motors turn the arms of the robot file: give the robot \
+                 file that belongs to these samples",
+            ),
+            _ => None,
+        }
     }
 
     /// Angles without a unit that may be radians.

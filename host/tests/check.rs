@@ -96,7 +96,7 @@ fn too_few_poses_and_repeated_poses_are_refused_and_the_rank_is_stated() {
         let run = folder.run("check robot.toml few.csv --method ikm");
         assert!(
             run.stderr
-                .contains("refused: These samples do not determine arm 1")
+                .contains("refused: these samples do not determine arm 1")
         );
         assert!(run.stdout.contains("Poses that would help most"));
     }

@@ -138,7 +138,7 @@ fn positions(
     };
     Err(not_determined(
         robot,
-        table::verdict(&observability, samples, unmeasured),
+        &table::verdict(&observability, samples, unmeasured),
         more,
     ))
 }
@@ -178,12 +178,16 @@ fn observations(
     };
     Err(not_determined(
         robot,
-        measurements::obstacle(&check, unmeasured),
+        &measurements::obstacle(&check, unmeasured),
         more,
     ))
 }
 
-fn not_determined(robot: &RobotFile, cause: String, more: &str) -> Failure {
+fn not_determined(robot: &RobotFile, cause: &str, more: &str) -> Failure {
+    // It stands behind "refused: ", and is a sentence in the report.
+    let mut letters = cause.chars();
+    let first = letters.next().map(|letter| letter.to_ascii_lowercase());
+    let cause = first.into_iter().chain(letters).collect();
     let remedy = if robot.tolerance.is_some() {
         format!("{more}; without them the [tolerance] decides what the samples leave open")
     } else {

@@ -1,6 +1,6 @@
 //! The check for people at a terminal.
 
-use crate::files::kinematics::to_csv;
+use crate::files::kinematics::to_fill_in;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
 use crate::fit::options::CalibrationMethod;
@@ -222,7 +222,7 @@ fn additions(drive: Drive, next: &NextPoses) -> Section {
             None => section,
         };
     }
-    let csv = to_csv(drive, &next.poses);
+    let csv = to_fill_in(drive, &next.poses);
     let section = Section::new("Poses that would help most, in this order");
     let section = csv.lines().fold(section, Section::text);
     section.text(format!("{now}, {} with them.", known(&next.after)))

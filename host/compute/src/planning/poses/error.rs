@@ -61,8 +61,9 @@ impl PlanError {
                  distances at most"
             }
             Self::NoMeasurement(_) => {
-                "check where the plane is (--plane), the gauge blocks (--blocks) and the lengths that can be \
-                 measured (--length): the robot must get there within its limits and clear of singularities"
+                "check where the plane is, the gauge blocks and the lengths that can be measured (--plane, --blocks \
+                 and --length of delta-cal plan): the robot must get there within its limits and clear of \
+                 singularities"
             }
             Self::TooManyInstruments => "plan with fewer points",
             Self::TooMany(_) => {

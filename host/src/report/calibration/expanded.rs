@@ -4,16 +4,20 @@ use crate::accuracy::coverage::{Acceptance, CoverageFactor, ExpandedUncertainty}
 use crate::render::page;
 use crate::render::section::{Part, Section};
 use crate::text::numbers::small;
+use delta_cal::Robot;
 use maud::{Markup, html};
 use serde_json::{Value, json};
 
-/// What is meant by the figure, and what is not in it.
-const CONTENTS: &str = "The expanded uncertainty is the standard uncertainty (one standard deviation) times the \
+/// What is meant by the figure of a robot with so many parameters, and what is not in it.
+fn contents(parameters: usize) -> String {
+    format!("{CONTAINED}{parameters} parameters cannot hold and no residual shows.")
+}
+
+const CONTAINED: &str = "The expanded uncertainty is the standard uncertainty (one standard deviation) times the \
     coverage factor k, for a coverage of 95 % or more (GUM, ISO/IEC Guide 98-3). It contains the noise of the \
     measurements, what the samples leave undetermined within the stated [tolerance], and the size of the errors \
     that were found in the residuals. It does not contain errors of the instrument that are the same in all \
-    readings, as that of its scale, nor the effect of temperature, load and speed, nor errors that 24 parameters \
-    cannot hold and no residual shows.";
+    readings, as that of its scale, nor the effect of temperature, load and speed, nor errors that ";
 
 /// "k = 2", or where another factor is from.
 pub(super) fn factor(coverage: &CoverageFactor) -> String {
@@ -41,10 +45,15 @@ pub(super) fn sentence(expanded: Option<&ExpandedUncertainty>, of: &str) -> Stri
 }
 
 /// For a page.
-pub(super) fn section(expanded: Option<&ExpandedUncertainty>, of: &str) -> Section {
+pub(super) fn section(
+    expanded: Option<&ExpandedUncertainty>,
+    of: &str,
+    robot: &Robot<f64>,
+) -> Section {
+    let parameters = 3 * robot.drive().parameters().len();
     Section::new("Expanded uncertainty")
         .text(format!("{}.", sentence(expanded, of)))
-        .note(CONTENTS)
+        .note(contents(parameters))
 }
 
 /// Whether a limit is met, in one sentence.

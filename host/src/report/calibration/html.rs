@@ -22,7 +22,7 @@ use crate::report::document::About;
 use crate::text::joint;
 use crate::text::numbers::{millimetres, small_or};
 use crate::text::tolerance;
-use crate::text::words::count;
+use crate::text::words::{capitalised, count};
 use maud::{Markup, html};
 
 /// So many samples or fewer are shown without being asked for.
@@ -48,7 +48,11 @@ pub fn render(report: &CalibrationReport, about: &About) -> Result<String, PlotE
         parts.push(uncertain(map)?);
     }
     let expanded = report.expanded();
-    parts.push(expanded::section(expanded.as_ref(), "the position"));
+    parts.push(expanded::section(
+        expanded.as_ref(),
+        "the position",
+        &report.before.robot,
+    ));
     let joints = figure(
         &figures::joints(report),
         "Joint angles of the samples within the joint limits.",
@@ -85,7 +89,7 @@ fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
             ", measured in the "
             (match options.frame { Frame::Base => "robot's", Frame::Sensor => "sensor's" })
             " frame. "
-            (options.method.title()) " method"
+            (capitalised(options.method.title())) " method"
             ", " (solver_name(options.solver))
             @if options.no_guess { ", without a guess" }
             @if options.loss.is_some() { ", loss " (loss_name(options.loss)) }

@@ -44,7 +44,11 @@ pub fn html(report: &ObservationsReport, about: &About) -> String {
     let title = format!("Calibration of {}", report.before.name);
     let mut parts = sections(report);
     let expanded = report.expanded();
-    parts.push(expanded::section(expanded.as_ref(), "relative positions"));
+    parts.push(expanded::section(
+        expanded.as_ref(),
+        "relative positions",
+        &report.before.robot,
+    ));
     parts.push(expanded::glossary());
     let value = |expected: Option<&ExpectedError>, of: fn(&ExpectedError) -> PositionSigma| {
         expected.map_or("unknown".to_owned(), |own| {
@@ -158,7 +162,7 @@ fn positions(report: &ObservationsReport) -> Section {
 }
 
 fn known(report: &ObservationsReport) -> Section {
-    let gaps = report.known.gaps();
+    let gaps = report.known.gaps(&report.samples);
     let section = Section::new("What the measurements determine");
     if gaps.is_empty() {
         return section.part(Part::Good(

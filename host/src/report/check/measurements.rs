@@ -26,7 +26,11 @@ pub fn text(check: &MeasurementCheck, unmeasured: &[u64]) -> String {
         ),
         positions(check),
     ];
-    let gaps = check.known.gaps();
+    let mut gaps = check.known.gaps(&check.file);
+    if check.unknown.is_none() && check.known.combinations < check.known.of {
+        // The verdict says so.
+        gaps.pop();
+    }
     if !gaps.is_empty() {
         let section = Section::new("What stays unknown");
         parts.push(gaps.into_iter().fold(section, Section::text));
@@ -196,7 +200,7 @@ pub fn json(check: &MeasurementCheck, unmeasured: &[u64]) -> Value {
             "scale": check.known.scale,
         },
         // In sentences: what stays unknown, and the remedy.
-        "gaps": check.known.gaps(),
+        "gaps": check.known.gaps(&check.file),
         // The position error that the robot is expected to have: by its tolerance, with these measurements, and
         // with those of `next`.
         "expected_error_before": check.before.as_ref().map(expected_error),

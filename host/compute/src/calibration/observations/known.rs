@@ -4,6 +4,7 @@ use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::information::parameter_at;
 use crate::accuracy::information::rows_of_prior;
 use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::ObservationsFile;
 use delta_cal::Parameter;
 use delta_cal::calibration::TolerancePrior;
 use delta_cal::robot::ParameterKind;
@@ -103,8 +104,8 @@ impl Known {
         self.scale && self.combinations >= self.of
     }
 
-    /// What remains unknown, in sentences, each with the remedy that costs least.
-    pub fn gaps(&self) -> Vec<String> {
+    /// What remains unknown of the measurements of a file, in sentences, each with the remedy that costs least.
+    pub fn gaps(&self, samples: &ObservationsFile) -> Vec<String> {
         let mut gaps = Vec::new();
         if !self.place {
             gaps.push(
@@ -115,12 +116,17 @@ impl Known {
             );
         }
         if !self.scale {
-            gaps.push(
+            let distances = samples.rows.iter().any(|row| row.value.distance.is_some());
+            gaps.push(if distances {
+                "The scale of the robot comes from the tolerance: the distances are too few or too inexact to show it \
+                 better. Measure more of them, longer ones, or more exactly."
+                    .to_owned()
+            } else {
                 "The scale of the robot comes from the tolerance alone: an enlarged robot touches the same \
                  planes. One known length restores it: touch the top of a gauge block (height_mm = its \
                  height), or measure one distance between two poses with a calliper."
-                    .to_owned(),
-            );
+                    .to_owned()
+            });
         }
         if self.combinations < self.of {
             gaps.push(format!(

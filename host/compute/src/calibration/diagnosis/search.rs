@@ -12,6 +12,8 @@ use crate::fit::options::{Frame, Options};
 const CLEARLY: f64 = 4.0;
 /// …and leaves no more than this part of the forearm.
 const FITS: f64 = 0.01;
+/// No robot has forearms below this, mm: then the file's lengths are in a larger unit.
+const LEAST_FOREARM: f64 = 10.0;
 
 /// Of samples that are in a file, whether a calibration accepts them or not; `None` if nothing is
 /// wrong with the file as a whole, or no fault explains what is.
@@ -46,6 +48,8 @@ fn explanation(
     options: Options,
     scored: &Scored,
 ) -> Explanation {
+    let [arm, ..] = robot.robot.arms();
+    let robot_in_metres = arm.lb() < LEAST_FOREARM;
     let words = Words {
         robot: &robot.name,
         samples,
@@ -54,6 +58,13 @@ fn explanation(
         } else {
             options.frame
         },
+        robot_in_metres,
+    };
+    // What is told as millimetres are the file's lengths as they stand.
+    let unit = if robot_in_metres {
+        of_robot(&scored.faults)
+    } else {
+        1.0
     };
     let all = |of: &dyn Fn(&Fault) -> String, between: &str| {
         let parts: Vec<_> = scored.faults.iter().map(of).collect();
@@ -62,9 +73,18 @@ fn explanation(
     Explanation {
         cause: all(&|fault| words.cause(fault), " and "),
         remedy: all(&|fault| words.remedy(fault), ", and "),
-        without: scored.median,
-        calibrated: calibrated(robot, samples, options, &scored.faults),
+        without: unit * scored.median,
+        calibrated: calibrated(robot, samples, options, &scored.faults).map(|median| unit * median),
     }
+}
+
+/// How many millimetres the unit of the robot file's lengths has, if that is the fault.
+fn of_robot(faults: &[Fault]) -> f64 {
+    let lengths = faults.iter().filter_map(|fault| match fault {
+        Fault::Length(unit) if unit.robot.is_some() => Some(1.0 / unit.factor),
+        _ => None,
+    });
+    lengths.product()
 }
 
 /// The robot file being no guess, only what no robot could do tells: joint angles in another unit.

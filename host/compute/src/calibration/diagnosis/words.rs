@@ -13,6 +13,8 @@ pub(super) struct Words<'a> {
     pub(super) robot: &'a str,
     pub(super) samples: &'a SamplesFile,
     pub(super) frame: Frame,
+    /// Whether the robot is too small for its lengths to be millimetres.
+    pub(super) robot_in_metres: bool,
 }
 
 impl Words<'_> {
@@ -189,7 +191,14 @@ impl Words<'_> {
                 self.robot
             )
         });
-        let both: Vec<_> = [positions, robot].into_iter().flatten().collect();
+        self.likelier_first([positions, robot])
+    }
+
+    fn likelier_first(&self, mut both: [Option<String>; 2]) -> String {
+        if self.robot_in_metres {
+            both.reverse();
+        }
+        let both: Vec<_> = both.into_iter().flatten().collect();
         both.join(", or ")
     }
 
@@ -205,8 +214,7 @@ impl Words<'_> {
         let robot = unit
             .robot
             .map(|_| format!("convert the lengths in {} to millimetres", self.robot));
-        let both: Vec<_> = [positions, robot].into_iter().flatten().collect();
-        both.join(", or ")
+        self.likelier_first([positions, robot])
     }
 
     fn angle_unit(&self) -> &'static str {

@@ -13,8 +13,8 @@ use std::fmt::Write;
 
 /// Columns of a line.
 const WIDTH: usize = 98;
-/// Less than this part of the gain is almost nothing.
-const ALMOST_NOTHING: f64 = 0.33;
+/// Less than this part of the gain is little.
+const LITTLE: f64 = 0.33;
 /// Less than this part of the gain is only some of it.
 const SOME: f64 = 0.6;
 /// A loss below this is that of rounding, mm.
@@ -145,9 +145,9 @@ fn verdict(export: &Export) -> String {
             "{lost} Do not use {these}: the robot before calibration, after its best rigid motion, is no worse. Use \
              instead: {instead}."
         )
-    } else if kept < ALMOST_NOTHING {
+    } else if kept < LITTLE {
         format!(
-            "{lost} {keep} almost nothing of what the calibration gains: {percent:.0} %. Use instead: {instead}."
+            "{lost} {keep} little of what the calibration gains: {percent:.0} %. Use instead: {instead}."
         )
     } else if kept < SOME {
         format!(

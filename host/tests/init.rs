@@ -16,7 +16,7 @@ fn the_file_is_the_robot_of_its_options() {
     let read = |text: &str| RobotFile::read(&InputText::new("robot.toml", text)).unwrap();
     let noise = "[noise]\nposition_mm = 0.02\njoint_deg = 0.002\n";
     assert_eq!(read(&text), read(&format!("{NOMINAL}{TOLERANCE}{noise}")));
-    // A comment for every key.
+    // A comment beside every number.
     let keys = text
         .lines()
         .filter(|line| !line.starts_with('#') && line.contains('='));

@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Write a first robot file, with a comment for every key
+    /// Write a first robot file, with a comment beside every number
     #[command(after_help = init::HELP)]
     Init(InitArguments),
     /// Find the robot's 24 geometric parameters from measured positions

@@ -14,7 +14,7 @@ pub(crate) const HELP: &str = "\
 Without the lengths the program asks for them, and for everything else that no option states; an \
 empty answer takes the value in brackets. It does not replace a file that exists.
 
-The robot file has a comment for every key. Edit it: three [[arm]] tables take the place of [nominal] \
+The robot file has a comment beside every number. Edit it: three [[arm]] tables take the place of [nominal] \
 for a robot whose arms differ (delta-cal calibrate --help).
 
 Examples:

@@ -16,6 +16,9 @@ pub struct Draft {
     values: Vec<f64>,
 }
 
+/// A forearm below this was not stated in mm.
+const LEAST_FOREARM: f64 = 10.0;
+
 /// A number of the file.
 #[derive(Debug, Clone, Copy)]
 struct Entry {
@@ -245,7 +248,20 @@ impl Draft {
             Drive::Linear => "joint_mm = 0.01            # of a carriage's travel",
         };
         let _ = write!(text, "{NOISE}{joint}\n{REST}");
-        RobotFile::read(&InputText::new(name, &text))?;
+        let robot = RobotFile::read(&InputText::new(name, &text))?.robot;
+        let forearm = robot
+            .arms()
+            .iter()
+            .map(delta_cal::robot::Arm::lb)
+            .fold(0.0, f64::max);
+        if forearm < LEAST_FOREARM {
+            let cause = format!(
+                "the forearms would be {} mm long: the lengths seem to be in metres",
+                rounded(forearm)
+            );
+            return Err(InputError::new(name, cause)
+                .with_remedy("give all lengths in mm, as 480 and not 0.480"));
+        }
         Ok(text)
     }
 }

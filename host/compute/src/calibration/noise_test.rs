@@ -331,7 +331,10 @@ pub(crate) fn statement(drive: Drive, noise: &Noise<f64>, ratio: f64) -> String 
     if noise.joint() > 0.0 {
         let joint = significant(ratio * joint::in_file(drive, noise.joint()), 3);
         let key = joint::key("joint", drive);
-        format!("{position} and {key} = {joint}, if repeated measurements scatter as much")
+        format!(
+            "{position} and {key} = {joint} (both are scaled alike; leave the one that you know to be right), if repeated \
+             measurements scatter as much"
+        )
     } else {
         format!("{position}, if repeated measurements scatter as much")
     }

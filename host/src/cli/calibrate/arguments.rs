@@ -124,7 +124,8 @@ pub(crate) struct CalibrateArguments {
     /// The frame of the measured positions
     #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
     pub(crate) frame: FrameArgument,
-    /// Do not use the robot file as a start value (needs 12 samples), and accept any geometry
+    /// Do not use the robot file as a start value (needs 12 samples, and a robot file without
+    /// [tolerance]), and accept any geometry
     #[arg(long)]
     pub(crate) no_guess: bool,
     /// Accept the calibration only if its expanded uncertainty (k = 2, rms over the workspace) is at most this,
@@ -137,8 +138,8 @@ pub(crate) struct CalibrateArguments {
     /// output in place of the table
     #[arg(long, value_name = "CALIBRATED.toml")]
     pub(crate) output: Option<PathBuf>,
-    /// Write the report as JSON to this file, or with - to standard output in place of the table; a
-    /// refusal is then written there as well
+    /// Write the report as JSON to this file, or with - to standard output in place of the table; with -
+    /// a refusal is written as JSON as well
     #[arg(long, value_name = "REPORT.json")]
     pub(crate) json: Option<PathBuf>,
     /// Write the report with figures to this HTML file, which opens in any browser, or with - to

@@ -3,7 +3,7 @@
 use crate::fit::options::Frame;
 use crate::render::section::{Part, Section};
 use crate::render::table::Table;
-use crate::text::numbers::{confidence, small, small_or};
+use crate::text::numbers::{confidence, small};
 use crate::text::words::count;
 use crate::validation::{Bounded, Validation, Verdict};
 
@@ -105,9 +105,11 @@ pub(super) fn figures(found: &Validation) -> Table {
     ];
     Table::of(rows)
         .column("Position error, mm", |(name, ..)| *name)
-        .column("estimate", |(_, figure, ..)| small(figure.value))
-        .column("95 % from", |(_, figure, ..)| small(figure.lower))
-        .column("to", |(_, figure, ..)| small_or("unknown", figure.upper))
+        .column("estimate", |(_, figure, ..)| fixed(figure.value))
+        .column("95 % from", |(_, figure, ..)| fixed(figure.lower))
+        .column("to", |(_, figure, ..)| {
+            figure.upper.map_or_else(|| "unknown".to_owned(), fixed)
+        })
         .column("limit", |(.., limit, _)| {
             limit.map_or_else(|| "none".to_owned(), |limit| limit.to_string())
         })
@@ -175,4 +177,9 @@ pub(super) fn section(found: &Validation) -> Section {
         .table(figures(found))
         .text(measured(found))
         .text(region(found))
+}
+
+/// The figures of a column have the same decimals.
+fn fixed(value: f64) -> String {
+    format!("{value:.4}")
 }

@@ -25,7 +25,7 @@ pub(super) fn of(report: &ObservationsReport, too_small: bool) -> Vec<String> {
         warnings.push(format!(
             "the residuals are {:.2} times what the stated [noise] and [tolerance] allow, and every sigma was \
              multiplied by that: look for a wrong row, a plate that is not flat, or a noise stated too small",
-            report.lack_of_fit
+            report.widening
         ));
     }
     if !report.fit.left_out.is_empty() {
@@ -34,17 +34,25 @@ pub(super) fn of(report: &ObservationsReport, too_small: bool) -> Vec<String> {
             .left_out
             .iter()
             .map(|index| report.samples.rows[*index].line);
+        let lines: Vec<_> = lines.collect();
+        let rows = if lines.len() == 1 {
+            "row was"
+        } else {
+            "rows were"
+        };
         warnings.push(format!(
-            "{}: the robot of the file does not reach these joint angles, so that the rows were left out",
-            in_lines(&lines.collect::<Vec<_>>())
+            "{}: the robot of the file does not reach these joint angles, so that the {rows} left out",
+            in_lines(&lines)
         ));
     }
     if !report.fit.suspected.is_empty() {
         let lines = report.suspected_lines();
-        warnings.push(format!(
-            "{}: the rows disagree with the others and were left out: measure them again",
-            in_lines(&lines)
-        ));
+        let disagrees = if lines.len() == 1 {
+            "the row disagrees with the others and was left out: measure it again"
+        } else {
+            "the rows disagree with the others and were left out: measure them again"
+        };
+        warnings.push(format!("{}: {disagrees}", in_lines(&lines)));
     }
     let suspected = |index: &usize| report.fit.suspected.contains(index);
     let rows = report.samples.rows.iter().enumerate();

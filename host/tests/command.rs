@@ -25,6 +25,7 @@ mod linear;
 mod linuxcnc;
 mod many_rows;
 mod measurements;
+mod mistakes;
 mod no_measurement;
 mod noise;
 mod observations;

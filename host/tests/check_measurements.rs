@@ -183,6 +183,29 @@ fn one_plane_without_blocks_leaves_the_scale() {
     );
 }
 
+/// Distances are there, so the advice is not to measure one; and a figure is not told twice.
+#[test]
+fn distances_that_are_too_inexact_leave_the_scale() {
+    let folder = Folder::new();
+    let inexact = robot().replace("distance_mm = 0.02", "distance_mm = 20");
+    folder.write("robot.toml", inexact);
+    let plan = "plan robot.toml --measure distance --count 20 --output plan.csv";
+    folder.run(plan).ok();
+    let run = folder.run("check robot.toml plan.csv");
+    assert_eq!(run.code, 1, "{}", run.stdout);
+    let said: Vec<_> = run.stdout.split_whitespace().collect();
+    let said = said.join(" ");
+    assert!(
+        said.contains("the distances are too few or too inexact") && !said.contains("calliper"),
+        "{said}"
+    );
+    assert_eq!(
+        said.matches("combinations of parameters").count(),
+        1,
+        "{said}"
+    );
+}
+
 #[test]
 fn too_little_is_said_to_be_too_little() {
     let folder = folder();

@@ -212,8 +212,14 @@ fn the_files_calibrate() {
     let samples = read_samples(&text, &robot, Options::default()).unwrap();
     assert!(matches!(samples, Measurements::Observations(own) if own.rows.len() == 19));
     folder
-        .run("calibrate mine/robot.toml mine/samples.csv --output mine/calibrated.toml --json report.json")
+        .run("calibrate mine/robot.toml mine/samples.csv --output mine/calibrated.toml --json report.json --report report.html")
         .ok();
+    // Seven of each tower.
+    assert!(
+        folder
+            .read("report.html")
+            .contains("nor errors that 21 parameters")
+    );
     let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
     assert!(
         folder

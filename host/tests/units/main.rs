@@ -12,6 +12,8 @@ mod date;
 mod decode;
 #[path = "../../compute/src/accuracy/improvement.rs"]
 mod improvement;
+#[path = "../../compute/src/validation/interval.rs"]
+mod interval;
 #[path = "../../src/cli/length.rs"]
 mod length;
 #[path = "../../compute/src/files/columns/mapping.rs"]

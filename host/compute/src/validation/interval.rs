@@ -1,7 +1,6 @@
 //! The rms position error with its confidence interval.
 
 use crate::accuracy::chi_square::quantile;
-use crate::fit::options::Frame;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Probability on either side of an interval: together 5 %.
@@ -60,10 +59,11 @@ pub struct RmsError {
 
 impl RmsError {
     /// Of squared deviations, one a pose, and the mean square of the noise in them: mm².
-    pub(super) fn of(squares: &[f64], noise: f64, frame: Frame) -> Self {
-        let (beforehand, taken_up) = match frame {
-            Frame::Base => (IN_BASE, 0.0),
-            Frame::Sensor => (IN_SENSOR, FRAME),
+    pub(super) fn of(squares: &[f64], noise: f64, in_sensor_frame: bool) -> Self {
+        let (beforehand, taken_up) = if in_sensor_frame {
+            (IN_SENSOR, FRAME)
+        } else {
+            (IN_BASE, 0.0)
         };
         let poses = squares.iter().fold(0.0, |count, _| count + 1.0);
         let mean_square = squares.iter().sum::<f64>() / poses;
@@ -139,13 +139,12 @@ impl RmsError {
 #[cfg(test)]
 mod tests {
     use super::RmsError;
-    use crate::fit::options::Frame;
 
     /// Deviations smaller than the noise are chance: they leave as much room for an error as deviations of its size.
     #[test]
     fn deviations_below_the_noise_do_not_prove_that_there_is_no_error() {
         let noise = 4e-4;
-        let of = |square: f64| RmsError::of(&[square; 20], noise, Frame::Base);
+        let of = |square: f64| RmsError::of(&[square; 20], noise, false);
         let (less, expected) = (of(0.25 * noise), of(noise));
         let upper = less.bounded().upper;
         assert!(upper > Some(0.1 * f64::sqrt(noise)), "{upper:?}");

@@ -158,7 +158,11 @@ pub fn validate(
         None => rows,
     };
     let (squares, noise) = by_poses(&rows);
-    let error = RmsError::of(&squares, noise.unwrap_or(0.0), request.frame);
+    let error = RmsError::of(
+        &squares,
+        noise.unwrap_or(0.0),
+        request.frame == Frame::Sensor,
+    );
     let largest = largest(&rows).unwrap_or(Bounded {
         value: f64::NAN,
         lower: 0.0,

@@ -1,6 +1,6 @@
 //! Why observations cannot calibrate a robot, and which single mistake in the file would explain it.
 
-use super::ObservationsReport;
+use super::report::ObservationsReport;
 use crate::calibration::plausibility::implausible;
 use crate::calibration::reason::Refused;
 use crate::files::robot_file::RobotFile;

@@ -1,6 +1,6 @@
 //! What is doubtful about a calibration from observations.
 
-use super::ObservationsReport;
+use super::report::ObservationsReport;
 use crate::accuracy::workspace_comparison::WorkspaceComparison;
 use crate::text::numbers::significant;
 use crate::text::words::in_lines;

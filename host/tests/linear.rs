@@ -1,6 +1,6 @@
 //! Robots with linear drives, from their files to the report.
 
-use crate::support::Folder;
+use crate::support::{Folder, TOWERS};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, standard_normal};
 use delta_cal::{Parameter, Robot};
@@ -9,29 +9,6 @@ use delta_cal_tests::generator;
 use rand_pcg::Pcg32;
 use serde_json::Value;
 use std::fmt::Write;
-
-const ROBOT: &str = "\
-[nominal]
-kind = \"linear\"
-tower_radius_mm = 140
-forearm_mm = 330
-
-[joints]
-min_mm = 100
-max_mm = 600
-
-[tolerance]
-length_mm = 0.5
-angle_deg = 0.17
-scale = 0.001
-zero_mm = 5
-
-[noise]
-position_mm = 0.02
-height_mm = 0.02
-distance_mm = 0.1
-joint_mm = 0
-";
 
 fn file(text: &str) -> RobotFile {
     RobotFile::read(&InputText::new("robot.toml", text)).unwrap()
@@ -44,7 +21,7 @@ fn made(rng: &mut Pcg32) -> Robot<f64> {
 
 /// Off by a multiple of the tolerance in every parameter.
 fn made_to(factor: f64, rng: &mut Pcg32) -> Robot<f64> {
-    let file = file(ROBOT);
+    let file = file(TOWERS);
     let sigmas = file.tolerance.unwrap().of_places(&file.robot.arms()[0]);
     let parameters = file.robot.parameters().map(|mut arm| {
         for (value, sigma) in arm.iter_mut().zip(sigmas) {
@@ -70,7 +47,7 @@ fn samples(truth: &Robot<f64>, rows: usize, rng: &mut Pcg32) -> String {
 #[test]
 fn a_calibrated_robot_file_holds_the_towers() {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
+    folder.write("robot.toml", TOWERS);
     let mut rng = generator(51, 0);
     let truth = made(&mut rng);
     folder.write("samples.csv", samples(&truth, 40, &mut rng));
@@ -81,8 +58,8 @@ fn a_calibrated_robot_file_holds_the_towers() {
             ))
             .ok();
         let calibrated = file(&folder.read("new.toml"));
-        assert_eq!(calibrated.limits, file(ROBOT).limits);
-        assert_eq!(calibrated.tolerance, file(ROBOT).tolerance);
+        assert_eq!(calibrated.limits, file(TOWERS).limits);
+        assert_eq!(calibrated.tolerance, file(TOWERS).tolerance);
         let json: Value = serde_json::from_str(&folder.read("new.json")).unwrap();
         let listed: Vec<(usize, &Value)> = json["arms"]
             .as_array()
@@ -117,7 +94,7 @@ fn a_calibrated_robot_file_holds_the_towers() {
 #[test]
 fn positions_in_the_sensors_frame_need_no_place() {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
+    folder.write("robot.toml", TOWERS);
     let mut rng = generator(52, 0);
     let truth = made(&mut rng);
     let text = samples(&truth, 40, &mut rng);
@@ -184,8 +161,8 @@ fn what_does_not_fit_the_drive_is_refused_with_its_place() {
         ("joint_mm = 0", "", "[noise] joint_mm"),
     ];
     for (before, after, cause) in cases {
-        let text = ROBOT.replace(before, after);
-        assert_ne!(text, ROBOT);
+        let text = TOWERS.replace(before, after);
+        assert_ne!(text, TOWERS);
         let error = RobotFile::read(&InputText::new("robot.toml", &text)).unwrap_err();
         let error = error.to_string();
         assert!(error.contains(cause), "{after}: {error}");
@@ -205,25 +182,25 @@ fn what_does_not_fit_the_drive_is_refused_with_its_place() {
 
 #[test]
 fn a_common_radius_is_read_and_written() {
-    let stated = ROBOT.replace("zero_mm = 5", "zero_mm = 5\nradius_mm = 2.5");
+    let stated = TOWERS.replace("zero_mm = 5", "zero_mm = 5\nradius_mm = 2.5");
     let read = file(&stated);
     assert!((read.tolerance.unwrap().radius() - 2.5).abs() < 1e-12);
     assert_eq!(
         file(&read.to_toml("")).tolerance.unwrap(),
         read.tolerance.unwrap()
     );
-    assert!(!file(ROBOT).to_toml("").contains("radius_mm"));
+    assert!(!file(TOWERS).to_toml("").contains("radius_mm"));
 }
 
 /// End stops that are off as far as the tolerance allows are no other frame.
 #[test]
 fn what_the_tolerance_allows_is_not_doubtful() {
     let folder = Folder::new();
-    let mut parameters = file(ROBOT).robot.parameters();
+    let mut parameters = file(TOWERS).robot.parameters();
     for arm in &mut parameters {
         arm[Parameter::Zero.index()] += 20.0;
     }
-    let truth = file(ROBOT).robot.with_parameters(parameters).unwrap();
+    let truth = file(TOWERS).robot.with_parameters(parameters).unwrap();
     let doubts = |robot: &str, rng: &mut Pcg32| {
         folder.write("robot.toml", robot);
         folder.write("samples.csv", samples(&truth, 30, rng));
@@ -236,9 +213,9 @@ fn what_the_tolerance_allows_is_not_doubtful() {
             .contains("from where the robot")
     };
     let mut rng = generator(9600, 0);
-    let wide = ROBOT.replace("zero_mm = 5", "zero_mm = 10");
+    let wide = TOWERS.replace("zero_mm = 5", "zero_mm = 10");
     assert!(!doubts(&wide, &mut rng));
-    let (before, rest) = ROBOT.split_once("[tolerance]").unwrap();
+    let (before, rest) = TOWERS.split_once("[tolerance]").unwrap();
     let (_, after) = rest.split_once("[noise]").unwrap();
     assert!(doubts(&format!("{before}[noise]{after}"), &mut rng));
 }
@@ -247,7 +224,7 @@ fn what_the_tolerance_allows_is_not_doubtful() {
 #[test]
 fn samples_that_decide_widen_a_tolerance_that_is_too_small() {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
+    folder.write("robot.toml", TOWERS);
     for number in 0..4 {
         let mut rng = generator(9700, number);
         let truth = made_to(2.5, &mut rng);
@@ -293,7 +270,7 @@ fn three_arms_have_one_drive() {
 #[test]
 fn joint_angles_are_no_travels() {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
+    folder.write("robot.toml", TOWERS);
     folder.write(
         "angles.csv",
         "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n1,2,3,4,5,6\n",
@@ -323,7 +300,7 @@ fn joint_angles_are_no_travels() {
 #[test]
 fn what_holds_rotary_robots_alone_refuses_others() {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
+    folder.write("robot.toml", TOWERS);
     let mut rng = generator(53, 0);
     let truth = made(&mut rng);
     folder.write("samples.csv", samples(&truth, 20, &mut rng));
@@ -347,7 +324,7 @@ fn what_holds_rotary_robots_alone_refuses_others() {
 #[test]
 fn the_workspace_is_where_all_three_carriages_get() {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
+    folder.write("robot.toml", TOWERS);
     let json = folder.run("workspace robot.toml --json -").ok().stdout;
     let json: Value = serde_json::from_str(&json).unwrap();
     let stated = json["volume"]["litres"].as_f64().unwrap();
@@ -390,8 +367,8 @@ fn the_workspace_is_where_all_three_carriages_get() {
 #[test]
 fn end_stops_within_their_tolerance_are_no_reflector() {
     let folder = Folder::new();
-    folder.write("robot.toml", ROBOT);
-    let nominal = file(ROBOT).robot;
+    folder.write("robot.toml", TOWERS);
+    let nominal = file(TOWERS).robot;
     let parameters = nominal.parameters().map(|mut arm| {
         arm[Parameter::Zero.index()] -= 8.0;
         arm

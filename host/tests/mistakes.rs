@@ -1,22 +1,9 @@
 //! Files in each other's place, of the other kind of robot, or in another unit than mm.
 
-use crate::support::{Folder, HEADER, NOMINAL, TOLERANCE, csv, exact, good_samples, true_arms};
+use crate::support::{
+    Folder, HEADER, NOMINAL, TOLERANCE, TOWERS, csv, exact, good_samples, true_arms,
+};
 use std::fmt::Write;
-
-const TOWERS: &str = "\
-[nominal]
-kind = \"linear\"
-tower_radius_mm = 140
-forearm_mm = 330
-[joints]
-min_mm = 100
-max_mm = 600
-[tolerance]
-length_mm = 0.5
-angle_deg = 0.17
-scale = 0.001
-zero_mm = 5
-";
 
 fn folder() -> Folder {
     let folder = Folder::new();

@@ -34,6 +34,30 @@ min_deg = -60
 max_deg = 90
 ";
 
+/// A robot with towers.
+pub(crate) const TOWERS: &str = "\
+[nominal]
+kind = \"linear\"
+tower_radius_mm = 140
+forearm_mm = 330
+
+[joints]
+min_mm = 100
+max_mm = 600
+
+[tolerance]
+length_mm = 0.5
+angle_deg = 0.17
+scale = 0.001
+zero_mm = 5
+
+[noise]
+position_mm = 0.02
+height_mm = 0.02
+distance_mm = 0.1
+joint_mm = 0
+";
+
 pub(crate) const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0.0\n";
 pub(crate) const TOLERANCE: &str = "\n[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n";
 

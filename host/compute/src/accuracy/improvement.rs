@@ -330,7 +330,7 @@ mod tests {
     #[test]
     fn motions_of_the_whole_robot_do_not_count() {
         let mut rng = Pcg32::seed_from_u64(2);
-        for _ in 0..100 {
+        for number in 0..100 {
             let mut normal = || standard_normal::<f64, _>(&mut rng);
             let sigma = DVector::from_fn(18, |_, _| 0.3 * 10_f64.powf(normal()));
             let own = DVector::from_fn(18, |index, _| 0.5 * normal() + sigma[index] * normal());
@@ -346,11 +346,16 @@ mod tests {
             let variances = sigma.component_mul(&sigma);
             let weights =
                 DVector::from_fn(18, |index, _| 1.0 + f64::from(u8::from(index % 2 == 0)));
+            // With a tolerance in every second case, twice as large for every third parameter.
+            let stated = number % 2 == 0;
+            let prior = DVector::from_fn(18, |index, _| {
+                variances.amax() * if index % 3 == 0 { 6.0 } else { 3.0 }
+            });
             let alone = Change {
                 difference: own.clone(),
                 covariance: DMatrix::from_diagonal(&variances),
                 sensitivity: DMatrix::from_diagonal(&weights),
-                prior: None,
+                prior: stated.then(|| DMatrix::from_diagonal(&prior)),
                 degrees_of_freedom: None,
             };
             let joined = DVector::from_fn(24, |index, _| {
@@ -364,6 +369,7 @@ mod tests {
                 difference: &axes * joined,
                 covariance: turned(with(1e-4, &variances)),
                 sensitivity: turned(with(0.0, &weights)),
+                prior: stated.then(|| turned(with(prior[1], &prior))),
                 ..alone.clone()
             };
             let expected = [

@@ -46,7 +46,7 @@ impl Attempt {
         let (method, outcome) = (case.options.method, &fit.outcome);
         let noise_test = NoiseTest::of(case.before, method, outcome, &case.measured);
         let poses = workspace_poses::inside(&outcome.fit.robot, &case.robot.reach());
-        let mut causes = if case.options.streaming.forget.is_some() {
+        let causes = if case.options.streaming.forget.is_some() {
             Causes::not_tested("--forget lets samples fade, so that they do not count alike")
         } else {
             let subject = Subject {
@@ -59,13 +59,10 @@ impl Attempt {
                 estimated_noise: outcome.estimated_noise(),
                 tolerance: settings.tolerance,
                 aligned: case.sensor_frame.is_some(),
+                arms_apart: method == CalibrationMethod::Ikm,
             };
             causes(&subject, &poses)
         };
-        if method == CalibrationMethod::Ikm {
-            // Each arm has its own estimate of the noise.
-            causes.uneven_noise = 1.0;
-        }
         let by_residuals = noise_test.map_or(1.0, |test| test.widening(!causes.found.is_empty()));
         let by_causes = outcome.covariance.as_ref().and_then(|covariance| {
             let robot = &outcome.fit.robot;

@@ -9,6 +9,7 @@ use super::outliers::worst_samples;
 use super::plausibility;
 use super::shift::Shift;
 use crate::accuracy::position_error::{PositionError, distances};
+use crate::fit::options::CalibrationMethod;
 use crate::fit::robust::calibrate_robust;
 use crate::fit::weights::SampleWeight;
 use delta_cal::robust::Loss;
@@ -78,6 +79,7 @@ fn unmodelled(case: &Case<'_>, settings: &Settings<f64>, ratio: f64) -> Vec<Caus
         estimated_noise: outcome.estimated_noise(),
         tolerance: case.robot.tolerance,
         aligned: case.sensor_frame.is_some(),
+        arms_apart: case.options.method == CalibrationMethod::Ikm,
     };
     let found = causes(&subject, &[]);
     if found.explained > MOST_OF_IT {

@@ -59,6 +59,7 @@ pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
         return causes;
     };
     if subject.noise.is_none()
+        && !subject.arms_apart
         && let Some(widening) = subject.widening_by_uneven_noise(&counted, scale, &noise, poses)
     {
         causes.uneven_noise = widening;

@@ -39,6 +39,8 @@ pub(crate) struct Subject<'a> {
     pub(crate) tolerance: Option<Tolerance<f64>>,
     /// Whether the positions were aligned with the nominal robot.
     pub(crate) aligned: bool,
+    /// Whether each arm has its own estimate of a noise that is not stated.
+    pub(crate) arms_apart: bool,
 }
 
 /// A sample that counts, at the fitted robot.

@@ -203,7 +203,7 @@ fn lint(check: &mut Check) {
 
 fn units(check: &mut Check) {
     // Of core and host. The same packages as for all tests, so that nothing is built twice.
-    check.chosen_tests(2, "cargo test --lib --test units");
+    check.chosen_tests(2, "cargo test --lib");
 }
 
 fn tests(check: &mut Check) {

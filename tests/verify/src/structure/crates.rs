@@ -123,7 +123,6 @@ mod tests {
             "host/src/main.rs",
             "c/tests/fixture/main.rs",
             "c/tests/misuse.rs",
-            "host/tests/units/main.rs",
             "tests/tests/core_alone.rs",
             "tests/benches/poses.rs",
             "tests/fuzz/programs/fuzz_targets/store.rs",

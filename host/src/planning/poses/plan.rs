@@ -42,8 +42,8 @@ pub struct PosePlan {
 /// cannot determine the parameters with this noise.
 ///
 /// ```
-/// use delta_cal_compute::planning::poses::{PlanRequest, plan};
-/// use delta_cal_compute::files::example;
+/// use delta_cal_host::planning::poses::{PlanRequest, plan};
+/// use delta_cal_host::files::example;
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let (robot, _) = example::load()?;
 /// let request = PlanRequest { count: 12, ..PlanRequest::new(&robot) };

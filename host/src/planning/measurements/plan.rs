@@ -47,8 +47,8 @@ pub struct MeasurementPlan {
 /// determine the robot without a tolerance.
 ///
 /// ```
-/// use delta_cal_compute::files::example;
-/// use delta_cal_compute::planning::measurements::{Kind, MeasurementRequest, Wishes, plan_measurements};
+/// use delta_cal_host::files::example;
+/// use delta_cal_host::planning::measurements::{Kind, MeasurementRequest, Wishes, plan_measurements};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let (robot, _) = example::load()?;
 /// let request = MeasurementRequest::new(&robot, Wishes::only(Kind::Distance), 12);

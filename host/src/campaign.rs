@@ -40,4 +40,4 @@ pub use simulation::HELD_OUT_POSES;
 pub use summary::{CaseSummary, ParameterGain};
 
 /// A small campaign with every key, and what it means.
-pub const EXAMPLE: &str = include_str!("../../examples/campaign.toml");
+pub const EXAMPLE: &str = include_str!("../examples/campaign.toml");

@@ -13,7 +13,7 @@ use super::random::uniform;
 /// robot's frame. Written `x=-100..100,y=-100..100,z=-500..-400` and `r=200,z=-500..-400`.
 ///
 /// ```
-/// use delta_cal_compute::planning::poses::Region;
+/// use delta_cal_host::planning::poses::Region;
 /// let region: Region = "r=200, z=-500..-400".parse().unwrap();
 /// assert!(region.contains(&nalgebra::Vector3::new(0.0, 199.0, -450.0)));
 /// assert!("r=200".parse::<Region>().is_err());

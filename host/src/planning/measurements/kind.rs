@@ -84,7 +84,7 @@ pub struct Wish {
 /// most.
 ///
 /// ```
-/// use delta_cal_compute::planning::measurements::{Kind, Wishes};
+/// use delta_cal_host::planning::measurements::{Kind, Wishes};
 /// let wishes: Wishes = "plane,distance=12".parse().unwrap();
 /// assert_eq!(wishes.0[1].kind, Kind::Distance);
 /// assert_eq!(wishes.0[1].most, Some(12));

@@ -42,7 +42,7 @@ use problem::{ALL, Problem};
 ///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
 ///     samples.push(Sample { joints, position: truth.forward(&joints)? });
 /// }
-/// let outcome = delta_cal_compute::fit::fkm::calibrate(&nominal.robot()?, &samples, &Settings::default())?;
+/// let outcome = delta_cal_host::fit::fkm::calibrate(&nominal.robot()?, &samples, &Settings::default())?;
 /// assert!((outcome.fit.robot.arms()[2].lb() - 479.1).abs() < 1e-6);
 /// # Ok(())
 /// # }

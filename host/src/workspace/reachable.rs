@@ -31,8 +31,8 @@ impl Workspace {
     /// ```
     /// use delta_cal::SymmetricRobot;
     /// use delta_cal::kinematics::JointLimits;
-    /// use delta_cal_compute::geometry::reach::Reach;
-    /// use delta_cal_compute::workspace::{Options, Workspace};
+    /// use delta_cal_host::geometry::reach::Reach;
+    /// use delta_cal_host::workspace::{Options, Workspace};
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
     ///     .robot()?;

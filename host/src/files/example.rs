@@ -7,10 +7,10 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::SamplesFile;
 
 /// `robot.toml` of the example.
-pub const ROBOT_TOML: &str = include_str!("../../../examples/paper-robot/robot.toml");
+pub const ROBOT_TOML: &str = include_str!("../../examples/paper-robot/robot.toml");
 
 /// `samples.csv` of the example. Simulated, not measured.
-pub const SAMPLES_CSV: &str = include_str!("../../../examples/paper-robot/samples.csv");
+pub const SAMPLES_CSV: &str = include_str!("../../examples/paper-robot/samples.csv");
 
 /// Reads both.
 ///

@@ -29,7 +29,7 @@ impl Indices {
     /// Of singular values, the largest first, from so many poses.
     ///
     /// ```
-    /// use delta_cal_compute::planning::observability::Indices;
+    /// use delta_cal_host::planning::observability::Indices;
     /// let indices = Indices::of(&[4.0, 2.0, 1.0], 4);
     /// assert!((indices.o1 - 1.0).abs() < 1e-15);
     /// assert!((indices.o2 - 0.25).abs() < 1e-15);

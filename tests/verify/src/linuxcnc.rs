@@ -26,6 +26,6 @@ pub(crate) fn check(check: &mut Check) {
     }
     check.chosen_tests(
         1,
-        "cargo test --package delta-cal-host --test command -- --nocapture in_linuxcnc::",
+        "cargo test --package delta-cal-host --test it -- --nocapture in_linuxcnc::",
     );
 }

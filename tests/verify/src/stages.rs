@@ -218,7 +218,7 @@ fn long(check: &mut Check) {
 fn firmware(check: &mut Check) {
     check.chosen_tests(
         2,
-        "cargo test --test across_crates --test command -- --nocapture on_target::",
+        "cargo test --test across_crates --test it -- --nocapture on_target::",
     );
 }
 

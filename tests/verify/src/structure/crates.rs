@@ -146,10 +146,10 @@ mod tests {
             files: Vec::new(),
             listed: vec!["host/tests".into()],
         };
-        let read = BTreeSet::from(["host/tests/command.rs".into()]);
+        let read = BTreeSet::from(["host/tests/it/main.rs".into()]);
         let left_out = roots.left_out(&root, &read);
-        assert!(left_out.contains(&"host/tests/device/commands.rs".into()));
-        assert!(!left_out.contains(&"host/tests/command.rs".into()));
-        assert!(!left_out.contains(&"host/tests/linuxcnc/private.sh".into()));
+        assert!(left_out.contains(&"host/tests/it/device/commands.rs".into()));
+        assert!(!left_out.contains(&"host/tests/it/main.rs".into()));
+        assert!(!left_out.contains(&"host/tests/it/linuxcnc/private.sh".into()));
     }
 }

@@ -262,7 +262,7 @@ fn a_file_in_the_way_is_refused() {
 /// The paper's noisy series with all its robots: the shorter one, and in long campaigns both.
 #[test]
 fn the_document_shows_what_the_command_prints() {
-    let page = include_str!("../../docs/reproduction.md");
+    let page = include_str!("../../../docs/reproduction.md");
     let folder = Folder::new();
     let series = ["fkm-noise", "ikm-start-error"];
     for name in &series[..size(1, 2)] {

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! EXPERIMENTS ─→ campaign::run ─┬→ Reproduction ─→ results.csv
-//! robot ─→ workspace::Analysis ─┘       ├→ figures ─→ SVG, PNG
+//! robot ─→ workspace::Analysis ─┘       ├→ figures ─→ SVG
 //!                                       └→ report.html
 //! ```
 //!

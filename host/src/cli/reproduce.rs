@@ -20,7 +20,7 @@ The paper is T. Bentaleb, J. Iqbal, \"On the improvement of calibration accuracy
 The program writes to DIR:
   report.html   the report with its figures, one file that opens in any browser
   results.csv   one row for each case
-  figures/      the figures as SVG and PNG
+  figures/      the figures as SVG
   campaigns/    each simulation with one row for each robot; its plan.toml is a
                 campaign file for delta-cal simulate
 
@@ -36,9 +36,6 @@ Exit codes:
   2  the command line is wrong, or the folder holds something else
   4  a file could not be written
   130  interrupted; what is finished is kept in DIR";
-
-/// Dots a pixel of the figures as PNG: sharp in print.
-const PNG_SCALE: f32 = 2.0;
 
 #[derive(Debug, Args)]
 pub(crate) struct ReproduceArguments {
@@ -103,8 +100,6 @@ fn write(folder: &Path, reproduction: &Reproduction) -> Result<(), Failure> {
     for NamedFigure { name, figure, .. } in &figures {
         let svg = figure.to_svg()?;
         output::write_all(&[(&pictures.join(format!("{name}.svg")), &svg)])?;
-        let png = figure.to_png(PNG_SCALE)?;
-        output::write_bytes(&pictures.join(format!("{name}.png")), &png)?;
     }
     output::write_all(&[
         (&folder.join("results.csv"), &results),

@@ -32,7 +32,7 @@ The program writes to DIR:
                     workspace
   path.csv          with --path: each row's distance from the nearest
                     singularity
-  *.svg, *.png      slices, maps and a view in space
+  *.svg             slices, maps and a view in space
   report.html       all of this, with a view that can be turned, in one file
                     that opens in any browser
 

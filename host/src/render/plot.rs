@@ -1,7 +1,7 @@
 //! Figures made to be read: axes with units, a legend, quantile bands, reference points, log axes.
 //!
-//! A [`Figure`] says what is to be seen; [`Figure::to_svg`] and [`Figure::to_png`] draw it. The
-//! same figure gives the same bytes.
+//! A [`Figure`] says what is to be seen; [`Figure::to_svg`] draws it. The same figure gives the same
+//! bytes.
 //!
 //! ```
 //! use delta_cal_host::render::plot::{Axis, Colour, Figure, Shape};
@@ -19,14 +19,9 @@
 //! ```
 
 mod axis;
-mod colour;
-mod draw;
-mod legend;
-mod png;
-mod style;
+mod svg;
 
 pub use axis::Axis;
-pub use colour::{Colour, STEPS};
 use std::error::Error;
 use std::fmt;
 
@@ -37,10 +32,6 @@ pub enum PlotError {
     Range(String),
     /// The figure is too small for its labels.
     Size,
-    /// What the drawing library says.
-    Drawing(String),
-    /// What the PNG encoder says.
-    Png(String),
 }
 
 impl fmt::Display for PlotError {
@@ -48,13 +39,64 @@ impl fmt::Display for PlotError {
         match self {
             Self::Range(axis) => write!(formatter, "the axis \"{axis}\" has no usable range"),
             Self::Size => formatter.write_str("the figure is too small for its labels"),
-            Self::Drawing(cause) => write!(formatter, "the figure cannot be drawn: {cause}"),
-            Self::Png(cause) => write!(formatter, "the figure cannot be made a PNG: {cause}"),
         }
     }
 }
 
 impl Error for PlotError {}
+
+/// The colours of Okabe and Ito that differ for the colour-blind and stand out from white and from
+/// black (their yellow does not), and two that are part of no comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Colour {
+    /// #0072B2.
+    Blue,
+    /// #D55E00.
+    Vermilion,
+    /// #009E73.
+    Green,
+    /// #CC79A7.
+    Purple,
+    /// #E69F00.
+    Orange,
+    /// #56B4E9.
+    SkyBlue,
+    /// Text and axes: black on white, and what the page makes of it on black.
+    Ink,
+    /// What is there for comparison only.
+    Grey,
+}
+
+impl Colour {
+    /// Red, green and blue.
+    pub const fn channels(self) -> [u8; 3] {
+        match self {
+            Self::Blue => [0x00, 0x72, 0xb2],
+            Self::Vermilion => [0xd5, 0x5e, 0x00],
+            Self::Green => [0x00, 0x9e, 0x73],
+            Self::Purple => [0xcc, 0x79, 0xa7],
+            Self::Orange => [0xe6, 0x9f, 0x00],
+            Self::SkyBlue => [0x56, 0xb4, 0xe9],
+            Self::Ink => [0x1a, 0x1a, 0x1a],
+            Self::Grey => [0x80, 0x80, 0x80],
+        }
+    }
+
+    fn hex(self) -> String {
+        svg::hex(self.channels())
+    }
+}
+
+/// Six steps from dark to light of the map viridis, whose steps differ for the colour-blind: for
+/// what is graded.
+pub const STEPS: [[u8; 3]; 6] = [
+    [0x44, 0x01, 0x54],
+    [0x41, 0x44, 0x87],
+    [0x2a, 0x78, 0x8e],
+    [0x22, 0xa8, 0x84],
+    [0x7a, 0xd1, 0x51],
+    [0xfd, 0xe7, 0x25],
+];
 
 /// What a series looks like. Values are those of the axes; what is not finite, or not positive on a
 /// logarithmic axis, is left out.

@@ -2,7 +2,6 @@
 
 use delta_cal_host::render::plot::{Axis, Colour, Figure, PlotError, Shape};
 use roxmltree::Document;
-use tiny_skia::Pixmap;
 
 /// Positions are rounded to the drawing's units, once for each of two ends.
 const ROUNDING: f64 = 1.01;
@@ -143,45 +142,4 @@ fn an_axis_without_a_range_is_an_error() {
     }
     let tiny = Figure::new(Axis::linear("x", 0.0, 1.0), Axis::linear("y", 0.0, 1.0)).sized(40, 40);
     assert_eq!(tiny.to_svg(), Err(PlotError::Size));
-    let figure = Figure::new(Axis::linear("x", 0.0, 1.0), Axis::linear("y", 0.0, 1.0));
-    assert!(figure.to_png(0.0).is_err());
-}
-
-#[test]
-fn a_png_has_the_text_of_the_built_in_font_and_the_same_bytes_twice() {
-    let labelled = |x: &str| {
-        let band = vec![(0.0, 1.0, 4.0), (5.0, 2.0, 3.0), (10.0, 1.0, 2.0)];
-        Figure::new(Axis::linear(x, 0.0, 10.0), Axis::linear("", 0.0, 5.0))
-            .sized(300, 200)
-            .with("", Colour::Blue, Shape::Band(band))
-    };
-    let figure = labelled("θ ± σ, °");
-    let png = figure.to_png(2.0).unwrap();
-    assert_eq!(png, figure.to_png(2.0).unwrap());
-    let with = Pixmap::decode_png(&png).unwrap();
-    assert_eq!((with.width(), with.height()), (600, 400));
-    let without = Pixmap::decode_png(&labelled("").to_png(2.0).unwrap()).unwrap();
-    let dark = |pixels: &Pixmap| {
-        pixels
-            .pixels()
-            .iter()
-            .filter(|pixel| pixel.red() < 128)
-            .count()
-    };
-    // Eight letters of 24 dots, a stroke each at the least.
-    assert!(
-        dark(&with) > dark(&without) + 8 * 24,
-        "{} {}",
-        dark(&with),
-        dark(&without)
-    );
-    // Half of the axis is the band, blended with white: a fifth of blue.
-    let [r, g, b] = [(255.0, 0.0), (255.0, 114.0), (255.0, 178.0)]
-        .map(|(paper, blue)| 0.8 * paper + 0.2 * blue);
-    let blended = |pixel: &tiny_skia::PremultipliedColorU8| {
-        [(pixel.red(), r), (pixel.green(), g), (pixel.blue(), b)]
-            .into_iter()
-            .all(|(found, expected)| (f64::from(found) - expected).abs() < 2.0)
-    };
-    assert!(with.pixels().iter().filter(|pixel| blended(pixel)).count() > 1000);
 }

@@ -192,8 +192,6 @@ fn the_report_stands_alone_and_the_figures_are_pictures() {
             .descendants()
             .filter(|node| ["circle", "polyline", "polygon"].contains(&node.tag_name().name()));
         assert!(drawn.count() > 20, "{name}");
-        let png = std::fs::read(folder.path(&format!("out/figures/{name}.png"))).unwrap();
-        assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
     }
 }
 

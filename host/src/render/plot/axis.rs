@@ -1,10 +1,11 @@
-use super::PlotError;
-use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
-use plotters::coord::types::RangedCoordf64;
-use std::ops::Range;
+//! What an axis shows, and where its labels stand.
 
-/// Decades of a logarithmic axis with a label each.
-const LABELLED_DECADES: i32 = 9;
+use super::PlotError;
+
+/// Decades of a logarithmic axis that have lines between them, at most.
+const DIVIDED_DECADES: f64 = 9.0;
+/// Decades of a logarithmic axis with a label each, at most.
+const LABELLED_DECADES: usize = 10;
 
 /// Place and text of a label.
 pub(super) type Tick = (f64, String);
@@ -19,7 +20,7 @@ enum Scale {
 /// What an axis shows: its label with the unit, its range, its scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    label: String,
+    pub(super) label: String,
     low: f64,
     high: f64,
     scale: Scale,
@@ -53,10 +54,6 @@ impl Axis {
         }
     }
 
-    pub(super) fn label(&self) -> &str {
-        &self.label
-    }
-
     /// Where a value is on the paper, before it is scaled; `None` for what has no place.
     pub(super) fn place(&self, value: f64) -> Option<f64> {
         let place = match self.scale {
@@ -74,30 +71,18 @@ impl Axis {
         }
     }
 
-    /// Places and texts of the labels between two places, at most about `most` of them.
-    pub(super) fn ticks(&self, (low, high): (f64, f64), most: usize) -> Vec<Tick> {
+    /// Places and texts of the labels between two places, at most about `most` of a linear axis.
+    pub(super) fn ticks(&self, (low, high): (f64, f64), most: f64) -> Vec<Tick> {
         match &self.scale {
-            Scale::Named(names) => (0..)
-                .map(f64::from)
-                .zip(names)
-                .map(|(place, name)| (place, name.clone()))
-                .collect(),
-            Scale::Linear => {
-                let places = round_places(low, high, most);
-                let step = places.windows(2).map(|pair| pair[1] - pair[0]).next();
-                let decimals = decimals(step.unwrap_or(1.0));
-                places
-                    .into_iter()
-                    .map(|place| (place, number(place, decimals)))
-                    .collect()
-            }
+            Scale::Named(names) => (0..).map(f64::from).zip(names.iter().cloned()).collect(),
+            Scale::Linear => steps(low.min(high), low.max(high), most),
             Scale::Logarithmic => decades(low, high),
         }
     }
 
     /// Places between the labels of a logarithmic axis: 2, 3… 9 times a power of ten.
     pub(super) fn minor(&self, (low, high): (f64, f64)) -> Vec<f64> {
-        if self.scale != Scale::Logarithmic || high - low > f64::from(LABELLED_DECADES) {
+        if self.scale != Scale::Logarithmic || high - low > DIVIDED_DECADES {
             return Vec::new();
         }
         let multiples = (2..10).map(f64::from).map(f64::log10);
@@ -109,23 +94,36 @@ impl Axis {
 }
 
 /// The whole numbers between two places.
-#[allow(clippy::cast_possible_truncation)] // exponents of f64
+#[allow(clippy::cast_possible_truncation)] // exponents of f64, or some dozens of steps
 fn whole(low: f64, high: f64) -> std::ops::RangeInclusive<i32> {
     low.ceil() as i32..=high.floor() as i32
 }
 
-fn round_places(low: f64, high: f64, most: usize) -> Vec<f64> {
-    let coordinate: RangedCoordf64 = (low.min(high)..low.max(high)).into();
-    coordinate
-        .key_points(most)
+/// Multiples of 1, 2 or 5 times a power of ten.
+fn steps(low: f64, high: f64, most: f64) -> Vec<Tick> {
+    let least = (high - low) / most;
+    let mut exponent = least.log10().floor();
+    let factors = [1.0, 2.0, 5.0];
+    let factor = factors
         .into_iter()
-        // −0 is written with its sign.
-        .map(|place| if place.abs() < 1e-12 { 0.0 } else { place })
+        .find(|factor| factor * 10f64.powf(exponent) >= least);
+    let factor = factor.unwrap_or_else(|| {
+        exponent += 1.0;
+        1.0
+    });
+    let step = factor * 10f64.powf(exponent);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 308
+    let decimals = (-exponent).max(0.0) as usize;
+    let first = (low / step).ceil();
+    let places = (0..=100).map(|index| (first + f64::from(index)) * step);
+    places
+        .take_while(|place| *place <= high)
+        .map(|place| (place, number(place, decimals)))
         .collect()
 }
 
 fn decades(low: f64, high: f64) -> Vec<Tick> {
-    let every = (whole(low, high).count() / 10).max(1);
+    let every = (whole(low, high).count() / LABELLED_DECADES).max(1);
     let decades: Vec<_> = whole(low, high)
         .step_by(every)
         .map(|decade| (f64::from(decade), power_of_ten(decade)))
@@ -134,14 +132,15 @@ fn decades(low: f64, high: f64) -> Vec<Tick> {
         return decades;
     }
     // Less than two decades: 1, 2 and 5.
+    let parts = |decade: i32| [1.0, 2.0, 5.0].map(|part: f64| (decade, part));
     whole(low - 1.0, high)
-        .flat_map(|decade| [1.0, 2.0, 5.0].map(|part: f64| (decade, part)))
-        .map(|(decade, part)| (f64::from(decade) + part.log10(), decade, part))
-        .filter(|(place, ..)| (low..=high).contains(place))
-        .map(|(place, decade, part)| {
+        .flat_map(parts)
+        .map(|(decade, part)| {
             let decimals = usize::try_from(-decade).unwrap_or(0);
-            (place, number(part * 10f64.powi(decade), decimals))
+            let text = number(part * 10f64.powi(decade), decimals);
+            (f64::from(decade) + part.log10(), text)
         })
+        .filter(|(place, _)| (low..=high).contains(place))
         .collect()
 }
 
@@ -153,55 +152,14 @@ fn power_of_ten(decade: i32) -> String {
     }
 }
 
-/// Decimals that tell numbers apart that differ by `step`.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 12
-fn decimals(step: f64) -> usize {
-    (0..12)
-        .find(|decimals| {
-            let scaled = step * 10f64.powi(*decimals);
-            (scaled - scaled.round()).abs() < 1e-6 * scaled
-        })
-        .map_or(12, |decimals| decimals as usize)
-}
-
 fn number(value: f64, decimals: usize) -> String {
-    format!("{value:.decimals$}").replace('-', "\u{2212}")
-}
-
-/// An axis as the drawing library takes it: linear in places, with the lines that it is told.
-pub(super) struct Coordinate {
-    places: RangedCoordf64,
-    labelled: Vec<f64>,
-    minor: Vec<f64>,
-}
-
-impl Coordinate {
-    pub(super) fn new(axis: &Axis, (from, to): (f64, f64), ticks: &[Tick]) -> Self {
-        Self {
-            places: (from..to).into(),
-            labelled: ticks.iter().map(|tick| tick.0).collect(),
-            minor: axis.minor((from, to)),
-        }
-    }
-}
-
-impl Ranged for Coordinate {
-    type FormatOption = DefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        self.places.map(value, limit)
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if hint.weight().allow_light_points() {
-            self.minor.clone()
-        } else {
-            self.labelled.clone()
-        }
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.places.range()
-    }
+    let text = format!("{value:.decimals$}");
+    // −0 has a sign, and so has what is rounded to it.
+    let zero = text.parse::<f64>().is_ok_and(|value| value.abs() <= 0.0);
+    let text = if zero {
+        text.trim_start_matches('-')
+    } else {
+        &text
+    };
+    text.replace('-', "\u{2212}")
 }

@@ -9,9 +9,6 @@ use crate::workspace::{Analysis, Mesh, Options, Workspace};
 /// What is looked at in space has lines so many times further apart.
 const COARSER: f64 = 2.0;
 
-/// Dots a pixel of the figures as PNG.
-const PNG_SCALE: f32 = 1.5;
-
 /// The files that are no figures.
 const TABLES: [&str; 8] = [
     "boundary.csv",
@@ -60,21 +57,16 @@ impl Contents {
         let figures = &drawn.figures;
         for NamedFigure { name, figure, .. } in figures {
             contents.text(&format!("{name}.svg"), figure.to_svg()?);
-            contents.bytes(&format!("{name}.png"), figure.to_png(PNG_SCALE)?);
         }
-        let scene = viewer::scene(analysis, &drawn.coarse, &drawn.coarse_mesh)
-            .map_err(|error| PlotError::Drawing(error.to_string()))?;
+        let scene = viewer::scene(analysis, &drawn.coarse, &drawn.coarse_mesh).unwrap_or_default();
         contents.text("report.html", html::render(analysis, figures, &scene)?);
         Ok(contents)
     }
 
     /// Every name that can be there.
     pub fn names() -> impl Iterator<Item = String> {
-        let of_figures = figures::NAMES.into_iter();
-        TABLES
-            .into_iter()
-            .map(str::to_owned)
-            .chain(of_figures.flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]))
+        let of_figures = figures::NAMES.map(|name| format!("{name}.svg"));
+        TABLES.into_iter().map(str::to_owned).chain(of_figures)
     }
 
     fn text(&mut self, name: &str, text: String) {

@@ -29,7 +29,7 @@ fn an_outlier_is_marked_with_its_line_in_the_figure_and_in_the_table() {
         .map(|row| row[0].clone())
         .collect();
     assert_eq!(marked, ["22"]);
-    let labelled = |drawing: &&str| drawing.contains("line 22\n");
+    let labelled = |drawing: &&str| drawing.contains("line 22</text>");
     assert_eq!(
         drawings(&page)
             .iter()

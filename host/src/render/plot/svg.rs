@@ -1,0 +1,388 @@
+//! Figures as SVG.
+
+use super::{Colour, Figure, PlotError, Series, Shape};
+use maud::html;
+use std::fmt::Write;
+
+/// Size of the text.
+const TEXT: f64 = 12.0;
+/// Width of a letter in parts of the text's size: what wide fonts need.
+const LETTER: f64 = 0.62;
+/// Between the plot and the figure's edge.
+const MARGIN: f64 = 12.0;
+/// Between the labels of an axis, at least, along it.
+const BETWEEN_LABELS: (f64, f64) = (70.0, 40.0);
+/// The legend is rows above the plot, so that it never hides what it explains: a row's height.
+const ROW: f64 = 20.0;
+/// Width of a legend's sample of the series.
+const KEY: f64 = 22.0;
+/// Between the sample and its name, and twice that between two entries.
+const GAP: f64 = 8.0;
+/// Opacity of bands and regions.
+const BAND: f64 = 0.2;
+/// More discs than this are drawn smaller.
+const MANY: usize = 250;
+/// Radius of rings.
+const RING: f64 = 6.0;
+/// Lines behind the data.
+const GRID: &str = "#DDDDDD";
+
+type Place = (f64, f64);
+
+impl Figure {
+    /// As SVG. Colours are attributes, so that a style sheet can change them for a dark page.
+    ///
+    /// # Errors
+    /// An axis without a usable range, or a figure too small for its labels.
+    pub fn to_svg(&self) -> Result<String, PlotError> {
+        let (width, height) = (f64::from(self.width), f64::from(self.height));
+        let (x, y) = (self.x.ends()?, self.y.ends()?);
+        let y_ticks = self.y.ticks(y, most(height, BETWEEN_LABELS.1));
+        let widest = y_ticks.iter().map(|(_, text)| text_width(text));
+        let beside = if self.y.label.is_empty() { 14.0 } else { 34.0 };
+        let (left, below) = if self.axes_shown {
+            (widest.fold(0.0, f64::max) + beside, 46.0)
+        } else {
+            (MARGIN, MARGIN)
+        };
+        let (entries, above) = self.legend(left, width - MARGIN);
+        let top = MARGIN + above;
+        let size = (width - left - MARGIN - 8.0, height - top - below);
+        if size.0 < BETWEEN_LABELS.0 || size.1 < BETWEEN_LABELS.1 {
+            return Err(PlotError::Size);
+        }
+        let (x, y) = if self.equal_scales {
+            equal(x, y, size)
+        } else {
+            (x, y)
+        };
+        let frame = Frame {
+            figure: self,
+            x,
+            y,
+            left,
+            top,
+            size,
+        };
+        let mut svg = Svg(format!(
+            "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+             xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"{TEXT}\">\n"
+        ));
+        for (series, (x, y)) in entries {
+            svg.key(series, (x, y));
+            svg.text((x + KEY + GAP, y), "start", Colour::Ink, &series.name);
+        }
+        if self.axes_shown {
+            frame.axes(&mut svg);
+        }
+        for series in &self.series {
+            frame.draw(series, &mut svg);
+        }
+        svg.0.push_str("</svg>\n");
+        Ok(svg.0)
+    }
+
+    /// Where each named series goes in the legend, and the legend's height.
+    fn legend(&self, left: f64, right: f64) -> (Vec<(&Series, Place)>, f64) {
+        let (mut x, mut row) = (left, 0.0);
+        let mut entries = Vec::new();
+        for series in self.series.iter().filter(|series| !series.name.is_empty()) {
+            let width = KEY + GAP + text_width(&series.name);
+            if x > left && x + width > right {
+                (x, row) = (left, row + 1.0);
+            }
+            entries.push((series, (x, (row + 0.5) * ROW + 2.0)));
+            x += width + 2.0 * GAP;
+        }
+        let rows = if entries.is_empty() { 0.0 } else { row + 1.0 };
+        (entries, rows * ROW)
+    }
+}
+
+/// Where the plot is in its figure, and the ranges of its axes.
+struct Frame<'a> {
+    figure: &'a Figure,
+    x: (f64, f64),
+    y: (f64, f64),
+    left: f64,
+    top: f64,
+    size: (f64, f64),
+}
+
+impl Frame<'_> {
+    fn across(&self, place: f64) -> f64 {
+        self.left + self.size.0 * (place - self.x.0) / (self.x.1 - self.x.0)
+    }
+
+    fn down(&self, place: f64) -> f64 {
+        self.top + self.size.1 * (self.y.1 - place) / (self.y.1 - self.y.0)
+    }
+
+    /// Where a value is; `None` if it has no place.
+    fn at(&self, &(x, y): &Place) -> Option<Place> {
+        let (x, y) = (self.figure.x.place(x)?, self.figure.y.place(y)?);
+        Some((self.across(x), self.down(y)))
+    }
+
+    fn all(&self, points: &[Place]) -> Vec<Place> {
+        points.iter().filter_map(|point| self.at(point)).collect()
+    }
+
+    /// Where those values are that are within the axes.
+    fn within<'a>(&self, points: impl IntoIterator<Item = &'a Place>) -> Vec<Place> {
+        let places = points.into_iter().filter_map(|point| self.at(point));
+        places.filter(|at| self.holds(*at)).collect()
+    }
+
+    fn holds(&self, (x, y): Place) -> bool {
+        // Half a hundredth of a pixel: what is written is rounded to that.
+        let inside =
+            |at: f64, from: f64, size: f64| at >= from - 0.005 && at <= from + size + 0.005;
+        inside(x, self.left, self.size.0) && inside(y, self.top, self.size.1)
+    }
+
+    fn axes(&self, svg: &mut Svg) {
+        let Self {
+            figure,
+            left,
+            top,
+            size: (width, height),
+            ..
+        } = *self;
+        let (right, bottom) = (left + width, top + height);
+        let (x_label, y_label) = (&figure.x.label, &figure.y.label);
+        let x_ticks = figure.x.ticks(self.x, most(width, BETWEEN_LABELS.0));
+        let y_ticks = figure.y.ticks(self.y, most(height, BETWEEN_LABELS.1));
+        let light = format!("fill=\"none\" stroke=\"{GRID}\" stroke-width=\"0.5\"");
+        let bold = format!("fill=\"none\" stroke=\"{GRID}\" stroke-width=\"1\"");
+        let ink = format!(
+            "fill=\"none\" stroke=\"{}\" stroke-width=\"1\"",
+            Colour::Ink.hex()
+        );
+        let upright = |at: f64| [(at, top), (at, bottom)];
+        let level = |at: f64| [(left, at), (right, at)];
+        for at in figure.x.minor(self.x) {
+            svg.line("polyline", &upright(self.across(at)), &light);
+        }
+        for at in figure.y.minor(self.y) {
+            svg.line("polyline", &level(self.down(at)), &light);
+        }
+        for (at, text) in &x_ticks {
+            let x = self.across(*at);
+            svg.line("polyline", &upright(x), &bold);
+            svg.line("polyline", &[(x, bottom), (x, bottom + 4.0)], &ink);
+            svg.text((x, bottom + 13.0), "middle", Colour::Ink, text);
+        }
+        for (at, text) in &y_ticks {
+            let y = self.down(*at);
+            svg.line("polyline", &level(y), &bold);
+            svg.line("polyline", &[(left - 4.0, y), (left, y)], &ink);
+            svg.text((left - 7.0, y), "end", Colour::Ink, text);
+        }
+        svg.line(
+            "polyline",
+            &[(left, top), (left, bottom), (right, bottom)],
+            &ink,
+        );
+        let middle = (left + width / 2.0, top + height / 2.0);
+        svg.text((middle.0, bottom + 34.0), "middle", Colour::Ink, x_label);
+        svg.turned_text((12.0, middle.1), y_label);
+    }
+
+    fn draw(&self, series: &Series, svg: &mut Svg) {
+        let colour = series.colour;
+        match &series.shape {
+            Shape::Line(points) => svg.line("polyline", &self.all(points), &stroke(colour)),
+            Shape::Dashed(points) => {
+                let dashed = stroke(colour) + " stroke-dasharray=\"8 6\"";
+                svg.line("polyline", &self.all(points), &dashed);
+            }
+            Shape::Region(outline) => {
+                svg.line("polygon", &self.all(outline), &fill(colour, BAND));
+            }
+            Shape::Band(band) => {
+                let upper = band.iter().map(|&(x, _, upper)| (x, upper));
+                let lower = band.iter().rev().map(|&(x, lower, _)| (x, lower));
+                let outline: Vec<_> = upper.chain(lower).collect();
+                svg.line("polygon", &self.all(&outline), &fill(colour, BAND));
+            }
+            Shape::Tiles(tiles, opacity) => {
+                for &[(x1, y1), (x2, y2)] in tiles {
+                    let corners = [(x1, y1), (x2, y1), (x2, y2), (x1, y2)];
+                    svg.line("polygon", &self.all(&corners), &fill(colour, *opacity));
+                }
+            }
+            Shape::Patches(patches) => {
+                for (outline, fill) in patches {
+                    let fill = format!("fill=\"{}\"", hex(*fill));
+                    svg.line("polygon", &self.all(outline), &fill);
+                }
+            }
+            Shape::Segments(segments) => {
+                for segment in segments {
+                    svg.line("polyline", &self.all(segment), &stroke(colour));
+                }
+            }
+            Shape::Hairlines(segments) => {
+                for segment in segments {
+                    svg.line("polyline", &self.all(segment), &hairline(colour));
+                }
+            }
+            Shape::Points(points) => {
+                for at in self.within(points) {
+                    svg.circle(at, radius(points.len()), &fill(colour, 1.0));
+                }
+            }
+            Shape::Rings(points) => {
+                for at in self.within(points) {
+                    svg.circle(at, RING, &stroke(colour));
+                }
+            }
+            Shape::Diamonds(points) => {
+                for at in self.within(points) {
+                    svg.diamond(at, colour);
+                }
+            }
+            Shape::Labels(labels) => {
+                for (at, text) in labels {
+                    for (x, y) in self.within([at]) {
+                        svg.text((x + 9.0, y), "start", colour, text);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The elements of a drawing.
+struct Svg(String);
+
+impl Svg {
+    /// A `polyline` or a `polygon`; none if it has no corner.
+    fn line(&mut self, element: &str, points: &[Place], style: &str) {
+        if points.is_empty() {
+            return;
+        }
+        let points: Vec<_> = points
+            .iter()
+            .map(|(x, y)| format!("{},{}", rounded(*x), rounded(*y)))
+            .collect();
+        let points = points.join(" ");
+        let _ = writeln!(self.0, "<{element} points=\"{points}\" {style}/>");
+    }
+
+    fn circle(&mut self, (x, y): Place, radius: f64, style: &str) {
+        let (x, y) = (rounded(x), rounded(y));
+        let _ = writeln!(
+            self.0,
+            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" {style}/>"
+        );
+    }
+
+    fn diamond(&mut self, (x, y): Place, colour: Colour) {
+        let corners = [(x - 5.0, y), (x, y - 5.0), (x + 5.0, y), (x, y + 5.0)];
+        self.line("polygon", &corners, &fill(colour, 1.0));
+    }
+
+    /// Centred on its line.
+    fn text(&mut self, (x, y): Place, anchor: &str, colour: Colour, text: &str) {
+        let (x, y, fill) = (rounded(x), rounded(y), fill(colour, 1.0));
+        let text = html! { (text) }.into_string();
+        let _ = writeln!(
+            self.0,
+            "<text x=\"{x}\" y=\"{y}\" dy=\"0.35em\" text-anchor=\"{anchor}\" {fill}>{text}</text>"
+        );
+    }
+
+    /// From below, about its middle.
+    fn turned_text(&mut self, (x, y): Place, text: &str) {
+        let _ = writeln!(
+            self.0,
+            "<g transform=\"rotate(-90 {} {})\">",
+            rounded(x),
+            rounded(y)
+        );
+        self.text((x, y), "middle", Colour::Ink, text);
+        self.0.push_str("</g>\n");
+    }
+
+    /// A legend's sample of a series, from here to the right.
+    fn key(&mut self, series: &Series, (x, y): Place) {
+        let (colour, middle) = (series.colour, (x + KEY / 2.0, y));
+        let line = [(x, y), (x + KEY, y)];
+        let (low, high, right) = (y - 6.0, y + 6.0, x + KEY);
+        let plate = [(x, low), (right, low), (right, high), (x, high)];
+        match &series.shape {
+            Shape::Line(_) | Shape::Segments(_) => self.line("polyline", &line, &stroke(colour)),
+            Shape::Hairlines(_) => self.line("polyline", &line, &hairline(colour)),
+            Shape::Dashed(_) => {
+                let dashed = stroke(colour) + " stroke-dasharray=\"8 6\"";
+                self.line("polyline", &line, &dashed);
+            }
+            Shape::Band(_) | Shape::Region(_) => self.line("polygon", &plate, &fill(colour, BAND)),
+            Shape::Tiles(_, opacity) => self.line("polygon", &plate, &fill(colour, *opacity)),
+            Shape::Patches(patches) => {
+                let shade = patches.first().map_or(colour.channels(), |(_, fill)| *fill);
+                self.line("polygon", &plate, &format!("fill=\"{}\"", hex(shade)));
+            }
+            Shape::Points(points) => self.circle(middle, radius(points.len()), &fill(colour, 1.0)),
+            Shape::Rings(_) => self.circle(middle, RING, &stroke(colour)),
+            Shape::Diamonds(_) => self.diamond(middle, colour),
+            Shape::Labels(_) => {}
+        }
+    }
+}
+
+/// Radius of one of so many discs.
+fn radius(count: usize) -> f64 {
+    if count > MANY { 1.75 } else { 2.75 }
+}
+
+fn stroke(colour: Colour) -> String {
+    format!(
+        "fill=\"none\" stroke=\"{}\" stroke-width=\"1.75\"",
+        colour.hex()
+    )
+}
+
+fn hairline(colour: Colour) -> String {
+    let hex = colour.hex();
+    format!("fill=\"none\" stroke=\"{hex}\" stroke-width=\"1\" opacity=\"0.4\"")
+}
+
+fn fill(colour: Colour, opacity: f64) -> String {
+    match opacity {
+        1.0.. => format!("fill=\"{}\"", colour.hex()),
+        _ => format!("fill=\"{}\" opacity=\"{}\"", colour.hex(), rounded(opacity)),
+    }
+}
+
+pub(super) fn hex([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02X}{green:02X}{blue:02X}")
+}
+
+/// To hundredths.
+fn rounded(value: f64) -> f64 {
+    (value * 100.0).round() / 100.0
+}
+
+/// Width of a text, at most.
+fn text_width(text: &str) -> f64 {
+    text.chars().map(|_| LETTER * TEXT).sum::<f64>().ceil()
+}
+
+/// Labels on an axis of this length, at most.
+fn most(length: f64, each: f64) -> f64 {
+    (length / each).floor().max(2.0)
+}
+
+/// The same number of units a pixel on both axes: the one that has room grows on both sides.
+fn equal(x: Place, y: Place, (width, height): (f64, f64)) -> (Place, Place) {
+    let scale = ((x.1 - x.0).abs() / width).max((y.1 - y.0).abs() / height);
+    let grown = |(from, to): Place, length: f64| {
+        let middle = f64::midpoint(from, to);
+        let half = 0.5 * scale * length * (to - from).signum();
+        (middle - half, middle + half)
+    };
+    (grown(x, width), grown(y, height))
+}

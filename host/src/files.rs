@@ -1,7 +1,6 @@
 //! What is read and written: the robot file, the samples file, and the faults that they can have.
 
 pub mod columns;
-mod decode;
 pub mod example;
 pub mod input_error;
 pub mod input_text;
@@ -9,4 +8,3 @@ pub mod kinematics;
 pub mod output;
 pub mod robot_file;
 pub mod samples_file;
-mod text_on_disk;

@@ -38,6 +38,8 @@
 //! ```
 
 #![forbid(unsafe_code)]
+// In tests a panic is the failure.
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod accuracy;
 pub mod calibration;

@@ -6,7 +6,7 @@ pub(crate) use arguments::{CalibrateArguments, HELP};
 
 use super::failure::Failure;
 use super::outputs::{self, deliver};
-use super::paths::{read_long, refuse_same};
+use super::paths::{read, refuse_same};
 use super::progress::Waiting;
 use crate::accuracy::coverage::Acceptance;
 use crate::files::example;
@@ -135,7 +135,7 @@ fn inputs(arguments: &CalibrateArguments) -> Result<Inputs, CalibrateError> {
     let robot_text = InputText::from_file(robot)?;
     let robot = RobotFile::read(&robot_text)?;
     let waiting = Waiting::for_file(samples);
-    let samples = read_long(samples, &arguments.columns)?;
+    let samples = read(samples, &arguments.columns)?;
     let measurements = read_samples(&samples, &robot, arguments.options())?;
     let measurements = for_transmissions(&robot, measurements)?;
     drop(waiting);

@@ -83,6 +83,13 @@ impl From<PlotError> for Failure {
 impl Failure {
     /// One message on standard error, and the exit code.
     pub(crate) fn report(self) -> ExitCode {
+        let excerpt = match &self {
+            Self::Calibrate(CalibrateError {
+                reason: Reason::Input(error),
+                ..
+            }) => error.excerpt().map(ToOwned::to_owned),
+            _ => None,
+        };
         let diagnosis = match &self {
             Self::Calibrate(error) => error.diagnosis.as_ref().map(ToString::to_string),
             _ => None,
@@ -120,6 +127,9 @@ impl Failure {
         };
         let mut stderr = anstream::stderr().lock();
         let _ = writeln!(stderr, "{ERROR}{kind}:{ERROR:#} {cause}");
+        if let Some(excerpt) = excerpt {
+            let _ = writeln!(stderr, "{excerpt}");
+        }
         if let Some(diagnosis) = diagnosis {
             let _ = writeln!(stderr, "{HELP}diagnosis:{HELP:#} {diagnosis}");
         }

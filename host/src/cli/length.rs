@@ -1,37 +1,40 @@
-//! A length that is asked for, in any unit.
+//! A length as an option states it: `0.1mm`, `0.1 mm`, `0.3 m`, `250um`, `0.5 in`.
 
+use crate::files::columns::Unit;
+use std::fmt;
 use std::str::FromStr;
 
-/// Units of a length in mm; the last one ends the others. The micro sign has two code points.
-const UNITS: [(&str, f64); 7] = [
-    ("nm", 1e-6),
-    ("um", 1e-3),
-    ("\u{b5}m", 1e-3),
-    ("\u{3bc}m", 1e-3),
-    ("mm", 1.0),
-    ("cm", 10.0),
-    ("m", 1e3),
-];
-
-/// A length on the command line, mm.
-#[derive(Debug, Clone, Copy)]
+/// A length on the command line: greater than 0, in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Length(pub(crate) f64);
 
 impl FromStr for Length {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (number, factor) = UNITS
-            .into_iter()
-            .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)))
-            .unwrap_or((text, 1.0));
-        match number.trim().parse::<f64>() {
-            Ok(value) if value > 0.0 && (value * factor).is_finite() => Ok(Self(value * factor)),
-            _ => Err(
-                "a length greater than 0 is needed, in nm, um, mm, cm or m, as 0.05mm or 50um"
-                    .to_owned(),
-            ),
+        let text = text.trim();
+        let (number, unit) = text.split_at(text.trim_end_matches(char::is_alphabetic).len());
+        let number = number.trim_end().parse::<f64>();
+        let length = match (Unit::of_length(unit), &number) {
+            (Some(unit), Ok(number)) => unit.to_internal(*number),
+            (None, Ok(_)) if unit.is_empty() => {
+                return Err(format!(
+                    "a length needs a unit: {text}mm, {text}um or {text}in"
+                ));
+            }
+            _ => f64::NAN,
+        };
+        if length > 0.0 && length.is_finite() {
+            Ok(Self(length))
+        } else {
+            Err("this is not a length above 0: write 0.1mm, 50um, 0.3m or 0.5in".to_owned())
         }
+    }
+}
+
+impl fmt::Display for Length {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}mm", self.0)
     }
 }
 
@@ -41,27 +44,43 @@ mod tests {
 
     #[test]
     fn a_length_is_the_same_in_every_unit() {
-        for written in [
-            "0.05",
-            "0.05mm",
-            " 50um",
-            "50 \u{b5}m",
-            "50\u{3bc}m",
-            "5e4nm",
-            "0.005cm",
-            "5e-5m",
+        for (written, expected) in [
+            ("0.1mm", 0.1),
+            ("0.1 mm", 0.1),
+            (" 300 mm ", 300.0),
+            ("0.3 m", 300.0),
+            ("0.3m", 300.0),
+            ("0.5 in", 12.7),
+            ("250um", 0.25),
+            ("250 \u{b5}m", 0.25),
+            ("250\u{3bc}m", 0.25),
+            ("5e-5m", 0.05),
+            ("1e-2 cm", 0.1),
         ] {
-            let found = written.parse().map(|Length(length)| length);
+            let Length(found) = written.parse().unwrap();
             // Two roundings.
             assert!(
-                found.is_ok_and(|length| (length - 0.05).abs() < 1e-16),
-                "{written}"
+                (found - expected).abs() <= 1e-15 * expected,
+                "{written}: {found}"
             );
         }
-        for written in [
-            "", "mm", "0", "-1mm", "5kg", "0,05mm", "nan", "inf", "1e308m", "5 m m",
+        for (written, part) in [
+            ("0.05", "0.05mm"),
+            ("300", "300mm"),
+            ("", "0.1mm"),
+            ("mm", "0.1mm"),
+            ("0mm", "above 0"),
+            ("-1mm", "above 0"),
+            ("5kg", "0.1mm"),
+            ("5deg", "0.1mm"),
+            ("0,05mm", "0.1mm"),
+            ("nan", "0.1mm"),
+            ("inf mm", "above 0"),
+            ("1e308m", "above 0"),
+            ("5 m m", "0.1mm"),
         ] {
-            assert!(written.parse::<Length>().is_err(), "{written}");
+            let refused = written.parse::<Length>().unwrap_err();
+            assert!(refused.contains(part), "{written}: {refused}");
         }
     }
 }

@@ -3,7 +3,7 @@ use crate::{ColumnMapping, InputError, InputText, RobotFile};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use delta_cal::robot::Drive;
-use std::io::{IsTerminal, StdinLock, Write};
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 /// Standard input or output.
@@ -34,24 +34,6 @@ pub(crate) struct ColumnsArgument {
 
 /// A table in a file, or in standard input for `-`.
 pub(crate) fn read(path: &Path, columns: &ColumnsArgument) -> Result<InputText, InputError> {
-    let from_stdin = |stdin| InputText::from_reader(STDIN, stdin);
-    table(path, columns, InputText::from_table, from_stdin)
-}
-
-/// The same of any number of rows.
-pub(crate) fn read_long(path: &Path, columns: &ColumnsArgument) -> Result<InputText, InputError> {
-    let from_stdin = |stdin| InputText::from_long_reader(STDIN, stdin);
-    table(path, columns, InputText::from_long_table, from_stdin)
-}
-
-const STDIN: &str = "standard input";
-
-fn table(
-    path: &Path,
-    columns: &ColumnsArgument,
-    from_file: impl Fn(&Path) -> Result<InputText, InputError>,
-    from_stdin: impl Fn(StdinLock<'static>) -> Result<InputText, InputError>,
-) -> Result<InputText, InputError> {
     let text = if is_stream(path) {
         let stdin = std::io::stdin().lock();
         if stdin.is_terminal() {
@@ -60,9 +42,9 @@ fn table(
                 "reading CSV from standard input; end it with Ctrl-D"
             );
         }
-        from_stdin(stdin)?
+        InputText::from_reader("standard input", stdin)?
     } else {
-        from_file(path)?
+        InputText::from_table(path)?
     };
     Ok(match &columns.columns {
         Some(columns) => text.with_columns(columns.clone()),

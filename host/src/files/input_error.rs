@@ -9,14 +9,15 @@ pub struct InputError {
     file: Box<str>,
     line: Option<u64>,
     place: Option<Place>,
-    cause: String,
-    remedy: Option<String>,
+    cause: Box<str>,
+    excerpt: Option<Box<str>>,
+    remedy: Option<Box<str>>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Place {
-    Column(String),
-    Key(String),
+    Column(Box<str>),
+    Key(Box<str>),
 }
 
 impl InputError {
@@ -26,7 +27,8 @@ impl InputError {
             file: file.into().into(),
             line: None,
             place: None,
-            cause: cause.into(),
+            cause: cause.into().into(),
+            excerpt: None,
             remedy: None,
         }
     }
@@ -41,27 +43,39 @@ impl InputError {
     /// The CSV column at fault.
     #[must_use]
     pub fn at_column(mut self, column: impl Into<String>) -> Self {
-        self.place = Some(Place::Column(column.into()));
+        self.place = Some(Place::Column(column.into().into()));
         self
     }
 
     /// The TOML key at fault.
     #[must_use]
     pub fn at_key(mut self, key: impl Into<String>) -> Self {
-        self.place = Some(Place::Key(key.into()));
+        self.place = Some(Place::Key(key.into().into()));
+        self
+    }
+
+    /// The line at fault as it stands in the file, with the place marked.
+    #[must_use]
+    pub(crate) fn with_excerpt(mut self, excerpt: String) -> Self {
+        self.excerpt = Some(excerpt.into());
         self
     }
 
     /// What to do next.
     #[must_use]
     pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
-        self.remedy = Some(remedy.into());
+        self.remedy = Some(remedy.into().into());
         self
     }
 
     /// The line at fault, if it is one.
     pub fn line(&self) -> Option<u64> {
         self.line
+    }
+
+    /// The line at fault as it stands in the file, with the place marked: several lines.
+    pub fn excerpt(&self) -> Option<&str> {
+        self.excerpt.as_deref()
     }
 
     /// What to do next, if that is not plain from the cause.

@@ -1,32 +1,25 @@
-//! The text of an input file, with its name for messages.
+//! The text of an input file, in whatever encoding, with its name for messages.
 
 use crate::files::columns::ColumnMapping;
-use crate::files::decode::{NotText, decode, is_no_text};
 use crate::files::input_error::InputError;
-use crate::files::text_on_disk::{Long, TextOnDisk, with_newlines};
+use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 use sha2::{Digest, Sha256};
-use std::fmt::Write as _;
-use std::io::{Read, Seek, Write as _};
-use std::path::Path;
+use std::fmt::Write;
+use std::io::{self, Read};
+use std::ops::Range;
 
 /// No file of a robot or a campaign is nearly as large.
 const LARGEST_SETTINGS: u64 = 1 << 20;
 /// A table of some 70 million rows.
 const LARGEST_TABLE: u64 = 4 << 30;
-/// What is no text shows this in so many bytes.
+/// What is no text shows it in so many bytes.
 const START: u64 = 1 << 16;
-
-/// A longer text of a table that may have any number of rows is read block by block.
-const LONG: u64 = 1 << 24;
 
 /// A file's name and text: without byte order mark, lines ended by `\n`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InputText {
     name: String,
-    /// All of it, or the first lines of a text on disk.
     text: String,
-    on_disk: Option<TextOnDisk>,
-    many_rows: bool,
     sha256: String,
     columns: ColumnMapping,
 }
@@ -34,161 +27,46 @@ pub struct InputText {
 impl InputText {
     /// A text that is already in memory.
     pub fn new(name: impl Into<String>, text: &str) -> Self {
-        let sha256 = digits(Sha256::new_with_prefix(text.as_bytes()));
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        Self::of(name.into(), text.to_owned(), sha256)
+        let without_mark = text.strip_prefix('\u{feff}').unwrap_or(text);
+        Self::of(name.into(), without_mark, text.as_bytes())
     }
 
-    fn of(name: String, text: String, sha256: String) -> Self {
-        Self {
-            name,
-            text: with_newlines(text),
-            on_disk: None,
-            many_rows: false,
-            sha256,
-            columns: ColumnMapping::default(),
-        }
-    }
-
-    /// Reads the file of a robot or a campaign.
+    /// The bytes of a file: UTF-8, UTF-16, or one byte a letter.
     ///
     /// # Errors
-    /// A file that cannot be read, is larger than such a file is, or is no text.
-    pub fn from_file(path: &Path) -> Result<Self, InputError> {
-        Self::open(path, |name, file| {
-            let mut bytes = Vec::new();
-            file.take(LARGEST_SETTINGS + 1)
-                .read_to_end(&mut bytes)
-                .map_err(|error| unreadable(name, &error))?;
-            if bytes.len() as u64 > LARGEST_SETTINGS {
-                return Err(InputError::new(
-                    name,
-                    "the file is larger than 1 MB, and no robot file or campaign is",
-                )
-                .with_remedy(
-                    "check the name: a robot file is a short text, see delta-cal calibrate --help",
-                ));
-            }
-            Self::from_bytes(name.to_owned(), bytes)
-        })
-    }
-
-    /// Reads a table: samples, joint angles, positions.
-    ///
-    /// # Errors
-    /// A file that cannot be read, is larger than 4 GB, or is no text.
-    pub fn from_table(path: &Path) -> Result<Self, InputError> {
-        Self::open(path, |name, file| Self::from_reader(name, file))
-    }
-
-    /// Reads a table that may have any number of rows: a long text is read block by block, and of many rows most are
-    /// kept in a temporary file.
-    ///
-    /// # Errors
-    /// As [`from_table`](Self::from_table); a temporary file that cannot be written.
-    pub fn from_long_table(path: &Path) -> Result<Self, InputError> {
-        Self::open(path, |name, file| {
-            let length = match file.metadata() {
-                Ok(metadata) if metadata.is_file() => metadata.len(),
-                _ => 0,
-            };
-            match length {
-                _ if length > LARGEST_TABLE => Err(too_large(name)),
-                _ if length > LONG => Self::on_disk(name, file),
-                _ => Self::from_long_reader(name, file),
-            }
-        })
-    }
-
-    /// The same to the end of a stream, standard input for one.
-    ///
-    /// # Errors
-    /// As [`from_long_table`](Self::from_long_table).
-    pub fn from_long_reader(name: &str, mut reader: impl Read) -> Result<Self, InputError> {
-        let bytes = start(name, &mut reader, LONG + 1)?;
-        if bytes.len() as u64 <= LONG || is_no_text(&bytes[..4096]) {
-            let text = Self::from_bytes(name.to_owned(), bytes)?;
-            return Ok(text.with_many_rows());
-        }
-        let kept = || -> std::io::Result<_> {
-            let mut file = tempfile::tempfile()?;
-            file.write_all(&bytes)?;
-            let more = LARGEST_TABLE + 1 - bytes.len() as u64;
-            let copied = std::io::copy(&mut reader.take(more), &mut file)?;
-            file.rewind()?;
-            Ok((file, copied < more))
-        };
-        let (file, whole) = kept().map_err(|error| {
-            InputError::new(
-                name,
-                format!("it cannot be kept in a temporary file: {error}"),
-            )
-            .with_remedy(
-                "make room in the folder for temporary files, or choose another one with the \
-                 environment variable TMPDIR",
-            )
-        })?;
-        if !whole {
-            return Err(too_large(name));
-        }
-        Self::on_disk(name, file)
-    }
-
-    fn on_disk(name: &str, file: std::fs::File) -> Result<Self, InputError> {
-        let unreadable = |error: std::io::Error| unreadable(name, &error);
-        let again = file.try_clone().map_err(unreadable)?;
-        match TextOnDisk::scan(file).map_err(unreadable)? {
-            Long::Text(text, sha256) => Ok(Self {
-                name: name.to_owned(),
-                text: text.start().map_err(unreadable)?,
-                on_disk: Some(text),
-                many_rows: true,
-                sha256: digits(sha256),
-                columns: ColumnMapping::default(),
-            }),
-            Long::Utf16 => {
-                let mut file = again;
-                file.rewind().map_err(unreadable)?;
-                Ok(Self::from_reader(name, file)?.with_many_rows())
-            }
-            Long::NotText => Err(not_text(name, &NotText::Control)),
+    /// The bytes are no text.
+    pub fn from_bytes(name: impl Into<String>, bytes: &[u8]) -> Result<Self, InputError> {
+        let name = name.into();
+        match decode(bytes) {
+            Ok(text) => Ok(Self::of(name, &text, bytes)),
+            Err(cause) => Err(cause.in_file(&name)),
         }
     }
 
-    fn with_many_rows(mut self) -> Self {
-        self.many_rows = true;
-        self
-    }
-
-    fn open(
-        path: &Path,
-        read: impl FnOnce(&str, std::fs::File) -> Result<Self, InputError>,
-    ) -> Result<Self, InputError> {
-        let name = path.display().to_string();
-        match std::fs::File::open(path) {
-            Ok(file) => read(&name, file),
-            Err(error) => Err(unreadable(&name, &error)),
-        }
-    }
-
-    /// Reads a table to the end of a stream, standard input for one.
+    /// Reads a table to the end of a stream.
     ///
     /// # Errors
     /// A stream that cannot be read, is longer than 4 GB, or is no text.
-    pub fn from_reader(name: impl Into<String>, mut reader: impl Read) -> Result<Self, InputError> {
+    pub fn from_reader(name: impl Into<String>, reader: impl Read) -> Result<Self, InputError> {
         let name = name.into();
-        let bytes = start(&name, &mut reader, LARGEST_TABLE + 1)?;
+        let bytes = read(reader, LARGEST_TABLE).map_err(|error| unreadable(&name, &error))?;
         if bytes.len() as u64 > LARGEST_TABLE {
-            return Err(too_large(&name));
+            return Err(InputError::new(name, "the file is larger than 4 GB")
+                .with_remedy("give fewer rows: some hundred calibrate a robot"));
         }
-        Self::from_bytes(name, bytes)
+        Self::from_bytes(name, &bytes)
     }
 
-    fn from_bytes(name: String, bytes: Vec<u8>) -> Result<Self, InputError> {
-        let sha256 = digits(Sha256::new_with_prefix(&bytes));
-        match decode(bytes) {
-            Ok(text) => Ok(Self::of(name, text, sha256)),
-            Err(cause) => Err(not_text(&name, &cause)),
+    fn of(name: String, text: &str, bytes: &[u8]) -> Self {
+        let mut sha256 = String::with_capacity(64);
+        for byte in Sha256::digest(bytes) {
+            let _ = write!(sha256, "{byte:02x}");
+        }
+        Self {
+            name,
+            text: text.replace("\r\n", "\n").replace('\r', "\n"),
+            sha256,
+            columns: ColumnMapping::default(),
         }
     }
 
@@ -209,29 +87,9 @@ impl InputText {
         &self.name
     }
 
-    /// The text; of one that is read block by block the first block.
+    /// The text.
     pub fn text(&self) -> &str {
         &self.text
-    }
-
-    /// Whether of many rows most are kept in a temporary file.
-    pub(crate) const fn has_many_rows(&self) -> bool {
-        self.many_rows
-    }
-
-    /// The text in blocks of whole lines, of which [`text`](Self::text) is the first.
-    pub(crate) fn each_block<E: From<InputError>>(
-        &self,
-        mut take: impl FnMut(&str) -> Result<(), E>,
-    ) -> Result<(), E> {
-        let Some(text) = &self.on_disk else {
-            return take(&self.text);
-        };
-        let taken = text.each_block(|block| take(block).map_err(Stop::Taken));
-        taken.map_err(|stop| match stop {
-            Stop::Unreadable(error) => unreadable(&self.name, &error).into(),
-            Stop::Taken(error) => error,
-        })
     }
 
     /// SHA-256 of the file's bytes as they are, in hexadecimal digits: what `sha256sum` prints.
@@ -241,74 +99,174 @@ impl InputText {
 
     /// The line, counted from 1, that holds the byte at `offset`.
     pub fn line_at(&self, offset: usize) -> u64 {
-        let bytes = self.text.as_bytes();
-        let before = &bytes[..offset.min(bytes.len())];
-        1 + before
-            .iter()
-            .map(|byte| u64::from(*byte == b'\n'))
-            .sum::<u64>()
+        let before = self.text.as_bytes().iter().take(offset);
+        1 + before.map(|byte| u64::from(*byte == b'\n')).sum::<u64>()
+    }
+
+    /// A fault of these bytes: its line, and that line with the bytes marked.
+    pub(crate) fn fault_at(&self, span: Range<usize>, cause: impl Into<String>) -> InputError {
+        let (line, text) = (self.line_at(span.start), self.text.as_str());
+        let before = text.get(..span.start).unwrap_or(text);
+        let begin = before.rfind('\n').map_or(0, |newline| newline + 1);
+        let shown = text.get(begin..).and_then(|rest| rest.lines().next());
+        let shown = shown.unwrap_or_default();
+        let end = span.end.clamp(span.start, begin + shown.len());
+        let letters = |from, to| text.get(from..to).map_or(0, |part| part.chars().count());
+        let (left, width) = (letters(begin, span.start), letters(span.start, end).max(1));
+        let margin = " ".repeat(line.to_string().len());
+        InputError::new(&self.name, cause)
+            .at_line(line)
+            .with_excerpt(format!(
+                "{margin} |\n{line} | {shown}\n{margin} | {:left$}{}",
+                "",
+                "^".repeat(width)
+            ))
     }
 }
 
-/// Why a text was not read to its end.
-enum Stop<E> {
-    Unreadable(std::io::Error),
-    Taken(E),
-}
-
-impl<E> From<std::io::Error> for Stop<E> {
-    fn from(error: std::io::Error) -> Self {
-        Self::Unreadable(error)
-    }
-}
-
-/// So many bytes of a stream, or less if it is no text; it may never end.
-fn start(name: &str, reader: &mut impl Read, most: u64) -> Result<Vec<u8>, InputError> {
-    let mut bytes = Vec::new();
-    for until in [START, most] {
-        let more = until - bytes.len() as u64;
-        let mut part = reader.by_ref().take(more);
-        part.read_to_end(&mut bytes)
-            .map_err(|error| unreadable(name, &error))?;
-        if is_no_text(&bytes[..bytes.len().min(4096)]) {
-            break;
+impl InputText {
+    /// Reads the file of a robot or a campaign.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is larger than such a file is, or is no text.
+    pub fn from_file(path: &std::path::Path) -> Result<Self, InputError> {
+        let name = path.display().to_string();
+        let bytes = std::fs::File::open(path)
+            .and_then(|file| read(file, LARGEST_SETTINGS))
+            .map_err(|error| unreadable(&name, &error))?;
+        if bytes.len() as u64 > LARGEST_SETTINGS {
+            let cause = "the file is larger than 1 MB, and no robot file or campaign is";
+            return Err(InputError::new(name, cause)
+                .with_remedy("check the name: a robot file is a short text, see delta-cal init"));
         }
+        Self::from_bytes(name, &bytes)
+    }
+
+    /// Reads a table: samples, joint angles, positions.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is larger than 4 GB, or is no text.
+    pub fn from_table(path: &std::path::Path) -> Result<Self, InputError> {
+        let name = path.display().to_string();
+        match std::fs::File::open(path) {
+            Ok(file) => Self::from_reader(name, file),
+            Err(error) => Err(unreadable(&name, &error)),
+        }
+    }
+}
+
+/// At most one byte more than `most`, and only the first of what is no text: it may never end.
+fn read(mut reader: impl Read, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    reader.by_ref().take(START).read_to_end(&mut bytes)?;
+    let start = &bytes[..bytes.len() & !1];
+    if !matches!(decode(start), Err(NotText::Control)) {
+        let more = (most + 1).saturating_sub(START);
+        reader.take(more).read_to_end(&mut bytes)?;
     }
     Ok(bytes)
 }
 
-fn digits(sha256: Sha256) -> String {
-    let mut text = String::with_capacity(64);
-    for byte in sha256.finalize() {
-        let _ = write!(text, "{byte:02x}");
-    }
-    text
-}
-
-fn too_large(name: &str) -> InputError {
-    InputError::new(name, "the file is larger than 4 GB")
-        .with_remedy("give fewer rows: a robot needs some hundred")
-}
-
-fn not_text(name: &str, cause: &NotText) -> InputError {
-    let spreadsheet = Path::new(name)
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
-    let remedy = if spreadsheet {
-        "save it as plain text in UTF-8 (in a spreadsheet: CSV UTF-8)"
-    } else {
-        "save it as plain text in UTF-8"
-    };
-    let error = match cause {
-        NotText::Control => InputError::new(name, "is not a text file"),
-        NotText::DamagedUtf16(line) => {
-            InputError::new(name, "the UTF-16 text has half a character").at_line(*line)
-        }
-    };
-    error.with_remedy(remedy)
-}
-
-fn unreadable(name: &str, error: &std::io::Error) -> InputError {
+fn unreadable(name: &str, error: &io::Error) -> InputError {
     InputError::new(name, format!("cannot be read: {error}"))
         .with_remedy("check the file's name and its permissions")
+}
+
+/// Why bytes are no text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum NotText {
+    /// A control character, as programs and images have them.
+    Control,
+    /// UTF-16 with half a character in this line.
+    Damaged(u64),
+}
+
+impl NotText {
+    fn in_file(&self, name: &str) -> InputError {
+        let error = match self {
+            Self::Control => InputError::new(name, "is not a text file"),
+            Self::Damaged(line) => {
+                InputError::new(name, "the UTF-16 text has half a character").at_line(*line)
+            }
+        };
+        error.with_remedy("save it as plain text in UTF-8 (in a spreadsheet: CSV UTF-8)")
+    }
+}
+
+/// What is no UTF-8 and no UTF-16 is taken for Windows-1252: numbers and units are the same in all encodings of one
+/// byte a letter.
+fn decode(bytes: &[u8]) -> Result<String, NotText> {
+    let (encoding, mark) = Encoding::for_bom(bytes).unwrap_or_else(|| {
+        let encoding = match bytes {
+            [first, 0, ..] if *first != 0 => UTF_16LE,
+            [0, second, ..] if *second != 0 => UTF_16BE,
+            _ => UTF_8,
+        };
+        (encoding, 0)
+    });
+    let bytes = &bytes[mark..];
+    let (mut text, mut damaged) = encoding.decode_without_bom_handling(bytes);
+    if damaged && encoding == UTF_8 {
+        (text, damaged) = WINDOWS_1252.decode_without_bom_handling(bytes);
+    }
+    let control = |letter| letter < ' ' && !matches!(letter, '\t' | '\n' | '\r' | '\u{c}');
+    if text.contains(control) {
+        return Err(NotText::Control);
+    }
+    if damaged {
+        let (before, _) = text.split_once('\u{fffd}').unwrap_or_default();
+        return Err(NotText::Damaged(1 + before.matches('\n').count() as u64));
+    }
+    Ok(text.into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{InputText, NotText, decode};
+
+    #[test]
+    fn the_same_text_in_every_encoding() {
+        let text = "q1 [°],ä\n1,2\n";
+        let utf16: Vec<u16> = text.encode_utf16().collect();
+        let little: Vec<u8> = utf16.iter().flat_map(|unit| unit.to_le_bytes()).collect();
+        let big: Vec<u8> = utf16.iter().flat_map(|unit| unit.to_be_bytes()).collect();
+        for bytes in [
+            text.as_bytes(),
+            &[b"\xef\xbb\xbf", text.as_bytes()].concat(),
+            b"q1 [\xb0],\xe4\n1,2\n",
+            &[b"\xff\xfe", &little[..]].concat(),
+            &[b"\xfe\xff", &big[..]].concat(),
+            &little,
+            &big,
+        ] {
+            assert_eq!(decode(bytes).as_deref(), Ok(text), "{bytes:x?}");
+        }
+        assert_eq!(decode(b"\x93a\x94 5 \x80").as_deref(), Ok("“a” 5 €"));
+        assert_eq!(decode(b"").as_deref(), Ok(""));
+        // Cut in the middle of the end of line 2, and of a letter of two units in line 2.
+        assert_eq!(
+            decode(&little[..little.len() - 1]),
+            Err(NotText::Damaged(2))
+        );
+        let half = b"\xff\xfea\0\n\0\x00\xd8b\0";
+        assert_eq!(decode(half), Err(NotText::Damaged(2)));
+        for bytes in [&b"\0\0"[..], b"a\0\0\0", b"ab\0", b"\x89PNG\x1a", b"\0"] {
+            assert_eq!(decode(bytes), Err(NotText::Control), "{bytes:x?}");
+        }
+    }
+
+    #[test]
+    fn a_stream_that_is_no_text_is_not_read_to_its_end() {
+        let error = InputText::from_reader("zeros", std::io::repeat(0)).unwrap_err();
+        assert_eq!(error.to_string(), "zeros: is not a text file");
+    }
+
+    #[test]
+    fn a_fault_shows_its_place() {
+        let input = InputText::new("robot.toml", "# ä\nlength = ä 5\n");
+        let error = input.fault_at(14..16, "no number");
+        assert_eq!(error.to_string(), "robot.toml:2: no number");
+        let shown = "  |\n2 | length = ä 5\n  |          ^";
+        assert_eq!(error.excerpt(), Some(shown));
+    }
 }

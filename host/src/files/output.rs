@@ -1,10 +1,11 @@
-//! Files written whole or not at all.
+//! Files written whole or not at all, and several all together or not at all.
 
 use std::error::Error;
 use std::fmt;
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use tempfile::{Builder, NamedTempFile};
+use tempfile::{Builder, NamedTempFile, TempPath};
 
 /// A file that could not be written.
 #[derive(Debug)]
@@ -30,18 +31,14 @@ impl Error for OutputError {
     }
 }
 
-/// Writes every text to its file. Each is first written in full beside its destination; only when
-/// all are there do they take their names. A file that exists is replaced, and keeps its old
-/// content until then; a write-protected one is not replaced.
+/// Writes every text to its file. Each is first written in full beside its destination; only when all are there do they
+/// take their names. A file that exists is replaced and keeps its permissions; a write-protected one is not replaced.
 ///
 /// # Errors
-/// The first file that could not be written; while the texts are being written nothing is changed.
+/// The first file that could not be written; then all files are as they were.
 pub fn write_all(files: &[(&Path, &str)]) -> Result<(), OutputError> {
-    let bytes: Vec<_> = files
-        .iter()
-        .map(|(path, text)| (*path, text.as_bytes()))
-        .collect();
-    write_all_bytes(&bytes)
+    let bytes = files.iter().map(|(path, text)| (*path, text.as_bytes()));
+    write_all_bytes(&bytes.collect::<Vec<_>>())
 }
 
 /// As [`write_all`], for files of which some are no texts.
@@ -49,12 +46,16 @@ pub fn write_all(files: &[(&Path, &str)]) -> Result<(), OutputError> {
 /// # Errors
 /// As [`write_all`].
 pub fn write_all_bytes(files: &[(&Path, &[u8])]) -> Result<(), OutputError> {
-    let mut prepared = Vec::with_capacity(files.len());
-    for (path, bytes) in files {
-        let file = prepare(path, bytes).map_err(|error| failure(path, error))?;
-        prepared.push((*path, file));
-    }
-    persist(prepared)
+    let prepared = files.iter().map(|(path, bytes)| Prepared::new(path, bytes));
+    commit(prepared.collect::<Result<_, _>>()?)
+}
+
+/// Writes a file that is no text, as [`write_all`] does.
+///
+/// # Errors
+/// As [`write_all`].
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    write_all_bytes(&[(path, bytes)])
 }
 
 /// A folder for files, made if it is not there.
@@ -62,7 +63,7 @@ pub fn write_all_bytes(files: &[(&Path, &[u8])]) -> Result<(), OutputError> {
 /// # Errors
 /// It cannot be made, or something else has its name.
 pub fn make_folder(path: &Path) -> Result<(), OutputError> {
-    std::fs::create_dir_all(path).map_err(|error| failure(path, error))
+    fs::create_dir_all(path).map_err(|error| failure(path, error))
 }
 
 /// Whether a file could be written, for those who want to know before they do what cannot be undone.
@@ -70,24 +71,129 @@ pub fn make_folder(path: &Path) -> Result<(), OutputError> {
 /// # Errors
 /// As [`write_all`].
 pub fn check(path: &Path) -> Result<(), OutputError> {
-    prepare(path, &[]).map_or_else(|error| Err(failure(path, error)), |_| Ok(()))
+    Prepared::new(path, &[]).map(|_| ())
 }
 
-/// Writes a file that is no text, as [`write_all`] does.
-///
-/// # Errors
-/// It could not be written; a file that exists is then as it was.
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let file = prepare(path, bytes).map_err(|error| failure(path, error))?;
-    persist(vec![(path, file)])
+/// A file that is written and does not have its name yet.
+struct Prepared {
+    /// As it was given.
+    path: PathBuf,
+    /// Where it goes: a link stays a link, and what it points to is replaced.
+    target: PathBuf,
+    file: NamedTempFile,
+    /// Whether there is a file that it replaces.
+    replaces: bool,
 }
 
-fn persist(prepared: Vec<(&Path, (PathBuf, NamedTempFile))>) -> Result<(), OutputError> {
-    for (path, (target, file)) in prepared {
-        file.persist(target)
-            .map_err(|error| failure(path, error.error))?;
+impl Prepared {
+    fn new(path: &Path, bytes: &[u8]) -> Result<Self, OutputError> {
+        Self::write(path, bytes).map_err(|error| failure(path, error))
+    }
+
+    fn write(path: &Path, bytes: &[u8]) -> io::Result<Self> {
+        let existing = path.canonicalize().ok();
+        let replaced = match &existing {
+            Some(existing) => Some(replaceable(existing)?),
+            None => None,
+        };
+        let target = existing.unwrap_or_else(|| path.to_owned());
+        let folder = folder_of(&target);
+        if !folder.is_dir() {
+            let cause = format!("there is no folder {}", folder.display());
+            return Err(io::Error::other(cause));
+        }
+        let mut builder = hidden();
+        #[cfg(unix)]
+        if replaced.is_none() {
+            use std::os::unix::fs::PermissionsExt;
+            // As any new file: what the user's mask leaves of this.
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        // Without the temporary file's name, which means nothing to anyone.
+        let named = |error: io::Error| io::Error::from(error.kind());
+        let mut file = builder.tempfile_in(folder).map_err(named)?;
+        file.write_all(bytes)?;
+        let replaces = replaced.is_some();
+        if let Some(permissions) = replaced {
+            file.as_file().set_permissions(permissions)?;
+        }
+        file.as_file().sync_all()?;
+        Ok(Self {
+            path: path.to_owned(),
+            target,
+            file,
+            replaces,
+        })
+    }
+
+    /// The file that is replaced, under another name.
+    fn kept(&self) -> io::Result<Option<TempPath>> {
+        if !self.replaces {
+            return Ok(None);
+        }
+        let other_name = |name: &Path| {
+            // Not every file system has two names for one file.
+            fs::hard_link(&self.target, name).or_else(|_| fs::copy(&self.target, name).map(|_| ()))
+        };
+        let kept = hidden().make_in(folder_of(&self.target), other_name)?;
+        Ok(Some(kept.into_temp_path()))
+    }
+}
+
+/// Gives all files their names. If that fails for one, those that already have theirs are taken back.
+fn commit(prepared: Vec<Prepared>) -> Result<(), OutputError> {
+    let mut kept = Vec::new();
+    if prepared.len() > 1 {
+        for own in &prepared {
+            kept.push(own.kept().map_err(|error| failure(&own.path, error))?);
+        }
+    }
+    let mut done = Vec::new();
+    for Prepared {
+        path, target, file, ..
+    } in prepared
+    {
+        if let Err(error) = file.persist(&target) {
+            for (target, kept) in done.iter().zip(kept) {
+                // What cannot be taken back either is not worse than the failure that is reported.
+                let _ = match kept {
+                    Some(kept) => kept.persist(target).map_err(|error| error.error),
+                    None => fs::remove_file(target),
+                };
+            }
+            return Err(failure(&path, error.error));
+        }
+        done.push(target);
     }
     Ok(())
+}
+
+/// The permissions of a file that may be replaced.
+fn replaceable(existing: &Path) -> io::Result<fs::Permissions> {
+    let metadata = existing.metadata()?;
+    let cause = if metadata.is_dir() {
+        "it is a folder"
+    } else if !metadata.is_file() {
+        "it exists and is not a regular file"
+    } else if metadata.permissions().readonly() {
+        "it exists and is write-protected, so it is not replaced"
+    } else {
+        return Ok(metadata.permissions());
+    };
+    Err(io::Error::other(cause))
+}
+
+fn hidden() -> Builder<'static, 'static> {
+    let mut builder = Builder::new();
+    builder.prefix(".delta-cal-");
+    builder
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
 }
 
 fn failure(path: &Path, error: io::Error) -> OutputError {
@@ -97,41 +203,46 @@ fn failure(path: &Path, error: io::Error) -> OutputError {
     }
 }
 
-fn prepare(path: &Path, bytes: &[u8]) -> io::Result<(PathBuf, NamedTempFile)> {
-    // A link stays a link: what it points to is replaced.
-    let target = match path.canonicalize() {
-        Ok(existing) if existing.is_dir() => return Err(io::Error::other("it is a folder")),
-        Ok(existing) if existing.is_file() => {
-            if existing.metadata()?.permissions().readonly() {
-                let cause = "it exists and is write-protected, so it is not replaced";
-                return Err(io::Error::other(cause));
-            }
-            existing
-        }
-        Ok(_) => return Err(io::Error::other("it exists and is not a regular file")),
-        Err(_) => path.to_owned(),
-    };
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        let cause = format!("there is no folder {}", folder.display());
-        return Err(io::Error::other(cause));
+#[cfg(test)]
+mod tests {
+    use super::{Prepared, commit, write_all};
+    use std::fs;
+
+    #[test]
+    fn if_a_file_cannot_take_its_name_all_are_as_they_were() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name| folder.path().join(name);
+        let (old, new, last) = (path("old"), path("new"), path("last"));
+        fs::write(&old, "of yesterday").unwrap();
+        let prepared = [&old, &new, &last].map(|path| Prepared::new(path, b"of today").unwrap());
+        // A folder takes the name of the last in the meantime.
+        fs::create_dir(&last).unwrap();
+        let error = commit(prepared.into()).unwrap_err();
+        assert!(error.to_string().contains("last: "), "{error}");
+        assert_eq!(fs::read_to_string(&old).unwrap(), "of yesterday");
+        assert!(!new.exists());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+
+        fs::remove_dir(&last).unwrap();
+        write_all(&[(&old, "1"), (&new, "2"), (&last, "3")]).unwrap();
+        let written = [&old, &new, &last].map(|path| fs::read_to_string(path).unwrap());
+        assert_eq!(written, ["1", "2", "3"]);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
     }
-    let mut builder = Builder::new();
-    builder.prefix(".delta-cal-");
+
     #[cfg(unix)]
-    {
-        use std::fs::Permissions;
+    #[test]
+    fn a_file_that_is_replaced_keeps_its_mode() {
         use std::os::unix::fs::PermissionsExt;
-        // As any new file: what the user's mask leaves of this.
-        builder.permissions(Permissions::from_mode(0o666));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("secret.toml");
+        for mode in [0o600, 0o664] {
+            fs::write(&path, "old").unwrap();
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            write_all(&[(&path, "new")]).unwrap();
+            let metadata = fs::metadata(&path).unwrap();
+            assert_eq!(metadata.permissions().mode() & 0o777, mode);
+            assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+        }
     }
-    // Without the temporary file's name, which means nothing to anyone.
-    let named = |error: io::Error| io::Error::from(error.kind());
-    let mut file = builder.tempfile_in(folder).map_err(named)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    Ok((target, file))
 }

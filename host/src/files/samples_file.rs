@@ -22,9 +22,7 @@ use crate::text::units::degrees;
 use delta_cal::Sample;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
-use many_rows::{RowCollector, unusable};
 use nalgebra::Vector3;
-use std::io;
 use table::{Table, TableRow};
 
 /// Degrees and millimetres that are all below this look like radians and metres…
@@ -116,17 +114,8 @@ impl SamplesFile {
             let position = position_of(row)?;
             Ok::<_, Stop>(Sample { joints, position })
         };
-        let (rows, all) = if input.has_many_rows() {
-            let unusable = |error: io::Error| unusable(input.name(), "written", &error);
-            let mut collector = RowCollector::new();
-            table.each(read, |row| Ok(collector.push(row).map_err(unusable)?))?;
-            collector.finish().map_err(unusable)?
-        } else {
-            (table.rows(read)?, None)
-        };
         Ok(Self {
-            rows,
-            all,
+            rows: table.rows(read)?,
             ..Self::without_rows(table, input)
         })
     }

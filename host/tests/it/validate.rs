@@ -72,7 +72,7 @@ fn a_robot_passes_fails_or_is_undecided_with_its_exit_code() {
     );
     for (limit, code, verdict) in [
         ("0.1mm", 0, "pass"),
-        ("0.0472", 6, "undecided"),
+        ("0.0472mm", 6, "undecided"),
         ("20um", 6, "fail"),
     ] {
         let run = validate(

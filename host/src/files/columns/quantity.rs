@@ -221,6 +221,12 @@ impl Unit {
         Some((unit, kind))
     }
 
+    /// The unit of length that this word names.
+    pub(crate) fn of_length(word: &str) -> Option<Self> {
+        let (unit, kind) = Self::of(word)?;
+        (kind == Kind::Length).then_some(unit)
+    }
+
     /// The unit with which a name ends that is otherwise any: `Pos X [mm]`.
     pub(crate) fn at_end_of(name: &str, quantity: Quantity) -> Option<Self> {
         let words = words(name);

@@ -49,7 +49,11 @@ pub(super) fn fault_at<T>(
     key: &str,
     cause: impl Into<String>,
 ) -> InputError {
-    fault(input, input.line_at(number.span().start), key, cause)
+    let line = input.line_at(number.span().start);
+    input
+        .fault_at(number.span(), cause)
+        .at_key(with_section(input, line, key))
+        .with_remedy(SECTIONS)
 }
 
 /// A key that the robot's drive needs; `section` begins in `line`.

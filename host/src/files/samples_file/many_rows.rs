@@ -3,12 +3,11 @@
 
 use super::row::Row;
 use crate::files::input_error::InputError;
-use crate::geometry::directions::Directions;
 use delta_cal::Sample;
 use nalgebra::Vector3;
 use std::convert::Infallible;
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Files with more rows are kept on disk.
@@ -131,142 +130,6 @@ impl ManyRows {
             None => Ok(()),
             Some(error) => Err(unusable(name, "read", error)),
         }
-    }
-}
-
-/// The rows, or those that were chosen of many and where all are.
-type Collected = (Vec<Row<Sample<f64>>>, Option<ManyRows>);
-
-/// Takes rows in one after the other, in memory as long as they are not too many.
-pub(super) struct RowCollector {
-    rows: Vec<Row<Sample<f64>>>,
-    overflow: Option<Overflow>,
-}
-
-struct Overflow {
-    writer: BufWriter<File>,
-    count: usize,
-    selection: Selection,
-    directions: Directions,
-}
-
-impl RowCollector {
-    pub(super) const fn new() -> Self {
-        Self {
-            rows: Vec::new(),
-            overflow: None,
-        }
-    }
-
-    pub(super) fn push(&mut self, row: Row<Sample<f64>>) -> io::Result<()> {
-        match &mut self.overflow {
-            Some(overflow) => overflow.push(row),
-            None if self.rows.len() < MOST_IN_MEMORY => {
-                self.rows.push(row);
-                Ok(())
-            }
-            None => {
-                let mut overflow = Overflow {
-                    writer: BufWriter::with_capacity(RECORD * PART, tempfile::tempfile()?),
-                    count: 0,
-                    selection: Selection::new(),
-                    directions: Directions::default(),
-                };
-                for row in std::mem::take(&mut self.rows).into_iter().chain([row]) {
-                    overflow.push(row)?;
-                }
-                self.overflow = Some(overflow);
-                Ok(())
-            }
-        }
-    }
-
-    pub(super) fn finish(self) -> io::Result<Collected> {
-        let Some(overflow) = self.overflow else {
-            return Ok((self.rows, None));
-        };
-        let file = overflow.writer.into_inner().map_err(io::Error::from)?;
-        let (rows, chosen) = overflow.selection.chosen.into_iter().unzip();
-        let many = ManyRows {
-            file: Arc::new(Mutex::new(file)),
-            count: overflow.count,
-            moved_by: Vector3::zeros(),
-            chosen: Arc::new(chosen),
-            fault: Arc::default(),
-        };
-        Ok((rows, Some(many)))
-    }
-}
-
-impl Overflow {
-    fn push(&mut self, row: Row<Sample<f64>>) -> io::Result<()> {
-        let [x, y, z] = row.value.position.data.0[0];
-        let [q1, q2, q3] = row.value.joints;
-        self.writer.write_all(&row.line.to_le_bytes())?;
-        for number in [q1, q2, q3, x, y, z] {
-            self.writer.write_all(&number.to_le_bytes())?;
-        }
-        let chosen = Chosen {
-            index: self.count,
-            directions: self.directions.next(&row.value.joints),
-        };
-        self.count += 1;
-        self.selection.push((row, chosen));
-        Ok(())
-    }
-}
-
-/// One row of each stretch of equally many, any with the same chance: rows that come again every so often are not
-/// all left out, nor all taken.
-struct Selection {
-    chosen: Vec<(Row<Sample<f64>>, Chosen)>,
-    /// Rows of a stretch.
-    stretch: u32,
-    /// Rows of the last one, so far.
-    of_last: u32,
-    random: u32,
-}
-
-impl Selection {
-    fn new() -> Self {
-        Self {
-            chosen: Vec::with_capacity(MOST_IN_MEMORY),
-            stretch: 1,
-            of_last: 0,
-            random: 0x9e37_79b9,
-        }
-    }
-
-    fn push(&mut self, row: (Row<Sample<f64>>, Chosen)) {
-        if self.of_last == 0 {
-            if self.chosen.len() == MOST_IN_MEMORY {
-                self.halve();
-            }
-            self.chosen.push(row);
-        } else if self.below(self.of_last + 1) == 0
-            && let Some(last) = self.chosen.last_mut()
-        {
-            *last = row;
-        }
-        self.of_last = (self.of_last + 1) % self.stretch;
-    }
-
-    /// One of each two.
-    fn halve(&mut self) {
-        for pair in 0..self.chosen.len() / 2 {
-            let either = usize::from(self.below(2) == 1);
-            self.chosen[pair] = self.chosen[2 * pair + either];
-        }
-        self.chosen.truncate(MOST_IN_MEMORY / 2);
-        self.stretch *= 2;
-    }
-
-    /// A number below `bound`, all alike: Marsaglia's xorshift (2003).
-    fn below(&mut self, bound: u32) -> u32 {
-        self.random ^= self.random << 13;
-        self.random ^= self.random >> 17;
-        self.random ^= self.random << 5;
-        ((u64::from(self.random) * u64::from(bound)) >> 32) as u32
     }
 }
 

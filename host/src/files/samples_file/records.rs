@@ -62,31 +62,16 @@ impl<'a> Records<'a> {
         &self,
         mut take: impl FnMut(u64, &StringRecord) -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut line = self.header_line + 1;
-        let mut from = self.below;
-        self.input.each_block(|block| {
-            let block = block.get(from..).unwrap_or_default();
-            from = 0;
-            match self.separator {
-                b' ' => {
-                    let lines = block.split_inclusive('\n').map(with_single_spaces);
-                    self.each_of_block(&lines.collect::<String>(), line, &mut take)?;
-                }
-                _ => self.each_of_block(block, line, &mut take)?,
-            }
-            let newlines: u64 = block.bytes().map(|byte| u64::from(byte == b'\n')).sum();
-            line += newlines;
-            Ok(())
-        })
-    }
-
-    /// Every record of whole lines, of which the first has this number.
-    fn each_of_block<E: From<InputError>>(
-        &self,
-        block: &str,
-        first_line: u64,
-        take: &mut impl FnMut(u64, &StringRecord) -> Result<(), E>,
-    ) -> Result<(), E> {
+        let first_line = self.header_line + 1;
+        let below = self.input.text().get(self.below..).unwrap_or_default();
+        let block = match self.separator {
+            b' ' => below
+                .split_inclusive('\n')
+                .map(with_single_spaces)
+                .collect::<String>()
+                .into(),
+            _ => Cow::Borrowed(below),
+        };
         let text = block.as_bytes();
         let mut reader = ReaderBuilder::new()
             .has_headers(false)
@@ -109,7 +94,7 @@ impl<'a> Records<'a> {
                 return Ok(());
             }
             if record.as_slice().contains('\n') {
-                return Err(self.unclosed_quote(block, first_line, start).into());
+                return Err(self.unclosed_quote(&block, first_line, start).into());
             }
             // The reader's own position of a record is that of the comments before it. The record ends
             // where the reader now stands: at the start of the next line or at the end of the text.

@@ -318,8 +318,14 @@ pub(crate) fn assert_fails(robot: &[u8], samples: &[u8], code: i32, expected: &[
     }
     let first = run.stderr.lines().next().unwrap();
     assert!(first.contains(expected[0]), "{first}");
+    // The line of the file, with the place marked, stands between two margins.
+    let excerpt = |line: &&str| {
+        line.trim_start_matches(|c: char| c == ' ' || c.is_ascii_digit())
+            .starts_with('|')
+    };
     let diagnosed = |line: &&str| line.starts_with("diagnosis: ");
-    let (diagnosis, others): (Vec<_>, Vec<_>) = run.stderr.lines().partition(diagnosed);
+    let lines = run.stderr.lines().filter(|line| !excerpt(line));
+    let (diagnosis, others): (Vec<_>, Vec<_>) = lines.partition(diagnosed);
     assert!(diagnosis.len() <= 1, "{}", run.stderr);
     assert_eq!(others.len(), 2, "error and help: {}", run.stderr);
     assert_eq!(run.stdout, "");

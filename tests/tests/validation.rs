@@ -79,7 +79,6 @@ fn campaign(frame: Frame, rows: usize, factor: f64, files: u64) -> Vec<Counts> {
         };
         let request = Request {
             limit: truth,
-            largest_limit: None,
             frame,
         };
         let found = validate(&robot_file(nominal), &samples_file(&robot, frame), request);
@@ -112,7 +111,6 @@ fn a_row_that_is_noise_is_not_called_wrong_nor_the_largest_error() {
         };
         let request = Request {
             limit: 1.0,
-            largest_limit: None,
             frame: Frame::Base,
         };
         let file = samples_file(&robot, Frame::Base);

@@ -8,6 +8,7 @@ use super::failure::Failure;
 use super::outputs::{self, deliver};
 use super::paths::{read, refuse_same};
 use super::progress::Waiting;
+use super::record;
 use crate::accuracy::coverage::Acceptance;
 use crate::files::example;
 use crate::render::json;
@@ -35,9 +36,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         }
         Err(error) => return Err(error.into()),
     };
-    let document = arguments
-        .record
-        .document(&robot, robot_file, samples_file)?;
+    let document = record::document(&robot, robot_file, samples_file)?;
     let samples = match measurements {
         Measurements::Positions(samples) => samples,
         Measurements::Observations(samples) => {

@@ -5,10 +5,10 @@ use super::failure::Failure;
 use super::length::Length;
 use super::outputs::{self, deliver};
 use super::paths::{ColumnsArgument, read, robot_path};
-use super::record::RecordArguments;
+use super::record;
 use crate::render::json;
 use crate::report::document::Source;
-use crate::report::validation::{self, html, table};
+use crate::report::validation as report;
 use crate::validation::{Request, Verdict, check_independent, validate};
 use crate::{
     CalibrateError, InputError, InputText, Measurements, Options, RobotFile, SamplesFile,
@@ -18,33 +18,25 @@ use clap::Args;
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
-The program compares where the robot of ROBOT.toml is said to be with where it was measured, and \
-removes the [noise] that the file states. CHECK.csv holds joint angles and x, y, z as for delta-cal \
-calibrate. The measurements must not be those of the calibration: measure some 20 other poses, spread at random \
-over the region in which the robot works.
+Measure some 20 poses that the calibration did not use, spread at random over the region in which the robot works. \
+CHECK.csv holds joint angles and x, y, z as for delta-cal calibrate. The stated [noise] is removed from the error.
 
-Pass: the upper limit of the 95 % confidence interval of the rms position error is at most the limit. \
-Fail: the lower limit is above it. In between the measurements cannot decide, and the program says \
-how many poses would. docs/validate.md says how, and how often such statements are right.
+Pass: the 95 % confidence interval of the rms position error ends below the limit. Fail: it begins above it. \
+Otherwise undecided, and the report says how many poses would decide.
 
 Examples:
   delta-cal validate calibrated.toml check.csv --limit 0.1mm
-  delta-cal validate calibrated.toml check.csv --limit 50um \\
-      --report certificate.html --operator \"A. Meier\" --measured-on 2026-03-14
+  delta-cal validate calibrated.toml check.csv --limit 50um --report page.html
   delta-cal validate calibrated.toml tracker.csv --limit 0.1mm --frame sensor
-  delta-cal validate calibrated.toml check.csv --limit 0.1mm \\
-      --limit-largest 0.3mm
   delta-cal validate calibrated.toml check.csv --limit 0.1mm --json - | jq .verdict
 
 Exit codes:
   0  passed
-  1  the measurements cannot validate this robot: too few poses, or wrong as
-     a whole (refused)
+  1  refused: too few poses, or measurements that are wrong as a whole
   2  the command line is wrong
   3  an input file is wrong
   4  a file could not be written
-  6  not passed: failed, or the measurements cannot decide; the output files
-     are written
+  6  failed or undecided; the output files are written
 
 With exit codes 1, 2 and 3 no output file is written or changed.";
 
@@ -56,23 +48,18 @@ pub(crate) struct ValidateArguments {
     /// Joint angles and measured positions; - reads standard input
     #[arg(value_name = "CHECK.csv")]
     samples: PathBuf,
-    /// The largest rms position error that passes, as 0.1mm or 50um
+    /// The rms position error that passes, as 0.1mm or 50um
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Length,
-    /// The largest position error of any measured pose that passes as well
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
-    limit_largest: Option<Length>,
     #[command(flatten)]
     columns: ColumnsArgument,
     /// The frame of the measured positions
     #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
     frame: FrameArgument,
-    #[command(flatten)]
-    record: RecordArguments,
-    /// Write the report as JSON to this file, or with - to standard output in place of the table
+    /// Write the report as JSON to this file, or with - to standard output
     #[arg(long, value_name = "REPORT.json")]
     json: Option<PathBuf>,
-    /// Write a certificate to this HTML file, which prints on one page, or with - to standard output
+    /// Write a certificate, one HTML page to print, to this file, or with - to standard output
     #[arg(long, value_name = "CERTIFICATE.html")]
     report: Option<PathBuf>,
 }
@@ -89,29 +76,28 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     let robot = RobotFile::read(&robot_text)?;
     let samples_text = read(&arguments.samples, &arguments.columns)?;
     let sources = (Source::from(&robot_text), Source::from(&samples_text));
-    let document = arguments.record.document(&robot, sources.0, sources.1)?;
+    let document = record::document(&robot, sources.0, sources.1)?;
     check_independent(&robot_text, &samples_text)?;
     let samples = positions(arguments, &robot, &samples_text)?;
     let request = Request {
         limit: arguments.limit.0,
-        largest_limit: arguments.limit_largest.map(|Length(limit)| limit),
         frame: arguments.frame.frame(),
     };
     let found = validate(&robot, &samples, request)?;
-    let json = json::text(&validation::json::report(&found, &document));
+    let json = json::text(&report::report(&found, &document));
     let page = match arguments.report {
-        Some(_) => html::render(&found, &document)?,
+        Some(_) => report::certificate(&found, &document)?,
         None => String::new(),
     };
     deliver(
         &[(json_file, &json), (report_file, &page)],
-        table::render(&found),
+        report::text(&found),
     )?;
     match found.verdict {
         Verdict::Pass => Ok(()),
         Verdict::Fail => Err(Failure::NotPassed("the robot fails its limit".to_owned())),
         Verdict::Undecided => Err(Failure::NotPassed(
-            "the measurements cannot decide whether the robot meets its limit".to_owned(),
+            "the measurements do not decide whether the robot meets its limit".to_owned(),
         )),
     }
 }
@@ -129,8 +115,7 @@ fn positions(
     match read_samples(text, robot, options)? {
         Measurements::Positions(samples) => Ok(samples),
         Measurements::Observations(file) => {
-            let cause = "a validation needs x, y and z in every row and nothing else, because heights, distances \
-                         and single coordinates do not say where the robot is";
+            let cause = "a validation needs x, y and z in every row, and nothing else";
             let gap = file.rows.iter().find(|row| {
                 let own = &row.value;
                 own.position.iter().any(Option::is_none)
@@ -138,8 +123,7 @@ fn positions(
                     || own.distance.is_some()
             });
             let error = InputError::new(&file.name, cause).with_remedy(
-                "measure x, y and z of every pose, or delete the other rows and columns; delta-cal check says what \
-                 heights and distances are worth",
+                "measure x, y and z of every pose, or delete the other rows and columns",
             );
             Err(match gap {
                 Some(row) => error.at_line(row.line),

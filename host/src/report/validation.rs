@@ -1,6 +1,370 @@
-//! A [`Validation`](crate::validation::Validation) for people and for programs.
+//! A [`Validation`] for a terminal, as a certificate that prints on one page, and for programs.
 
-pub mod html;
-pub mod json;
-pub mod table;
-mod words;
+use crate::accuracy::sampled::{MANY, MANY_ON_A_PAGE, shown};
+use crate::fit::options::Frame;
+use crate::render::json;
+use crate::render::page::{self, figure};
+use crate::render::plot::{Axis, Colour, Figure, PlotError, Shape};
+use crate::render::section::{Part, Section};
+use crate::render::table::Table;
+use crate::render::terminal;
+use crate::report::document::Document;
+use crate::text::numbers::{confidence, significant};
+use crate::text::words::count;
+use crate::validation::{Bounded, Validation, Verdict};
+use maud::{Markup, html};
+use serde::Serialize;
+use serde_json::Value;
+
+/// Changes whenever a field of the JSON changes its name or meaning or is removed.
+pub const SCHEMA_VERSION: u32 = 2;
+
+/// For a terminal.
+pub fn text(found: &Validation) -> String {
+    let figures = Section::new("").table(figures(found)).text(measured(found));
+    let verdict = match found.verdict {
+        Verdict::Pass => Part::Good(verdict(found)),
+        Verdict::Undecided | Verdict::Fail => Part::Doubts(verdict(found), Vec::new()),
+    };
+    let mut sections = vec![Section::new("").text(headline(found)), figures];
+    sections.extend(warnings(found).map(|part| Section::new("").part(part)));
+    sections.push(Section::new("").part(verdict));
+    terminal::text(sections)
+}
+
+/// The certificate, one HTML file.
+///
+/// # Errors
+/// A figure that cannot be drawn; none is known.
+pub fn certificate(found: &Validation, document: &Document) -> Result<String, PlotError> {
+    let robot = document.record.name.as_deref();
+    let heading = format!("Validation of {}", robot.unwrap_or(&found.robot.name));
+    let class = match found.verdict {
+        Verdict::Pass => "verdict good",
+        Verdict::Undecided | Verdict::Fail => "verdict doubtful",
+    };
+    let body = html! {
+        article.certificate {
+            h1 { (heading) }
+            p { (headline(found)) "." }
+            div class=(class) {
+                div.value { (title(found.verdict)) }
+                p { (reason(found)) }
+            }
+            (document.page())
+            div.scroll { (figures(found)) }
+            p { (measured(found)) }
+            (deviations(found)?)
+            @if let Some(warnings) = warnings(found) { (warnings) }
+            p.note { (CONTENTS) }
+            div.signature { span { "Date" } span { "Signature" } }
+        }
+    };
+    Ok(page::render(&heading, &body))
+}
+
+/// What the figures contain.
+const CONTENTS: &str = "The rms position error is the root mean square distance between the robot's position and \
+    that of its file, over the measured region. Its interval takes the poses as a random sample of the region \
+    (chi-square distribution with effective degrees of freedom). The interval of the largest error holds at the \
+    measured poses. Systematic errors of the instrument, such as of its scale, and other temperatures, loads and \
+    speeds are not included.";
+
+/// "calibrated.toml against 24 rows of check.csv".
+fn headline(found: &Validation) -> String {
+    let rows = count(found.rows.len(), "row");
+    let frame = match found.request.frame {
+        Frame::Base => "",
+        Frame::Sensor => ", in the sensor's frame: the rigid motion that fits best is removed",
+    };
+    format!(
+        "{} against {rows} of {}{frame}",
+        found.robot.name, found.samples_file
+    )
+}
+
+/// The verdict in one sentence.
+fn verdict(found: &Validation) -> String {
+    format!("{}: {}", title(found.verdict), reason(found))
+}
+
+const fn title(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "Pass",
+        Verdict::Undecided => "Undecided",
+        Verdict::Fail => "Fail",
+    }
+}
+
+/// What the verdict follows from.
+fn reason(found: &Validation) -> String {
+    let (limit, below) = (found.request.limit, found.confidence());
+    match (found.verdict, found.poses_to_decide) {
+        (Verdict::Pass, _) => {
+            let sure = confidence(below);
+            format!("rms position error below the limit of {limit} mm (confidence {sure}).")
+        }
+        (Verdict::Fail, _) => {
+            let sure = confidence(1.0 - below);
+            format!("rms position error above the limit of {limit} mm (confidence {sure}).")
+        }
+        (Verdict::Undecided, Some(poses)) => {
+            let more = count(poses.saturating_sub(found.poses), "more pose");
+            format!("{limit} mm lies within the interval. Measure {more}, {poses} in all.")
+        }
+        (Verdict::Undecided, None) if found.noise.is_none() => format!(
+            "{limit} mm lies within the interval. State the [noise] of the instrument, which is part of the figures."
+        ),
+        (Verdict::Undecided, None) => {
+            format!(
+                "{limit} mm lies within the interval, too close to the error for more poses to decide."
+            )
+        }
+    }
+}
+
+/// The figures with their intervals.
+fn figures(found: &Validation) -> Table {
+    let rms = (
+        "rms over the region",
+        &found.rms,
+        format!("{}", found.request.limit),
+    );
+    Table::of([rms, ("largest at the poses", &found.largest, String::new())])
+        .column("Position error, mm", |(name, ..)| *name)
+        .column("estimate", |(_, figure, _)| {
+            format!("{:.*}", decimals(figure), figure.value)
+        })
+        .column("95 % interval", |(_, figure, _)| interval(figure))
+        .column("limit", |(.., limit)| limit.clone())
+        .table()
+}
+
+/// "0.019 to 0.052", "below 0.052".
+fn interval(figure: &Bounded) -> String {
+    let decimals = decimals(figure);
+    match (figure.lower, figure.upper) {
+        (0.0, None) => "unknown".to_owned(),
+        (lower, None) => format!("above {lower:.decimals$}"),
+        (0.0, Some(upper)) => format!("below {upper:.decimals$}"),
+        (lower, Some(upper)) => format!("{lower:.decimals$} to {upper:.decimals$}"),
+    }
+}
+
+/// As many as show two digits of the interval's half width.
+fn decimals(figure: &Bounded) -> usize {
+    let half = figure
+        .upper
+        .map_or(figure.value, |upper| upper - figure.lower)
+        / 2.0;
+    let digits = (1.0 - half.log10().floor()).clamp(0.0, 9.0);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 9
+    let digits = digits as usize;
+    digits
+}
+
+/// What was measured, where, and which noise was removed.
+fn measured(found: &Validation) -> String {
+    let deviation = &found.deviation;
+    let line = deviation.max_at_line;
+    let line = line.map_or_else(String::new, |line| format!(" (line {line})"));
+    let noise = match found.noise {
+        Some(noise) => format!(
+            "The stated noise of {} mm rms is removed above",
+            significant(noise, 2)
+        ),
+        None => "They include the instrument's noise".to_owned(),
+    };
+    let ranges = found
+        .region
+        .map(|(low, high)| format!("{low:.0} to {high:.0}").replace('-', "−"));
+    let [x, y, z] = ranges;
+    format!(
+        "Deviations as measured: {} mm rms, {} mm at most{line}. {noise}. {} within x {x}, y {y}, z {z} mm.",
+        significant(deviation.rms, 3),
+        significant(deviation.max, 3),
+        count(found.poses, "pose"),
+    )
+}
+
+fn warnings(found: &Validation) -> Option<Part> {
+    let number = count(found.warnings.len(), "warning");
+    (!found.warnings.is_empty()).then(|| Part::Doubts(format!("{number}:"), found.warnings.clone()))
+}
+
+/// Every row's deviation, over its line.
+fn deviations(found: &Validation) -> Result<Markup, PlotError> {
+    #[allow(clippy::cast_precision_loss)] // lines of a file
+    let points: Vec<_> = indices(found, MANY_ON_A_PAGE)
+        .into_iter()
+        .map(|index| (found.rows[index].line as f64, found.rows[index].distance))
+        .collect();
+    let (left, right) = crate::geometry::range::range(points.iter().map(|point| point.0));
+    let margin = 0.03 * (right - left) + 0.5;
+    let (left, right) = (left - margin, right + margin);
+    let limit = found.request.limit;
+    let highest = points.iter().map(|point| point.1).fold(limit, f64::max);
+    let level = |at: f64| Shape::Dashed(vec![(left, at), (right, at)]);
+    let drawn = Figure::new(
+        Axis::linear("line in the samples file", left, right),
+        Axis::linear("deviation, mm", 0.0, 1.1 * highest),
+    )
+    .sized(800, 210)
+    .with("deviation of a row", Colour::Blue, Shape::Points(points))
+    .with("limit of the rms", Colour::Vermilion, level(limit))
+    .with(
+        "rms of the deviations",
+        Colour::Ink,
+        level(found.deviation.rms),
+    );
+    figure(
+        &drawn,
+        "Distance between measured and computed position, with the instrument's noise in it.",
+    )
+}
+
+/// All rows, or of very many those farthest off and others spread evenly.
+fn indices(found: &Validation, most: usize) -> Vec<usize> {
+    let rows = found.rows.len();
+    shown(rows, most, |index| found.rows[index].distance).unwrap_or_else(|| (0..rows).collect())
+}
+
+/// For programs: lengths in millimetres, `null` where a figure is unknown.
+pub fn report(found: &Validation, document: &Document) -> Value {
+    let (row_count, some) = (found.rows.len(), indices(found, MANY));
+    let contents = Contents {
+        robot_file: &found.robot.name,
+        samples_file: &found.samples_file,
+        frame: match found.request.frame {
+            Frame::Base => "base",
+            Frame::Sensor => "sensor",
+        },
+        verdict: found.verdict,
+        passed: found.verdict == Verdict::Pass,
+        text: verdict(found),
+        rms_error: RmsErrorJson {
+            error: ErrorJson::of(&found.rms),
+            degrees_of_freedom: found.error.degrees_of_freedom(),
+            limit_mm: found.request.limit,
+            confidence_below_limit: found.confidence(),
+            poses_to_decide: found.poses_to_decide,
+        },
+        largest_error: ErrorJson::of(&found.largest),
+        deviation_mm: DeviationJson {
+            rms: found.deviation.rms,
+            max: found.deviation.max,
+            max_at_line: found.deviation.max_at_line,
+        },
+        noise_mm: found.noise,
+        row_count,
+        pose_count: found.poses,
+        region_mm: found.region,
+        sensor_frame: found.sensor_frame.as_ref().map(|frame| FrameJson {
+            rotation: frame.rotation.transpose().data.0,
+            translation_mm: frame.translation.data.0[0],
+        }),
+        sampled: (some.len() < row_count).then(|| SampledJson {
+            shown: some.len(),
+            of: row_count,
+        }),
+        rows: some
+            .into_iter()
+            .map(|index| RowJson {
+                line: found.rows[index].line,
+                deviation_mm: found.rows[index].distance,
+            })
+            .collect(),
+        warnings: &found.warnings,
+        document: document.json(),
+    };
+    json::report(
+        SCHEMA_VERSION,
+        serde_json::to_value(contents).unwrap_or_default(),
+    )
+}
+
+#[derive(Serialize)]
+struct Contents<'a> {
+    robot_file: &'a str,
+    samples_file: &'a str,
+    frame: &'static str,
+    verdict: Verdict,
+    passed: bool,
+    /// The verdict in one sentence.
+    text: String,
+    /// Over the measured region, without the noise.
+    rms_error: RmsErrorJson,
+    /// At the measured poses, without the noise.
+    largest_error: ErrorJson,
+    /// As measured, with the noise.
+    deviation_mm: DeviationJson,
+    /// rms of the noise that was removed.
+    noise_mm: Option<f64>,
+    row_count: usize,
+    /// Different joint angles.
+    pose_count: usize,
+    /// From and to, of x, y and z in the robot's frame.
+    region_mm: [(f64, f64); 3],
+    /// `null` with `--frame base`.
+    sensor_frame: Option<FrameJson>,
+    /// Of more than 10,000 rows, how many `rows` holds.
+    sampled: Option<SampledJson>,
+    rows: Vec<RowJson>,
+    warnings: &'a [String],
+    document: Value,
+}
+
+#[derive(Serialize)]
+struct ErrorJson {
+    estimate_mm: f64,
+    /// With 95 % confidence, from and to.
+    interval_mm: (f64, Option<f64>),
+}
+
+impl ErrorJson {
+    const fn of(figure: &Bounded) -> Self {
+        Self {
+            estimate_mm: figure.value,
+            interval_mm: (figure.lower, figure.upper),
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct RmsErrorJson {
+    #[serde(flatten)]
+    error: ErrorJson,
+    /// Effective ones, of the interval.
+    degrees_of_freedom: f64,
+    limit_mm: f64,
+    confidence_below_limit: f64,
+    /// In all, if the verdict is undecided and some number would decide it.
+    poses_to_decide: Option<usize>,
+}
+
+#[derive(Serialize)]
+struct DeviationJson {
+    rms: f64,
+    max: f64,
+    max_at_line: Option<u64>,
+}
+
+/// `X_sensor` = rotation · `X_robot` + translation.
+#[derive(Serialize)]
+struct FrameJson {
+    rotation: [[f64; 3]; 3],
+    translation_mm: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct SampledJson {
+    shown: usize,
+    of: usize,
+}
+
+#[derive(Serialize)]
+struct RowJson {
+    line: u64,
+    /// Between measured and computed position, with the noise.
+    deviation_mm: f64,
+}

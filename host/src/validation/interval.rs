@@ -1,10 +1,12 @@
-//! The rms position error with its confidence interval.
+//! The rms and the largest position error with their confidence intervals, and what these say of a limit.
 
+use super::deviations::RowDeviation;
 use crate::accuracy::chi_square::quantile;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 /// Probability on either side of an interval: together 5 %.
-pub(super) const TAIL: f64 = 0.025;
+const TAIL: f64 = 0.025;
 /// What is known of the variation beforehand: the variance of a squared deviation over the square of its mean, and
 /// for how many poses that counts beside the measured ones. The variance of a few poses alone is too often too
 /// small, and the interval too short. Found by the simulation in docs/validate.md.
@@ -134,6 +136,96 @@ impl RmsError {
     fn without_noise(&self, mean_square: f64) -> f64 {
         (mean_square - self.noise).max(0.0).sqrt()
     }
+}
+
+/// The largest position error at the measured poses, of which there is at least one.
+///
+/// A deviation d is the error e plus noise n, whose standard deviation along any direction is at most s.
+/// Along e the deviation is at least |e| + n·e/|e|, so that |e| is below d + 1.96 s in 97.5 % of all cases; the row
+/// of the largest error is one row, whichever it is. And |e| is above d − |n|, for all rows at once with 97.5 %.
+pub(super) fn largest(rows: &[RowDeviation]) -> Option<Bounded> {
+    let number = rows.iter().fold(0.0, |count, _| count + 1.0);
+    let worst = rows
+        .iter()
+        .max_by(|a, b| a.length().total_cmp(&b.length()))?;
+    let known: Option<Vec<_>> = rows.iter().map(|row| Some((row, row.noise?))).collect();
+    let Some(known) = known else {
+        return Some(Bounded {
+            value: worst.length(),
+            lower: 0.0,
+            upper: None,
+        });
+    };
+    let along = Normal::standard().inverse_cdf(1.0 - TAIL);
+    let anywhere = ChiSquared::new(3.0)
+        .ok()?
+        .inverse_cdf(1.0 - TAIL / number)
+        .sqrt();
+    let over = |of: &dyn Fn(f64, f64) -> f64| {
+        let values = known
+            .iter()
+            .map(|(row, noise)| of(row.length(), noise.largest));
+        values.fold(0.0, f64::max)
+    };
+    // Not of the largest deviation: near a singularity that may be noise alone.
+    let value = known
+        .iter()
+        .map(|(row, noise)| row.deviation.norm_squared() - noise.mean_square)
+        .fold(0.0, f64::max);
+    Some(Bounded {
+        value: value.sqrt(),
+        lower: over(&|length, sigma| length - anywhere * sigma),
+        upper: Some(over(&|length, sigma| length + along * sigma)),
+    })
+}
+
+/// More poses than this nobody measures to decide a limit.
+const MANY: f64 = 10_000.0;
+
+/// Whether the robot meets a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// The upper confidence limit is not above the limit.
+    Pass,
+    /// The limit lies within the confidence interval.
+    Undecided,
+    /// The lower confidence limit is above the limit.
+    Fail,
+}
+
+impl Verdict {
+    pub(super) fn of(figure: &Bounded, limit: f64) -> Self {
+        if figure.upper.is_some_and(|upper| upper <= limit) {
+            Self::Pass
+        } else if figure.lower > limit {
+            Self::Fail
+        } else {
+            Self::Undecided
+        }
+    }
+}
+
+/// How many poses would decide an rms error that is undecided, if they scatter as those measured; `None` if too
+/// many, or if none would.
+pub(super) fn poses_to_decide(error: &RmsError, measured: usize, limit: f64) -> Option<usize> {
+    #[allow(clippy::cast_precision_loss)] // poses
+    let decided = |poses: f64| Verdict::of(&error.bounded_by(poses), limit) != Verdict::Undecided;
+    #[allow(clippy::cast_precision_loss)] // poses
+    let (mut too_few, mut enough) = (measured as f64, MANY);
+    if too_few >= enough || !decided(enough) {
+        return None;
+    }
+    while enough - too_few > 1.0 {
+        let middle = f64::midpoint(too_few, enough).floor();
+        if decided(middle) {
+            enough = middle;
+        } else {
+            too_few = middle;
+        }
+    }
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 10,000
+    Some(enough as usize)
 }
 
 #[cfg(test)]

@@ -1,9 +1,7 @@
 //! From a robot file and independent measurements to a verdict.
 
 use super::deviations::{RowDeviation, deviations};
-use super::interval::{Bounded, FRAME, RmsError};
-use super::largest::largest;
-use super::verdict::{Verdict, poses_to_decide};
+use super::interval::{Bounded, FRAME, RmsError, Verdict, largest, poses_to_decide};
 use crate::accuracy::position_error::PositionError;
 use crate::calibration::case;
 use crate::calibration::diagnosis::diagnose;
@@ -33,8 +31,6 @@ const IMPROBABLE: f64 = 0.00135;
 pub struct Request {
     /// Of the rms position error, mm.
     pub limit: f64,
-    /// Of the largest position error at the measured poses, mm.
-    pub largest_limit: Option<f64>,
     /// In which frame the positions were measured.
     pub frame: Frame,
 }
@@ -77,12 +73,8 @@ pub struct Validation {
     pub region: [(f64, f64); 3],
     /// From the robot's frame to the sensor's, if that was looked for.
     pub sensor_frame: Option<RigidTransform<f64>>,
-    /// What follows of both limits.
+    /// What follows of the limit.
     pub verdict: Verdict,
-    /// Of the limit of the rms alone.
-    pub rms_verdict: Verdict,
-    /// Of the limit of the largest, if there is one.
-    pub largest_verdict: Option<Verdict>,
     /// How many poses would decide the rms, if it is undecided and some would.
     pub poses_to_decide: Option<usize>,
     /// Anything doubtful, in plain words.
@@ -105,7 +97,7 @@ pub fn check_independent(robot: &InputText, samples: &InputText) -> Result<(), I
         return Ok(());
     }
     let cause = format!(
-        "{} was calibrated from these very measurements, so they fit it better than others would",
+        "{} was calibrated from these very measurements",
         robot.name()
     );
     Err(InputError::new(samples.name(), cause)
@@ -169,11 +161,8 @@ pub fn validate(
         upper: None,
     });
     let rms = error.bounded();
-    let rms_verdict = Verdict::of(&rms, request.limit);
-    let largest_verdict = request
-        .largest_limit
-        .map(|limit| Verdict::of(&largest, limit));
-    let more = (rms_verdict == Verdict::Undecided)
+    let verdict = Verdict::of(&rms, request.limit);
+    let more = (verdict == Verdict::Undecided)
         .then(|| poses_to_decide(&error, poses, request.limit))
         .flatten();
     Ok(Validation {
@@ -189,9 +178,7 @@ pub fn validate(
         region: region(&rows),
         rows: rows.iter().map(shown).collect(),
         sensor_frame: frame,
-        verdict: rms_verdict.max(largest_verdict.unwrap_or(Verdict::Pass)),
-        rms_verdict,
-        largest_verdict,
+        verdict,
         poses_to_decide: more,
         warnings,
     })
@@ -262,13 +249,11 @@ fn check_poses(
         return Ok(());
     }
     let cause = format!(
-        "{}: {} {} too few to say how the error varies over the workspace: at least {least} are needed",
+        "{}: {}, and at least {least} are needed",
         samples.name,
         count(poses, "different pose"),
-        if poses == 1 { "is" } else { "are" },
     );
-    let remedy =
-        "measure more poses, spread over the region in which the robot works; 20 is a good number";
+    let remedy = "measure some 20 poses, spread over the region in which the robot works";
     Err(CalibrateError::new(
         Refused::new(cause, remedy),
         diagnose(robot, samples, options),
@@ -291,15 +276,14 @@ fn elsewhere(
     deviation: &PositionError,
 ) -> CalibrateError {
     let cause = format!(
-        "{}: half of the measured points are more than {:.0} mm from where the robot of {} is",
+        "{}: half of the measured positions are more than {:.0} mm from those of {}",
         samples.name, deviation.median, robot.name
     );
     let remedy = match options.frame {
         Frame::Base => {
-            "check the units and the order of the columns, or give --frame sensor if the positions are in the \
-             frame of a sensor"
+            "check units and columns, or give --frame sensor if the positions are in the frame of a sensor"
         }
-        Frame::Sensor => "check the units and the order of the columns",
+        Frame::Sensor => "check units and columns",
     };
     CalibrateError::new(
         Refused::new(cause, remedy),
@@ -317,8 +301,7 @@ fn overstated(rows: &[RowDeviation], frame: Frame) -> Option<String> {
     let chi_square = ChiSquared::new(freedom).ok()?;
     (chi_square.cdf(squares) < IMPROBABLE).then(|| {
         format!(
-            "the deviations are only {:.2} times what the stated [noise] alone would make them, so that it is \
-             stated too large: it was not removed from the figures",
+            "deviations are only {:.2} × the stated [noise], so that it is stated too large; it was not removed",
             (squares / freedom).sqrt()
         )
     })
@@ -334,15 +317,13 @@ fn warnings(
     let mut warnings = Vec::new();
     if robot.noise.is_none() {
         warnings.push(
-            "no [noise] is stated, so that the instrument's noise is part of every figure: a robot may then pass, \
-             but not fail"
+            "no [noise] stated: the instrument's noise is part of every figure, so that a robot can pass but not fail"
                 .to_owned(),
         );
     }
     if robot.sensor_frame.is_some() && frame == Frame::Base {
         warnings.push(
-            "the robot file's [sensor_frame] was not used: without --frame sensor the positions are taken to be \
-             in the robot's frame"
+            "[sensor_frame] of the robot file was not used; if the positions are in that frame, give --frame sensor"
                 .to_owned(),
         );
     }
@@ -353,7 +334,7 @@ fn warnings(
     }
     if poses < samples.rows.len() {
         warnings.push(format!(
-            "{} at {}: the rows of one pose count as one, because they share the robot's error",
+            "{} at {}: rows of one pose share the robot's error and count as one",
             count(samples.rows.len(), "row"),
             count(poses, "different pose")
         ));

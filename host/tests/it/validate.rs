@@ -92,10 +92,13 @@ fn a_robot_passes_fails_or_is_undecided_with_its_exit_code() {
     }
     let run = validate(&folder, "--limit 0.05mm");
     assert_eq!(run.code, 6);
-    assert!(run.stdout.contains("in addition"), "{}", run.stdout);
-    let run = validate(&folder, "--limit 0.1mm --limit-largest 10um");
-    assert_eq!(run.code, 6);
-    assert!(run.stdout.contains("Fail"), "{}", run.stdout);
+    assert!(run.stdout.contains("Measure "), "{}", run.stdout);
+    // The interval in digits of its width.
+    assert!(
+        run.stdout.contains("0.0469  0.0402 to 0.0556"),
+        "{}",
+        run.stdout
+    );
 }
 
 /// As many poses as the report asks for, which scatter as the others, decide it.
@@ -125,7 +128,7 @@ fn without_a_noise_a_robot_can_pass_and_not_fail() {
     assert_eq!(passed["noise_mm"], Value::Null);
     let run = validate(&folder, "--limit 0.01mm");
     assert_eq!(run.code, 6);
-    assert!(run.stdout.contains("state the [noise]"), "{}", run.stdout);
+    assert!(run.stdout.contains("State the [noise]"), "{}", run.stdout);
 }
 
 /// A noise that is stated ten times too large would hide the error: it is not removed.
@@ -142,6 +145,9 @@ fn a_noise_stated_too_large_is_not_removed() {
     near(&report["rms_error"]["estimate_mm"], 0.05, 1e-9);
     let warning = report["warnings"][0].as_str().unwrap();
     assert!(warning.contains("stated too large"), "{warning}");
+    // Without a noise nothing bounds the interval from below.
+    let run = validate(&folder, "--limit 0.02mm");
+    assert!(run.stdout.contains(" below 0.0"), "{}", run.stdout);
 }
 
 /// In the sensor's frame a rigid motion counts for nothing, and six coordinates are used up by it.
@@ -235,7 +241,7 @@ fn what_cannot_be_validated_is_refused_with_place_cause_and_remedy() {
         NOMINAL,
         &csv(&metres),
         1,
-        &["half of the measured points", "metres"],
+        &["half of the measured positions", "metres"],
     );
     // Joint angles at which these short forearms do not meet.
     let short = NOMINAL.replace("480", "300");

@@ -4,7 +4,6 @@ use crate::Options;
 use crate::cli::choices::{FrameArgument, LossArgument, MethodArgument, SolverArgument};
 use crate::cli::length::Length;
 use crate::cli::paths::{ColumnsArgument, robot_path};
-use crate::cli::record::RecordArguments;
 use crate::cli::streaming::StreamingArguments;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -132,8 +131,6 @@ pub(crate) struct CalibrateArguments {
     /// as 0.1mm or 50um; otherwise the exit code is 6
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Option<Length>,
-    #[command(flatten)]
-    pub(crate) record: RecordArguments,
     /// Write the calibrated robot to this file, replacing a file that exists, or with - to standard
     /// output in place of the table
     #[arg(long, value_name = "CALIBRATED.toml")]

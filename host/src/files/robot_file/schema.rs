@@ -1,23 +1,60 @@
-//! The keys of a robot file, each with its place in the text.
+//! The keys of a robot file. What they hold in common stands here; what a robot with motors and one with towers have of
+//! their own, in two sets of sections behind the trait [`Kind`].
 
-use delta_cal::Parameter;
-use delta_cal::robot::Drive;
-use serde::de::{Error as _, SeqAccess, Visitor};
+use crate::text::joint;
+use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::robot::{
+    Arm, Drive, GeometryError, SymmetricLinearRobot, Transmission, TransmissionTolerance,
+};
+use delta_cal::{Parameter, Robot, SymmetricRobot, Tolerance};
+use serde::de::{DeserializeOwned, Error, IgnoredAny, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::fmt;
 use toml::Spanned;
 
-pub(super) type Number = Spanned<f64>;
+/// What tells the kind of a robot before anything else is read.
+#[derive(Deserialize)]
+pub(super) struct Tag {
+    nominal: Option<NominalTag>,
+    arm: Option<Vec<toml::Table>>,
+}
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RobotToml {
-    pub(super) nominal: Option<Spanned<NominalToml>>,
-    pub(super) arm: Option<Vec<Spanned<ArmToml>>>,
-    pub(super) joints: Spanned<JointsToml>,
-    pub(super) tolerance: Option<Spanned<ToleranceToml>>,
-    pub(super) noise: Option<Spanned<NoiseToml>>,
+struct NominalTag {
+    kind: Option<KindToml>,
+}
+
+#[derive(Deserialize, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+enum KindToml {
+    Rotary,
+    Linear,
+}
+
+impl Tag {
+    /// `kind` in `[nominal]`; of arms, whether the first has the scale of a carriage.
+    pub(super) fn drive(&self) -> Drive {
+        let stated = self.nominal.as_ref().and_then(|nominal| nominal.kind);
+        let arms = self.arm.as_deref().unwrap_or_default();
+        let scaled = |arm: &toml::Table| arm.contains_key(arm_key(Parameter::Scale));
+        match stated {
+            Some(KindToml::Linear) => Drive::Linear,
+            None if arms.first().is_some_and(scaled) => Drive::Linear,
+            Some(KindToml::Rotary) | None => Drive::Rotary,
+        }
+    }
+}
+
+/// A robot file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound = "")]
+pub(super) struct RobotToml<K: Kind> {
+    pub(super) nominal: Option<Spanned<K::Nominal>>,
+    pub(super) arm: Option<Vec<Spanned<K::Arm>>>,
+    pub(super) joints: Spanned<K::Joints>,
+    pub(super) tolerance: Option<Spanned<K::Tolerance>>,
+    pub(super) noise: Option<Spanned<K::Noise>>,
     pub(super) sensor_frame: Option<Spanned<SensorFrameToml>>,
     #[serde(default)]
     pub(super) planes: BTreeMap<String, Spanned<PlaneToml>>,
@@ -30,56 +67,92 @@ pub(super) struct RobotToml {
     pub(super) measurement: MeasurementToml,
 }
 
-/// Text; a number or a date without quotation marks is read as well.
-pub(super) type Words = Option<Spanned<toml::Value>>;
+/// The sections in which robots with motors and robots with towers differ. Results are in mm and radians.
+pub(super) trait Kind {
+    type Nominal: DeserializeOwned;
+    type Arm: DeserializeOwned;
+    type Joints: DeserializeOwned;
+    type Tolerance: DeserializeOwned;
+    type Noise: DeserializeOwned;
 
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RobotRecordToml {
-    pub(super) name: Words,
-    pub(super) serial: Words,
+    fn robot(nominal: &Self::Nominal) -> Result<Robot<f64>, GeometryError>;
+    fn arm(arm: &Self::Arm) -> Result<Arm<f64>, GeometryError>;
+    /// With the largest angle of a forearm out of its arm's plane.
+    fn joints(joints: &Self::Joints) -> Result<(JointLimits<f64>, Option<f64>), String>;
+    fn tolerance(tolerance: &Self::Tolerance) -> Result<Tolerances, String>;
+    fn noise(noise: &Self::Noise) -> NoiseToml;
 }
 
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MeasurementToml {
-    pub(super) operator: Words,
-    pub(super) instrument: Words,
-    pub(super) date: Words,
+/// What `[tolerance]` says of the geometry, and of transmissions that are to be found.
+pub(super) type Tolerances = (Tolerance<f64>, Option<TransmissionTolerance<f64>>);
+
+/// What `[noise]` says, the joints' in radians or mm.
+pub(super) struct NoiseToml {
+    pub(super) position: Option<[f64; 3]>,
+    pub(super) height: Option<f64>,
+    pub(super) distance: Option<f64>,
+    pub(super) joint: f64,
 }
 
-/// Of either kind; what a kind needs is looked for when it is known.
+/// Motors turn the arms.
+pub(super) struct Rotary;
+/// Carriages run along towers.
+pub(super) struct Linear;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct NominalToml {
-    pub(super) kind: Option<Spanned<String>>,
-    pub(super) base_radius_mm: Option<Number>,
-    pub(super) platform_radius_mm: Option<Number>,
-    pub(super) upper_arm_mm: Option<Number>,
-    pub(super) tower_radius_mm: Option<Number>,
-    pub(super) tower_deg: Option<Spanned<[f64; 3]>>,
-    pub(super) forearm_mm: Option<Number>,
+pub(super) struct RotaryNominal {
+    #[serde(rename = "kind")]
+    _kind: Option<IgnoredAny>,
+    base_radius_mm: Number,
+    platform_radius_mm: Number,
+    upper_arm_mm: Positive,
+    forearm_mm: Positive,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ArmToml {
-    dx_mm: Option<Number>,
-    dy_mm: Option<Number>,
-    dz_mm: Option<Number>,
-    theta_deg: Option<Number>,
-    alpha_deg: Option<Number>,
-    la_x_mm: Option<Number>,
-    la_y_mm: Option<Number>,
-    lean_x_deg: Option<Number>,
-    lean_y_deg: Option<Number>,
-    scale: Option<Number>,
-    lb_mm: Option<Number>,
-    transmission_gain: Option<Number>,
-    transmission_cos_deg: Option<Number>,
-    transmission_sin_deg: Option<Number>,
-    transmission_cos2_deg: Option<Number>,
-    transmission_sin2_deg: Option<Number>,
+pub(super) struct LinearNominal {
+    #[serde(rename = "kind")]
+    _kind: IgnoredAny,
+    tower_radius_mm: Positive,
+    tower_deg: Option<[Number; 3]>,
+    forearm_mm: Positive,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RotaryArm {
+    dx_mm: Number,
+    dy_mm: Number,
+    dz_mm: Number,
+    theta_deg: Number,
+    alpha_deg: Number,
+    la_x_mm: Number,
+    la_y_mm: Number,
+    lb_mm: Number,
+    #[serde(default)]
+    transmission_gain: Number,
+    #[serde(default)]
+    transmission_cos_deg: Number,
+    #[serde(default)]
+    transmission_sin_deg: Number,
+    #[serde(default)]
+    transmission_cos2_deg: Number,
+    #[serde(default)]
+    transmission_sin2_deg: Number,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LinearArm {
+    dx_mm: Number,
+    dy_mm: Number,
+    dz_mm: Number,
+    lean_x_deg: Number,
+    lean_y_deg: Number,
+    scale: Number,
+    lb_mm: Number,
 }
 
 /// The keys of a transmission's numbers in an arm's section.
@@ -108,85 +181,212 @@ pub(super) const fn arm_key(parameter: Parameter) -> &'static str {
     }
 }
 
-impl ArmToml {
-    pub(super) const fn number(&self, parameter: Parameter) -> Option<&Number> {
-        match parameter {
-            Parameter::Dx => self.dx_mm.as_ref(),
-            Parameter::Dy => self.dy_mm.as_ref(),
-            Parameter::Dz | Parameter::Zero => self.dz_mm.as_ref(),
-            Parameter::Theta => self.theta_deg.as_ref(),
-            Parameter::Alpha => self.alpha_deg.as_ref(),
-            Parameter::LaX => self.la_x_mm.as_ref(),
-            Parameter::LaY => self.la_y_mm.as_ref(),
-            Parameter::Lb => self.lb_mm.as_ref(),
-            Parameter::LeanX => self.lean_x_deg.as_ref(),
-            Parameter::LeanY => self.lean_y_deg.as_ref(),
-            Parameter::Scale => self.scale.as_ref(),
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RotaryJoints {
+    min_deg: Number,
+    max_deg: Number,
+    forearm_max_deg: Option<Positive>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LinearJoints {
+    min_mm: Number,
+    max_mm: Number,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RotaryTolerance {
+    length_mm: Positive,
+    angle_deg: Positive,
+    transmission_deg: Option<Positive>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LinearTolerance {
+    length_mm: Positive,
+    angle_deg: Positive,
+    scale: Positive,
+    zero_mm: Option<Positive>,
+    radius_mm: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RotaryNoise {
+    position_mm: Option<ByAxis>,
+    height_mm: Option<Positive>,
+    distance_mm: Option<Positive>,
+    joint_deg: Number,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LinearNoise {
+    position_mm: Option<ByAxis>,
+    height_mm: Option<Positive>,
+    distance_mm: Option<Positive>,
+    joint_mm: Number,
+}
+
+impl Kind for Rotary {
+    type Nominal = RotaryNominal;
+    type Arm = RotaryArm;
+    type Joints = RotaryJoints;
+    type Tolerance = RotaryTolerance;
+    type Noise = RotaryNoise;
+
+    fn robot(nominal: &RotaryNominal) -> Result<Robot<f64>, GeometryError> {
+        SymmetricRobot {
+            base_radius: nominal.base_radius_mm.0,
+            platform_radius: nominal.platform_radius_mm.0,
+            upper_arm: nominal.upper_arm_mm.0,
+            forearm: nominal.forearm_mm.0,
+        }
+        .robot()
+    }
+
+    fn arm(arm: &RotaryArm) -> Result<Arm<f64>, GeometryError> {
+        let transmission = Transmission::new([
+            arm.transmission_gain.0,
+            arm.transmission_cos_deg.radians(),
+            arm.transmission_sin_deg.radians(),
+            arm.transmission_cos2_deg.radians(),
+            arm.transmission_sin2_deg.radians(),
+        ])?;
+        Arm::new([
+            arm.dx_mm.0,
+            arm.dy_mm.0,
+            arm.dz_mm.0,
+            arm.theta_deg.radians(),
+            arm.alpha_deg.radians(),
+            arm.la_x_mm.0,
+            arm.la_y_mm.0,
+            arm.lb_mm.0,
+        ])?
+        .with_transmission(transmission)
+    }
+
+    fn joints(joints: &RotaryJoints) -> Result<(JointLimits<f64>, Option<f64>), String> {
+        let (low, high) = (joints.min_deg, joints.max_deg);
+        let limits = JointLimits::new(low.radians(), high.radians());
+        let limits = limits.map_err(|error| limits_fault(Drive::Rotary, low, high, error))?;
+        match joints.forearm_max_deg {
+            Some(Number(degrees)) if degrees > 90.0 => {
+                Err(format!("forearm_max_deg = {degrees} is above 90 degrees"))
+            }
+            forearm => Ok((limits, forearm.map(Number::radians))),
         }
     }
 
-    /// The numbers of its transmission that are stated, in the order of their keys.
-    pub(super) const fn transmission(&self) -> [Option<&Number>; 5] {
-        [
-            self.transmission_gain.as_ref(),
-            self.transmission_cos_deg.as_ref(),
-            self.transmission_sin_deg.as_ref(),
-            self.transmission_cos2_deg.as_ref(),
-            self.transmission_sin2_deg.as_ref(),
-        ]
-    }
-
-    /// Whether it has a key that an arm with this drive has not.
-    pub(super) fn foreign_to(&self, drive: Drive) -> Option<(Parameter, &Number)> {
-        let other = match drive {
-            Drive::Rotary => Drive::Linear,
-            Drive::Linear => Drive::Rotary,
+    fn tolerance(tolerance: &RotaryTolerance) -> Result<Tolerances, String> {
+        let geometry = Tolerance::new(tolerance.length_mm.0, tolerance.angle_deg.radians());
+        let geometry = geometry.map_err(|error| error.to_string())?;
+        let Some(degrees) = tolerance.transmission_deg else {
+            return Ok((geometry, None));
         };
-        let own = drive.parameters();
-        let foreign =
-            |parameter: &&Parameter| !own.iter().any(|own| arm_key(*own) == arm_key(**parameter));
-        let mut others = other.parameters().iter().filter(foreign);
-        others.find_map(|parameter| Some((*parameter, self.number(*parameter)?)))
+        match TransmissionTolerance::new(degrees.radians()) {
+            Ok(transmission) => Ok((geometry, Some(transmission))),
+            Err(_) => Err(format!(
+                "transmission_deg = {} is not below 5.7 degrees",
+                degrees.0
+            )),
+        }
+    }
+
+    fn noise(noise: &RotaryNoise) -> NoiseToml {
+        NoiseToml {
+            position: noise.position_mm.as_ref().map(ByAxis::values),
+            height: noise.height_mm.map(|height| height.0),
+            distance: noise.distance_mm.map(|distance| distance.0),
+            joint: noise.joint_deg.radians(),
+        }
     }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct JointsToml {
-    pub(super) min_deg: Option<Number>,
-    pub(super) max_deg: Option<Number>,
-    pub(super) min_mm: Option<Number>,
-    pub(super) max_mm: Option<Number>,
-    pub(super) forearm_max_deg: Option<Number>,
+impl Kind for Linear {
+    type Nominal = LinearNominal;
+    type Arm = LinearArm;
+    type Joints = LinearJoints;
+    type Tolerance = LinearTolerance;
+    type Noise = LinearNoise;
+
+    fn robot(nominal: &LinearNominal) -> Result<Robot<f64>, GeometryError> {
+        let geometry = SymmetricLinearRobot {
+            tower_radius: nominal.tower_radius_mm.0,
+            forearm: nominal.forearm_mm.0,
+        };
+        match nominal.tower_deg {
+            None => geometry.robot(),
+            Some(azimuths) if azimuths.iter().any(|azimuth| azimuth.0.abs() > 720.0) => {
+                Err(GeometryError::AzimuthTooLarge)
+            }
+            Some(azimuths) => geometry.robot_at(azimuths.map(Number::radians)),
+        }
+    }
+
+    fn arm(arm: &LinearArm) -> Result<Arm<f64>, GeometryError> {
+        Arm::linear([
+            arm.dx_mm.0,
+            arm.dy_mm.0,
+            arm.dz_mm.0,
+            arm.lean_x_deg.radians(),
+            arm.lean_y_deg.radians(),
+            arm.scale.0,
+            arm.lb_mm.0,
+        ])
+    }
+
+    fn joints(joints: &LinearJoints) -> Result<(JointLimits<f64>, Option<f64>), String> {
+        let (low, high) = (joints.min_mm, joints.max_mm);
+        let limits = JointLimits::travel(low.0, high.0);
+        let limits = limits.map_err(|error| limits_fault(Drive::Linear, low, high, error))?;
+        Ok((limits, None))
+    }
+
+    fn tolerance(tolerance: &LinearTolerance) -> Result<Tolerances, String> {
+        let zero = tolerance.zero_mm.unwrap_or(tolerance.length_mm).0;
+        let radius = tolerance.radius_mm.unwrap_or_default().0;
+        let geometry = Tolerance::new(tolerance.length_mm.0, tolerance.angle_deg.radians())
+            .and_then(|own| {
+                own.with_linear(zero, tolerance.scale.0)?
+                    .with_radius(radius)
+            })
+            .map_err(|error| error.to_string())?;
+        Ok((geometry, None))
+    }
+
+    fn noise(noise: &LinearNoise) -> NoiseToml {
+        NoiseToml {
+            position: noise.position_mm.as_ref().map(ByAxis::values),
+            height: noise.height_mm.map(|height| height.0),
+            distance: noise.distance_mm.map(|distance| distance.0),
+            joint: noise.joint_mm.0,
+        }
+    }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ToleranceToml {
-    pub(super) length_mm: Number,
-    pub(super) angle_deg: Number,
-    pub(super) zero_mm: Option<Number>,
-    pub(super) radius_mm: Option<Number>,
-    pub(super) scale: Option<Number>,
-    pub(super) transmission_deg: Option<Number>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct NoiseToml {
-    pub(super) position_mm: Option<Spanned<ByAxis>>,
-    pub(super) height_mm: Option<Number>,
-    pub(super) distance_mm: Option<Number>,
-    pub(super) joint_deg: Option<Number>,
-    pub(super) joint_mm: Option<Number>,
+fn limits_fault(drive: Drive, low: Number, high: Number, error: JointLimitsError) -> String {
+    match error {
+        JointLimitsError::Empty => format!(
+            "the largest {}, {}, is not above the smallest, {}",
+            joint::name(drive),
+            high.0,
+            low.0
+        ),
+        error => error.to_string(),
+    }
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PlaneToml {
     pub(super) z_mm: Number,
-    pub(super) sigma_mm: Number,
-    pub(super) tilt_deg: Option<Number>,
+    pub(super) sigma_mm: Positive,
+    pub(super) tilt_deg: Option<Positive>,
 }
 
 #[derive(Deserialize)]
@@ -195,8 +395,14 @@ pub(super) struct PointToml {
     pub(super) x_mm: Option<Number>,
     pub(super) y_mm: Option<Number>,
     pub(super) z_mm: Option<Number>,
-    pub(super) sigma_mm: Option<Number>,
-    pub(super) offset: Option<Spanned<String>>,
+    pub(super) sigma_mm: Option<Positive>,
+    pub(super) offset: Option<OffsetToml>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum OffsetToml {
+    Unknown,
 }
 
 #[derive(Deserialize)]
@@ -208,46 +414,119 @@ pub(super) struct TargetToml {
     pub(super) z_mm: Number,
 }
 
-/// One number, or one for each axis.
-pub(super) struct ByAxis(pub(super) [f64; 3]);
-
-impl<'de> Deserialize<'de> for ByAxis {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(ByAxisVisitor).map(Self)
-    }
-}
-
-struct ByAxisVisitor;
-
-impl<'de> Visitor<'de> for ByAxisVisitor {
-    type Value = [f64; 3];
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a number, or three numbers in brackets: those of x, y and z")
-    }
-
-    fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<[f64; 3], E> {
-        Ok([value; 3])
-    }
-
-    #[allow(clippy::cast_precision_loss)] // a measurement's noise
-    fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<[f64; 3], E> {
-        Ok([value as f64; 3])
-    }
-
-    fn visit_seq<S: SeqAccess<'de>>(self, mut sequence: S) -> Result<[f64; 3], S::Error> {
-        let mut values = Vec::new();
-        while let Some(value) = sequence.next_element()? {
-            values.push(value);
-        }
-        let count = values.len();
-        <[f64; 3]>::try_from(values).map_err(|_| S::Error::invalid_length(count, &self))
-    }
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SensorFrameToml {
     pub(super) rotation: [[Number; 3]; 3],
     pub(super) translation_mm: [Number; 3],
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RobotRecordToml {
+    pub(super) name: Option<Words>,
+    pub(super) serial: Option<Words>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MeasurementToml {
+    pub(super) operator: Option<Words>,
+    pub(super) instrument: Option<Words>,
+    pub(super) date: Option<Words>,
+}
+
+/// A finite number, or one above 0.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Number<const ABOVE_ZERO: bool = false>(pub(super) f64);
+pub(super) type Positive = Number<true>;
+
+impl<const ABOVE_ZERO: bool> Number<ABOVE_ZERO> {
+    /// Of a number of degrees.
+    pub(super) fn radians(self) -> f64 {
+        self.0.to_radians()
+    }
+}
+
+impl<'de, const ABOVE_ZERO: bool> Deserialize<'de> for Number<ABOVE_ZERO> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Read<const ABOVE_ZERO: bool>;
+        impl<const ABOVE_ZERO: bool> Visitor<'_> for Read<ABOVE_ZERO> {
+            type Value = f64;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str(if ABOVE_ZERO {
+                    "a number above 0"
+                } else {
+                    "a number"
+                })
+            }
+
+            fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
+                if value.is_finite() && (value > 0.0 || !ABOVE_ZERO) {
+                    Ok(value)
+                } else {
+                    Err(E::invalid_value(
+                        Unexpected::Other(&value.to_string()),
+                        &self,
+                    ))
+                }
+            }
+
+            #[allow(clippy::cast_precision_loss)] // no length and no angle has so many digits
+            fn visit_i64<E: Error>(self, value: i64) -> Result<f64, E> {
+                self.visit_f64(value as f64)
+            }
+        }
+        let value = deserializer.deserialize_any(Read::<ABOVE_ZERO>)?;
+        Ok(Self(value))
+    }
+}
+
+/// One number, or one for each axis.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a number above 0, or three of them in brackets: of x, y and z"
+)]
+pub(super) enum ByAxis {
+    One(Positive),
+    Three([Positive; 3]),
+}
+
+impl ByAxis {
+    fn values(&self) -> [f64; 3] {
+        match self {
+            Self::One(number) => [number.0; 3],
+            Self::Three(numbers) => numbers.map(|number| number.0),
+        }
+    }
+}
+
+/// One short line; a number or a date without quotation marks is read as well.
+#[derive(Deserialize)]
+#[serde(try_from = "toml::Value")]
+pub(super) struct Words(pub(super) String);
+
+/// Letters that a text may have, so that a certificate stays one page.
+const LONGEST: usize = 60;
+
+impl TryFrom<toml::Value> for Words {
+    type Error = String;
+
+    fn try_from(value: toml::Value) -> Result<Self, String> {
+        let text = match value {
+            toml::Value::String(text) => text.trim().to_owned(),
+            toml::Value::Integer(number) => number.to_string(),
+            toml::Value::Datetime(date) => date.to_string(),
+            _ => return Err("expected text in quotation marks".to_owned()),
+        };
+        if text.is_empty() || text.contains(char::is_control) {
+            Err("expected one line of text".to_owned())
+        } else if text.chars().count() > LONGEST {
+            Err(format!("the text has more than {LONGEST} letters"))
+        } else {
+            Ok(Self(text))
+        }
+    }
 }

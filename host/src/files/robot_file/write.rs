@@ -1,5 +1,7 @@
-use super::RobotFile;
+//! The robot file as text.
+
 use super::schema::{TRANSMISSION_KEYS, arm_key};
+use super::{Record, RobotFile};
 use crate::text::joint;
 use crate::text::units::degrees;
 use delta_cal::Parameter;
@@ -15,7 +17,7 @@ impl RobotFile {
             // TOML allows no control characters in a comment, file names may hold any.
             let _ = writeln!(text, "# {}", line.replace(char::is_control, "?"));
         }
-        self.record.write(&mut text);
+        write_record(&self.record, &mut text);
         for arm in self.robot.arms() {
             text.push_str("\n[[arm]]\n");
             for parameter in arm.drive().parameters().iter().copied() {
@@ -129,6 +131,25 @@ impl RobotFile {
             entry(text, "x_mm", target.x);
             entry(text, "y_mm", target.y);
             entry(text, "z_mm", target.z);
+        }
+    }
+}
+
+fn write_record(record: &Record, text: &mut String) {
+    let robot = [("name", &record.name), ("serial", &record.serial)];
+    let measurement = [
+        ("operator", &record.operator),
+        ("instrument", &record.instrument),
+        ("date", &record.date),
+    ];
+    for (section, entries) in [("robot", &robot[..]), ("measurement", &measurement)] {
+        let mut stated = entries
+            .iter()
+            .filter_map(|(key, text)| Some((*key, text.as_ref()?)));
+        let Some(first) = stated.next() else { continue };
+        let _ = writeln!(text, "\n[{section}]");
+        for (key, value) in std::iter::once(first).chain(stated) {
+            let _ = writeln!(text, "{key} = {}", toml::Value::from(value.as_str()));
         }
     }
 }

@@ -108,11 +108,7 @@ fn a_robot_file_gives_the_nominal_robot() {
     folder.write("sub/robot.toml", NOMINAL.replace("480", "-480"));
     let run = folder.run("simulate campaign.toml --output other");
     assert_eq!(run.code, 3);
-    assert!(
-        run.stderr.contains("robot.toml:5: [nominal] forearm_mm"),
-        "{}",
-        run.stderr
-    );
+    assert!(run.stderr.contains("robot.toml:5: "), "{}", run.stderr);
 }
 
 #[test]

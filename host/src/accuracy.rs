@@ -2,7 +2,6 @@
 
 pub(crate) mod chi_square;
 pub mod coverage;
-pub mod distribution;
 pub mod evaluation;
 pub mod expected_error;
 pub(crate) mod improvement;

@@ -1,34 +1,26 @@
-//! From two files to a calibration that is good, or to the reasons why it is not.
+//! From readings to a calibration that is good, or to the reasons why it is not.
 //!
 //! ```text
-//! RobotFile, SamplesFile, Options ─→ Case ─→ attempt: fit ─→ noise, causes ─→ judge ─→ CalibrationReport
-//!                                               └→ Objection ─→ investigate ─→ Explainer ─→ Reason
+//! RobotFile, Readings, Options ─→ fit::solve ─→ Solution ─→ judge ─→ Judged ─→ findings ─→ Report
+//!                                                   └→ Objection ─→ refusal, with what explains it
 //! and, whatever comes of it, diagnose ─→ Diagnosis
 //! ```
 
-mod advice;
-mod attempt;
 mod calibrate;
-pub mod case;
 pub mod causes;
 pub mod diagnosis;
-pub mod error;
-mod every_sample;
-mod investigation;
-mod judgement;
+pub mod findings;
+pub(crate) mod judge;
+pub mod known;
+pub mod next;
 pub mod noise_test;
-mod objection;
-pub mod observations;
-mod outliers;
 mod plausibility;
 pub mod prior_test;
-pub mod reason;
-mod refusal;
-pub mod report;
-pub mod shift;
+pub mod refusal;
 mod target;
-pub mod thresholds;
-mod warnings;
+pub mod wrong_rows;
 
-pub use calibrate::{Accepted, accepted, calibrate, for_transmissions, read_samples};
-pub use calibrate::{Elsewhere, calibrated_elsewhere};
+pub(crate) use calibrate::{GOOD_CONDITION, calibrated_elsewhere, check_names, judged, refused_elsewhere};
+pub use calibrate::{calibrate, read_samples};
+pub use findings::{Finding, Level};
+pub use refusal::{CalibrateError, Refused};

@@ -1,16 +1,21 @@
-//! From samples to parameters, by any method; nothing here judges the result.
+//! Samples to parameters, by any of the three estimators. Nothing is judged here.
+//!
+//! ```text
+//! RobotFile, Readings, Options ─→ instruments, rows ─→ fkm | joint | ikm ─→ Solution
+//!                                       ↑   noise of each kind, until it settles  │
+//!                                       └─────────────────────────────────────────┘
+//! ```
 
-pub mod fkm;
-pub mod ikm;
-pub mod joint;
-pub mod method;
+pub mod covariance;
+mod estimators;
 pub mod observations;
 pub mod options;
-pub mod outcome;
-pub mod outlier;
-pub mod robust;
-pub mod samples;
-pub(crate) mod sensor_frame;
-pub(crate) mod shared_noise;
-pub mod stream;
-pub mod weights;
+pub mod solution;
+mod solve;
+
+pub(crate) use estimators::FromClosures;
+pub use observations::Unsolved;
+pub use options::{Frame, Method, Options};
+pub use solution::Solution;
+pub(crate) use solve::from_elsewhere;
+pub use solve::solve;

@@ -8,9 +8,9 @@
 //! geometry     where a robot may be: limits, the sweep of the forward model
 //! files        robot file, samples file, their faults, output files
 //! import       configurations of other controllers, read into a robot and samples
-//! fit          samples to parameters, by either method; no judgement
+//! fit          readings to parameters, by any of three estimators; no judgement
 //! accuracy     how well positions and parameters are known
-//! calibration  a case ─→ an attempt ─→ a report, or an objection ─→ a reason in words; diagnosis
+//! calibration  a solution judged: noise, tolerance, causes, expected error, chance of harm; findings, refusals
 //! validation   a calibrated robot against independent measurements and a limit
 //! planning     which poses to measure, and whether measured ones suffice
 //! campaign     many simulated robots, calibrated in every way that a file asks for
@@ -30,9 +30,9 @@
 //! use delta_cal_host::{Options, calibrate};
 //! use delta_cal_host::files::example;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let (robot, samples) = example::load()?;
-//! let report = calibrate(&robot, &samples, Options::default())?;
-//! assert!(report.error_after.rms < 0.1 * report.error_before.rms);
+//! let (robot, readings) = example::load()?;
+//! let report = calibrate(&robot, &readings, &Options::default())?;
+//! println!("{}", report.to_text());
 //! # Ok(())
 //! # }
 //! ```
@@ -63,27 +63,13 @@ pub mod validation;
 pub mod workspace;
 
 pub use accuracy::expected_error::ExpectedError;
-pub use accuracy::position_error::{PositionError, SampleErrors};
+pub use accuracy::position_error::PositionError;
 pub use accuracy::workspace_comparison::WorkspaceComparison;
-pub use calibration::causes::{Alternative, ArmResiduals, Cause, CauseKind, Causes};
-pub use calibration::diagnosis::{Diagnosis, DiagnosisEvidence, Explanation};
-pub use calibration::error::CalibrateError;
-pub use calibration::noise_test::{Estimate, NoiseTest, NoiseVerdict, StatedNoise};
-pub use calibration::observations::{ObservationsReport, calibrate_observations};
-pub use calibration::prior_test::PriorTest;
-pub use calibration::reason::{Reason, Refused};
-pub use calibration::report::CalibrationReport;
-pub use calibration::{Accepted, accepted, calibrate, for_transmissions, read_samples};
+pub use calibration::{CalibrateError, Finding, Level, Refused, calibrate, read_samples};
 pub use files::columns::ColumnMapping;
 pub use files::input_error::InputError;
 pub use files::input_text::InputText;
 pub use files::robot_file::{InstrumentFacts, Record, RobotFile};
-pub use files::samples_file::{
-    ManyRows, Measurements, MeasurementsToCheck, ObservationsFile, ObservationsToCheck,
-    PosesToCheck, PositionUnit, Row, SamplesFile, read_joints, read_positions,
-};
-pub use fit::options::{CalibrationMethod, Frame, Options, OptionsError, Streaming};
-pub use fit::outcome::Outcome;
-pub use fit::robust::calibrate_robust;
-pub use fit::stream::{GateReport, RejectedSample, StreamReport};
-pub use fit::weights::{Fit, SampleWeight};
+pub use files::samples_file::{Planned, PositionUnit, Reading, ReadingFrom, Readings, Row, read_joints, read_positions};
+pub use fit::{Frame, Method, Options, Solution};
+pub use report::calibration::Report;

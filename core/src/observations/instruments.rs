@@ -163,6 +163,16 @@ impl<T: Real> Instruments<'_, T> {
         }
     }
 
+    /// The place of a plane's first unknown, c before a and b, among all parameters.
+    pub fn first_of_plane(&self, plane: u8) -> usize {
+        self.plane_column(plane)
+    }
+
+    /// The place of a point's first unknown, x before y, z and its offset, among all parameters.
+    pub fn first_of_point(&self, point: u8) -> usize {
+        self.point_column(point)
+    }
+
     /// The place of a plane's first unknown among all parameters.
     pub(super) fn plane_column(&self, plane: u8) -> usize {
         self.frame_column() + self.frame_unknowns() + OF_PLANE * usize::from(plane)

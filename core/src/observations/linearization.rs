@@ -238,6 +238,46 @@ impl<T: Real> ObservationRow<T> {
         Some(columns)
     }
 
+    /// L⁻¹ ∂h/∂X at the row's own pose, and at the one where a distance begins. `None` where the robot has no such
+    /// pose.
+    pub(super) fn by_positions<const N: usize>(
+        &self,
+        robot: &Robot<T>,
+        instruments: &Instruments<'_, T>,
+        start: &StartValues<T, N>,
+        unknowns: &[T; N],
+    ) -> Option<[[Vector3<T>; READINGS]; 2]> {
+        let mut by_positions = [[Vector3::zeros(); READINGS]; 2];
+        if self.left_out {
+            return Some(by_positions);
+        }
+        let (own, other) = self.poses(robot)?;
+        let equations = self.equations(instruments, start, unknowns, &own, other.as_ref());
+        let [by_own, by_other] = &mut by_positions;
+        for axis in 0..3 {
+            let component = |vector: &Vector3<T>| vector.get(axis).copied().unwrap_or(T::ZERO);
+            let mut at_own = [T::ZERO; READINGS];
+            let mut at_other = [T::ZERO; READINGS];
+            for ((mine, theirs), equation) in at_own.iter_mut().zip(&mut at_other).zip(&equations) {
+                let Some(equation) = equation else { continue };
+                *mine = component(&equation.by_position);
+                if equation.between_poses {
+                    *theirs = -*mine;
+                }
+            }
+            for (vectors, column) in [(&mut *by_own, at_own), (&mut *by_other, at_other)] {
+                let mut column = column;
+                self.whiten(&mut column);
+                for (vector, value) in vectors.iter_mut().zip(column) {
+                    if let Some(entry) = vector.get_mut(axis) {
+                        *entry = value;
+                    }
+                }
+            }
+        }
+        Some(by_positions)
+    }
+
     /// L⁻¹ of a column of readings, times √ of what the row counts.
     fn whiten(&self, column: &mut [T; READINGS]) {
         let mut whitened = [T::ZERO; READINGS];

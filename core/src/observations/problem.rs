@@ -12,6 +12,7 @@ use crate::robot::{
     Arm, ArmIndex, Drive, GeometryError, Robot, TRANSMISSION_NUMBERS, Transmission,
 };
 use crate::samples::{Triangle, moved_arm};
+use nalgebra::Vector3;
 
 /// Parameters of an arm.
 const ARM: usize = 8;
@@ -235,6 +236,45 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             self.prepared.start.unknowns(),
             &self.prepared.units,
         )
+    }
+
+    /// The same at another robot and other [unknowns](ObservationOutcome::unknowns).
+    pub fn linearized_at<const M: usize>(
+        &self,
+        robot: &Robot<T>,
+        unknowns: &[T; N],
+        row: usize,
+    ) -> Option<[[T; 5]; M]> {
+        self.rows.get(row)?.linearized(
+            robot,
+            self.instruments,
+            &self.prepared.start,
+            unknowns,
+            &self.prepared.units,
+        )
+    }
+
+    /// How the readings of a row change with the platform's position, ∂h/∂X in σ per length and with the row's
+    /// weights: where the platform is, and where a distance between two poses begins. Zero where nothing was read.
+    pub fn by_positions_at(
+        &self,
+        robot: &Robot<T>,
+        unknowns: &[T; N],
+        row: usize,
+    ) -> Option<[[Vector3<T>; 5]; 2]> {
+        self.rows
+            .get(row)?
+            .by_positions(robot, self.instruments, &self.prepared.start, unknowns)
+    }
+
+    /// The values at which the unknowns start, at their places among all parameters.
+    pub const fn start_unknowns(&self) -> &[T; N] {
+        self.prepared.start.unknowns()
+    }
+
+    /// Where the frame of the coordinates starts: from the robot's frame to it.
+    pub const fn start_frame(&self) -> &RigidTransform<T> {
+        self.prepared.start.frame()
     }
 
     /// Where the unknowns start.

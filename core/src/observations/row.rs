@@ -49,6 +49,14 @@ impl<T: Real> ObservationRow<T> {
         }
     }
 
+    /// |L|, L Lᵀ being the covariance of the row's readings: the product of their σ, each given those before it.
+    pub fn spread(&self) -> T {
+        let diagonal = self.factor.iter().enumerate();
+        diagonal.fold(T::ONE, |product, (index, row)| {
+            product * row.get(index).copied().unwrap_or(T::ONE)
+        })
+    }
+
     /// Whether the row does not count because the nominal robot does not reach its joint angles: nothing tells
     /// then what its readings weigh.
     pub const fn is_left_out(&self) -> bool {

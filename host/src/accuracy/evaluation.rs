@@ -4,11 +4,11 @@
 //! the true upper arm's length.
 
 use crate::accuracy::information::{
-    ARM, PARAMETERS, closure_rows, closures_by_position, is_empty, units, weights_by_arm,
+    ARM, PARAMETERS, closure_rows, closures_by_position, is_empty, position_rows, rows_of_prior,
+    tolerance_prior, units, weights_by_arm,
 };
 use crate::accuracy::rigid_motion::RigidMotions;
-use crate::fit::fkm;
-use crate::fit::options::CalibrationMethod;
+use crate::fit::options::Method;
 use delta_cal::{Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 
@@ -145,7 +145,7 @@ impl CramerRaoBound {
     /// `None` if the poses do not determine the robot, or the true robot is singular at or does not
     /// reach one of them.
     pub fn new(
-        method: CalibrationMethod,
+        method: Method,
         truth: &Robot<f64>,
         joints: &[[f64; 3]],
         noise: &Noise<f64>,
@@ -162,9 +162,9 @@ impl CramerRaoBound {
             })
             .collect::<Option<Vec<_>>>()?;
         let covariance = match method {
-            CalibrationMethod::Ikm => of_separate_arms(truth, &poses, noise, tolerance)?,
-            CalibrationMethod::Joint | CalibrationMethod::Fkm => {
-                fkm::covariance_at(truth, &poses, noise, tolerance)?
+            Method::Ikm => of_separate_arms(truth, &poses, noise, tolerance)?,
+            Method::Joint | Method::Fkm => {
+                of_all_arms(truth, &poses, noise, tolerance)?
             }
         };
         Some(Self { covariance })
@@ -216,6 +216,31 @@ impl CramerRaoBound {
     pub fn error(&self) -> f64 {
         self.covariance.trace().sqrt()
     }
+}
+
+/// The inverse of the information Σ (∂X/∂P)ᵀ(L Lᵀ)⁻¹(∂X/∂P), by the triangle of its rows.
+fn of_all_arms(
+    truth: &Robot<f64>,
+    poses: &[Sample<f64>],
+    noise: &Noise<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+    let mut rows = DMatrix::<f64>::zeros(3 * poses.len() + PARAMETERS, PARAMETERS);
+    for (index, pose) in poses.iter().enumerate() {
+        rows.fixed_view_mut::<3, PARAMETERS>(3 * index, 0)
+            .copy_from(&position_rows(truth, pose, noise)?);
+    }
+    let prior = rows_of_prior(&tolerance_prior(truth, tolerance));
+    rows.fixed_view_mut::<PARAMETERS, PARAMETERS>(3 * poses.len(), 0).copy_from(&prior);
+    let triangle: SMatrix<f64, PARAMETERS, PARAMETERS> =
+        rows.qr().r().fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into_owned();
+    let inverse = triangle
+        .solve_upper_triangular(&SMatrix::<f64, PARAMETERS, PARAMETERS>::identity())?;
+    let mut covariance = inverse * inverse.transpose();
+    for place in (0..PARAMETERS).filter(|place| is_empty(truth, *place)) {
+        covariance[(place, place)] = 0.0;
+    }
+    covariance.iter().all(|entry| entry.is_finite()).then_some(covariance)
 }
 
 /// The inverse of each arm's information Σ (∂f/∂P)ᵀ(∂f/∂P)/σf², by the triangle of its rows.

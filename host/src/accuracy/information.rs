@@ -3,14 +3,13 @@
 //! Every parameter is in mm, angles times the upper arm's length, and every row in σ of its own
 //! noise: a row `g` adds `g gᵀ` to the information of the parameters.
 
-use crate::fit::fkm;
-use crate::fit::outcome::{RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
+use crate::fit::covariance::{RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
 use delta_cal::calibration::{JointNormal, Prior, TolerancePrior};
 use delta_cal::robot::{Arm, ParameterKind, TransmissionTolerance};
 use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-pub(crate) use crate::fit::outcome::PARAMETERS;
+pub(crate) use crate::fit::covariance::PARAMETERS;
 /// Of one arm.
 pub const ARM: usize = 8;
 /// Which of the parameters that is; `None` at a place that the arms leave empty.
@@ -188,9 +187,17 @@ pub(crate) fn position_rows(
     pose: &Sample<f64>,
     noise: &Noise<f64>,
 ) -> Option<SMatrix<f64, 3, PARAMETERS>> {
-    let mut rows = fkm::weighted_jacobian(robot, pose, noise)?;
+    let jacobian = robot.platform_jacobian(&pose.position, &pose.joints).ok()?;
+    let by_joints = jacobian.by_joints * noise.joint();
+    let axes = Vector3::from(noise.position_by_axis());
+    let covariance =
+        Matrix3::from_diagonal(&axes.component_mul(&axes)) + by_joints * by_joints.transpose();
+    let mut rows = SMatrix::<f64, 3, PARAMETERS>::zeros();
+    for (arm, block) in jacobian.by_parameters.iter().enumerate() {
+        rows.fixed_columns_mut::<ARM>(ARM * arm).copy_from(block);
+    }
     for (mut column, unit) in rows.column_iter_mut().zip(&units(robot)) {
         column /= *unit;
     }
-    Some(rows)
+    covariance.cholesky()?.l().solve_lower_triangular(&rows)
 }

@@ -1,7 +1,7 @@
 //! How uncertain the platform's position is where the parameters are: J C Jᵀ, anywhere.
 
 use crate::accuracy::workspace_poses::WorkspacePoses;
-use crate::fit::outcome::{PARAMETERS, WITH_TRANSMISSIONS};
+use crate::fit::covariance::{PARAMETERS, WITH_TRANSMISSIONS};
 use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 

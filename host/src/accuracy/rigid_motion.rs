@@ -1,6 +1,6 @@
 //! The rigid motion that explains most of small position errors.
 
-use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
 /// Small rigid motions of a set of points: a shift and a turn about their centre.
 ///
@@ -70,4 +70,34 @@ fn columns(arm: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
         .fixed_columns_mut::<3>(3)
         .copy_from(&-arm.cross_matrix());
     columns
+}
+
+/// Points within this part of the forearm (rms) are in one spot.
+const SPOT: f64 = 0.02;
+/// Points are on a line if their second extent is below this part of the first.
+const LINE: f64 = 0.05;
+
+/// Three points or more that leave a rotation of the frame free, or nearly so.
+pub(crate) fn degenerate(
+    points: impl ExactSizeIterator<Item = Vector3<f64>> + Clone,
+    forearm: f64,
+) -> Option<&'static str> {
+    if points.len() < 3 {
+        return None;
+    }
+    let number = points.clone().fold(0.0, |count, _| count + 1.0);
+    let mean = points.clone().sum::<Vector3<f64>>() / number;
+    let scatter = points.fold(Matrix3::zeros(), |sum, point| {
+        sum + (point - mean) * (point - mean).transpose()
+    });
+    let mut extents = scatter.symmetric_eigenvalues().data.0[0];
+    extents.sort_by(|a, b| b.total_cmp(a));
+    let [first, second, _] = extents.map(|value| value.max(0.0).sqrt());
+    if first < SPOT * forearm * number.sqrt() {
+        Some("in one spot")
+    } else if second < LINE * first {
+        Some("(nearly) on a line")
+    } else {
+        None
+    }
 }

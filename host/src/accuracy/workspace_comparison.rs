@@ -9,6 +9,7 @@ use crate::accuracy::workspace_poses::inside;
 use crate::geometry::reach::Reach;
 use delta_cal::{Robot, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
+use serde::Serialize;
 
 /// A change of less than this part of what noise alone makes it scatter is none.
 const UNCHANGED: f64 = 0.3;
@@ -21,13 +22,16 @@ const DOUBTFUL: f64 = 0.005;
 const HARMFUL: f64 = 0.05;
 
 /// Positions before and after a calibration, over the workspace.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Moved {
     /// rms distance, mm.
+    #[serde(rename = "change_mm")]
     pub change: f64,
     /// rms standard deviation after the calibration, mm.
+    #[serde(rename = "sigma_mm")]
     pub sigma: f64,
     /// rms standard deviation of the change that the samples' noise alone makes, mm.
+    #[serde(skip)]
     pub scatter: f64,
 }
 

@@ -1,420 +1,429 @@
-//! From two files to a report: everything that is computed is computed here, by the core.
+//! From a robot file and readings to a report, or to the reason why there is none.
 
-use super::attempt::{Attempt, attempt};
-use super::case::Case;
-use super::diagnosis::diagnose;
-use super::error::CalibrateError;
-use super::every_sample::every_sample;
-use super::investigation::{Findings, investigate};
-use super::judgement::Judgement;
-use super::objection::Objection;
-use super::reason::{Reason, Refused};
-use super::refusal::Explainer;
-use super::report::CalibrationReport;
-use super::shift::Shift;
-use super::warnings::warnings;
-use crate::accuracy::expected_error::ExpectedError;
-use crate::accuracy::position_error::SampleErrors;
-use crate::accuracy::position_uncertainty::PositionUncertainty;
-use crate::accuracy::sampled::MANY;
-use crate::accuracy::uncertainty_map::UncertaintyMap;
-use crate::accuracy::workspace_poses::WorkspacePoses;
+use super::diagnosis::{Diagnosis, diagnose};
+use super::findings::Finding;
+use super::judge::{Case, Judged, attempt, judge};
+use super::noise_test::NoiseVerdict;
+use super::plausibility::doubtful;
+use super::refusal::{CalibrateError, Objection, Refused, explained};
+use super::target::beside_the_platform_point;
+use super::wrong_rows::{Shift, explanations};
+use crate::accuracy::position_error::PositionError;
+use crate::accuracy::rigid_motion::degenerate;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{MOST_IN_MEMORY, Measurements, Row, SamplesFile, is_planned};
-use crate::fit::fkm;
-use crate::fit::options::{CalibrationMethod, Frame, Options};
-use crate::fit::outcome::Outcome;
-use crate::fit::shared_noise;
-use crate::fit::stream::{StreamReport, Unweighed};
-use crate::fit::weights::{Fit, Weights};
-use crate::text::words::in_lines;
-use delta_cal::frame::RigidTransform;
-use delta_cal::{Noise, Sample, Settings};
-use nalgebra::Vector3;
-use rayon::prelude::*;
-use std::convert::Infallible;
+use crate::files::samples_file::{Reading, ReadingFrom, Readings};
+use crate::fit::options::{Frame, Method, Options};
+use crate::fit::solution::{Kind, READINGS};
+use crate::fit::{FromClosures, from_elsewhere};
+use crate::report::calibration::Report;
+use crate::text::joint;
+use delta_cal::Robot;
+use delta_cal::calibration::StartUsed;
+use std::collections::BTreeMap;
 
-/// Reads the samples of a robot that is to be calibrated. Where joint angles are outside its limits,
-/// what would explain the file as a whole is said.
+/// A parameter is the tolerance's rather than the samples' beyond this share.
+const MOSTLY: f64 = 0.5;
+/// Without a tolerance, fewer samples than this may have several solutions.
+const FEW_SAMPLES: usize = 12;
+/// Below it a condition is good. Above, the parameters are known a hundred times worse than each
+/// alone would be.
+pub(crate) const GOOD_CONDITION: f64 = 100.0;
+/// A standardised residual of more σ is an outlier.
+const OUTLIER: f64 = 4.5;
+/// Residuals above this part of what the tolerance allows leave little to the samples.
+const LITTLE: f64 = 0.5;
+
+/// Reads the samples of a robot that is to be calibrated. Where joint angles are outside its limits, what would explain
+/// the file as a whole is said.
 ///
 /// # Errors
-/// As [`Measurements::read`].
-pub fn read_samples(
-    input: &InputText,
-    robot: &RobotFile,
-    options: Options,
-) -> Result<Measurements, CalibrateError> {
-    let measurements = Measurements::read(input, &robot.limits).map_err(|error| {
-        let diagnosis = SamplesFile::read_any(input, robot.robot.drive())
+/// As [`Readings::read`].
+pub fn read_samples(input: &InputText, robot: &RobotFile, options: &Options) -> Result<Readings, CalibrateError> {
+    Readings::read(input, &robot.limits).map_err(|error| {
+        let diagnosis = Readings::read_any(input, robot.robot.drive())
             .ok()
-            .and_then(|samples| diagnose(robot, &samples, options));
-        CalibrateError::new(error, diagnosis)
-    })?;
-    check_rows(robot, &measurements)?;
-    Ok(of_the_platform_point(robot, measurements, options)?)
+            .and_then(|readings| diagnose(robot, &readings, options));
+        match diagnosis {
+            Some(diagnosis) => {
+                let remedy = format!("{diagnosis}: {}", diagnosis.remedy());
+                error.with_remedy(remedy).into()
+            }
+            None => error.into(),
+        }
+    })
 }
 
-/// Positions are observations if the robot's transmissions are to be found: these are no part of what the methods
-/// for positions estimate.
+/// Calibrates the robot of a file from readings.
 ///
 /// # Errors
-/// More rows than are kept in memory.
-pub fn for_transmissions(
-    robot: &RobotFile,
-    measurements: Measurements,
-) -> Result<Measurements, InputError> {
-    match measurements {
-        Measurements::Positions(samples) if robot.transmission.is_some() => {
-            if samples.all.is_some() {
-                let cause = format!(
-                    "with transmission_deg in [tolerance] a file has {MOST_IN_MEMORY} rows at most"
-                );
-                return Err(InputError::new(&samples.name, cause).with_remedy(
-                    "delete rows, evenly over the file, or the line transmission_deg",
-                ));
-            }
-            Ok(Measurements::Observations(samples.into()))
-        }
-        measurements => Ok(measurements),
+/// An input that cannot be used; readings that cannot calibrate this robot: they do not determine it, contradict what
+/// is stated of it, or would probably make it worse.
+///
+/// ```
+/// use delta_cal_host::files::example;
+/// use delta_cal_host::{Options, calibrate};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let (robot, readings) = example::load()?;
+/// let report = calibrate(&robot, &readings, &Options::default())?;
+/// assert!(report.expected_error.is_some_and(|expected| expected.absolute_rms_mm < 0.1));
+/// # Ok(())
+/// # }
+/// ```
+pub fn calibrate(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<Report, CalibrateError> {
+    let moved = checked(robot, readings, options)?;
+    let case = Case { robot, before: robot, readings: &moved, options: *options };
+    let diagnosis = || diagnose(robot, &moved, options);
+    match attempt(&case) {
+        Ok(judged) => Ok(reported(&case, judged, diagnosis())),
+        Err(objection) => Err(refused(&case, &objection, diagnosis())),
     }
 }
 
-/// That the rows were measured, each by itself.
-fn check_rows(robot: &RobotFile, measurements: &Measurements) -> Result<(), Reason> {
-    let planned = |joints: [f64; 3], position: [Option<f64>; 3]| {
-        let [Some(x), Some(y), Some(z)] = position else {
-            return false;
-        };
-        let position = Vector3::new(x, y, z);
-        is_planned(&robot.robot, &Sample { joints, position })
-    };
-    let (name, count, identical, planned): (_, _, _, Vec<_>) = match measurements {
-        Measurements::Positions(samples) => {
-            let (mut lines, mut first, mut same) = (Vec::new(), None, true);
-            let Ok(()) = samples.each_part(|_, rows| {
-                same &= rows
-                    .iter()
-                    .all(|row| *first.get_or_insert(row.value) == row.value);
-                let planned = rows.par_iter().filter(|row| {
-                    let Sample { joints, position } = row.value;
-                    planned(joints, position.data.0[0].map(Some))
-                });
-                lines.par_extend(planned.map(|row| row.line));
-                Ok::<_, Infallible>(())
-            });
-            let count = samples.count();
-            (&samples.name, count, same && count > 1, lines)
-        }
-        Measurements::Observations(file) => {
-            let planned = file
-                .rows
-                .iter()
-                .filter(|row| planned(row.value.joints, row.value.position));
-            let planned = planned.map(|row| row.line).collect();
-            (&file.name, file.rows.len(), identical(&file.rows), planned)
-        }
-    };
-    if identical {
-        return Err(Reason::Refused(Refused {
-            cause: format!("{name}: all {count} rows are identical, so they are one measurement"),
-            remedy: "measure different poses, and write each into a row of its own".to_owned(),
-        }));
-    }
-    let Some(first) = planned.first() else {
-        return Ok(());
-    };
-    let are = if planned.len() == 1 {
-        "this row is still as planned, not measured: its x, y and z are".to_owned()
-    } else {
-        let lines = in_lines(&planned);
-        format!(
-            "{} rows are still as planned, not measured ({lines}): their x, y and z are",
-            planned.len()
-        )
-    };
-    let cause = format!("{are} those of {} to the last digit", robot.name);
-    Err(InputError::new(name, cause)
-        .at_line(*first)
-        .with_remedy(
-            "write the measured x, y and z into the row, or delete the rows that were not measured",
-        )
-        .into())
+/// The calibrated robot and its judgement without a report, for campaigns: `None` where [`calibrate`] refuses.
+pub(crate) fn judged(robot: &RobotFile, readings: &Readings, options: &Options) -> Option<Judged> {
+    let moved = checked(robot, readings, options).ok()?;
+    attempt(&Case { robot, before: robot, readings: &moved, options: *options }).ok()
 }
 
-fn identical<T: PartialEq>(rows: &[Row<T>]) -> bool {
-    rows.len() > 1 && rows.windows(2).all(|pair| pair[0].value == pair[1].value)
-}
-
-/// Positions of the platform point in place of those of the [target], which the core knows nothing of.
-fn of_the_platform_point(
+/// The report of what a controller found from complete positions: `before` is its current geometry, `robot` the file with
+/// its nominal one.
+///
+/// # Errors
+/// As [`calibrate`].
+pub(crate) fn calibrated_elsewhere(
     robot: &RobotFile,
-    measurements: Measurements,
-    options: Options,
-) -> Result<Measurements, InputError> {
+    before: &RobotFile,
+    readings: &Readings,
+    method: Method,
+    found: FromClosures,
+) -> Result<Report, CalibrateError> {
+    let options = Options { method: Some(method), ..Options::default() };
+    let case = Case { robot, before, readings, options };
+    let diagnosis = || diagnose(robot, readings, &options);
+    let solved = from_elsewhere(robot, readings, method, found).map_err(Objection::Unsolved);
+    match solved.and_then(|solution| judge(&case, solution)) {
+        Ok(judged) => Ok(reported(&case, judged, diagnosis())),
+        Err(objection) => Err(refused(&case, &objection, diagnosis())),
+    }
+}
+
+/// What a controller refused to calibrate, in words.
+pub(crate) fn refused_elsewhere(
+    robot: &RobotFile,
+    readings: &Readings,
+    refusal: delta_cal::Refusal,
+) -> CalibrateError {
+    let options = Options::default();
+    let case = Case { robot, before: robot, readings, options };
+    let objection = Objection::Unsolved(crate::fit::Unsolved::Refused(refusal));
+    refused(&case, &objection, diagnose(robot, readings, &options))
+}
+
+fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>) -> CalibrateError {
+    let mut hints = Vec::new();
+    if objection.may_be_wrong_rows() && diagnosis.is_none() {
+        hints.extend(case.readings.unit_hint());
+        let target = beside_the_platform_point(case.robot, case.readings, case.options.frame);
+        match target {
+            Some(target) => hints.push(target.to_string()),
+            None => hints.extend(explanations(case.robot, case.readings, &case.options)),
+        }
+    }
+    let error = explained(case.robot, case.readings, case.options.frame, objection, &hints);
+    match error {
+        CalibrateError::Refused(mut refused) => {
+            refused.diagnosis = diagnosis;
+            CalibrateError::Refused(refused)
+        }
+        error @ CalibrateError::Input(_) => error,
+    }
+}
+
+/// The readings as they are to be used, once everything is right with the files and options.
+fn checked(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<Readings, CalibrateError> {
+    check_method(robot, readings, options)?;
+    check_frame(robot, readings, options.frame)?;
+    check_names(robot, readings)?;
+    if options.frame == Frame::Sensor {
+        let [arm, ..] = robot.robot.arms();
+        let points: Vec<_> = readings.samples().map(|row| row.value.position).collect();
+        if let Some(how) = degenerate(points.iter().copied(), arm.lb()) {
+            let cause = format!("{}: the measured points lie {how}, so the sensor's frame is not determined.", readings.name);
+            return Err(Refused::new(cause, "Measure poses all over the workspace.").into());
+        }
+    }
     let Some(target) = robot.instruments.target else {
-        return Ok(measurements);
+        return Ok(readings.clone());
+    };
+    // Positions of the platform point in place of those of the target.
+    let frame = robot.sensor_frame.as_ref();
+    let shift = frame.map_or(target, |frame| frame.rotation * target);
+    Ok(readings.clone().moved(&-shift))
+}
+
+fn check_method(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<(), InputError> {
+    let closures = matches!(options.method, Some(Method::Joint | Method::Ikm));
+    if !closures {
+        return Ok(());
+    }
+    let fault = |file: &str, cause: &str, remedy: &str| {
+        Err(InputError::new(file, cause).with_remedy(remedy.to_owned()))
     };
     if options.frame == Frame::Sensor {
-        let cause = "with --frame sensor the sensor's frame takes in the target's place, since the \
-                     platform does not turn";
+        fault(&readings.name, "--method joint and ikm need positions in the robot's frame", "use --method fkm")
+    } else if options.loss.is_some() {
+        fault(&readings.name, "--robust is a loss function of the FKM method", "use --method fkm")
+    } else if robot.transmission.is_some() {
+        fault(&robot.name, "only the FKM method finds transmissions", "use --method fkm, or delete transmission_deg")
+    } else if !readings.is_complete() {
+        fault(&readings.name, "--method joint and ikm need x, y and z in every row", "use --method fkm")
+    } else {
+        Ok(())
+    }
+}
+
+fn check_frame(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<(), InputError> {
+    let coordinates = readings.holds(Kind::Position);
+    if frame == Frame::Base && coordinates && !readings.is_complete() && robot.sensor_frame.is_some() {
+        let cause = "single coordinates cannot be converted from this frame";
+        return Err(InputError::new(&robot.name, cause)
+            .at_key("[sensor_frame]")
+            .with_remedy("use --frame sensor, or delete the section if they are in the robot's frame"));
+    }
+    if frame == Frame::Sensor && !coordinates {
+        let cause = "no row holds x, y or z, so there is no frame to find";
+        return Err(InputError::new(&readings.name, cause).with_remedy("leave out --frame sensor"));
+    }
+    if frame == Frame::Sensor && robot.instruments.target.is_some() {
+        let cause = "with --frame sensor the sensor's frame takes in the target, since the platform does not turn";
         return Err(InputError::new(&robot.name, cause)
             .at_key("[target]")
             .with_remedy("delete the section [target], or leave out --frame sensor"));
     }
-    let frame = robot.sensor_frame.as_ref();
-    let shift = frame.map_or(target, |frame| frame.rotation * target);
-    Ok(match measurements {
-        Measurements::Positions(samples) => Measurements::Positions(samples.moved(&-shift)),
-        Measurements::Observations(mut file) => {
-            for row in &mut file.rows {
-                for (coordinate, shift) in row.value.position.iter_mut().zip(shift.iter()) {
-                    *coordinate = coordinate.map(|value| value - shift);
-                }
-            }
-            Measurements::Observations(file)
+    Ok(())
+}
+
+/// Every plane and point of the robot file must occur.
+pub(crate) fn check_names(robot: &RobotFile, readings: &Readings) -> Result<(), InputError> {
+    let planes = robot.instruments.planes.iter();
+    let planes = planes.map(|plane| ("planes", &plane.name, plane.line, &readings.planes));
+    let points = robot.instruments.points.iter();
+    let points = points.map(|point| ("points", &point.name, point.line, &readings.points));
+    for (section, name, line, names) in planes.chain(points) {
+        if let Some(others) = Readings::unused(names, name) {
+            let cause = format!("no row of {} uses this name; {others}", readings.name);
+            return Err(InputError::new(&robot.name, cause)
+                .at_line(line)
+                .at_key(format!("[{section}.{name}]"))
+                .with_remedy("give both files the same names, or delete the section"));
         }
-    })
-}
-
-/// Calibrates the robot of a file from a file of samples.
-///
-/// # Errors
-/// Options that exclude each other, a tolerance about a robot file that is not used as a start value, transmissions
-/// that are [to be found](for_transmissions), a sample that is out of all proportion, or measurements that cannot calibrate this robot: the core refuses them, the
-/// result is not credible without a stated tolerance, or it is expected to be worse than what there
-/// was before.
-pub fn calibrate(
-    robot: &RobotFile,
-    samples: &SamplesFile,
-    options: Options,
-) -> Result<CalibrationReport, CalibrateError> {
-    let result = Case::new(robot, samples, options).and_then(|case| {
-        let settings = case.settings()?;
-        attempt(&case, &settings)
-            .map(|attempt| report(&case, attempt))
-            .map_err(|objection| explained(&case, &objection))
-    });
-    if let Some(all) = &samples.all {
-        all.fault(&samples.name)?;
     }
-    diagnosed(result, || diagnose(robot, samples, options))
+    Ok(())
 }
 
-/// A calibration that is accepted, without a report.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Accepted {
-    /// The method's result.
-    pub outcome: Outcome,
-    /// As the report states it; `None` if the uncertainty is not known.
-    pub expected: Option<ExpectedError>,
-    /// From the robot's frame to the sensor's, if that was looked for.
-    pub sensor_frame: Option<RigidTransform<f64>>,
+fn reported(case: &Case<'_>, judged: Judged, diagnosis: Option<Diagnosis>) -> Report {
+    let findings = findings(case, &judged, diagnosis);
+    Report::new(case, judged, findings)
 }
 
-/// As [`calibrate`], for campaigns: only what it decides and expects. `None` where it refuses.
-pub fn accepted(robot: &RobotFile, samples: &SamplesFile, options: Options) -> Option<Accepted> {
-    let case = Case::new(robot, samples, options).ok()?;
-    let attempt = attempt(&case, &case.settings().ok()?).ok()?;
-    let outcome = attempt.fit.outcome;
-    let expected = outcome.covariance.as_ref().and_then(|covariance| {
-        let (robot, reach) = (&outcome.fit.robot, robot.reach());
-        let uncertainty = PositionUncertainty { robot, covariance };
-        ExpectedError::of(&uncertainty, &reach, &WorkspacePoses::within(robot, &reach))
-    });
-    Some(Accepted {
-        outcome,
-        expected,
-        sensor_frame: case.sensor_frame,
-    })
+/// Everything there is to say, the gravest first.
+fn findings(case: &Case<'_>, judged: &Judged, diagnosis: Option<Diagnosis>) -> Vec<Finding> {
+    let mut found = Vec::new();
+    found.extend(diagnosis.map(|diagnosis| Finding::Diagnosis { diagnosis }));
+    of_rows(case, judged, &mut found);
+    let causes = judged.causes.found.iter();
+    found.extend(causes.map(|cause| Finding::Cause { cause: cause.clone(), cause_kind: cause.kind.name() }));
+    of_errors(case, judged, &mut found);
+    of_noise(case, judged, &mut found);
+    of_parameters(case, judged, &mut found);
+    found
 }
 
-/// What was found elsewhere.
-#[derive(Debug)]
-pub struct Elsewhere {
-    /// The parameters, and how well they are known.
-    pub outcome: Outcome,
-    /// What the samples count, and what there is to say of it, if the calibration had options of streams.
-    pub stream: Option<(Weights, StreamReport)>,
-    /// Of each sample, whether a gate rejected it.
-    pub rejected: Vec<bool>,
+fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
+    let (readings, solution) = (case.readings, &judged.solution);
+    let lines = |which: &dyn Fn(usize) -> bool| -> Vec<u64> {
+        let rows = readings.rows.iter().enumerate();
+        rows.filter(|(index, _)| which(*index)).map(|(_, row)| row.line).collect()
+    };
+    let shift = case.options.loss.and_then(|_| Shift::find(solution, readings));
+    found.extend(shift.map(|shift| Finding::Shift { shift }));
+    found.extend(beside_the_platform_point(case.robot, readings, case.options.frame));
+    let suspected = lines(&|index| solution.rows[index].suspected);
+    if !suspected.is_empty() {
+        found.push(Finding::Suspected { lines: suspected });
+    }
+    let left_out = lines(&|index| solution.rows[index].left_out);
+    if !left_out.is_empty() {
+        found.push(Finding::LeftOut { lines: left_out });
+    }
+    let standardised = |index: usize| {
+        let fit = &solution.rows[index];
+        let each = fit.whitened.iter().zip(fit.leverage);
+        each.map(|(residual, leverage)| residual.abs() / (1.0 - leverage).max(0.1).sqrt())
+            .fold(0.0, f64::max)
+    };
+    for (index, row) in readings.rows.iter().enumerate() {
+        let sigmas = standardised(index) / judged.widening;
+        if sigmas > OUTLIER && !solution.rows[index].suspected {
+            found.push(Finding::Outlier { line: row.line, sigmas });
+        }
+    }
+    if !readings.copies.is_empty() {
+        found.push(Finding::Copies { lines: readings.copies.clone() });
+    }
+    found.extend(repeatability(readings));
 }
 
-/// The report of what a controller found from the same samples: `before` is its current geometry,
-/// `robot` the file with its nominal one.
-///
-/// # Errors
-/// As [`calibrate`].
-pub fn calibrated_elsewhere(
-    robot: &RobotFile,
-    before: &RobotFile,
-    samples: &SamplesFile,
-    options: Options,
-    found: Result<Elsewhere, Unweighed>,
-) -> Result<CalibrationReport, CalibrateError> {
-    let case = Case::on_controller(robot, before, samples, options);
-    let judged = found.map_err(Objection::from).and_then(|found| {
-        let outcome = found.outcome;
-        let (mut fit, stream) = match found.stream {
-            None => (Fit::plain(outcome, case.all()), None),
-            Some((weights, report)) => (Fit::weighed(outcome, case.all(), &weights), Some(report)),
+/// Of poses that were measured more than once: how the readings scatter.
+fn repeatability(readings: &Readings) -> Vec<Finding> {
+    let mut poses: BTreeMap<_, Vec<&Reading>> = BTreeMap::new();
+    for row in &readings.rows {
+        let from = match row.value.distance {
+            Some((ReadingFrom::Point(point), _)) => (point + 1, [0; 3]),
+            Some((ReadingFrom::Pose(joints), _)) => (0, joints.map(f64::to_bits)),
+            None => (0, [0; 3]),
         };
-        fit.reject(case.all(), &found.rejected);
-        if options.method == CalibrationMethod::Ikm {
-            let samples = (case.measured.as_slice(), case.stands_for());
-            shared_noise::complete(&mut fit, samples, robot.noise.as_ref());
+        let plane = row.value.height.map(|(plane, _)| plane);
+        let key = (row.value.joints.map(f64::to_bits), plane, from);
+        poses.entry(key).or_default().push(&row.value);
+    }
+    let of = |kind: Kind| {
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for repeated in poses.values().filter(|own| own.len() > 1) {
+            for place in (0..READINGS).filter(|place| Kind::of_place(*place) == kind) {
+                let values: Vec<f64> = repeated.iter().filter_map(|own| own.read()[place]).collect();
+                let count = values.iter().fold(0.0, |count, _| count + 1.0);
+                let mean = values.iter().sum::<f64>() / count;
+                squares += values.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
+                freedom += f64::max(count - 1.0, 0.0);
+            }
         }
-        let settings = Settings::default()
-            .with_noise(robot.noise)
-            .with_tolerance(robot.tolerance);
-        Attempt::of(&case, &settings, fit, stream)
-    });
-    let result = judged
-        .map(|attempt| report(&case, attempt))
-        .map_err(|objection| explained(&case, &objection));
-    diagnosed(result, || diagnose(robot, samples, options))
+        (freedom > 0.0).then(|| Finding::Repeatability {
+            of: kind,
+            sigma_mm: f64::sqrt(squares / freedom),
+            degrees_of_freedom: freedom,
+        })
+    };
+    Kind::ALL.into_iter().filter_map(of).collect()
 }
 
-fn explained(case: &Case<'_>, objection: &Objection) -> Reason {
-    let findings = match case.settings() {
-        Ok(settings) if objection.may_be_wrong_samples() => investigate(case, &settings, objection),
-        _ => Findings::default(),
+fn of_errors(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
+    let (Some(before), Some(after)) = (&judged.error_before, &judged.error_after) else { return };
+    let not_improved = !(after.rms < before.rms);
+    if not_improved && !judged.workspace.is_some_and(|own| own.unchanged()) {
+        found.push(Finding::NotImproved { before_mm: before.rms, after_mm: after.rms });
+    }
+    let unreachable = |error: &PositionError, calibrated| {
+        (error.unreachable > 0).then_some(Finding::Unreachable { calibrated, samples: error.unreachable })
     };
-    let explainer = Explainer {
-        case,
-        findings: &findings,
-    };
-    explainer.explain(objection)
-}
-
-/// Samples may be wrong as a whole, whether they were accepted or refused.
-fn diagnosed(
-    result: Result<CalibrationReport, Reason>,
-    diagnosis: impl FnOnce() -> Option<super::diagnosis::Diagnosis>,
-) -> Result<CalibrationReport, CalibrateError> {
-    match result {
-        Ok(report) => Ok(report.diagnosed(diagnosis())),
-        Err(reason @ Reason::Refused(_)) => Err(CalibrateError::new(reason, diagnosis())),
-        Err(reason) => Err(reason.into()),
+    found.extend(unreachable(before, false));
+    found.extend(unreachable(after, true));
+    let poses = case.readings.rows.iter().map(|row| row.value.joints);
+    if before.contradicts(case.before, poses) {
+        found.push(Finding::Elsewhere { median_mm: before.median });
     }
 }
 
-fn report(case: &Case<'_>, attempt: Attempt) -> CalibrationReport {
-    let Attempt {
-        fit,
-        stream,
-        causes,
-        widening,
-        judgement,
-        widened,
-    } = attempt;
-    let outcome = fit.outcome.clone();
-    let estimated_noise = || Noise::new(outcome.estimated_noise()?, 0.0).ok();
-    let noise = case.robot.noise.or_else(estimated_noise);
-    let after = RobotFile {
-        robot: outcome.fit.robot,
-        sensor_frame: case.sensor_frame,
-        record: case.robot.record.of_the_robot(),
-        ..case.robot.clone()
-    };
-    let uncertainty = outcome
-        .covariance
-        .as_ref()
-        .and_then(|covariance| UncertaintyMap::new(&after, covariance));
-    let sample_errors = sample_errors(case, &judgement, &fit, &after, noise.as_ref());
-    let every = fit.all.as_ref().map(|weights| {
-        let medians = [&judgement.error_before, &judgement.error_after].map(|error| error.median);
-        every_sample(
-            case,
-            &after,
-            noise.as_ref(),
-            weights,
-            &sample_errors,
-            medians,
-        )
-    });
-    let shift = case
-        .options
-        .loss
-        .and_then(|_| Shift::find(&after.robot, case, &fit));
-    let mut report = CalibrationReport {
-        options: case.options,
-        before: case.before.clone(),
-        after,
-        samples_file: case.samples.name.clone(),
-        samples: case.samples.count(),
-        distinct_poses: distinct_poses(&case.measured),
-        outcome,
-        error_before: judgement.error_before,
-        error_after: judgement.error_after,
-        noise,
-        noise_test: judgement.noise_test,
-        causes,
-        widening,
-        prior_test: widened.or(judgement.prior_test),
-        tolerance_widened: widened.is_some(),
-        sample_errors,
-        sampled: None,
-        workspace: judgement.workspace,
-        uncertainty,
-        stream,
-        diagnosis: None,
-        shift,
-        warnings: Vec::new(),
-    };
-    if let Some(every) = every {
-        report.error_before = every.error_before;
-        report.error_after = every.error_after;
-        report.distinct_poses = every.distinct_poses;
-        report.sample_errors = every.shown;
-        report.sampled = Some(every.sampled);
+fn of_noise(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
+    for test in &judged.noise {
+        match test.verdict {
+            NoiseVerdict::Understated => {
+                found.push(Finding::NoiseUnderstated { test: *test, widened_by: judged.widening });
+            }
+            NoiseVerdict::Overstated => found.push(Finding::NoiseOverstated { test: *test }),
+            NoiseVerdict::Agrees | NoiseVerdict::Estimated => {}
+        }
     }
-    report.warnings = warnings(&report);
-    if !fit.settled {
-        report.warnings.push(
-            "the weights of the robust fit did not settle entirely: at least one sample is at the \
-             edge between right and wrong"
-                .to_owned(),
-        );
+    if judged.solution.joint_noise_estimated {
+        let drive = case.robot.robot.drive();
+        let noise = judged.solution.levels.position;
+        found.push(Finding::JointNoise {
+            position_mm: noise.position(),
+            joint: joint::in_file(drive, noise.joint()),
+            key: joint::key("joint", drive),
+        });
     }
-    report.with_at_most(MANY)
+    let position = judged.noise.iter().find(|test| test.kind == Kind::Position && test.stated_mm.is_none());
+    let joints = case.readings.rows.iter().map(|row| row.value.joints);
+    if let Some(test) = position
+        && let Some(tolerated_mm) = crate::accuracy::position_error::sigma_by_tolerance(case.before, joints)
+        && test.sigma_mm > LITTLE * tolerated_mm
+    {
+        found.push(Finding::SaysLittle { sigma_mm: test.sigma_mm, tolerated_mm });
+    }
 }
 
-/// Of the samples in memory.
-fn sample_errors(
-    case: &Case<'_>,
-    judgement: &Judgement,
-    fit: &Fit,
-    calibrated: &RobotFile,
-    noise: Option<&Noise<f64>>,
-) -> Vec<SampleErrors> {
-    let before = judgement.distances_before.iter();
-    let distances = before.zip(&judgement.distances_after);
-    let rows = case.samples.rows.iter().zip(&case.measured);
-    rows.zip(distances)
-        .zip(&fit.samples)
-        .map(
-            |(((row, measured), (before, after)), weight)| SampleErrors {
-                line: row.line,
-                measured: *measured,
-                before: *before,
-                after: *after,
-                after_in_sigmas: noise
-                    .and_then(|noise| fkm::residual_in_sigmas(&calibrated.robot, measured, noise)),
-                weight: *weight,
-            },
-        )
-        .collect()
+fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
+    let (robot, solution, readings) = (case.robot, &judged.solution, case.readings);
+    let drive = robot.robot.drive();
+    if let Some(test) = judged.prior_test.filter(super::prior_test::PriorTest::contradicts) {
+        let used = judged.widened.then(|| test.statement(drive, robot.tolerance.as_ref()));
+        found.push(Finding::ToleranceTooSmall { test, used });
+    }
+    if let Some(workspace) = &judged.workspace {
+        if workspace.unchanged() {
+            found.push(Finding::Unchanged);
+        } else if workspace.may_be_worse() {
+            let chance = workspace.chance_of_harm.unwrap_or(1.0);
+            found.push(Finding::MayBeWorse { chance, moved: workspace.judged });
+        }
+    }
+    if robot.tolerance.is_none() {
+        if let Some(changes) = doubtful(&robot.robot, &solution.robot) {
+            found.push(Finding::LargeChanges { changes });
+        }
+        if readings.rows.len() < FEW_SAMPLES {
+            found.push(Finding::FewSamples { samples: readings.rows.len(), needed: FEW_SAMPLES });
+        }
+        if case.options.frame == Frame::Sensor {
+            found.push(Finding::NoPlace);
+        }
+    } else {
+        if readings.is_complete() {
+            found.extend(by_tolerance(&robot.robot, &solution.prior_share));
+        }
+        let known = &judged.known;
+        if !known.place {
+            found.push(Finding::PlaceUnknown);
+        }
+        if !known.scale {
+            found.push(Finding::ScaleUnknown { distances: readings.holds(Kind::Distance) });
+        }
+        if known.combinations < known.of {
+            found.push(Finding::Combinations {
+                determined: known.combinations,
+                of: known.of,
+                readings: readings.readings(),
+            });
+        }
+    }
+    for (arm, condition) in (1..).zip(solution.conditions) {
+        if condition > GOOD_CONDITION && readings.is_complete() {
+            found.push(Finding::Condition { arm, condition });
+        }
+    }
+    match solution.start {
+        StartUsed::Nominal | StartUsed::Joint => {}
+        StartUsed::Free => found.push(Finding::FarStart),
+        StartUsed::Search => found.push(Finding::SeveralSolutions),
+    }
+    if robot.sensor_frame.is_some() {
+        found.push(Finding::SensorFrameIgnored);
+    }
 }
 
-fn distinct_poses(samples: &[Sample<f64>]) -> usize {
-    let mut poses: Vec<_> = samples
-        .iter()
-        // −0 and 0 are the same angle.
-        .map(|sample| sample.joints.map(|q| (q + 0.0).to_bits()))
-        .collect();
-    poses.sort_unstable();
-    poses.dedup();
-    poses.len()
+fn by_tolerance(robot: &Robot<f64>, shares: &[f64; 24]) -> Vec<Finding> {
+    let places = robot.drive().places();
+    let of_arm = |(arm, shares): (usize, &[f64])| {
+        let parameters: Vec<_> = places
+            .iter()
+            .zip(shares)
+            .filter(|(_, share)| **share > MOSTLY)
+            .filter_map(|(parameter, share)| Some(((*parameter)?.symbol(), *share)))
+            .collect();
+        (!parameters.is_empty()).then_some(Finding::ByTolerance { arm, parameters })
+    };
+    (1..).zip(shares.chunks(8)).filter_map(of_arm).collect()
 }

@@ -8,5 +8,5 @@ mod hypothesis;
 mod search;
 mod words;
 
-pub use explanation::{Diagnosis, DiagnosisEvidence, Explanation};
+pub use explanation::{Diagnosis, Explanation};
 pub(crate) use search::diagnose;

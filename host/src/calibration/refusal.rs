@@ -1,12 +1,335 @@
-//! Why the measurements cannot calibrate this robot, in plain words, and what to do next. Nothing is
-//! computed here: what was found out stands in the objection and in the
-//! findings.
+//! Why there is no calibration: what was found, and what to do.
 
-mod explain;
-mod fit;
-mod judgement;
-mod noise;
-mod robust;
-mod stream;
+use super::diagnosis::Diagnosis;
+use super::prior_test::PriorTest;
+use crate::accuracy::workspace_comparison::Moved;
+use crate::files::input_error::InputError;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Readings;
+use crate::fit::Unsolved;
+use crate::fit::options::Frame;
+use crate::text::numbers::{probability, significant};
+use crate::text::words::{count, in_file_units};
+use delta_cal::observations::Instrument;
+use delta_cal::robust::RobustRefusal;
+use delta_cal::{ArmIndex, Refusal};
+use std::error::Error;
+use std::fmt;
 
-pub(crate) use explain::Explainer;
+const CHECK: &str = "Check units, joint order and signs (a positive angle swings the arm towards the platform).";
+const SPREAD: &str = "Spread the poses over the whole workspace.";
+const STATE_TOLERANCE: &str = "State the [tolerance]: heights and distances never show where the base is.";
+
+/// Why there is no calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CalibrateError {
+    /// Something in an input file cannot be used.
+    Input(InputError),
+    /// The readings cannot calibrate this robot, which keeps its parameters.
+    Refused(Box<Refused>),
+}
+
+/// A calibration that is refused. Displayed as one line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refused {
+    cause: String,
+    remedy: String,
+    /// What would explain the readings as a whole, if anything does.
+    pub diagnosis: Option<Diagnosis>,
+}
+
+/// What speaks against a solution.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Objection {
+    /// There is none.
+    Unsolved(Unsolved),
+    /// Without a tolerance, a change that is no error of manufacture, in words.
+    Implausible(String),
+    /// The calibrated robot does not come to the measured points; half of them are off by more, mm.
+    NotReproduced(f64),
+    /// The calibration would make the robot worse, with this probability.
+    Worse(f64, Moved),
+    /// Nobody knows how good the result is.
+    UnknownError,
+    /// Without a stated noise, residuals that the tolerance does not explain: mm.
+    NoiseBeyondTolerance(f64, f64),
+    /// Parameters that are further from nominal than the tolerance allows.
+    BeyondTolerance(PriorTest, String),
+}
+
+impl Objection {
+    /// Whether wrong rows may be behind it, so that they are worth looking for.
+    pub(crate) fn may_be_wrong_rows(&self) -> bool {
+        match self {
+            Self::Unsolved(Unsolved::Refused(refusal)) => matches!(
+                refusal,
+                Refusal::ResidualContradictsNoise { .. }
+                    | Refusal::FarFromNominal { .. }
+                    | Refusal::NotConverged { .. }
+                    | Refusal::ImpossibleGeometry { .. }
+                    | Refusal::ImpossibleRobot(_)
+                    | Refusal::WrongSide
+            ),
+            Self::Unsolved(_) | Self::UnknownError => false,
+            _ => true,
+        }
+    }
+}
+
+impl Refused {
+    /// For this cause, with what to do next.
+    pub(crate) fn new(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
+            cause: cause.into(),
+            remedy: remedy.into(),
+            diagnosis: None,
+        }
+    }
+
+    /// What to do next. A diagnosis says it better than general advice.
+    pub fn remedy(&self) -> String {
+        match &self.diagnosis {
+            Some(diagnosis) => diagnosis.remedy(),
+            None => self.remedy.clone(),
+        }
+    }
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.cause)
+    }
+}
+
+impl CalibrateError {
+    /// What to do next.
+    pub fn remedy(&self) -> Option<String> {
+        match self {
+            Self::Input(error) => error.remedy().map(str::to_owned),
+            Self::Refused(refused) => Some(refused.remedy()),
+        }
+    }
+
+    /// Whether the readings cannot calibrate this robot.
+    pub const fn refused(&self) -> bool {
+        matches!(self, Self::Refused(_))
+    }
+
+    /// What would explain the readings as a whole, if anything does.
+    pub fn diagnosis(&self) -> Option<&Diagnosis> {
+        match self {
+            Self::Input(_) => None,
+            Self::Refused(refused) => refused.diagnosis.as_ref(),
+        }
+    }
+}
+
+impl fmt::Display for CalibrateError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Input(error) => error.fmt(f),
+            Self::Refused(refused) => refused.fmt(f),
+        }
+    }
+}
+
+impl Error for CalibrateError {}
+
+impl From<InputError> for CalibrateError {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
+
+impl From<Refused> for CalibrateError {
+    fn from(refused: Refused) -> Self {
+        Self::Refused(Box::new(refused))
+    }
+}
+
+/// An objection in words; `hints`, what was found to explain it, stand before the general advice.
+pub(crate) fn explained(
+    robot: &RobotFile,
+    readings: &Readings,
+    frame: Frame,
+    objection: &Objection,
+    hints: &[String],
+) -> CalibrateError {
+    let (cause, remedy) = match objection {
+        Objection::Unsolved(Unsolved::Row(index, error)) => {
+            return readings.fault(*index, error.to_string()).into();
+        }
+        Objection::Unsolved(Unsolved::TooManyInstruments) => {
+            let cause = "the rows name more planes and points than one calibration can hold";
+            return InputError::new(&readings.name, cause)
+                .with_remedy("use at most 14 points or 16 planes")
+                .into();
+        }
+        Objection::Unsolved(Unsolved::Refused(refusal)) => unsolved(robot, readings, frame, refusal),
+        Objection::Unsolved(Unsolved::Robust(refusal)) => robust(refusal),
+        Objection::Unsolved(Unsolved::NoRedundancy) | Objection::UnknownError => (
+            "No redundant readings: the error cannot be estimated.".to_owned(),
+            "Add at least 5 samples, or state [noise] and [tolerance].".to_owned(),
+        ),
+        Objection::Implausible(change) => (
+            change.clone(),
+            format!("{CHECK} If the robot file is right, state its [tolerance]."),
+        ),
+        Objection::NotReproduced(median) => (
+            format!("The calibrated robot does not reach the measured points: half are more than {median:.1} mm off."),
+            CHECK.to_owned(),
+        ),
+        Objection::Worse(chance, moved) => (
+            format!(
+                "{} chance of making the robot worse: {}positions would move {} mm but are known only to {} mm.",
+                probability(*chance),
+                if frame == Frame::Sensor { "relative " } else { "" },
+                significant(moved.change, 2),
+                significant(moved.sigma, 2)
+            ),
+            "Measure more poses, or more exactly. If the robot was calibrated before, state in [tolerance] how far off it \
+             can be now."
+                .to_owned(),
+        ),
+        Objection::NoiseBeyondTolerance(sigma, tolerated) => (
+            format!(
+                "Residuals ({} mm) exceed what the tolerance allows ({} mm): these samples cannot improve the robot.",
+                significant(*sigma, 2),
+                significant(*tolerated, 2)
+            ),
+            format!("{CHECK} If the robot is that far off, state a larger [tolerance]; if the sensor is that noisy, state the \
+                     [noise]."),
+        ),
+        Objection::BeyondTolerance(test, statement) => (
+            format!(
+                "The robot is {:.1} × farther from nominal than the [tolerance] allows ({} of {} combinations).",
+                test.ratio, test.combinations, test.of
+            ),
+            format!(
+                "{CHECK}{} If the robot is that far off, set {statement}.",
+                match frame {
+                    Frame::Base => " If the coordinates are not in the robot's frame, use --frame sensor.",
+                    Frame::Sensor => "",
+                }
+            ),
+        ),
+    };
+    let remedy = match hints {
+        [] => remedy,
+        hints => format!("{} Otherwise: {remedy}", hints.join(" ")),
+    };
+    Refused::new(format!("{}: {cause}", readings.name), remedy).into()
+}
+
+fn robust(refusal: &RobustRefusal) -> (String, String) {
+    match *refusal {
+        RobustRefusal::TooFewSamples { samples, needed } => (
+            format!("{samples} samples are too few for a robust fit, which needs {needed}."),
+            "Measure more poses, or leave out --robust.".to_owned(),
+        ),
+        RobustRefusal::TooManySuspected { suspected, samples } => (
+            format!("{suspected} of {samples} samples disagree with the others: too many to tell which are wrong."),
+            format!("{CHECK} Did the sensor, the plate or the robot's base move?"),
+        ),
+        ref other => (format!("{other}."), "Leave out --robust.".to_owned()),
+    }
+}
+
+fn unsolved(
+    robot: &RobotFile,
+    readings: &Readings,
+    frame: Frame,
+    refusal: &Refusal,
+) -> (String, String) {
+    let arm_of = |arm: Option<ArmIndex>| arm.map_or_else(String::new, |arm| format!("{arm}: "));
+    let has_tolerance = robot.tolerance.is_some();
+    let or_tolerance = if has_tolerance { "" } else { " Or state the [tolerance]." };
+    match *refusal {
+        Refusal::TooFewObservations { instrument, observations, needed } => (
+            format!(
+                "{} has {} and needs {needed}.",
+                name(readings, instrument),
+                count(usize::try_from(observations).unwrap_or(usize::MAX), "reading")
+            ),
+            "Measure it at more poses, or delete its rows.".to_owned(),
+        ),
+        Refusal::UndeterminedInstrument(instrument) => (
+            format!("The poses do not determine where {} is.", name(readings, instrument)),
+            match (instrument, has_tolerance) {
+                (_, false) => STATE_TOLERANCE.to_owned(),
+                _ => "Measure poses that are well apart and not on one line.".to_owned(),
+            },
+        ),
+        Refusal::TooFewSamples { samples, needed, .. } => (
+            format!(
+                "{} are too few: {needed} are needed without a [tolerance].",
+                count(usize::try_from(samples).unwrap_or(usize::MAX), "sample")
+            ),
+            "Measure 20 poses, or state the [tolerance].".to_owned(),
+        ),
+        Refusal::Undetermined { arm, parameter, .. } => (
+            format!("{arm}: the poses do not determine {parameter}."),
+            if readings.is_complete() || has_tolerance {
+                format!("{SPREAD}{or_tolerance}")
+            } else {
+                STATE_TOLERANCE.to_owned()
+            },
+        ),
+        Refusal::Uncertain { arm, parameter, sigma } => (
+            format!(
+                "{arm}: the samples leave {parameter} unknown (σ {}).",
+                in_file_units(parameter, f64::from(sigma))
+            ),
+            format!("Measure more poses, or more exactly. {SPREAD}{or_tolerance}"),
+        ),
+        Refusal::ResidualContradictsNoise { arm, ratio } => (
+            format!("{}residuals are {ratio:.1} × the stated noise.", arm_of(arm)),
+            "Look for wrong rows (--robust leaves them out and names them) and for a sensor or plate that moved. State the \
+             [noise] that repeated readings of one pose show."
+                .to_owned(),
+        ),
+        Refusal::FarFromNominal { arm, parameter, tolerances } => {
+            let distance = robot.tolerance.map_or_else(String::new, |tolerance| {
+                let sigma = tolerance.of_arm(robot.robot.arm(arm), parameter);
+                in_file_units(parameter, sigma * f64::from(tolerances))
+            });
+            (
+                format!(
+                    "{arm}: fitted {parameter} is {distance} from nominal ({tolerances:.0} × tolerance). Robot file and samples \
+                     do not belong together."
+                ),
+                format!(
+                    "{CHECK}{}",
+                    match frame {
+                        Frame::Base => " If the coordinates are not in the robot's frame, use --frame sensor.",
+                        Frame::Sensor => "",
+                    }
+                ),
+            )
+        }
+        Refusal::WrongSide => (
+            "The samples put the platform above the elbows: their frame is upside down or left-handed.".to_owned(),
+            "State the samples in the robot's frame, or use --frame sensor.".to_owned(),
+        ),
+        Refusal::NonFinite { arm } => (
+            format!("{arm}: the numbers are too large to compute with."),
+            "Check the units in the header (_mm or _m, _deg or _rad).".to_owned(),
+        ),
+        other => (format!("{other}."), CHECK.to_owned()),
+    }
+}
+
+fn name(readings: &Readings, instrument: Instrument) -> String {
+    match instrument {
+        Instrument::Frame => "the sensor's frame".to_owned(),
+        Instrument::Plane(index) => match readings.planes.get(usize::from(index)) {
+            Some(name) if readings.planes.len() > 1 => format!("plane {name}"),
+            _ => "the plane".to_owned(),
+        },
+        Instrument::Point(index) => {
+            let name = readings.points.get(usize::from(index));
+            format!("point {}", name.map_or("", String::as_str))
+        }
+        Instrument::Transmission(arm) => format!("the transmission of {arm}"),
+    }
+}

@@ -1,101 +1,136 @@
 //! `delta-cal calibrate`.
 
-mod arguments;
-
-pub(crate) use arguments::{CalibrateArguments, HELP};
-
+use super::arguments::ColumnsArgument;
+use super::choices::{FrameArgument, MethodArgument};
 use super::failure::Failure;
+use super::length::Length;
 use super::outputs::{self, deliver};
-use super::paths::{read, refuse_same};
+use super::paths::{read_long, refuse_same, robot_path};
 use super::progress::Waiting;
-use super::record;
-use crate::accuracy::coverage::Acceptance;
+use super::record::document;
 use crate::files::example;
-use crate::render::json;
-use crate::report::calibration::{self, html, observations, stream, table};
-use crate::report::document::{About, Document, Source};
-use crate::{
-    CalibrateError, CalibrationReport, Frame, InputText, Measurements, ObservationsFile, RobotFile,
-    calibrate, calibrate_observations, for_transmissions, read_samples,
-};
-use delta_cal::calibration::Solver;
+use crate::report::calibration::{RefusalReport, comment};
+use crate::report::document::Source;
+use crate::report;
+use crate::{CalibrateError, InputText, Options, Readings, RobotFile, calibrate, read_samples};
+use clap::Args;
 use delta_cal::robust::Loss;
+use std::path::PathBuf;
+
+pub(crate) const HELP: &str = "\
+ROBOT.toml describes the robot; delta-cal init writes a commented one. SAMPLES.csv holds joint angles and what was \
+measured there, in any mixture and in any order of columns:
+  q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm         positions
+  q1_deg,q2_deg,q3_deg,height_mm,plane        touches of a plate, gauge blocks
+  q1_deg,q2_deg,q3_deg,distance_mm,point      a ball bar, a wire
+  q1_deg,q2_deg,q3_deg,distance_mm,to_q1_deg,to_q2_deg,to_q3_deg
+                                              a calliper, between two poses
+With linear drives s1_mm,s2_mm,s3_mm. Units may be _rad, _m, _cm, _um, _in. Columns whose name begins with _ are ignored, \
+# begins a comment, --columns q1_deg=A1,x_mm=X reads columns of other names.
+
+A blank x, y or z is an error with its line unless at least 3 rows, and one row in 10, have the same cells blank. Rows that \
+are equal to the last digit count once; repeats that differ show the repeatability.
+
+Where [noise] states no σ of a kind of reading, it is estimated from the residuals. Without x, y and z a [tolerance] is \
+needed. With --frame sensor the sensor's frame is found with the parameters, and every σ contains its uncertainty.
+
+A result is refused, and nothing is written, if the samples do not determine the robot, contradict the [noise] or \
+[tolerance], or would make the robot worse with a chance above 5 %.
+
+Examples:
+  delta-cal calibrate
+      the built-in, simulated example
+  delta-cal calibrate robot.toml samples.csv --output calibrated.toml
+  delta-cal calibrate robot.toml tracker.csv --frame sensor --report report.html
+  delta-cal calibrate robot.toml touches.csv --robust --json report.json
+  delta-cal calibrate robot.toml samples.csv --limit 0.1mm";
+
+#[derive(Debug, Args)]
+pub(crate) struct CalibrateArguments {
+    /// The robot before calibration. Without files the program calibrates its built-in example
+    #[arg(value_name = "ROBOT.toml", requires = "samples", value_parser = robot_path())]
+    robot: Option<PathBuf>,
+    /// Joint angles and what was measured there; - reads standard input
+    #[arg(value_name = "SAMPLES.csv")]
+    samples: Option<PathBuf>,
+    #[command(flatten)]
+    columns: ColumnsArgument,
+    /// The estimator [default: joint for complete positions in the robot's frame, otherwise fkm]
+    #[arg(long, value_enum)]
+    method: Option<MethodArgument>,
+    /// Leave out samples that disagree with the others, and name them (Tukey's loss function)
+    #[arg(long)]
+    robust: bool,
+    /// The frame of the coordinates
+    #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
+    frame: FrameArgument,
+    /// Largest expanded uncertainty (rms over the workspace), such as 0.1mm; above it the exit code is 6
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    limit: Option<Length>,
+    /// Write the calibrated robot to this file; - is standard output
+    #[arg(long, value_name = "CALIBRATED.toml")]
+    output: Option<PathBuf>,
+    /// Write the report, or the refusal, as JSON; - is standard output
+    #[arg(long, value_name = "REPORT.json")]
+    json: Option<PathBuf>,
+    /// Write the report with figures as one HTML file; - is standard output
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    /// Let --output replace ROBOT.toml itself
+    #[arg(long, requires = "output")]
+    force: bool,
+}
+
+/// What is calibrated, from what, and the files that say so.
+struct Inputs {
+    robot: RobotFile,
+    readings: Readings,
+    sources: [Source; 2],
+}
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
-    arguments.options().check().map_err(CalibrateError::from)?;
-    let simulated = arguments.robot.is_none();
-    let Inputs {
-        robot,
-        measurements,
-        sources: [robot_file, samples_file],
-    } = match inputs(arguments) {
-        Ok(inputs) => inputs,
-        Err(error) if error.refused() => {
-            return Err(refused(arguments, error));
-        }
-        Err(error) => return Err(error.into()),
-    };
-    let document = record::document(&robot, robot_file, samples_file)?;
-    let samples = match measurements {
-        Measurements::Positions(samples) => samples,
-        Measurements::Observations(samples) => {
-            return observed(arguments, &robot, &samples, &document);
+    let refused = |error: CalibrateError| {
+        let json = report::json(&RefusalReport::from(&error));
+        if error.refused() {
+            outputs::refused(arguments.json.as_deref(), &json, error.into())
+        } else {
+            error.into()
         }
     };
-    let waiting = Waiting::for_rows("calibrating from", samples.count());
-    let report = match calibrate(&robot, &samples, arguments.options()) {
-        Err(error) if error.refused() => {
-            return Err(refused(arguments, error));
-        }
-        result => result?,
+    let options = Options {
+        method: arguments.method.map(MethodArgument::method),
+        loss: arguments.robust.then_some(Loss::Tukey),
+        frame: arguments.frame.frame(),
     };
+    let Inputs { robot, readings, sources: [robot_file, samples_file] } =
+        inputs(arguments, &options).map_err(refused)?;
+    let waiting = Waiting::for_rows("calibrating from", readings.rows.len());
+    let mut report = calibrate(&robot, &readings, &options).map_err(refused)?;
     drop(waiting);
-
-    let acceptance = arguments.limit().map(|limit| report.acceptance(limit));
-    let origin = "The built-in example: its measurements are simulated.";
-    let about = About {
-        origin: simulated.then_some(origin),
-        document: Some(&document),
-        acceptance: acceptance.as_ref(),
-    };
-    let json = json::text(&calibration::json::report(&report, &about));
-    let page = if arguments.report.is_some() {
-        html::render(&report, &about)?
-    } else {
-        String::new()
-    };
-    let toml = report.after.to_toml(&format!(
-        "{}\n{}",
-        comment(&report, simulated),
-        document.comment()
-    ));
-    let mut text = String::new();
-    if simulated {
-        text.push_str(
-            "The built-in example; its measurements are simulated. For your own robot:\n\
-             delta-cal calibrate ROBOT.toml SAMPLES.csv (see delta-cal calibrate --help)\n\n",
-        );
+    report.document = Some(document(&robot, robot_file, samples_file)?);
+    if arguments.robot.is_none() {
+        report.origin = Some("The built-in example: its measurements are simulated.");
     }
-    text.push_str(&table::render(&report, &about));
-    deliver(&arguments.outputs(&toml, &json, &page), text)?;
-    accepted(acceptance.as_ref())
-}
-
-/// A limit that is not met has its exit code, after everything was written.
-fn accepted(acceptance: Option<&Acceptance>) -> Result<(), Failure> {
-    match acceptance {
-        Some(acceptance) if !acceptance.passed() => Err(Failure::NotPassed(format!(
-            "the expanded uncertainty is not within the limit of {} mm",
-            acceptance.limit
+    if let Some(Length(limit)) = arguments.limit {
+        report = report.with_limit(limit);
+    }
+    let toml = report.after.to_toml(&comment(&report, &readings));
+    let json = report.to_json();
+    let page = arguments.report.as_ref().map_or_else(String::new, |_| report.to_html());
+    let outputs = [
+        (arguments.output.as_deref(), toml.as_str()),
+        (arguments.json.as_deref(), json.as_str()),
+        (arguments.report.as_deref(), page.as_str()),
+    ];
+    deliver(&outputs, report.to_text())?;
+    match report.acceptance {
+        Some(acceptance) if !acceptance.passed => Err(Failure::NotPassed(format!(
+            "the expanded uncertainty exceeds {} mm",
+            acceptance.limit_mm
         ))),
         _ => Ok(()),
     }
-}
-
-fn refused(arguments: &CalibrateArguments, error: CalibrateError) -> Failure {
-    let refusal = calibration::json::refusal(&error);
-    outputs::refused(arguments.json.as_deref(), &refusal, error.into())
 }
 
 fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
@@ -111,123 +146,20 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     outputs::check(&[samples], &[("--output", output), json, report])
 }
 
-/// What is calibrated, from what, and the files that say so.
-struct Inputs {
-    robot: RobotFile,
-    measurements: Measurements,
-    sources: [Source; 2],
-}
-
-fn inputs(arguments: &CalibrateArguments) -> Result<Inputs, CalibrateError> {
+fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, CalibrateError> {
     let (Some(robot), Some(samples)) = (&arguments.robot, &arguments.samples) else {
-        let (robot, samples) = example::load()?;
+        let (robot, readings) = example::load()?;
         let sources = [
             InputText::new(&robot.name, example::ROBOT_TOML),
-            InputText::new(&samples.name, example::SAMPLES_CSV),
+            InputText::new(&readings.name, example::SAMPLES_CSV),
         ];
-        return Ok(Inputs {
-            robot,
-            measurements: Measurements::Positions(samples),
-            sources: sources.each_ref().map(Source::from),
-        });
+        return Ok(Inputs { robot, readings, sources: sources.each_ref().map(Source::from) });
     };
     let robot_text = InputText::from_file(robot)?;
     let robot = RobotFile::read(&robot_text)?;
     let waiting = Waiting::for_file(samples);
-    let samples = read(samples, &arguments.columns)?;
-    let measurements = read_samples(&samples, &robot, arguments.options())?;
-    let measurements = for_transmissions(&robot, measurements)?;
+    let samples = read_long(samples, &arguments.columns)?;
+    let readings = read_samples(&samples, &robot, options)?;
     drop(waiting);
-    Ok(Inputs {
-        robot,
-        measurements,
-        sources: [Source::from(&robot_text), Source::from(&samples)],
-    })
-}
-
-/// From heights, distances and single coordinates.
-fn observed(
-    arguments: &CalibrateArguments,
-    robot: &RobotFile,
-    samples: &ObservationsFile,
-    document: &Document,
-) -> Result<(), Failure> {
-    let waiting = Waiting::for_rows("calibrating from", samples.rows.len());
-    let report = match calibrate_observations(robot, samples, arguments.options()) {
-        Err(error) if error.refused() => {
-            return Err(refused(arguments, error));
-        }
-        result => result?,
-    };
-    drop(waiting);
-    let acceptance = arguments.limit().map(|limit| report.acceptance(limit));
-    let about = About {
-        origin: None,
-        document: Some(document),
-        acceptance: acceptance.as_ref(),
-    };
-    let json = json::text(&observations::json(&report, &about));
-    let page = match arguments.report {
-        Some(_) => observations::html(&report, &about),
-        None => String::new(),
-    };
-    let comment = format!(
-        "Calibrated by delta-cal {} from {} and {}:\n{} rows of heights, distances or coordinates.\n{}",
-        env!("CARGO_PKG_VERSION"),
-        robot.name,
-        samples.name,
-        samples.rows.len(),
-        document.comment(),
-    );
-    let toml = report.after.to_toml(&comment);
-    let text = observations::text(&report, &about);
-    deliver(&arguments.outputs(&toml, &json, &page), text)?;
-    accepted(acceptance.as_ref())
-}
-
-fn comment(report: &CalibrationReport, simulated: bool) -> String {
-    let note = if simulated {
-        "\nThe built-in example: simulated, not measured."
-    } else {
-        ""
-    };
-    format!(
-        "Calibrated by delta-cal {} from {} and {}:\n{} sample{}, position error {:.4} mm rms before and \
-         {:.4} mm after.\nOptions: {}{note}",
-        env!("CARGO_PKG_VERSION"),
-        report.before.name,
-        report.samples_file,
-        report.samples,
-        if report.samples == 1 { "" } else { "s" },
-        report.error_before.rms,
-        report.error_after.rms,
-        options(report),
-    )
-}
-
-/// The options as they would be typed, and what the robot file states.
-fn options(report: &CalibrationReport) -> String {
-    let options = &report.options;
-    let method = options.method.name();
-    let solver = match options.solver {
-        Solver::LevenbergMarquardt => "lm",
-        Solver::GaussNewton => "gn",
-    };
-    let frame = match options.frame {
-        Frame::Base => "base",
-        Frame::Sensor => "sensor",
-    };
-    let loss = match options.loss {
-        None => "",
-        Some(Loss::Huber) => " --loss huber",
-        Some(Loss::Tukey) => " --loss tukey",
-    };
-    let streaming = stream::options(options.streaming);
-    let no_guess = if options.no_guess { " --no-guess" } else { "" };
-    let stated = |known: bool| if known { "stated" } else { "not stated" };
-    format!(
-        "--method {method} --solver {solver} --frame {frame}{loss}{streaming}{no_guess}; tolerance {}, noise {}.",
-        stated(report.before.tolerance.is_some()),
-        stated(report.before.noise.is_some()),
-    )
+    Ok(Inputs { robot, readings, sources: [Source::from(&robot_text), Source::from(&samples)] })
 }

@@ -4,7 +4,7 @@
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::SamplesFile;
+use crate::files::samples_file::Readings;
 
 /// `robot.toml` of the example.
 pub const ROBOT_TOML: &str = include_str!("../../examples/paper-robot/robot.toml");
@@ -16,9 +16,9 @@ pub const SAMPLES_CSV: &str = include_str!("../../examples/paper-robot/samples.c
 ///
 /// # Errors
 /// None, as long as the built-in files are in order, which a test assures.
-pub fn load() -> Result<(RobotFile, SamplesFile), InputError> {
+pub fn load() -> Result<(RobotFile, Readings), InputError> {
     let robot = RobotFile::read(&InputText::new("built-in robot.toml", ROBOT_TOML))?;
-    let samples = SamplesFile::read(
+    let samples = Readings::read(
         &InputText::new("built-in samples.csv", SAMPLES_CSV),
         &robot.limits,
     )?;

@@ -102,17 +102,20 @@ pub struct NamedPoint {
 
 /// What identifies a robot and its measurement, for reports: nothing is computed from it. `None` where the file does
 /// not say it.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Record {
     /// The robot's name.
+    #[serde(rename = "robot_name")]
     pub name: Option<String>,
     /// The robot's serial number.
+    #[serde(rename = "robot_serial")]
     pub serial: Option<String>,
     /// Who measured.
     pub operator: Option<String>,
     /// With what.
     pub instrument: Option<String>,
     /// On which day.
+    #[serde(rename = "measured_on")]
     pub date: Option<String>,
 }
 

@@ -1,53 +1,89 @@
-//! The samples file: joint angles and measured positions, one row a pose.
+//! The samples file: joint angles, and what was measured there, one row a pose.
 
 mod header;
-mod many_rows;
 mod number;
-mod observations;
 mod planned;
 mod records;
-mod row;
 mod table;
 
-pub use many_rows::{MOST_IN_MEMORY, ManyRows};
-pub use observations::{Measurements, ObservationsFile, Reading, ReadingFrom};
-pub(crate) use planned::is_planned;
-pub use planned::{MeasurementsToCheck, ObservationsToCheck, PosesToCheck, is_unmeasured_plan};
-pub use row::Row;
+pub use planned::Planned;
 
 use crate::files::columns::{Quantity, Unit};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
+use crate::fit::solution::{Kind, READINGS};
 use crate::text::units::degrees;
+use crate::text::words::list;
 use delta_cal::Sample;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
 use table::{Table, TableRow};
 
 /// Degrees and millimetres that are all below this look like radians and metres…
 const OTHER_UNIT: f64 = 2.0;
 /// …if there are so many rows.
 const ROWS_TO_TELL_UNITS: usize = 8;
+/// The name of the plane of a file that names none.
+const ONLY_PLANE: &str = "plane";
+/// A blank coordinate is meant if so many rows, and one in so many of the file, have the same cells blank.
+const LEAST_GROUP: usize = 3;
+const ONE_IN: usize = 10;
 
-/// What a samples file says: at least one sample.
+/// One row of a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row<T> {
+    /// Its line in the file, counted from 1.
+    pub line: u64,
+    /// What it holds.
+    pub value: T,
+}
+
+/// What a samples file says: at least one row, at least one reading in each.
 ///
-/// The columns are `q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm`, with linear drives `s1_mm, s2_mm, s3_mm` first, or in other units, in any order, separated by
-/// commas, semicolons, tabs or spaces. Columns whose name begins with `_` are ignored. Lines that begin
-/// with `#` are comments.
+/// The columns are `q1_deg, q2_deg, q3_deg` (with linear drives `s1_mm, s2_mm, s3_mm`) and any of `x_mm, y_mm, z_mm`,
+/// `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, in other units as well, in any
+/// order, separated by commas, semicolons, tabs or spaces. Columns whose name begins with `_` are ignored. Lines that
+/// begin with `#` are comments.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SamplesFile {
+pub struct Readings {
     /// The file's name, for messages.
     pub name: String,
-    /// Joint angles in radians, or travels in millimetres, and positions in millimetres. If `all` holds the rows of
-    /// a file with many, these are some of them, chosen evenly over the file.
-    pub rows: Vec<Row<Sample<f64>>>,
-    /// All rows, if they are too many for the memory.
-    pub all: Option<ManyRows>,
+    /// Joint angles in radians, lengths in millimetres. Rows that are equal to the last digit are here once.
+    pub rows: Vec<Row<Reading>>,
+    /// The planes' names, in the order in which they occur.
+    pub planes: Vec<String>,
+    /// The points' names, likewise.
+    pub points: Vec<String>,
+    /// The lines of the rows that are equal to a row before them, to the last digit.
+    pub copies: Vec<u64>,
     /// Whether the header states the joint angles in degrees, all three.
     pub in_degrees: bool,
     /// In which unit the header states the positions, all three coordinates.
     pub positions_in: PositionUnit,
+}
+
+/// What was measured at a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// Joint angles, radians; with linear drives travels, mm.
+    pub joints: [f64; 3],
+    /// The coordinates that were measured, mm.
+    pub position: [Option<f64>; 3],
+    /// The index of a plane and the height above it, mm.
+    pub height: Option<(usize, f64)>,
+    /// From where, and how far, mm.
+    pub distance: Option<(ReadingFrom, f64)>,
+}
+
+/// Where a distance begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ReadingFrom {
+    /// At the point of this index.
+    Point(usize),
+    /// At the platform's position at these joint angles, radians.
+    Pose([f64; 3]),
 }
 
 /// In which unit positions are stated.
@@ -61,88 +97,221 @@ pub enum PositionUnit {
     Other,
 }
 
-/// Why a table of positions was not read.
-enum Stop {
-    Fault(InputError),
-    /// A cell of x, y or z is empty.
-    Gap(InputError),
-}
-
-impl From<InputError> for Stop {
-    fn from(fault: InputError) -> Self {
-        Self::Fault(fault)
-    }
-}
-
-impl From<Stop> for InputError {
-    fn from(stop: Stop) -> Self {
-        match stop {
-            Stop::Fault(fault) | Stop::Gap(fault) => fault,
+impl Reading {
+    /// A complete position.
+    pub fn of(sample: &Sample<f64>) -> Self {
+        Self {
+            joints: sample.joints,
+            position: sample.position.data.0[0].map(Some),
+            height: None,
+            distance: None,
         }
     }
+
+    /// x, y, z, height, distance; `None` where nothing was read.
+    pub fn read(&self) -> [Option<f64>; READINGS] {
+        let [x, y, z] = self.position;
+        let height = self.height.map(|(_, height)| height);
+        [x, y, z, height, self.distance.map(|(_, distance)| distance)]
+    }
+
+    /// How many numbers were measured.
+    pub fn readings(&self) -> usize {
+        self.read().iter().flatten().count()
+    }
+
+    /// x, y and z, if all three were measured.
+    pub fn sample(&self) -> Option<Sample<f64>> {
+        let [Some(x), Some(y), Some(z)] = self.position else {
+            return None;
+        };
+        Some(Sample {
+            joints: self.joints,
+            position: Vector3::new(x, y, z),
+        })
+    }
 }
 
-impl SamplesFile {
+impl Readings {
     /// Reads a samples file of a robot with these joint limits.
     ///
     /// # Errors
-    /// The first fault: a missing, unknown or doubled column, a short or long row, a number that
-    /// does not parse or is not finite, a joint angle more than 1° outside the limits, no rows.
+    /// The first fault: a missing, unknown or doubled column, a short or long row, a number that does not parse or is not
+    /// finite, a joint angle more than 1° outside the limits, no rows; a row without any reading, a coordinate that is blank
+    /// in a few rows only; a distance that is not above 0, that begins nowhere, or both at a point and at a pose; a plane
+    /// or point without a reading; rows that are all the same.
     pub fn read(input: &InputText, limits: &JointLimits<f64>) -> Result<Self, InputError> {
         let table = Table::parse(input)?;
-        Ok(Self::of_table(&table, input, limits.drive(), Some(limits))?)
+        table.require(&Quantity::joints(limits.drive()))?;
+        if has_positions_alone(&table) {
+            table.require(&Quantity::COORDINATES)?;
+        }
+        table.require_units()?;
+        let rows = table.rows(|row| named(row, limits))?;
+        check_blanks(input, &table, &rows)?;
+        Self::of_rows(&table, input, rows)
     }
 
-    /// As [`read`](Self::read) of a robot with these drives, whatever the joint angles.
+    /// The complete positions of a robot with these drives, whatever the joint angles.
     pub(crate) fn read_any(input: &InputText, drive: Drive) -> Result<Self, InputError> {
-        Ok(Self::of_table(&Table::parse(input)?, input, drive, None)?)
-    }
-
-    fn of_table(
-        table: &Table<'_>,
-        input: &InputText,
-        drive: Drive,
-        limits: Option<&JointLimits<f64>>,
-    ) -> Result<Self, Stop> {
+        let table = Table::parse(input)?;
         table.require(&Quantity::joints(drive))?;
         table.require(&Quantity::COORDINATES)?;
-        let read = |row: &TableRow<'_>| {
-            let joints = match limits {
-                Some(limits) => row.joints(limits)?,
-                None => row.numbers(Quantity::joints(drive))?,
-            };
-            let position = position_of(row)?;
-            Ok::<_, Stop>(Sample { joints, position })
-        };
-        Ok(Self {
-            rows: table.rows(read)?,
-            ..Self::without_rows(table, input)
-        })
+        let rows = table.rows(|row| {
+            let joints = row.numbers(Quantity::joints(drive))?;
+            Ok::<_, InputError>(Named {
+                joints,
+                position: row.numbers(Quantity::COORDINATES)?.map(Some),
+                height: None,
+                distance: None,
+            })
+        })?;
+        Self::of_rows(&table, input, rows)
     }
 
-    fn without_rows(table: &Table<'_>, input: &InputText) -> Self {
-        Self {
-            name: input.name().to_owned(),
-            rows: Vec::new(),
-            all: None,
+    fn of_rows(table: &Table<'_>, input: &InputText, named: Vec<Row<Named>>) -> Result<Self, InputError> {
+        let count = named.len();
+        let mut file = Self {
             in_degrees: table.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
             positions_in: match table.unit_of(&Quantity::COORDINATES) {
                 Some(Unit::Millimetre) => PositionUnit::Millimetre,
                 Some(Unit::Metre) => PositionUnit::Metre,
                 _ => PositionUnit::Other,
             },
+            ..Self::with_indices(input, named)
+        };
+        file.keep_one_of_each();
+        if let ([row], true) = (file.rows.as_slice(), count > 1) {
+            let cause = format!("all {count} rows are equal to the last digit: one measurement");
+            return Err(InputError::new(&file.name, cause)
+                .at_line(row.line)
+                .with_remedy("measure different poses, and write each into a row of its own"));
         }
+        Ok(file)
+    }
+
+    /// Planes and points by their indices.
+    fn with_indices(input: &InputText, named: Vec<Row<Named>>) -> Self {
+        let mut file = Self::of_name(input.name());
+        for Row { line, value } in named {
+            let height = value
+                .height
+                .map(|(plane, height)| (index_of(&mut file.planes, plane), height));
+            let distance = value.distance.map(|(from, distance)| {
+                let from = match from {
+                    NamedFrom::Point(point) => ReadingFrom::Point(index_of(&mut file.points, point)),
+                    NamedFrom::Pose(joints) => ReadingFrom::Pose(joints),
+                };
+                (from, distance)
+            });
+            file.rows.push(Row {
+                line,
+                value: Reading {
+                    joints: value.joints,
+                    position: value.position,
+                    height,
+                    distance,
+                },
+            });
+        }
+        file
+    }
+
+    /// Without rows, in millimetres and degrees.
+    pub fn of_name(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            rows: Vec::new(),
+            planes: Vec::new(),
+            points: Vec::new(),
+            copies: Vec::new(),
+            in_degrees: true,
+            positions_in: PositionUnit::Millimetre,
+        }
+    }
+
+    /// Complete positions, the first in line 2.
+    pub fn of_samples(name: impl Into<String>, samples: &[Sample<f64>]) -> Self {
+        let rows = (2..).zip(samples).map(|(line, sample)| Row {
+            line,
+            value: Reading::of(sample),
+        });
+        Self {
+            rows: rows.collect(),
+            ..Self::of_name(name)
+        }
+    }
+
+    fn keep_one_of_each(&mut self) {
+        let mut seen = BTreeMap::new();
+        let bits = |row: &Reading| {
+            let joints = row.joints.map(f64::to_bits);
+            let read = row.read().map(|value| value.map(f64::to_bits));
+            let from = match row.distance {
+                Some((ReadingFrom::Point(point), _)) => (Some(point), None),
+                Some((ReadingFrom::Pose(joints), _)) => (None, Some(joints.map(f64::to_bits))),
+                None => (None, None),
+            };
+            (joints, read, row.height.map(|(plane, _)| plane), from)
+        };
+        let copies = &mut self.copies;
+        self.rows.retain(|row| {
+            let new = seen.insert(bits(&row.value), row.line).is_none();
+            if !new {
+                copies.push(row.line);
+            }
+            new
+        });
+    }
+
+    /// The rows that hold x, y and z.
+    pub fn samples(&self) -> impl Iterator<Item = Row<Sample<f64>>> + '_ {
+        self.rows.iter().filter_map(|row| {
+            Some(Row {
+                line: row.line,
+                value: row.value.sample()?,
+            })
+        })
+    }
+
+    /// Whether every row holds x, y and z, and nothing else.
+    pub fn is_complete(&self) -> bool {
+        let mut rows = self.rows.iter();
+        rows.all(|row| {
+            let Reading { height, distance, .. } = row.value;
+            row.value.sample().is_some() && height.is_none() && distance.is_none()
+        })
+    }
+
+    /// Whether a row holds a reading of this kind.
+    pub fn holds(&self, kind: Kind) -> bool {
+        let mut rows = self.rows.iter();
+        rows.any(|row| {
+            let mut read = row.value.read().into_iter().enumerate();
+            read.any(|(place, value)| value.is_some() && Kind::of_place(place) == kind)
+        })
+    }
+
+    /// How many numbers were measured in all rows.
+    pub fn readings(&self) -> usize {
+        self.rows.iter().map(|row| row.value.readings()).sum()
+    }
+
+    /// How many rows have joint angles that no row before them has.
+    pub fn distinct_poses(&self) -> usize {
+        let bits = |row: &Row<Reading>| row.value.joints.map(f64::to_bits);
+        self.rows.iter().map(bits).collect::<std::collections::BTreeSet<_>>().len()
     }
 
     /// Whether the numbers look like another unit than the header states, in words.
     pub(crate) fn unit_hint(&self) -> Option<String> {
-        if self.rows.len() < ROWS_TO_TELL_UNITS {
+        let samples: Vec<_> = self.samples().collect();
+        if samples.len() < ROWS_TO_TELL_UNITS {
             return None;
         }
-        let angles = self.rows.iter().flat_map(|row| row.value.joints);
+        let angles = samples.iter().flat_map(|row| row.value.joints);
         let radians = self.in_degrees && angles.map(degrees).all(|q| q.abs() < OTHER_UNIT);
-        let positions = self
-            .rows
+        let positions = samples
             .iter()
             .flat_map(|row| row.value.position.data.0[0]);
         let in_millimetres = self.positions_in == PositionUnit::Millimetre;
@@ -159,69 +328,207 @@ impl SamplesFile {
         }
     }
 
-    /// How many rows the file has.
-    pub fn count(&self) -> usize {
-        self.all.as_ref().map_or(self.rows.len(), ManyRows::count)
-    }
-
-    /// The line of the row at `index`.
-    pub(crate) fn line(&self, index: usize) -> Option<u64> {
-        match &self.all {
-            Some(all) => all.line(index),
-            None => self.rows.get(index).map(|row| row.line),
-        }
-    }
-
-    /// Every row, some at a time, with the index of the first of them.
-    ///
-    /// # Errors
-    /// The first error of `take`.
-    pub(crate) fn each_part<E>(
-        &self,
-        mut take: impl FnMut(usize, &[Row<Sample<f64>>]) -> Result<(), E>,
-    ) -> Result<(), E> {
-        match &self.all {
-            Some(all) => all.each_part(take),
-            None => take(0, &self.rows),
-        }
-    }
-
-    /// With every position moved.
+    /// With every measured position moved, mm.
     #[must_use]
     pub(crate) fn moved(mut self, by: &Vector3<f64>) -> Self {
         for row in &mut self.rows {
-            row.value.position += by;
+            for (coordinate, by) in row.value.position.iter_mut().zip(by.iter()) {
+                *coordinate = coordinate.map(|value| value + by);
+            }
         }
-        self.all = self.all.map(|all| all.moved(by));
         self
     }
 
-    /// The fault of the sample at `index`, in its line.
+    /// A fault of the row at an index, in its line.
     pub fn fault(&self, index: usize, cause: impl Into<String>) -> InputError {
         let error = InputError::new(&self.name, cause)
             .with_remedy("check the row and the units in the header (_mm or _m, _deg or _rad)");
-        match self.line(index) {
-            Some(line) => error.at_line(line),
+        match self.rows.get(index) {
+            Some(row) => error.at_line(row.line),
             None => error,
         }
     }
+
+    /// Complete positions, for what takes nothing else.
+    ///
+    /// # Errors
+    /// The first row that holds less, or something else.
+    pub fn complete(self) -> Result<Self, InputError> {
+        if self.is_complete() {
+            return Ok(self);
+        }
+        let partial = self.rows.iter().position(|row| row.value.sample().is_none());
+        let cause = "the row does not hold x, y and z alone, and nothing else can be used here";
+        Err(self
+            .fault(partial.unwrap_or_default(), cause)
+            .with_remedy("delta-cal calibrate takes heights, distances and single coordinates"))
+    }
+
+    /// Which of these names occurs in no row, and what names do, in words.
+    pub(crate) fn unused(names: &[String], wanted: &str) -> Option<String> {
+        if names.iter().any(|name| name == wanted) {
+            return None;
+        }
+        Some(match names {
+            [] => "no row names one".to_owned(),
+            names => format!("the rows name {}", list(names)),
+        })
+    }
 }
 
-fn position_of(row: &TableRow<'_>) -> Result<Vector3<f64>, Stop> {
-    let position = row.numbers(Quantity::COORDINATES).map_err(|fault| {
-        if row.has_gap(Quantity::COORDINATES) {
-            Stop::Gap(fault)
-        } else {
-            Stop::Fault(fault)
+/// A coordinate that is blank in a few rows is a mistake.
+fn check_blanks(
+    input: &InputText,
+    table: &Table<'_>,
+    rows: &[Row<Named>],
+) -> Result<(), InputError> {
+    let has = Quantity::COORDINATES.map(|quantity| table.has_any(&[quantity]));
+    let pattern = |row: &Row<Named>| {
+        let blank = [0, 1, 2].map(|axis| has[axis] && row.value.position[axis].is_none());
+        let none = row.value.position.iter().all(Option::is_none);
+        let meant = !blank.contains(&true) || none;
+        (!meant).then_some(blank)
+    };
+    let mut groups: BTreeMap<[bool; 3], (usize, u64)> = BTreeMap::new();
+    for row in rows {
+        if let Some(blank) = pattern(row) {
+            groups.entry(blank).or_insert((0, row.line)).0 += 1;
         }
-    })?;
-    Ok(Vector3::from(position))
+    }
+    let least = LEAST_GROUP.max(rows.len() / ONE_IN);
+    let few = groups.iter().filter(|(_, (count, _))| *count < least);
+    let Some((blank, (count, line))) = few.min_by_key(|(_, (_, line))| *line) else {
+        return Ok(());
+    };
+    let axis = blank.iter().position(|own| *own).unwrap_or_default();
+    let column = table.name_of(Quantity::COORDINATES[axis]);
+    let cause = format!("the cell is blank in {count} of {} rows", rows.len());
+    let remedy = format!(
+        "fill it in or delete the row; blanks are meant where {LEAST_GROUP} rows and one in {ONE_IN} have the same \
+         cells blank"
+    );
+    Err(InputError::new(input.name(), cause)
+        .at_line(*line)
+        .at_column(column)
+        .with_remedy(remedy))
+}
+
+/// Whether a header names x, y and z, or nothing else in their place.
+fn has_positions_alone(table: &Table<'_>) -> bool {
+    let others = [
+        Quantity::Height,
+        Quantity::Plane,
+        Quantity::Distance,
+        Quantity::Point,
+        Quantity::ToJoint1,
+        Quantity::ToJoint2,
+        Quantity::ToJoint3,
+        Quantity::ToTravel1,
+        Quantity::ToTravel2,
+        Quantity::ToTravel3,
+    ];
+    let coordinates = Quantity::COORDINATES.iter();
+    let some = coordinates.filter(|own| table.has_any(&[**own])).count();
+    !table.has_any(&others) && !(1..3).contains(&some)
+}
+
+/// A row whose plane and point still have names.
+struct Named {
+    pub(super) joints: [f64; 3],
+    pub(super) position: [Option<f64>; 3],
+    pub(super) height: Option<(String, f64)>,
+    pub(super) distance: Option<(NamedFrom, f64)>,
+}
+
+enum NamedFrom {
+    Point(String),
+    Pose([f64; 3]),
+}
+
+fn named(row: &TableRow<'_>, limits: &JointLimits<f64>) -> Result<Named, InputError> {
+    let mut position = [None; 3];
+    for (coordinate, quantity) in position.iter_mut().zip(Quantity::COORDINATES) {
+        *coordinate = row.optional(quantity)?;
+    }
+    let height = row.optional(Quantity::Height)?;
+    let plane = row.text(Quantity::Plane);
+    if height.is_none() && plane.is_some() {
+        let cause = "the row names a plane and has no height above it";
+        return Err(row
+            .fault_of(Quantity::Height, cause)
+            .with_remedy("fill in height_mm, or leave the cell of the plane empty"));
+    }
+    let height = height.map(|height| (plane.unwrap_or(ONLY_PLANE).to_owned(), height));
+    let named = Named {
+        joints: row.joints(limits)?,
+        position,
+        height,
+        distance: distance(row, limits)?,
+    };
+    let nothing = named.position.iter().all(Option::is_none);
+    if nothing && named.height.is_none() && named.distance.is_none() {
+        return Err(row
+            .fault_of_row("nothing was measured in this row")
+            .with_remedy("fill in what was measured at these joint angles, or delete the row"));
+    }
+    Ok(named)
+}
+
+fn distance(
+    row: &TableRow<'_>,
+    limits: &JointLimits<f64>,
+) -> Result<Option<(NamedFrom, f64)>, InputError> {
+    const REMEDY: &str = "a distance begins either at a point, whose name stands in the column point, or at \
+                          the pose of to_q1_deg,to_q2_deg,to_q3_deg";
+    let distance = row.optional(Quantity::Distance)?;
+    let point = row.text(Quantity::Point);
+    let filled = Quantity::to_joints(limits.drive()).map(|joint| row.text(joint).is_some());
+    let pose = filled.contains(&true);
+    let Some(distance) = distance else {
+        if point.is_some() || pose {
+            let cause = "the row says where a distance begins and holds no distance";
+            return Err(row.fault_of(Quantity::Distance, cause).with_remedy(
+                "fill in distance_mm, or leave the cells of point and to_q1_deg… empty",
+            ));
+        }
+        return Ok(None);
+    };
+    if !(distance > 0.0) {
+        let cause = format!("a distance of {distance} mm is not above 0");
+        return Err(row
+            .fault_of(Quantity::Distance, cause)
+            .with_remedy("check the number; a distance that was not measured has an empty cell"));
+    }
+    let from = match (point, pose) {
+        (Some(_), true) => {
+            let cause = "the distance begins both at a point and at a pose";
+            return Err(row.fault_of(Quantity::Point, cause).with_remedy(REMEDY));
+        }
+        (None, false) => {
+            let cause = "the distance begins nowhere";
+            return Err(row.fault_of(Quantity::Distance, cause).with_remedy(REMEDY));
+        }
+        (Some(point), false) => NamedFrom::Point(point.to_owned()),
+        (None, true) => {
+            NamedFrom::Pose(row.joints_in(Quantity::to_joints(limits.drive()), limits)?)
+        }
+    };
+    Ok(Some((from, distance)))
+}
+
+/// The place of a name in a list, to which it is added if it is new.
+fn index_of(names: &mut Vec<String>, name: String) -> usize {
+    if let Some(index) = names.iter().position(|known| *known == name) {
+        return index;
+    }
+    names.push(name);
+    names.len() - 1
 }
 
 /// Reads the joint angles (radians) of a file; positions may be there too and are ignored.
 ///
 /// # Errors
-/// As [`SamplesFile::read`].
+/// As [`Readings::read`].
 pub fn read_joints(
     input: &InputText,
     limits: &JointLimits<f64>,
@@ -235,7 +542,7 @@ pub fn read_joints(
 /// at.
 ///
 /// # Errors
-/// As [`SamplesFile::read`].
+/// As [`Readings::read`].
 pub fn read_positions(input: &InputText) -> Result<Vec<Row<Vector3<f64>>>, InputError> {
     let table = Table::parse(input)?;
     table.require(&Quantity::COORDINATES)?;
@@ -254,7 +561,7 @@ pub(crate) enum Pose {
 /// Reads the joint angles of a file that has them, otherwise its positions.
 ///
 /// # Errors
-/// As [`SamplesFile::read`].
+/// As [`Readings::read`].
 pub(crate) fn read_poses(
     input: &InputText,
     limits: &JointLimits<f64>,

@@ -1,15 +1,14 @@
 //! What makes a report a document: whose it is, of which robot and files, and when it was written.
 
-use crate::accuracy::coverage::Acceptance;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::Record;
 use crate::text::date;
 use maud::{Markup, html};
-use serde_json::{Value, json};
+use serde::{Serialize, Serializer};
 use std::fmt::Write;
 
 /// An input file, by its name and its content.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Source {
     /// As it was given.
     pub name: String,
@@ -27,27 +26,24 @@ impl From<&InputText> for Source {
 }
 
 /// What identifies a report.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Document {
     /// When it was written: seconds since the beginning of 1970.
+    #[serde(rename = "date", serialize_with = "as_day")]
     pub written: u64,
     /// The robot and the measurement.
+    #[serde(flatten)]
     pub record: Record,
     /// The robot file.
+    #[serde(rename = "robot_file")]
     pub robot: Source,
     /// The samples file.
+    #[serde(rename = "samples_file")]
     pub samples: Source,
 }
 
-/// What is said of a calibration beside its result.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct About<'a> {
-    /// What the result itself cannot know: that the samples are simulated, or where it was computed.
-    pub origin: Option<&'a str>,
-    /// `None` leaves it out.
-    pub document: Option<&'a Document>,
-    /// `None` if no limit was asked for.
-    pub acceptance: Option<&'a Acceptance>,
+fn as_day<S: Serializer>(seconds: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&date::of_seconds(*seconds))
 }
 
 impl Document {
@@ -105,24 +101,5 @@ impl Document {
                 }
             }
         }
-    }
-
-    /// For programs; `null` where the robot file says nothing.
-    pub(super) fn json(&self) -> Value {
-        let source = |source: &Source| json!({ "name": source.name, "sha256": source.sha256 });
-        json!({
-            // Of the report, in UTC.
-            "date": self.date(),
-            "program_version": env!("CARGO_PKG_VERSION"),
-            "robot_name": self.record.name,
-            "robot_serial": self.record.serial,
-            "operator": self.record.operator,
-            "instrument": self.record.instrument,
-            // Of the measurement, as it is stated.
-            "measured_on": self.record.date,
-            // SHA-256 of the files' bytes.
-            "robot_file": source(&self.robot),
-            "samples_file": source(&self.samples),
-        })
     }
 }

@@ -1,9 +1,8 @@
 //! The errors that the model does not hold, each as what it would do to the measured positions.
 
 use super::cause::CauseKind;
-use crate::fit::fkm::Linearization;
 use delta_cal::robot::Drive;
-use delta_cal::{ArmIndex, Robot, Sample};
+use delta_cal::ArmIndex;
 use nalgebra::{Matrix3, Vector3};
 
 /// Columns of all hypotheses together.
@@ -45,59 +44,11 @@ pub(super) fn all(drive: Drive) -> Vec<Hypothesis> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     /// −1 or 1 for each joint: the direction of its last move; 0 before its first.
-    directions: [f64; 3],
+    pub(super) directions: [f64; 3],
     /// From −½ in the first row to ½ in the last.
-    part: f64,
+    pub(super) part: f64,
     /// The square of the distance from the robot's axis, 1 at the largest of the file.
-    radius_squared: f64,
-}
-
-/// The lowest and the highest angle or travel of each joint.
-pub(super) fn ranges(samples: &[Sample<f64>]) -> [[f64; 2]; 3] {
-    std::array::from_fn(|joint| {
-        let all = samples.iter().map(|sample| sample.joints[joint]);
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {
-            [low.min(q), high.max(q)]
-        })
-    })
-}
-
-/// The square of the largest distance from the robot's axis, mm².
-pub(super) fn largest_radius_squared(samples: &[Sample<f64>]) -> f64 {
-    let squares = samples
-        .iter()
-        .map(|sample| sample.position.xy().norm_squared());
-    squares.fold(0.0, f64::max)
-}
-
-/// Of every sample, in the order of the file. `directions`: of each joint's last move before it.
-pub(super) fn places(samples: &[Sample<f64>], directions: &[[f64; 3]]) -> Vec<Place> {
-    let radius_squared = |sample: &Sample<f64>| sample.position.xy().norm_squared();
-    let largest = largest_radius_squared(samples);
-    let last = samples.iter().skip(1).fold(0.0, |count, _| count + 1.0);
-    (0..)
-        .map(f64::from)
-        .zip(samples)
-        .zip(directions)
-        .map(|((row, sample), directions)| Place {
-            directions: *directions,
-            part: if last > 0.0 { row / last - 0.5 } else { 0.0 },
-            radius_squared: if largest > 0.0 {
-                radius_squared(sample) / largest
-            } else {
-                0.0
-            },
-        })
-        .collect()
-}
-
-/// ∂X/∂q at a pose of the robot.
-pub(super) fn by_joints(robot: &Robot<f64>, at: &Linearization, joints: &[f64; 3]) -> Matrix3<f64> {
-    let mut by_joints = at.by_constraints;
-    for ((mut column, arm), q) in by_joints.column_iter_mut().zip(robot.arms()).zip(joints) {
-        column *= arm.constraint_by_joint(&at.position, *q);
-    }
-    by_joints
+    pub(super) radius_squared: f64,
 }
 
 /// By how much a position moves for one unit of each column: mm per radian, 1, or mm.

@@ -1,10 +1,8 @@
 //! What the residuals of a fit show that the model does not hold.
 
 use super::cause::Cause;
-use super::discrepancy::Discrepancy;
-use super::residuals::{self, ArmResiduals};
 use super::selection::select;
-use super::subject::Subject;
+use super::subject::{ArmResiduals, Subject};
 use delta_cal::Sample;
 
 /// A cause that moves the positions by less, mm rms, is one of the arithmetic.
@@ -22,25 +20,8 @@ pub struct Causes {
     /// By how much the causes put the calibrated robot's positions off, rms over the workspace, mm: by
     /// themselves and by what the parameters have taken up of them. 0 if none was found.
     pub position_error: f64,
-    /// By what the σ of the positions, of a fit that takes a noise that is not stated as even, is too small, because
-    /// the residuals show that the joints' part of it is not; 1 if they do not.
-    pub uneven_noise: f64,
     /// What is left of each arm's closure error, over its joint angle.
     pub arms: [ArmResiduals; 3],
-}
-
-impl Causes {
-    /// Nothing was looked for.
-    pub(crate) fn not_tested(why: &'static str) -> Self {
-        Self {
-            found: Vec::new(),
-            not_tested: Some(why),
-            explained: 0.0,
-            position_error: 0.0,
-            uneven_noise: 1.0,
-            arms: Default::default(),
-        }
-    }
 }
 
 /// Tests every hypothesis; `poses` are all over the workspace.
@@ -51,45 +32,22 @@ pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
         not_tested: None,
         explained: 0.0,
         position_error: 0.0,
-        uneven_noise: 1.0,
-        arms: residuals::arms(subject.calibrated, &counted, &[], None),
+        arms: subject.arms(&counted, &[], None),
     };
-    let Some((regression, scale, noise)) = subject.regression(&counted) else {
-        causes.not_tested = Some("too few samples are left over to tell causes from noise");
-        return causes;
-    };
-    if subject.noise.is_none()
-        && !subject.arms_apart
-        && let Some(widening) = subject.widening_by_uneven_noise(&counted, scale, &noise, poses)
-    {
-        causes.uneven_noise = widening;
-    }
+    let solution = subject.solution;
+    let least = solution.noise.iter().map(|own| own.sigma).fold(f64::INFINITY, f64::min);
+    let stated = solution.estimated_freedom().is_none();
     let ranges = subject.ranges();
-    let joints = (subject.calibrated.drive(), &ranges);
-    match select(
-        &regression,
-        joints,
-        subject.noise.is_some(),
-        NEGLIGIBLE / scale,
-    ) {
+    let joints = (solution.robot.drive(), &ranges);
+    match select(&subject.regression(&counted), joints, stated, NEGLIGIBLE / least) {
         Err(why) => causes.not_tested = Some(why),
         Ok(None) => {}
         Ok(Some(selection)) => {
-            let corrections = subject.corrections(&selection.coefficients);
             causes.explained = selection.explained;
-            let discrepancy = Discrepancy {
-                robot: subject.calibrated,
-                found: &selection.found,
-                corrections: &corrections,
-                radius_squared: subject.radius_squared(),
-            };
-            causes.position_error = discrepancy.rms(poses);
-            causes.arms = residuals::arms(
-                subject.calibrated,
-                &counted,
-                &selection.found,
-                Some(&corrections),
-            );
+            causes.position_error =
+                subject.discrepancy(&selection.found, &selection.coefficients, poses);
+            causes.arms =
+                subject.arms(&counted, &selection.found, Some(&selection.coefficients));
             causes.found = selection.found;
         }
     }

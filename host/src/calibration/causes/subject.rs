@@ -1,274 +1,299 @@
-//! A fitted robot and its residuals, as rows of a regression.
+//! A solution and its residuals, as rows of a regression.
 
+use super::cause::{Cause, CauseKind};
 use super::hypotheses::{self, Place};
 use super::regression::{Regression, Rows};
-use crate::accuracy::evaluation::differences;
-use crate::accuracy::information::{PARAMETERS, rows_of_prior, tolerance_prior, units};
-use crate::accuracy::position_uncertainty::PositionUncertainty;
-use crate::fit::fkm::{self, Linearization};
-use crate::fit::weights::SampleWeight;
-use delta_cal::{Noise, Robot, Sample, Tolerance};
-use nalgebra::{DVector, Matrix3, SMatrix, SVector, Vector3};
+use crate::files::samples_file::{ReadingFrom, Readings};
+use crate::fit::Solution;
+use crate::fit::solution::{READINGS, Sensitivity};
+use crate::geometry::directions::Directions;
+use delta_cal::{ArmIndex, Robot, Sample};
+use nalgebra::{DVector, Matrix3, SVector, Vector3};
 
-/// More samples are not looked at: evenly spread ones stand for all.
-const MOST_SAMPLES: usize = 5000;
-/// A residual of more scales counts as if it were that large, so that one wrong sample is no cause.
+/// A residual of more scales counts as if it were that large, so that one wrong reading is no cause.
 const LARGEST_RESIDUAL: f64 = 4.0;
-/// The median length of a vector of three standard normal numbers.
-const MEDIAN_LENGTH: f64 = 1.538;
-/// Unknowns of the sensor's frame.
-const FRAME: usize = 6;
-/// Without a stated noise: the part of the joints in the noise of the positions that are tried.
-const JOINT_PARTS: [f64; 5] = [0.0, 0.2, 0.5, 0.8, 0.95];
-/// The logarithm of the likelihood by which a part of the joints must be better than none, to be more than chance.
-const SHOWN: f64 = 2.0;
+/// The median of the size of a standard normal number.
+const MEDIAN: f64 = 0.6745;
+/// Points of a curve.
+const POINTS: u32 = 60;
 
-/// A fitted robot, and what it was fitted to.
+/// A solution, and the readings that it is of.
 pub(crate) struct Subject<'a> {
-    /// The centre of the tolerance.
-    pub(crate) nominal: &'a Robot<f64>,
-    pub(crate) calibrated: &'a Robot<f64>,
-    pub(crate) samples: &'a [Sample<f64>],
-    /// In which direction each joint moved last before each sample: −1, 1, or 0 if it had not moved.
-    pub(crate) directions: &'a [[f64; 3]],
-    /// What the fit made of each sample.
-    pub(crate) weights: &'a [SampleWeight],
-    pub(crate) noise: Option<Noise<f64>>,
-    /// One σ of each coordinate, mm, that the fit estimates where no noise is stated.
-    pub(crate) estimated_noise: Option<f64>,
-    pub(crate) tolerance: Option<Tolerance<f64>>,
-    /// Whether the positions were aligned with the nominal robot.
-    pub(crate) aligned: bool,
-    /// Whether each arm has its own estimate of a noise that is not stated.
-    pub(crate) arms_apart: bool,
+    pub(crate) solution: &'a Solution,
+    pub(crate) readings: &'a Readings,
 }
 
-/// A sample that counts, at the fitted robot.
-pub(super) struct Counted {
-    pub(super) sample: Sample<f64>,
+/// A pose of the calibrated robot.
+#[derive(Clone, Copy)]
+pub(super) struct At {
+    pub(super) joints: [f64; 3],
+    pub(super) position: Vector3<f64>,
+    pub(super) by_joints: Matrix3<f64>,
+}
+
+/// A row that counts.
+pub(super) struct Counted<'a> {
+    at: At,
+    /// Where a distance between two poses begins.
+    other: Option<At>,
     place: Place,
-    weight: f64,
-    pub(super) at: Linearization,
-    by_joints: Matrix3<f64>,
+    sensitivity: &'a Sensitivity,
+    residuals: SVector<f64, READINGS>,
+    complete: bool,
 }
 
-impl Subject<'_> {
+/// One arm's closure errors over its joint angle.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ArmResiduals {
+    /// Joint angle (radians) and f/(2 Lb) (mm, along the forearm) of every row with x, y and z that counts, with the
+    /// parameters as they are once the causes found are taken into account.
+    pub points: Vec<(f64, f64)>,
+    /// The same of the causes found in this joint, where the other joints have their mean angles; two
+    /// curves of a backlash, one for each direction. Empty if none was found.
+    pub curves: Vec<Vec<(f64, f64)>>,
+}
+
+impl At {
+    pub(super) fn new(robot: &Robot<f64>, joints: &[f64; 3]) -> Option<Self> {
+        let position = robot.forward(joints).ok()?;
+        let by_joints = robot.platform_jacobian(&position, joints).ok()?.by_joints;
+        Some(Self {
+            joints: *joints,
+            position,
+            by_joints,
+        })
+    }
+}
+
+impl<'a> Subject<'a> {
+    /// The rows that count, of many some.
+    pub(super) fn counted(&self) -> Vec<Counted<'a>> {
+        let robot = &self.solution.robot;
+        let mut moves = Directions::default();
+        let rows = &self.readings.rows;
+        let directions: Vec<_> = rows.iter().map(|row| moves.next(&row.value.joints)).collect();
+        let positions = rows.iter().filter_map(|row| robot.forward(&row.value.joints).ok());
+        let largest = positions.fold(0.0, |most: f64, own| most.max(own.xy().norm_squared()));
+        let last = rows.iter().skip(1).fold(0.0, |count, _| count + 1.0);
+        let counted = self.solution.sensitivities.iter().filter_map(|sensitivity| {
+            let index = sensitivity.row;
+            let reading = &rows.get(index)?.value;
+            let at = At::new(robot, &reading.joints)?;
+            let other = match reading.distance {
+                Some((ReadingFrom::Pose(joints), _)) => Some(At::new(robot, &joints)?),
+                _ => None,
+            };
+            #[allow(clippy::cast_precision_loss)] // rows of a file
+            let part = if last > 0.0 { index as f64 / last - 0.5 } else { 0.0 };
+            let squared = at.position.xy().norm_squared();
+            Some(Counted {
+                at,
+                other,
+                place: Place {
+                    directions: directions[index],
+                    part,
+                    radius_squared: if largest > 0.0 { squared / largest } else { 0.0 },
+                },
+                sensitivity,
+                residuals: SVector::from(self.solution.rows[index].whitened),
+                complete: reading.sample().is_some(),
+            })
+        });
+        counted.collect()
+    }
+
     /// The square of the largest distance from the robot's axis, mm².
     pub(super) fn radius_squared(&self) -> f64 {
-        hypotheses::largest_radius_squared(self.samples)
+        let robot = &self.solution.robot;
+        let rows = self.readings.rows.iter();
+        let positions = rows.filter_map(|row| robot.forward(&row.value.joints).ok());
+        positions.fold(0.0, |most: f64, own| most.max(own.xy().norm_squared()))
     }
 
     /// The lowest and the highest angle or travel of each joint.
     pub(super) fn ranges(&self) -> [[f64; 2]; 3] {
-        hypotheses::ranges(self.samples)
+        std::array::from_fn(|joint| {
+            let all = self.readings.rows.iter().map(|row| row.value.joints[joint]);
+            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| [low.min(q), high.max(q)])
+        })
     }
 
-    /// The samples that count.
-    pub(super) fn counted(&self) -> Vec<Counted> {
-        let places = hypotheses::places(self.samples, self.directions);
-        let every = self.samples.len().div_ceil(MOST_SAMPLES).max(1);
-        self.samples
-            .iter()
-            .zip(places)
-            .zip(self.weights)
-            .step_by(every)
-            .filter(|(_, weight)| !weight.suspected && weight.weight > 0.0)
-            .filter_map(|((sample, place), weight)| {
-                let at = Linearization::new(self.calibrated, &sample.joints).ok()?;
-                let by_joints = hypotheses::by_joints(self.calibrated, &at, &sample.joints);
-                Some(Counted {
-                    sample: *sample,
-                    place,
-                    weight: weight.weight,
-                    at,
-                    by_joints,
-                })
-            })
-            .collect()
-    }
-
-    /// All rows, the σ of a coordinate (mm), and the noise. Without a stated noise the part of the joints in it is
-    /// the one that makes the residuals most probable.
-    pub(super) fn regression(&self, counted: &[Counted]) -> Option<(Regression, f64, Noise<f64>)> {
-        if let Some(noise) = self.noise {
-            return Some((self.rows(counted, &noise).0, noise.position(), noise));
-        }
-        let sigma = self.estimated_noise.filter(|sigma| *sigma > 0.0)?;
-        let squares: f64 = counted.iter().map(|c| c.by_joints.norm_squared()).sum();
-        let number = counted.iter().fold(0.0, |count, _| count + 3.0);
-        let by_joint = (squares / number).sqrt();
-        let tried = JOINT_PARTS.into_iter().filter_map(|part: f64| {
-            let joint = sigma * part.sqrt() / by_joint;
-            let noise = Noise::new(sigma * (1.0 - part).sqrt(), joint).ok()?;
-            let (regression, log_whitening) = self.rows(counted, &noise);
-            let solution = regression.solve(&[])?;
-            // The restricted likelihood (Patterson and Thompson 1971).
-            let likelihood = log_whitening
-                - solution.log_determinant
-                - 0.5 * solution.freedom * solution.variance().ln();
-            let scale = solution.variance().sqrt();
-            let noise = Noise::new(scale * noise.position(), scale * noise.joint()).ok()?;
-            likelihood
-                .is_finite()
-                .then_some((likelihood, regression, noise))
-        });
-        let tried: Vec<_> = tried.collect();
-        let even = tried
-            .first()
-            .map(|(likelihood, _, noise)| (*likelihood, *noise))?;
-        let (likelihood, regression, noise) =
-            tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let shown = likelihood - even.0 > SHOWN;
-        Some((regression, sigma, if shown { noise } else { even.1 }))
-    }
-
-    /// By what the σ of the positions over the workspace, of a fit that took the noise as even with this σ (mm), is too small
-    /// if the noise is this one; 1 if it is not.
-    ///
-    /// With A = Σ JᵀJ/σ² + P⁻¹ the fit says A⁻¹, but the parameters scatter by A⁻¹ (Σ JᵀΣₖJ/σ⁴ + P⁻¹) A⁻¹, where
-    /// Σₖ = σx² I + σq² J_q J_qᵀ.
-    pub(super) fn widening_by_uneven_noise(
-        &self,
-        counted: &[Counted],
-        sigma: f64,
-        noise: &Noise<f64>,
-        poses: &[Sample<f64>],
-    ) -> Option<f64> {
-        let units = units(self.calibrated);
-        let prior = rows_of_prior(&tolerance_prior(self.calibrated, self.tolerance.as_ref()));
-        let mut information = prior.tr_mul(&prior);
-        let mut scatter = information;
-        for c in counted {
-            let mut jacobian: SMatrix<f64, 3, PARAMETERS> = c.at.jacobian();
-            for (mut column, unit) in jacobian.column_iter_mut().zip(&units) {
-                column /= *unit;
-            }
-            let own = Matrix3::identity() * noise.position().powi(2)
-                + c.by_joints * c.by_joints.transpose() * noise.joint().powi(2);
-            information.gemm_tr(c.weight / sigma.powi(2), &jacobian, &jacobian, 1.0);
-            let weighed = own * jacobian;
-            scatter.gemm_tr((c.weight / sigma.powi(2)).powi(2), &jacobian, &weighed, 1.0);
-        }
-        // What stands at no place of an arm's vector is not off.
-        let places = std::iter::repeat_n(self.calibrated.drive().places(), 3).flatten();
-        for (index, _) in places.enumerate().filter(|(_, place)| place.is_none()) {
-            information[(index, index)] += 1.0;
-        }
-        let said = information.cholesky()?.inverse();
-        let is = said * scatter * said;
-        let over = |covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>| {
-            let robot = self.calibrated;
-            Some(PositionUncertainty { robot, covariance }.over(poses)?.rms)
-        };
-        let ratio = over(&is)? / over(&said)?;
-        ratio.is_finite().then(|| ratio.max(1.0))
-    }
-
-    /// All rows with this noise, and Σ log |Lₖ⁻¹|.
-    fn rows(&self, counted: &[Counted], noise: &Noise<f64>) -> (Regression, f64) {
-        let framed = self.aligned && self.tolerance.is_some();
-        let frame = if framed { FRAME } else { 0 };
-        let drive = self.calibrated.drive();
+    /// All rows: the unknowns always take part, the hypotheses may.
+    pub(super) fn regression(&self, counted: &[Counted<'_>]) -> Regression {
+        let solution = self.solution;
+        let unknowns = solution.covariance.nrows();
+        let drive = solution.robot.drive();
         let ranges = self.ranges();
-        let mut rows = Rows::new(PARAMETERS + frame, hypotheses::columns(drive));
-        let whitened: Vec<_> = counted
-            .iter()
-            .map(|c| {
-                let whitening = fkm::whitening(self.calibrated, &c.sample, noise);
-                let residual = whitening * (c.sample.position - c.at.position);
-                (whitening, residual)
-            })
-            .collect();
-        let largest = LARGEST_RESIDUAL * scale(&whitened, self.noise.is_some());
-        let mut log_whitening = 0.0;
-        let units = units(self.calibrated);
-        for (c, (whitening, residual)) in counted.iter().zip(&whitened) {
-            let length = residual.norm();
-            let weight = c.weight
-                * if length > largest {
-                    largest / length
-                } else {
-                    1.0
-                };
-            log_whitening += whitening.determinant().abs().ln();
-            let mut jacobian = c.at.jacobian();
-            for (mut column, unit) in jacobian.column_iter_mut().zip(&units) {
-                column /= *unit;
+        let mut rows = Rows::new(unknowns, hypotheses::columns(drive));
+        let largest = LARGEST_RESIDUAL * scale(counted);
+        for c in counted {
+            let movements = |at: &At| {
+                hypotheses::movements(drive, &at.by_joints, &at.joints, &ranges, &c.place)
+            };
+            let (own, other) = (movements(&c.at), c.other.as_ref().map(movements));
+            for reading in 0..READINGS {
+                let [by_own, by_other] = c.sensitivity.by_positions.map(|all| all[reading]);
+                let read = c.sensitivity.by_unknowns.row(reading);
+                if by_own == Vector3::zeros() {
+                    continue;
+                }
+                let residual = c.residuals[reading];
+                let mut row: Vec<f64> = read.columns(0, unknowns).iter().copied().collect();
+                for (index, movement) in own.iter().enumerate() {
+                    let there = other.as_ref().map_or(0.0, |all| by_other.dot(&all[index]));
+                    row.push(by_own.dot(movement) + there);
+                }
+                row.push(residual);
+                let size = residual.abs();
+                let weight = if size > largest { largest / size } else { 1.0 };
+                rows.add(DVector::from_vec(row), weight);
             }
-            let jacobian: SMatrix<f64, 3, PARAMETERS> = whitening * jacobian;
-            let mut columns: Vec<Vector3<f64>> = (0..PARAMETERS)
-                .map(|index| jacobian.column(index).into_owned())
-                .collect();
-            if framed {
-                columns.extend(frame_movements(&c.sample.position).map(|by| whitening * by));
-            }
-            let movements =
-                hypotheses::movements(drive, &c.by_joints, &c.sample.joints, &ranges, &c.place);
-            columns.extend(movements.iter().map(|movement| whitening * movement));
-            columns.push(*residual);
-            for axis in 0..3 {
-                let row = columns.iter().map(|column| column[axis]);
-                rows.add(DVector::from_iterator(columns.len(), row), weight);
+        }
+        let off = &solution.prior * &solution.moved;
+        for (row, off) in solution.prior.row_iter().zip(&off) {
+            if row.iter().any(|entry| entry.abs() > 0.0) {
+                rows.add_prior(row.iter().copied(), -off);
             }
         }
         // What stands at no place of an arm's vector is not off.
-        let places = std::iter::repeat_n(drive.places(), 3).flatten();
-        for (index, _) in places.enumerate().filter(|(_, place)| place.is_none()) {
-            let row = (0..PARAMETERS).map(|own| if own == index { 1.0 } else { 0.0 });
+        for index in (0..unknowns).filter(|index| !(solution.covariance[(*index, *index)] > 0.0)) {
+            let row = (0..unknowns).map(|own| if own == index { 1.0 } else { 0.0 });
             rows.add_prior(row, 0.0);
         }
-        if self.tolerance.is_some() {
-            let prior = rows_of_prior(&tolerance_prior(self.calibrated, self.tolerance.as_ref()));
-            let off = prior * differences(self.nominal, self.calibrated);
-            for (row, off) in prior.row_iter().zip(&off) {
-                rows.add_prior(row.iter().copied(), *off);
+        rows.regression()
+    }
+
+    /// What the causes found make of the calibrated robot's positions, rms over poses, mm: its parameters are wrong by what
+    /// they have taken up of the causes, and the causes themselves are left; over both directions of a backlash.
+    pub(super) fn discrepancy(
+        &self,
+        found: &[Cause],
+        coefficients: &DVector<f64>,
+        poses: &[Sample<f64>],
+    ) -> f64 {
+        let robot = &self.solution.robot;
+        let radius_squared = self.radius_squared();
+        let squared = |pose: &Sample<f64>| {
+            let at = At::new(robot, &pose.joints)?;
+            let blocks = robot.platform_jacobian(&at.position, &at.joints).ok()?.by_parameters;
+            let mut error = Vector3::zeros();
+            for (arm, block) in blocks.iter().enumerate() {
+                error += block * coefficients.fixed_rows::<8>(8 * arm);
             }
-        }
-        (rows.regression(), log_whitening)
-    }
-
-    /// The parameters' corrections, and the frame's.
-    pub(super) fn corrections(&self, coefficients: &DVector<f64>) -> Corrections {
-        let units = units(self.calibrated);
-        let frame = self.aligned && self.tolerance.is_some();
-        Corrections {
-            parameters: SVector::from_fn(|index, _| coefficients[index] / units[index]),
-            frame: std::array::from_fn(|index| {
-                if frame {
-                    coefficients[PARAMETERS + index]
-                } else {
-                    0.0
+            let mut either_way = 0.0;
+            for cause in found {
+                match (cause.kind, cause.arm) {
+                    (CauseKind::Backlash, Some(arm)) => {
+                        let half = cause.joint_error(0.0, 1.0);
+                        either_way += (at.by_joints.column(arm.index()) * half).norm_squared();
+                    }
+                    (_, Some(arm)) => {
+                        let index = arm.index();
+                        error += at.by_joints.column(index) * cause.joint_error(at.joints[index], 0.0);
+                    }
+                    (CauseKind::Sag, None) if radius_squared > 0.0 => {
+                        let part = at.position.xy().norm_squared() / radius_squared;
+                        error -= Vector3::z() * (cause.size * part);
+                    }
+                    // The positions drift, not the robot.
+                    (_, None) => {}
                 }
-            }),
-        }
+            }
+            Some(error.norm_squared() + either_way)
+        };
+        let (sum, count) = poses
+            .iter()
+            .filter_map(squared)
+            .fold((0.0, 0.0), |(sum, count), squared| (sum + squared, count + 1.0));
+        if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
+    }
+
+    /// The arms' closure errors over their joint angles, and what the causes found make of them.
+    pub(super) fn arms(
+        &self,
+        counted: &[Counted<'_>],
+        found: &[Cause],
+        coefficients: Option<&DVector<f64>>,
+    ) -> [ArmResiduals; 3] {
+        let robot = &self.solution.robot;
+        let unknowns = self.solution.covariance.nrows();
+        let complete: Vec<_> = counted.iter().filter(|c| c.complete).collect();
+        let number = complete.iter().fold(0.0, |count, _| count + 1.0);
+        let mean = std::array::from_fn(|joint| {
+            complete.iter().map(|c| c.at.joints[joint]).sum::<f64>() / number
+        });
+        let residuals: Vec<_> = complete
+            .iter()
+            .filter_map(|c| {
+                let mut residuals = c.residuals;
+                if let Some(coefficients) = coefficients {
+                    let own = c.sensitivity.by_unknowns.columns(0, unknowns);
+                    residuals -= own * coefficients.rows(0, unknowns);
+                }
+                let [x, y, z, ..] = c.sensitivity.by_positions[0];
+                let in_sigma = Matrix3::from_columns(&[x, y, z]).transpose();
+                let apart = in_sigma.try_inverse()? * residuals.fixed_rows::<3>(0);
+                Some((c.at, apart))
+            })
+            .collect();
+        ArmIndex::ALL.map(|index| {
+            let arm = robot.arm(index);
+            let points = residuals.iter().map(|(at, apart)| {
+                let q = at.joints[index.index()];
+                (q, arm.constraint_by_position(&at.position, q).dot(apart) / (2.0 * arm.lb()))
+            });
+            let points: Vec<_> = points.collect();
+            let own: Vec<_> = found.iter().filter(|cause| cause.arm == Some(index)).collect();
+            ArmResiduals {
+                curves: curves(robot, index, &points, mean, &own),
+                points,
+            }
+        })
     }
 }
 
-/// What a fit with causes changes in the parameters and in the sensor's frame.
-pub(super) struct Corrections {
-    pub(super) parameters: SVector<f64, PARAMETERS>,
-    pub(super) frame: [f64; FRAME],
+/// The scale of the residuals, which some wrong readings do not change; not below the noise.
+fn scale(counted: &[Counted<'_>]) -> f64 {
+    let residuals = counted.iter().flat_map(|c| c.residuals.iter().copied());
+    let mut sizes: Vec<_> = residuals.filter(|own| *own != 0.0).map(f64::abs).collect();
+    sizes.sort_by(f64::total_cmp);
+    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    (median / MEDIAN).max(1.0)
 }
 
-/// By how much a position moves for each unknown of its frame: 1 mm, or the rotation by one radian.
-pub(in crate::calibration) fn frame_movements(position: &Vector3<f64>) -> [Vector3<f64>; FRAME] {
-    std::array::from_fn(|index| {
-        let axis = Vector3::ith(index % 3, 1.0);
-        if index < 3 {
-            axis
-        } else {
-            axis.cross(position)
-        }
-    })
-}
-
-/// The scale of the residuals, which some wrong samples do not change; not below a stated noise.
-fn scale(whitened: &[(Matrix3<f64>, Vector3<f64>)], stated: bool) -> f64 {
-    let mut lengths: Vec<_> = whitened
+fn curves(
+    robot: &Robot<f64>,
+    index: ArmIndex,
+    points: &[(f64, f64)],
+    mean: [f64; 3],
+    own: &[&Cause],
+) -> Vec<Vec<(f64, f64)>> {
+    if own.is_empty() {
+        return Vec::new();
+    }
+    let backlash = own.iter().any(|cause| cause.kind == CauseKind::Backlash);
+    let directions: &[f64] = if backlash { &[-1.0, 1.0] } else { &[0.0] };
+    let angles = points.iter().map(|point| point.0);
+    let (low, high) = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| {
+        (low.min(q), high.max(q))
+    });
+    let arm = robot.arm(index);
+    let at = |q: f64, direction: f64| {
+        let mut joints = mean;
+        joints[index.index()] = q;
+        let position = robot.forward(&joints).ok()?;
+        let error: f64 = own.iter().map(|cause| cause.joint_error(q, direction)).sum();
+        let closure = -arm.constraint_by_joint(&position, q) * error;
+        Some((q, closure / (2.0 * arm.lb())))
+    };
+    directions
         .iter()
-        .map(|(_, residual)| residual.norm())
-        .collect();
-    lengths.sort_by(f64::total_cmp);
-    let median = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
-    (median / MEDIAN_LENGTH).max(if stated { 1.0 } else { 0.0 })
+        .map(|direction| {
+            (0..=POINTS)
+                .map(|point| low + (high - low) * f64::from(point) / f64::from(POINTS))
+                .filter_map(|q| at(q, *direction))
+                .collect()
+        })
+        .collect()
 }
+

@@ -1,11 +1,11 @@
 //! How well the samples agree with the robot file if a fault is undone.
 
 use super::hypothesis::{Fault, are_two, faults, undone};
-use crate::calibration::attempt::position_error_after;
+use crate::calibration::judge::{Case, attempt};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{PositionUnit, SamplesFile};
+use crate::files::samples_file::{PositionUnit, Readings};
 use crate::fit::options::{Frame, Options};
-use crate::fit::sensor_frame::degenerate;
+use crate::accuracy::rigid_motion::degenerate;
 use crate::geometry::joint_limits::outside_limits;
 use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
@@ -55,25 +55,24 @@ impl<'a> Evidence<'a> {
     /// `None` if there are too few samples to tell.
     pub(super) fn new(
         robot: &'a RobotFile,
-        samples: &SamplesFile,
-        options: Options,
+        readings: &Readings,
+        options: &Options,
     ) -> Option<Self> {
-        let count = samples.rows.len();
+        let samples: Vec<_> = readings.samples().map(|row| row.value).collect();
+        let count = samples.len();
         let needed = match options.frame {
             Frame::Base => SAMPLES_NEEDED,
             Frame::Sensor => SAMPLES_FOR_A_FRAME,
         };
         let compared = samples
-            .rows
-            .iter()
+            .into_iter()
             .step_by(count.div_ceil(COMPARED).max(1))
-            .map(|row| row.value)
             .collect();
         let [arm, ..] = robot.robot.arms();
         (count >= needed).then(|| Self {
             robot,
             frame: options.frame,
-            positions_in: samples.positions_in,
+            positions_in: readings.positions_in,
             compared,
             forearm: arm.lb(),
         })
@@ -212,22 +211,21 @@ fn median_distance(
 /// A calibration of what the file would hold without the faults.
 pub(super) fn calibrated(
     robot: &RobotFile,
-    samples: &SamplesFile,
-    options: Options,
+    readings: &Readings,
+    options: &Options,
     faults: &[Fault],
 ) -> Option<f64> {
-    let values: Vec<_> = samples.rows.iter().map(|row| row.value).collect();
+    let values: Vec<_> = readings.samples().map(|row| row.value).collect();
     let (without, values) = undone(faults, &robot.robot, &values)?;
     let robot = RobotFile {
         robot: without,
         ..robot.clone()
     };
-    let mut samples = SamplesFile {
-        all: None,
-        ..samples.clone()
-    };
-    for (row, value) in samples.rows.iter_mut().zip(values) {
-        row.value = value;
+    let mut readings = readings.clone();
+    let complete = readings.rows.iter_mut().filter(|row| row.value.sample().is_some());
+    for (row, value) in complete.zip(values) {
+        row.value.joints = value.joints;
+        row.value.position = value.position.data.0[0].map(Some);
     }
     let options = Options {
         frame: if faults.contains(&Fault::Elsewhere) {
@@ -235,7 +233,8 @@ pub(super) fn calibrated(
         } else {
             options.frame
         },
-        ..options
+        ..*options
     };
-    position_error_after(&robot, &samples, options)
+    let case = Case { robot: &robot, before: &robot, readings: &readings, options };
+    Some(attempt(&case).ok()?.error_after?.median)
 }

@@ -1,34 +1,23 @@
 //! What would explain samples that cannot be right as a whole.
 
+use serde::Serialize;
 use std::fmt;
 
 /// Explanations that are named; others that are as good are counted.
 const NAMED: usize = 4;
 
 /// What would explain samples that cannot be right as a whole.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
     /// Half of the measured points are within this distance of where the robot of the file would be,
-    /// mm; infinite if it does not reach them or they are in one spot. With `evidence` [`Fit`](DiagnosisEvidence::Fit), of
-    /// where the calibrated robot would be.
+    /// mm; infinite if it does not reach them or they are in one spot.
     pub as_they_are: f64,
-    /// What the explanations were compared by.
-    pub evidence: DiagnosisEvidence,
     /// What explains the samples, the best first, all about equally well. At least one.
     pub explanations: Vec<Explanation>,
 }
 
-/// What explanations are compared by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DiagnosisEvidence {
-    /// The distances of the measured points from where the robot of the file would be.
-    RobotFile,
-    /// The distances from where the robot would be that is fitted without a guess.
-    Fit,
-}
-
 /// One fault, or two together.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explanation {
     /// What is wrong, in words.
     pub cause: String,
@@ -45,41 +34,32 @@ impl fmt::Display for Diagnosis {
         let [best, others @ ..] = &self.explanations[..] else {
             return Ok(());
         };
-        let whose = match self.evidence {
-            DiagnosisEvidence::RobotFile => "the robot of the file",
-            DiagnosisEvidence::Fit => "a robot fitted without a start value",
-        };
         write!(
             formatter,
-            "it looks as if {}. If that is undone, half of the measured points are within {} mm of \
-             where {whose} would be",
+            "Probably {}. Without it half of the points are within {} mm of the robot file",
             best.cause,
             figures(best.without),
         )?;
         if let Some(calibrated) = best.calibrated {
             let calibrated = figures(calibrated);
-            write!(formatter, ", after a calibration within {calibrated} mm")?;
+            write!(formatter, " ({calibrated} mm after calibration)")?;
         }
         if self.as_they_are.is_finite() {
             write!(
                 formatter,
-                "; as the files are, within {} mm. ",
+                "; as they are, {} mm. ",
                 figures(self.as_they_are)
             )?;
         } else {
-            formatter.write_str("; as the files are, the two cannot be compared. ")?;
+            formatter.write_str(". ")?;
         }
         for other in others.iter().take(NAMED - 1) {
-            write!(
-                formatter,
-                "Another explanation is as good: {}. ",
-                other.cause
-            )?;
+            write!(formatter, "Equally likely: {}. ", other.cause)?;
         }
         if let Some(more) = others.len().checked_sub(NAMED - 1).filter(|more| *more > 0) {
-            write!(formatter, "{more} more explanations are as good. ")?;
+            write!(formatter, "{more} more are as likely. ")?;
         }
-        formatter.write_str("The program corrected nothing")
+        formatter.write_str("Nothing was corrected")
     }
 }
 

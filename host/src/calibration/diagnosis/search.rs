@@ -1,17 +1,13 @@
 //! Looks for the faults that explain the samples.
 
 use super::evidence::{Evidence, Scored, calibrated};
-use super::explanation::{Diagnosis, DiagnosisEvidence, Explanation};
-use super::hypothesis::{AngleUnit, Fault};
+use super::explanation::{Diagnosis, Explanation};
+use super::hypothesis::Fault;
 use super::words::Words;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::SamplesFile;
+use crate::files::samples_file::Readings;
 use crate::fit::options::{Frame, Options};
 
-/// A fit without a guess explains the samples if it is this many times nearer…
-const CLEARLY: f64 = 4.0;
-/// …and leaves no more than this part of the forearm.
-const FITS: f64 = 0.01;
 /// No robot has forearms below this, mm: then the file's lengths are in a larger unit.
 const LEAST_FOREARM: f64 = 10.0;
 
@@ -19,40 +15,33 @@ const LEAST_FOREARM: f64 = 10.0;
 /// wrong with the file as a whole, or no fault explains what is.
 pub(crate) fn diagnose(
     robot: &RobotFile,
-    samples: &SamplesFile,
-    options: Options,
+    readings: &Readings,
+    options: &Options,
 ) -> Option<Diagnosis> {
-    let evidence = Evidence::new(robot, samples, options)?;
+    let evidence = Evidence::new(robot, readings, options)?;
     let as_they_are = evidence.median(&[]);
     let found = evidence.explanations(as_they_are);
-    let (as_they_are, kind, found) = if found.is_empty() && options.no_guess {
-        let (as_they_are, found) = by_fits(robot, samples, options);
-        (as_they_are, DiagnosisEvidence::Fit, found)
-    } else {
-        (as_they_are, DiagnosisEvidence::RobotFile, found)
-    };
     if found.is_empty() {
         return None;
     }
-    let explain = |scored: &Scored| explanation(robot, samples, options, scored);
+    let explain = |scored: &Scored| explanation(robot, readings, options, scored);
     Some(Diagnosis {
         as_they_are,
-        evidence: kind,
         explanations: found.iter().map(explain).collect(),
     })
 }
 
 fn explanation(
     robot: &RobotFile,
-    samples: &SamplesFile,
-    options: Options,
+    readings: &Readings,
+    options: &Options,
     scored: &Scored,
 ) -> Explanation {
     let [arm, ..] = robot.robot.arms();
     let robot_in_metres = arm.lb() < LEAST_FOREARM;
     let words = Words {
         robot: &robot.name,
-        samples,
+        samples: readings,
         frame: if scored.faults.contains(&Fault::Elsewhere) {
             Frame::Sensor
         } else {
@@ -74,7 +63,7 @@ fn explanation(
         cause: all(&|fault| words.cause(fault), " and "),
         remedy: all(&|fault| words.remedy(fault), ", and "),
         without: unit * scored.median,
-        calibrated: calibrated(robot, samples, options, &scored.faults).map(|median| unit * median),
+        calibrated: calibrated(robot, readings, options, &scored.faults).map(|median| unit * median),
     }
 }
 
@@ -85,24 +74,4 @@ fn of_robot(faults: &[Fault]) -> f64 {
         _ => None,
     });
     lengths.product()
-}
-
-/// The robot file being no guess, only what no robot could do tells: joint angles in another unit.
-fn by_fits(robot: &RobotFile, samples: &SamplesFile, options: Options) -> (f64, Vec<Scored>) {
-    let fitted = |faults: &[Fault]| calibrated(robot, samples, options, faults);
-    let as_they_are = fitted(&[]).unwrap_or(f64::INFINITY);
-    let [arm, ..] = robot.robot.arms();
-    let least = FITS * arm.lb();
-    if as_they_are <= least {
-        return (as_they_are, Vec::new());
-    }
-    let found = [AngleUnit::Radians, AngleUnit::Degrees]
-        .into_iter()
-        .filter_map(|unit| {
-            let faults = vec![Fault::Angles([true; 3], unit)];
-            let median = fitted(&faults)?;
-            let explains = median <= least && median * CLEARLY <= as_they_are;
-            explains.then_some(Scored { faults, median })
-        });
-    (as_they_are, found.collect())
 }

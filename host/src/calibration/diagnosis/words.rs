@@ -1,7 +1,7 @@
 //! Faults in sentences.
 
 use super::hypothesis::{AngleUnit, Fault, LengthUnit, handedness};
-use crate::files::samples_file::{PositionUnit, SamplesFile};
+use crate::files::samples_file::{PositionUnit, Readings};
 use crate::fit::options::Frame;
 use crate::text::words::list;
 
@@ -11,7 +11,7 @@ const COORDINATES: [&str; 3] = ["x", "y", "z"];
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Words<'a> {
     pub(super) robot: &'a str,
-    pub(super) samples: &'a SamplesFile,
+    pub(super) samples: &'a Readings,
     pub(super) frame: Frame,
     /// Whether the robot is too small for its lengths to be millimetres.
     pub(super) robot_in_metres: bool,

@@ -3,7 +3,7 @@
 use super::header::{Column, Header, KNOWN};
 use super::number::Numbers;
 use super::records::Records;
-use super::row::Row;
+use super::Row;
 use crate::files::columns::{Quantity, Unit};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
@@ -68,6 +68,14 @@ impl<'a> Table<'a> {
     pub(super) fn has_any(&self, quantities: &[Quantity]) -> bool {
         let mut quantities = quantities.iter();
         quantities.any(|quantity| self.header.column(*quantity).is_some())
+    }
+
+    /// The name of the column that a quantity has or should have.
+    pub(super) fn name_of(&self, quantity: Quantity) -> String {
+        match self.header.column(quantity) {
+            Some(column) => self.header.name(column.place).to_owned(),
+            None => quantity.column(quantity.usual_unit()),
+        }
     }
 
     /// The unit that all of these have.
@@ -221,11 +229,7 @@ impl TableRow<'_> {
 
     /// A fault of this row, in the column that a quantity has or should have.
     pub(super) fn fault_of(&self, quantity: Quantity, cause: impl Into<String>) -> InputError {
-        let name = match self.table.header.column(quantity) {
-            Some(column) => self.table.header.name(column.place).to_owned(),
-            None => quantity.column(quantity.usual_unit()),
-        };
-        self.fault_of_row(cause).at_column(name)
+        self.fault_of_row(cause).at_column(self.table.name_of(quantity))
     }
 
     /// A fault of this row as a whole.

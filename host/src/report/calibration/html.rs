@@ -1,310 +1,187 @@
 //! The report as one HTML file that opens from disk: everything it needs is in it.
 
-mod figures;
-mod poses;
-mod uncertainty;
-
-use super::names::solver_name;
-use super::next::advice;
-use super::suspected::{self, loss_name};
-use super::{causes, expanded, sections, stream};
-use crate::accuracy::position_error::SampleErrors;
-use crate::accuracy::sampled::{MANY_ON_A_PAGE, in_words};
-use crate::accuracy::uncertainty_map::UncertaintyMap;
-use crate::calibration::report::CalibrationReport;
+use super::{Report, figures, text};
 use crate::fit::options::Frame;
-use crate::fit::outlier::OUTLIER;
 use crate::render::page::{self, figure, tile};
-use crate::render::plot::PlotError;
-use crate::render::section::{Part, Section};
+use crate::render::plot::{Figure, PlotError};
+use crate::render::section::Section;
 use crate::render::table::Table;
-use crate::report::document::About;
-use crate::text::joint;
-use crate::text::numbers::{millimetres, small_or};
-use crate::text::tolerance;
-use crate::text::words::{capitalised, count};
+use crate::text::numbers::{probability, significant, small_or};
+use crate::text::words::capitalised;
+use crate::text::{joint, tolerance};
 use maud::{Markup, html};
 
 /// So many samples or fewer are shown without being asked for.
 const SHOWN: usize = 40;
+/// A page has no more.
+const MOST: usize = 2500;
 
 /// The whole report.
-///
-/// # Errors
-/// A figure that cannot be drawn; none is known.
-pub fn render(report: &CalibrationReport, about: &About) -> Result<String, PlotError> {
-    let report = &report.clone().with_at_most(MANY_ON_A_PAGE);
-    let title = format!("Calibration of {}", report.before.name);
-    let mut parts: Vec<_> = suspected::section(report).into_iter().collect();
-    parts.extend(stream::sections(report));
-    parts.extend([
-        parameters(report)?,
-        residuals(report)?,
-        unmodelled(report)?,
-        views(report)?,
-        conditions(report)?,
-    ]);
-    if let Some(map) = &report.uncertainty {
-        parts.push(uncertain(map)?);
-    }
-    let expanded = report.expanded();
-    parts.push(expanded::section(
-        expanded.as_ref(),
-        "the position",
-        &report.before.robot,
-    ));
-    let joints = figure(
-        &figures::joints(report),
-        "Joint angles of the samples within the joint limits.",
-    )?;
-    parts.push(
-        Section::new("What to measure next")
-            .part(Part::List(advice(report)))
-            .in_page(joints),
-    );
-    parts.extend(sections::sensor_frame(report));
-    parts.push(expanded::glossary());
+pub(super) fn render(report: &Report) -> String {
+    let title = format!("Calibration of {}", report.robot_file);
+    let mut parts = vec![
+        with_figure(text::parameters(report), figures::parameters(report)),
+        residuals(report),
+        text::noise(report),
+        unmodelled(report),
+    ];
+    parts.push(uncertain(report));
+    parts.extend(text::places(report));
+    parts.extend(text::next(report).map(|next| {
+        let caption = "Joint positions of the samples within the joint limits.";
+        with_figure(next, Some((figures::joints(report), caption)))
+    }));
+    parts.push(glossary());
     let body = html! {
         h1 { (title) }
-        (how(report, about.origin))
-        @if let Some(document) = about.document { (document.page()) }
+        p { b { (report.robot_file) } " from " b { (report.samples_file) } ": " (text::how(report)) "." (stated(report)) }
+        @if let Some(origin) = report.origin { p.origin { (origin) } }
+        @if let Some(document) = &report.document { (document.page()) }
         (tiles(report))
-        (expanded::page_verdict(about.acceptance))
-        (sections::doubts(report))
+        @if let Some(limit) = text::limit(report) { (limit) }
+        (text::findings(report))
         @for part in &parts { (part) }
     };
-    Ok(page::render(&title, &body))
+    page::render(&title, &body)
 }
 
-fn how(report: &CalibrationReport, origin: Option<&str>) -> Markup {
-    let options = &report.options;
+fn stated(report: &Report) -> String {
     let drive = report.before.robot.drive();
-    html! {
-        p {
-            b { (report.before.name) } " from the " (count(report.samples, "sample")) " of "
-            b { (report.samples_file) }
-            @if report.distinct_poses < report.samples {
-                " (" (count(report.distinct_poses, "distinct pose")) ")"
-            }
-            ", measured in the "
-            (match options.frame { Frame::Base => "robot's", Frame::Sensor => "sensor's" })
-            " frame. "
-            (capitalised(options.method.title())) " method"
-            ", " (solver_name(options.solver))
-            @if options.no_guess { ", without a guess" }
-            @if options.loss.is_some() { ", loss " (loss_name(options.loss)) }
-            ". "
-            @match &report.before.tolerance {
-                Some(stated) => {
-                    "Tolerance: " (tolerance::in_words(drive, stated)) ". "
-                }
-                None => { "No tolerance stated. " }
-            }
-            @match &report.before.noise {
-                Some(noise) => {
-                    "Noise: " (noise.position()) " mm and "
-                    (joint::in_file(drive, noise.joint())) (joint::mark(drive)) "."
-                }
-                None => {
-                    "No noise is stated; with it this report would say whether the residuals are \
-                     credible."
-                    @if let Some(test) = &report.noise_test {
-                        " They say that it is " (test.estimate()) ", and the σ are from it."
-                    }
-                }
-            }
-        }
-        @if let Some(origin) = origin { p.origin { (origin) } }
+    let tolerance = report.before.tolerance.as_ref();
+    let tolerance = tolerance.map_or_else(String::new, |own| format!(" Tolerance: {}.", tolerance::in_words(drive, own)));
+    let frame = match report.frame {
+        Frame::Base => "",
+        Frame::Sensor => " The sensor's frame was found with the parameters.",
+    };
+    format!("{tolerance}{frame}")
+}
+
+/// A figure, or why there is none; no figure is known that cannot be drawn.
+fn drawn(drawing: &Figure, caption: &str) -> Markup {
+    match figure(drawing, caption) {
+        Ok(markup) => markup,
+        Err(error) => of_error(&error),
     }
 }
 
-fn tiles(report: &CalibrationReport) -> Markup {
-    let over_samples = |name: &str, before: f64, after: f64| {
-        let before = format!("before: {}", millimetres(before));
-        tile(name, &millimetres(after), &before)
-    };
-    let (before, after) = (&report.error_before, &report.error_after);
-    let expected = report.uncertainty.as_ref().map_or_else(
-        || "unknown".to_owned(),
-        |map| millimetres(map.expected.absolute.rms),
-    );
-    let note = report.workspace.map_or_else(
-        || "too few samples are left over to estimate it".to_owned(),
-        |comparison| {
-            let change = millimetres(comparison.change);
-            format!("standard uncertainty, k = 1; the calibration moves positions by {change} rms")
-        },
-    );
-    let expanded = report.expanded();
+fn of_error(error: &PlotError) -> Markup {
+    html! { p.note { "This figure cannot be drawn: " (error.to_string()) "." } }
+}
+
+fn with_figure(section: Section, figure: Option<(Figure, &str)>) -> Section {
+    match figure {
+        Some((figure, caption)) => section.after(drawn(&figure, caption)),
+        None => section,
+    }
+}
+
+fn tiles(report: &Report) -> Markup {
+    let mm = |value: f64| format!("{} mm", significant(value, 2));
     html! {
         div.tiles {
-            (over_samples("Position error over the samples, rms", before.rms, after.rms))
-            (over_samples("Position error over the samples, max", before.max, after.max))
-            (tile("Expected position error over the workspace, rms", &expected, &note))
-            @if let Some(expanded) = &expanded {
+            @if let Some(error) = &report.position_error_mm {
+                (tile("Position error over the samples, rms", &mm(error.after.rms), &format!("before: {}", mm(error.before.rms))))
+            } @else {
+                @for own in &report.residuals {
+                    (tile(
+                        &format!("Residuals of {}, rms", own.kind.plural()),
+                        &mm(own.after_rms_mm),
+                        &format!("before: {}", mm(own.before_rms_mm)),
+                    ))
+                }
+            }
+            @if let Some(own) = &report.expected_error {
+                (tile("Expected error, relative, rms", &mm(own.relative_rms_mm), "after the best rigid motion (σ)"))
+                (tile("Expected error, absolute, rms", &mm(own.absolute_rms_mm), "in the frame of the base (σ)"))
+            }
+            @if let Some(own) = &report.expanded_uncertainty {
                 (tile(
-                    "Expanded uncertainty over the workspace, rms",
-                    &millimetres(expanded.rms),
-                    &expanded::factor(&expanded.coverage),
+                    &format!("Expanded uncertainty, {}", own.of),
+                    &mm(own.rms_mm),
+                    &format!("rms over the workspace, k = {:.2}", own.coverage_factor),
                 ))
+            }
+            @if let Some(chance) = report.workspace.and_then(|own| own.chance_of_harm) {
+                (tile("Chance of harm", &probability(chance), "that the robot is worse than before"))
             }
         }
     }
 }
 
-fn parameters(report: &CalibrationReport) -> Result<Section, PlotError> {
-    let section = sections::parameters(report);
-    Ok(match figures::parameters(report) {
-        Some((changes, caption)) => section.after(figure(&changes, caption)?),
-        None => section,
-    })
-}
-
-fn residuals(report: &CalibrationReport) -> Result<Section, PlotError> {
-    let mut section = Section::new("Position error of each sample");
-    if report.sampled.is_some() {
-        let shown = in_words(report.sample_errors.len(), report.samples);
-        section = section.note(format!("Figures and table show {shown}."));
-    }
+fn residuals(report: &Report) -> Section {
+    let mut section = text::errors(report);
     if let Some(residuals) = figures::residuals(report) {
-        let caption = format!(
-            "Distance between the measured position and the one computed from the joint angles, before and \
-             after the calibration; dashed: the rms of each. A ring: the sample stands out, because it is more than \
-             {OUTLIER:.0} times as far off as the median sample, or left out."
-        );
-        section = section.in_page(figure(&residuals, &caption)?);
+        let caption = "Distance of each position, or the largest residual of other readings, before and after.";
+        section = section.in_page(drawn(&residuals, caption));
     }
     if let Some(in_sigmas) = figures::residuals_in_sigmas(report) {
-        let noise = match report.before.noise {
-            Some(_) => "stated",
-            None => "estimated",
-        };
-        let caption = format!(
-            "The same after the calibration, in σ of the {noise} noise at each pose; 1 is expected. \
-             Beyond the line \"hardly by chance\" is one sample in three million, if the noise is right."
-        );
-        section = section.in_page(figure(&in_sigmas, &caption)?);
+        let caption = "Residuals after the calibration in σ of their noise; 1 is expected. Beyond the upper line is one sample in \
+                       three million, if the noise is right.";
+        section = section.in_page(drawn(&in_sigmas, caption));
     }
-    let section = section.table(sections::positions(report));
-    Ok(section.table(samples(report)))
+    section.table(samples(report))
 }
 
-fn samples(report: &CalibrationReport) -> Table {
+fn samples(report: &Report) -> Table {
     let drive = report.before.robot.drive();
     let of_joint = |joint: usize| {
-        move |sample: &&SampleErrors| {
-            format!(
-                "{:.3}",
-                joint::in_file(drive, sample.measured.joints[joint])
-            )
-        }
+        move |sample: &&super::SampleReport| format!("{:.3}", joint::in_file(drive, sample.joints[joint]))
     };
     let [q1, q2, q3] = joint::names(drive).map(|name| name.replace("deg", "°"));
-    let coordinate = |axis: usize| {
-        move |sample: &&SampleErrors| format!("{:.3}", sample.measured.position[axis])
-    };
-    Table::of(&report.sample_errors)
+    Table::of(report.samples.iter().take(MOST))
         .column("line", |sample| sample.line)
         .column(q1, of_joint(0))
         .column(q2, of_joint(1))
         .column(q3, of_joint(2))
-        .column("x, mm", coordinate(0))
-        .column("y, mm", coordinate(1))
-        .column("z, mm", coordinate(2))
-        .column("before, mm", |sample| {
-            small_or("out of reach", sample.before)
-        })
-        .column("after, mm", |sample| small_or("out of reach", sample.after))
-        .column_if(report.noise.is_some(), "after, σ", |sample| {
-            let sigmas = sample.after_in_sigmas;
-            sigmas.map_or_else(String::new, |sigmas| format!("{sigmas:.2}"))
-        })
-        .column("", |sample| {
-            if sample.weight.suspected {
-                "suspected"
-            } else if report.stands_out(sample) {
-                "stands out"
-            } else {
-                ""
-            }
-        })
-        .rows_standing_out(|sample| report.stands_out(sample))
+        .column("before, mm", |sample| small_or("out of reach", sample.error_before_mm))
+        .column("after, mm", |sample| small_or("out of reach", sample.error_after_mm))
+        .column("after, σ", |sample| format!("{:.2}", sample.error_after_sigma))
+        .column("", |sample| if sample.suspected { "left out" } else { "" })
+        .rows_standing_out(|sample| sample.suspected)
         .table()
         .folded(
-            if report.sampled.is_some() {
-                in_words(report.sample_errors.len(), report.samples)
-            } else {
-                format!("All {} samples", report.samples)
-            },
-            report.samples <= SHOWN,
+            format!("{} of {} samples", report.samples.len().min(MOST), report.sample_count),
+            report.sample_count <= SHOWN,
         )
 }
 
-fn unmodelled(report: &CalibrationReport) -> Result<Section, PlotError> {
-    let section = causes::page_section(report);
+fn unmodelled(report: &Report) -> Section {
+    let section = text::causes(report).unwrap_or_else(|| text::no_causes(report));
     let figures = figures::closures(report);
     if figures.is_empty() {
-        return Ok(section);
+        return section;
     }
-    let curves = report.causes.arms.iter().any(|arm| !arm.curves.is_empty());
-    let note = if curves {
-        "What is left of each arm's closure error along its forearm, over its joint's angle or travel, with the \
-         parameters that fit best beside the causes found. Line: the causes found in this joint, where \
-         the other joints have their mean values."
-    } else {
-        "What is left of each arm's closure error along its forearm, over its joint's angle or travel. A curve in \
-         these points is an error of the joint that the model does not hold."
-    };
     let panels = html! {
-        div.views {
-            @for (panel, caption) in &figures { (figure(panel, caption)?) }
-        }
+        div.views { @for (panel, caption) in &figures { (drawn(panel, caption)) } }
     };
-    Ok(section.in_page(panels).note(note))
+    section.in_page(panels).note(
+        "What is left of each arm's closure error along its forearm, over its joint. A curve in these points is an error of the \
+         joint that the model cannot represent; a line shows the causes found.",
+    )
 }
 
-fn views(report: &CalibrationReport) -> Result<Section, PlotError> {
-    let views = poses::views(report);
-    let views = html! {
-        div.views { @for view in &views { (figure(&view.figure, view.caption)?) } }
-    };
-    Ok(Section::new("Poses").in_page(views).note(
-        "Measured positions in the robot's frame. Reachable: the convex hull of what the calibrated \
-         robot reaches within the joint limits.",
-    ))
-}
-
-fn conditions(report: &CalibrationReport) -> Result<Section, PlotError> {
-    let conditions = figure(
-        &figures::conditions(report),
-        "A condition below 100 is good. Beyond 1000 the \
-                                                   poses hardly distinguish some parameters.",
-    )?;
-    let section = sections::solution(report).after(conditions);
-    Ok(match (&report.before.noise, &report.noise_test) {
-        (Some(noise), Some(test)) => section.note(format!("Noise: {}.", test.found(noise))),
-        _ => section,
-    })
-}
-
-fn uncertain(map: &UncertaintyMap) -> Result<Section, PlotError> {
-    let absolute = &map.expected.absolute;
-    let (rms, max, at) = (absolute.rms, absolute.max, absolute.max_at);
-    let intrinsic = map.expected.intrinsic.rms;
+fn uncertain(report: &Report) -> Section {
+    let section = text::expected(report).note(text::contents());
+    let Some(map) = &report.map else { return section };
     let slices = html! {
-        p {
-            "Expected position error (one standard deviation), from the covariance of the parameters, over all \
-            poses clear of singularities: " b { (millimetres(rms)) } " rms, " b { (millimetres(max)) }
-            (format!(" at worst, at x {:.0}, y {:.0}, z {:.0} mm.", at.x, at.y, at.z))
-            " If the robot's place in space does not count, " b { (millimetres(intrinsic)) }
-            " rms remain."
-        }
-        div.views {
-            @for (slice, caption) in uncertainty::slices(map) { (figure(&slice, &caption)?) }
-        }
+        div.views { @for (slice, caption) in figures::slices(map) { (drawn(&slice, &caption)) } }
     };
-    Ok(Section::new("How uncertain the calibrated positions are")
-        .in_page(slices)
-        .note("Shades: one standard deviation of the position at that place, in mm; the same shades in all figures. \
-              The rms of a figure is that over its plane alone."))
+    section.in_page(slices).note("Shades: absolute σ of the position at that place, in mm; the same shades in all figures.")
+}
+
+/// What the parameters are, with the drawing of an arm.
+fn glossary() -> Section {
+    let terms = [
+        ("Dx, Dy, Dz", "a point on the motor axis, in the robot's frame; mm"),
+        ("θ (theta)", "azimuth of the arm, seen from above; degrees"),
+        ("α (alpha)", "tilt of the motor axis out of the base plane; degrees"),
+        ("La_x, La_y", "the upper arm at joint angle 0, along the arm and across it: its length, and the joint zero; mm"),
+        ("Lb", "length of the forearm; mm"),
+        ("X, q", "the platform point; the joint angle, 0 with the upper arm level, positive downwards"),
+        ("σ", "standard uncertainty, one standard deviation, marginal over everything that was estimated"),
+    ];
+    Section::new("What the parameters mean").in_page(html! {
+        (page::drawing())
+        dl.terms { @for (name, meaning) in terms { dt { (capitalised(name)) } dd { (meaning) } } }
+    })
 }

@@ -1,0 +1,208 @@
+//! Whether a solution is good: credible, reproduced by the robot, and expected to improve it.
+
+use super::causes::{Causes, Subject, causes};
+use super::known::Known;
+use super::noise_test::NoiseTest;
+use super::plausibility;
+use super::prior_test::PriorTest;
+use super::refusal::Objection;
+use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
+use crate::accuracy::position_uncertainty::PositionUncertainty;
+use crate::accuracy::workspace_comparison::{Calibrated, WorkspaceComparison};
+use crate::accuracy::workspace_poses::{WorkspacePoses, inside};
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Readings;
+use crate::fit::covariance::RobotCovariance;
+use crate::fit::solution::{Kind, Places};
+use crate::fit::{Options, Solution, solve};
+use delta_cal::{Refusal, Robot, Sample};
+use nalgebra::Vector3;
+
+/// A solution that was judged good.
+#[derive(Debug, Clone)]
+pub(crate) struct Judged {
+    /// Every σ widened by the lack of fit.
+    pub(crate) solution: Solution,
+    pub(crate) widening: f64,
+    pub(crate) noise: Vec<NoiseTest>,
+    pub(crate) causes: Causes,
+    /// Of the stated tolerance; `widened` says whether a larger one was used.
+    pub(crate) prior_test: Option<PriorTest>,
+    pub(crate) widened: bool,
+    pub(crate) workspace: Option<WorkspaceComparison>,
+    pub(crate) expected: Option<ExpectedError>,
+    pub(crate) known: Known,
+    /// Of the rows with x, y and z; `None` if there are none.
+    pub(crate) error_before: Option<PositionError>,
+    pub(crate) error_after: Option<PositionError>,
+}
+
+/// What is to be calibrated from what. `before` is the robot in use; of a controller it may be calibrated already.
+#[derive(Clone, Copy)]
+pub(crate) struct Case<'a> {
+    pub(crate) robot: &'a RobotFile,
+    pub(crate) before: &'a RobotFile,
+    pub(crate) readings: &'a Readings,
+    pub(crate) options: Options,
+}
+
+/// Solves and judges. A stated tolerance that the robot contradicts is widened where the samples decide all parameters.
+pub(crate) fn attempt(case: &Case<'_>) -> Result<Judged, Objection> {
+    let result = solve(case.robot, case.readings, &case.options)
+        .map_err(Objection::Unsolved)
+        .and_then(|solution| judge(case, solution));
+    match result {
+        Err(
+            objection @ (Objection::BeyondTolerance(..)
+            | Objection::Unsolved(crate::fit::Unsolved::Refused(Refusal::FarFromNominal { .. }))),
+        ) => with_wider_tolerance(case).ok_or(objection),
+        result => result,
+    }
+}
+
+/// `None` if the samples alone do not determine a robot that could be this one, or if it does not
+/// contradict the tolerance.
+fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
+    let tolerance = case.robot.tolerance.as_ref()?;
+    let free_file = RobotFile { tolerance: None, ..case.robot.clone() };
+    let free = solve(&free_file, case.readings, &case.options).ok()?;
+    // Larger differences are wrong samples rather than a robot.
+    if plausibility::is_another_robot(&case.robot.robot, &free.robot) {
+        return None;
+    }
+    let test = PriorTest::of(&case.robot.robot, tolerance, &free)?;
+    if !(test.contradicts() && test.samples_decide()) {
+        return None;
+    }
+    let wide_file = RobotFile { tolerance: test.widened(tolerance), ..case.robot.clone() };
+    let wide = Case { robot: &wide_file, ..*case };
+    let solution = solve(&wide_file, case.readings, &case.options).ok()?;
+    let judged = judge(&wide, solution).ok()?;
+    Some(Judged { prior_test: Some(test), widened: true, ..judged })
+}
+
+/// Judges a solution.
+pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objection> {
+    let robot = case.robot;
+    let has_tolerance = robot.tolerance.is_some();
+    let noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
+    let poses = inside(&solution.robot, &robot.reach());
+    let causes = causes(&Subject { solution: &solution, readings: case.readings }, &poses);
+    let by_noise = noise.iter().map(|test| test.widening(!causes.found.is_empty())).fold(1.0, f64::max);
+    let covariance = solution.of_robot();
+    let uncertainty = PositionUncertainty { robot: &solution.robot, covariance: &covariance };
+    let by_causes = uncertainty
+        .over(&poses)
+        .filter(|sigma| sigma.rms > 0.0)
+        .map_or(0.0, |sigma| causes.position_error / sigma.rms);
+    let widening = by_noise.hypot(by_causes);
+    let solution = solution.widened(widening);
+    let error_before = error(case, &case.before.robot, &solution.places_before, &solution);
+    let error_after = error(case, &solution.robot, &solution.places, &solution);
+    // A stated tolerance already keeps what is not known near where it was.
+    if !has_tolerance
+        && let Some(change) = plausibility::implausible(&robot.robot, &solution.robot)
+    {
+        return Err(Objection::Implausible(change));
+    }
+    if let Some(error) = &error_after
+        && error.lies_elsewhere(&solution.robot)
+    {
+        return Err(Objection::NotReproduced(error.median));
+    }
+    if !has_tolerance && solution.degrees_of_freedom() < 1.0 {
+        return Err(Objection::UnknownError);
+    }
+    let tolerance = robot.tolerance.as_ref();
+    let prior_test = tolerance.and_then(|own| PriorTest::of(&robot.robot, own, &solution));
+    if let (Some(test), Some(tolerance)) = (&prior_test, tolerance)
+        && test.contradicts()
+        && !(case.is_on_controller() && test.samples_decide())
+    {
+        let statement = test.statement(robot.robot.drive(), Some(tolerance));
+        return Err(Objection::BeyondTolerance(*test, statement));
+    }
+    if let Some((sigma, tolerated)) = beyond_tolerance(case, &noise) {
+        return Err(Objection::NoiseBeyondTolerance(sigma, tolerated));
+    }
+    let parameters = solution.of_parameters();
+    let workspace = WorkspaceComparison::of(
+        &Calibrated {
+            before: &case.before.robot,
+            after: &solution.robot,
+            covariance: &parameters,
+            tolerance,
+            degrees_of_freedom: solution.estimated_freedom(),
+            relative: !solution.is_absolute(),
+        },
+        &robot.reach(),
+    );
+    match &workspace {
+        Some(comparison) if comparison.is_harmful(has_tolerance) => {
+            let chance = comparison.chance_of_harm.unwrap_or(1.0);
+            return Err(Objection::Worse(chance, comparison.judged));
+        }
+        Some(comparison) if comparison.chance_of_harm.is_none() => return Err(Objection::UnknownError),
+        _ => {}
+    }
+    let covariance = solution.of_robot();
+    let expected = expected(robot, &solution.robot, &covariance);
+    let expected_before = tolerance.and_then(|tolerance| {
+        let transmission = robot.transmission.as_ref();
+        let prior = crate::accuracy::information::prior_with_transmissions;
+        self::expected(robot, &robot.robot, &prior(&robot.robot, tolerance, transmission))
+    });
+    let known = Known::of(&robot.robot, tolerance, &parameters, expected_before.as_ref(), expected.as_ref());
+    Ok(Judged {
+        solution,
+        widening,
+        noise,
+        causes,
+        prior_test,
+        widened: false,
+        workspace,
+        expected,
+        known,
+        error_before,
+        error_after,
+    })
+}
+
+impl Case<'_> {
+    /// Whether the robot in use is not the one of the file.
+    fn is_on_controller(&self) -> bool {
+        !std::ptr::eq(self.robot, self.before) && self.robot.robot != self.before.robot
+    }
+}
+
+/// The position error that a robot with this covariance of its parameters is expected to have.
+pub(crate) fn expected(file: &RobotFile, robot: &Robot<f64>, covariance: &RobotCovariance) -> Option<ExpectedError> {
+    let reach = file.reach();
+    ExpectedError::of(&PositionUncertainty { robot, covariance }, &reach, &WorkspacePoses::within(robot, &reach))
+}
+
+/// Distances of the rows with x, y and z from where a robot is.
+pub(crate) fn distance(robot: &Robot<f64>, places: &Places, sample: &Sample<f64>) -> Option<f64> {
+    let position = robot.forward(&sample.joints).ok()?;
+    let seen: Vector3<f64> = places.frame.map_or(position, |frame| frame.apply(&position));
+    Some((sample.position - seen).norm())
+}
+
+fn error(case: &Case<'_>, robot: &Robot<f64>, places: &Places, solution: &Solution) -> Option<PositionError> {
+    let rows = case.readings.rows.iter().zip(&solution.rows);
+    let samples: Vec<_> = rows
+        .filter(|(_, fit)| !fit.suspected)
+        .filter_map(|(row, _)| Some((distance(robot, places, &row.value.sample()?), row.line)))
+        .collect();
+    (!samples.is_empty()).then(|| PositionError::of(samples))
+}
+
+/// Residuals that are taken for noise, as none is stated, and are larger than the tolerance lets the robot be off: they
+/// would keep any robot near where it was, whatever the samples are. Both in mm.
+fn beyond_tolerance(case: &Case<'_>, noise: &[NoiseTest]) -> Option<(f64, f64)> {
+    let test = noise.iter().find(|test| test.kind == Kind::Position && test.stated_mm.is_none())?;
+    let joints = case.readings.rows.iter().map(|row| row.value.joints);
+    let tolerated = sigma_by_tolerance(case.before, joints)?;
+    (test.limits_mm[0] > tolerated).then_some((test.sigma_mm, tolerated))
+}

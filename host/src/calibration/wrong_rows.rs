@@ -1,0 +1,220 @@
+//! What explains readings that do not fit: rows that disagree, a sensor that was moved, or one mistake in all rows.
+
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{Reading, ReadingFrom, Readings};
+use crate::fit::solution::Kind;
+use crate::fit::{Options, Solution, solve};
+use crate::text::numbers::significant;
+use crate::text::words::{count, in_lines};
+use delta_cal::robust::Loss;
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::fmt;
+
+/// More rows are not fitted again.
+const MOST_ROWS: usize = 2000;
+/// Rows that are left out one by one at most.
+const ROWS_TRIED: usize = 100;
+/// Fewer samples that disagree in a row are wrong ones rather than a change.
+const FEWEST: usize = 3;
+/// At least this part of the samples on one side of the change disagrees, and of those that disagree at
+/// least this part lies there.
+const MOST: f64 = 0.9;
+const INCH: f64 = 25.4;
+
+/// Samples at the beginning or the end of the file that all disagree with the others.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Shift {
+    /// The line of the first sample after the change.
+    pub line: u64,
+    /// Whether the samples from that line on disagree with the calibrated robot, or those before.
+    pub after: bool,
+    /// How many they are.
+    pub samples: usize,
+    /// Their mean distance from where the calibrated robot is, mm in the frame of the coordinates.
+    pub mean_mm: [f64; 3],
+    /// How far they scatter about that, rms in mm.
+    pub scatter_mm: f64,
+}
+
+#[allow(clippy::cast_precision_loss)] // samples of a file
+fn number(samples: usize) -> f64 {
+    samples as f64
+}
+
+impl Shift {
+    /// Of a robust fit.
+    pub(crate) fn find(solution: &Solution, readings: &Readings) -> Option<Self> {
+        let suspected: Vec<bool> = solution.rows.iter().map(|row| row.suspected).collect();
+        let count = suspected.len();
+        let all = suspected.iter().filter(|own| **own).count();
+        if all < FEWEST {
+            return None;
+        }
+        let part = |a: usize, b: usize| number(a) >= MOST * number(b);
+        let (mut before, mut best) = (0, None::<(usize, usize, bool)>);
+        for first in 1..count {
+            before += usize::from(suspected[first - 1]);
+            for (within, side, after) in
+                [(all - before, count - first, true), (before, first, false)]
+            {
+                // Right if it is suspected on that side, or not suspected on the other.
+                let right = within + (count - side) - (all - within);
+                let agrees = part(within, side) && part(within, all);
+                if agrees && best.is_none_or(|(most, ..)| right >= most) {
+                    best = Some((right, first, after));
+                }
+            }
+        }
+        let (_, first, after) = best?;
+        let side = if after { first..count } else { 0..first };
+        let apart = |index: usize| {
+            let reading = &readings.rows.get(index)?.value;
+            let sample = reading.sample()?;
+            let [x, y, z, ..] = solution.places.expected(&solution.robot, reading);
+            Some(sample.position - Vector3::new(x?, y?, z?))
+        };
+        let apart: Vec<_> = side.filter(|index| suspected[*index]).filter_map(apart).collect();
+        if apart.is_empty() {
+            return None;
+        }
+        let mean = apart.iter().sum::<Vector3<f64>>() / number(apart.len());
+        let squares: f64 = apart.iter().map(|own| (own - mean).norm_squared()).sum();
+        Some(Self {
+            line: readings.rows.get(first)?.line,
+            after,
+            samples: apart.len(),
+            mean_mm: mean.data.0[0],
+            scatter_mm: (squares / number(apart.len())).sqrt(),
+        })
+    }
+}
+
+impl fmt::Display for Shift {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.mean_mm;
+        write!(
+            f,
+            "The {} {} line {} are offset by ({x:.3}, {y:.3}, {z:.3}) mm from the others (scatter {} mm): the sensor, its \
+             target or the robot's base moved there. Calibrate the rows before and after it separately.",
+            count(self.samples, "sample"),
+            if self.after { "from" } else { "before" },
+            self.line,
+            significant(self.scatter_mm, 2)
+        )
+    }
+}
+
+type Change = fn(&mut Reading);
+
+/// Mistakes that change all rows alike, of files without complete positions.
+const MISTAKES: [(&str, Change); 7] = [
+    ("The heights have the wrong sign: change it.", |row| {
+        row.height = row.height.map(|(plane, height)| (plane, -height));
+    }),
+    ("The heights are in inches: name the column height_in.", |row| {
+        row.height = row.height.map(|(plane, height)| (plane, INCH * height));
+    }),
+    ("The distances are in inches: name the column distance_in.", |row| {
+        row.distance = row.distance.map(|(from, distance)| (from, INCH * distance));
+    }),
+    ("The joint angles have the wrong sign: change it.", |row| {
+        each_pose(row, |joints| joints.map(|q| -q));
+    }),
+    ("Joint columns 1 and 2 are exchanged: exchange their names.", |row| {
+        each_pose(row, |[a, b, c]| [b, a, c]);
+    }),
+    ("Joint columns 2 and 3 are exchanged: exchange their names.", |row| {
+        each_pose(row, |[a, b, c]| [a, c, b]);
+    }),
+    ("Joint columns 1 and 3 are exchanged: exchange their names.", |row| {
+        each_pose(row, |[a, b, c]| [c, b, a]);
+    }),
+];
+
+fn each_pose(row: &mut Reading, change: fn([f64; 3]) -> [f64; 3]) {
+    row.joints = change(row.joints);
+    if let Some((ReadingFrom::Pose(joints), _)) = &mut row.distance {
+        *joints = change(*joints);
+    }
+}
+
+/// What explains readings that were refused, in sentences with what to do.
+pub(crate) fn explanations(robot: &RobotFile, readings: &Readings, options: &Options) -> Vec<String> {
+    let mut found = Vec::new();
+    if readings.rows.len() > MOST_ROWS {
+        return found;
+    }
+    if !readings.holds(Kind::Position)
+        && let Some(mistake) = mistake(robot, readings, options)
+    {
+        found.push(mistake);
+        return found;
+    }
+    if options.loss.is_some() {
+        return found;
+    }
+    let robust = Options { loss: Some(Loss::Tukey), method: None, ..*options };
+    if let Ok(solution) = solve(robot, readings, &robust)
+        && robot.tolerance.is_some()
+    {
+        let rows = readings.rows.iter().zip(&solution.rows);
+        let lines: Vec<_> = rows.filter(|(_, fit)| fit.suspected).map(|(row, _)| row.line).collect();
+        if let Some(shift) = Shift::find(&solution, readings) {
+            found.push(shift.to_string());
+        } else if !lines.is_empty() {
+            found.push(format!(
+                "{} of {} agree; {} {} not. --robust calibrates without {}.",
+                readings.rows.len() - lines.len(),
+                count(readings.rows.len(), "sample"),
+                in_lines(&lines),
+                if lines.len() == 1 { "does" } else { "do" },
+                if lines.len() == 1 { "it" } else { "them" },
+            ));
+        }
+    } else if let Some(line) = one_wrong(robot, readings, options) {
+        found.push(format!("Line {line} disagrees with all others: measure it again or delete it."));
+    }
+    found
+}
+
+/// Σ of the squared residuals, if there is a solution.
+fn fits(robot: &RobotFile, readings: &Readings, options: &Options) -> Option<f64> {
+    let solution = solve(robot, readings, options).ok()?;
+    Some(solution.noise.iter().map(|own| own.squares).sum())
+}
+
+fn mistake(robot: &RobotFile, readings: &Readings, options: &Options) -> Option<String> {
+    let mut best: Option<(f64, &str)> = None;
+    for (mistake, change) in MISTAKES {
+        let mut changed = readings.clone();
+        changed.rows.iter_mut().for_each(|row| change(&mut row.value));
+        if changed == *readings {
+            continue;
+        }
+        if let Some(squares) = fits(robot, &changed, options)
+            && best.is_none_or(|(least, _)| squares < least)
+        {
+            best = Some((squares, mistake));
+        }
+    }
+    best.map(|(_, mistake)| mistake.to_owned())
+}
+
+/// The line without which the others fit best, if they fit.
+fn one_wrong(robot: &RobotFile, readings: &Readings, options: &Options) -> Option<u64> {
+    if readings.rows.len() > ROWS_TRIED {
+        return None;
+    }
+    let mut wrong: Option<(f64, u64)> = None;
+    for index in 0..readings.rows.len() {
+        let mut others = readings.clone();
+        let row = others.rows.remove(index);
+        if let Some(squares) = fits(robot, &others, options)
+            && wrong.is_none_or(|(least, _)| squares < least)
+        {
+            wrong = Some((squares, row.line));
+        }
+    }
+    Some(wrong?.1)
+}

@@ -1,0 +1,446 @@
+//! The core's three estimators on readings whose noise is given, and what is left of every row.
+
+use super::covariance::PARAMETERS;
+use super::observations::{COLUMNS, ENTRIES, PARAMETERS as MOST, Unsolved, with_rows};
+use super::options::{Frame, Method};
+use super::solution::{
+    Kind, KindNoise, Levels, Places, PlaneFound, PointFound, READINGS, RowFit, Sensitivity, Solution,
+};
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Readings;
+use delta_cal::calibration::{JointCalibrator, Problem, StartUsed, Termination};
+use delta_cal::frame::RigidTransform;
+use delta_cal::observations::{
+    Instruments, ObservationOutcome, ObservationProblem, ObservationRow, PositionFrame,
+    robust_fit_observations,
+};
+use delta_cal::robot::Arm;
+use delta_cal::robust::{Loss, WeighedSample};
+use delta_cal::samples::Triangle;
+use delta_cal::{ArmIndex, Calibrator, Noise, Refusal, Robot, Sample, Settings, Tolerance};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
+use rayon::prelude::*;
+
+/// Files with one instrument beside the robot are solved with so many parameters, and faster.
+const FEW: usize = 30;
+const FEW_COLUMNS: usize = FEW + 1;
+const FEW_ENTRIES: usize = FEW_COLUMNS * (FEW_COLUMNS + 1) / 2;
+/// Of so many rows, evenly spread, the derivatives are kept.
+const MOST_SENSITIVITIES: usize = 5000;
+
+/// What is to be estimated from what.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'a> {
+    pub(super) robot: &'a RobotFile,
+    pub(super) readings: &'a Readings,
+    pub(super) method: Method,
+    pub(super) frame: Frame,
+    pub(super) loss: Option<Loss>,
+    /// The stated one, or the wide one that holds the place of a robot in an unknown frame.
+    pub(super) tolerance: Option<Tolerance<f64>>,
+}
+
+/// Parameters that the closures of the arms gave, here or on a controller.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct FromClosures {
+    pub(crate) robot: Robot<f64>,
+    pub(crate) covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
+    pub(crate) prior_share: [f64; PARAMETERS],
+    pub(crate) conditions: [f64; 3],
+    pub(crate) iterations: u16,
+    pub(crate) termination: Termination,
+    pub(crate) start: StartUsed,
+}
+
+impl Task<'_> {
+    /// With these σ of the readings.
+    pub(super) fn solve(&self, levels: &Levels) -> Result<Solution, Unsolved> {
+        let given = match self.method {
+            Method::Fkm => None,
+            Method::Joint => Some(self.joint(&levels.position)?),
+            Method::Ikm => Some(self.ikm(&levels.position)?),
+        };
+        self.complete(levels, given)
+    }
+
+    /// A solution from what is given, or by the FKM method.
+    pub(super) fn complete(
+        &self,
+        levels: &Levels,
+        given: Option<FromClosures>,
+    ) -> Result<Solution, Unsolved> {
+        let settings = Settings::new().with_tolerance(self.tolerance);
+        with_rows(self.robot, self.readings, self.frame, levels, |instruments, rows| {
+            if PARAMETERS + instruments.unknowns() <= FEW {
+                self.with_room::<FEW, FEW_COLUMNS, FEW_ENTRIES>(instruments, rows, &settings, levels, given)
+            } else {
+                self.with_room::<MOST, COLUMNS, ENTRIES>(instruments, rows, &settings, levels, given)
+            }
+        })
+    }
+
+    fn samples(&self) -> Vec<Sample<f64>> {
+        self.readings.samples().map(|row| row.value).collect()
+    }
+
+    fn settings(&self, noise: &Noise<f64>) -> Settings<f64> {
+        Settings::default().with_noise(*noise).with_tolerance(self.tolerance)
+    }
+
+    fn joint(&self, noise: &Noise<f64>) -> Result<FromClosures, Unsolved> {
+        let samples = self.samples();
+        let settings = self.settings(noise);
+        let empty = JointCalibrator::new(&self.robot.robot, &settings);
+        let (before, after) = samples.split_at(samples.len() / 2);
+        let taken = |first: usize, samples: &[Sample<f64>]| {
+            let mut own = empty;
+            own.add_many(samples).map_err(|(index, error)| unusable(first + index, error))?;
+            own.flush();
+            Ok::<_, Unsolved>(own)
+        };
+        let (one, other) = rayon::join(|| taken(0, before), || taken(before.len(), after));
+        let mut calibrator = one?;
+        // Both are of the same robot and noise.
+        let _ = calibrator.merge(&other?);
+        let outcome = calibrator.solve()?;
+        let estimate = outcome.estimate;
+        Ok(FromClosures {
+            robot: outcome.robot,
+            covariance: estimate.covariance.ok_or(Unsolved::NoRedundancy)?,
+            prior_share: estimate.prior_share,
+            conditions: estimate.conditions,
+            iterations: estimate.iterations,
+            termination: estimate.termination,
+            start: estimate.start,
+        })
+    }
+
+    fn ikm(&self, noise: &Noise<f64>) -> Result<FromClosures, Unsolved> {
+        let samples = self.samples();
+        let mut calibrator = Calibrator::new(&self.robot.robot, &self.settings(noise));
+        calibrator.add_many(&samples).map_err(|(index, error)| unusable(index, error))?;
+        let outcome = calibrator.solve()?;
+        let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+        let mut prior_share = [0.0; PARAMETERS];
+        for (place, arm) in outcome.arms.iter().enumerate() {
+            let own = arm.covariance.ok_or(Unsolved::NoRedundancy)?;
+            covariance.fixed_view_mut::<8, 8>(8 * place, 8 * place).copy_from(&own);
+            for (to, share) in prior_share.iter_mut().skip(8 * place).zip(&arm.prior_share) {
+                *to = *share;
+            }
+        }
+        let [one, two, three] = outcome.arms;
+        Ok(FromClosures {
+            covariance: between_arms(&outcome.robot, &samples, noise, covariance),
+            robot: outcome.robot,
+            prior_share,
+            conditions: outcome.arms.map(|arm| arm.condition),
+            iterations: one.iterations.max(two.iterations).max(three.iterations),
+            termination: one.termination,
+            start: one.start,
+        })
+    }
+
+    fn with_room<const N: usize, const M: usize, const E: usize>(
+        &self,
+        instruments: &Instruments<'_, f64>,
+        rows: &mut [ObservationRow<f64>],
+        settings: &Settings<f64>,
+        levels: &Levels,
+        given: Option<FromClosures>,
+    ) -> Result<Solution, Unsolved> {
+        let robot = &self.robot.robot;
+        let mut suspected = vec![false; rows.len()];
+        let mut weights = vec![1.0; rows.len()];
+        let mut robust = None;
+        if let (None, Some(loss)) = (&given, self.loss) {
+            let mut work = vec![WeighedSample::vacant(); rows.len()];
+            let found = robust_fit_observations::<f64, N, M, E>(
+                robot, instruments, rows, settings, loss, &mut work,
+            )?;
+            robust = Some(found.fit);
+            suspected = work.iter().map(WeighedSample::suspected).collect();
+            weights = rows.iter().map(ObservationRow::weight).collect();
+            for row in rows.iter_mut() {
+                row.set_weight(1.0);
+            }
+        }
+        let problem = ObservationProblem::<f64, N>::prepare(robot, instruments, rows)?;
+        let unknowns = PARAMETERS + instruments.unknowns();
+        let units: Vec<f64> = (0..unknowns)
+            .map(|place| Problem::<f64, N, M, E>::unit_of(&problem, place))
+            .collect();
+        let start = problem.start_unknowns();
+        let end = match given {
+            Some(given) => End::of_closures(robot, given, unknowns, start),
+            None => match robust {
+                Some(outcome) => End::of_outcome(&outcome, &units, start),
+                None => End::of_outcome(&problem.solve::<M, E>(settings)?, &units, start),
+            }
+            .ok_or(Unsolved::NoRedundancy)?,
+        };
+        let prior = problem.prior(settings);
+        let triangle: Triangle<f64, M, E> = delta_cal::calibration::Prior::rows(&prior, 1.0, &[0.0; N]);
+        let mut prior = DMatrix::zeros(unknowns, unknowns);
+        for (index, row) in triangle.rows().take(unknowns).enumerate() {
+            for (column, entry) in (index..unknowns).zip(row) {
+                let unit = units[column];
+                prior[(index, column)] = if unit > 0.0 { entry / unit } else { 0.0 };
+            }
+        }
+        let covariance = end.covariance.view((0, 0), (unknowns, unknowns)).into_owned();
+        let log_spread = problem.rows().iter().filter(|row| !row.is_left_out());
+        let log_spread = log_spread.map(|row| row.spread().ln()).sum();
+        let (rows, sensitivities) = looked_at::<N, M>(&problem, &end, &units, &covariance, (&weights, &suspected));
+        Ok(Solution {
+            method: self.method,
+            frame: self.frame,
+            robot: end.robot,
+            places: places(instruments, &end.unknowns, end.frame),
+            places_before: places(instruments, problem.start_unknowns(), *problem.start_frame()),
+            covariance,
+            prior,
+            moved: end.moved.rows(0, unknowns).into_owned(),
+            prior_share: end.prior_share,
+            transmissions: instruments.transmission.is_some(),
+            noise: self.noise_of(&rows, levels),
+            rows,
+            sensitivities,
+            levels: *levels,
+            log_spread,
+            joint_noise_estimated: false,
+            conditions: end.conditions,
+            iterations: end.iterations,
+            termination: end.termination,
+            start: end.start,
+        })
+    }
+
+    /// What the residuals say of each kind of reading.
+    fn noise_of(&self, rows: &[RowFit], levels: &Levels) -> Vec<KindNoise> {
+        let facts = &self.robot.instruments;
+        let of = |kind: Kind| {
+            let stated = match kind {
+                Kind::Position => self.robot.noise.is_some(),
+                Kind::Height => facts.height_noise.is_some(),
+                Kind::Distance => facts.distance_noise.is_some(),
+            };
+            let mut own = KindNoise {
+                kind,
+                stated,
+                sigma: levels.of(kind),
+                readings: 0.0,
+                freedom: 0.0,
+                squares: 0.0,
+                known: 0.0,
+            };
+            for (row, fit) in self.readings.rows.iter().zip(rows) {
+                if fit.left_out || fit.suspected {
+                    continue;
+                }
+                for (place, read) in row.value.read().into_iter().enumerate() {
+                    if read.is_some() && Kind::of_place(place) == kind {
+                        own.readings += fit.weight;
+                        own.freedom += fit.weight * (1.0 - fit.leverage[place]);
+                        own.squares += fit.weight * fit.whitened[place].powi(2);
+                    }
+                }
+            }
+            own.known = own.freedom;
+            own
+        };
+        Kind::ALL.into_iter().map(of).filter(|own| own.readings > 0.0).collect()
+    }
+}
+
+fn unusable(index: usize, error: delta_cal::samples::SampleError) -> Unsolved {
+    Unsolved::Row(index, delta_cal::observations::ObservationError::Joints(error))
+}
+
+/// Where an estimator ended, with N places for the unknowns.
+struct End<const N: usize> {
+    robot: Robot<f64>,
+    unknowns: [f64; N],
+    moved: DVector<f64>,
+    covariance: DMatrix<f64>,
+    prior_share: [f64; PARAMETERS],
+    frame: RigidTransform<f64>,
+    conditions: [f64; 3],
+    iterations: u16,
+    termination: Termination,
+    start: StartUsed,
+}
+
+impl<const N: usize> End<N> {
+    fn of_outcome(
+        outcome: &ObservationOutcome<f64, N>,
+        units: &[f64],
+        start: &[f64; N],
+    ) -> Option<Self> {
+        let estimate = &outcome.estimate;
+        let covariance = estimate.covariance.as_ref()?;
+        let mut prior_share = [0.0; PARAMETERS];
+        for (own, share) in prior_share.iter_mut().zip(estimate.prior_share) {
+            *own = share;
+        }
+        let moved = units.iter().enumerate().map(|(place, unit)| {
+            if place < PARAMETERS {
+                estimate.correction[place] * unit
+            } else {
+                outcome.unknowns()[place] - start[place]
+            }
+        });
+        Some(Self {
+            robot: outcome.robot,
+            unknowns: *outcome.unknowns(),
+            moved: DVector::from_iterator(units.len(), moved),
+            covariance: DMatrix::from_fn(N, N, |row, column| covariance[(row, column)]),
+            prior_share,
+            frame: outcome.frame(),
+            conditions: estimate.conditions,
+            iterations: estimate.iterations,
+            termination: estimate.termination,
+            start: estimate.start,
+        })
+    }
+
+    fn of_closures(
+        before: &Robot<f64>,
+        given: FromClosures,
+        unknowns: usize,
+        start: &[f64; N],
+    ) -> Self {
+        let mut covariance = DMatrix::zeros(unknowns, unknowns);
+        covariance.view_mut((0, 0), (PARAMETERS, PARAMETERS)).copy_from(&given.covariance);
+        let mut moved = DVector::zeros(unknowns);
+        let parameters = given.robot.parameters().into_iter().flatten();
+        let parameters = parameters.zip(before.parameters().into_iter().flatten());
+        for (entry, (after, before)) in moved.iter_mut().zip(parameters) {
+            *entry = after - before;
+        }
+        Self {
+            robot: given.robot,
+            unknowns: *start,
+            moved,
+            covariance,
+            prior_share: given.prior_share,
+            frame: RigidTransform::identity(),
+            conditions: given.conditions,
+            iterations: given.iterations,
+            termination: given.termination,
+            start: given.start,
+        }
+    }
+}
+
+/// Where the instruments are at values of the unknowns.
+fn places<const N: usize>(
+    instruments: &Instruments<'_, f64>,
+    unknowns: &[f64; N],
+    frame: RigidTransform<f64>,
+) -> Places {
+    let planes = (0..).zip(instruments.planes).map(|(index, _)| {
+        let first = instruments.first_of_plane(index);
+        let [c, a, b] = [0, 1, 2].map(|number| unknowns[first + number]);
+        let up = Vector3::new(-a, -b, 1.0);
+        PlaneFound { normal: up.normalize(), offset: c / up.norm() }
+    });
+    let points = (0..).zip(instruments.points).map(|(index, point)| {
+        let first = instruments.first_of_point(index);
+        let [x, y, z] = [0, 1, 2].map(|number| unknowns[first + number]);
+        PointFound {
+            place: Vector3::new(x, y, z),
+            offset: if point.offset { unknowns[first + 3] } else { 0.0 },
+        }
+    });
+    Places {
+        frame: (instruments.frame == PositionFrame::Sensor).then_some(frame),
+        planes: planes.collect(),
+        points: points.collect(),
+    }
+}
+
+/// Residuals and leverage of every row, and the derivatives of some.
+fn looked_at<const N: usize, const M: usize>(
+    problem: &ObservationProblem<'_, f64, N>,
+    end: &End<N>,
+    units: &[f64],
+    covariance: &DMatrix<f64>,
+    (weights, suspected): (&[f64], &[bool]),
+) -> (Vec<RowFit>, Vec<Sensitivity>) {
+    let count = problem.rows().len();
+    let every = count.div_ceil(MOST_SENSITIVITIES).max(1);
+    let looked = (0..count).into_par_iter().map(|row| {
+        let whitened = problem.residuals_at(&end.robot, &end.unknowns, row);
+        let columns = problem.linearized_at::<M>(&end.robot, &end.unknowns, row);
+        let mut by_unknowns = SMatrix::<f64, READINGS, MOST>::zeros();
+        if let Some(columns) = columns {
+            for (place, (column, unit)) in columns.iter().zip(units).enumerate() {
+                if *unit > 0.0 {
+                    let own = SVector::from(*column) / -*unit;
+                    by_unknowns.set_column(place, &own);
+                }
+            }
+        }
+        let own = by_unknowns.columns(0, units.len());
+        let product = &own * covariance;
+        let leverage = std::array::from_fn(|reading| product.row(reading).dot(&own.row(reading)));
+        let fit = RowFit {
+            whitened: whitened.unwrap_or_default(),
+            leverage,
+            weight: weights[row],
+            suspected: suspected[row],
+            left_out: problem.rows()[row].is_left_out(),
+        };
+        let kept = row.is_multiple_of(every) && !fit.left_out && !fit.suspected;
+        let by_positions = kept.then(|| problem.by_positions_at(&end.robot, &end.unknowns, row)).flatten();
+        let sensitivity = by_positions.map(|by_positions| Sensitivity { row, by_unknowns, by_positions });
+        (fit, sensitivity)
+    });
+    let (fits, kept): (Vec<_>, Vec<_>) = looked.unzip();
+    (fits, kept.into_iter().flatten().collect())
+}
+
+/// The covariance of a fit that treats the arms' closure errors as independent, as the IKM method does, completed. They
+/// share the noise of the position, so the errors of the arms' parameters are correlated:
+///
+/// ```text
+/// Cᵢⱼ = Cᵢ (Σ gᵢₖ ρᵢⱼₖ gⱼₖᵀ) Cⱼ,   gᵢ = (∂fᵢ/∂Pᵢ)/σfᵢ,   ρᵢⱼ = σx² (∂fᵢ/∂X)ᵀ(∂fⱼ/∂X)/(σfᵢ σfⱼ)
+/// ```
+fn between_arms(
+    robot: &Robot<f64>,
+    samples: &[Sample<f64>],
+    noise: &Noise<f64>,
+    mut covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
+) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+    const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
+    let mut between = [SMatrix::<f64, 8, 8>::zeros(); 3];
+    for sample in samples {
+        let rows = ArmIndex::ALL.map(|index| closure(robot.arm(index), sample, index.index(), noise));
+        for (sum, (i, j)) in between.iter_mut().zip(PAIRS) {
+            let shared = rows[i].1.dot(&rows[j].1);
+            *sum += rows[i].0 * rows[j].0.transpose() * shared;
+        }
+    }
+    for (sum, (i, j)) in between.iter().zip(PAIRS) {
+        let own = |arm: usize| covariance.fixed_view::<8, 8>(8 * arm, 8 * arm).into_owned();
+        let block = own(i) * sum * own(j);
+        covariance.fixed_view_mut::<8, 8>(8 * i, 8 * j).copy_from(&block);
+        covariance.fixed_view_mut::<8, 8>(8 * j, 8 * i).copy_from(&block.transpose());
+    }
+    covariance
+}
+
+/// (∂f/∂P)/σf of an arm, and how its closure error moves with the position's noise, in σ.
+fn closure(
+    arm: &Arm<f64>,
+    sample: &Sample<f64>,
+    index: usize,
+    noise: &Noise<f64>,
+) -> (SVector<f64, 8>, Vector3<f64>) {
+    let (x, q) = (&sample.position, sample.joints[index]);
+    let by_position = arm.constraint_by_position(x, q);
+    let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
+    let sigma = (by_position.norm() * noise.position()).hypot(by_joint);
+    (arm.constraint_by_parameters(x, q) / sigma, by_position * (noise.position() / sigma))
+}

@@ -1,0 +1,247 @@
+//! From readings to a solution: which estimator, and the noise that the robot file does not state.
+
+use super::estimators::{FromClosures, Task};
+use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, Unsolved, levels};
+use super::options::{Frame, Method, Options};
+use super::solution::{Kind, KindNoise, Levels, Solution};
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Readings;
+use delta_cal::{Noise, Refusal, Tolerance};
+
+/// Without a stated tolerance nothing says where the robot stands in an unknown frame. So wide a one about the robot of the
+/// file decides that, and nothing else: this part of the forearm, and radians.
+pub(crate) const GAUGE_LENGTH: f64 = 0.02;
+pub(crate) const GAUGE_ANGLE: f64 = 0.035;
+/// What the usual noise of heights and distances is worth, in degrees of freedom: a factor of 3 either way.
+const USUAL_FREEDOM: f64 = 3.0;
+/// Fewer degrees of freedom do not tell a noise of which nothing else is known.
+const LEAST_FREEDOM: f64 = 2.5;
+/// σ has settled if it changes by less than this part.
+const SETTLED: f64 = 0.003;
+const ROUNDS: u32 = 60;
+/// A σ below this part of the forearm is rounding.
+const ROUNDING: f64 = 1e-11;
+/// Parts of the joints in a noise of positions that is not stated; they are tried with so few rows, and enough degrees of
+/// freedom.
+const JOINT_PARTS: [f64; 4] = [0.2, 0.5, 0.8, 0.95];
+const MOST_ROWS_TRIED: usize = 1000;
+const LEAST_FREEDOM_TRIED: f64 = 20.0;
+/// The logarithm of the likelihood by which a part of the joints must be better than none.
+const SHOWN: f64 = 2.0;
+
+/// Calibrates the robot of a file from readings, which `options` and the file choose the estimator for. σ of a kind of
+/// reading that the robot file does not state is estimated from the residuals (evidence, MacKay 1992): with
+/// νₖ = nₖ − tr(Jₖ C Jₖᵀ)
+///
+/// ```text
+/// σₖ² ← (Σ rₖ² + ν₀ s₀²)/(νₖ + ν₀)
+/// ```
+///
+/// s₀ and ν₀ being what such readings usually are; nothing of the kind is known of coordinates.
+///
+/// # Errors
+/// Readings that do not determine the robot.
+pub fn solve(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<Solution, Unsolved> {
+    let task = task(robot, readings, options);
+    let first = levels(robot).ok_or(Refusal::Unfinished)?;
+    let solution = settled(&task, first)?;
+    let solution = with_joints_part(&task, solution);
+    Ok(as_student(solution))
+}
+
+/// What a controller found from complete positions, completed as [`solve`] does.
+///
+/// # Errors
+/// As [`solve`].
+pub(crate) fn from_elsewhere(
+    robot: &RobotFile,
+    readings: &Readings,
+    method: Method,
+    given: FromClosures,
+) -> Result<Solution, Unsolved> {
+    let options = Options { method: Some(method), ..Options::default() };
+    let task = task(robot, readings, &options);
+    let mut levels = levels(robot).ok_or(Refusal::Unfinished)?;
+    let solution = task.complete(&levels, Some(given.clone()))?;
+    let Some(own) = solution.noise.first().filter(|own| !own.stated) else {
+        return Ok(solution);
+    };
+    levels.position = scaled(&levels.position, own.ratio());
+    task.complete(&levels, Some(given))
+}
+
+fn task<'a>(robot: &'a RobotFile, readings: &'a Readings, options: &Options) -> Task<'a> {
+    let complete = readings.is_complete() && options.frame == Frame::Base;
+    let closures = complete && robot.transmission.is_none() && options.loss.is_none();
+    let gauge = || {
+        let [arm, ..] = robot.robot.arms();
+        Tolerance::new(GAUGE_LENGTH * arm.lb(), GAUGE_ANGLE).ok()
+    };
+    Task {
+        robot,
+        readings,
+        method: match options.method {
+            None if closures => Method::Joint,
+            None => Method::Fkm,
+            Some(method) => method,
+        },
+        frame: options.frame,
+        loss: options.loss,
+        tolerance: match options.frame {
+            Frame::Sensor => robot.tolerance.or_else(gauge),
+            Frame::Base => robot.tolerance,
+        },
+    }
+}
+
+/// Solves until every σ that is not stated has settled.
+fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
+    let [arm, ..] = task.robot.robot.arms();
+    let least = ROUNDING * arm.lb();
+    let mut levels = first;
+    let mut last = None;
+    for _ in 0..ROUNDS {
+        let solution = match task.solve(&levels) {
+            Ok(solution) => solution,
+            Err(Unsolved::Refused(refusal)) => {
+                // A σ that begins too small is contradicted by the residuals, or puts the robot far off.
+                let factor = match refusal {
+                    Refusal::ResidualContradictsNoise { ratio, .. } => f64::from(ratio).max(1.5),
+                    Refusal::FarFromNominal { .. } | Refusal::NotConverged { .. } => 3.0,
+                    _ => return Err(refusal.into()),
+                };
+                levels = match all_scaled(task, &levels, factor) {
+                    Some(levels) if levels.position.position() < arm.lb() => levels,
+                    _ => return Err(refusal.into()),
+                };
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        let mut change: f64 = 0.0;
+        let mut solution = solution;
+        for own in solution.noise.iter_mut().filter(|own| !own.stated) {
+            let factor = next(own)?;
+            if own.sigma * factor < least {
+                continue;
+            }
+            change = change.max(factor.ln().abs());
+            levels = one_scaled(&levels, own.kind, factor);
+        }
+        if change < SETTLED {
+            return Ok(solution);
+        }
+        last = Some(solution);
+    }
+    last.ok_or(Unsolved::NoRedundancy)
+}
+
+/// What σ of a kind is to be multiplied by next.
+fn next(own: &mut KindNoise) -> Result<f64, Unsolved> {
+    let (usual, worth) = match own.kind {
+        Kind::Position => (0.0, 0.0),
+        Kind::Height => (USUAL_HEIGHT, USUAL_FREEDOM),
+        Kind::Distance => (USUAL_DISTANCE, USUAL_FREEDOM),
+    };
+    own.known = own.freedom + worth;
+    if !(own.known > LEAST_FREEDOM) {
+        return Err(Unsolved::NoRedundancy);
+    }
+    let squares = own.squares + worth * (usual / own.sigma).powi(2);
+    Ok((squares / own.known).sqrt())
+}
+
+/// A part of the joints in the noise of positions, if that makes the residuals clearly more probable (restricted
+/// likelihood, Patterson and Thompson 1971).
+fn with_joints_part(task: &Task<'_>, even: Solution) -> Solution {
+    let facts = &task.robot.instruments;
+    let [own] = even.noise.as_slice() else { return even };
+    let open = own.kind == Kind::Position && !own.stated && facts.joint_noise.is_none();
+    let few = task.readings.rows.len() <= MOST_ROWS_TRIED && own.freedom >= LEAST_FREEDOM_TRIED;
+    if !(open && few) {
+        return even;
+    }
+    let (mut squares, mut count) = (0.0, 0.0);
+    for row in &task.readings.rows {
+        let joints = &row.value.joints;
+        let Ok(position) = even.robot.forward(joints) else { continue };
+        let Ok(jacobian) = even.robot.platform_jacobian(&position, joints) else { continue };
+        squares += jacobian.by_joints.norm_squared();
+        count += 3.0;
+    }
+    let by_joint = f64::sqrt(squares / count);
+    let sigma = own.sigma;
+    let mut best = likelihood(&even).map_or(f64::INFINITY, |own| own + SHOWN);
+    let mut chosen = even;
+    for part in JOINT_PARTS {
+        let Ok(noise) = Noise::new(sigma * (1.0 - part).sqrt(), sigma * part.sqrt() / by_joint) else {
+            continue;
+        };
+        let levels = Levels { position: noise, ..chosen.levels };
+        if let Ok(tried) = settled(task, levels)
+            && let Some(own) = likelihood(&tried)
+            && own > best
+        {
+            best = own;
+            chosen = Solution { joint_noise_estimated: true, ..tried };
+        }
+    }
+    chosen
+}
+
+/// −Σ log |Lₖ| − ½ Σ r² − ½ |U u|² + ½ log |C|, but for a constant.
+fn likelihood(solution: &Solution) -> Option<f64> {
+    let squares: f64 = solution.noise.iter().map(|own| own.squares).sum();
+    let prior = (&solution.prior * &solution.moved).norm_squared();
+    let used: Vec<_> = (0..solution.covariance.nrows())
+        .filter(|place| solution.covariance[(*place, *place)] > 0.0)
+        .collect();
+    let covariance = solution.covariance.select_rows(&used).select_columns(&used);
+    let root = covariance.cholesky()?;
+    let determinant: f64 = root.l_dirty().diagonal().iter().map(|entry| entry.ln()).sum();
+    let found = determinant - 0.5 * (squares + prior) - solution.log_spread;
+    found.is_finite().then_some(found)
+}
+
+/// With the variances of Student's distribution where a noise is estimated: ν/(ν − 2) times those of a known one.
+fn as_student(solution: Solution) -> Solution {
+    match solution.estimated_freedom() {
+        Some(freedom) if freedom > 2.0 => solution.widened((freedom / (freedom - 2.0)).sqrt()),
+        _ => solution,
+    }
+}
+
+/// The joints' noise is scaled with that of the positions.
+fn scaled(noise: &Noise<f64>, factor: f64) -> Noise<f64> {
+    let axes = noise.position_by_axis().map(|own| own * factor);
+    Noise::by_axis(axes, noise.joint() * factor).unwrap_or(*noise)
+}
+
+fn one_scaled(levels: &Levels, kind: Kind, factor: f64) -> Levels {
+    let mut levels = *levels;
+    match kind {
+        Kind::Position => levels.position = scaled(&levels.position, factor),
+        Kind::Height => levels.height *= factor,
+        Kind::Distance => levels.distance *= factor,
+    }
+    levels
+}
+
+/// Every σ that is not stated, `None` if all are.
+fn all_scaled(task: &Task<'_>, levels: &Levels, factor: f64) -> Option<Levels> {
+    let facts = &task.robot.instruments;
+    let mut scaled = *levels;
+    let mut any = false;
+    let kinds = [
+        (Kind::Position, task.robot.noise.is_some()),
+        (Kind::Height, facts.height_noise.is_some()),
+        (Kind::Distance, facts.distance_noise.is_some()),
+    ];
+    for (kind, _) in kinds.into_iter().filter(|(_, stated)| !stated) {
+        if task.readings.holds(kind) {
+            scaled = one_scaled(&scaled, kind, factor);
+            any = true;
+        }
+    }
+    any.then_some(scaled)
+}

@@ -1,0 +1,336 @@
+//! The figures of the page.
+
+use super::{ParameterReport, Report, SampleReport};
+use crate::accuracy::uncertainty_map::{Plane, Slice, UncertaintyMap};
+use crate::geometry::range::range;
+use crate::render::plot::{Axis, Colour, Figure, Shape};
+use crate::text::joint;
+use crate::text::numbers::{significant, small};
+use crate::text::units::in_unit;
+use delta_cal::Tolerance;
+use delta_cal::calibration::limits::chi_square_quantile;
+
+const ARMS: [Colour; 3] = [Colour::Blue, Colour::Vermilion, Colour::Green];
+/// Samples left out that get their line written beside them.
+const LABELLED: usize = 12;
+/// A distance that is 0 has no place on a logarithmic axis; this is far below any rounding.
+const LEAST: f64 = 1e-15;
+
+/// Shades of a map.
+const SHADES: u32 = 5;
+/// Opacity of the lightest and of the darkest.
+const OPACITY: (f64, f64) = (0.12, 0.95);
+
+
+type Row<'a> = (usize, &'a ParameterReport);
+
+fn rows(report: &Report) -> Vec<Row<'_>> {
+    let arms = report.arms.iter().enumerate();
+    arms.flat_map(|(arm, own)| own.parameters.iter().map(move |parameter| (arm, parameter))).collect()
+}
+
+fn arm_name(arm: usize) -> String {
+    format!("arm {}", arm + 1)
+}
+
+/// Change ± σ of every parameter, in tolerances or, without, in σ; `None` if there is nothing to show.
+pub(super) fn parameters(report: &Report) -> Option<(Figure, &'static str)> {
+    let rows = rows(report);
+    match &report.before.tolerance {
+        Some(tolerance) => Some((
+            in_tolerances(report, &rows, tolerance),
+            "Change of each parameter in tolerances, with a bar of one σ to both sides. Shaded: one tolerance.",
+        )),
+        None => Some((
+            in_sigmas(&rows)?,
+            "Change of each parameter in σ, whatever its sign. Left of the dashed line it is smaller than its σ.",
+        )),
+    }
+}
+
+/// The parameters of an arm, each with its row.
+fn of_arm<'a>(rows: &'a [Row<'a>], arm: usize) -> impl Iterator<Item = (f64, &'a ParameterReport)> {
+    let numbered = (0..).map(f64::from).zip(rows);
+    numbered.filter(move |(_, own)| own.0 == arm).map(|(row, own)| (row, own.1))
+}
+
+fn names(rows: &[Row<'_>]) -> Axis {
+    let names = rows.iter().map(|(arm, own)| format!("{} {}", arm + 1, own.symbol));
+    Axis::named("", names.collect())
+}
+
+fn in_tolerances(report: &Report, rows: &[Row<'_>], tolerance: &Tolerance<f64>) -> Figure {
+    let parameters = report.before.robot.drive().parameters();
+    let scaled = |own: &ParameterReport| {
+        let parameter = parameters.iter().find(|parameter| parameter.symbol() == own.symbol);
+        let unit = parameter.map_or(1.0, |parameter| in_unit(*parameter, tolerance.of(*parameter)));
+        (own.change / unit, own.sigma / unit)
+    };
+    let sizes = rows.iter().map(|(_, own)| scaled(own)).map(|(change, sigma)| change.abs() + sigma);
+    let extent = sizes.fold(1.25, f64::max) * 1.05;
+    #[allow(clippy::cast_precision_loss)] // 24 at most
+    let ends = (-0.5, rows.len() as f64 - 0.5);
+    let mut figure = Figure::new(Axis::linear("change, tolerances", -extent, extent), names(rows))
+        .sized(800, 560)
+        .with(
+            "one tolerance",
+            Colour::Grey,
+            Shape::Region(vec![(-1.0, ends.0), (1.0, ends.0), (1.0, ends.1), (-1.0, ends.1)]),
+        )
+        .with("", Colour::Ink, Shape::Dashed(vec![(0.0, ends.0), (0.0, ends.1)]));
+    for (arm, colour) in ARMS.into_iter().enumerate() {
+        let bars = of_arm(rows, arm).map(|(row, own)| {
+            let (change, sigma) = scaled(own);
+            [(change - sigma, row), (change + sigma, row)]
+        });
+        let dots = of_arm(rows, arm).map(|(row, own)| (scaled(own).0, row));
+        figure = figure
+            .with("", colour, Shape::Segments(bars.collect()))
+            .with(arm_name(arm), colour, Shape::Points(dots.collect()));
+    }
+    figure
+}
+
+fn in_sigmas(rows: &[Row<'_>]) -> Option<Figure> {
+    let scaled = |own: &ParameterReport| {
+        let ratio = (own.change / own.sigma).abs();
+        (ratio.is_finite() && ratio > LEAST).then_some(ratio)
+    };
+    let (low, high) = decades(rows.iter().filter_map(|(_, own)| scaled(own)))?;
+    let (low, high) = (low.min(0.1), high.max(10.0));
+    let mut figure = Figure::new(Axis::logarithmic("size of the change, σ", low, high), names(rows))
+        .sized(800, 560)
+        .with("one σ", Colour::Ink, Shape::Dashed(vec![(1.0, -0.5), (1.0, 23.5)]));
+    for (arm, colour) in ARMS.into_iter().enumerate() {
+        let dots = of_arm(rows, arm).filter_map(|(row, own)| Some((scaled(own)?, row)));
+        figure = figure.with(arm_name(arm), colour, Shape::Points(dots.collect()));
+    }
+    Some(figure)
+}
+
+/// The powers of ten around positive values.
+fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    let logarithms = values.filter(|value| *value > LEAST).map(f64::log10);
+    let (low, high) = logarithms.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), own| {
+        (low.min(own), high.max(own))
+    });
+    let (low, high) = ((low - 0.05).floor(), (high + 0.05).ceil());
+    (low < high && low.is_finite() && high.is_finite()).then(|| (10f64.powf(low), 10f64.powf(high)))
+}
+
+#[allow(clippy::cast_precision_loss)] // lines of a file
+fn line_number(line: u64) -> f64 {
+    line as f64
+}
+
+/// The axis of the samples' lines.
+fn lines(report: &Report) -> Option<(f64, f64)> {
+    let first = line_number(report.samples.first()?.line);
+    let last = line_number(report.samples.last()?.line);
+    let margin = 0.03 * (last - first) + 0.5;
+    Some((first - margin, last + margin))
+}
+
+type Value = fn(&SampleReport) -> Option<f64>;
+
+/// A value of every sample that has one, over its line.
+fn over_lines<'a>(
+    samples: impl Iterator<Item = &'a SampleReport>,
+    value: Value,
+) -> Vec<(f64, f64)> {
+    samples.filter_map(|sample| Some((line_number(sample.line), value(sample)?))).collect()
+}
+
+/// The samples that were left out ringed, and some of them with their line.
+fn with_suspected(figure: Figure, report: &Report, value: Value) -> Figure {
+    let suspected = report.samples.iter().filter(|sample| sample.suspected);
+    let rings = over_lines(suspected, value);
+    let labels = rings.iter().take(LABELLED);
+    let labels = labels.map(|at| (*at, format!("line {:.0}", at.0)));
+    let labels = Shape::Labels(labels.collect());
+    let named = if rings.is_empty() { "" } else { "left out" };
+    figure.with(named, Colour::Ink, Shape::Rings(rings)).with("", Colour::Ink, labels)
+}
+
+/// Every sample before and after; `None` if there is nothing to show.
+pub(super) fn residuals(report: &Report) -> Option<Figure> {
+    let samples = || report.samples.iter();
+    let all = samples().flat_map(|sample| [sample.error_before_mm, sample.error_after_mm]);
+    let (low, high) = decades(all.flatten())?;
+    let (left, right) = lines(report)?;
+    let points = |value: Value| Shape::Points(over_lines(samples(), value));
+    let figure = Figure::new(
+        Axis::linear("line in the samples file", left, right),
+        Axis::logarithmic("error, mm", low, high),
+    )
+    .sized(800, 380)
+    .with("before", Colour::Vermilion, points(|s| s.error_before_mm))
+    .with("after", Colour::Blue, points(|s| s.error_after_mm));
+    Some(with_suspected(figure, report, |s| s.error_after_mm))
+}
+
+/// Every sample after the calibration, in σ of the noise.
+pub(super) fn residuals_in_sigmas(report: &Report) -> Option<Figure> {
+    let samples = || report.samples.iter();
+    let value: Value = |s| Some(s.error_after_sigma);
+    let (low, high) = decades(samples().filter_map(value))?;
+    let (low, high) = (low.min(0.1), high.max(10.0));
+    let (left, right) = lines(report)?;
+    let level = |at: f64| Shape::Dashed(vec![(left, at), (right, at)]);
+    let figure = Figure::new(
+        Axis::linear("line in the samples file", left, right),
+        Axis::logarithmic("residual after, σ", low, high),
+    )
+    .sized(800, 300)
+    .with("after", Colour::Blue, Shape::Points(over_lines(samples(), value)))
+    .with("expected", Colour::Ink, level(1.0))
+    .with("hardly by chance", Colour::Vermilion, level((chi_square_quantile(3.0_f64) / 3.0).sqrt()));
+    Some(with_suspected(figure, report, value))
+}
+
+/// The closure errors of each arm over its joint angle, with the curves of what was found; none where
+/// nothing is left over.
+pub(super) fn closures(report: &Report) -> Vec<(Figure, String)> {
+    let arms = &report.residuals_of_arms.arms;
+    let sizes = arms.iter().flat_map(|arm| {
+        let curves = arm.curves.iter().flatten();
+        arm.points.iter().chain(curves).map(|point| point.1.abs())
+    });
+    let extent = 1.1 * sizes.fold(0.0, f64::max);
+    let limits = &report.before.limits;
+    let drive = limits.drive();
+    let in_file = |q: f64| joint::in_file(drive, q);
+    let (low, high) = (in_file(limits.minimum()), in_file(limits.maximum()));
+    let names = joint::names(drive).map(|name| name.replace("deg", "°"));
+    if !(extent > LEAST) {
+        return Vec::new();
+    }
+    let in_degrees = |points: &[(f64, f64)]| -> Vec<_> {
+        points
+            .iter()
+            .map(|(q, value)| (in_file(*q), *value))
+            .collect()
+    };
+    let panels = arms
+        .iter()
+        .zip(ARMS)
+        .enumerate()
+        .map(|(arm, (residuals, colour))| {
+            let mut figure = Figure::new(
+                Axis::linear(names[arm].clone(), low, high),
+                Axis::linear("closure error, mm", -extent, extent),
+            )
+            .sized(420, 300)
+            .with(
+                "",
+                Colour::Ink,
+                Shape::Dashed(vec![(low, 0.0), (high, 0.0)]),
+            )
+            .with("", colour, Shape::Points(in_degrees(&residuals.points)));
+            for curve in &residuals.curves {
+                figure = figure.with("", Colour::Ink, Shape::Line(in_degrees(curve)));
+            }
+            (figure, format!("Arm {}", arm + 1))
+        });
+    panels.collect()
+}
+
+/// Where in their range the samples have each joint.
+pub(super) fn joints(report: &Report) -> Figure {
+    let limits = &report.before.limits;
+    let drive = limits.drive();
+    let in_file = |q: f64| joint::in_file(drive, q);
+    let (low, high) = (in_file(limits.minimum()), in_file(limits.maximum()));
+    let margin = 0.04 * (high - low);
+    let limit = |at: f64| [(at, -0.4), (at, 2.4)];
+    let points = report.samples.iter().flat_map(|sample| {
+        let joints = sample.joints.map(in_file);
+        joints.into_iter().zip([0.0, 1.0, 2.0])
+    });
+    let letter = joint::letter(drive);
+    let names = [1, 2, 3].map(|joint| format!("{letter}{joint}"));
+    Figure::new(
+        Axis::linear(
+            format!("{}, {}", joint::name(drive), joint::mark(drive).trim()),
+            low - margin,
+            high + margin,
+        ),
+        Axis::named("", names.to_vec()),
+    )
+    .sized(800, 170)
+    .with(
+        "joint limits",
+        Colour::Ink,
+        Shape::Segments(vec![limit(low), limit(high)]),
+    )
+    .with("samples", Colour::Blue, Shape::Points(points.collect()))
+}
+
+/// Each slice with its caption, all in the same shades.
+pub(super) fn slices(map: &UncertaintyMap) -> Vec<(Figure, String)> {
+    let cells = map.slices.iter().flat_map(|slice| &slice.cells);
+    let (least, most) = range(cells.map(|(_, sigma)| *sigma));
+    // Equal steps of the logarithm: near the edges the uncertainty is many times that inside.
+    let levels: Vec<_> = (1..=SHADES)
+        .map(|shade| least * (most / least).powf(f64::from(shade) / f64::from(SHADES)))
+        .collect();
+    map.slices
+        .iter()
+        .map(|slice| (slice_figure(slice, &levels), caption(slice)))
+        .collect()
+}
+
+fn caption(slice: &Slice) -> String {
+    let place = match slice.plane {
+        Plane::Horizontal(z) => format!("From above, at z = {z:.0} mm"),
+        Plane::Vertical => "From the side, at y = 0".to_owned(),
+    };
+    slice.rms_and_max().map_or_else(
+        || place.clone(),
+        |(rms, max)| {
+            format!(
+                "{place}: {} mm rms, {} mm at worst.",
+                small(rms),
+                small(max)
+            )
+        },
+    )
+}
+
+fn slice_figure(slice: &Slice, levels: &[f64]) -> Figure {
+    let vertical = slice.plane == Plane::Vertical;
+    let placed: Vec<_> = slice
+        .cells
+        .iter()
+        .map(|(x, sigma)| ((x.x, if vertical { x.z } else { x.y }), *sigma))
+        .collect();
+    let half = 0.5 * slice.step;
+    let extent = |of: fn(&(f64, f64)) -> f64| {
+        let (low, high) = range(placed.iter().map(|(at, _)| of(at)));
+        (low - slice.step, high + slice.step)
+    };
+    let (x, y) = (extent(|at| at.0), extent(|at| at.1));
+    let mut figure = Figure::new(
+        Axis::linear("x, mm", x.0, x.1),
+        Axis::linear(if vertical { "z, mm" } else { "y, mm" }, y.0, y.1),
+    )
+    .sized(420, 400)
+    .with_equal_scales();
+    let mut below = f64::NEG_INFINITY;
+    for ((level, shade), last) in levels.iter().zip(0..).zip((0..levels.len()).rev()) {
+        let top = if last == 0 { f64::INFINITY } else { *level };
+        let cells = placed
+            .iter()
+            .filter(|(_, sigma)| *sigma > below && *sigma <= top);
+        let tiles = cells.map(|((x, y), _)| [(x - half, y - half), (x + half, y + half)]);
+        let part = f64::from(shade) / f64::from(SHADES - 1);
+        let opacity = OPACITY.0 + (OPACITY.1 - OPACITY.0) * part;
+        figure = figure.with(
+            format!("to {} mm", significant(*level, 2)),
+            Colour::Blue,
+            Shape::Tiles(tiles.collect(), opacity),
+        );
+        below = top;
+    }
+    figure
+}

@@ -1,0 +1,314 @@
+//! What terminal and page say alike.
+
+use super::{ArmReport, ParameterReport, Report};
+use crate::calibration::Level;
+use crate::calibration::causes::CauseKind;
+use crate::calibration::noise_test::NoiseVerdict;
+use crate::fit::options::Frame;
+use crate::render::section::{Part, Section};
+use crate::render::table::Table;
+use crate::render::terminal;
+use crate::text::joint;
+use crate::text::numbers::{probability, significant, small};
+use crate::text::words::{count, list};
+
+/// Rows of the terminal's list of samples that were left out.
+const CONTENTS: &str = "The expanded uncertainty covers the noise of the measurement, what the samples leave undetermined within \
+    the [tolerance], and the errors found in the residuals, with 95 % coverage. It excludes systematic errors of the \
+    instrument (scale), temperature, load and speed.";
+
+/// The whole report for a terminal.
+pub(super) fn render(report: &Report) -> String {
+    let mut sections = vec![heading(report), parameters(report), errors(report)];
+    sections.extend([noise(report), expected(report)]);
+    sections.extend(causes(report));
+    sections.extend(places(report));
+    sections.extend(next(report));
+    sections.push(findings(report));
+    sections.extend(limit(report));
+    terminal::text(sections)
+}
+
+/// "robot.toml calibrated from samples.csv", and how.
+pub(super) fn how(report: &Report) -> String {
+    let frame = match report.frame {
+        Frame::Base => "",
+        Frame::Sensor => " in the sensor's frame",
+    };
+    let loss = report.loss.map_or_else(String::new, |loss| format!(", {loss} loss"));
+    let stated = match (report.before.tolerance.is_some(), report.solution.estimated_freedom().is_none()) {
+        (true, true) => "tolerance and noise stated",
+        (true, false) => "tolerance stated, noise estimated",
+        (false, true) => "noise stated, no tolerance",
+        (false, false) => "no tolerance, noise estimated",
+    };
+    format!(
+        "{} ({}){frame}; {} method{loss}; {stated}",
+        count(report.sample_count, "sample"),
+        count(report.reading_count, "reading"),
+        report.method.title()
+    )
+}
+
+fn heading(report: &Report) -> Section {
+    let title = format!("{} calibrated from {}", report.robot_file, report.samples_file);
+    let section = Section::new(title).text(how(report));
+    match report.origin {
+        Some(origin) => section.text(origin),
+        None => section,
+    }
+}
+
+pub(super) fn parameters(report: &Report) -> Section {
+    let rows = report.arms.iter().flat_map(|arm| arm.parameters.iter().map(move |own| (arm, own)));
+    type Row<'a> = (&'a ArmReport, &'a ParameterReport);
+    let each = report.arms.first().map_or(8, |arm| arm.parameters.len());
+    let table = Table::of(rows)
+        .column("arm", |(arm, _): &Row<'_>| arm.arm)
+        .column("parameter", |(_, own)| own.symbol)
+        .column("before", |(_, own)| format!("{:.*}", own.decimals, own.before))
+        .column("after", |(_, own)| format!("{:.*}", own.decimals, own.after))
+        .column("change", |(_, own)| format!("{:+.*}", own.decimals, own.change))
+        .column("σ", |(_, own)| format!("{:.*}", own.decimals, own.sigma))
+        .column("unit", |(_, own)| own.unit)
+        .column_if(report.before.tolerance.is_some(), "by tolerance", |(_, own)| {
+            format!("{:.0} %", 100.0 * own.prior_share)
+        })
+        .table()
+        .in_groups_of(each);
+    let conditions: Vec<_> = report.arms.iter().map(|arm| format!("{:.0}", arm.condition)).collect();
+    let mut section = Section::new("Parameters").table(table);
+    if report.before.tolerance.is_some() {
+        section = section.note("By tolerance: the part of a parameter that the [tolerance] decided, not the samples.");
+    }
+    section.note(format!("Condition of each arm: {} (below 100 is good).", list(&conditions)))
+}
+
+pub(super) fn errors(report: &Report) -> Section {
+    let mut section = Section::new("Errors over the samples, mm");
+    if let Some(error) = &report.position_error_mm {
+        let table = Table::of([("before", &error.before), ("after", &error.after)])
+            .column("distance of positions", |(when, _)| *when)
+            .column("rms", |(_, own)| small(own.rms))
+            .column("median", |(_, own)| small(own.median))
+            .column("max", |(_, own)| small(own.max))
+            .column("in line", |(_, own)| own.max_at_line.map_or_else(String::new, |line| line.to_string()))
+            .column_if(error.before.unreachable + error.after.unreachable > 0, "out of reach", |(_, own)| {
+                own.unreachable
+            })
+            .table();
+        section = section.table(table);
+    }
+    let table = Table::of(&report.residuals)
+        .column("residuals of", |own| own.kind.plural())
+        .column("readings", |own| own.readings)
+        .column("before, rms", |own| small(own.before_rms_mm))
+        .column("after, rms", |own| small(own.after_rms_mm))
+        .column("max", |own| small(own.after_max_mm))
+        .column("in line", |own| own.max_at_line.map_or_else(String::new, |line| line.to_string()))
+        .table();
+    section.table(table)
+}
+
+pub(super) fn noise(report: &Report) -> Section {
+    let table = Table::of(&report.noise)
+        .column("noise of", |own| own.kind.plural())
+        .column("stated, mm", |own| own.stated_mm.map_or_else(|| "estimated".to_owned(), |sigma| significant(sigma, 3)))
+        .column("residuals show, mm", |own| significant(own.sigma_mm, 2))
+        .column("95 % limits", |own| {
+            format!("{}–{}", significant(own.limits_mm[0], 2), significant(own.limits_mm[1], 2))
+        })
+        .column("deg. of freedom", |own| format!("{:.1}", own.degrees_of_freedom))
+        .column("p", |own| match own.verdict {
+            NoiseVerdict::Estimated => String::new(),
+            _ => probability(own.probability),
+        })
+        .table();
+    let section = Section::new("Noise").table(table);
+    if report.sigma_widened_by > 1.0 {
+        section.text(format!("All σ are multiplied by {:.2}.", report.sigma_widened_by))
+    } else {
+        section
+    }
+}
+
+pub(super) fn expected(report: &Report) -> Section {
+    let section = Section::new("Expected position error of the calibrated robot, mm (σ)");
+    let Some(own) = &report.expected_error else {
+        return section.text("Unknown: no pose is clear of singularities.");
+    };
+    let at = |[x, y, z]: [f64; 3]| format!("x {x:.0}, y {y:.0}, z {z:.0}");
+    let rows = [
+        ("absolute, in the frame of the base", own.absolute_rms_mm, own.absolute_worst_mm, own.absolute_worst_at_mm),
+        ("relative, after the best rigid motion", own.relative_rms_mm, own.relative_worst_mm, own.relative_worst_at_mm),
+    ];
+    let table = Table::of(rows)
+        .column("", |row| row.0)
+        .column("rms over workspace", |row| significant(row.1, 2))
+        .column("worst", |row| significant(row.2, 2))
+        .column("at", |row| at(row.3))
+        .table();
+    let mut section = section.table(table);
+    if let Some(expanded) = &report.expanded_uncertainty {
+        let factor = match expanded.degrees_of_freedom {
+            None => format!("k = {:.0}", expanded.coverage_factor),
+            Some(freedom) => format!("k = {:.2}, {freedom:.0} degrees of freedom", expanded.coverage_factor),
+        };
+        section = section.text(format!(
+            "Expanded uncertainty ({}): {} mm rms, {} mm worst ({factor}).",
+            expanded.of,
+            significant(expanded.rms_mm, 2),
+            significant(expanded.worst_mm, 2)
+        ));
+    }
+    if let Some(own) = &report.workspace
+        && let Some(chance) = own.chance_of_harm
+    {
+        section = section.text(format!(
+            "The calibration moves positions by {} mm rms. Chance that it makes the robot worse: {}.",
+            significant(own.change_mm, 2),
+            probability(chance)
+        ));
+    }
+    section
+}
+
+pub(super) fn contents() -> &'static str {
+    CONTENTS
+}
+
+/// Causes that were found, or why none was looked for.
+pub(super) fn causes(report: &Report) -> Option<Section> {
+    let section = Section::new("Errors that the model cannot represent");
+    if let Some(why) = report.causes_not_tested {
+        return Some(section.text(format!("Not tested: {why}.")));
+    }
+    if report.causes.is_empty() {
+        return None;
+    }
+    let table = Table::of(&report.causes)
+        .column("cause", |cause| cause.kind.replace('_', " "))
+        .column("arm", |cause| cause.arm.map_or_else(String::new, |arm| arm.to_string()))
+        .column("size", |cause| significant(cause.size, 3))
+        .column("σ", |cause| significant(cause.sigma, 2))
+        .column("unit", |cause| cause.unit)
+        .column("p", |cause| probability(cause.p))
+        .table();
+    Some(section.table(table).text(format!(
+        "They put the calibrated robot off by {} mm rms over the workspace.",
+        significant(report.causes_position_error_mm, 2)
+    )))
+}
+
+/// That nothing was found, with what was looked for.
+pub(super) fn no_causes(report: &Report) -> Section {
+    let kinds: Vec<_> = report.kinds_of_causes().map(CauseKind::name).collect();
+    let kinds: Vec<_> = kinds.into_iter().map(|kind| kind.replace('_', " ")).collect();
+    Section::new("Errors that the model cannot represent")
+        .text(format!("None found. Tested: {}.", list(&kinds)))
+}
+
+/// Where the instruments were found.
+pub(super) fn places(report: &Report) -> Vec<Section> {
+    let mut sections = Vec::new();
+    if let Some(frame) = &report.sensor_frame {
+        let [x, y, z] = frame.translation_mm;
+        let row = |[a, b, c]: [f64; 3]| format!("[{a:.9}, {b:.9}, {c:.9}]");
+        let rows: Vec<_> = frame.rotation.into_iter().map(row).collect();
+        let place = format!("translation [{x:.4}, {y:.4}, {z:.4}] mm, rotation [{}]", rows.join(", "));
+        sections.push(Section::new("Sensor frame (X_sensor = rotation · X_robot + translation)").text(place));
+    }
+    if !report.planes.is_empty() {
+        let table = Table::of(&report.planes)
+            .column("plane", |own| own.name.clone())
+            .column("z at the axis, mm", |own| format!("{:.4}", own.z_mm))
+            .column("tilt, °", |own| format!("{:.3}", own.tilt_deg))
+            .table();
+        sections.push(Section::new("Planes").table(table));
+    }
+    if !report.points.is_empty() {
+        let table = Table::of(&report.points)
+            .column("point", |own| own.name.clone())
+            .column("x, mm", |own| format!("{:.3}", own.place_mm[0]))
+            .column("y, mm", |own| format!("{:.3}", own.place_mm[1]))
+            .column("z, mm", |own| format!("{:.3}", own.place_mm[2]))
+            .column("offset, mm", |own| format!("{:.4}", own.offset_mm))
+            .table();
+        sections.push(Section::new("Points").table(table));
+    }
+    if !report.transmissions.is_empty() {
+        let number = |index: usize| {
+            move |own: &&super::TransmissionReport| {
+                format!("{} ± {}", significant(own.numbers[index], 3), significant(own.sigmas[index], 1))
+            }
+        };
+        let table = Table::of(&report.transmissions)
+            .column("arm", |own| own.arm)
+            .column("gain", number(0))
+            .column("cos, °", number(1))
+            .column("sin, °", number(2))
+            .column("cos 2q, °", number(3))
+            .column("sin 2q, °", number(4))
+            .column("once a turn, °", |own| significant(own.first_harmonic_deg, 2))
+            .table();
+        sections.push(Section::new("Transmissions").table(table));
+    }
+    sections
+}
+
+/// What to measure next.
+pub(super) fn next(report: &Report) -> Option<Section> {
+    let last = report.next_poses.last()?;
+    let now = report.expected_error?.absolute_rms_mm;
+    let names = joint::names(report.before.robot.drive());
+    let table = Table::of(&report.next_poses)
+        .column(names[0].clone(), |own| format!("{:.1}", own.joints[0]))
+        .column(names[1].clone(), |own| format!("{:.1}", own.joints[1]))
+        .column(names[2].clone(), |own| format!("{:.1}", own.joints[2]))
+        .column("expected error, mm", |own| significant(own.expected_error_mm, 2))
+        .table();
+    Some(Section::new("What to measure next").table(table).text(format!(
+        "x, y and z at these poses would lower the expected error from {} to {} mm; --order random plans of delta-cal plan bring \
+         more.",
+        significant(now, 2),
+        significant(last.expected_error_mm, 2)
+    )))
+}
+
+pub(super) fn findings(report: &Report) -> Section {
+    let of = |level: Level| -> Vec<String> {
+        let own = report.findings.iter().filter(|own| own.level == level);
+        own.map(|own| own.text.clone()).collect()
+    };
+    let (warnings, notes) = (of(Level::Warning), of(Level::Note));
+    let section = Section::new("");
+    let section = if warnings.is_empty() {
+        section.part(Part::Good("Calibrated, no warnings.".to_owned()))
+    } else {
+        let heading = format!("Calibrated, with {}:", count(warnings.len(), "warning"));
+        section.part(Part::Doubts(heading, warnings))
+    };
+    if notes.is_empty() { section } else { section.part(Part::List(notes)) }
+}
+
+/// Whether a limit is met, if one was asked for.
+pub(super) fn limit(report: &Report) -> Option<Section> {
+    let own = report.acceptance?;
+    let of = report.expanded_uncertainty.map_or("", |own| own.of);
+    let part = match own.expanded_mm {
+        None => Part::Doubts("Fail: the expanded uncertainty is unknown.".to_owned(), Vec::new()),
+        Some(expanded) => {
+            let figures = format!(
+                "expanded uncertainty ({of}) {} mm rms, limit {} mm",
+                significant(expanded, 2),
+                own.limit_mm
+            );
+            if own.passed {
+                Part::Good(format!("Pass: {figures}."))
+            } else {
+                Part::Doubts(format!("Fail: {figures}."), Vec::new())
+            }
+        }
+    };
+    Some(Section::new("").part(part))
+}

@@ -22,7 +22,6 @@ mod progress;
 mod record;
 mod reproduce;
 mod simulate;
-mod streaming;
 mod validate;
 mod workspace;
 

@@ -86,6 +86,12 @@ impl Refused {
         }
     }
 
+    /// With what would explain the readings as a whole, if anything does.
+    pub(crate) fn explained(mut self, diagnosis: Option<Diagnosis>) -> Self {
+        self.diagnosis = diagnosis;
+        self
+    }
+
     /// What to do next. A diagnosis says it better than general advice.
     pub fn remedy(&self) -> String {
         match &self.diagnosis {

@@ -1,7 +1,7 @@
 use crate::device::{DeviceError, DeviceFailure};
 use crate::files::output::OutputError;
 use crate::render::plot::PlotError;
-use crate::{CalibrateError, InputError, Reason};
+use crate::{CalibrateError, InputError};
 use anstyle::{AnsiColor, Style};
 use std::io::Write;
 use std::process::ExitCode;
@@ -84,22 +84,18 @@ impl Failure {
     /// One message on standard error, and the exit code.
     pub(crate) fn report(self) -> ExitCode {
         let excerpt = match &self {
-            Self::Calibrate(CalibrateError {
-                reason: Reason::Input(error),
-                ..
-            }) => error.excerpt().map(ToOwned::to_owned),
+            Self::Calibrate(CalibrateError::Input(error)) => error.excerpt().map(ToOwned::to_owned),
             _ => None,
         };
         let diagnosis = match &self {
-            Self::Calibrate(error) => error.diagnosis.as_ref().map(ToString::to_string),
+            Self::Calibrate(error) => error.diagnosis().map(ToString::to_string),
             _ => None,
         };
         let (code, kind, cause, remedy) = match self {
             Self::Calibrate(error) => {
-                let (code, kind) = match &error.reason {
-                    Reason::Refused(_) => (1, "refused"),
-                    Reason::Options(_) => (2, "error"),
-                    Reason::Input(_) => (3, "error"),
+                let (code, kind) = match &error {
+                    CalibrateError::Refused(_) => (1, "refused"),
+                    CalibrateError::Input(_) => (3, "error"),
                 };
                 (
                     code,

@@ -4,8 +4,6 @@ use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
 use super::print::print;
 use crate::files::output;
-use crate::render::json;
-use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -55,9 +53,9 @@ pub(crate) fn deliver(
 }
 
 /// A refusal writes no file; a program that reads the JSON on standard output is told there as well.
-pub(crate) fn refused(to: Option<&Path>, refusal: &Value, failure: Failure) -> Failure {
+pub(crate) fn refused(to: Option<&Path>, refusal: &str, failure: Failure) -> Failure {
     if to.is_some_and(is_stream)
-        && let Err(failure) = print(&json::text(refusal))
+        && let Err(failure) = print(refusal)
     {
         return failure;
     }

@@ -11,7 +11,7 @@ use crate::report::document::Source;
 use crate::report::validation as report;
 use crate::validation::{Request, Verdict, check_independent, validate};
 use crate::{
-    CalibrateError, InputError, InputText, Measurements, Options, RobotFile, SamplesFile,
+    CalibrateError, InputText, Options, RobotFile, Readings,
     read_samples,
 };
 use clap::Args;
@@ -107,29 +107,10 @@ fn positions(
     arguments: &ValidateArguments,
     robot: &RobotFile,
     text: &InputText,
-) -> Result<SamplesFile, CalibrateError> {
+) -> Result<Readings, CalibrateError> {
     let options = Options {
         frame: arguments.frame.frame(),
         ..Options::default()
     };
-    match read_samples(text, robot, options)? {
-        Measurements::Positions(samples) => Ok(samples),
-        Measurements::Observations(file) => {
-            let cause = "a validation needs x, y and z in every row, and nothing else";
-            let gap = file.rows.iter().find(|row| {
-                let own = &row.value;
-                own.position.iter().any(Option::is_none)
-                    || own.height.is_some()
-                    || own.distance.is_some()
-            });
-            let error = InputError::new(&file.name, cause).with_remedy(
-                "measure x, y and z of every pose, or delete the other rows and columns",
-            );
-            Err(match gap {
-                Some(row) => error.at_line(row.line),
-                None => error,
-            }
-            .into())
-        }
-    }
+    Ok(read_samples(text, robot, &options)?.complete()?)
 }

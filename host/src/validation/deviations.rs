@@ -2,7 +2,7 @@
 
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::SamplesFile;
+use crate::files::samples_file::Row;
 use crate::fit::fkm::whitening;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Noise, Robot, Sample};
@@ -60,12 +60,12 @@ impl RowDeviation {
 /// sensor, if it was adjusted.
 pub(super) fn deviations(
     robot: &RobotFile,
-    samples: &SamplesFile,
+    samples: &[Row<Sample<f64>>],
     frame: Option<&RigidTransform<f64>>,
 ) -> Result<Vec<RowDeviation>, usize> {
     let to_robot = frame.map(RigidTransform::inverse);
-    let mut rows = Vec::with_capacity(samples.rows.len());
-    for (index, row) in samples.rows.iter().enumerate() {
+    let mut rows = Vec::with_capacity(samples.len());
+    for (index, row) in samples.iter().enumerate() {
         let position = row.value.position;
         let measured = Sample {
             position: to_robot

@@ -3,17 +3,16 @@
 use super::deviations::{RowDeviation, deviations};
 use super::interval::{Bounded, FRAME, RmsError, Verdict, largest, poses_to_decide};
 use crate::accuracy::position_error::PositionError;
-use crate::calibration::case;
+use crate::accuracy::rigid_motion::degenerate;
 use crate::calibration::diagnosis::diagnose;
-use crate::calibration::error::CalibrateError;
-use crate::calibration::reason::Refused;
+use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::SamplesFile;
+use crate::files::samples_file::{Readings, Row};
 use crate::fit::options::{Frame, Options};
-use crate::fit::sensor_frame;
 use crate::text::words::count;
+use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
 use nalgebra::Vector3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -100,7 +99,7 @@ pub fn check_independent(robot: &InputText, samples: &InputText) -> Result<(), I
         "{} was calibrated from these very measurements",
         robot.name()
     );
-    Err(InputError::new(samples.name(), cause)
+    Err(InputError::new(readings.name(), cause)
         .with_remedy("measure other poses, spread over the region in which the robot works"))
 }
 
@@ -111,36 +110,33 @@ pub fn check_independent(robot: &InputText, samples: &InputText) -> Result<(), I
 /// that are wrong as a whole.
 pub fn validate(
     robot: &RobotFile,
-    samples: &SamplesFile,
+    readings: &Readings,
     request: Request,
 ) -> Result<Validation, CalibrateError> {
     let options = Options {
         frame: request.frame,
         ..Options::default()
     };
-    case::settings(robot, options)?;
-    let poses = distinct_poses(samples);
-    check_poses(robot, samples, poses, options)?;
+    let samples: Vec<_> = readings.samples().collect();
+    let poses = distinct_poses(&samples);
+    check_poses(robot, readings, poses, &options)?;
     let frame = match request.frame {
         Frame::Base => None,
         Frame::Sensor => Some(
-            sensor_frame::find(robot, samples, options)
-                .map_err(|cause| case::unknown_frame(samples, &cause))?,
+            aligned(robot, &samples).map_err(|cause| unknown_frame(readings, &cause))?,
         ),
     };
-    let rows = deviations(robot, samples, frame.as_ref())
-        .map_err(|index| unreachable(robot, samples, index))?;
-    let distances: Vec<_> = rows.iter().map(|row| Some(row.length())).collect();
-    let deviation = PositionError::of(&distances, &samples.rows);
+    let rows = deviations(robot, &samples, frame.as_ref())
+        .map_err(|index| unreachable(robot, readings, index))?;
+    let deviation = PositionError::of(rows.iter().map(|row| (Some(row.length()), row.line)));
     if deviation.lies_elsewhere(&robot.robot) {
-        return Err(elsewhere(robot, samples, options, &deviation));
+        return Err(elsewhere(robot, readings, &options, &deviation));
     }
     let largest_is_noise =
         |row: &RowDeviation| Some(row.line) == deviation.max_at_line && row.is_noise(rows.len());
-    let outlier = deviation
-        .outlier()
+    let outlier = outlier(&deviation)
         .filter(|_| !rows.iter().any(largest_is_noise));
-    let mut warnings = warnings(robot, samples, request.frame, outlier, poses);
+    let mut warnings = warnings(robot, readings, request.frame, outlier, poses);
     let rows = match overstated(&rows, request.frame) {
         Some(doubt) => {
             warnings.insert(0, doubt);
@@ -167,7 +163,7 @@ pub fn validate(
         .flatten();
     Ok(Validation {
         robot: robot.clone(),
-        samples_file: samples.name.clone(),
+        samples_file: readings.name.clone(),
         request,
         poses,
         deviation,
@@ -197,8 +193,8 @@ fn pose_of(joints: &[f64; 3]) -> [u64; 3] {
     joints.map(|q| (q + 0.0).to_bits())
 }
 
-fn distinct_poses(samples: &SamplesFile) -> usize {
-    let poses = samples.rows.iter().map(|row| pose_of(&row.value.joints));
+fn distinct_poses(samples: &[Row<Sample<f64>>]) -> usize {
+    let poses = samples.iter().map(|row| pose_of(&row.value.joints));
     let poses: std::collections::BTreeSet<_> = poses.collect();
     poses.len()
 }
@@ -237,9 +233,9 @@ fn region(rows: &[RowDeviation]) -> [(f64, f64); 3] {
 
 fn check_poses(
     robot: &RobotFile,
-    samples: &SamplesFile,
+    readings: &Readings,
     poses: usize,
-    options: Options,
+    options: &Options,
 ) -> Result<(), CalibrateError> {
     let least = match options.frame {
         Frame::Base => LEAST_POSES,
@@ -250,34 +246,64 @@ fn check_poses(
     }
     let cause = format!(
         "{}: {}, and at least {least} are needed",
-        samples.name,
+        readings.name,
         count(poses, "different pose"),
     );
     let remedy = "measure some 20 poses, spread over the region in which the robot works";
-    Err(CalibrateError::new(
-        Refused::new(cause, remedy),
-        diagnose(robot, samples, options),
+    Err(Refused::new(cause, remedy).explained(diagnose(robot, readings, options)).into())
+}
+
+/// The motion from the robot's frame to the sensor's that fits the points best.
+fn aligned(
+    robot: &RobotFile,
+    samples: &[Row<Sample<f64>>],
+) -> Result<RigidTransform<f64>, String> {
+    let [arm, ..] = robot.robot.arms();
+    let points: Vec<_> = samples.iter().map(|row| row.value.position).collect();
+    if let Some(how) = degenerate(points.into_iter(), arm.lb()) {
+        return Err(format!(
+            "the measured points lie {how}, so the sensor's frame is not determined"
+        ));
+    }
+    let pairs = samples.iter().filter_map(|row| {
+        let expected = robot.robot.forward(&row.value.joints).ok()?;
+        Some((expected, row.value.position))
+    });
+    RigidTransform::align(pairs).map_err(|error| error.to_string())
+}
+
+fn unknown_frame(readings: &Readings, cause: &str) -> Refused {
+    let remedy = "measure more poses, spread over the whole workspace";
+    Refused::new(format!("{}: {cause}", readings.name), remedy)
+}
+
+/// The sample that is much further off than the others, if there is one.
+fn outlier(error: &PositionError) -> Option<String> {
+    let line = error.max_at_line.filter(|_| error.is_outlier(error.max))?;
+    Some(format!(
+        "line {line}: {:.3} mm off, while half of the samples are within {:.3} mm",
+        error.max, error.median
     ))
 }
 
-fn unreachable(robot: &RobotFile, samples: &SamplesFile, index: usize) -> InputError {
+fn unreachable(robot: &RobotFile, readings: &Readings, index: usize) -> InputError {
     let cause = format!(
         "the robot of {} does not reach these joint angles",
         robot.name
     );
-    samples.fault(index, cause)
+    readings.fault(index, cause)
 }
 
 /// Half of the points are out of all proportion: units, columns or the frame are wrong.
 fn elsewhere(
     robot: &RobotFile,
-    samples: &SamplesFile,
-    options: Options,
+    readings: &Readings,
+    options: &Options,
     deviation: &PositionError,
 ) -> CalibrateError {
     let cause = format!(
         "{}: half of the measured positions are more than {:.0} mm from those of {}",
-        samples.name, deviation.median, robot.name
+        readings.name, deviation.median, robot.name
     );
     let remedy = match options.frame {
         Frame::Base => {
@@ -285,10 +311,7 @@ fn elsewhere(
         }
         Frame::Sensor => "check units and columns",
     };
-    CalibrateError::new(
-        Refused::new(cause, remedy),
-        diagnose(robot, samples, options),
-    )
+    Refused::new(cause, remedy).explained(diagnose(robot, readings, options)).into()
 }
 
 /// Deviations that are improbably small for the stated noise: it is then not removed, since a noise stated too
@@ -309,7 +332,7 @@ fn overstated(rows: &[RowDeviation], frame: Frame) -> Option<String> {
 
 fn warnings(
     robot: &RobotFile,
-    samples: &SamplesFile,
+    readings: &Readings,
     frame: Frame,
     outlier: Option<String>,
     poses: usize,
@@ -332,10 +355,10 @@ fn warnings(
             "{outlier}: it may be a wrong row; measure it again"
         ));
     }
-    if poses < samples.rows.len() {
+    if poses < readings.rows.len() {
         warnings.push(format!(
             "{} at {}: rows of one pose share the robot's error and count as one",
-            count(samples.rows.len(), "row"),
+            count(readings.rows.len(), "row"),
             count(poses, "different pose")
         ));
     }

@@ -180,18 +180,26 @@ fn closure_sigma(arm: &Arm<f64>, x: &Vector3<f64>, q: f64, noise: &Noise<f64>) -
     (by_position.squared() + by_joint.squared()).square_root()
 }
 
-/// Three rows of all parameters, of the FKM method: L⁻¹ ∂X/∂P, with the position's covariance
-/// L Lᵀ = σx² I + σq² J_q J_qᵀ. `None` at a singular pose.
+/// L⁻¹ of the position's covariance L Lᵀ = σx² I + σq² J_q J_qᵀ at a pose of the robot. `None` at a singular pose.
+pub(crate) fn whitening(
+    robot: &Robot<f64>,
+    pose: &Sample<f64>,
+    noise: &Noise<f64>,
+) -> Option<Matrix3<f64>> {
+    let by_joints = robot.platform_jacobian(&pose.position, &pose.joints).ok()?.by_joints * noise.joint();
+    let axes = Vector3::from(noise.position_by_axis());
+    let covariance =
+        Matrix3::from_diagonal(&axes.component_mul(&axes)) + by_joints * by_joints.transpose();
+    covariance.cholesky()?.l().try_inverse()
+}
+
+/// Three rows of all parameters, of the FKM method: L⁻¹ ∂X/∂P. `None` at a singular pose.
 pub(crate) fn position_rows(
     robot: &Robot<f64>,
     pose: &Sample<f64>,
     noise: &Noise<f64>,
 ) -> Option<SMatrix<f64, 3, PARAMETERS>> {
     let jacobian = robot.platform_jacobian(&pose.position, &pose.joints).ok()?;
-    let by_joints = jacobian.by_joints * noise.joint();
-    let axes = Vector3::from(noise.position_by_axis());
-    let covariance =
-        Matrix3::from_diagonal(&axes.component_mul(&axes)) + by_joints * by_joints.transpose();
     let mut rows = SMatrix::<f64, 3, PARAMETERS>::zeros();
     for (arm, block) in jacobian.by_parameters.iter().enumerate() {
         rows.fixed_columns_mut::<ARM>(ARM * arm).copy_from(block);
@@ -199,5 +207,5 @@ pub(crate) fn position_rows(
     for (mut column, unit) in rows.column_iter_mut().zip(&units(robot)) {
         column /= *unit;
     }
-    covariance.cholesky()?.l().solve_lower_triangular(&rows)
+    Some(whitening(robot, pose, noise)? * rows)
 }

@@ -210,6 +210,7 @@ impl Finding {
             | Self::PlaceUnknown
             | Self::ScaleUnknown { .. }
             | Self::JointNoise { .. }
+            | Self::ByTolerance { .. }
             | Self::Combinations { .. } => Level::Note,
             _ => Level::Warning,
         }

@@ -9,15 +9,19 @@ use super::refusal::Objection;
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
 use crate::accuracy::position_uncertainty::PositionUncertainty;
-use crate::accuracy::workspace_comparison::{Calibrated, WorkspaceComparison};
+use crate::accuracy::workspace_comparison::{Calibrated, Judged as JudgedBy, WorkspaceComparison};
 use crate::accuracy::workspace_poses::{WorkspacePoses, inside};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
 use crate::fit::covariance::RobotCovariance;
 use crate::fit::solution::{Kind, Places};
 use crate::fit::{Options, Solution, solve};
+use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample};
 use nalgebra::Vector3;
+
+/// Places of a bed are this many to either side of its middle.
+const BED_STEPS: i32 = 6;
 
 /// A solution that was judged good.
 #[derive(Debug, Clone)]
@@ -127,6 +131,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
         return Err(Objection::NoiseBeyondTolerance(sigma, tolerated));
     }
     let parameters = solution.of_parameters();
+    let bed = bed(case, &solution);
     let workspace = WorkspaceComparison::of(
         &Calibrated {
             before: &case.before.robot,
@@ -134,7 +139,13 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
             covariance: &parameters,
             tolerance,
             degrees_of_freedom: solution.estimated_freedom(),
-            relative: !solution.is_absolute(),
+            judged: if solution.is_absolute() {
+                JudgedBy::Absolute
+            } else if bed.is_empty() {
+                JudgedBy::Relative
+            } else {
+                JudgedBy::Bed(&bed)
+            },
         },
         &robot.reach(),
     );
@@ -174,6 +185,31 @@ impl Case<'_> {
     fn is_on_controller(&self) -> bool {
         !std::ptr::eq(self.robot, self.before) && self.robot.robot != self.before.robot
     }
+}
+
+/// Places over the touched part of a printer's bed, where it is all that was measured; otherwise none.
+fn bed(case: &Case<'_>, solution: &Solution) -> Vec<Vector3<f64>> {
+    let heights_alone = !case.readings.holds(Kind::Position);
+    let (Drive::Linear, true, [plane]) =
+        (solution.robot.drive(), heights_alone, solution.places.planes.as_slice())
+    else {
+        return Vec::new();
+    };
+    let touched = case.readings.rows.iter().filter(|row| row.value.height.is_some());
+    let touched = touched.filter_map(|row| solution.robot.forward(&row.value.joints).ok());
+    let radius = touched.fold(0.0, |most: f64, own| most.max(own.xy().norm()));
+    let steps = -BED_STEPS..=BED_STEPS;
+    steps
+        .clone()
+        .flat_map(|row| steps.clone().map(move |column| (row, column)))
+        .map(|(row, column)| {
+            let step = radius / f64::from(BED_STEPS);
+            let (x, y) = (step * f64::from(row), step * f64::from(column));
+            let z = (plane.offset - plane.normal.x * x - plane.normal.y * y) / plane.normal.z;
+            Vector3::new(x, y, z)
+        })
+        .filter(|place| place.xy().norm() <= radius)
+        .collect()
 }
 
 /// The position error that a robot with this covariance of its parameters is expected to have.

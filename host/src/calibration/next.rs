@@ -23,9 +23,13 @@ pub struct NextPose {
     pub expected_error_mm: f64,
 }
 
-/// Greedily the poses whose positions would lower the expected position error most.
+/// Greedily the poses whose positions would lower the expected position error most; none where the frame of the base is not
+/// measured.
 pub(crate) fn next_poses(robot: &RobotFile, judged: &Judged) -> Vec<NextPose> {
     let solution = &judged.solution;
+    if !solution.is_absolute() {
+        return Vec::new();
+    }
     let mut covariance = solution.of_parameters();
     let uncertainty = PositionUncertainty { robot: &solution.robot, covariance: &covariance };
     let poses = inside(&solution.robot, &robot.reach());

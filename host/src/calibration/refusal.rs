@@ -70,7 +70,7 @@ impl Objection {
                     | Refusal::ImpossibleRobot(_)
                     | Refusal::WrongSide
             ),
-            Self::Unsolved(_) | Self::UnknownError => false,
+            Self::Unsolved(_) | Self::UnknownError | Self::Worse(..) => false,
             _ => true,
         }
     }

@@ -1,11 +1,10 @@
 //! `delta-cal calibrate`.
 
-use super::arguments::ColumnsArgument;
 use super::choices::{FrameArgument, MethodArgument};
 use super::failure::Failure;
 use super::length::Length;
 use super::outputs::{self, deliver};
-use super::paths::{read_long, refuse_same, robot_path};
+use super::paths::{ColumnsArgument, read, refuse_same, robot_path};
 use super::progress::Waiting;
 use super::record::document;
 use crate::files::example;
@@ -158,7 +157,7 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, C
     let robot_text = InputText::from_file(robot)?;
     let robot = RobotFile::read(&robot_text)?;
     let waiting = Waiting::for_file(samples);
-    let samples = read_long(samples, &arguments.columns)?;
+    let samples = read(samples, &arguments.columns)?;
     let readings = read_samples(&samples, &robot, options)?;
     drop(waiting);
     Ok(Inputs { robot, readings, sources: [Source::from(&robot_text), Source::from(&samples)] })

@@ -275,7 +275,7 @@ pub fn report(found: &Validation, document: &Document) -> Value {
             })
             .collect(),
         warnings: &found.warnings,
-        document: document.json(),
+        document,
     };
     json::report(
         SCHEMA_VERSION,
@@ -311,7 +311,7 @@ struct Contents<'a> {
     sampled: Option<SampledJson>,
     rows: Vec<RowJson>,
     warnings: &'a [String],
-    document: Value,
+    document: &'a Document,
 }
 
 #[derive(Serialize)]

@@ -3,7 +3,7 @@
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Row;
-use crate::fit::fkm::whitening;
+use crate::accuracy::information::whitening;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Noise, Robot, Sample};
 use nalgebra::Vector3;
@@ -103,7 +103,7 @@ fn row_noise(
     deviation: &Vector3<f64>,
     noise: &Noise<f64>,
 ) -> Option<RowNoise> {
-    let whitening = whitening(robot, measured, noise);
+    let whitening = whitening(robot, measured, noise)?;
     let factor = whitening.try_inverse()?;
     let covariance = factor * factor.transpose();
     Some(RowNoise {

@@ -99,7 +99,7 @@ pub fn check_independent(robot: &InputText, samples: &InputText) -> Result<(), I
         "{} was calibrated from these very measurements",
         robot.name()
     );
-    Err(InputError::new(readings.name(), cause)
+    Err(InputError::new(samples.name(), cause)
         .with_remedy("measure other poses, spread over the region in which the robot works"))
 }
 

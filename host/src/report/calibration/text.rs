@@ -268,8 +268,7 @@ pub(super) fn next(report: &Report) -> Option<Section> {
         .column("expected error, mm", |own| significant(own.expected_error_mm, 2))
         .table();
     Some(Section::new("What to measure next").table(table).text(format!(
-        "x, y and z at these poses would lower the expected error from {} to {} mm; --order random plans of delta-cal plan bring \
-         more.",
+        "x, y and z at these poses would lower the expected error from {} to {} mm.",
         significant(now, 2),
         significant(last.expected_error_mm, 2)
     )))

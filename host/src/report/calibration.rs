@@ -38,7 +38,7 @@ pub const SCHEMA_VERSION: u32 = 2;
 /// A calibration, and everything there is to know of it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
-    /// [`SCHEMA_VERSION`].
+    /// Of this format, which changes whenever a field changes its name or meaning or is removed.
     pub schema_version: u32,
     /// The robot file.
     pub robot_file: String,
@@ -368,7 +368,7 @@ pub struct FindingReport {
 /// A calibration that was refused, for programs.
 #[derive(Debug, Clone, Serialize)]
 pub struct RefusalReport<'a> {
-    /// [`SCHEMA_VERSION`].
+    /// Of this format, which changes whenever a field changes its name or meaning or is removed.
     pub schema_version: u32,
     /// Why there is no calibration.
     pub refused: String,

@@ -6,7 +6,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, standard_normal};
 use delta_cal::{Noise, Robot, Sample, SymmetricRobot, Tolerance};
-use delta_cal_host::{InstrumentFacts, PositionUnit, Record, RobotFile, Row, SamplesFile};
+use delta_cal_host::{InstrumentFacts, Readings, Record, RobotFile};
 use delta_cal_tests::{Spread, generator, perturbed};
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg32;
@@ -83,9 +83,8 @@ pub struct Setting {
 
 pub struct Simulated {
     pub robot: RobotFile,
-    pub samples: SamplesFile,
+    pub readings: Readings,
     pub faulty: Faulty,
-    pub rng: Pcg32,
 }
 
 /// A robot made to a tolerance of 0.5 mm and 0.2°, with lengths in proportion to the upper arm where
@@ -126,12 +125,9 @@ pub fn simulate(setting: &Setting, fault: Fault, campaign: u64, seed: u64) -> Si
         }
         let measured = position.map(|c| c + NOISE.0 * standard_normal::<f64, _>(&mut rng));
         let noise = NOISE.1.to_radians();
-        rows.push(Row {
-            line: u64::try_from(rows.len()).unwrap() + 2,
-            value: Sample {
-                joints: joints.map(|q| q + noise * standard_normal::<f64, _>(&mut rng)),
-                position: frame.apply(&measured),
-            },
+        rows.push(Sample {
+            joints: joints.map(|q| q + noise * standard_normal::<f64, _>(&mut rng)),
+            position: frame.apply(&measured),
         });
         before = Some(joints);
     }
@@ -152,15 +148,8 @@ pub fn simulate(setting: &Setting, fault: Fault, campaign: u64, seed: u64) -> Si
             instruments: InstrumentFacts::default(),
             record: Record::default(),
         },
-        samples: SamplesFile {
-            name: "samples.csv".to_owned(),
-            rows,
-            all: None,
-            in_degrees: true,
-            positions_in: PositionUnit::Millimetre,
-        },
+        readings: Readings::of_samples("samples.csv", &rows),
         faulty,
-        rng,
     }
 }
 

@@ -3,9 +3,7 @@
 use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::{Noise, Robot, Sample};
-use delta_cal_host::{
-    CalibrationMethod, Frame, InputText, Options, RobotFile, calibrate, read_samples,
-};
+use delta_cal_host::{Frame, InputText, Options, RobotFile, calibrate, read_samples};
 use delta_cal_tests::{Spread, paper_robot, uniform};
 use nalgebra::{Rotation3, Vector3};
 use rand_core::SeedableRng;
@@ -68,13 +66,13 @@ impl Case {
         }
         let robot = self.robot_file();
         let input = InputText::new("samples.csv", &text);
-        let samples = match read_samples(&input, &robot, self.options) {
-            Ok(samples) => samples.positions().unwrap(),
-            Err(error) => return error.diagnosis.map(|diagnosis| diagnosis.to_string()),
+        let readings = match read_samples(&input, &robot, &self.options) {
+            Ok(readings) => readings,
+            Err(error) => return error.remedy(),
         };
-        let diagnosis = match calibrate(&robot, &samples, self.options) {
+        let diagnosis = match calibrate(&robot, &readings, &self.options) {
             Ok(report) => report.diagnosis,
-            Err(error) => error.diagnosis.map(|diagnosis| *diagnosis),
+            Err(error) => error.diagnosis().cloned(),
         };
         diagnosis.map(|diagnosis| diagnosis.to_string())
     }
@@ -110,7 +108,6 @@ pub(super) fn case(robot: u64, frame: Option<Frame>) -> (Case, Pcg32) {
             sample.position = rotation * sample.position + Vector3::new(900.0, -400.0, 300.0);
         }
     }
-    let no_guess = count >= 12 && way % 5 == 4;
     let case = Case {
         file,
         rows: samples
@@ -120,16 +117,10 @@ pub(super) fn case(robot: u64, frame: Option<Frame>) -> (Case, Pcg32) {
         angles: "deg",
         lengths: "mm",
         options: Options {
-            method: if way.is_multiple_of(2) {
-                CalibrationMethod::Ikm
-            } else {
-                CalibrationMethod::Fkm
-            },
             frame,
-            no_guess,
             ..Options::default()
         },
-        tolerance: !no_guess && (way / 2).is_multiple_of(2),
+        tolerance: (way / 2).is_multiple_of(2),
         noise: (way / 3).is_multiple_of(2).then_some(0.02),
     };
     (case, rng)

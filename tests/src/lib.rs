@@ -35,8 +35,8 @@ pub fn paper_limits<T: Real>() -> JointLimits<T> {
     .expect("the limits are valid")
 }
 
-/// The size of a campaign: the short one finds what the campaign is there for; `cargo verify long` runs
-/// the long one, whose figures stand in the documents.
+/// The size of a campaign: the short one finds what the campaign is there for.
+/// `DELTA_CAL_CAMPAIGNS=long` runs the long one.
 pub fn size<T>(short: T, long: T) -> T {
     if is_long() { long } else { short }
 }

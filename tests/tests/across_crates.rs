@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // in tests a panic is the failure
 
 mod accuracy;
+mod budgets;
 mod campaigns;
 mod controller;
 mod evaluation;

@@ -1,4 +1,4 @@
-//! Every seed as it is, and with some bytes changed: what `cargo verify fuzz` does with far more inputs.
+//! Every seed as it is, and with some bytes changed: what `cargo fuzz` does with far more inputs.
 
 #![allow(clippy::unwrap_used, clippy::panic)] // in tests a panic is the failure
 

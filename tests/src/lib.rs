@@ -12,9 +12,7 @@ pub mod closures;
 pub mod documents;
 pub mod geometries;
 pub mod goldens;
-pub mod noisy_campaign;
 pub mod observed;
-pub mod outliers;
 pub mod peer;
 
 pub use delta_cal_target_tests::nominal as paper_robot;

@@ -45,7 +45,7 @@ fn every_budget_is_kept() {
     assert!(over.is_empty(), "{}", over.join("\n"));
 }
 
-/// `MEASURED <item> <value> <unit>, <words>`
+/// `MEASURED <item> <value>`
 fn figure(line: &str) -> Option<(&str, u64)> {
     let mut words = line.strip_prefix("MEASURED ")?.split(' ');
     Some((words.next()?, words.next()?.parse().ok()?))

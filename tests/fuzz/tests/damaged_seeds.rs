@@ -111,7 +111,6 @@ targets! {
     driver 100,
     kinematics 2000,
     robot_file 2000,
-    robust 100,
     samples_file 1000,
     solver 300,
     store 300,

@@ -1,9 +1,58 @@
-//! The gate: innovations as deviates of a normal distribution, its width, its alarm.
+//! The gate against its definitions: innovations as deviates of a normal distribution, its width, its alarm.
 
-use crate::stream_figures::{covariance, noise, rows, samples};
-use delta_cal::stream::{Alarm, Gate, GateError, Untested, Verdict};
-use delta_cal::{Calibrator, Settings, Tolerance};
-use delta_cal_tests::paper_robot;
+use delta_cal::stream::{Alarm, Forgetting, ForgettingError, Gate, GateError, Untested, Verdict};
+use delta_cal::{ArmIndex, Calibrator, Noise, RobotOutcome, Sample, Settings, Tolerance};
+use delta_cal_tests::closures::{Jacobian, distances};
+use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use nalgebra::{DVector, SMatrix};
+
+const SIGMA: f64 = 0.02;
+
+fn noise() -> Noise<f64> {
+    Noise::new(SIGMA, 0.0).unwrap()
+}
+
+fn samples(seed: u64, count: usize) -> Vec<Sample<f64>> {
+    let mut rng = generator(660, seed);
+    let truth = perturbed(&paper_robot(), 0.3, 0.002, Spread::Normal, &mut rng);
+    measurements(&truth, count, Some(&noise()), &mut rng)
+}
+
+/// Distances along the forearm and their derivatives, of an arm of the outcome.
+fn rows(
+    outcome: &RobotOutcome<f64>,
+    index: ArmIndex,
+    samples: &[Sample<f64>],
+) -> (DVector<f64>, Jacobian) {
+    distances(&paper_robot(), index, outcome.robot.arm(index), samples)
+}
+
+/// (JᵀJ + prior)⁻¹ at one σ of the distances.
+fn covariance(jacobian: &Jacobian, sigma: f64, tolerance: bool) -> SMatrix<f64, 8, 8> {
+    let mut information = jacobian.tr_mul(jacobian) / (sigma * sigma);
+    if tolerance {
+        for k in 0..8 {
+            let tolerance: f64 = if k == 3 || k == 4 { 0.002 } else { 0.3 };
+            information[(k, k)] += tolerance.powi(-2);
+        }
+    }
+    information.try_inverse().unwrap()
+}
+
+/// Σ λᵏ = N + 1, of which a sample k ago is λᵏ.
+#[test]
+fn a_memory_is_a_forgetting_factor() {
+    for (samples, factor) in [(1.0_f64, 0.5_f64), (49.0, 0.98), (999.0, 0.999)] {
+        let memory = Forgetting::new(samples).unwrap();
+        assert!((memory.factor() - factor).abs() < 1e-15);
+        assert!((memory.mean_age() - samples).abs() < 1e-12);
+    }
+    assert_eq!(Forgetting::new(0.999), Err(ForgettingError::TooShort));
+    assert_eq!(Forgetting::new(f64::NAN), Err(ForgettingError::TooShort));
+    // ε of single precision is 2⁻²³: 2¹⁶ samples and no more.
+    assert!(Forgetting::new(65_536.0_f32).is_ok());
+    assert_eq!(Forgetting::new(65_540.0_f32), Err(ForgettingError::TooLong));
+}
 
 /// ∫ of a density from 0 to t, over its whole half.
 fn half_below(density: &dyn Fn(f64) -> f64, t: f64) -> f64 {
@@ -78,41 +127,6 @@ fn without_a_stated_noise_an_innovation_is_students() {
                     );
                 }
             }
-        }
-    }
-}
-
-/// Samples taken in after the estimate count as well: in the noise and in the prediction.
-#[test]
-fn samples_after_the_estimate_count_as_well() {
-    let settings = Settings::default();
-    let all = samples(18, 41);
-    let mut calibrator = Calibrator::new(&paper_robot(), &settings);
-    let mut gate = Gate::new(&mut calibrator);
-    calibrator.add_many(&all[..35]).unwrap();
-    let outcome = calibrator.solve().unwrap();
-    gate.adopt(&mut calibrator, &outcome);
-    for sample in &all[35..39] {
-        gate.add(&mut calibrator, sample).unwrap();
-    }
-    assert_eq!(gate.counts().taken, 4);
-    let outcome = calibrator.solve().unwrap();
-    for shift in [0.06, -0.06] {
-        let mut next = all[40];
-        next.position.z += shift;
-        let found = gate.innovations(&calibrator, &next).unwrap();
-        for (found, arm) in found.iter().zip(&outcome.arms) {
-            let (_, fitted) = rows(&outcome, found.arm, &all[..39]);
-            let (residual, row) = rows(&outcome, found.arm, &[next]);
-            let covariance = covariance(&fitted, 1.0, false);
-            let spread = (&row * covariance * row.transpose())[0];
-            let sigma = arm.estimated_noise.unwrap();
-            let expected = as_normal(residual[0] / (sigma * (1.0 + spread).sqrt()), 31.0);
-            assert!(
-                (found.normalized - expected).abs() < 0.02,
-                "{} {expected}",
-                found.normalized
-            );
         }
     }
 }

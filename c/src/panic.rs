@@ -1,4 +1,4 @@
-//! What Rust demands of an image without a standard library. No path leads here; `cargo verify c` looks.
+//! What Rust demands of an image without a standard library. No path leads here; its tests look.
 
 use core::panic::PanicInfo;
 

@@ -1,7 +1,6 @@
 //! Microseconds to calibrate a robot by each method, and one arm: this solver (sines, factor, solve, covariance) beside the
 //! `levenberg-marquardt` crate (sines precomputed, no covariance), on the same exact samples from a
-//! start error of 1 cm and 1°. Where a C++ compiler and Ceres' headers are installed (Debian: `libceres-dev`), its
-//! TinySolver as well, under the same conditions as that crate.
+//! start error of 1 cm and 1°.
 //!
 //! `solve` alone is the time from the last sample to the outcome.
 
@@ -11,18 +10,12 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use delta_cal::calibration::{ArmSolver, JointCalibrator};
 use delta_cal::samples::{ArmFactor, NominalArm};
 use delta_cal::{ArmIndex, Calibrator, Noise, Progress, Robot, Sample, Settings};
-use delta_cal_host::fit::fkm;
 use delta_cal_tests::peer::{Parameters, PeerProblem, Row};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
 };
 use nalgebra_of_peer::Vector3;
-use std::fmt::Write as _;
 use std::hint::black_box;
-use std::io::{BufRead, BufReader, Write as _};
-use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::time::Duration;
 
 const ARM: ArmIndex = ArmIndex::First;
 
@@ -65,79 +58,7 @@ fn peer(nominal: &Robot<f64>, arm: ArmIndex, samples: &[Sample<f64>]) -> PeerPro
     }
 }
 
-/// `tiny_solver.cc`, with one arm's problem.
-struct TinySolver {
-    program: Child,
-    input: ChildStdin,
-    output: BufReader<ChildStdout>,
-}
-
-impl TinySolver {
-    /// Compiles it; `None` without a compiler or the headers.
-    fn compile() -> Option<PathBuf> {
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/tiny_solver.cc");
-        let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("tiny_solver");
-        // `-O3` for the processors that rustc's default is for, and without Eigen's assertions.
-        let status = Command::new("c++")
-            .args([
-                "-O3",
-                "-DNDEBUG",
-                "-std=c++17",
-                "-isystem",
-                "/usr/include/eigen3",
-                "-o",
-            ])
-            .args([&program, &source])
-            .status();
-        status
-            .is_ok_and(|status| status.success())
-            .then_some(program)
-    }
-
-    fn start(program: &Path, problem: &PeerProblem) -> Self {
-        let mut program = Command::new(program)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut text = format!("{}", problem.rows.len());
-        for value in &problem.parameters {
-            write!(text, " {value:?}").unwrap();
-        }
-        for row in &problem.rows {
-            let [x, y, z] = row.x.data.0[0];
-            write!(text, " {x:?} {y:?} {z:?} {:?} {:?}", row.sine, row.cosine).unwrap();
-        }
-        let mut input = program.stdin.take().unwrap();
-        writeln!(input, "{text}").unwrap();
-        let output = BufReader::new(program.stdout.take().unwrap());
-        Self {
-            program,
-            input,
-            output,
-        }
-    }
-
-    /// Lb, and the time of so many solves.
-    fn solve(&mut self, times: u64) -> (f64, Duration) {
-        writeln!(self.input, "{times}").unwrap();
-        let mut line = String::new();
-        self.output.read_line(&mut line).unwrap();
-        let (length, taken) = line.trim().split_once(' ').unwrap();
-        let taken = Duration::from_nanos(taken.parse().unwrap());
-        (length.parse().unwrap(), taken)
-    }
-}
-
-impl Drop for TinySolver {
-    fn drop(&mut self) {
-        let _ = self.program.kill();
-        let _ = self.program.wait();
-    }
-}
-
 fn solvers(criterion: &mut Criterion) {
-    let tiny_solver = TinySolver::compile();
     let mut group = criterion.benchmark_group("one arm");
     for count in [20, 60, 1000] {
         let mut rng = generator(7, count as u64);
@@ -176,16 +97,6 @@ fn solvers(criterion: &mut Criterion) {
                 bench.iter(|| black_box(problem).clone().solve().unwrap());
             },
         );
-        let Some(program) = &tiny_solver else {
-            println!("Ceres' TinySolver is left out: no C++ compiler, or not its headers");
-            continue;
-        };
-        let mut tiny_solver = TinySolver::start(program, &problem);
-        // It stops earlier than the others.
-        assert!((tiny_solver.solve(1).0 - expected).abs() < 1e-3);
-        group.bench_function(BenchmarkId::new("TinySolver", count), |bench| {
-            bench.iter_custom(|times| tiny_solver.solve(times).1);
-        });
     }
     group.finish();
 }
@@ -212,13 +123,9 @@ fn methods(criterion: &mut Criterion) {
             calibrator.add_many(samples).unwrap();
             calibrator.solve().unwrap().robot
         };
-        let fkm = |samples: &[Sample<f64>]| {
-            let outcome = fkm::calibrate(&nominal, samples, &settings).unwrap();
-            outcome.fit.robot
-        };
         let peers = ArmIndex::ALL.map(|arm| peer(&nominal, arm, &samples));
         // All must have found the robot, or the times mean nothing; no parameter's σ is above 1 mm.
-        for found in [joint(&samples), ikm(&samples), fkm(&samples)] {
+        for found in [joint(&samples), ikm(&samples)] {
             assert!(largest_difference(&found, &truth) < 5.0);
         }
         for (problem, arm) in peers.iter().zip(truth.arms()) {
@@ -230,8 +137,7 @@ fn methods(criterion: &mut Criterion) {
             });
         };
         of_robot("joint", &joint);
-        of_robot("IKM", &ikm);
-        of_robot("FKM", &fkm);
+        of_robot("each arm", &ikm);
         let mut taken_in = JointCalibrator::new(&nominal, &settings);
         taken_in.add_many(&samples).unwrap();
         group.bench_with_input(

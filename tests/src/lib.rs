@@ -12,9 +12,7 @@ pub mod closures;
 pub mod documents;
 pub mod geometries;
 pub mod goldens;
-pub mod noisy_campaign;
 pub mod observed;
-pub mod outliers;
 pub mod peer;
 
 pub use delta_cal_target_tests::nominal as paper_robot;
@@ -35,8 +33,8 @@ pub fn paper_limits<T: Real>() -> JointLimits<T> {
     .expect("the limits are valid")
 }
 
-/// The size of a campaign: the short one finds what the campaign is there for; `cargo verify long` runs
-/// the long one, whose figures stand in the documents.
+/// The size of a campaign: the short one finds what the campaign is there for.
+/// `DELTA_CAL_CAMPAIGNS=long` runs the long one.
 pub fn size<T>(short: T, long: T) -> T {
     if is_long() { long } else { short }
 }

@@ -1,15 +1,9 @@
 //! The gate in the stream: how often it rejects a good sample, how surely a wrong one, and how soon it
 //! says that the robot has changed.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::cast_precision_loss
-)]
-
 mod alarms;
 mod decisions;
+mod definitions;
 mod innovations;
 
 use delta_cal::stream::{Gate, Verdict};
@@ -17,8 +11,6 @@ use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::{Spread, paper_robot, perturbed};
 use rand_pcg::Pcg32;
 
-/// The document with the figures.
-const STREAMS: &str = "docs/streams.md";
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 fn noise() -> Noise<f64> {

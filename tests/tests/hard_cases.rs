@@ -1,16 +1,7 @@
 //! Data that are honest and hard: noise as large as the tolerance, hardly a sample to spare, a
 //! robot far from the origin, single precision. None may be refused or end short of the optimum.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation
-)]
-
 use delta_cal::calibration::{ArmSolver, Solver};
-use delta_cal::classical::StoredCalibrator;
 use delta_cal::robot::Arm;
 use delta_cal::samples::{ArmFactor, NominalArm};
 use delta_cal::{
@@ -18,8 +9,7 @@ use delta_cal::{
     Settings, Tolerance,
 };
 use delta_cal_tests::{
-    Spread, generator, largest_difference, measurements, paper_robot, parameter_differences,
-    perturbed, to_single,
+    Spread, generator, measurements, paper_robot, parameter_differences, perturbed, to_single,
 };
 use nalgebra::Vector3;
 
@@ -55,18 +45,6 @@ fn factor<T: Real>(
     calibrator.solve()
 }
 
-fn stored<T: Real>(
-    robot: &Robot<T>,
-    samples: &[Sample<T>],
-    settings: &Settings<T>,
-) -> Result<RobotOutcome<T>, Refusal> {
-    let mut calibrator = StoredCalibrator::<T, 200>::new(robot, settings);
-    for sample in samples {
-        calibrator.add(sample).unwrap();
-    }
-    calibrator.solve()
-}
-
 #[test]
 fn a_tolerance_without_a_stated_noise_refuses_no_honest_data() {
     let nominal = paper_robot::<f64>();
@@ -88,16 +66,8 @@ fn a_tolerance_without_a_stated_noise_refuses_no_honest_data() {
                         factor(&nominal, &samples, &with_tolerance()).err(),
                     ),
                     (
-                        "stored f64",
-                        stored(&nominal, &samples, &with_tolerance()).err(),
-                    ),
-                    (
                         "factor f32",
                         factor(&nominal_single, &single, &with_tolerance()).err(),
-                    ),
-                    (
-                        "stored f32",
-                        stored(&nominal_single, &single, &with_tolerance()).err(),
                     ),
                 ] {
                     if let Some(refusal) = result {
@@ -268,26 +238,6 @@ fn single_precision_knows_its_own_rounding_far_from_the_origin() {
     let rms = (z_squared / count).sqrt();
     println!("ten metres from the origin in f32: z of Lb has rms {rms:.2}");
     assert!(rms < 1.2, "{rms}");
-}
-
-#[test]
-fn stored_samples_a_kilometre_away_with_a_tolerance() {
-    for seed in 0..60 {
-        let mut arms = *paper_robot::<f64>().arms();
-        for arm in &mut arms {
-            let mut p = arm.parameters();
-            p[0] += 1e6;
-            *arm = Arm::new(p).unwrap();
-        }
-        let nominal = Robot::new(arms).unwrap();
-        let mut rng = generator(3, seed);
-        let truth = perturbed(&nominal, 0.3, 0.002, Spread::Normal, &mut rng);
-        let samples = measurements(&truth, 30, None, &mut rng);
-        let outcome = stored(&nominal, &samples, &with_tolerance())
-            .unwrap_or_else(|refusal| panic!("seed {seed}: {refusal}"));
-        // ε · 1e6 mm = 2e-10 mm, times a condition of some 30.
-        assert!(largest_difference(&outcome.robot, &truth) < 1e-7);
-    }
 }
 
 #[test]

@@ -1,13 +1,6 @@
 //! The joint calibration: exact data give the robot back, the optimum is an independent program's, and the
 //! error of noisy data is at the Cramér–Rao bound of all 24 parameters, for robots of eight geometries.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::cast_precision_loss
-)]
-
 mod exact;
 mod goldens;
 mod noisy;

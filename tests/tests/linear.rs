@@ -2,13 +2,6 @@
 //! back, noisy data are at the Cramér–Rao bound, and what owners of ten printers measured is predicted better
 //! than by a least-squares fit.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::cast_precision_loss
-)]
-
 mod exact;
 mod instruments;
 mod kinematics;

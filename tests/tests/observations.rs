@@ -4,4 +4,3 @@
 mod goldens;
 mod robots;
 mod transmissions;
-mod wrong_rows;

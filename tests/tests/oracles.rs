@@ -1,16 +1,7 @@
-//! Both forms of the IKM method against independent optima: SciPy's, stored with their generator,
+//! The calibration of each arm against independent optima: SciPy's, with their generator,
 //! and the `levenberg-marquardt` crate's.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation
-)]
-
 use delta_cal::calibration::{ArmOutcome, Solver};
-use delta_cal::classical::StoredCalibrator;
 use delta_cal::{
     ArmIndex, Calibrator, Noise, Parameter, RobotOutcome, Sample, Settings, Tolerance,
 };
@@ -39,14 +30,6 @@ fn factor_outcome(samples: &[Sample<f64>], settings: &Settings<f64>) -> RobotOut
     calibrator.solve().unwrap()
 }
 
-fn stored_outcome(samples: &[Sample<f64>], settings: &Settings<f64>) -> RobotOutcome<f64> {
-    let mut calibrator = StoredCalibrator::<f64, 200>::new(&paper_robot(), settings);
-    for sample in samples {
-        calibrator.add(sample).unwrap();
-    }
-    calibrator.solve().unwrap()
-}
-
 fn largest_deviation(a: &ArmOutcome<f64>, expected: &[f64], sigma: &[f64]) -> f64 {
     a.arm
         .parameters()
@@ -58,49 +41,45 @@ fn largest_deviation(a: &ArmOutcome<f64>, expected: &[f64], sigma: &[f64]) -> f6
 }
 
 #[test]
-fn both_forms_and_both_methods_reach_scipys_optimum() {
+fn both_solvers_reach_scipys_optimum() {
     let goldens: Goldens = serde_json::from_str(include_str!("../goldens/scipy.json")).unwrap();
     assert_eq!(goldens.cases.len(), 20);
     for (index, golden) in goldens.cases.iter().enumerate() {
         let samples = golden.input.samples();
         for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
             let settings = golden.input.settings().with_solver(method);
-            for outcome in [
-                factor_outcome(&samples, &settings),
-                stored_outcome(&samples, &settings),
-            ] {
-                for arm in ArmIndex::ALL {
-                    let result = &outcome.arms[arm.index()];
-                    let expected = numbers(&golden.parameters[arm.index()]);
-                    let covariance = numbers(&golden.covariance[arm.index()]);
-                    let cost = number(&golden.cost[arm.index()]);
-                    // Without weights SciPy's residuals are in mm and its covariance unscaled: times
-                    // cost/ν, and ν/(ν − 2) for Student's t.
-                    let variance = result
-                        .estimated_noise
-                        .map_or(1.0, |_| cost / (samples.len() as f64 - 10.0));
-                    let sigma: Vec<f64> = (0..8)
-                        .map(|k| (covariance[k * 9] * variance).sqrt())
-                        .collect();
-                    // SciPy's own end points, from finite differences, scatter by some 1e-6 σ.
-                    let deviation = largest_deviation(result, &expected, &sigma);
-                    assert!(
-                        deviation < 1e-4,
-                        "case {index} {arm}: {deviation:e} σ from SciPy"
-                    );
-                    let found = result.covariance.unwrap();
-                    for row in 0..8 {
-                        for column in 0..8 {
-                            let scale = sigma[row] * sigma[column];
-                            let expected = covariance[row * 8 + column] * variance;
-                            let error = ((found[(row, column)] - expected) / scale).abs();
-                            // Central differences know the Jacobian to 1e-8 or so, and the
-                            // covariance multiplies that by the condition.
-                            assert!(
-                                error < 1e-3,
-                                "case {index} {arm}: covariance off by {error:e}"
-                            );
-                        }
+            let outcome = factor_outcome(&samples, &settings);
+            for arm in ArmIndex::ALL {
+                let result = &outcome.arms[arm.index()];
+                let expected = numbers(&golden.parameters[arm.index()]);
+                let covariance = numbers(&golden.covariance[arm.index()]);
+                let cost = number(&golden.cost[arm.index()]);
+                // Without weights SciPy's residuals are in mm and its covariance unscaled: times
+                // cost/ν, and ν/(ν − 2) for Student's t.
+                let variance = result
+                    .estimated_noise
+                    .map_or(1.0, |_| cost / (samples.len() as f64 - 10.0));
+                let sigma: Vec<f64> = (0..8)
+                    .map(|k| (covariance[k * 9] * variance).sqrt())
+                    .collect();
+                // SciPy's own end points, from finite differences, scatter by some 1e-6 σ.
+                let deviation = largest_deviation(result, &expected, &sigma);
+                assert!(
+                    deviation < 1e-4,
+                    "case {index} {arm}: {deviation:e} σ from SciPy"
+                );
+                let found = result.covariance.unwrap();
+                for row in 0..8 {
+                    for column in 0..8 {
+                        let scale = sigma[row] * sigma[column];
+                        let expected = covariance[row * 8 + column] * variance;
+                        let error = ((found[(row, column)] - expected) / scale).abs();
+                        // Central differences know the Jacobian to 1e-8 or so, and the
+                        // covariance multiplies that by the condition.
+                        assert!(
+                            error < 1e-3,
+                            "case {index} {arm}: covariance off by {error:e}"
+                        );
                     }
                 }
             }
@@ -163,16 +142,9 @@ fn a_hundred_noisy_robots_agree_with_the_levenberg_marquardt_crate() {
             .with_noise(weights.then_some(noise))
             .with_tolerance(tolerance.map(|(l, a)| Tolerance::new(l, a).unwrap()));
         let factor = factor_outcome(&samples, &settings);
-        let stored = stored_outcome(&samples, &settings);
         for arm in ArmIndex::ALL {
-            let (factor, stored) = (&factor.arms[arm.index()], &stored.arms[arm.index()]);
+            let factor = &factor.arms[arm.index()];
             let sigma = Parameter::ROTARY.map(|p| factor.standard_deviation(p).unwrap());
-            let same = largest_deviation(factor, &stored.arm.parameters(), &sigma);
-            // Both minimise the same sum; each stops when a step gains nothing that can be seen.
-            assert!(
-                same < 1e-6,
-                "robot {robot} {arm}: the forms differ by {same:e} σ"
-            );
             let peer = peer_parameters(&samples, arm, weights.then_some(&noise), tolerance)
                 .expect("the peer converges");
             let deviation = largest_deviation(factor, &peer.data.0[0], &sigma);

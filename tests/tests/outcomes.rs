@@ -1,14 +1,6 @@
 //! What a calibration reports, against the definitions: residuals, noise, covariance, the share of the
 //! prior, the limits of a refusal, iterations.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation
-)]
-
 mod iterations;
 mod kept_samples;
 mod limits;

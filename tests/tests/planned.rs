@@ -1,16 +1,15 @@
 //! What planned poses are worth to robots as they are made, of many proportions: whether these robots get
 //! there, whether the figures of a plan are what is achieved, and whether they need a start guess.
 
-use delta_cal::calibration::Start;
-use delta_cal::simulate::simulate_sample;
+use delta_cal::calibration::{JointCalibrator, Start};
+use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::{Noise, Robot, Sample, Settings, SymmetricRobot, Tolerance};
+use delta_cal_host::accuracy::evaluation::CramerRaoBound;
 use delta_cal_host::accuracy::workspace_poses::WorkspacePoses;
-use delta_cal_host::fit::method;
 use delta_cal_host::geometry::reach::forearm_angle;
 use delta_cal_host::planning::poses::{PlanRequest, plan};
-use delta_cal_host::{CalibrationMethod, Frame, InstrumentFacts, Record, RobotFile};
-use delta_cal_tests::documents::print_campaign;
-use delta_cal_tests::{Spread, generator, paper_limits, perturbed, size};
+use delta_cal_host::{CalibrationMethod, InstrumentFacts, Record, RobotFile};
+use delta_cal_tests::{Spread, generator, paper_limits, perturbed};
 
 /// Base and platform radius, upper arm and forearm, mm.
 const PROPORTIONS: [[f64; 4]; 7] = [
@@ -83,12 +82,11 @@ fn robots() -> Vec<(String, RobotFile)> {
     robots
 }
 
-/// Of the short campaign an even one, one whose platform is larger than its base, and one with steep edges.
+/// An even one, one whose platform is larger than its base, one with steep edges, and both that are not symmetric.
 fn some_robots() -> Vec<(String, RobotFile)> {
-    let kept = |index: usize| size([0, 3, 4].contains(&index), true);
     let robots = robots().into_iter().enumerate();
     robots
-        .filter_map(|(index, robot)| kept(index).then_some(robot))
+        .filter_map(|(index, robot)| (![1, 2, 5, 6].contains(&index)).then_some(robot))
         .collect()
 }
 
@@ -155,19 +153,12 @@ fn measured(
 
 fn calibrated(
     file: &RobotFile,
-    method: CalibrationMethod,
     samples: &[Sample<f64>],
     settings: &Settings<f64>,
 ) -> Result<Robot<f64>, delta_cal::Refusal> {
-    method::calibrate(
-        method,
-        &file.robot,
-        samples.into(),
-        None,
-        settings,
-        Frame::Base,
-    )
-    .map(|outcome| outcome.fit.robot)
+    let mut calibrator = JointCalibrator::new(&file.robot, settings);
+    calibrator.add_many(samples).unwrap();
+    calibrator.solve().map(|outcome| outcome.robot)
 }
 
 /// Mean square distance of the calibrated from the true robot, over the true robot's workspace; at the
@@ -187,57 +178,34 @@ fn achieved(file: &RobotFile, truth: &Robot<f64>, found: &Robot<f64>) -> f64 {
 }
 
 /// Robots that are drawn from the tolerance, measured with the noise at the planned poses and calibrated:
-/// their position errors are what the plan said. The mean square over 400 robots is known to some 6 %, and
-/// its root to 3 %.
+/// their position errors are what the plan said. The mean square over 100 robots is known to some 12 %.
 #[test]
 fn a_plan_says_what_a_calibration_achieves() {
-    let counts: &[usize] = size(&[12], &[8, 12, 20, 40]);
-    let trials = size(100, 400);
-    // The mean square of 100 robots is known to some 12 %.
-    let allowed = size(0.15, 0.1);
-    let mut rows = Vec::new();
-    for method in [CalibrationMethod::Ikm, CalibrationMethod::Fkm] {
-        for (name, file) in some_robots() {
-            let ratios = counts.iter().map(|count| {
-                let request = PlanRequest {
-                    count: *count,
-                    method,
-                    ..PlanRequest::new(&file)
-                };
-                let plan = plan(&request).unwrap();
-                let joints: Vec<_> = plan.poses.iter().map(|pose| pose.joints).collect();
-                let settings = Settings::default()
-                    .with_noise(noise())
-                    .with_tolerance(tolerance());
-                let squares: Vec<_> = (0..trials)
-                    .filter_map(|robot| {
-                        let truth = made(&file, 74, robot);
-                        let samples = measured(&truth, &joints, 75, robot);
-                        let found = calibrated(&file, method, &samples, &settings);
-                        let found = found.inspect_err(|refusal| {
-                            println!("{name}, {count} poses, robot {robot}: {refusal:?}");
-                        });
-                        Some(achieved(&file, &truth, &found.ok()?))
-                    })
-                    .collect();
-                // One in a hundred may be refused, as an iteration that does not settle.
-                assert!(100 * squares.len() as u64 >= 99 * trials);
-                #[allow(clippy::cast_precision_loss)] // hundreds
-                let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-                rms / plan.planned.workspace.rms
-            });
-            let ratios: Vec<_> = ratios.collect();
-            let cells: Vec<_> = ratios.iter().map(|ratio| format!("{ratio:.2}")).collect();
-            let row = format!("| {name} | {} | {} |", method.name(), cells.join(" | "));
-            println!("{row}");
-            for ratio in ratios {
-                assert!((ratio - 1.0).abs() < allowed, "{row}");
-            }
-            rows.push(row);
-        }
-    }
-    for row in rows {
-        print_campaign("docs/planning.md", &row);
+    for (name, file) in some_robots() {
+        let request = PlanRequest {
+            count: 12,
+            ..PlanRequest::new(&file)
+        };
+        let plan = plan(&request).unwrap();
+        let joints: Vec<_> = plan.poses.iter().map(|pose| pose.joints).collect();
+        let settings = Settings::default()
+            .with_noise(noise())
+            .with_tolerance(tolerance());
+        let squares: Vec<_> = (0..100)
+            .filter_map(|robot| {
+                let truth = made(&file, 74, robot);
+                let samples = measured(&truth, &joints, 75, robot);
+                let found = calibrated(&file, &samples, &settings).ok()?;
+                Some(achieved(&file, &truth, &found))
+            })
+            .collect();
+        // One in a hundred may be refused, as an iteration that does not settle.
+        assert!(squares.len() >= 99, "{name}");
+        #[allow(clippy::cast_precision_loss)] // hundreds
+        let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        let ratio = rms / plan.planned.workspace.rms;
+        println!("{name}: achieved over planned {ratio:.2}");
+        assert!((ratio - 1.0).abs() < 0.15, "{name}: {ratio}");
     }
 }
 
@@ -246,24 +214,50 @@ fn a_plan_says_what_a_calibration_achieves() {
 /// converged iteration.
 #[test]
 fn planned_poses_need_no_guess() {
-    for count in size(&[12][..], &[12, 16]).iter().copied() {
-        for (name, file) in some_robots() {
-            let joints = planned(&file, count);
-            for robot in 0..size(10, 100) {
-                let truth = made(&file, 76, robot);
-                let samples = measured(&truth, &joints, 77, robot);
-                for noise in [None, Some(noise())] {
-                    let settings = Settings::default().with_noise(noise);
-                    let of = |start| {
-                        let settings = settings.with_start(start);
-                        calibrated(&file, CalibrationMethod::Ikm, &samples, &settings)
-                            .unwrap_or_else(|refusal| panic!("{name}, {count}: {refusal:?}"))
-                    };
-                    let (free, nominal) = (of(Start::Free), of(Start::Nominal));
-                    let off = (achieved(&file, &nominal, &free)).sqrt();
-                    assert!(off < 1e-4, "{name}, {count} poses, robot {robot}: {off}");
-                }
+    for (name, file) in some_robots() {
+        let joints = planned(&file, 12);
+        for robot in 0..10 {
+            let truth = made(&file, 76, robot);
+            let samples = measured(&truth, &joints, 77, robot);
+            for noise in [None, Some(noise())] {
+                let of = |start| {
+                    let settings = Settings::default().with_noise(noise).with_start(start);
+                    calibrated(&file, &samples, &settings)
+                        .unwrap_or_else(|refusal| panic!("{name}: {refusal:?}"))
+                };
+                let (free, nominal) = (of(Start::Free), of(Start::Nominal));
+                let off = achieved(&file, &nominal, &free).sqrt();
+                assert!(off < 1e-4, "{name}, robot {robot}: {off}");
             }
         }
     }
+}
+
+/// Of all 24 parameters, by the Cramér–Rao bound, on the paper's robot; the median over 101 sets of random poses.
+#[test]
+fn twelve_planned_poses_are_as_good_as_sixty_random_and_twenty_three_times_better_than_twenty() {
+    let (_, file) = robots().swap_remove(0);
+    let file = RobotFile {
+        tolerance: None,
+        ..file
+    };
+    let bound = |joints: &[[f64; 3]]| {
+        let method = CalibrationMethod::Joint;
+        let bound = CramerRaoBound::new(method, &file.robot, joints, &noise(), None);
+        bound.map_or(f64::INFINITY, |bound| bound.error())
+    };
+    let random = |count: usize| {
+        let mut rng = generator(71, count as u64);
+        let mut bounds = [(); 101].map(|()| {
+            let pose = |_| random_pose(&file.robot, &paper_limits(), &mut rng).unwrap();
+            bound(&(0..count).map(pose).map(|it| it.joints).collect::<Vec<_>>())
+        });
+        bounds.sort_by(f64::total_cmp);
+        bounds[50]
+    };
+    let [of_12, of_20] = [12, 20].map(|count| bound(&planned(&file, count)));
+    let [random_20, random_60] = [20, 60].map(random);
+    println!("planned {of_12:.3}, {of_20:.3}; random {random_20:.3}, {random_60:.3}");
+    assert!(of_12 <= random_60);
+    assert!(3.0 * of_20 <= random_20);
 }

@@ -1,12 +1,5 @@
 //! A calibration is either good or refused with its cause and arm.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::cast_possible_truncation
-)]
-
 use delta_cal::calibration::{Solver, Start, ToleranceError};
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal::observations::ObservationNoise;

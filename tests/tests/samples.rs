@@ -1,24 +1,14 @@
-//! The constant-memory factor and the stored samples hold the same information, however it came
+//! The factor holds the same information, however it came
 //! in: one by one, many at once, in any order, merged, in any unit.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss
-)]
-
 use delta_cal::calibration::ArmSolver;
-use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
 use delta_cal::robot::Arm;
-use delta_cal::samples::{ArmFactor, MergeError, NominalArm, SampleError};
+use delta_cal::samples::{MergeError, SampleError};
 use delta_cal::{ArmIndex, Calibrator, Noise, Progress, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::{
-    Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single,
+    Spread, generator, largest_difference, measurements, paper_robot, perturbed,
 };
-use nalgebra::{SVector, Vector3};
+use nalgebra::SVector;
 use proptest::prelude::*;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -104,26 +94,6 @@ proptest! {
         prop_assert!(sigmas_apart(&whole, &merged) < SAME);
     }
 
-    #[test]
-    fn stored_samples_give_the_same_solution(seed: u64, count in 12usize..80) {
-        let (_, samples) = noisy(seed, count);
-        let mut stored = StoredCalibrator::<f64, 80>::new(&paper_robot(), &weighted());
-        for sample in &samples {
-            stored.add(sample).unwrap();
-        }
-        let factor = filled(&samples, &weighted()).solve().unwrap();
-        let stored = stored.solve().unwrap();
-        for (factor, stored) in factor.arms.iter().zip(&stored.arms) {
-            let covariance = factor.covariance.unwrap();
-            let difference = SVector::from(factor.arm.parameters()) - SVector::from(stored.arm.parameters());
-            for k in 0..8 {
-                prop_assert!((difference[k] / covariance[(k, k)].sqrt()).abs() < SAME);
-            }
-            let other = stored.covariance.unwrap();
-            prop_assert!((covariance - other).norm() < 1e-6 * covariance.norm());
-        }
-    }
-
     /// Σ (f/σf)² of any parameters, against the sum over the samples of the constraint itself.
     #[test]
     fn the_factor_evaluates_any_parameters(seed: u64, count in 1usize..40) {
@@ -204,34 +174,8 @@ proptest! {
         prop_assert_eq!(calibrator.add_many(&many), Err((7, expected)));
         prop_assert_eq!(calibrator, before);
 
-        let mut stored = StoredCalibrator::<f64, 20>::new(&paper_robot(), &weighted());
-        prop_assert_eq!(stored.add(&spoilt), Err(StoredError::Sample(expected)));
-        prop_assert_eq!(stored.samples(), 0);
     }
 
-    /// Any bit patterns at all: an error or a finite result, never a panic, an endless loop or NaN.
-    #[test]
-    fn arbitrary_bits_never_become_an_accepted_nan(
-        numbers in prop::collection::vec(prop::array::uniform6(any::<f32>()), 8..24),
-    ) {
-        let robot = paper_robot::<f64>().cast::<f32>().unwrap();
-        let settings = Settings::default().with_tolerance(Tolerance::new(1.0, 0.01).unwrap());
-        for settings in [Settings::default(), settings] {
-            let mut calibrator = Calibrator::<f32>::new(&robot, &settings);
-            for [a, b, c, x, y, z] in &numbers {
-                let _ = calibrator.add(&Sample { joints: [*a, *b, *c], position: Vector3::new(*x, *y, *z) });
-            }
-            if let Ok(outcome) = calibrator.solve() {
-                for arm in &outcome.arms {
-                    prop_assert!(arm.arm.parameters().iter().all(|v| v.is_finite()));
-                    prop_assert!(arm.residual_rms.is_finite());
-                    if let Some(covariance) = arm.covariance {
-                        prop_assert!(covariance.iter().all(|v| v.is_finite()));
-                    }
-                }
-            }
-        }
-    }
 }
 
 /// A weight of 2 is the sample twice, and one of 0 none.
@@ -306,30 +250,6 @@ fn waiting_samples_are_never_overlooked() {
     assert!((half.arms()[0].effective_samples() - 0.5).abs() < 1e-15);
 }
 
-#[test]
-fn a_point_thousands_of_forearms_away_is_refused() {
-    let (_, samples) = noisy(7, 1);
-    let mut calibrator =
-        Calibrator::<f32>::new(&paper_robot::<f64>().cast().unwrap(), &Settings::default());
-    let mut sample = to_single(&samples)[0];
-    sample.position.x = 1.3e10;
-    assert_eq!(
-        calibrator.add(&sample),
-        Err(SampleError::PositionTooFar(ArmIndex::First))
-    );
-    assert_eq!(calibrator.samples(), 0);
-}
-
-#[test]
-fn a_full_store_keeps_what_it_has() {
-    let (_, samples) = noisy(2, 3);
-    let mut stored = StoredCalibrator::<f64, 2>::new(&paper_robot(), &weighted());
-    stored.add(&samples[0]).unwrap();
-    stored.add(&samples[1]).unwrap();
-    assert_eq!(stored.add(&samples[2]), Err(StoredError::Full));
-    assert_eq!(stored.samples(), 2);
-}
-
 /// Forgetting by λ multiplies every earlier row by √λ: the factor equals one made from rows whose
 /// stated noise was larger by 1/√λ.
 #[test]
@@ -371,31 +291,4 @@ fn solving_step_by_step_equals_solving_at_once_and_steps_are_few() {
         assert_eq!(solver.outcome(factor).unwrap(), at_once.arms[index.index()]);
         assert_eq!(solver.step(factor), Progress::Finished);
     }
-}
-
-#[test]
-fn one_arm_alone_is_calibrated_from_its_own_samples() {
-    let (truth, _) = noisy(5, 1);
-    let mut rng = generator(75, 0);
-    let samples = measurements(&truth, 20, None, &mut rng);
-    let nominal = paper_robot::<f64>();
-    let arm = ArmIndex::Third;
-    let reference = NominalArm::new(nominal.arm(arm), &Vector3::new(0.0, 0.0, -450.0), None);
-    let mut stored = StoredArmSamples::<f64, 20>::new(reference);
-    let mut factor = ArmFactor::new(reference);
-    for sample in &samples {
-        stored.add(&sample.position, sample.joints[2], arm).unwrap();
-        factor.add(&sample.position, sample.joints[2], arm).unwrap();
-    }
-    let expected = SVector::from(truth.arm(arm).parameters());
-    let mut solver = ArmSolver::new(&stored, arm, &Settings::default()).unwrap();
-    while solver.step(&stored) == Progress::Working {}
-    assert!(
-        (SVector::from(solver.outcome(&stored).unwrap().arm.parameters()) - expected).amax() < 1e-8
-    );
-    let mut solver = ArmSolver::new(&factor, arm, &Settings::default()).unwrap();
-    while solver.step(&factor) == Progress::Working {}
-    assert!(
-        (SVector::from(solver.outcome(&factor).unwrap().arm.parameters()) - expected).amax() < 1e-8
-    );
 }

@@ -1,7 +1,5 @@
 //! Long streams: a robot that changes while it is measured, and a million samples.
 
-#![allow(clippy::unwrap_used)]
-
 use delta_cal::{Calibrator, Noise, Sample, Settings};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single, uniform,
@@ -9,27 +7,6 @@ use delta_cal_tests::{
 use nalgebra::Vector3;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
-
-#[test]
-fn forgetting_lets_the_estimate_follow_a_changed_robot() {
-    let nominal = paper_robot::<f64>();
-    let mut rng = generator(73, 0);
-    let first = perturbed(&nominal, 1.0, 0.3 * DEGREE, Spread::Uniform, &mut rng);
-    let second = perturbed(&nominal, 1.0, 0.3 * DEGREE, Spread::Uniform, &mut rng);
-    let mut calibrator = Calibrator::new(&nominal, &Settings::default());
-    calibrator
-        .add_many(&measurements(&first, 100, None, &mut rng))
-        .unwrap();
-    for _ in 0..40 {
-        calibrator.forget(0.3);
-        calibrator
-            .add_many(&measurements(&second, 12, None, &mut rng))
-            .unwrap();
-    }
-    // 0.3^40 = 1e-21 of the first robot's Σ f² is left.
-    let error = largest_difference(&calibrator.solve().unwrap().robot, &second);
-    assert!(error < 1e-6, "{error:e} mm");
-}
 
 /// A million samples in single precision, beside double precision: one by one, of which four wait
 /// for each other; many at once; and in parts of a thousand that are merged.

@@ -15,7 +15,6 @@ mod frames;
 mod kinematics;
 mod numbers;
 mod promises;
-mod robust;
 mod solver;
 mod store;
 
@@ -24,6 +23,5 @@ pub use controller::controller;
 pub use driver::driver;
 pub use files::{campaign_file, robot_file, samples_file};
 pub use kinematics::kinematics;
-pub use robust::robust;
 pub use solver::solver;
 pub use store::store;

@@ -1,9 +1,8 @@
-//! The calibration step by step, in constant memory and with stored samples.
+//! The calibration step by step.
 
 use crate::numbers::{Bits, Source};
 use crate::promises::finite_outcome;
-use delta_cal::calibration::{ArmProblem, JointCalibrator, JointSolver, RobotCalibrator, Start};
-use delta_cal::classical::StoredCalibrator;
+use delta_cal::calibration::{JointCalibrator, JointSolver, Start};
 use delta_cal::{Calibrator, Progress, Real, Robot, RobotOutcome, RobotSolver, Sample, Settings};
 
 const MOST_SAMPLES: usize = 40;
@@ -31,25 +30,24 @@ fn calibration<T: Bits>(source: &mut Source<'_>) {
     let forget = source.number(0.9, 0.1);
     let samples = source.samples::<T>(MOST_SAMPLES);
 
-    let mut stored = StoredCalibrator::<T, MOST_SAMPLES>::new(&robot, &settings);
+    let mut probe = Calibrator::new(&robot, &settings);
     let mut taken: Vec<Sample<T>> = Vec::new();
     for sample in &samples {
-        let before = stored.samples();
-        match stored.add(sample) {
+        let before = probe.samples();
+        match probe.add(sample) {
             Ok(()) => taken.push(*sample),
-            Err(_) => assert_eq!(stored.samples(), before),
+            Err(_) => assert_eq!(probe.samples(), before),
         }
     }
     let mut calibrator = Calibrator::new(&robot, &settings);
     take_in(&mut calibrator, &taken, order);
-    assert_eq!(calibrator.samples(), stored.samples());
+    assert_eq!(calibrator.samples(), probe.samples());
     if order & 0x40 != 0 {
         calibrator.forget(forget);
     }
     if let Some(outcome) = solved(&mut calibrator) {
         not_worse(&mut calibrator, &outcome);
     }
-    let _ = solved(&mut stored);
     joint(&robot, &settings, &taken, order, forget);
 }
 
@@ -124,9 +122,7 @@ fn take_in<T: Bits>(calibrator: &mut Calibrator<T>, samples: &[Sample<T>], order
 }
 
 /// The result, if it is accepted, after a bounded number of steps.
-fn solved<T: Bits, P: ArmProblem<T>>(
-    calibrator: &mut RobotCalibrator<T, P>,
-) -> Option<RobotOutcome<T>> {
+fn solved<T: Bits>(calibrator: &mut Calibrator<T>) -> Option<RobotOutcome<T>> {
     let settings = *calibrator.settings();
     let mut solver = RobotSolver::new(calibrator).ok()?;
     let mut left = steps(&settings);

@@ -1,4 +1,4 @@
-//! Every seed as it is, and with some bytes changed: what `cargo verify fuzz` does with far more inputs.
+//! Every seed as it is, and with some bytes changed: what `cargo fuzz` does with far more inputs.
 
 #![allow(clippy::unwrap_used, clippy::panic)] // in tests a panic is the failure
 
@@ -111,7 +111,6 @@ targets! {
     driver 100,
     kinematics 2000,
     robot_file 2000,
-    robust 100,
     samples_file 1000,
     solver 300,
     store 300,

@@ -2,27 +2,18 @@
 
 mod joint;
 mod results;
-mod robust;
 
 use crate::measurements::{noise, nominal, samples};
 use crate::record::{Scalar, record};
-use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt::{self, Write};
-use delta_cal::calibration::{ArmProblem, RobotCalibrator, Solver, Start};
-use delta_cal::classical::StoredCalibrator;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::KinematicsError;
-use delta_cal::{ArmIndex, Calibrator, Noise, Sample, Settings};
+use delta_cal::{Calibrator, Sample, Settings};
 use nalgebra::{RealField, Vector3};
-use rand_core::SeedableRng;
-use rand_pcg::Pcg32;
 #[cfg(feature = "linear")]
 pub(crate) use results::{accepted, refused};
 #[cfg(not(feature = "linear"))]
 use results::{accepted, refused};
-
-/// Simulated robots, the first of them with too few samples.
-const ROBOTS: [usize; 16] = [5, 8, 9, 10, 11, 12, 13, 14, 16, 18, 20, 24, 28, 32, 40, 60];
 
 /// Writes one line a result, `BITS <scalar> <what>: <bits> …`, in both precisions. A refusal is written in words.
 ///
@@ -38,12 +29,7 @@ fn run<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
     kinematics::<T>(out)?;
     frame::<T>(out)?;
     built_in_data::<T>(out)?;
-    assumptions::<T>(out)?;
-    stored::<T>(out)?;
-    robust::run::<T>(out)?;
     joint::run::<T>(out)?;
-    refusals::<T>(out)?;
-    simulation::<T>(out)?;
     crate::stream::run::<T>(out)
 }
 
@@ -165,7 +151,11 @@ fn built_in_data<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     let empty = Calibrator::new(&nominal::<T>(), &settings);
 
     let mut calibrator = empty;
-    add_each(out, &mut calibrator, &samples)?;
+    for sample in &samples {
+        if let Err(error) = calibrator.add(sample) {
+            record::<T>(out, format_args!("sample {error:?}"), &[])?;
+        }
+    }
     solve(out, format_args!("one by one"), &mut calibrator)?;
 
     calibrator = empty;
@@ -187,152 +177,6 @@ fn built_in_data<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     solve(out, format_args!("after forgetting"), &mut calibrator)
 }
 
-/// Every way to state what is known.
-#[inline(never)]
-fn assumptions<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
-    let samples = samples::<T>();
-    let defaults = Settings::default();
-    let noise = Some(noise());
-    let tolerance = Some(tolerance());
-    for (label, count, settings) in [
-        ("no assumptions", samples.len(), defaults),
-        ("no guess", samples.len(), defaults.with_start(Start::Free)),
-        (
-            "no guess, noise",
-            16,
-            defaults.with_start(Start::Free).with_noise(noise),
-        ),
-        (
-            "tolerance and noise",
-            12,
-            defaults.with_noise(noise).with_tolerance(tolerance),
-        ),
-        ("tolerance", 12, defaults.with_tolerance(tolerance)),
-        (
-            "tolerance, few samples",
-            3,
-            defaults.with_noise(noise).with_tolerance(tolerance),
-        ),
-        (
-            "Gauss-Newton",
-            samples.len(),
-            defaults.with_noise(noise).with_solver(Solver::GaussNewton),
-        ),
-    ] {
-        let mut calibrator = Calibrator::new(&nominal::<T>(), &settings);
-        add_at_once(out, &mut calibrator, &samples[..count])?;
-        solve(out, format_args!("{label}"), &mut calibrator)?;
-    }
-    Ok(())
-}
-
-/// The form that keeps its samples, filled until it refuses one.
-#[inline(never)]
-fn stored<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
-    let settings = Settings::default().with_noise(noise());
-    let mut calibrator = StoredCalibrator::<T, 24>::new(&nominal(), &settings);
-    for (index, sample) in samples::<T>().iter().enumerate() {
-        if let Err(error) = calibrator.add(sample) {
-            record::<T>(out, format_args!("stored {index} {error:?}"), &[])?;
-        }
-    }
-    solve(out, format_args!("stored"), &mut calibrator)
-}
-
-/// Samples and sets of samples that must be refused.
-#[inline(never)]
-fn refusals<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
-    let [first, ..] = samples::<T>();
-    let [q1, q2, q3] = first.joints;
-    let (nan, far) = (T::from_f64(f64::NAN), T::from_f64(1e3));
-    let mut calibrator = Calibrator::new(&nominal::<T>(), &Settings::default());
-    add_each(
-        out,
-        &mut calibrator,
-        &[
-            Sample {
-                joints: [q1, nan, q3],
-                ..first
-            },
-            Sample {
-                joints: [q1, q2, T::INFINITY],
-                ..first
-            },
-            Sample {
-                joints: [far, q2, q3],
-                ..first
-            },
-            Sample {
-                position: Vector3::new(nan, T::ZERO, T::ZERO),
-                ..first
-            },
-            Sample {
-                position: Vector3::new(T::ZERO, T::ZERO, T::INFINITY),
-                ..first
-            },
-        ],
-    )?;
-    solve(out, format_args!("no sample"), &mut calibrator)?;
-
-    add_each(out, &mut calibrator, &[first; 20])?;
-    solve(out, format_args!("one pose"), &mut calibrator)?;
-
-    let optimistic = Settings::default()
-        .with_noise(Noise::new(T::from_f64(1e-3), T::from_f64(1e-6)).expect("a noise"));
-    calibrator = Calibrator::new(&nominal::<T>(), &optimistic);
-    add_at_once(out, &mut calibrator, &samples::<T>())?;
-    solve(out, format_args!("contradicted noise"), &mut calibrator)
-}
-
-/// Robots drawn, measured and calibrated on board.
-#[inline(never)]
-fn simulation<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
-    for (seed, count) in (0_u64..).zip(ROBOTS) {
-        let mut rng = Pcg32::seed_from_u64(seed);
-        let truth = robot_near::<T>(&nominal(), 1.0, &mut rng);
-        for (arm, index) in truth.arms().iter().zip(ArmIndex::ALL) {
-            record(
-                out,
-                format_args!("robot {seed} {index} truth"),
-                arm.parameters().as_slice(),
-            )?;
-        }
-        // Every other robot is measured without noise, every third has a prior.
-        let noise = (seed % 2 == 0).then(noise);
-        let settings = Settings::default()
-            .with_noise(noise)
-            .with_tolerance((seed % 3 == 1).then(|| tolerance()));
-        let mut calibrator = Calibrator::new(&nominal::<T>(), &settings);
-        for _ in 0..count {
-            let Some(sample) = measured(&truth, noise.as_ref(), &mut rng) else {
-                record::<T>(out, format_args!("robot {seed} has no pose"), &[])?;
-                continue;
-            };
-            add_each(out, &mut calibrator, &[sample])?;
-        }
-        solve(
-            out,
-            format_args!("robot {seed}, {count} samples"),
-            &mut calibrator,
-        )?;
-    }
-    Ok(())
-}
-
-#[inline(never)]
-fn add_each<T: Scalar>(
-    out: &mut dyn Write,
-    calibrator: &mut Calibrator<T>,
-    samples: &[Sample<T>],
-) -> fmt::Result {
-    for sample in samples {
-        if let Err(error) = calibrator.add(sample) {
-            record::<T>(out, format_args!("sample {error:?}"), &[])?;
-        }
-    }
-    Ok(())
-}
-
 #[inline(never)]
 fn add_at_once<T: Scalar>(
     out: &mut dyn Write,
@@ -346,10 +190,10 @@ fn add_at_once<T: Scalar>(
 }
 
 #[inline(never)]
-fn solve<T: Scalar, P: ArmProblem<T>>(
+fn solve<T: Scalar>(
     out: &mut dyn Write,
     label: fmt::Arguments<'_>,
-    calibrator: &mut RobotCalibrator<T, P>,
+    calibrator: &mut Calibrator<T>,
 ) -> fmt::Result {
     match calibrator.solve() {
         Ok(outcome) => accepted(out, label, &outcome),

@@ -1,10 +1,10 @@
-//! Samples one after the other: the gate, held-out validation and forgetting, to the bit.
+//! Samples one after the other: the gate and forgetting, to the bit.
 
 use crate::measurements::{noise, nominal};
 use crate::record::{Scalar, record};
 use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt::{self, Write};
-use delta_cal::stream::{Forgetting, Gate, HeldOut, Innovation, Verdict};
+use delta_cal::stream::{Forgetting, Gate, Innovation, Verdict};
 use delta_cal::{ArmIndex, Calibrator, Robot, Sample, Settings};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -33,7 +33,6 @@ pub(crate) fn run<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
             &changed,
             &mut rng.clone(),
         )?;
-        held_out(out, seed, &settings, &truth, &mut rng.clone())?;
         forgetting(out, seed, &settings, &truth, &mut rng)?;
     }
     Ok(())
@@ -102,52 +101,6 @@ fn recorded<T: Scalar>(
         format_args!("{what} {}", innovation.arm),
         &[innovation.distance, innovation.normalized],
     )
-}
-
-#[inline(never)]
-fn held_out<T: Scalar>(
-    out: &mut dyn Write,
-    seed: u64,
-    settings: &Settings<T>,
-    truth: &Robot<T>,
-    rng: &mut Pcg32,
-) -> fmt::Result {
-    let mut calibrator = Calibrator::new(&nominal::<T>(), settings);
-    let mut held_out = HeldOut::new(&calibrator, 4).expect("one in four");
-    for index in 0..SAMPLES.0 {
-        let Some(mut sample) = measured(truth, Some(&noise()), rng) else {
-            continue;
-        };
-        // Of the last robot the held-out samples are wrong.
-        if seed == ROBOTS - 1 && index % 4 == 3 {
-            sample.position.z += T::from_f64(1.0);
-        }
-        held_out
-            .add(&mut calibrator, &sample)
-            .expect("finite numbers");
-    }
-    let Ok(fitted) = calibrator.solve() else {
-        return record::<T>(out, format_args!("held out {seed} not fitted"), &[]);
-    };
-    match held_out.validate(&mut calibrator, &fitted) {
-        Err(refusal) => record::<T>(out, format_args!("held out {seed} {refusal:?}"), &[]),
-        Ok(arms) => {
-            for (arm, index) in arms.iter().zip(ArmIndex::ALL) {
-                record(
-                    out,
-                    format_args!("held out {seed} {index}"),
-                    &[
-                        arm.samples,
-                        arm.residual_rms,
-                        arm.expected_rms,
-                        arm.statistic,
-                        arm.limit,
-                    ],
-                )?;
-            }
-            Ok(())
-        }
-    }
 }
 
 #[inline(never)]

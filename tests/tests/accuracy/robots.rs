@@ -85,15 +85,6 @@ pub(crate) enum Poses {
     Cube(usize, f64),
 }
 
-impl std::fmt::Display for Poses {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Spread(count) => write!(formatter, "{count}"),
-            Self::Cube(count, _) => write!(formatter, "{count} in a cube"),
-        }
-    }
-}
-
 /// A robot as it was made, and what was measured of it.
 pub(crate) struct Made {
     pub(crate) truth: Robot<f64>,

@@ -1,12 +1,19 @@
 //! Which samples are rejected: gross outliers, none without an estimate, the same in single precision.
 
-use crate::gate::{DEGREE, STREAMS, Stream, noise, robot, stated};
+use crate::gate::{DEGREE, Stream, noise, robot, stated};
 use delta_cal::stream::{Gate, Untested, Verdict};
 use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
-use delta_cal_tests::documents::print_documented;
-use delta_cal_tests::outliers::direction;
 use delta_cal_tests::{generator, measurements, paper_robot, to_single, uniform};
+use nalgebra::Vector3;
 use rand_pcg::Pcg32;
+
+/// Evenly on the unit sphere.
+fn direction(rng: &mut Pcg32) -> Vector3<f64> {
+    let z = uniform(rng);
+    let (sin, cos) = (std::f64::consts::PI * uniform(rng)).sin_cos();
+    let radius = (1.0 - z * z).sqrt();
+    Vector3::new(radius * cos, radius * sin, z)
+}
 
 /// A position 5 to 50 mm off in any direction.
 fn slipped(sample: &Sample<f64>, rng: &mut Pcg32) -> Sample<f64> {
@@ -54,12 +61,9 @@ fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
                 clean_error += sum(&clean.solve().unwrap().robot);
             }
         }
-        print_documented(
-            STREAMS,
-            &format!(
-                "| {after} | {found} of {wrong} | {falsely} of {good} | {alarms} of 400 | {:.3} |",
-                (error / clean_error).sqrt(),
-            ),
+        println!(
+            "| {after} | {found} of {wrong} | {falsely} of {good} | {alarms} of 400 | {:.3} |",
+            (error / clean_error).sqrt(),
         );
         // Before as many samples as there are parameters the prior alone may let one in.
         if after >= 8 {

@@ -4,7 +4,7 @@ use crate::joint::joint;
 use delta_cal::calibration::Start;
 use delta_cal::{Robot, Settings};
 use delta_cal_tests::geometries::geometries;
-use delta_cal_tests::{Spread, generator, largest_difference, measurements, perturbed, size};
+use delta_cal_tests::{Spread, generator, largest_difference, measurements, perturbed};
 
 /// The first forearm over that of the paper's robot: by so much start errors and tolerances are scaled.
 fn scale(nominal: &Robot<f64>) -> f64 {
@@ -51,7 +51,7 @@ fn returned(poses: usize, start: Start, robots: u64) -> (u64, u64) {
 #[test]
 fn nine_poses_and_more_give_every_robot_back() {
     for poses in [9, 12, 20, 60] {
-        let (found, of) = returned(poses, Start::Nominal, size(10, 100));
+        let (found, of) = returned(poses, Start::Nominal, 10);
         assert_eq!(found, of, "{poses}");
     }
 }
@@ -60,14 +60,14 @@ fn nine_poses_and_more_give_every_robot_back() {
 /// three arms it is the right one as often as of the arms by themselves, in nine of ten robots.
 #[test]
 fn eight_poses_give_most_robots_back() {
-    let (found, of) = returned(8, Start::Nominal, size(10, 100));
+    let (found, of) = returned(8, Start::Nominal, 10);
     assert!(10 * found >= 9 * of, "{found} of {of}");
 }
 
 #[test]
 fn no_guess_is_needed_from_twelve_poses_on() {
     for poses in [12, 20] {
-        let (found, of) = returned(poses, Start::Free, size(10, 100));
+        let (found, of) = returned(poses, Start::Free, 10);
         assert_eq!(found, of, "{poses}");
     }
 }

@@ -9,9 +9,8 @@ use delta_cal::observations::{
 };
 use delta_cal::simulate::{random_pose, standard_normal};
 use delta_cal::{Noise, Robot};
-use delta_cal_tests::documents::print_campaign;
 use delta_cal_tests::geometries::{linear_geometries, position_jacobian};
-use delta_cal_tests::{Spread, generator, size};
+use delta_cal_tests::{Spread, generator};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand_pcg::Pcg32;
 
@@ -108,7 +107,7 @@ fn difference(a: &Robot<f64>, b: &Robot<f64>) -> DVector<f64> {
 #[test]
 fn relative_positions_are_as_good_as_reported() {
     let planes = [Plane::default()];
-    let robots = size(16, 300);
+    let robots = 16;
     for (offset, (kind, name)) in (0..).zip(KINDS) {
         let planes = match kind {
             Kind::Distances | Kind::Positions => &planes[..0],
@@ -150,59 +149,13 @@ fn relative_positions_are_as_good_as_reported() {
         let ratio = (sums[0] / count).sqrt();
         let [before, after] = [sums[1], sums[2]].map(|sum| (sum / count / JUDGED as f64).sqrt());
         let row = format!("| {name} | {before:.2} → {after:.2} | {ratio:.2} |");
-        print_campaign("docs/linear.md", &row);
+        println!("{row}");
         println!("{refused} refused");
         // Of 64 robots with some four directions each that decide it, the rms scatters by 6 %.
-        assert!((ratio - 1.0).abs() < size(0.2, 0.1), "{row}");
+        assert!((ratio - 1.0).abs() < 0.2, "{row}");
         assert!(after < 0.5 * before, "{row}");
         assert!(f64::from(refused) <= 0.02 * count, "{row}");
     }
-}
-
-/// Of x, y and z in every row the stored form makes what the constant-memory form makes. Both weigh the samples
-/// at the nominal robot, whose forearms' directions are off by an end stop's error over the forearm: by some such
-/// part of σ the two may differ, rms over the parameters.
-fn forms_agree(tolerances: f64, limit: f64) {
-    let noise = noise();
-    let instruments = Instruments {
-        frame: PositionFrame::Base,
-        planes: &[],
-        points: &[],
-        noise,
-        transmission: None,
-    };
-    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
-        let mut rng = generator(9400, index);
-        let truth = made(&nominal, tolerances, Spread::Normal, &mut rng);
-        let mut rows = measured(Kind::Positions, &truth, travel, false, &mut rng);
-        let samples: Vec<_> = rows
-            .iter()
-            .map(|row| delta_cal::Sample {
-                joints: row.observation().joints,
-                position: Vector3::from(row.observation().position.map(Option::unwrap)),
-            })
-            .collect();
-        let settings = Settings::new().with_tolerance(tolerance());
-        let problem = ObservationProblem::<f64, N>::prepare(&nominal, &instruments, &mut rows);
-        let stored = problem.unwrap().solve::<28, 406>(&settings).unwrap();
-        let settings = settings.with_noise(*noise.position());
-        let constant = crate::joint::joint(&nominal, &samples, &settings).unwrap();
-        let covariance = constant.estimate.covariance.unwrap();
-        let apart = difference(&stored.robot, &constant.robot);
-        let mut squares = 0.0;
-        for place in (0..24).filter(|place| place % 8 != 6) {
-            squares += apart[place].powi(2) / covariance[(place, place)];
-        }
-        let rms = f64::sqrt(squares / 21.0);
-        assert!(rms < limit, "{name}: {rms} σ");
-    }
-}
-
-#[test]
-fn positions_give_the_same_robot_in_either_form() {
-    // End stops off by 0.25 mm and by 5 mm: 0.0014 and 0.028 of the shortest forearm, each of three arms.
-    forms_agree(0.05, 0.01);
-    forms_agree(1.0, 0.1);
 }
 
 /// Without errors, and without a tolerance to pull, the robot comes back wherever it is determined.
@@ -217,7 +170,7 @@ fn exact_positions_and_heights_give_the_robot_back() {
         transmission: None,
     };
     for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
-        for robot in 0..size(5, 50) {
+        for robot in 0..5 {
             let mut rng = generator(9410 + index, robot);
             let truth = made(&nominal, 3.0, Spread::Uniform, &mut rng);
             let mut rows = measured(Kind::Positions, &truth, travel, true, &mut rng);

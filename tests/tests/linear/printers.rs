@@ -7,7 +7,6 @@ use delta_cal::observations::{
 };
 use delta_cal::robot::SymmetricLinearRobot;
 use delta_cal::{Noise, Parameter, Refusal, Robot, Tolerance};
-use delta_cal_tests::documents::print_documented;
 use nalgebra::{DMatrix, DVector};
 
 const N: usize = 27;
@@ -269,68 +268,15 @@ fn the_others_predict_what_was_left_out() {
             pooled.merge(own);
         }
         let own = own.map(|rod| format!("{rod:.1}")).join(" ");
-        print_documented(
-            "docs/linear.md",
-            &format!(
-                "| {} | {one:.3} / {two:.3} / {three:.3} | {distances} | {with_rods} | {own} |",
-                printer.name
-            ),
+        println!(
+            "| {} | {one:.3} / {two:.3} / {three:.3} | {distances} | {with_rods} | {own} |",
+            printer.name
         );
     }
     let [one, two, three] = pooled.each_ref().map(|errors| errors.rms(false));
-    print_documented(
-        "docs/linear.md",
-        &format!("| all | {one:.3} / {two:.3} / {three:.3} |"),
-    );
+    println!("| all | {one:.3} / {two:.3} / {three:.3} |");
     assert!(better >= 8, "{better}");
     assert!(three < one && three < two);
-}
-
-/// One σ of each tower's place and rod, and of the radius common to all towers, mm.
-const APART: [[f64; 2]; 6] = [
-    [1.0, 0.0],
-    [0.5, 0.0],
-    [1.0, 2.0],
-    [0.5, 1.0],
-    [0.5, 2.0],
-    [0.25, 2.0],
-];
-
-#[test]
-fn a_common_radius_brings_little_here() {
-    for [length, radius] in APART {
-        let own = Tolerance::new(length, 3e-3).unwrap();
-        let own = own.with_linear(5.0, 1e-3).unwrap();
-        let tolerance = own.with_radius(radius).unwrap();
-        let (mut pooled, mut refused, mut most) = (Errors::default(), 0, 0.0_f64);
-        for printer in PRINTERS.map(printer) {
-            let mut errors = Errors::default();
-            let (rows, mut failed) = (&printer.rows, false);
-            for (index, row) in rows.iter().enumerate() {
-                let mut others = rows.clone();
-                others.remove(index);
-                match calibrated(&printer, &others, NOISE, &tolerance) {
-                    Ok((robot, plane)) => {
-                        errors.add(row, predicted(&robot, plane, row) - row.value);
-                        let radius = |robot: &Robot<f64>| {
-                            let radii = robot.arms().map(|arm| arm.d().x.hypot(arm.d().y));
-                            radii.iter().sum::<f64>() / 3.0
-                        };
-                        most = most.max((radius(&robot) - radius(&printer.nominal)).abs());
-                    }
-                    Err(_) => failed = true,
-                }
-            }
-            refused += u32::from(failed);
-            pooled.merge(&errors);
-        }
-        let row = format!(
-            "| {length} mm | {radius} mm | {:.3} | {:.3} | {most:.1} | {refused} |",
-            pooled.rms(false),
-            pooled.rms(true)
-        );
-        print_documented("docs/linear.md", &row);
-    }
 }
 
 /// The same measurements with the rods of another printer of the same maker.

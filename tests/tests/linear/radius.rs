@@ -2,7 +2,7 @@
 //! squares, and what it brings where little is measured.
 
 use crate::linear::{made, spread_out, tolerance};
-use delta_cal::calibration::{JointNormal, Prior, Settings, TolerancePrior};
+use delta_cal::calibration::Settings;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::observations::{
     Height, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane,
@@ -10,10 +10,9 @@ use delta_cal::observations::{
 };
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal::{Noise, Parameter, Robot, Tolerance};
-use delta_cal_tests::documents::print_campaign;
 use delta_cal_tests::geometries::{linear_geometries, made_to, position_jacobian};
-use delta_cal_tests::{Spread, generator, size, uniform};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use delta_cal_tests::{Spread, generator};
+use nalgebra::{DMatrix, DVector, SVector};
 use rand_pcg::Pcg32;
 
 const N: usize = 27;
@@ -62,64 +61,6 @@ fn touches(
         ObservationRow::new(row)
     };
     (0..count).map(row).collect()
-}
-
-fn random_vector(rng: &mut Pcg32) -> SVector<f64, 24> {
-    SVector::from_fn(|_, _| uniform(rng))
-}
-
-#[test]
-fn the_prior_is_the_inverse_of_the_covariance() {
-    for (index, (name, nominal, _)) in (0..).zip(linear_geometries()) {
-        let mut rng = generator(9500, index);
-        let units = std::array::from_fn(|place| 1.0 + 0.1 * (place % 7) as f64);
-        let prior = TolerancePrior::new(&nominal, &units, Some(&with_radius()));
-        let unit = SMatrix::<f64, 24, 24>::from_diagonal(&SVector::from(units));
-        let mut expected = unit * made_to(&nominal, &with_radius()).try_inverse().unwrap() * unit;
-        for empty in [6, 14, 22] {
-            expected[(empty, empty)] = 1.0;
-        }
-        let largest = expected.amax();
-        let close = |a: f64, b: f64| (a - b).abs() < 1e-12 * largest;
-
-        let (sigma, at) = (0.7, random_vector(&mut rng));
-        let delta: [f64; 24] = at.into();
-        let triangle: JointNormal<f64> = prior.rows(sigma, &delta);
-        let mut rows = SMatrix::<f64, 24, 24>::zeros();
-        let mut right = SVector::<f64, 24>::zeros();
-        for (index, row) in triangle.rows().take(24).enumerate() {
-            for (column, entry) in (index..24).zip(row) {
-                rows[(index, column)] = *entry;
-            }
-            right[index] = *row.last().unwrap();
-        }
-        let product = rows.transpose() * rows / (sigma * sigma);
-        let other = random_vector(&mut rng);
-        let covariance =
-            SMatrix::<f64, 24, 24>::from_fn(|i, j| other[i] * other[j] + at[i] * at[j]);
-        let shared = expected * covariance;
-        let gradient = Prior::<f64, 24, 25, 325>::gradient(&prior, &delta);
-        let cost = Prior::<f64, 24, 25, 325>::cost(&prior, &delta);
-        assert!(close(cost, at.dot(&(expected * at))), "{name}");
-        for i in 0..24 {
-            assert!((right - rows * at).amax() < 1e-12 * largest, "{name}");
-            assert!(close(gradient[i], (expected * at)[i]), "{name}");
-            let share = Prior::<f64, 24, 25, 325>::share(&prior, covariance.as_slice(), i);
-            assert!(close(share, shared[(i, i)]), "{name}: {share}");
-            let sigma = made_to(&nominal, &with_radius())[(i, i)].sqrt();
-            let distance = Prior::<f64, 24, 25, 325>::distance(&prior, &delta, i);
-            if i % 8 != 6 {
-                assert!(close(distance, (units[i] * at[i]).abs() / sigma), "{name}");
-                let of_arm = with_radius().of_places(&nominal.arms()[i / 8])[i % 8];
-                assert!((of_arm - sigma).abs() < 1e-12, "{name}: {of_arm}");
-            }
-            for j in 0..24 {
-                assert!(close(product[(i, j)], expected[(i, j)]), "{name} {i} {j}");
-                let information = prior.information(i, j);
-                assert!(close(information, expected[(i, j)]), "{name} {i} {j}");
-            }
-        }
-    }
 }
 
 /// The least of Σ ((h − z − c − a x − b y) cos/σ)² + δᵀ C⁻¹ δ, by Gauss and Newton with dense matrices.
@@ -208,7 +149,7 @@ fn what_towers_have_in_common_is_found_from_few_touches() {
     for touched in [7, 12, 45] {
         let (mut sums, mut count, mut refused) = ([0.0; 5], 0.0, 0);
         for (index, (_, nominal, travel)) in (0..3).zip(linear_geometries()) {
-            for robot in 0..size(40, 300) {
+            for robot in 0..40 {
                 let mut rng = generator(9520 + 10 * index + touched as u64, robot);
                 let truth = built(&nominal, &mut rng);
                 let mut rows = touches(&truth, travel, touched, &mut rng);
@@ -246,9 +187,9 @@ fn what_towers_have_in_common_is_found_from_few_touches() {
         let row = format!(
             "| {touched} | {before:.2} | {every:.2} | {common:.2} | {ratio:.2} | {refused} |"
         );
-        print_campaign("docs/linear.md", &row);
+        println!("{row}");
         // Of 120 robots the rms scatters by 6 %.
-        assert!((ratio - 1.0).abs() < size(0.2, 0.1), "{row}");
+        assert!((ratio - 1.0).abs() < 0.2, "{row}");
         assert!(
             common < every && f64::from(refused) <= 0.02 * count,
             "{row}"
@@ -279,23 +220,4 @@ fn made_robots_have_the_common_radius_beside_each_towers_own_place() {
     let bound = 5.0 * (2.0 / f64::from(count)).sqrt() * (length + common);
     assert!((own - length - common).abs() < bound, "{own}");
     assert!((shared - common).abs() < bound, "{shared}");
-}
-
-/// Without a tolerance nothing is known of any parameter; with one of every one.
-#[test]
-fn the_prior_knows_nothing_or_something_of_every_parameter() {
-    for (_, nominal, _) in linear_geometries() {
-        let of_places = nominal
-            .drive()
-            .places()
-            .map(|place| f64::from(u8::from(place.is_some())));
-        let units: [f64; 24] = std::array::from_fn(|index| of_places[index % 8]);
-        let unheld = |tolerance: Option<&Tolerance<f64>>| {
-            let prior = TolerancePrior::new(&nominal, &units, tolerance);
-            Prior::<f64, 24, 25, 325>::unheld(&prior)
-        };
-        assert_eq!(unheld(None), 21);
-        assert_eq!(unheld(Some(&tolerance())), 0);
-        assert_eq!(unheld(Some(&with_radius())), 0);
-    }
 }

@@ -2,11 +2,8 @@
 
 use crate::outcomes::{SIGMA, calibrate, case};
 use delta_cal::calibration::{ArmSolver, Solver, Start, StartUsed};
-use delta_cal::classical::StoredCalibrator;
 use delta_cal::{ArmIndex, Calibrator, Noise, Progress, Refusal, Settings};
-use delta_cal_tests::{
-    Spread, generator, largest_difference, measurements, paper_robot, perturbed,
-};
+use delta_cal_tests::{generator, largest_difference, measurements, paper_robot};
 
 /// An easy calibration is one start and few linearisations; the count is that of all starts.
 #[test]
@@ -50,21 +47,6 @@ fn no_start_takes_more_linearisations_than_allowed() {
     };
     // The linear fit, and six arms that the spread of the samples decides.
     assert_eq!(iterations, 7 * 2);
-}
-
-#[test]
-fn stored_samples_need_no_guess_either() {
-    let mut rng = generator(644, 0);
-    let truth = perturbed(&paper_robot(), 10.0, 0.02, Spread::Uniform, &mut rng);
-    let samples = measurements(&truth, 20, None, &mut rng);
-    let settings = Settings::default().with_start(Start::Free);
-    let mut stored = StoredCalibrator::<f64, 20>::new(&paper_robot(), &settings);
-    for sample in &samples {
-        stored.add(sample).unwrap();
-    }
-    let outcome = stored.solve().unwrap();
-    assert!(largest_difference(&outcome.robot, &truth) < 1e-8);
-    assert!(outcome.arms.iter().all(|arm| arm.start == StartUsed::Free));
 }
 
 #[test]

@@ -2,70 +2,11 @@
 
 use crate::outcomes::case;
 use delta_cal::calibration::JointCalibrator;
-use delta_cal::classical::{StoredArmSamples, StoredCalibrator, StoredError};
 use delta_cal::robot::{Arm, Drive};
-use delta_cal::samples::{ArmFactor, NominalArm, SampleError};
+use delta_cal::samples::{ArmFactor, NominalArm};
 use delta_cal::{ArmIndex, Calibrator, Noise, Robot, Sample, Settings};
 use delta_cal_tests::{generator, measurements, paper_robot, to_single};
 use nalgebra::Vector3;
-
-/// Positions are counted from the platform at 20° on every joint, rounded to a sixteenth of the unit.
-#[test]
-fn positions_are_counted_from_within_the_workspace() {
-    let centre = |robot: &Robot<f64>| {
-        let calibrator = Calibrator::new(robot, &Settings::default());
-        *calibrator.arms()[0].nominal().centre()
-    };
-    // Half a sixteenth of 256 mm on each axis.
-    let rounding = 3f64.sqrt() * 8.0;
-    let near = |robot: &Robot<f64>, expected: &Vector3<f64>| {
-        (centre(robot) - expected).norm() <= rounding * 1.001
-    };
-    let paper = paper_robot::<f64>();
-    assert!(near(
-        &paper,
-        &paper.forward(&[20f64.to_radians(); 3]).unwrap()
-    ));
-    // Encoders mounted otherwise: of 20°, 0°, 45°, −20° and 70° the first that is reachable.
-    let turned = |degrees: f64| {
-        let (sin, cos) = degrees.to_radians().sin_cos();
-        Robot::new(paper.arms().map(|arm| {
-            let mut p = arm.parameters();
-            (p[0], p[1]) = (240.0 * p[3].cos(), 240.0 * p[3].sin());
-            (p[5], p[6]) = (260.0 * cos, -260.0 * sin);
-            p[7] = 300.0;
-            Arm::new(p).unwrap()
-        }))
-        .unwrap()
-    };
-    for (degrees, first) in [
-        (60.0, 20.0),
-        (-78.0, 0.0),
-        (35.0, 45.0),
-        (-60.0, -20.0),
-        (10.0, 70.0),
-    ] {
-        let robot = turned(degrees);
-        for joint in [20.0, 0.0, 45.0, -20.0, 70.0] {
-            let there = robot.forward(&[f64::to_radians(joint); 3]);
-            if f64::abs(joint - first) < 1.0 {
-                assert!(near(&robot, &there.unwrap()), "{degrees}");
-                break;
-            }
-            assert!(there.is_err(), "{degrees} {joint}");
-        }
-    }
-    // Where it is reachable at none of them: a forearm below the middle of the motors.
-    let short = Robot::new(paper.arms().map(|arm| {
-        let mut p = arm.parameters();
-        (p[0], p[1]) = (500.0 * p[3].cos() + 300.0, 500.0 * p[3].sin() - 200.0);
-        p[2] = 100.0;
-        p[7] = 257.0;
-        Arm::new(p).unwrap()
-    }))
-    .unwrap();
-    assert!(near(&short, &Vector3::new(300.0, -200.0, 100.0 - 257.0)));
-}
 
 #[test]
 fn a_joint_angle_may_be_two_turns_and_no_more() {
@@ -94,36 +35,6 @@ fn a_position_may_be_ten_thousand_units_from_the_centre() {
             assert_eq!(added.is_ok(), accepted, "{direction} {distance}");
         }
     }
-}
-
-#[test]
-fn a_store_says_what_it_would_take() {
-    let (_, samples) = case(52, 2);
-    let arm = ArmIndex::Second;
-    let reference = NominalArm::new(
-        paper_robot().arm(arm),
-        &Vector3::new(0.0, 0.0, -450.0),
-        None,
-    );
-    let mut stored = StoredArmSamples::<f64, 1>::new(reference);
-    assert!(stored.is_empty());
-    let x = &samples[0].position;
-    assert_eq!(stored.check(x, 0.1, arm), Ok(()));
-    assert_eq!(
-        stored.check(x, f64::NAN, arm),
-        Err(StoredError::Sample(SampleError::JointNonFinite(arm)))
-    );
-    stored.add(x, 0.1, arm).unwrap();
-    assert!(!stored.is_empty() && stored.len() == 1);
-    assert_eq!(stored.check(x, 0.1, arm), Err(StoredError::Full));
-    // One arm that cannot take a sample keeps it from the others.
-    let mut calibrator = StoredCalibrator::<f64, 4>::new(&paper_robot(), &Settings::default());
-    let far = Sample {
-        joints: [0.0; 3],
-        position: Vector3::new(1e8, 0.0, 0.0),
-    };
-    assert!(calibrator.add(&far).is_err());
-    assert_eq!(calibrator.samples(), 0);
 }
 
 #[test]

@@ -8,7 +8,6 @@ use delta_cal::stream::{
     Alarm, Estimator, Forgetting, Gate, Selection, StreamCalibrator, StreamOptions,
 };
 use delta_cal::{Calibrator, Noise, Real, Tolerance};
-use delta_cal_tests::documents::print_documented;
 
 /// After every sample the stream is written, forgotten and restored; the other one is not.
 fn interrupted<T: Real>() {
@@ -166,10 +165,6 @@ fn foreign_bytes_are_refused_as_what_they_are() {
             ..gated
         },
         StreamOptions {
-            selection: Selection::HeldOut { every: 4 },
-            ..gated
-        },
-        StreamOptions {
             selection: fading(20.0),
             ..gated
         },
@@ -230,47 +225,6 @@ fn a_gate_is_not_restored_in_front_of_another_state() {
     assert_eq!(wide.restore(&arms, &bytes), other);
     assert_eq!(new().restore(&before, &bytes), other);
     assert_eq!(new().restore(&arms, &bytes), Ok(()));
-}
-
-/// Calibrators and gate by themselves take back what was of the same robot and settings, and nothing else.
-#[test]
-fn calibrators_by_themselves_refuse_what_is_of_another_robot_or_other_settings() {
-    let all = streams::<f64>(20);
-    let (robot, samples) = &all[0];
-    let settings = statements::<f64>()[3];
-    let mut arms = Calibrator::new(robot, &settings);
-    let mut gate = Gate::new(&mut arms);
-    let mut joint = JointCalibrator::new(robot, &settings);
-    for sample in samples {
-        gate.add(&mut arms, sample).unwrap();
-        joint.add(sample).unwrap();
-    }
-    let mut bytes = [
-        vec![0; Calibrator::<f64>::SNAPSHOT_BYTES],
-        vec![0; JointCalibrator::<f64>::SNAPSHOT_BYTES],
-        vec![0; Gate::<f64>::SNAPSHOT_BYTES],
-    ];
-    arms.snapshot(&mut bytes[0]).unwrap();
-    joint.snapshot(&mut bytes[1]).unwrap();
-    gate.snapshot(&arms, &mut bytes[2]).unwrap();
-    let restored = |robot, settings: &Settings<f64>| {
-        let mut arms = Calibrator::new(robot, settings);
-        let mut gate = Gate::new(&mut arms);
-        [
-            arms.restore(&bytes[0]),
-            JointCalibrator::new(robot, settings).restore(&bytes[1]),
-            gate.restore(&arms, &bytes[2]),
-        ]
-    };
-    assert_eq!(restored(robot, &settings), [Ok(()); 3]);
-    let other = Err(SnapshotError::OtherCalibration);
-    assert_eq!(restored(&all[1].0, &settings), [other; 3]);
-    let others = settings.with_iteration_limit(49);
-    assert_eq!(restored(robot, &others), [other; 3]);
-    // Of the same kind in another precision.
-    let (single, _) = &streams::<f32>(20)[0];
-    let mut single = Calibrator::new(single, &statements::<f32>()[3]);
-    assert_eq!(single.restore(&bytes[0]), Err(SnapshotError::OtherKind));
 }
 
 /// Of towers the common radius is a part of the tolerance, too.
@@ -341,34 +295,4 @@ fn a_stream_that_solves_has_no_snapshot() {
     stream.solve();
     let mut bytes = vec![0; StreamCalibrator::<f64>::SNAPSHOT_BYTES];
     assert_eq!(stream.snapshot(&mut bytes), Err(SnapshotError::Busy));
-}
-
-/// The sizes in the documentation.
-#[test]
-fn snapshots_have_the_documented_sizes() {
-    for (of, single, double) in [
-        (
-            "`Calibrator`",
-            Calibrator::<f32>::SNAPSHOT_BYTES,
-            Calibrator::<f64>::SNAPSHOT_BYTES,
-        ),
-        (
-            "`JointCalibrator`",
-            JointCalibrator::<f32>::SNAPSHOT_BYTES,
-            JointCalibrator::<f64>::SNAPSHOT_BYTES,
-        ),
-        (
-            "`Gate`",
-            Gate::<f32>::SNAPSHOT_BYTES,
-            Gate::<f64>::SNAPSHOT_BYTES,
-        ),
-        (
-            "`StreamCalibrator`, at most",
-            StreamCalibrator::<f32>::SNAPSHOT_BYTES,
-            StreamCalibrator::<f64>::SNAPSHOT_BYTES,
-        ),
-    ] {
-        let row = format!("| {of} | {single} bytes | {double} bytes |");
-        print_documented("docs/streams.md", &row);
-    }
 }

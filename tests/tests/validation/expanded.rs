@@ -4,9 +4,8 @@ use super::robots::{error_anywhere, made_anywhere, robot_file, samples_file};
 use delta_cal::Robot;
 use delta_cal_host::accuracy::coverage::CoverageFactor;
 use delta_cal_host::{Frame, Options, RobotFile, accepted};
-use delta_cal_tests::documents::print_campaign;
+use delta_cal_tests::generator;
 use delta_cal_tests::geometries::geometries;
-use delta_cal_tests::{generator, size};
 
 /// Rows of each file; without a stated noise 36 − 24 = 12 and 96 degrees of freedom.
 const ROWS: [usize; 2] = [12, 40];
@@ -57,12 +56,9 @@ fn covered(rows: usize, stated: bool, files: u64) -> f64 {
 fn the_expanded_uncertainty_holds_at_least_95_percent_of_the_robots() {
     for stated in [true, false] {
         for rows in ROWS {
-            let within = covered(rows, stated, size(64, 800));
+            let within = covered(rows, stated, 64);
             let noise = if stated { "stated" } else { "estimated" };
-            print_campaign(
-                "docs/validate.md",
-                &format!("| {noise} | {rows} | {within:.1} % |"),
-            );
+            println!("noise {noise}, {rows} rows: {within:.1} %");
             assert!(within >= 95.0, "{noise} {rows}: {within}");
         }
     }

@@ -1,5 +1,187 @@
-//! What the checks and the tests share: building for the bare target, running under QEMU.
+//! What the tests share that need more than Rust: whether it is there, building for a bare target, running under QEMU.
 
 #![forbid(unsafe_code)]
 
-pub mod firmware;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The Rust target of a Cortex-M with a floating-point unit.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+/// The workspace's profile of what is built for it.
+pub const PROFILE: &str = "firmware";
+/// The programs of this package run on host and target.
+pub const PACKAGE: &str = "delta-cal-target-tests";
+/// With this variable set, as `cargo verify` sets it, a test fails where it would otherwise be skipped.
+pub const REQUIRE: &str = "DELTA_CAL_REQUIRE";
+/// A run takes at most a minute; a firmware that hangs must not hang the tests.
+const LONGEST_RUN: Duration = Duration::from_secs(600);
+
+/// Whether a test can run that needs these programs and bare Rust targets. If not, it says so in one line, and the test
+/// should return.
+///
+/// # Panics
+/// With [`REQUIRE`] set, if one is missing.
+#[allow(clippy::panic)] // a test fails by it
+pub fn have(needs: &[&str]) -> bool {
+    let missing: Vec<&str> = needs
+        .iter()
+        .filter(|need| !is_here(need))
+        .copied()
+        .collect();
+    if missing.is_empty() {
+        return true;
+    }
+    let what = format!("{} missing; cargo verify installs it", missing.join(", "));
+    assert!(std::env::var_os(REQUIRE).is_none(), "{what}");
+    // Past the test harness, which would hide it.
+    let test = std::thread::current();
+    let _ = std::io::Write::write_all(
+        &mut std::io::stderr(),
+        format!("skipped {}: {what}\n", test.name().unwrap_or("a test")).as_bytes(),
+    );
+    false
+}
+
+/// Whether a program is in the path, or a bare Rust target installed.
+pub fn is_here(need: &str) -> bool {
+    if need.starts_with("thumb") || need.starts_with("riscv") {
+        let mut rustc = at_root("rustc");
+        rustc.args(["--print", "target-libdir", "--target", need]);
+        return run(rustc).is_ok_and(|path| Path::new(path.trim()).is_dir());
+    }
+    let program = format!("{need}{}", std::env::consts::EXE_SUFFIX);
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(&program).is_file())
+}
+
+/// An emulated board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Board {
+    /// Cortex-M4F: single precision in hardware.
+    M4,
+    /// Cortex-M7: both precisions in hardware.
+    M7,
+}
+
+/// How a program is run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Clock {
+    /// As fast as it goes.
+    Free,
+    /// So that the board's timer counts instructions, and every run is the same.
+    Instructions,
+}
+
+/// A command at the repository's root.
+pub fn at_root(program: impl AsRef<std::ffi::OsStr>) -> Command {
+    let mut command = Command::new(program);
+    command
+        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .stdin(Stdio::null());
+    command
+}
+
+/// Runs cargo at the repository's root with a target directory of its own, so that no other build
+/// exchanges the programs meanwhile.
+///
+/// # Errors
+/// What failed, in words; so with all functions here.
+pub fn cargo(directory: &Path, arguments: &[&str]) -> Result<String, String> {
+    let mut command = at_root(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command
+        .args(arguments)
+        .arg("--quiet")
+        .arg("--target-dir")
+        .arg(directory);
+    run(command)
+}
+
+/// Builds the programs of [`PACKAGE`] for the bare target, and returns where they are.
+///
+/// # Errors
+/// What failed.
+pub fn build_for_target(directory: &Path, arguments: &[&str]) -> Result<PathBuf, String> {
+    let build = ["build", "--profile", PROFILE, "--package", PACKAGE];
+    let build = [&build[..], &["--target", TARGET]].concat();
+    cargo(directory, &[&build[..], arguments].concat())?;
+    Ok(directory.join(TARGET).join(PROFILE))
+}
+
+/// Standard output of a program on a board; it must end itself with success.
+///
+/// # Errors
+/// The program's failure.
+pub fn emulate(board: Board, clock: Clock, program: &Path) -> Result<String, String> {
+    let machine = match board {
+        Board::M4 => "mps2-an386",
+        Board::M7 => "mps2-an500",
+    };
+    let mut command = Command::new("qemu-system-arm");
+    command
+        .args(["-machine", machine])
+        .args("-nographic -monitor none -serial none".split(' '))
+        .args("-semihosting-config enable=on,target=native".split(' '));
+    if clock == Clock::Instructions {
+        command.args("-icount shift=6,sleep=off".split(' '));
+    }
+    command.arg("-kernel").arg(program).stdin(Stdio::null());
+    within(command, LONGEST_RUN)
+}
+
+/// Standard output of a command that must succeed.
+///
+/// # Errors
+/// Its failure, with the end of what it wrote: a failure that was expected leaves no trace on the terminal.
+pub fn run(command: Command) -> Result<String, String> {
+    within(command, Duration::MAX)
+}
+
+fn within(mut command: Command, limit: Duration) -> Result<String, String> {
+    let mut child = command
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("{}: {error}", command.get_program().display()))?;
+    let (output, errors) = (reader(child.stdout.take()), reader(child.stderr.take()));
+    let start = Instant::now();
+    let status = loop {
+        match child.try_wait() {
+            Ok(Some(status)) => break status,
+            Ok(None) if start.elapsed() > limit => {
+                let _ = child.kill();
+                return Err(format!("{command:?} has not ended after {limit:?}"));
+            }
+            Ok(None) => std::thread::sleep(Duration::from_millis(20)),
+            Err(error) => return Err(format!("{command:?}: {error}")),
+        }
+    };
+    let (Ok(output), Ok(errors)) = (output.join(), errors.join()) else {
+        return Err(format!("{command:?}: its output cannot be read"));
+    };
+    if status.success() {
+        Ok(output)
+    } else {
+        let (output, errors) = (tail(&output), tail(&errors));
+        Err(format!("{command:?}: {status}\n{output}{errors}"))
+    }
+}
+
+/// Reads a pipe to its end, so that what writes into it never waits.
+fn reader(pipe: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut pipe) = pipe {
+            // What came before a fault is still worth showing.
+            let _ = pipe.read_to_end(&mut bytes);
+        }
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
+}
+
+/// The end of a text, of some 2,000 bytes.
+pub fn tail(text: &str) -> &str {
+    let start = text.len().saturating_sub(2000);
+    text.get(start..).unwrap_or(text)
+}

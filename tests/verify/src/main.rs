@@ -1,125 +1,310 @@
 //! Every check of the project, one command: `cargo verify`.
 
-mod budgets;
-mod check;
-mod clock;
-mod docs;
-mod features;
-mod fuzz;
-mod licences;
-mod linuxcnc;
-mod mutants;
-mod package;
-mod programs;
-mod setup;
-mod side_by_side;
-mod stages;
-mod structure;
-mod summary;
-mod versions;
-
-use check::Check;
-use clock::Start;
-use stages::{BY_HAND, FIRST, QUICK, SIDE_BY_SIDE, Stage};
+use delta_cal_verify::{REQUIRE, at_root, is_here, tail};
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use summary::Finished;
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 const USAGE: &str = "\
-Runs every check, in stages, two at a time; all failures are collected and summed up at the end.
+Runs every check, two stages at a time, and sums up. What a stage prints is in target/verify/STAGE.log.
 
-Usage: cargo verify [quick | STAGE... | mutants FILE...]
+Usage: cargo verify [quick | STAGE...]
 
-  quick       a minute: format, structure, links, clippy on the host, unit tests
-  STAGE...    run only these, one after the other, in the order given
-  FILE...     only the mutants of these files, by their paths from the repository's root
-  --list      list the stages
-  --help      print this
+  quick       a minute: format, clippy on this machine, unit tests
+  STAGE...    only these, one after the other, on the terminal
+  --help      print this and the stages
 ";
+
+/// Commands under one name, one after the other.
+struct Stage {
+    name: &'static str,
+    about: &'static str,
+    /// Their words are separated by spaces.
+    commands: &'static [&'static str],
+}
+
+/// Takes seconds, and is over before anything is compiled.
+const FORMAT: Stage = Stage {
+    name: "format",
+    about: "rustfmt",
+    commands: &[
+        "cargo fmt --all --check",
+        "cargo fmt --manifest-path tests/fuzz/programs/Cargo.toml --check",
+        "cargo fmt --manifest-path firmware-example/boards/pico2/Cargo.toml --check",
+    ],
+};
+
+const CLIPPY: Stage = Stage {
+    name: "clippy",
+    about: "clippy on this machine",
+    commands: &[
+        "cargo clippy --quiet --workspace --all-targets --features delta-cal/defmt,delta-cal-target-tests/linear -- --deny warnings",
+    ],
+};
+
+/// Two lists that run side by side. What the first compiles stands in one folder, where two builds would wait for each
+/// other; what the second compiles stands in others, and the tests of the first find it there.
+const SIDE_BY_SIDE: [&[Stage]; 2] = [
+    &[
+        CLIPPY,
+        Stage {
+            name: "tests",
+            about: "all tests: units, programs, examples in the documentation, firmware under QEMU, the C library, \
+                    budgets, no panic; LinuxCNC where it is installed",
+            // Optimised, but with debug assertions and overflow checks: `profile.test`.
+            commands: &["cargo test --no-fail-fast"],
+        },
+    ],
+    &[
+        Stage {
+            name: "firmware",
+            about: "the programs that the tests run on a Cortex-M, and the proof's archive, are built",
+            commands: &[
+                "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin delta-cal-target-tests --bin cases \
+                 --bin measure --bin flash --target thumbv7em-none-eabihf --target-dir target/firmware",
+                "cargo build --quiet --profile firmware --package delta-cal-link-tests \
+                 --target thumbv7em-none-eabihf --target-dir target/firmware",
+            ],
+        },
+        Stage {
+            name: "board",
+            about: "the controller on a real board: the program for a Raspberry Pi Pico 2 is built",
+            commands: &[
+                "cargo build --quiet --locked --release --manifest-path firmware-example/boards/pico2/Cargo.toml \
+                 --target thumbv8m.main-none-eabihf --target-dir target/pico2",
+            ],
+        },
+        Stage {
+            name: "bare",
+            about: "clippy of what runs on a Cortex-M; the controller compiles for other boards",
+            commands: &[
+                "cargo clippy --quiet --all-features --package delta-cal --package delta-cal-protocol --package delta-cal-c \
+                 --package delta-cal-target-tests --package delta-cal-link-tests --package delta-cal-firmware-example \
+                 --target thumbv7em-none-eabihf --target-dir target/bare -- --deny warnings",
+                "cargo check --quiet --package delta-cal --target thumbv7em-none-eabihf --target-dir target/bare",
+                "cargo check --quiet --package delta-cal-firmware-example --lib --target thumbv6m-none-eabi --target-dir target/bare",
+                "cargo check --quiet --package delta-cal-firmware-example --lib --target riscv32imac-unknown-none-elf \
+                 --target-dir target/bare",
+            ],
+        },
+        Stage {
+            name: "features",
+            about: "the core with none, each and all of its features",
+            commands: &[
+                "cargo check --quiet --package delta-cal --target-dir target/features",
+                "cargo check --quiet --package delta-cal --target-dir target/features --features defmt",
+                "cargo check --quiet --package delta-cal --target-dir target/features --features linear",
+                "cargo check --quiet --package delta-cal --target-dir target/features --features serde",
+                "cargo check --quiet --package delta-cal --target-dir target/features --features simulate",
+                "cargo check --quiet --package delta-cal --target-dir target/features --features transmission",
+                "cargo check --quiet --package delta-cal --target-dir target/features --all-features",
+            ],
+        },
+        Stage {
+            name: "docs",
+            about: "rustdoc without warnings",
+            // With what clippy had checked, in the first list's folder, as soon as the tests are compiled.
+            commands: &[
+                "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace \
+                 --features delta-cal/defmt,delta-cal-target-tests/linear",
+            ],
+        },
+    ],
+];
+
+const UNITS: Stage = Stage {
+    name: "units",
+    about: "the unit tests of core and host",
+    commands: &["cargo test --quiet --lib"],
+};
+
+/// Only if asked for.
+const MIRI: Stage = Stage {
+    name: "miri",
+    about: "every access to memory of the C library is allowed (nightly with Miri, five minutes)",
+    // A 32-bit Arm is nearest to a Cortex-M; on this machine the core's square root is an instruction that Miri does not know.
+    commands: &[
+        "cargo +nightly miri test --target arm-unknown-linux-gnueabi --target-dir target/miri --package delta-cal-c \
+         --test misuse --test objects",
+    ],
+};
+
+/// A program that must be there, and the Debian packages that hold it.
+const PROGRAMS: [(&str, &str); 5] = [
+    ("qemu-system-arm", "qemu-system-arm"),
+    ("c++", "g++"),
+    (
+        "arm-none-eabi-gcc",
+        "gcc-arm-none-eabi libnewlib-arm-none-eabi",
+    ),
+    ("cmake", "cmake"),
+    ("pkg-config", "pkg-config"),
+];
+const TARGETS: [&str; 5] = [
+    "thumbv7em-none-eabihf",
+    "thumbv7em-none-eabi",
+    "thumbv6m-none-eabi",
+    "thumbv8m.main-none-eabihf",
+    "riscv32imac-unknown-none-elf",
+];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let asked = |flags: &[&str]| arguments.iter().any(|a| flags.contains(&a.as_str()));
-    if asked(&["-h", "--help"]) {
-        println!("{USAGE}");
-        print_stages();
-        return ExitCode::SUCCESS;
-    }
-    if asked(&["--list"]) {
-        print_stages();
-        return ExitCode::SUCCESS;
-    }
-    let begin = Start::now();
-    if arguments.is_empty() {
-        return match run_all() {
-            Ok(finished) => summary::print(&finished, begin),
-            Err(error) => {
-                eprintln!("This program does not find itself, to run each stage: {error}");
-                ExitCode::FAILURE
+    let stages = [FORMAT, CLIPPY, UNITS, MIRI];
+    let all = || stages.iter().chain(SIDE_BY_SIDE.into_iter().flatten());
+    if arguments.iter().any(|it| it == "-h" || it == "--help") {
+        print!("{USAGE}\nStages:\n");
+        for (index, stage) in all().enumerate() {
+            if all().take(index).all(|before| before.name != stage.name) {
+                println!("  {:<9}  {}", stage.name, stage.about);
             }
-        };
+        }
+        return ExitCode::SUCCESS;
     }
-    let (files, names): (Vec<_>, Vec<_>) = arguments.into_iter().partition(|a| a.contains('/'));
-    if !files.is_empty() && names != ["mutants"] {
-        eprintln!("Only the stage mutants takes files.");
-        return ExitCode::from(2);
-    }
-    match chosen(&names) {
-        Ok(stages) => summary::print(&run(&stages, &files), begin),
-        Err(unknown) => {
-            eprintln!("There is no stage {unknown:?}; cargo verify --list lists them.");
-            ExitCode::from(2)
+    let begin = Instant::now();
+    let mut failed = Vec::new();
+    if arguments.is_empty() {
+        install();
+        if let Err(error) = fs::create_dir_all(logs()) {
+            eprintln!("target/verify: {error}");
+            return ExitCode::FAILURE;
+        }
+        failed.extend(in_silence(&FORMAT));
+        failed.extend(side_by_side());
+    } else {
+        for name in &arguments {
+            let quick = [FORMAT, CLIPPY, UNITS];
+            let chosen: Vec<&Stage> = match &**name {
+                "quick" => quick.iter().collect(),
+                _ => all().find(|stage| stage.name == name).into_iter().collect(),
+            };
+            if chosen.is_empty() {
+                eprintln!("There is no stage {name:?}; cargo verify --help lists them.");
+                return ExitCode::from(2);
+            }
+            failed.extend(chosen.into_iter().filter_map(on_the_terminal));
         }
     }
+    let seconds = begin.elapsed().as_secs_f64();
+    if failed.is_empty() {
+        println!("all passed  {seconds:.0} s");
+        return ExitCode::SUCCESS;
+    }
+    println!("failed: {}  {seconds:.0} s", failed.join(", "));
+    ExitCode::FAILURE
 }
 
-fn print_stages() {
-    for (heading, stages) in [
-        ("All, first:", FIRST),
-        ("then:", SIDE_BY_SIDE[0]),
-        ("side by side with:", SIDE_BY_SIDE[1]),
-        ("Quick:", QUICK),
-        ("Only if asked for:", BY_HAND),
-    ] {
-        println!("{heading}\n");
-        for stage in stages {
-            println!("  {:<10}  {}", stage.name, stage.about);
-        }
-        println!();
+/// What the stages need beside Rust, if it is missing; where that fails, they say what they lack.
+fn install() {
+    let missing: Vec<&str> = TARGETS.into_iter().filter(|it| !is_here(it)).collect();
+    if !missing.is_empty() {
+        let _ = attempt(&format!("rustup target add {}", missing.join(" ")), None);
+    }
+    let missing = PROGRAMS.iter().filter(|(program, _)| !is_here(program));
+    let packages: Vec<&str> = missing.map(|(_, package)| *package).collect();
+    if packages.is_empty() {
+        return;
+    }
+    let line = format!(
+        "apt-get install --yes --no-install-recommends {}",
+        packages.join(" ")
+    );
+    let id = at_root("id").arg("-u").output();
+    if is_here("apt-get") && id.is_ok_and(|it| it.stdout.trim_ascii() == b"0") {
+        let _ = attempt("apt-get update --quiet=2", None);
+        let _ = attempt(&format!("env DEBIAN_FRONTEND=noninteractive {line}"), None);
+    } else {
+        println!("missing; install it: {line}");
     }
 }
 
-/// The stages of these names, or the name that is none.
-fn chosen(names: &[String]) -> Result<Vec<&'static Stage>, &str> {
-    let mut stages = Vec::new();
-    for name in names {
-        if name == "quick" {
-            stages.extend(QUICK);
-            continue;
+/// The names of the stages that failed.
+fn side_by_side() -> Vec<&'static str> {
+    let failed = Mutex::new(Vec::new());
+    thread::scope(|scope| {
+        for list in SIDE_BY_SIDE {
+            let failed = &failed;
+            scope.spawn(move || {
+                for stage in list {
+                    let name = in_silence(stage);
+                    let mut failed = failed.lock().unwrap_or_else(PoisonError::into_inner);
+                    failed.extend(name);
+                }
+            });
         }
-        let mut all = [FIRST, SIDE_BY_SIDE[0], SIDE_BY_SIDE[1], QUICK, BY_HAND]
-            .into_iter()
-            .flatten();
-        stages.push(all.find(|stage| stage.name == name).ok_or(name.as_str())?);
+    });
+    failed.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Its name if it fails, with the end of what it printed; otherwise only what was skipped.
+fn in_silence(stage: &Stage) -> Option<&'static str> {
+    let begin = Instant::now();
+    let path = logs().join(format!("{}.log", stage.name));
+    let done = File::create(&path)
+        .map_err(|error| error.to_string())
+        .and_then(|file| run(stage, Some(&file)));
+    let printed = fs::read_to_string(&path).unwrap_or_default();
+    let skipped = printed.lines().filter(|line| line.starts_with("skipped"));
+    println!("{}", verdict(stage, begin.elapsed(), done.is_ok()));
+    skipped.for_each(|line| println!("    {line}"));
+    let why = done.err()?;
+    println!("{}\n{why}\nall of it: {}", tail(&printed), path.display());
+    Some(stage.name)
+}
+
+fn on_the_terminal(stage: &Stage) -> Option<&'static str> {
+    let begin = Instant::now();
+    let done = run(stage, None);
+    println!("{}", verdict(stage, begin.elapsed(), done.is_ok()));
+    let why = done.err()?;
+    println!("{why}");
+    Some(stage.name)
+}
+
+fn verdict(stage: &Stage, time: Duration, passed: bool) -> String {
+    let verdict = if passed { "ok" } else { "FAILED" };
+    format!(
+        "{:<9}  {verdict:<6}  {:>6.1} s",
+        stage.name,
+        time.as_secs_f64()
+    )
+}
+
+/// All commands, whether or not one before has failed.
+fn run(stage: &Stage, into: Option<&File>) -> Result<(), String> {
+    let failed = stage
+        .commands
+        .iter()
+        .filter_map(|line| attempt(line, into).err());
+    let failed: Vec<String> = failed.collect();
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(failed.join("\n"))
     }
-    Ok(stages)
 }
 
-/// Runs stages one after the other, of these files if there are any.
-fn run(stages: &[&Stage], files: &[String]) -> Vec<Finished> {
-    let run = |stage: &&Stage| {
-        println!("\n=== {}: {}", stage.name, stage.about);
-        let start = Start::now();
-        let mut check = Check::of(files);
-        (stage.run)(&mut check);
-        Finished::new(stage.name, check, start)
-    };
-    stages.iter().map(run).collect()
+/// Runs a command that must succeed; its output goes into the file, or to the terminal.
+fn attempt(line: &str, into: Option<&File>) -> Result<(), String> {
+    let mut words = line.split_whitespace();
+    let mut command = at_root(words.next().unwrap_or_default());
+    command.args(words).env(REQUIRE, "1");
+    if let Some(file) = into {
+        let copy = || file.try_clone().map_err(|error| error.to_string());
+        command.stdout(copy()?).stderr(copy()?);
+    } else {
+        println!("$ {line}");
+    }
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{line}: {status}")),
+        Err(error) => Err(format!("{line}: {error}")),
+    }
 }
 
-/// Runs all of them, most of them side by side.
-fn run_all() -> std::io::Result<Vec<Finished>> {
-    let first: Vec<&Stage> = FIRST.iter().collect();
-    let mut finished = run(&first, &[]);
-    finished.extend(side_by_side::run(SIDE_BY_SIDE)?);
-    Ok(finished)
+fn logs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/verify")
 }

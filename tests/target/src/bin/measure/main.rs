@@ -1,5 +1,5 @@
-//! What the core costs on a Cortex-M4F: instructions, stack, bytes. One line a figure,
-//! `MEASURED <item> <value> <unit>, <words>`; `budgets.toml` limits some of them.
+//! What the core costs on a Cortex-M4F in single precision: instructions, bytes of state and of stack. One line a figure,
+//! `MEASURED <item> <value>`; `budgets.toml` has the limits.
 //!
 //! ```text
 //! qemu-system-arm -machine mps2-an386 -nographic -monitor none -serial none \
@@ -12,23 +12,13 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-mod instructions;
+mod arms;
 #[cfg(target_os = "none")]
 mod joint;
 #[cfg(target_os = "none")]
-mod memory;
-#[cfg(target_os = "none")]
 mod observations;
 #[cfg(target_os = "none")]
-mod peer_problem;
-#[cfg(target_os = "none")]
-mod peers;
-#[cfg(target_os = "none")]
 mod report;
-#[cfg(target_os = "none")]
-mod solve;
-#[cfg(target_os = "none")]
-mod stream;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
@@ -38,28 +28,10 @@ fn main() {
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    use core::fmt::Write;
-    use delta_cal_target_tests::{Counter, console};
-    use report::Report;
-
-    console::run(|console| {
-        let Some(mut counter) = Counter::start() else {
-            writeln!(
-                console,
-                "No instruction counts: they need -icount shift=6,sleep=off."
-            )?;
-            return Err(core::fmt::Error);
-        };
-        let mut report = Report::new(console);
-        instructions::report::<f32>(&mut report, &mut counter)?;
-        instructions::report::<f64>(&mut report, &mut counter)?;
-        solve::report_single(&mut report, &mut counter)?;
-        solve::report_double(&mut report, &mut counter)?;
-        stream::report::<f32>(&mut report, &mut counter)?;
-        stream::report::<f64>(&mut report, &mut counter)?;
-        joint::report(&mut report, &mut counter)?;
-        observations::report(&mut report, &mut counter)?;
-        memory::report(&mut report)?;
-        peers::report(&mut report, &mut counter)
+    delta_cal_target_tests::console::run(|console| {
+        let mut report = report::Report::new(console)?;
+        arms::measure(&mut report)?;
+        joint::measure(&mut report)?;
+        observations::measure(&mut report)
     })
 }

@@ -1,0 +1,221 @@
+//! Kinematics, the calibration of each arm, the gate, forgetting.
+
+use crate::report::{Counts, Report, measured, stated};
+use core::fmt;
+use core::hint::black_box;
+use core::mem::MaybeUninit;
+use delta_cal::calibration::Start;
+use delta_cal::stream::{Forgetting, Gate};
+use delta_cal::{Calibrator, Progress, Refusal, RobotOutcome, RobotSolver, Sample, Settings};
+use delta_cal_target_tests::cases::Case;
+use delta_cal_target_tests::{noise, nominal, stack_of, tolerance};
+
+/// Robots whose solves are counted, and those whose samples are.
+const ROBOTS: (u64, u64) = (40, 5);
+/// One solve after another number of samples, up to this many more: however many a calibrator keeps back to take them
+/// in together, every number of them is met.
+const MORE: usize = 16;
+/// Cases over which the stack is measured.
+const CASES: u64 = 300;
+
+pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
+    kinematics(report)?;
+    samples(report)?;
+    solves(report)?;
+    report.figure(format_args!("calibrator"), size_of::<Calibrator<f32>>())?;
+    report.figure(format_args!("gate"), size_of::<Gate<f32>>())?;
+    stack(report)
+}
+
+#[inline(never)]
+fn kinematics(report: &mut Report<'_>) -> fmt::Result {
+    let (mut forward, mut inverse) = (Counts::default(), Counts::default());
+    let robot = nominal::<f32>();
+    for seed in 0..ROBOTS.1 {
+        for sample in measured::<400>(seed) {
+            forward.note(report.count(|| {
+                let _ = black_box(robot.forward(black_box(&sample.joints)));
+            })?);
+            inverse.note(report.count(|| {
+                let _ = black_box(robot.inverse(black_box(&sample.position)));
+            })?);
+        }
+    }
+    report.instructions(format_args!("forward"), forward.worst)?;
+    report.instructions(format_args!("inverse"), inverse.worst)
+}
+
+/// One sample taken in: plainly, tested before, with forgetting.
+#[inline(never)]
+fn samples(report: &mut Report<'_>) -> fmt::Result {
+    let [mut add, mut gated, mut forgetting] = [(); 3].map(|()| Counts::default());
+    let settings = Settings::default()
+        .with_noise(noise())
+        .with_tolerance(tolerance());
+    let memory = Forgetting::new(50.0).map_err(|_| fmt::Error)?;
+    for seed in 0..ROBOTS.1 {
+        let samples = measured::<400>(seed);
+        let empty = Calibrator::new(&nominal(), &settings);
+        let [mut plain, mut tested, mut fading] = [empty; 3];
+        let mut gate = Gate::new(&mut tested);
+        for sample in &samples {
+            add.note(report.count(|| {
+                let _ = black_box(plain.add(black_box(sample)));
+            })?);
+            gated.note(report.count(|| {
+                let _ = black_box(gate.add(black_box(&mut tested), black_box(sample)));
+            })?);
+            forgetting.note(report.count(|| {
+                let _ = black_box(fading.add_forgetting(black_box(sample), &memory));
+            })?);
+        }
+    }
+    report.instructions(format_args!("add-mean"), add.mean())?;
+    report.instructions(format_args!("add-longest"), add.worst)?;
+    report.instructions(format_args!("gate-mean"), gated.mean())?;
+    report.instructions(format_args!("gate-longest"), gated.worst)?;
+    report.instructions(format_args!("add-forgetting"), forgetting.worst)
+}
+
+/// From the last sample to parameters and covariance, three arms.
+#[derive(Default)]
+struct Solves {
+    total: Counts,
+    step: Counts,
+}
+
+impl Solves {
+    fn one(&mut self, report: &mut Report<'_>, calibrator: &mut Calibrator<f32>) -> fmt::Result {
+        let mut solver = Err(Refusal::Unfinished);
+        let mut total = report.count(|| solver = black_box(RobotSolver::new(calibrator)))?;
+        let mut longest = total;
+        let mut solver = solver.map_err(|_| fmt::Error)?;
+        loop {
+            let mut progress = Ok(Progress::Working);
+            let step = report.count(|| progress = solver.step(black_box(calibrator)))?;
+            total += step;
+            longest = longest.max(step);
+            match progress {
+                Ok(Progress::Working) => {}
+                Ok(Progress::Finished) => break,
+                // A refusal would say nothing of an outcome.
+                Err(_) => return Ok(()),
+            }
+        }
+        total += report.count(|| {
+            let _ = black_box(solver.outcome());
+        })?;
+        self.total.note(total);
+        self.step.note(longest);
+        Ok(())
+    }
+
+    /// After these samples, and after each of up to [`MORE`] further ones.
+    fn after(
+        &mut self,
+        report: &mut Report<'_>,
+        settings: &Settings<f32>,
+        samples: &[Sample<f32>],
+        further: &[Sample<f32>],
+    ) -> fmt::Result {
+        let mut calibrator = Calibrator::new(&nominal(), settings);
+        for sample in samples {
+            calibrator.add(sample).map_err(|_| fmt::Error)?;
+        }
+        for sample in further.iter().take(MORE) {
+            let mut now = calibrator;
+            self.one(report, &mut now)?;
+            calibrator.add(sample).map_err(|_| fmt::Error)?;
+        }
+        Ok(())
+    }
+}
+
+#[inline(never)]
+fn solves(report: &mut Report<'_>) -> fmt::Result {
+    let [
+        mut at_20,
+        mut at_1000,
+        mut free,
+        mut tolerance_alone,
+        mut few,
+    ] = [(); 5].map(|()| Solves::default());
+    for seed in 0..ROBOTS.0 {
+        let samples = measured::<1000>(seed);
+        for settings in stated() {
+            at_20.after(report, &settings, &samples[..20], &samples)?;
+            few.after(report, &settings, &samples[..8], &samples[8..11])?;
+            if seed < ROBOTS.1 {
+                at_1000.after(report, &settings, &samples, &samples)?;
+            }
+        }
+        let settings = Settings::default().with_start(Start::Free);
+        free.after(report, &settings, &samples[..20], &samples)?;
+        let settings = Settings::default().with_tolerance(tolerance());
+        tolerance_alone.after(report, &settings, &samples[..20], &samples)?;
+    }
+    for (solves, name) in [
+        (at_20, "20"),
+        (at_1000, "1000"),
+        (free, "20-no-guess"),
+        (tolerance_alone, "20-tolerance-alone"),
+        (few, "8"),
+    ] {
+        report.instructions(format_args!("outcome-{name}"), solves.total.worst)?;
+        report.instructions(format_args!("outcome-{name}-mean"), solves.total.mean())?;
+        report.instructions(format_args!("outcome-{name}-step"), solves.step.worst)?;
+    }
+    Ok(())
+}
+
+/// Where firmware keeps its calibration: not on the stack of whoever calls.
+struct Statics {
+    calibrator: MaybeUninit<Calibrator<f32>>,
+    solver: MaybeUninit<Result<RobotSolver<f32>, Refusal>>,
+    outcome: MaybeUninit<Result<RobotOutcome<f32>, Refusal>>,
+}
+
+/// The deepest of any call, over random calibrations of every kind.
+#[inline(never)]
+fn stack(report: &mut Report<'_>) -> fmt::Result {
+    let mut statics = Statics {
+        calibrator: MaybeUninit::uninit(),
+        solver: MaybeUninit::uninit(),
+        outcome: MaybeUninit::uninit(),
+    };
+    let deepest = (0..CASES)
+        .map(|seed| deepest(&mut statics, &Case::draw(seed)))
+        .max();
+    report.figure(format_args!("stack"), deepest.unwrap_or(0))
+}
+
+#[inline(never)]
+fn deepest(statics: &mut Statics, case: &Case<f32>) -> usize {
+    let Statics {
+        calibrator,
+        solver,
+        outcome,
+    } = statics;
+    let new = || Calibrator::new(black_box(&case.nominal), black_box(&case.settings));
+    let create = stack_of(&mut || {
+        black_box(calibrator.write(new()));
+    });
+    // Exists already; the same again, for a reference.
+    let calibrator = calibrator.write(new());
+    let add = stack_of(&mut || {
+        for sample in &case.samples {
+            let _ = black_box(calibrator.add(black_box(sample)));
+        }
+    });
+    let begin = stack_of(&mut || {
+        let _ = black_box(solver.write(RobotSolver::new(calibrator)));
+    });
+    let Ok(solver) = solver.write(RobotSolver::new(calibrator)) else {
+        return create.max(add).max(begin);
+    };
+    let step = stack_of(&mut || while solver.step(calibrator) == Ok(Progress::Working) {});
+    let end = stack_of(&mut || {
+        let _ = black_box(outcome.write(solver.outcome()));
+    });
+    create.max(add).max(begin).max(step).max(end)
+}

@@ -1,0 +1,39 @@
+//! The core, the protocol and the controller, on this machine and under QEMU; campaigns over many robots.
+
+// In tests a panic is the failure; counts and seeds are small.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss
+)]
+
+mod accuracy;
+mod budgets;
+mod controller;
+mod derivatives;
+mod drift;
+mod exact;
+mod frames;
+mod gate;
+mod hard_cases;
+mod joint;
+mod kinematics;
+mod linear;
+mod link_faults;
+mod messages;
+mod observations;
+mod oracles;
+mod outcomes;
+mod planned;
+mod refusals;
+mod samples;
+mod single_precision;
+mod statistics;
+mod stream_calibrator;
+mod streams;
+mod target;
+mod thresholds;
+mod validation;

@@ -1,18 +1,15 @@
 //! The campaign file.
 
-use super::plan::{
-    CampaignMethod, CampaignSolver, LengthAngle, Measure, NoiseLevel, Plan, Scenario, Spread,
-};
+use super::plan::{CampaignSolver, Case, Measure, Method, Plan, Scenario, Spread, fingerprint};
 use crate::files::example;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
-use crate::planning::poses::{LEAST_POSES, MOST_POSES};
 use crate::text::words::decimal_comma;
 use delta_cal::robot::Drive;
+use delta_cal::samples::NoiseError;
 use delta_cal::{Noise, Tolerance};
 use serde::Deserialize;
-use std::path::Path;
 use toml::Spanned;
 
 const KEYS: &str = "`delta-cal simulate --example` prints a campaign file with every key";
@@ -33,16 +30,13 @@ struct CampaignToml {
     spread: Spread,
     measure: Option<List<String>>,
     poses: List<i64>,
-    start_errors: List<LengthAngleToml>,
+    start_errors: List<StartErrorToml>,
     noise_levels: List<NoiseToml>,
-    methods: Option<List<CampaignMethod>>,
+    methods: Option<List<Method>>,
     solvers: Option<List<CampaignSolver>>,
     weights: Option<List<bool>>,
     prior: Option<List<bool>>,
     planned: Option<List<bool>>,
-    #[serde(default)]
-    parameters: bool,
-    tolerance: Option<Spanned<LengthAngleToml>>,
 }
 
 fn first_seed() -> Spanned<i64> {
@@ -51,7 +45,7 @@ fn first_seed() -> Spanned<i64> {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct LengthAngleToml {
+struct StartErrorToml {
     length_mm: Spanned<f64>,
     angle_deg: Spanned<f64>,
     radius_mm: Option<Spanned<f64>>,
@@ -66,87 +60,41 @@ struct NoiseToml {
 }
 
 impl Plan {
-    /// Reads a campaign file. The robot file that it names is looked for in `folder`.
+    /// Reads a campaign file. `robot_file` reads the robot file that it names.
     ///
     /// # Errors
     /// The first fault: TOML that does not parse, an unknown or missing key, a number that is not
     /// possible, an empty list or one that holds something twice, a robot file that is wrong.
-    pub fn read(input: &InputText, folder: &Path) -> Result<Self, InputError> {
+    pub fn read(
+        input: &InputText,
+        robot_file: &dyn Fn(&str) -> Result<InputText, InputError>,
+    ) -> Result<Self, InputError> {
         let toml: CampaignToml = toml::from_str(input.text()).map_err(|e| syntax(input, &e))?;
         let reader = Reader(input);
         let robot = match &toml.robot {
             None => RobotFile::read(&InputText::new("built-in robot.toml", example::ROBOT_TOML))?,
             Some(name) => {
-                let text = InputText::from_file(&folder.join(name.as_ref()))
+                let text = robot_file(name.as_ref())
                     .map_err(|error| reader.fault(name, "robot", error.to_string()))?;
                 RobotFile::read(&text)?
             }
         };
-        let drive = robot.robot.drive();
-        let poses = reader.list("poses", &toml.poses, |number| {
-            let count = reader.whole("poses", number, 1, POSES_AT_MOST)?;
-            Ok(usize::try_from(count).unwrap_or(usize::MAX))
-        })?;
-        let start_errors = reader.list("start_errors", &toml.start_errors, |error| {
-            let values = reader.length_angle(drive, error.as_ref())?;
-            if values.length_mm == 0.0 && values.angle_deg == 0.0 && values.radius_mm == 0.0 {
-                let cause = "length_mm and angle_deg are both 0: there is nothing to calibrate";
-                return Err(reader.fault(error, "start_errors", cause));
-            }
-            Ok(values)
-        })?;
-        let noise_levels = reader.list("noise_levels", &toml.noise_levels, |level| {
-            reader.noise_level(drive, level)
-        })?;
-        let methods = reader.axis("methods", toml.methods.as_ref(), CampaignMethod::Ikm)?;
-        let solvers = reader.axis("solvers", toml.solvers.as_ref(), CampaignSolver::Lm)?;
-        let weights = reader.axis("weights", toml.weights.as_ref(), true)?;
-        let prior = reader.axis("prior", toml.prior.as_ref(), true)?;
-        let planned = reader.axis("planned", toml.planned.as_ref(), false)?;
-        let measure = match &toml.measure {
-            None => vec![Measure::Positions],
-            Some(list) => reader.list("measure", list, |name| reader.measure(name))?,
-        };
-        reader.check_joint(&measure, &toml)?;
-        reader.check_transmissions(&robot, &measure, toml.measure.as_ref())?;
-        if planned.contains(&true) {
-            let possible = LEAST_POSES..=MOST_POSES;
-            let counts = toml.poses.as_ref().iter().zip(&poses);
-            if let Some((at, count)) = counts.into_iter().find(|(_, n)| !possible.contains(n)) {
-                let cause =
-                    format!("{count} poses cannot be planned, only {LEAST_POSES} to {MOST_POSES}");
-                let error = reader.fault(at, "poses", cause);
-                return Err(error.with_remedy("change the list, or leave out planned = [true]"));
-            }
-        }
-        let tolerance = match &toml.tolerance {
-            Some(section) => Some(reader.length_angle(drive, section.as_ref())?),
-            None => None,
-        };
+        let variants = reader.variants(&toml)?;
         let mut plan = Self {
             robots: reader.whole("robots", &toml.robots, 1, ROBOTS_AT_MOST)?,
             seed: reader.whole("seed", &toml.seed, 0, i64::MAX)?,
-            spread: toml.spread,
             robot,
-            tolerance,
-            measure,
-            poses,
-            start_errors,
-            noise_levels,
-            planned,
-            methods,
-            solvers,
-            weights,
-            prior,
-            parameters: toml.parameters,
             scenarios: Vec::new(),
         };
-        plan.scenarios = reader.scenarios(&plan, &toml)?;
-        let cases = plan.scenarios.len().saturating_mul(plan.variants().len());
-        if cases > CASES_AT_MOST {
-            let cause = format!("{cases} cases are more than {CASES_AT_MOST}");
-            return Err(InputError::new(input.name(), cause)
-                .with_remedy("shorten some lists, or divide them into several campaigns"));
+        for case in reader.shared(&toml, &plan.robot)? {
+            let scenario = reader.scenario(&toml, case, &variants)?;
+            plan.scenarios.push(scenario);
+            let cases = plan.scenarios.len().saturating_mul(variants.len());
+            if cases > CASES_AT_MOST {
+                let cause = format!("there are more than {CASES_AT_MOST} cases");
+                return Err(InputError::new(input.name(), cause)
+                    .with_remedy("shorten some lists, or write several campaign files"));
+            }
         }
         Ok(plan)
     }
@@ -195,62 +143,6 @@ impl Reader<'_> {
         }
     }
 
-    fn length_angle(
-        &self,
-        drive: Drive,
-        toml: &LengthAngleToml,
-    ) -> Result<LengthAngle, InputError> {
-        let radius_mm = match (&toml.radius_mm, drive) {
-            (None, _) => 0.0,
-            (Some(radius), Drive::Linear) => self.not_negative("radius_mm", radius)?,
-            (Some(radius), Drive::Rotary) => {
-                let cause = "the robot's motors turn its arms: it has no towers";
-                return Err(self.fault(radius, "radius_mm", cause));
-            }
-        };
-        Ok(LengthAngle {
-            length_mm: self.not_negative("length_mm", &toml.length_mm)?,
-            angle_deg: self.not_negative("angle_deg", &toml.angle_deg)?,
-            radius_mm,
-        })
-    }
-
-    fn noise_level(
-        &self,
-        drive: Drive,
-        level: &Spanned<NoiseToml>,
-    ) -> Result<NoiseLevel, InputError> {
-        let toml = level.as_ref();
-        let (key, own, other, joints) = match drive {
-            Drive::Rotary => ("joint_deg", &toml.joint_deg, &toml.joint_mm, "angles"),
-            Drive::Linear => ("joint_mm", &toml.joint_mm, &toml.joint_deg, "travels"),
-        };
-        let Some(own) = own.as_ref().filter(|_| other.is_none()) else {
-            let at = other
-                .as_ref()
-                .map_or(level.span().start, |other| other.span().start);
-            let cause = format!("the noise of this robot's joints, which are {joints}, is {key}");
-            return Err(self.fault_at(at, "noise_levels", cause));
-        };
-        let joint = self.not_negative(key, own)?;
-        let mut values = NoiseLevel {
-            position_mm: self.not_negative("position_mm", &toml.position_mm)?,
-            joint_deg: 0.0,
-            joint_mm: 0.0,
-        };
-        match drive {
-            Drive::Rotary => values.joint_deg = joint,
-            Drive::Linear => values.joint_mm = joint,
-        }
-        if noise(&values).is_err() {
-            let cause = format!("position_mm is 0 where {key} is not");
-            return Err(self
-                .fault(level, "noise_levels", cause)
-                .with_remedy("exact measurements have both 0; others a position noise above 0"));
-        }
-        Ok(values)
-    }
-
     /// A list with something in it, and nothing twice.
     fn list<T, V: PartialEq>(
         &self,
@@ -284,6 +176,126 @@ impl Reader<'_> {
         }
     }
 
+    /// Methods × solvers × weights × prior.
+    fn variants(
+        &self,
+        toml: &CampaignToml,
+    ) -> Result<Vec<(Method, CampaignSolver, bool, bool)>, InputError> {
+        let methods = self.axis("methods", toml.methods.as_ref(), Method::Ikm)?;
+        let solvers = self.axis("solvers", toml.solvers.as_ref(), CampaignSolver::Lm)?;
+        let weights = self.axis("weights", toml.weights.as_ref(), true)?;
+        let prior = self.axis("prior", toml.prior.as_ref(), true)?;
+        let mut variants = Vec::new();
+        for &method in &methods {
+            for &solver in &solvers {
+                for &weights in &weights {
+                    variants.extend(prior.iter().map(|&prior| (method, solver, weights, prior)));
+                }
+            }
+        }
+        Ok(variants)
+    }
+
+    /// What is measured × poses × start errors × noise levels × random or planned.
+    fn shared(&self, toml: &CampaignToml, file: &RobotFile) -> Result<Vec<Case>, InputError> {
+        let drive = file.robot.drive();
+        let measure = match &toml.measure {
+            None => vec![Measure::Positions],
+            Some(list) => self.list("measure", list, |name| self.measure(name))?,
+        };
+        self.check_measure(&measure, toml, file)?;
+        let poses = self.list("poses", &toml.poses, |number| {
+            let count = self.whole("poses", number, 1, POSES_AT_MOST)?;
+            Ok(usize::try_from(count).unwrap_or(usize::MAX))
+        })?;
+        let start_errors = self.list("start_errors", &toml.start_errors, |error| {
+            self.start_error(drive, error)
+        })?;
+        let noise_levels = self.list("noise_levels", &toml.noise_levels, |level| {
+            self.noise_level(drive, level)
+        })?;
+        let planned = self.axis("planned", toml.planned.as_ref(), false)?;
+        let geometry = fingerprint(file);
+        let mut cases = Vec::new();
+        for measure in &measure {
+            for &poses in &poses {
+                for &[length, angle, radius] in &start_errors {
+                    for &[position, joint_deg, joint_mm] in &noise_levels {
+                        cases.extend(planned.iter().map(|&planned| Case {
+                            geometry: geometry.clone(),
+                            spread: toml.spread,
+                            measure: measure.name().to_owned(),
+                            poses,
+                            planned,
+                            start_error_mm: length,
+                            start_error_deg: angle,
+                            start_error_radius_mm: radius,
+                            noise_position_mm: position,
+                            noise_joint_deg: joint_deg,
+                            noise_joint_mm: joint_mm,
+                            ..Case::default()
+                        }));
+                    }
+                }
+            }
+        }
+        Ok(cases)
+    }
+
+    /// Length, angle, and the radius that towers have in common.
+    fn start_error(
+        &self,
+        drive: Drive,
+        error: &Spanned<StartErrorToml>,
+    ) -> Result<[f64; 3], InputError> {
+        let toml = error.as_ref();
+        let radius = match (&toml.radius_mm, drive) {
+            (None, _) => 0.0,
+            (Some(radius), Drive::Linear) => self.not_negative("radius_mm", radius)?,
+            (Some(radius), Drive::Rotary) => {
+                return Err(self.fault(radius, "radius_mm", "this robot has no towers"));
+            }
+        };
+        let length = self.not_negative("length_mm", &toml.length_mm)?;
+        let angle = self.not_negative("angle_deg", &toml.angle_deg)?;
+        if length == 0.0 && angle == 0.0 && radius == 0.0 {
+            let cause = "length_mm and angle_deg are both 0: there is nothing to calibrate";
+            return Err(self.fault(error, "start_errors", cause));
+        }
+        Ok([length, angle, radius])
+    }
+
+    /// Of positions, of joint angles and of travels.
+    fn noise_level(
+        &self,
+        drive: Drive,
+        level: &Spanned<NoiseToml>,
+    ) -> Result<[f64; 3], InputError> {
+        let toml = level.as_ref();
+        let (key, own, other) = match drive {
+            Drive::Rotary => ("joint_deg", &toml.joint_deg, &toml.joint_mm),
+            Drive::Linear => ("joint_mm", &toml.joint_mm, &toml.joint_deg),
+        };
+        let (Some(own), None) = (own, other) else {
+            let at = other.as_ref().map_or(level.span(), Spanned::span);
+            let cause = format!("this robot's joint noise is {key}");
+            return Err(self.fault_at(at.start, "noise_levels", cause));
+        };
+        let joint = self.not_negative(key, own)?;
+        let position = self.not_negative("position_mm", &toml.position_mm)?;
+        let values = match drive {
+            Drive::Rotary => [position, joint, 0.0],
+            Drive::Linear => [position, 0.0, joint],
+        };
+        if noise(values).is_err() {
+            let cause = format!("position_mm is 0 where {key} is not");
+            return Err(self
+                .fault(level, "noise_levels", cause)
+                .with_remedy("set both to 0 for exact measurements, or position_mm above 0"));
+        }
+        Ok(values)
+    }
+
     fn measure(&self, name: &Spanned<String>) -> Result<Measure, InputError> {
         let found = Measure::all().find(|own| own.name() == name.as_ref());
         found.ok_or_else(|| {
@@ -294,117 +306,99 @@ impl Reader<'_> {
         })
     }
 
-    /// Transmissions are found from what instruments read alone.
-    fn check_transmissions(
+    /// Instruments need the FKM method with known noise; transmissions need instruments.
+    fn check_measure(
         &self,
-        robot: &RobotFile,
         measure: &[Measure],
-        list: Option<&List<String>>,
+        toml: &CampaignToml,
+        file: &RobotFile,
     ) -> Result<(), InputError> {
-        if robot.transmission.is_none() || !measure.contains(&Measure::Positions) {
-            return Ok(());
+        let start = toml.measure.as_ref().map_or(0, |list| list.span().start);
+        if file.transmission.is_some() && measure.contains(&Measure::Positions) {
+            let cause = "positions do not determine the transmissions that the robot file allows";
+            return Err(self.fault_at(start, "measure", cause).with_remedy(
+                "set measure = [\"tracker\"] or other instruments, or delete transmission_deg",
+            ));
         }
-        let cause = "the robot file states transmission_deg, and transmissions are not found from positions";
-        let start = list.map_or(0, |list| list.span().start);
-        Err(self.fault_at(start, "measure", cause).with_remedy(
-            "set measure = [\"tracker\"] or other instruments, or delete transmission_deg",
-        ))
-    }
-
-    /// What instruments read is calibrated by the joint method, which needs the noise.
-    fn check_joint(&self, measure: &[Measure], toml: &CampaignToml) -> Result<(), InputError> {
         let Some(instrument) = measure.iter().find(|own| **own != Measure::Positions) else {
             return Ok(());
         };
         let name = instrument.name();
-        let joint = [CampaignMethod::Joint];
         let methods = toml.methods.as_ref();
-        let other = methods.is_none_or(|list| {
-            list.as_ref()
-                .iter()
-                .any(|own| !joint.contains(own.as_ref()))
-        });
-        if let (true, Some(at)) = (other, &toml.measure) {
-            let cause =
-                format!("what \"{name}\" reads can only be calibrated by the method \"joint\"");
-            return Err(self
-                .fault_at(
-                    methods.map_or(at.span().start, |list| list.span().start),
-                    "methods",
-                    cause,
-                )
-                .with_remedy("set methods = [\"joint\"]"));
+        let is_fkm =
+            |list: &List<Method>| list.as_ref().iter().all(|own| *own.as_ref() == Method::Fkm);
+        if !methods.is_some_and(is_fkm) {
+            let at = methods.map_or(start, |list| list.span().start);
+            let cause = format!("readings of \"{name}\" need the method \"fkm\"");
+            let fault = self.fault_at(at, "methods", cause);
+            return Err(fault.with_remedy("set methods = [\"fkm\"]"));
         }
-        let weights = toml.weights.as_ref();
-        let without = weights.and_then(|list| list.as_ref().iter().find(|own| !*own.as_ref()));
-        if let Some(at) = without {
-            let cause = format!("what \"{name}\" reads cannot be calibrated without the noise");
-            return Err(self
-                .fault(at, "weights", cause)
-                .with_remedy("set weights = [true]"));
+        let weights = toml.weights.iter().flat_map(Spanned::as_ref);
+        if let Some(at) = weights.into_iter().find(|own| !*own.as_ref()) {
+            let cause = format!("readings of \"{name}\" need a known noise");
+            let fault = self.fault(at, "weights", cause);
+            return Err(fault.with_remedy("set weights = [true]"));
         }
         Ok(())
     }
 
-    fn scenarios(&self, plan: &Plan, toml: &CampaignToml) -> Result<Vec<Scenario>, InputError> {
-        let mut scenarios = Vec::new();
-        let counts = plan
-            .measure
-            .iter()
-            .flat_map(|own| plan.poses.iter().map(move |count| (*own, *count)));
-        for (measure, poses) in counts {
-            for (&start_error, entry) in plan.start_errors.iter().zip(toml.start_errors.as_ref()) {
-                let assumed = plan.tolerance.unwrap_or(start_error);
-                let tolerance = Tolerance::new(assumed.length_mm, assumed.angle_deg.to_radians())
-                    .and_then(|own| own.with_radius(assumed.radius_mm))
-                    .ok();
-                if tolerance.is_none() && plan.prior.contains(&true) {
-                    let cause = "a prior needs a length_mm and an angle_deg above 0";
-                    let fault = match &toml.tolerance {
-                        Some(section) => self.fault(section, "[tolerance]", cause),
-                        None => self.fault(entry, "start_errors", cause),
-                    };
-                    return Err(fault.with_remedy("or set prior = [false]"));
-                }
-                for level in &plan.noise_levels {
-                    for &planned in &plan.planned {
-                        scenarios.push(Scenario {
-                            measure,
-                            poses,
-                            start_error,
-                            noise_level: *level,
-                            noise: noise(level).unwrap_or_default(),
-                            tolerance,
-                            planned,
-                        });
-                    }
-                }
-            }
+    fn scenario(
+        &self,
+        toml: &CampaignToml,
+        shared: Case,
+        variants: &[(Method, CampaignSolver, bool, bool)],
+    ) -> Result<Scenario, InputError> {
+        let angle = shared.start_error_deg.to_radians();
+        let tolerance = Tolerance::new(shared.start_error_mm, angle)
+            .and_then(|own| own.with_radius(shared.start_error_radius_mm))
+            .ok();
+        if tolerance.is_none() && variants.iter().any(|(.., prior)| *prior) {
+            let cause = "a prior needs a length_mm and an angle_deg above 0";
+            return Err(self
+                .fault(&toml.start_errors, "start_errors", cause)
+                .with_remedy("or set prior = [false]"));
         }
-        Ok(scenarios)
+        let cases = variants
+            .iter()
+            .map(|&(method, solver, weights, prior)| Case {
+                method,
+                solver,
+                weights,
+                prior,
+                ..shared.clone()
+            });
+        let levels = [
+            shared.noise_position_mm,
+            shared.noise_joint_deg,
+            shared.noise_joint_mm,
+        ];
+        Ok(Scenario {
+            cases: cases.collect(),
+            measure: Measure::all()
+                .find(|own| own.name() == shared.measure)
+                .unwrap_or(Measure::Positions),
+            noise: noise(levels).unwrap_or_default(),
+            tolerance,
+            shared,
+        })
     }
 }
 
 /// `None` for exact measurements.
-fn noise(level: &NoiseLevel) -> Result<Option<Noise<f64>>, delta_cal::samples::NoiseError> {
+fn noise([position, joint_deg, joint_mm]: [f64; 3]) -> Result<Option<Noise<f64>>, NoiseError> {
     // A drive has one of both.
-    let joint = level.joint_deg.to_radians() + level.joint_mm;
-    if level.position_mm == 0.0 && joint == 0.0 {
+    let joint = joint_deg.to_radians() + joint_mm;
+    if position == 0.0 && joint == 0.0 {
         return Ok(None);
     }
-    Noise::new(level.position_mm, joint).map(Some)
+    Noise::new(position, joint).map(Some)
 }
 
 /// The TOML reader's error, with its line and key.
 fn syntax(input: &InputText, error: &toml::de::Error) -> InputError {
     let line = input.line_at(error.span().map_or(0, |span| span.start));
     let index = usize::try_from(line).unwrap_or(usize::MAX);
-    let text = input
-        .text()
-        .lines()
-        .nth(index - 1)
-        .unwrap_or_default()
-        .trim();
+    let text = input.text().lines().nth(index - 1).unwrap_or_default();
     let message = error.message().trim().replace('\n', "; ");
     let cause = message
         .replace("missing field", "missing key")

@@ -315,7 +315,7 @@ fn what_holds_rotary_robots_alone_refuses_others() {
                     start_errors = [{ length_mm = 0.5, angle_deg = 0.17 }]\n\
                     noise_levels = [{ position_mm = 0.02, joint_deg = 0.01 }]\n";
     folder.write("campaign.toml", campaign);
-    let refused = folder.run("simulate campaign.toml --output out");
+    let refused = folder.run("simulate campaign.toml --output out.csv");
     assert!(refused.stderr.contains("joint_mm"), "{}", refused.stderr);
 }
 

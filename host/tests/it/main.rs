@@ -36,7 +36,6 @@ mod plot;
 mod reach;
 mod report;
 mod report_document;
-mod reproduce;
 mod robust;
 mod rows_on_disk;
 mod sensor_frame;

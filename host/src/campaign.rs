@@ -16,7 +16,7 @@ mod trial;
 pub use plan::{CampaignSolver, Case, Method, Plan, Spread};
 pub use row::{RobotResult, Row, read_rows, rows_csv, run};
 pub use simulation::HELD_OUT_POSES;
-pub use summary::{CaseSummary, Distribution, Ratios, join, summarize, summary_csv};
+pub use summary::{CaseSummary, Distribution, Ratios, join, summarize};
 
 /// A small campaign with every key, and what it means.
 pub const EXAMPLE: &str = include_str!("../examples/campaign.toml");

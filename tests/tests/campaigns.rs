@@ -108,9 +108,8 @@ fn over_many_robots_the_error_is_the_cramer_rao_bound() {
     for summary in &summaries {
         let ratio = summary.ratios.error_to_bound.unwrap();
         println!(
-            "{} poses, {}: {ratio:.3}",
-            summary.case.poses,
-            summary.case.method.name()
+            "{} poses, {:?}: {ratio:.3}",
+            summary.case.poses, summary.case.method
         );
         assert_eq!(summary.accepted as u64, ROBOTS);
         assert!((0.95..1.05).contains(&ratio), "{ratio}");

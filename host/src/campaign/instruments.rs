@@ -1,6 +1,6 @@
 //! Where the robots of a campaign are measured, with what, and what that reads.
 
-use super::plan::{Case, Measure, Plan, Scenario};
+use super::plan::{Measure, Plan, Scenario};
 use crate::files::input_error::InputError;
 use crate::files::robot_file::{InstrumentFacts, RobotFile};
 use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom, Row};
@@ -62,39 +62,17 @@ pub(super) struct Readings {
     pub(super) frame: Frame,
 }
 
-/// Plans that were made, and for what.
-#[derive(Debug, Default)]
-pub(super) struct Plans(Vec<(Case, MeasuredAt)>);
-
-impl Plans {
-    /// Poses and measurements as a user would plan them: once, for the nominal robot and the
-    /// scenario's noise; poses for the IKM method and without a tolerance. All robots of a scenario
-    /// are measured there.
-    pub(super) fn of(
-        &mut self,
-        plan: &Plan,
-        scenario: &Scenario,
-    ) -> Result<&MeasuredAt, InputError> {
-        let mut purpose = scenario.shared.clone();
-        if scenario.measure == Measure::Positions {
-            purpose.start_error_mm = 0.0;
-            purpose.start_error_deg = 0.0;
-            purpose.start_error_radius_mm = 0.0;
-        }
-        let known = self.0.iter().position(|(known, _)| *known == purpose);
-        let index = known.unwrap_or(self.0.len());
-        if known.is_none() {
-            let made = measured_at(plan, scenario).map_err(|error| {
-                InputError::new(&plan.robot.name, format!("planned = [true]: {error}"))
-                    .with_remedy(error.remedy())
-            })?;
-            self.0.push((purpose, made));
-        }
-        Ok(&self.0[index].1)
-    }
+/// Poses and measurements as a user would plan them: once, for the nominal robot and the scenario's
+/// noise; poses for the IKM method and without a tolerance. All robots of a scenario are measured
+/// there.
+pub(super) fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, InputError> {
+    plan_of(plan, scenario).map_err(|error| {
+        InputError::new(&plan.robot.name, format!("planned = [true]: {error}"))
+            .with_remedy(error.remedy())
+    })
 }
 
-fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, PlanError> {
+fn plan_of(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, PlanError> {
     let count = scenario.shared.poses;
     match scenario.measure {
         Measure::Positions if !scenario.shared.planned => Ok(MeasuredAt::RandomPoses),

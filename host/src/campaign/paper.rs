@@ -4,40 +4,31 @@
 //! modeling and optimization", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
 
 use super::plan::{CampaignSolver, Case, Method, Plan};
-use super::row::{Row, run};
+use super::row::{run, text};
 use super::summary::{CaseSummary, summarize};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
+macro_rules! experiment {
+    ($name:literal) => {
+        (
+            $name,
+            include_str!(concat!("../../examples/paper/", $name, ".toml")),
+        )
+    };
+}
+
 /// In the order of the paper. Each file says how an ambiguous sentence was read.
 const EXPERIMENTS: [(&str, &str); 7] = [
-    ("exact", include_str!("../../examples/paper/exact.toml")),
-    (
-        "fkm-noise",
-        include_str!("../../examples/paper/fkm-noise.toml"),
-    ),
-    (
-        "fkm-start-error",
-        include_str!("../../examples/paper/fkm-start-error.toml"),
-    ),
-    (
-        "ikm-small-noise",
-        include_str!("../../examples/paper/ikm-small-noise.toml"),
-    ),
-    (
-        "ikm-start-error",
-        include_str!("../../examples/paper/ikm-start-error.toml"),
-    ),
-    (
-        "ikm-noise",
-        include_str!("../../examples/paper/ikm-noise.toml"),
-    ),
-    (
-        "number-of-poses",
-        include_str!("../../examples/paper/number-of-poses.toml"),
-    ),
+    experiment!("exact"),
+    experiment!("fkm-noise"),
+    experiment!("fkm-start-error"),
+    experiment!("ikm-small-noise"),
+    experiment!("ikm-start-error"),
+    experiment!("ikm-noise"),
+    experiment!("number-of-poses"),
 ];
 
 /// What the paper found.
@@ -53,17 +44,22 @@ pub struct Experiment {
 }
 
 /// What the paper found in some case.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-struct Figure {
-    case: String,
-    method: Method,
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    /// The simulation.
+    pub case: String,
+    /// IKM or FKM.
+    pub method: Method,
     /// Any if not stated.
-    start_error_mm: Option<f64>,
+    pub start_error_mm: Option<f64>,
     /// Any if not stated.
-    poses: Option<usize>,
-    gain_percent: Option<f64>,
-    seconds: Option<f64>,
-    remark: String,
+    pub poses: Option<usize>,
+    /// (4.1).
+    pub gain_percent: Option<f64>,
+    /// Of one calibration.
+    pub seconds: Option<f64>,
+    /// What it says in words.
+    pub remark: String,
 }
 
 /// Runs every simulation. `robots` replaces the robots of each case.
@@ -89,7 +85,7 @@ pub fn simulate(
     let mut before = 0;
     let mut experiments = Vec::with_capacity(plans.len());
     for (name, plan, robots) in &plans {
-        let rows: Vec<Row> = run(plan, robots, &mut |finished, _| {
+        let rows = run(plan, robots, &mut |finished, _| {
             progress(before + finished, total);
         })?;
         before += of(plan, robots);
@@ -102,26 +98,10 @@ pub fn simulate(
 /// A row of the paper and the median gains (4.1) of the same case here, percent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// The simulation.
-    pub case: &'static str,
-    /// IKM or FKM.
-    pub method: Method,
-    /// Measured poses.
-    pub poses: usize,
-    /// Of every length.
-    pub start_error_mm: f64,
-    /// Of every angle.
-    pub start_error_deg: f64,
-    /// One σ of each coordinate.
-    pub noise_position_mm: f64,
-    /// One σ of each joint angle.
-    pub noise_joint_deg: f64,
     /// What the paper found.
-    pub paper_gain_percent: Option<f64>,
-    /// What it says of it.
-    pub paper_remark: String,
-    /// Of one calibration.
-    pub paper_seconds: Option<f64>,
+    pub paper: Figure,
+    /// The case here.
+    pub here: Case,
     /// Least squares as in the paper, by Levenberg–Marquardt.
     pub levenberg_marquardt_percent: Option<f64>,
     /// The same by Gauss–Newton.
@@ -130,8 +110,6 @@ pub struct Comparison {
     pub noise_and_tolerance_percent: Option<f64>,
     /// The same from planned poses.
     pub planned_percent: Option<f64>,
-    /// Robots of which none was refused, with Levenberg–Marquardt, percent.
-    pub accepted_percent: f64,
     /// Of one calibration by Levenberg–Marquardt.
     pub seconds: Option<f64>,
 }
@@ -143,47 +121,32 @@ pub struct Comparison {
 pub fn comparisons(experiments: &[Experiment]) -> Result<Vec<Comparison>, csv::Error> {
     let figures = figures()?;
     let mut comparisons = Vec::new();
-    for experiment in experiments {
-        for summary in &experiment.cases {
+    for Experiment { name, cases } in experiments {
+        for summary in cases {
             let case = &summary.case;
             let plain = !(case.weights || case.prior || case.planned);
-            if case.solver != CampaignSolver::Lm || !plain {
-                continue;
-            }
-            let Some(figure) = figure_of(&figures, experiment.name, case) else {
+            let figure = figure_of(&figures, name, case);
+            let Some(paper) = figure.filter(|_| plain && case.solver == CampaignSolver::Lm) else {
                 continue;
             };
-            let gain = |other: Case| {
-                let found = experiment.cases.iter().find(|own| own.case == other);
-                Some(found?.gain_percent?.median)
-            };
-            let with_prior = |planned| {
-                gain(Case {
-                    weights: true,
-                    prior: true,
+            let gain = |solver, known, planned| {
+                let wanted = Case {
+                    solver,
+                    weights: known,
+                    prior: known,
                     planned,
                     ..case.clone()
-                })
+                };
+                let found = cases.iter().find(|own| own.case == wanted)?;
+                Some(found.gain_percent?.median)
             };
             comparisons.push(Comparison {
-                case: experiment.name,
-                method: case.method,
-                poses: case.poses,
-                start_error_mm: case.start_error_mm,
-                start_error_deg: case.start_error_deg,
-                noise_position_mm: case.noise_position_mm,
-                noise_joint_deg: case.noise_joint_deg,
-                paper_gain_percent: figure.gain_percent,
-                paper_remark: figure.remark.clone(),
-                paper_seconds: figure.seconds,
-                levenberg_marquardt_percent: gain(case.clone()),
-                gauss_newton_percent: gain(Case {
-                    solver: CampaignSolver::Gn,
-                    ..case.clone()
-                }),
-                noise_and_tolerance_percent: with_prior(false),
-                planned_percent: with_prior(true),
-                accepted_percent: summary.percent(summary.accepted),
+                paper: paper.clone(),
+                here: case.clone(),
+                levenberg_marquardt_percent: gain(CampaignSolver::Lm, false, false),
+                gauss_newton_percent: gain(CampaignSolver::Gn, false, false),
+                noise_and_tolerance_percent: gain(CampaignSolver::Lm, true, false),
+                planned_percent: gain(CampaignSolver::Lm, true, true),
                 seconds: summary.seconds_per_calibration,
             });
         }
@@ -207,34 +170,11 @@ fn figure_of<'a>(figures: &'a [Figure], name: &str, case: &Case) -> Option<&'a F
     })
 }
 
-#[derive(Serialize)]
-struct ResultRow {
-    case: &'static str,
-    method: Method,
-    solver: CampaignSolver,
-    poses: usize,
-    start_error_mm: f64,
-    start_error_deg: f64,
-    noise_position_mm: f64,
-    noise_joint_deg: f64,
-    weights: bool,
-    prior: bool,
-    planned: bool,
-    robots: usize,
-    gain_median_percent: Option<f64>,
-    gain_p05_percent: Option<f64>,
-    gain_p95_percent: Option<f64>,
-    error_before_mm: Option<f64>,
-    error_after_mm: Option<f64>,
-    bound_ratio: Option<f64>,
-    converged_percent: f64,
-    returned_percent: f64,
-    returned_from_nominal_percent: f64,
-    seconds_per_calibration: Option<f64>,
-    paper_gain_percent: Option<f64>,
-    paper_seconds: Option<f64>,
-    paper_remark: String,
-}
+const COLUMNS: &str = "case,method,solver,poses,start_error_mm,start_error_deg,noise_position_mm,\
+    noise_joint_deg,weights,prior,planned,robots,gain_median_percent,gain_p05_percent,\
+    gain_p95_percent,error_before_mm,error_after_mm,bound_ratio,converged_percent,\
+    returned_percent,returned_from_nominal_percent,seconds_per_calibration,paper_gain_percent,\
+    paper_seconds,paper_remark";
 
 /// `results.csv`: one row a case. Gains and errors are those of the median robot; the bound ratio is
 /// √(Σ error²/Σ bound²) of the parameters over the calibrated robots.
@@ -244,43 +184,37 @@ struct ResultRow {
 pub fn results_csv(experiments: &[Experiment]) -> Result<String, csv::Error> {
     let figures = figures()?;
     let mut writer = csv::Writer::from_writer(Vec::new());
-    for experiment in experiments {
-        for summary in &experiment.cases {
-            let CaseSummary {
-                case,
-                gain_percent: gain,
-                ..
-            } = summary;
-            let figure = figure_of(&figures, experiment.name, case);
-            writer.serialize(ResultRow {
-                case: experiment.name,
-                method: case.method,
-                solver: case.solver,
-                poses: case.poses,
-                start_error_mm: case.start_error_mm,
-                start_error_deg: case.start_error_deg,
-                noise_position_mm: case.noise_position_mm,
-                noise_joint_deg: case.noise_joint_deg,
-                weights: case.weights,
-                prior: case.prior,
-                planned: case.planned,
-                robots: summary.robots,
-                gain_median_percent: gain.map(|gain| gain.median),
-                gain_p05_percent: gain.map(|gain| gain.p05),
-                gain_p95_percent: gain.map(|gain| gain.p95),
-                error_before_mm: summary.error_before_mm.map(|error| error.median),
-                error_after_mm: summary.error_after_mm.map(|error| error.median),
-                bound_ratio: summary.ratios.error_to_bound,
-                converged_percent: summary.percent(summary.accepted),
-                returned_percent: summary.percent(summary.returned),
-                returned_from_nominal_percent: summary.percent(summary.returned_from_nominal),
-                seconds_per_calibration: summary.seconds_per_calibration,
-                paper_gain_percent: figure.and_then(|figure| figure.gain_percent),
-                paper_seconds: figure.and_then(|figure| figure.seconds),
-                paper_remark: figure.map_or_else(String::new, |figure| figure.remark.clone()),
-            })?;
+    writer.write_record(COLUMNS.split(','))?;
+    for Experiment { name, cases } in experiments {
+        for summary in cases {
+            let case = &summary.case;
+            let figure = figure_of(&figures, name, case);
+            let gain = summary.gain_percent;
+            let values = [
+                gain.map(|gain| gain.median),
+                gain.map(|gain| gain.p05),
+                gain.map(|gain| gain.p95),
+                summary.error_before_mm.map(|error| error.median),
+                summary.error_after_mm.map(|error| error.median),
+                summary.ratios.error_to_bound,
+                Some(summary.percent(summary.accepted)),
+                Some(summary.percent(summary.returned)),
+                Some(summary.percent(summary.returned_from_nominal)),
+                summary.seconds_per_calibration,
+                figure.and_then(|figure| figure.gain_percent),
+                figure.and_then(|figure| figure.seconds),
+            ];
+            let levels = [
+                case.start_error_mm,
+                case.start_error_deg,
+                case.noise_position_mm,
+                case.noise_joint_deg,
+            ];
+            let known = [case.weights, case.prior, case.planned];
+            let remark = figure.map_or("", |figure| figure.remark.as_str());
+            let method = (name, case.method, case.solver, case.poses);
+            writer.serialize((method, levels, known, summary.robots, values, remark))?;
         }
     }
-    let bytes = writer.into_inner().map_err(|error| error.into_error())?;
-    String::from_utf8(bytes).map_err(|error| std::io::Error::other(error).into())
+    text(writer)
 }

@@ -3,50 +3,26 @@
 use crate::files::robot_file::RobotFile;
 use crate::planning::measurements::Instrument;
 use delta_cal::calibration::Solver;
-use delta_cal::{Noise, Robot, Tolerance};
+use delta_cal::robot::Arm;
+use delta_cal::{Noise, Tolerance};
 use serde::{Deserialize, Serialize};
 
 /// How a simulated robot is calibrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "lowercase")]
 pub enum Method {
     /// Each arm by itself, from complete positions.
     #[default]
     Ikm,
-    /// The same in single precision, as a controller computes it.
-    IkmF32,
     /// All arms together by their closures, from complete positions.
     Joint,
-    /// The same in single precision, as a controller computes it.
-    JointF32,
     /// All parameters together from readings of any kind.
     Fkm,
 }
 
-impl Method {
-    /// As in the campaign file.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ikm => "ikm",
-            Self::IkmF32 => "ikm-f32",
-            Self::Joint => "joint",
-            Self::JointF32 => "joint-f32",
-            Self::Fkm => "fkm",
-        }
-    }
-
-    /// A parameter error below this is that of the arithmetic, mm.
-    pub(super) const fn exact(self) -> f64 {
-        match self {
-            Self::IkmF32 | Self::JointF32 => 5e-3,
-            Self::Ikm | Self::Joint | Self::Fkm => 1e-6,
-        }
-    }
-}
-
 /// How the equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "lowercase")]
 pub enum CampaignSolver {
     /// Levenberg–Marquardt.
     #[default]
@@ -55,27 +31,18 @@ pub enum CampaignSolver {
     Gn,
 }
 
-impl CampaignSolver {
-    /// As in the campaign file.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Lm => "lm",
-            Self::Gn => "gn",
-        }
-    }
-
-    /// The core's name for it.
-    pub const fn solver(self) -> Solver {
-        match self {
-            Self::Lm => Solver::LevenbergMarquardt,
-            Self::Gn => Solver::GaussNewton,
+impl From<CampaignSolver> for Solver {
+    fn from(solver: CampaignSolver) -> Self {
+        match solver {
+            CampaignSolver::Lm => Self::LevenbergMarquardt,
+            CampaignSolver::Gn => Self::GaussNewton,
         }
     }
 }
 
 /// How the true robots scatter about the nominal one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "lowercase")]
 pub enum Spread {
     /// Every parameter evenly within ± the start error.
     #[default]
@@ -85,9 +52,11 @@ pub enum Spread {
 }
 
 /// What is measured of a robot.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(try_from = "String")]
 pub(super) enum Measure {
     /// x, y and z in the robot's frame.
+    #[default]
     Positions,
     /// What an instrument of [`Instrument::ALL`] reads; its noise is the case's.
     With(Instrument),
@@ -208,12 +177,9 @@ impl Plan {
 
 /// The nominal robot and its limits as 16 hexadecimal digits.
 pub(super) fn fingerprint(file: &RobotFile) -> String {
-    let numbers = |robot: &Robot<f64>| {
-        let arms = robot.arms().iter().flat_map(|arm| arm.parameters());
-        arms.collect::<Vec<_>>()
-    };
+    let parameters = file.robot.arms().iter().flat_map(Arm::parameters);
     let limits = [file.limits.minimum(), file.limits.maximum()];
-    let values = numbers(&file.robot).into_iter().chain(limits);
+    let values = parameters.chain(limits);
     // −0 is 0.
     let state = values.fold(0, |state, value| mixed(state ^ (value + 0.0).to_bits()));
     format!("{state:016x}")

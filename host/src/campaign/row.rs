@@ -1,12 +1,12 @@
 //! The rows of a campaign: one robot, calibrated one way.
 
-use super::instruments::{MeasuredAt, Plans};
+use super::instruments::{MeasuredAt, measured_at};
 use super::plan::{Case, Method, Plan, Scenario};
 use super::simulation::simulate;
 use super::trial::{ACCEPTED, NO_ROBOT, bound, calibrate};
 use crate::accuracy::evaluation::{Evaluation, HeldOutError};
 use crate::files::input_error::InputError;
-use csv::{ReaderBuilder, StringRecord, WriterBuilder};
+use csv::ReaderBuilder;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -14,6 +14,8 @@ use std::time::Instant;
 
 /// Robots a thread between two signs of progress.
 const ROBOTS_A_THREAD: u64 = 64;
+/// Without noise, a robot is the true one if its parameter error is below this, mm.
+const EXACT: f64 = 1e-6;
 /// With noise, a robot is the true one if its parameter error is below this many times the bound.
 const RETURNED: f64 = 5.0;
 
@@ -33,10 +35,6 @@ pub struct RobotResult {
     pub returned: Option<bool>,
     /// Whether no other start than the nominal robot was needed.
     pub from_nominal: Option<bool>,
-    /// Of the arm that took the most.
-    pub iterations: Option<u16>,
-    /// Of the worst arm.
-    pub condition: Option<f64>,
     /// (4.1), of the parameters.
     pub gain_percent: Option<f64>,
     /// Of the parameters, before.
@@ -95,18 +93,17 @@ pub fn run(
     let each = robots.end.saturating_sub(robots.start);
     let total = each * plan.scenarios.len() as u64;
     let batch = ROBOTS_A_THREAD * rayon::current_num_threads() as u64;
-    let mut plans = Plans::default();
     let mut rows = Vec::new();
     let mut finished = 0;
     progress(finished, total);
     for scenario in &plan.scenarios {
-        let at = plans.of(plan, scenario)?;
+        let at = measured_at(plan, scenario)?;
         let mut first = robots.start;
         while first < robots.end {
             let next = robots.end.min(first + batch);
             let found: Vec<_> = (first..next)
                 .into_par_iter()
-                .map(|robot| of_robot(plan, scenario, at, robot))
+                .map(|robot| of_robot(plan, scenario, &at, robot))
                 .collect();
             rows.extend(found.into_iter().flatten());
             finished += next - first;
@@ -136,7 +133,8 @@ fn of_robot(plan: &Plan, scenario: &Scenario, at: &MeasuredAt, robot: u64) -> Ve
         before: nominal,
         after: nominal,
     };
-    let error_before = before.position_error_before(&simulated.held_out);
+    let [error_before_mm, relative_before_mm] =
+        errors(&before.position_error_before(&simulated.held_out));
     // They depend on neither solver nor weights.
     let mut bounds: Vec<(Method, bool, Option<f64>)> = Vec::new();
     let result = |case: &Case| {
@@ -144,8 +142,8 @@ fn of_robot(plan: &Plan, scenario: &Scenario, at: &MeasuredAt, robot: u64) -> Ve
             robot,
             seed,
             parameter_before_mm: Some(before.error_before()),
-            error_before_mm: absolute(&error_before),
-            relative_before_mm: relative(&error_before),
+            error_before_mm,
+            relative_before_mm,
             ..RobotResult::default()
         };
         let known = bounds
@@ -173,25 +171,25 @@ fn of_robot(plan: &Plan, scenario: &Scenario, at: &MeasuredAt, robot: u64) -> Ve
             ..before
         };
         let error = evaluation.error_after();
-        let position = evaluation.position_error_after(&simulated.held_out);
-        let stated = calibrated.stated(&simulated.held_out);
+        let [error_after_mm, relative_after_mm] =
+            errors(&evaluation.position_error_after(&simulated.held_out));
+        let [parameter_stated_mm, error_stated_mm, relative_stated_mm] =
+            calibrated.stated(&simulated.held_out);
         let largest = match scenario.noise {
-            None => Some(case.method.exact()),
+            None => Some(EXACT),
             Some(_) => row.parameter_bound_mm.map(|bound| RETURNED * bound),
         };
         RobotResult {
             status: ACCEPTED.to_owned(),
             returned: largest.map(|largest| error <= largest),
             from_nominal: Some(calibrated.from_nominal),
-            iterations: Some(calibrated.iterations),
-            condition: Some(calibrated.condition),
             gain_percent: Some(evaluation.gain()),
             parameter_after_mm: Some(error),
-            parameter_stated_mm: stated.parameters,
-            error_after_mm: absolute(&position),
-            error_stated_mm: stated.absolute,
-            relative_after_mm: relative(&position),
-            relative_stated_mm: stated.relative,
+            parameter_stated_mm,
+            error_after_mm,
+            error_stated_mm,
+            relative_after_mm,
+            relative_stated_mm,
             ..row
         }
     };
@@ -199,17 +197,10 @@ fn of_robot(plan: &Plan, scenario: &Scenario, at: &MeasuredAt, robot: u64) -> Ve
     scenario.cases.iter().cloned().zip(results).collect()
 }
 
-fn absolute(error: &HeldOutError) -> Option<f64> {
-    Some(or_infinite(error.rms))
-}
-
-fn relative(error: &HeldOutError) -> Option<f64> {
-    Some(or_infinite(error.intrinsic_rms))
-}
-
-/// A robot that reaches none of the poses is not one whose error does not matter.
-const fn or_infinite(value: f64) -> f64 {
-    if value.is_nan() { f64::INFINITY } else { value }
+/// Absolute and relative. A robot that reaches none of the poses has an error all the same.
+fn errors(error: &HeldOutError) -> [Option<f64>; 2] {
+    let known = |value: f64| Some(if value.is_nan() { f64::INFINITY } else { value });
+    [known(error.rms), known(error.intrinsic_rms)]
 }
 
 /// Rows as a CSV file.
@@ -217,36 +208,14 @@ const fn or_infinite(value: f64) -> f64 {
 /// # Errors
 /// None is known: the table is written to memory.
 pub fn rows_csv(rows: &[Row]) -> Result<String, csv::Error> {
-    table(&header()?, rows)
-}
-
-/// The names of the rows' columns.
-fn header() -> Result<StringRecord, csv::Error> {
-    let mut writer = WriterBuilder::new().from_writer(Vec::new());
-    writer.serialize((Case::default(), RobotResult::default()))?;
-    let bytes = writer.into_inner().map_err(|error| error.into_error())?;
-    let mut reader = csv::Reader::from_reader(bytes.as_slice());
-    reader.headers().cloned()
-}
-
-/// The names of a case's columns.
-pub(super) fn case_header() -> Result<StringRecord, csv::Error> {
-    let all = header()?;
-    Ok(all.iter().take_while(|name| *name != "robot").collect())
-}
-
-/// A header and a line for each item.
-pub(super) fn table<T: Serialize>(
-    header: &StringRecord,
-    items: impl IntoIterator<Item = T>,
-) -> Result<String, csv::Error> {
-    let mut writer = WriterBuilder::new()
-        .has_headers(false)
-        .from_writer(Vec::new());
-    writer.write_record(header)?;
-    for item in items {
-        writer.serialize(item)?;
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row)?;
     }
+    text(writer)
+}
+
+pub(super) fn text(writer: csv::Writer<Vec<u8>>) -> Result<String, csv::Error> {
     let bytes = writer.into_inner().map_err(|error| error.into_error())?;
     String::from_utf8(bytes).map_err(|error| std::io::Error::other(error).into())
 }
@@ -258,30 +227,20 @@ pub(super) fn table<T: Serialize>(
 pub fn read_rows(name: &str, text: &str) -> Result<Vec<Row>, InputError> {
     let fault = |error: csv::Error| {
         let line = error.position().map_or(1, csv::Position::line);
-        let cause = match error.kind() {
-            csv::ErrorKind::Deserialize { err, .. } => err.kind().to_string(),
-            csv::ErrorKind::UnequalLengths {
-                expected_len, len, ..
-            } => {
-                format!("the row has {len} cells, the header {expected_len}")
-            }
-            _ => error.to_string(),
-        };
-        InputError::new(name, cause).at_line(line)
+        InputError::new(name, error.to_string()).at_line(line)
     };
+    let header = rows_csv(&[Row::default()]).map_err(fault)?;
+    if text.lines().next() != header.lines().next() {
+        let cause = "the header is not that of the rows of a campaign";
+        let remedy = "name files that `delta-cal simulate --output` of this version has written";
+        return Err(InputError::new(name, cause).at_line(1).with_remedy(remedy));
+    }
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .from_reader(text.as_bytes());
-    let mut records = reader.records();
-    let first = records.next().transpose().map_err(fault)?;
-    if first != Some(header().map_err(fault)?) {
-        let cause = "the header is not that of the rows of a campaign";
-        return Err(InputError::new(name, cause).at_line(1).with_remedy(
-            "name files that `delta-cal simulate --output` of this version has written",
-        ));
-    }
-    records
-        .map(|record| record?.deserialize::<Row>(None))
+    // By their places: a struct within a row has no header of its own.
+    let rows = reader.records().skip(1);
+    rows.map(|record| record?.deserialize::<Row>(None))
         .collect::<Result<_, _>>()
         .map_err(fault)
 }

@@ -1,7 +1,7 @@
 //! What came of each case: how many robots were refused or became worse, and the errors of all.
 
 use super::plan::Case;
-use super::row::{RobotResult, Row, case_header, table};
+use super::row::{RobotResult, Row};
 use crate::files::input_error::InputError;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -41,10 +41,6 @@ impl Distribution {
             median: at(50),
             p95: at(95),
         })
-    }
-
-    const fn values(self) -> [f64; 4] {
-        [self.mean, self.p05, self.median, self.p95]
     }
 }
 
@@ -223,75 +219,6 @@ pub fn join(files: Vec<(String, Vec<Row>)>) -> Result<Vec<Row>, InputError> {
     Ok(all)
 }
 
-/// The summary as a CSV file.
-///
-/// # Errors
-/// None is known: the table is written to memory.
-pub fn summary_csv(summaries: &[CaseSummary]) -> Result<String, csv::Error> {
-    let mut header = case_header()?;
-    header.extend([
-        "robots",
-        "no_robot",
-        "accepted",
-        "worse",
-        "returned",
-        "returned_from_nominal",
-    ]);
-    for name in [
-        "gain_{}_percent",
-        "parameter_before_{}_mm",
-        "parameter_after_{}_mm",
-        "error_before_{}_mm",
-        "error_after_{}_mm",
-        "relative_before_{}_mm",
-        "relative_after_{}_mm",
-    ] {
-        let names = ["mean", "p05", "median", "p95"].map(|part| name.replace("{}", part));
-        header.extend(names.iter().map(String::as_str));
-    }
-    header.extend([
-        "error_to_bound",
-        "parameters_to_stated",
-        "error_to_stated",
-        "relative_to_stated",
-        "refused",
-    ]);
-    let lines = summaries.iter().map(|summary| line(summary));
-    table::<Line<'_>>(&header, lines)
-}
-
-type Line<'a> = (&'a Case, [usize; 6], [[Option<f64>; 4]; 7], Ratios, String);
-
-fn line(summary: &CaseSummary) -> Line<'_> {
-    let quantities = [
-        summary.gain_percent,
-        summary.parameter_before_mm,
-        summary.parameter_after_mm,
-        summary.error_before_mm,
-        summary.error_after_mm,
-        summary.relative_before_mm,
-        summary.relative_after_mm,
-    ];
-    let refused = summary.refused.iter();
-    let refused: Vec<_> = refused
-        .map(|(reason, count)| format!("{reason} {count}"))
-        .collect();
-    (
-        &summary.case,
-        [
-            summary.robots,
-            summary.no_robot,
-            summary.accepted,
-            summary.worse,
-            summary.returned,
-            summary.returned_from_nominal,
-        ],
-        quantities.map(|own| own.map_or([None; 4], |own| own.values().map(Some))),
-        summary.ratios,
-        refused.join("; "),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::Distribution;
@@ -305,8 +232,8 @@ mod tests {
         assert!(found.p95.is_infinite() && found.mean.is_infinite());
         let one = Distribution::of(vec![3.0]).ok_or("a value")?;
         assert_eq!(
-            one.values().map(f64::to_bits),
-            [3.0_f64; 4].map(f64::to_bits)
+            [one.mean, one.p05, one.p95].map(f64::to_bits),
+            [3.0_f64; 3].map(f64::to_bits)
         );
         assert_eq!(Distribution::of(Vec::new()), None);
         Ok(())

@@ -16,9 +16,7 @@ use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PositionFrame,
     PrepareError,
 };
-use delta_cal::{
-    Calibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings, Tolerance,
-};
+use delta_cal::{Calibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings};
 use nalgebra::SMatrix;
 
 /// Of the 24 parameters: mm, radians and their products.
@@ -49,21 +47,8 @@ pub(super) struct Calibrated {
     covariance: Option<Covariance>,
     /// Whether that holds what the arms have in common.
     whole: bool,
-    /// Of the arm that took the most.
-    pub(super) iterations: u16,
-    /// Of the worst arm.
-    pub(super) condition: f64,
     /// Whether every arm's iteration began at the nominal robot, and no other start was needed.
     pub(super) from_nominal: bool,
-}
-
-/// Standard uncertainties that a calibration states: of the parameters, and of the positions at the
-/// held-out poses, absolute and relative. mm.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Stated {
-    pub(super) parameters: Option<f64>,
-    pub(super) absolute: Option<f64>,
-    pub(super) relative: Option<f64>,
 }
 
 pub(super) fn calibrate(
@@ -80,21 +65,29 @@ pub(super) fn calibrate(
     let settings = Settings::default()
         .with_noise(scenario.noise.filter(|_| case.weights))
         .with_tolerance(scenario.tolerance.filter(|_| case.prior))
-        .with_solver(case.solver.solver());
-    match case.method {
+        .with_solver(case.solver.into());
+    let outcome = match case.method {
         Method::Ikm => {
-            let outcome = separately(nominal, samples, &settings)?;
-            Ok(of_arms(&outcome, &outcome.robot, None))
+            let mut calibrator = Calibrator::new(nominal, &settings);
+            calibrator.add_many(samples).map_err(|_| FAULTY_SAMPLE)?;
+            return match calibrator.solve() {
+                Ok(outcome) => Ok(of_arms(&outcome, None)),
+                Err(refusal) => Err(status(&refusal)),
+            };
         }
         Method::Joint => {
-            let outcome = together(nominal, samples, &settings)?;
-            Ok(of_all(&outcome, &outcome.robot))
+            let mut calibrator = JointCalibrator::new(nominal, &settings);
+            calibrator.add_many(samples).map_err(|_| FAULTY_SAMPLE)?;
+            calibrator.solve()
         }
-        Method::IkmF32 | Method::JointF32 => single(nominal, samples, &settings, case.method),
-        Method::Fkm => {
-            let outcome = fkm(nominal, samples, &settings)?;
-            Ok(of_all(&outcome, &outcome.robot))
+        Method::Fkm => fkm(nominal, samples, &settings),
+    };
+    match outcome {
+        Ok(outcome) => {
+            let arms = RobotOutcome::from(&outcome);
+            Ok(of_arms(&arms, outcome.estimate.covariance))
         }
+        Err(refusal) => Err(status(&refusal)),
     }
 }
 
@@ -106,39 +99,14 @@ fn of_readings(
     readings: &Readings,
 ) -> Result<Calibrated, Status> {
     let robot = known(plan, scenario, case.prior);
-    let fit = observations::calibrate(&robot, &readings.file, readings.frame, case.solver.solver());
+    let fit = observations::calibrate(&robot, &readings.file, readings.frame, case.solver.into());
     let fit = fit.map_err(|error| match error {
         ObservedError::Refused(refusal) => status(&refusal),
         ObservedError::Row(..) | ObservedError::TooManyInstruments | ObservedError::Robust(_) => {
             FAULTY_SAMPLE
         }
     })?;
-    let outcome = &fit.outcome;
-    Ok(of_arms(
-        &outcome.fit,
-        &outcome.fit.robot,
-        outcome.covariance,
-    ))
-}
-
-fn separately<T: Real>(
-    nominal: &Robot<T>,
-    samples: &[Sample<T>],
-    settings: &Settings<T>,
-) -> Result<RobotOutcome<T>, Status> {
-    let mut calibrator = Calibrator::new(nominal, settings);
-    calibrator.add_many(samples).map_err(|_| FAULTY_SAMPLE)?;
-    calibrator.solve().map_err(|refusal| status(&refusal))
-}
-
-fn together<T: Real>(
-    nominal: &Robot<T>,
-    samples: &[Sample<T>],
-    settings: &Settings<T>,
-) -> Result<JointOutcome<T>, Status> {
-    let mut calibrator = JointCalibrator::new(nominal, settings);
-    calibrator.add_many(samples).map_err(|_| FAULTY_SAMPLE)?;
-    calibrator.solve().map_err(|refusal| status(&refusal))
+    Ok(of_arms(&fit.outcome.fit, fit.outcome.covariance))
 }
 
 /// The FKM method of the paper: the core's problem of observations whose readings are all three
@@ -148,7 +116,7 @@ fn fkm(
     nominal: &Robot<f64>,
     samples: &[Sample<f64>],
     settings: &Settings<f64>,
-) -> Result<JointOutcome<f64>, Status> {
+) -> Result<JointOutcome<f64>, Refusal> {
     let mut rows: Vec<_> = samples
         .iter()
         .map(|sample| {
@@ -175,120 +143,65 @@ fn fkm(
         Ok(problem.solve::<25, 325>(settings)?.of_robot())
     };
     if let Some(noise) = settings.noise {
-        return solve(noise).map_err(|refusal| status(&refusal));
+        return solve(noise);
     }
     let tolerance = settings.tolerance.as_ref();
     let mut sigma = tolerance.map_or(FIRST_SIGMA, |own| FIRST_PART * own.of(Parameter::Lb));
     for _ in 0..ESTIMATES {
-        let noise = Noise::new(sigma, 0.0).map_err(|_| FAULTY_SAMPLE)?;
+        let noise = Noise::new(sigma, 0.0).map_err(|_| Refusal::Unfinished)?;
         match solve(noise) {
             Err(Refusal::ResidualContradictsNoise { ratio, .. }) => sigma *= f64::from(ratio),
-            Err(refusal) => return Err(status(&refusal)),
-            Ok(outcome) => {
-                let estimate = &outcome.estimate;
+            Err(refusal) => return Err(refusal),
+            Ok(mut outcome) => {
+                let estimate = &mut outcome.estimate;
                 let residuals = 3.0 * estimate.effective_samples;
                 let freedom = estimate.degrees_of_freedom.max(1.0);
                 let factor = estimate.residual_rms * (residuals / freedom).sqrt();
                 if tolerance.is_none() || (factor - 1.0).abs() < SETTLED {
+                    // No residual tells the noise.
+                    estimate.covariance.take_if(|_| sigma <= FIRST_SIGMA);
                     return Ok(outcome);
                 }
                 sigma = (sigma * factor).max(FIRST_SIGMA);
             }
         }
     }
-    Err(status(&Refusal::Unfinished))
-}
-
-/// Everything rounded to single precision first, as a controller would have it.
-fn single(
-    nominal: &Robot<f64>,
-    samples: &[Sample<f64>],
-    settings: &Settings<f64>,
-    method: Method,
-) -> Result<Calibrated, Status> {
-    let impossible = |error| status(&Refusal::ImpossibleRobot(error));
-    let nominal = nominal.cast::<f32>().map_err(impossible)?;
-    let samples: Vec<_> = samples
-        .iter()
-        .map(|sample| Sample {
-            joints: sample.joints.map(f32::from_f64),
-            position: sample.position.map(f32::from_f64),
-        })
-        .collect();
-    let noise = settings.noise.and_then(|noise| {
-        let position = noise.position_by_axis().map(f32::from_f64);
-        Noise::by_axis(position, f32::from_f64(noise.joint())).ok()
-    });
-    let tolerance = settings.tolerance.and_then(|of| {
-        let [length, angle] =
-            [Parameter::Lb, Parameter::Theta].map(|parameter| f32::from_f64(of.of(parameter)));
-        Tolerance::new(length, angle)
-            .and_then(|own| own.with_radius(f32::from_f64(of.radius())))
-            .ok()
-    });
-    let settings = Settings::default()
-        .with_noise(noise)
-        .with_tolerance(tolerance)
-        .with_solver(settings.solver);
-    if method == Method::JointF32 {
-        let outcome = together(&nominal, &samples, &settings)?;
-        let robot = outcome.robot.cast::<f64>().map_err(impossible)?;
-        return Ok(of_all(&outcome, &robot));
-    }
-    let outcome = separately(&nominal, &samples, &settings)?;
-    let robot = outcome.robot.cast::<f64>().map_err(impossible)?;
-    Ok(of_arms(&outcome, &robot, None))
-}
-
-fn of_all<T: Real>(outcome: &JointOutcome<T>, robot: &Robot<f64>) -> Calibrated {
-    let covariance = outcome.estimate.covariance.as_ref();
-    let covariance = covariance.map(|own| own.map(Real::to_f64));
-    of_arms(&RobotOutcome::from(outcome), robot, covariance)
+    Err(Refusal::Unfinished)
 }
 
 /// `covariance`: of all parameters, or that of the arms.
-fn of_arms<T: Real>(
-    outcome: &RobotOutcome<T>,
-    robot: &Robot<f64>,
-    covariance: Option<Covariance>,
-) -> Calibrated {
-    let iterations = |arm: &ArmOutcome<T>| arm.iterations;
-    let condition = |arm: &ArmOutcome<T>| arm.condition.to_f64();
-    let from_nominal = |arm: &ArmOutcome<T>| arm.start == StartUsed::Nominal;
+fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<Covariance>) -> Calibrated {
+    let mut arms = outcome.arms.iter();
     Calibrated {
-        robot: *robot,
+        robot: outcome.robot,
         covariance: covariance.or_else(|| by_arms(&outcome.arms)),
         whole: covariance.is_some(),
-        iterations: outcome.arms.iter().map(iterations).max().unwrap_or(0),
-        condition: outcome.arms.iter().map(condition).fold(0.0, f64::max),
-        from_nominal: outcome.arms.iter().all(from_nominal),
+        from_nominal: arms.all(|arm| arm.start == StartUsed::Nominal),
     }
 }
 
-fn by_arms<T: Real>(arms: &[ArmOutcome<T>; 3]) -> Option<Covariance> {
+fn by_arms(arms: &[ArmOutcome<f64>; 3]) -> Option<Covariance> {
     let mut whole = Covariance::zeros();
     for (arm, outcome) in arms.iter().enumerate() {
-        let own = outcome.covariance.as_ref()?.map(Real::to_f64);
+        let own = outcome.covariance.as_ref()?;
         whole
             .fixed_view_mut::<8, 8>(8 * arm, 8 * arm)
-            .copy_from(&own);
+            .copy_from(own);
     }
     Some(whole)
 }
 
 impl Calibrated {
-    /// What it states of its own error. Of arms that were calibrated apart the parameters' alone:
-    /// positions depend on what the arms' errors have in common.
-    pub(super) fn stated(&self, held_out: &[[f64; 3]]) -> Stated {
+    /// What it states of its own error, one σ: of the parameters, and of the positions at the
+    /// held-out poses, absolute and relative. Of arms that were calibrated apart the parameters'
+    /// alone: positions depend on what the arms' errors have in common.
+    pub(super) fn stated(&self, held_out: &[[f64; 3]]) -> [Option<f64>; 3] {
         let Some(covariance) = &self.covariance else {
-            return Stated::default();
+            return [None; 3];
         };
         let parameters = Some(error_of(covariance, &self.robot));
         if !self.whole {
-            return Stated {
-                parameters,
-                ..Stated::default()
-            };
+            return [parameters, None, None];
         }
         let robot = &self.robot;
         let uncertainty = PositionUncertainty { robot, covariance };
@@ -300,13 +213,13 @@ impl Calibrated {
             })
             .collect();
         let rms = |rows: &mut dyn Iterator<Item = SMatrix<f64, 3, 24>>| {
-            let (sum, count) = rows.fold((0.0, 0.0), |(sum, count), row| {
-                (
-                    sum + (row * covariance * row.transpose()).trace(),
-                    count + 1.0,
-                )
-            });
-            Some((sum / count).sqrt()).filter(|sigma: &f64| sigma.is_finite())
+            let mut variance = 0.0;
+            let mut count = 0.0;
+            for row in rows {
+                variance += (row * covariance * row.transpose()).trace();
+                count += 1.0;
+            }
+            Some((variance / count).sqrt()).filter(|sigma: &f64| sigma.is_finite())
         };
         let motions = RigidMotions::of(jacobians.iter().map(|(position, _)| *position));
         let relative = motions.and_then(|motions| {
@@ -314,11 +227,8 @@ impl Calibrated {
             let left = jacobians.iter();
             rms(&mut left.map(|(position, row)| row - motions.at(position) * explained))
         });
-        Stated {
-            parameters,
-            absolute: rms(&mut jacobians.iter().map(|(_, row)| *row)),
-            relative,
-        }
+        let absolute = rms(&mut jacobians.iter().map(|(_, row)| *row));
+        [parameters, absolute, relative]
     }
 }
 
@@ -331,10 +241,10 @@ pub(super) fn bound(
 ) -> Option<f64> {
     match &robot.read {
         Read::Positions(_, joints) => {
+            // The other methods use all that the measurements hold.
             let method = match case.method {
-                Method::Ikm | Method::IkmF32 => CalibrationMethod::Ikm,
-                Method::Joint | Method::JointF32 => CalibrationMethod::Joint,
-                Method::Fkm => CalibrationMethod::Fkm,
+                Method::Ikm => CalibrationMethod::Ikm,
+                Method::Joint | Method::Fkm => CalibrationMethod::Joint,
             };
             let tolerance = scenario.tolerance.as_ref().filter(|_| case.prior);
             let noise = scenario.noise.as_ref()?;

@@ -29,7 +29,7 @@ Examples:
       the built-in campaign
   delta-cal simulate --example > campaign.toml
   delta-cal simulate campaign.toml --robots 0..1000 --output rows.csv
-  delta-cal simulate --summary rows*.csv --output summary.csv
+  delta-cal simulate --summary rows*.csv --json summary.json
   delta-cal simulate --paper --output results.csv
 
 Exit codes:
@@ -46,11 +46,11 @@ pub(crate) struct SimulateArguments {
     /// Simulate these robots of each case [default: all that the campaign file asks for]
     #[arg(long, value_name = "FROM..TO", value_parser = range)]
     robots: Option<Range<u64>>,
-    /// Write one row for each robot and case; with --summary or --paper one for each case
+    /// Write one row for each robot and case; with --paper one for each case
     #[arg(long, value_name = "ROWS.csv")]
     output: Option<PathBuf>,
     /// Summarize the rows of these files, which earlier runs have written
-    #[arg(long, value_name = "ROWS.csv", num_args = 1.., conflicts_with_all = ["campaign", "robots", "paper"])]
+    #[arg(long, value_name = "ROWS.csv", num_args = 1.., conflicts_with_all = ["campaign", "robots", "paper", "output"])]
     summary: Vec<PathBuf>,
     /// Run the simulations of the paper, and print its figures beside those found
     #[arg(long, conflicts_with = "campaign")]
@@ -78,18 +78,17 @@ pub(crate) fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
         return print(EXAMPLE);
     }
     check_outputs(arguments)?;
-    if arguments.paper {
-        return paper(arguments);
-    }
     if !arguments.summary.is_empty() {
         let summaries = of_files(&arguments.summary)?;
-        let csv = campaign::summary_csv(&summaries).map_err(|error| table_failure(&error))?;
-        return publish(
-            arguments,
-            &summaries,
-            report::campaign::render(&summaries),
-            &csv,
-        );
+        let text = report::campaign::render(&summaries);
+        return publish(arguments, &summaries, text, Ok(String::new()));
+    }
+    if arguments.paper {
+        let robots = arguments.robots.clone();
+        let experiments = with_bar(|progress| paper::simulate(robots, progress))?;
+        let rows = paper::comparisons(&experiments).map_err(|error| unwritten(&error))?;
+        let text = report::campaign::render_paper(&rows);
+        return publish(arguments, &rows, text, paper::results_csv(&experiments));
     }
     let (plan, note) = plan(arguments.campaign.as_deref())?;
     let robots = arguments.robots.clone().unwrap_or(0..plan.robots);
@@ -97,26 +96,12 @@ pub(crate) fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     let rows = with_bar(|progress| campaign::run(&plan, &robots, progress))?;
     let seconds = begin.elapsed().as_secs_f64();
     let summaries = summarize(&rows);
+    let table = report::campaign::render(&summaries);
     let text = format!(
-        "{note}{}{} calibrations in {seconds:.1} s.\n",
-        report::campaign::render(&summaries),
+        "{note}{table}{} calibrations in {seconds:.1} s.\n",
         rows.len()
     );
-    let csv = campaign::rows_csv(&rows).map_err(|error| table_failure(&error))?;
-    publish(arguments, &summaries, text, &csv)
-}
-
-fn paper(arguments: &SimulateArguments) -> Result<(), Failure> {
-    let robots = arguments.robots.clone();
-    let experiments = with_bar(|progress| paper::simulate(robots, progress))?;
-    let rows = paper::comparisons(&experiments).map_err(|error| table_failure(&error))?;
-    let csv = paper::results_csv(&experiments).map_err(|error| table_failure(&error))?;
-    publish(
-        arguments,
-        &rows,
-        report::campaign::render_paper(&rows),
-        &csv,
-    )
+    publish(arguments, &summaries, text, campaign::rows_csv(&rows))
 }
 
 fn of_files(paths: &[PathBuf]) -> Result<Vec<CaseSummary>, Failure> {
@@ -186,13 +171,12 @@ fn publish<T: Serialize>(
     arguments: &SimulateArguments,
     summary: &T,
     mut text: String,
-    csv: &str,
+    csv: Result<String, csv::Error>,
 ) -> Result<(), Failure> {
-    let json = serde_json::to_string_pretty(summary)
-        .map_err(|error| Failure::Output(format!("the JSON summary: {error}")))?
-        + "\n";
+    let csv = csv.map_err(|error| unwritten(&error))?;
+    let json = serde_json::to_string_pretty(summary).map_err(|error| unwritten(&error))? + "\n";
     let outputs = [
-        (arguments.output.as_deref(), csv),
+        (arguments.output.as_deref(), csv.as_str()),
         (arguments.json.as_deref(), json.as_str()),
     ];
     let outputs = outputs
@@ -209,6 +193,6 @@ fn publish<T: Serialize>(
     print(&text)
 }
 
-fn table_failure(error: &csv::Error) -> Failure {
-    Failure::Output(error.to_string())
+fn unwritten(error: &dyn std::error::Error) -> Failure {
+    Failure::Output(format!("the results: {error}"))
 }

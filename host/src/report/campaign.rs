@@ -7,6 +7,7 @@ use crate::render::section::Section;
 use crate::render::table::Table;
 use crate::render::terminal;
 use crate::text::numbers::{percent, small};
+use serde::Serialize;
 
 /// Cases of which the reasons are named.
 const REFUSALS_SHOWN: usize = 12;
@@ -20,25 +21,37 @@ const SETTINGS: [Setting; 10] = [
     ("measure", |case| case.measure.clone()),
     ("poses", |case| case.poses.to_string()),
     ("planned", |case| yes_no(case.planned)),
-    ("start error\nmm/°", |case| {
-        let own = format!("{}/{}", case.start_error_mm, case.start_error_deg);
-        match case.start_error_radius_mm {
-            radius if radius > 0.0 => format!("{own} and {radius} mm"),
-            _ => own,
-        }
-    }),
-    ("noise\nmm/°", |case| match case.noise_joint_mm {
-        travel if travel > 0.0 => format!("{}/{travel} mm", case.noise_position_mm),
-        _ => format!("{}/{}", case.noise_position_mm, case.noise_joint_deg),
-    }),
-    ("method", |case| case.method.name().to_owned()),
-    ("solver", |case| case.solver.name().to_owned()),
+    ("start error\nmm/°", start_error),
+    ("noise\nmm/°", noise),
+    ("method", |case| word(case.method)),
+    ("solver", |case| word(case.solver)),
     ("weights", |case| yes_no(case.weights)),
     ("prior", |case| yes_no(case.prior)),
 ];
 
+fn start_error(case: &Case) -> String {
+    let own = format!("{}/{}", case.start_error_mm, case.start_error_deg);
+    match case.start_error_radius_mm {
+        radius if radius > 0.0 => format!("{own} and {radius} mm"),
+        _ => own,
+    }
+}
+
+fn noise(case: &Case) -> String {
+    match case.noise_joint_mm {
+        travel if travel > 0.0 => format!("{}/{travel} mm", case.noise_position_mm),
+        _ => format!("{}/{}", case.noise_position_mm, case.noise_joint_deg),
+    }
+}
+
 fn yes_no(yes: bool) -> String {
     if yes { "yes" } else { "no" }.to_owned()
+}
+
+/// As in the campaign file.
+fn word(value: impl Serialize) -> String {
+    let value = serde_json::to_value(value).unwrap_or_default();
+    value.as_str().unwrap_or_default().to_owned()
 }
 
 /// A value that there may be none of.
@@ -54,11 +67,12 @@ pub fn render(summaries: &[CaseSummary]) -> String {
     });
     let mut parts = Vec::new();
     if let Some(first) = summaries.first() {
-        let common = common.into_iter();
-        let words: Vec<_> = common
-            .filter_map(|setting| description(setting, &first.case))
-            .collect();
-        parts.push(Section::new("").text(format!("All cases: {}", words.join(", "))));
+        let words = common.iter().map(|(heading, of)| {
+            let heading = heading.replace("\nmm/°", " (mm/°)");
+            format!("{heading} {}", of(&first.case))
+        });
+        let words: Vec<_> = words.collect();
+        parts.push(Section::new("").text(format!("All cases: {}.", words.join(", "))));
     }
     parts.push(Section::new("").table(table(&different, summaries)));
     let relative = summaries.iter().any(|summary| summary.case.is_relative());
@@ -123,26 +137,6 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
         .table()
 }
 
-/// A setting that is the same everywhere, in words.
-fn description((heading, of): Setting, case: &Case) -> Option<String> {
-    let cell = of(case);
-    Some(match (heading, cell.as_str()) {
-        ("geometry", _) | ("planned", "no") | ("measure", "xyz") => return None,
-        ("measure", _) => format!("measured with {cell}"),
-        ("poses", _) => format!("{cell} poses"),
-        ("method" | "solver", _) => cell,
-        ("weights", "yes") => "known noise".to_owned(),
-        ("weights", _) => "unknown noise".to_owned(),
-        ("prior", "yes") => "known tolerance".to_owned(),
-        ("prior", _) => "no tolerance".to_owned(),
-        ("planned", _) => "planned poses".to_owned(),
-        (heading, _) => {
-            let (name, unit) = heading.split_once('\n').unwrap_or((heading, ""));
-            format!("{name} {cell} {unit}")
-        }
-    })
-}
-
 /// Why robots were refused, a line a case.
 fn refusals(summaries: &[CaseSummary]) -> Vec<String> {
     let mut lines = Vec::new();
@@ -179,16 +173,18 @@ pub fn render_paper(comparisons: &[Comparison]) -> String {
     let gain =
         |of: fn(&Comparison) -> Option<f64>| move |row: &&Comparison| or_dash(of(row), percent);
     let table = Table::of(comparisons)
-        .column("\ncase", |row| row.case)
-        .column("\nposes", |row| row.poses)
-        .column("start\nmm/°", |row| {
-            format!("{}/{}", row.start_error_mm, row.start_error_deg)
+        .column("\ncase", |row| {
+            let method = word(row.here.method);
+            match row.paper.case.starts_with(&method) {
+                true => row.paper.case.clone(),
+                false => format!("{}, {method}", row.paper.case),
+            }
         })
-        .column("noise\nmm/°", |row| {
-            format!("{}/{}", row.noise_position_mm, row.noise_joint_deg)
-        })
-        .column("gain, %\npaper", |row| match row.paper_gain_percent {
-            None => row.paper_remark.clone(),
+        .column("\nposes", |row| row.here.poses)
+        .column("start\nmm/°", |row| start_error(&row.here))
+        .column("noise\nmm/°", |row| noise(&row.here))
+        .column("gain, %\npaper", |row| match row.paper.gain_percent {
+            None => row.paper.remark.clone(),
             Some(gain) => percent(gain),
         })
         .column("here\nLM", gain(|row| row.levenberg_marquardt_percent))
@@ -199,7 +195,7 @@ pub fn render_paper(comparisons: &[Comparison]) -> String {
         )
         .column("+ planned\nposes", gain(|row| row.planned_percent))
         .column("seconds\npaper", |row| {
-            or_dash(row.paper_seconds, |seconds| format!("{seconds:.1}"))
+            or_dash(row.paper.seconds, |seconds| format!("{seconds:.1}"))
         })
         .column("\nhere", |row| {
             or_dash(row.seconds, |seconds| format!("{seconds:.5}"))

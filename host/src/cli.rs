@@ -20,7 +20,6 @@ mod plan;
 mod print;
 mod progress;
 mod record;
-mod reproduce;
 mod simulate;
 mod validate;
 mod workspace;
@@ -39,7 +38,6 @@ pub fn run() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
-        Command::Reproduce(arguments) => reproduce::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
         Command::Klipper(arguments) => klipper::run(&arguments),

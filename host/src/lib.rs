@@ -20,7 +20,6 @@
 //! render       figures, pages, the terminal
 //! report       results for people and for programs
 //! device       a controller that calibrates itself, over its link
-//! reproduce    the paper's simulations, run again
 //! cli          the command `delta-cal`: arguments, help, exit codes, progress
 //! ```
 //!
@@ -57,7 +56,6 @@ pub mod planning;
 pub mod printer;
 pub mod render;
 pub mod report;
-pub mod reproduce;
 pub mod text;
 pub mod validation;
 pub mod workspace;

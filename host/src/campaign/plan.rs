@@ -1,113 +1,41 @@
-//! What a campaign computes: its scenarios, its variants, and which robots.
+//! What a campaign computes: every combination of the lists in its file is a case.
 
 use crate::files::robot_file::RobotFile;
-use crate::fit::options::CalibrationMethod;
 use crate::planning::measurements::Instrument;
-use delta_cal::calibration::{Solver, Start};
-use delta_cal::robot::Drive;
+use delta_cal::calibration::Solver;
+use delta_cal::robot::Arm;
 use delta_cal::{Noise, Tolerance};
 use serde::{Deserialize, Serialize};
-use std::fmt::Write;
-
-/// The name of positions.
-const POSITIONS: &str = "xyz";
 
 /// How a simulated robot is calibrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum CampaignMethod {
-    /// The joint calibration in double precision: all 24 parameters at once.
-    #[serde(rename = "joint")]
-    Joint,
-    /// The joint calibration in single precision, as a controller computes it.
-    #[serde(rename = "joint-f32")]
-    JointSingle,
-    /// The joint calibration in double precision, without a start guess.
-    #[serde(rename = "joint-no-guess")]
-    JointNoGuess,
-    /// The IKM method in double precision: each arm by itself.
-    #[serde(rename = "ikm")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Each arm by itself, from complete positions.
+    #[default]
     Ikm,
-    /// The IKM method in single precision, as a controller computes it.
-    #[serde(rename = "ikm-f32")]
-    IkmSingle,
-    /// The IKM method in double precision, without a start guess.
-    #[serde(rename = "ikm-no-guess")]
-    IkmNoGuess,
-    /// The FKM method: all 24 parameters at once.
-    #[serde(rename = "fkm")]
+    /// All arms together by their closures, from complete positions.
+    Joint,
+    /// All parameters together from readings of any kind.
     Fkm,
-    /// The FKM method, without a start guess.
-    #[serde(rename = "fkm-no-guess")]
-    FkmNoGuess,
-}
-
-impl CampaignMethod {
-    /// As in the campaign file.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Joint => "joint",
-            Self::JointSingle => "joint-f32",
-            Self::JointNoGuess => "joint-no-guess",
-            Self::Ikm => "ikm",
-            Self::IkmSingle => "ikm-f32",
-            Self::IkmNoGuess => "ikm-no-guess",
-            Self::Fkm => "fkm",
-            Self::FkmNoGuess => "fkm-no-guess",
-        }
-    }
-
-    /// Which method, whatever the precision.
-    pub(super) const fn calibration_method(self) -> CalibrationMethod {
-        match self {
-            Self::Joint | Self::JointSingle | Self::JointNoGuess => CalibrationMethod::Joint,
-            Self::Ikm | Self::IkmSingle | Self::IkmNoGuess => CalibrationMethod::Ikm,
-            Self::Fkm | Self::FkmNoGuess => CalibrationMethod::Fkm,
-        }
-    }
-
-    /// Where its iteration begins.
-    pub(super) const fn start(self) -> Start {
-        match self {
-            Self::Joint | Self::JointSingle | Self::Ikm | Self::IkmSingle | Self::Fkm => {
-                Start::Nominal
-            }
-            Self::JointNoGuess | Self::IkmNoGuess | Self::FkmNoGuess => Start::Free,
-        }
-    }
-
-    /// A parameter error below this is that of the arithmetic, mm.
-    pub(super) const fn exact(self) -> f64 {
-        match self {
-            Self::IkmSingle | Self::JointSingle => 5e-3,
-            _ => 1e-6,
-        }
-    }
 }
 
 /// How the equations are solved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CampaignSolver {
     /// Levenberg–Marquardt.
+    #[default]
     Lm,
     /// Gauss–Newton.
     Gn,
 }
 
-impl CampaignSolver {
-    /// As in the campaign file.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Lm => "lm",
-            Self::Gn => "gn",
-        }
-    }
-
-    /// The core's name for it.
-    pub const fn calibration_solver(self) -> Solver {
-        match self {
-            Self::Lm => Solver::LevenbergMarquardt,
-            Self::Gn => Solver::GaussNewton,
+impl From<CampaignSolver> for Solver {
+    fn from(solver: CampaignSolver) -> Self {
+        match solver {
+            CampaignSolver::Lm => Self::LevenbergMarquardt,
+            CampaignSolver::Gn => Self::GaussNewton,
         }
     }
 }
@@ -123,94 +51,88 @@ pub enum Spread {
     Normal,
 }
 
-impl Spread {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Uniform => "uniform",
-            Self::Normal => "normal",
-        }
-    }
-}
-
 /// What is measured of a robot.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Measure {
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(try_from = "String")]
+pub(super) enum Measure {
     /// x, y and z in the robot's frame.
+    #[default]
     Positions,
     /// What an instrument of [`Instrument::ALL`] reads; its noise is the case's.
     With(Instrument),
 }
 
 impl Measure {
+    pub(super) const POSITIONS: &str = "xyz";
+
     /// As in the campaign file: `xyz`, or the instrument's name.
-    pub const fn name(self) -> &'static str {
+    pub(super) const fn name(self) -> &'static str {
         match self {
-            Self::Positions => POSITIONS,
+            Self::Positions => Self::POSITIONS,
             Self::With(instrument) => instrument.name,
         }
     }
 
-    /// All of them.
     pub(super) fn all() -> impl Iterator<Item = Self> {
         std::iter::once(Self::Positions).chain(Instrument::ALL.map(Self::With))
     }
 }
 
-/// A length and an angle: a start error, or a tolerance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LengthAngle {
-    /// Of every length, mm.
-    pub length_mm: f64,
-    /// Of every angle, degrees.
-    pub angle_deg: f64,
-    /// Of the radius that all towers have in common, mm; 0 with other drives.
-    pub radius_mm: f64,
-}
-
-/// One σ of the simulated measurements; both 0 for exact ones.
-///
-/// Of heights and distances as of coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NoiseLevel {
-    /// Of each coordinate, height or distance, mm.
-    pub position_mm: f64,
-    /// Of each joint angle, degrees; 0 with linear drives.
-    pub joint_deg: f64,
-    /// Of each travel, mm; 0 with other drives.
-    pub joint_mm: f64,
-}
-
-/// What is measured, on which robots. All variants of a scenario see the same robots and the same
-/// measurements.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scenario {
-    /// What is measured.
-    pub measure: Measure,
-    /// Measured poses of each robot.
+/// What tells one case from another: the first columns of the rows and of the summary. Lengths are
+/// in millimetres and angles in degrees.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Case {
+    /// A fingerprint of the nominal robot and its joint limits.
+    pub geometry: String,
+    /// How the robots scatter.
+    pub spread: Spread,
+    /// `xyz`, or the instrument.
+    pub measure: String,
+    /// Measured poses a robot.
     pub poses: usize,
-    /// How far the robots are from nominal.
-    pub start_error: LengthAngle,
-    /// Of the measurements.
-    pub noise_level: NoiseLevel,
-    /// The noise in the core's units; `None` for exact measurements.
-    pub noise: Option<Noise<f64>>,
-    /// What a calibration with a prior assumes.
-    pub tolerance: Option<Tolerance<f64>>,
-    /// Whether the poses are chosen by experiment design, not drawn.
+    /// Whether the poses were planned.
     pub planned: bool,
+    /// Of every length.
+    pub start_error_mm: f64,
+    /// Of every angle.
+    pub start_error_deg: f64,
+    /// Of the radius that all towers have in common.
+    pub start_error_radius_mm: f64,
+    /// One σ of each coordinate, height or distance.
+    pub noise_position_mm: f64,
+    /// One σ of each joint angle.
+    pub noise_joint_deg: f64,
+    /// One σ of each travel.
+    pub noise_joint_mm: f64,
+    /// The estimator.
+    pub method: Method,
+    /// How it solves.
+    pub solver: CampaignSolver,
+    /// Whether the calibration knew the noise.
+    pub weights: bool,
+    /// Whether it knew the tolerance.
+    pub prior: bool,
 }
 
-/// How the robots of a scenario are calibrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Variant {
-    /// IKM or FKM.
-    pub method: CampaignMethod,
-    /// Levenberg–Marquardt or Gauss–Newton.
-    pub solver: CampaignSolver,
-    /// Whether the calibration knows the noise.
-    pub weights: bool,
-    /// Whether it knows the tolerance.
-    pub prior: bool,
+impl Case {
+    /// Whether the measurements do not tell where the robot stands.
+    pub fn is_relative(&self) -> bool {
+        self.measure != Measure::POSITIONS
+    }
+}
+
+/// Robots and what is measured of them. All its cases see the same ones.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Scenario {
+    /// What all cases have in common.
+    pub(super) shared: Case,
+    /// One for each method, solver, weights and prior.
+    pub(super) cases: Vec<Case>,
+    pub(super) measure: Measure,
+    /// `None` for exact measurements.
+    pub(super) noise: Option<Noise<f64>>,
+    /// What a calibration with a prior assumes: the start error.
+    pub(super) tolerance: Option<Tolerance<f64>>,
 }
 
 /// A campaign, read and checked.
@@ -218,178 +140,76 @@ pub struct Variant {
 pub struct Plan {
     /// The nominal robot and its joint limits.
     pub robot: RobotFile,
-    /// Robots of every case.
+    /// Robots of every case, unless a range is asked for.
     pub robots: u64,
     /// Another seed, other robots.
     pub seed: u64,
-    /// How they scatter.
-    pub spread: Spread,
-    /// The tolerance of every case in place of its start error, if stated.
-    pub tolerance: Option<LengthAngle>,
-    /// What is measured.
-    pub measure: Vec<Measure>,
-    /// Pose counts.
-    pub poses: Vec<usize>,
-    /// Start errors.
-    pub start_errors: Vec<LengthAngle>,
-    /// Noise levels.
-    pub noise_levels: Vec<NoiseLevel>,
-    /// Whether the poses are chosen.
-    pub planned: Vec<bool>,
-    /// Methods.
-    pub methods: Vec<CampaignMethod>,
-    /// Solvers.
-    pub solvers: Vec<CampaignSolver>,
-    /// With and without knowledge of the noise.
-    pub weights: Vec<bool>,
-    /// With and without a prior.
-    pub prior: Vec<bool>,
-    /// Whether each parameter's gain is written, too.
-    pub parameters: bool,
-    /// In the order of the rows.
     pub(super) scenarios: Vec<Scenario>,
 }
 
 impl Plan {
-    /// What is measured × poses × start errors × noise levels × random or planned, in the order of the rows.
-    pub fn scenarios(&self) -> &[Scenario] {
-        &self.scenarios
+    /// Every case, in the order of the rows.
+    pub fn cases(&self) -> impl Iterator<Item = &Case> {
+        self.scenarios.iter().flat_map(|scenario| &scenario.cases)
     }
 
-    /// Methods × solvers × weights × prior, in the order of the rows.
-    pub fn variants(&self) -> Vec<Variant> {
-        let mut variants = Vec::new();
-        for &method in &self.methods {
-            for &solver in &self.solvers {
-                for &weights in &self.weights {
-                    for &prior in &self.prior {
-                        variants.push(Variant {
-                            method,
-                            solver,
-                            weights,
-                            prior,
-                        });
-                    }
-                }
-            }
-        }
-        variants
-    }
-
-    /// The plan as a campaign file beside its robot file: every key, in one order. Two campaigns
-    /// compute the same if and only if both texts are the same.
-    pub fn to_toml(&self, robot_file: &str) -> String {
-        let mut text = format!(
-            "# Computed by delta-cal {}.\n\nrobot = \"{robot_file}\"\nrobots = {}\nseed = {}\n\
-             spread = \"{}\"\nmeasure = {:?}\nposes = {:?}\n",
-            env!("CARGO_PKG_VERSION"),
-            self.robots,
-            self.seed,
-            self.spread.name(),
-            self.measure
-                .iter()
-                .map(|own| own.name())
-                .collect::<Vec<_>>(),
-            self.poses
-        );
-        text.push_str("start_errors = [\n");
-        for error in &self.start_errors {
-            let LengthAngle {
-                length_mm,
-                angle_deg,
-                radius_mm,
-            } = error;
-            let _ = write!(
-                text,
-                "    {{ length_mm = {length_mm:?}, angle_deg = {angle_deg:?}"
-            );
-            if *radius_mm > 0.0 {
-                let _ = write!(text, ", radius_mm = {radius_mm:?}");
-            }
-            text.push_str(" },\n");
-        }
-        text.push_str("]\nnoise_levels = [\n");
-        for level in &self.noise_levels {
-            let NoiseLevel {
-                position_mm,
-                joint_deg,
-                joint_mm,
-            } = level;
-            let joint = match self.robot.robot.drive() {
-                Drive::Rotary => format!("joint_deg = {joint_deg:?}"),
-                Drive::Linear => format!("joint_mm = {joint_mm:?}"),
-            };
-            let _ = writeln!(text, "    {{ position_mm = {position_mm:?}, {joint} }},");
-        }
-        let methods: Vec<_> = self.methods.iter().map(|method| method.name()).collect();
-        let solvers: Vec<_> = self.solvers.iter().map(|solver| solver.name()).collect();
-        let _ = writeln!(
-            text,
-            "]\nmethods = {methods:?}\nsolvers = {solvers:?}\nweights = {:?}\nprior = {:?}\n\
-             planned = {:?}\nparameters = {}",
-            self.weights, self.prior, self.planned, self.parameters
-        );
-        if let Some(tolerance) = &self.tolerance {
-            let _ = writeln!(
-                text,
-                "\n[tolerance]\nlength_mm = {:?}\nangle_deg = {:?}",
-                tolerance.length_mm, tolerance.angle_deg
-            );
-            if tolerance.radius_mm > 0.0 {
-                let _ = writeln!(text, "radius_mm = {:?}", tolerance.radius_mm);
-            }
-        }
-        text
-    }
-
-    /// The plan's robot file.
-    pub fn robot_toml(&self) -> String {
-        self.robot.to_toml("The nominal robot of the campaign.")
+    /// The seed of a robot. It depends on the geometry and on the scenario's values, not on its place
+    /// in the file: a longer list adds cases and leaves the others' robots as they were, and robots
+    /// of two geometries have nothing in common.
+    pub(super) fn seed_of(&self, scenario: &Scenario, robot: u64) -> u64 {
+        let case = &scenario.shared;
+        let geometry = case.geometry.bytes().chain(case.measure.bytes());
+        let values = [
+            case.poses as u64,
+            u64::from(case.planned),
+            case.start_error_mm.to_bits(),
+            case.start_error_deg.to_bits(),
+            case.start_error_radius_mm.to_bits(),
+            case.noise_position_mm.to_bits(),
+            case.noise_joint_deg.to_bits(),
+            case.noise_joint_mm.to_bits(),
+            robot,
+        ];
+        let values = geometry.map(u64::from).chain(values);
+        values.fold(mixed(self.seed), |state, value| mixed(state ^ value))
     }
 }
 
-/// Part `number` of `of` equal parts of a campaign; every scenario's robots are dealt in turn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// Counted from 1.
-    pub number: u64,
-    /// How many there are.
-    pub of: u64,
+/// The nominal robot and its limits as 16 hexadecimal digits.
+pub(super) fn fingerprint(file: &RobotFile) -> String {
+    let parameters = file.robot.arms().iter().flat_map(Arm::parameters);
+    let limits = [file.limits.minimum(), file.limits.maximum()];
+    let values = parameters.chain(limits);
+    // −0 is 0.
+    let state = values.fold(0, |state, value| mixed(state ^ (value + 0.0).to_bits()));
+    format!("{state:016x}")
 }
 
-impl Shard {
-    /// The whole campaign.
-    pub const WHOLE: Self = Self { number: 1, of: 1 };
-
-    /// Robots of each scenario that fall to this shard.
-    pub const fn robots(self, plan: &Plan) -> u64 {
-        (plan.robots + self.of - self.number) / self.of
-    }
-
-    /// The `index`th robot of the shard.
-    pub const fn robot(self, index: u64) -> u64 {
-        index * self.of + self.number - 1
-    }
+/// The output function of SplitMix64 (Steele, Lea, Flood 2014): a bijection, every bit of whose
+/// result depends on every bit of its argument.
+fn mixed(value: u64) -> u64 {
+    let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let value = (value ^ (value >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    value ^ (value >> 31)
 }
 
-impl std::fmt::Display for Shard {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(formatter, "{}/{}", self.number, self.of)
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::mixed;
 
-impl std::str::FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let shard = text.split_once('/').and_then(|(number, of)| {
-            let (number, of) = (number.parse().ok()?, of.parse().ok()?);
-            Some(Self { number, of })
-        });
-        match shard {
-            Some(shard) if (1..=shard.of).contains(&shard.number) => Ok(shard),
-            Some(_) => Err("a shard is counted from 1: 1/4, 2/4, 3/4, 4/4".to_owned()),
-            None => Err("a shard is written K/N, such as 1/4".to_owned()),
+    /// The first numbers of the generator that SplitMix64's authors publish, seeded with 1234567.
+    #[test]
+    fn the_mixing_is_that_of_splitmix64() {
+        let published = [
+            6_457_827_717_110_365_317_u64,
+            3_203_168_211_198_807_973,
+            9_817_491_932_198_370_423,
+        ];
+        let mut state = 1_234_567_u64;
+        for expected in published {
+            assert_eq!(mixed(state), expected);
+            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         }
     }
 }

@@ -1,266 +1,246 @@
-//! One row of `robots.csv`: one robot, calibrated one way.
+//! The rows of a campaign: one robot, calibrated one way.
 
-use super::plan::{Plan, Scenario, Variant};
-use super::planned::MeasuredAt;
-use super::simulation::{SimulatedRobot, seed, simulate};
-use super::status::Status;
-use super::trial::{achieved, bound, calibrate, error_before};
-use crate::accuracy::information;
-use crate::fit::options::CalibrationMethod;
-use delta_cal::Parameter;
-use serde::Serialize;
-use std::time::Duration;
+use super::instruments::{MeasuredAt, measured_at};
+use super::plan::{Case, Method, Plan, Scenario};
+use super::simulation::simulate;
+use super::trial::{ACCEPTED, NO_ROBOT, bound, calibrate};
+use crate::accuracy::evaluation::{Evaluation, HeldOutError};
+use crate::files::input_error::InputError;
+use csv::ReaderBuilder;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::time::Instant;
 
-/// The columns that tell one case from another, in `robots.csv`, `summary.csv` and `timing.csv`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct CaseColumns {
-    /// Counted from 1.
-    pub case: usize,
-    /// `ikm`, `ikm-f32`, `ikm-no-guess`, `fkm` or `fkm-no-guess`.
-    pub method: &'static str,
-    /// `lm` or `gn`.
-    pub solver: &'static str,
-    /// Measured poses a robot.
-    pub poses: usize,
-    /// Of every length.
-    pub start_error_mm: f64,
-    /// Of every angle.
-    pub start_error_deg: f64,
-    /// One σ of each coordinate.
-    pub noise_position_mm: f64,
-    /// One σ of each joint angle.
-    pub noise_joint_deg: f64,
-    /// Whether the calibration knew the noise.
-    pub weights: bool,
-    /// Whether it knew the tolerance.
-    pub prior: bool,
-    /// Whether the poses were chosen.
-    pub planned: bool,
-    /// `xyz`, or the instrument that was measured with.
-    pub measure: &'static str,
-    /// Of the radius that all towers have in common.
-    pub start_error_radius_mm: f64,
-    /// One σ of each travel.
-    pub noise_joint_mm: f64,
-}
-
-/// Every case of a campaign: the variants of the first scenario, then of the second.
-pub(super) fn cases(plan: &Plan) -> Vec<CaseColumns> {
-    let variants = plan.variants();
-    let pairs = plan
-        .scenarios()
-        .iter()
-        .flat_map(|scenario| variants.iter().map(move |variant| (scenario, variant)));
-    pairs
-        .enumerate()
-        .map(|(index, (scenario, variant))| case(index + 1, scenario, *variant))
-        .collect()
-}
-
-fn case(number: usize, scenario: &Scenario, variant: Variant) -> CaseColumns {
-    CaseColumns {
-        case: number,
-        method: variant.method.name(),
-        solver: variant.solver.name(),
-        poses: scenario.poses,
-        start_error_mm: scenario.start_error.length_mm,
-        start_error_deg: scenario.start_error.angle_deg,
-        noise_position_mm: scenario.noise_level.position_mm,
-        noise_joint_deg: scenario.noise_level.joint_deg,
-        weights: variant.weights,
-        prior: variant.prior,
-        planned: scenario.planned,
-        measure: scenario.measure.name(),
-        start_error_radius_mm: scenario.start_error.radius_mm,
-        noise_joint_mm: scenario.noise_level.joint_mm,
-    }
-}
-
-/// The columns of [`CaseColumns`].
-pub(super) const CASE_COLUMNS: [&str; 14] = [
-    "case",
-    "method",
-    "solver",
-    "poses",
-    "start_error_mm",
-    "start_error_deg",
-    "noise_position_mm",
-    "noise_joint_deg",
-    "weights",
-    "prior",
-    "planned",
-    "measure",
-    "start_error_radius_mm",
-    "noise_joint_mm",
-];
-
-/// The columns of `robots.csv` after those of the case, without each parameter's gain.
-const ROW_COLUMNS: [&str; 15] = [
-    "robot",
-    "seed",
-    "status",
-    "returned",
-    "from_nominal",
-    "iterations",
-    "gain_percent",
-    "error_before_mm",
-    "error_after_mm",
-    "parameter_error_mm",
-    "bound_mm",
-    "bound_ratio",
-    "condition",
-    "relative_before_mm",
-    "relative_after_mm",
-];
-
+/// Robots a thread between two signs of progress.
+const ROBOTS_A_THREAD: u64 = 64;
+/// Without noise, a robot is the true one if its parameter error is below this, mm.
+const EXACT: f64 = 1e-6;
 /// With noise, a robot is the true one if its parameter error is below this many times the bound.
 const RETURNED: f64 = 5.0;
 
-/// The columns of `robots.csv`.
-pub(super) fn columns(plan: &Plan) -> Vec<String> {
-    let fixed = CASE_COLUMNS.into_iter().chain(ROW_COLUMNS);
-    let mut columns: Vec<_> = fixed.map(str::to_owned).collect();
-    if plan.parameters {
-        columns.extend(parameters(plan).map(|(arm, parameter)| gain_column(arm, parameter)));
-    }
-    columns
-}
-
-/// Every arm, counted from 1, and its parameters.
-pub(super) fn parameters(plan: &Plan) -> impl Iterator<Item = (usize, Parameter)> {
-    information::parameters(&plan.robot.robot).map(|(arm, parameter)| (arm.index() + 1, parameter))
-}
-
-/// `gain_1_Dx_percent`.
-pub(super) fn gain_column(arm: usize, parameter: Parameter) -> String {
-    format!("gain_{arm}_{}_percent", parameter.symbol())
-}
-
-/// What came of one robot. Empty where there is nothing to state.
-#[derive(Debug, Serialize)]
-struct Row {
+/// What came of one robot in one case. Empty where there is nothing to state. Lengths are in
+/// millimetres; of parameters √ Σ error², angles times the upper arm's length, and of positions
+/// rms over the held-out poses.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct RobotResult {
     /// Counted from 0.
-    robot: u64,
-    seed: u64,
-    status: Status,
+    pub robot: u64,
+    /// Of its random numbers.
+    pub seed: u64,
+    /// `accepted`, or why it was refused.
+    pub status: String,
     /// Whether the calibrated robot is the true one: to the arithmetic's accuracy without noise,
     /// within five times the bound with it.
-    returned: Option<bool>,
+    pub returned: Option<bool>,
     /// Whether no other start than the nominal robot was needed.
-    from_nominal: Option<bool>,
-    iterations: Option<u16>,
-    gain_percent: Option<f64>,
-    error_before_mm: Option<f64>,
-    error_after_mm: Option<f64>,
-    parameter_error_mm: Option<f64>,
-    bound_mm: Option<f64>,
-    bound_ratio: Option<f64>,
-    condition: Option<f64>,
-    relative_before_mm: Option<f64>,
-    relative_after_mm: Option<f64>,
+    pub from_nominal: Option<bool>,
+    /// (4.1), of the parameters.
+    pub gain_percent: Option<f64>,
+    /// Of the parameters, before.
+    pub parameter_before_mm: Option<f64>,
+    /// The same after.
+    pub parameter_after_mm: Option<f64>,
+    /// What the calibration states of it, one σ.
+    pub parameter_stated_mm: Option<f64>,
+    /// The least that it can be (Cramér–Rao), one σ.
+    pub parameter_bound_mm: Option<f64>,
+    /// Of positions, before; infinite where the robot's geometry reaches no pose.
+    pub error_before_mm: Option<f64>,
+    /// The same after.
+    pub error_after_mm: Option<f64>,
+    /// What the calibration states of it, one σ.
+    pub error_stated_mm: Option<f64>,
+    /// Of positions after the best rigid motion, before.
+    pub relative_before_mm: Option<f64>,
+    /// The same after.
+    pub relative_after_mm: Option<f64>,
+    /// What the calibration states of it, one σ.
+    pub relative_stated_mm: Option<f64>,
+    /// Wall clock of the calibration; not among the columns, which are the same in every run.
+    #[serde(skip)]
+    pub seconds: Option<f64>,
 }
 
-/// One robot's rows, one for each variant, and how long each calibration took.
-#[derive(Debug)]
-pub(super) struct RobotRows {
-    pub(super) text: Vec<u8>,
-    pub(super) times: Vec<Duration>,
+impl RobotResult {
+    /// Whether there was a robot to calibrate.
+    pub fn is_simulated(&self) -> bool {
+        self.status != NO_ROBOT
+    }
+
+    /// Whether it was calibrated and not refused.
+    pub fn is_accepted(&self) -> bool {
+        self.status == ACCEPTED
+    }
 }
 
-/// Simulates a robot and calibrates it in every way. `first` is the case of the first variant.
-pub(super) fn robot_rows(
+/// A case and what came of one robot in it.
+pub type Row = (Case, RobotResult);
+
+/// Simulates these robots of each case and calibrates them. `progress` is told how many robots are
+/// finished, of how many.
+///
+/// A robot's random numbers depend on the campaign's seed, the geometry, the case's values and the
+/// robot's number alone: rows are the same to the bit for any number of threads and in any range.
+///
+/// # Errors
+/// Poses or measurements that cannot be planned.
+pub fn run(
     plan: &Plan,
-    at: &MeasuredAt,
-    (first, scenario): (usize, &Scenario),
-    variants: &[Variant],
-    robot: u64,
-) -> Result<RobotRows, csv::Error> {
-    let seed = seed(plan, scenario, robot);
-    let simulated = simulate(plan, scenario, at, seed);
-    let error_before = simulated.as_ref().map(|robot| error_before(plan, robot));
-    let mut bounds = Bounds::default();
-    let mut times = Vec::with_capacity(variants.len());
-    let mut writer = csv::WriterBuilder::new()
-        .has_headers(false)
-        .from_writer(Vec::new());
-    for (index, variant) in variants.iter().enumerate() {
-        let mut row = Row {
+    robots: &Range<u64>,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Vec<Row>, InputError> {
+    let each = robots.end.saturating_sub(robots.start);
+    let total = each * plan.scenarios.len() as u64;
+    let batch = ROBOTS_A_THREAD * rayon::current_num_threads() as u64;
+    let mut rows = Vec::new();
+    let mut finished = 0;
+    progress(finished, total);
+    for scenario in &plan.scenarios {
+        let at = measured_at(plan, scenario)?;
+        let mut first = robots.start;
+        while first < robots.end {
+            let next = robots.end.min(first + batch);
+            let found: Vec<_> = (first..next)
+                .into_par_iter()
+                .map(|robot| of_robot(plan, scenario, &at, robot))
+                .collect();
+            rows.extend(found.into_iter().flatten());
+            finished += next - first;
+            first = next;
+            progress(finished, total);
+        }
+    }
+    Ok(rows)
+}
+
+/// One row for each case of a scenario.
+fn of_robot(plan: &Plan, scenario: &Scenario, at: &MeasuredAt, robot: u64) -> Vec<Row> {
+    let seed = plan.seed_of(scenario, robot);
+    let nominal = &plan.robot.robot;
+    let Some(simulated) = simulate(plan, scenario, at, seed) else {
+        let none = RobotResult {
             robot,
             seed,
-            status: Status::NO_ROBOT,
-            returned: None,
-            from_nominal: None,
-            iterations: None,
-            gain_percent: None,
-            error_before_mm: error_before
-                .map(|error| error.rms)
-                .filter(|error| error.is_finite()),
-            error_after_mm: None,
-            parameter_error_mm: None,
-            bound_mm: None,
-            bound_ratio: None,
-            condition: None,
-            relative_before_mm: error_before
-                .map(|error| error.intrinsic_rms)
-                .filter(|error| error.is_finite()),
-            relative_after_mm: None,
+            status: NO_ROBOT.to_owned(),
+            ..RobotResult::default()
         };
-        let mut gains = vec![None; if plan.parameters { 24 } else { 0 }];
-        let mut time = Duration::ZERO;
-        if let Some(simulated) = &simulated {
-            let trial = calibrate(plan, scenario, *variant, &simulated.read);
-            time = trial.time;
-            row.status = trial.status;
-            row.bound_mm = bounds.of(plan, scenario, simulated, *variant);
-            if let Some(calibrated) = &trial.calibrated {
-                let achieved = achieved(plan, simulated, &calibrated.robot);
-                let largest = match scenario.noise {
-                    None => Some(variant.method.exact()),
-                    Some(_) => row.bound_mm.map(|bound| RETURNED * bound),
-                };
-                row.returned = largest.map(|largest| achieved.parameter_error <= largest);
-                for (cell, gain) in gains.iter_mut().zip(achieved.parameter_gains) {
-                    *cell = Some(gain).filter(|gain| gain.is_finite());
-                }
-                row.from_nominal = Some(calibrated.from_nominal);
-                row.iterations = Some(calibrated.iterations);
-                row.condition = Some(calibrated.condition);
-                row.gain_percent = Some(achieved.gain);
-                row.error_after_mm =
-                    Some(achieved.position_error.rms).filter(|error| error.is_finite());
-                row.relative_after_mm =
-                    Some(achieved.position_error.intrinsic_rms).filter(|error| error.is_finite());
-                row.parameter_error_mm = Some(achieved.parameter_error);
-                row.bound_ratio = row.bound_mm.map(|bound| achieved.parameter_error / bound);
+        let cases = scenario.cases.iter();
+        return cases.map(|case| (case.clone(), none.clone())).collect();
+    };
+    let before = Evaluation {
+        truth: &simulated.truth,
+        before: nominal,
+        after: nominal,
+    };
+    let [error_before_mm, relative_before_mm] =
+        errors(&before.position_error_before(&simulated.held_out));
+    // They depend on neither solver nor weights.
+    let mut bounds: Vec<(Method, bool, Option<f64>)> = Vec::new();
+    let result = |case: &Case| {
+        let mut row = RobotResult {
+            robot,
+            seed,
+            parameter_before_mm: Some(before.error_before()),
+            error_before_mm,
+            relative_before_mm,
+            ..RobotResult::default()
+        };
+        let known = bounds
+            .iter()
+            .find(|(method, prior, _)| (*method, *prior) == (case.method, case.prior));
+        row.parameter_bound_mm = if let Some((.., bound)) = known {
+            *bound
+        } else {
+            let bound = bound(plan, scenario, case, &simulated);
+            bounds.push((case.method, case.prior, bound));
+            bound
+        };
+        let begin = Instant::now();
+        let calibrated = calibrate(plan, scenario, case, &simulated.read);
+        row.seconds = Some(begin.elapsed().as_secs_f64());
+        let calibrated = match calibrated {
+            Ok(calibrated) => calibrated,
+            Err(status) => {
+                row.status = status.to_owned();
+                return row;
             }
+        };
+        let evaluation = Evaluation {
+            after: &calibrated.robot,
+            ..before
+        };
+        let error = evaluation.error_after();
+        let [error_after_mm, relative_after_mm] =
+            errors(&evaluation.position_error_after(&simulated.held_out));
+        let [parameter_stated_mm, error_stated_mm, relative_stated_mm] =
+            calibrated.stated(&simulated.held_out);
+        let largest = match scenario.noise {
+            None => Some(EXACT),
+            Some(_) => row.parameter_bound_mm.map(|bound| RETURNED * bound),
+        };
+        RobotResult {
+            status: ACCEPTED.to_owned(),
+            returned: largest.map(|largest| error <= largest),
+            from_nominal: Some(calibrated.from_nominal),
+            gain_percent: Some(evaluation.gain()),
+            parameter_after_mm: Some(error),
+            parameter_stated_mm,
+            error_after_mm,
+            error_stated_mm,
+            relative_after_mm,
+            relative_stated_mm,
+            ..row
         }
-        writer.serialize((case(first + index, scenario, *variant), row, gains))?;
-        times.push(time);
-    }
-    let text = writer
-        .into_inner()
-        .map_err(|error| csv::Error::from(error.into_error()))?;
-    Ok(RobotRows { text, times })
+    };
+    let results: Vec<_> = scenario.cases.iter().map(result).collect();
+    scenario.cases.iter().cloned().zip(results).collect()
 }
 
-/// Bounds of one robot, each computed once: they depend on neither solver nor weights.
-#[derive(Default)]
-struct Bounds(Vec<((CalibrationMethod, bool), Option<f64>)>);
+/// Absolute and relative. A robot that reaches none of the poses has an error all the same.
+fn errors(error: &HeldOutError) -> [Option<f64>; 2] {
+    let known = |value: f64| Some(if value.is_nan() { f64::INFINITY } else { value });
+    [known(error.rms), known(error.intrinsic_rms)]
+}
 
-impl Bounds {
-    fn of(
-        &mut self,
-        plan: &Plan,
-        scenario: &Scenario,
-        robot: &SimulatedRobot,
-        variant: Variant,
-    ) -> Option<f64> {
-        let key = (variant.method.calibration_method(), variant.prior);
-        if let Some((_, known)) = self.0.iter().find(|(known, _)| *known == key) {
-            return *known;
-        }
-        let bound = bound(plan, scenario, robot, variant);
-        self.0.push((key, bound));
-        bound
+/// Rows as a CSV file.
+///
+/// # Errors
+/// None is known: the table is written to memory.
+pub fn rows_csv(rows: &[Row]) -> Result<String, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row)?;
     }
+    text(writer)
+}
+
+pub(super) fn text(writer: csv::Writer<Vec<u8>>) -> Result<String, csv::Error> {
+    let bytes = writer.into_inner().map_err(|error| error.into_error())?;
+    String::from_utf8(bytes).map_err(|error| std::io::Error::other(error).into())
+}
+
+/// Rows of a CSV file that [`rows_csv`] has made.
+///
+/// # Errors
+/// Another file, or a row that is damaged, with its line.
+pub fn read_rows(name: &str, text: &str) -> Result<Vec<Row>, InputError> {
+    let fault = |error: csv::Error| {
+        let line = error.position().map_or(1, csv::Position::line);
+        InputError::new(name, error.to_string()).at_line(line)
+    };
+    let header = rows_csv(&[Row::default()]).map_err(fault)?;
+    if text.lines().next() != header.lines().next() {
+        let cause = "the header is not that of the rows of a campaign";
+        let remedy = "name files that `delta-cal simulate --output` of this version has written";
+        return Err(InputError::new(name, cause).at_line(1).with_remedy(remedy));
+    }
+    let mut reader = ReaderBuilder::new()
+        .has_headers(false)
+        .from_reader(text.as_bytes());
+    // By their places: a struct within a row has no header of its own.
+    let rows = reader.records().skip(1);
+    rows.map(|record| record?.deserialize::<Row>(None))
+        .collect::<Result<_, _>>()
+        .map_err(fault)
 }

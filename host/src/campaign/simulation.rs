@@ -1,9 +1,7 @@
 //! One simulated robot: its true geometry, what is measured of it, and where it is tested.
 
-use super::mixing::mixed;
-use super::plan::{Measure, Plan, Scenario, Spread};
-use super::planned::{Joints, MeasuredAt};
-use super::readings::{Readings, readings};
+use super::instruments::{Joints, MeasuredAt, Readings, readings};
+use super::plan::{Plan, Scenario, Spread};
 use delta_cal::robot::{Arm, ParameterKind, Transmission};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
 use delta_cal::{Robot, Sample};
@@ -29,39 +27,6 @@ pub(super) enum Read {
     Positions(Vec<Sample<f64>>, Vec<[f64; 3]>),
     /// Readings of an instrument.
     Readings(Box<Readings>),
-}
-
-/// The seed of one robot. It depends on the scenario's values, not on its place in the file: a
-/// longer list adds cases and leaves the others' robots as they were.
-pub(super) fn seed(plan: &Plan, scenario: &Scenario, robot: u64) -> u64 {
-    let of_towers = [
-        scenario.start_error.radius_mm,
-        scenario.noise_level.joint_mm,
-    ];
-    let seed = [
-        scenario.poses as u64,
-        scenario.start_error.length_mm.to_bits(),
-        scenario.start_error.angle_deg.to_bits(),
-        scenario.noise_level.position_mm.to_bits(),
-        scenario.noise_level.joint_deg.to_bits(),
-        u64::from(scenario.planned),
-        robot,
-    ]
-    .into_iter()
-    .chain(
-        of_towers
-            .into_iter()
-            .filter(|value| *value > 0.0)
-            .map(f64::to_bits),
-    )
-    .fold(mixed(plan.seed), |state, value| mixed(state ^ value));
-    match scenario.measure {
-        Measure::Positions => seed,
-        Measure::With(instrument) => instrument
-            .name
-            .bytes()
-            .fold(seed, |state, byte| mixed(state ^ u64::from(byte))),
-    }
 }
 
 /// The robot that a seed stands for, as it is measured. `None`
@@ -100,9 +65,10 @@ fn positions(
     truth: &Robot<f64>,
     rng: &mut Pcg32,
 ) -> Option<Read> {
-    let mut samples = Vec::with_capacity(scenario.poses);
-    let mut measured = Vec::with_capacity(scenario.poses);
-    for index in 0..scenario.poses {
+    let count = scenario.shared.poses;
+    let mut samples = Vec::with_capacity(count);
+    let mut measured = Vec::with_capacity(count);
+    for index in 0..count {
         let pose = match planned {
             Some(joints) => simulate_sample(truth, joints.get(index)?, None, rng).ok()?,
             None => random_pose(truth, &plan.robot.limits, rng).ok()?,
@@ -117,22 +83,21 @@ fn positions(
 }
 
 fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot<f64>> {
+    let case = &scenario.shared;
     let [first, second, third] = plan.robot.robot.arms();
-    let common = match scenario.start_error.radius_mm {
-        radius if radius > 0.0 => radius * scatter(plan.spread, rng),
+    let common = match case.start_error_radius_mm {
+        radius if radius > 0.0 => radius * scatter(case.spread, rng),
         _ => 0.0,
     };
     let mut arm = |nominal: &Arm<f64>| {
         let mut parameters = nominal.parameters();
         for parameter in nominal.drive().parameters() {
             let bound = match parameter.kind() {
-                ParameterKind::Length => scenario.start_error.length_mm,
+                ParameterKind::Length => case.start_error_mm,
                 // A tower that leans and a belt that is too long by as much move the platform alike.
-                ParameterKind::Angle | ParameterKind::Ratio => {
-                    scenario.start_error.angle_deg.to_radians()
-                }
+                ParameterKind::Angle | ParameterKind::Ratio => case.start_error_deg.to_radians(),
             };
-            parameters[parameter.index()] += bound * scatter(plan.spread, rng);
+            parameters[parameter.index()] += bound * scatter(case.spread, rng);
         }
         let [x, y, ..] = nominal.parameters();
         let radius = x.hypot(y);
@@ -149,7 +114,7 @@ fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot
     let mut off = |own: Transmission<f64>| {
         let off = own
             .numbers()
-            .map(|number| number + tolerance.sigma() * scatter(plan.spread, rng));
+            .map(|number| number + tolerance.sigma() * scatter(case.spread, rng));
         Transmission::new(off).ok()
     };
     let [first, second, third] = truth.transmissions();

@@ -1,420 +1,241 @@
-//! One row a case: how many robots were calibrated, and quantiles over them.
+//! What came of each case: how many robots were refused or became worse, and the errors of all.
 
-use super::CampaignError;
-use super::folder::Record;
-use super::plan::{Plan, Shard};
-use super::quantiles::{QuantileFinder, Quantiles};
-use super::row::{CASE_COLUMNS, CaseColumns, cases, columns, gain_column, parameters};
-use super::status::Status;
-use csv::{ByteRecord, Reader, ReaderBuilder, WriterBuilder};
-use delta_cal::Parameter;
+use super::plan::Case;
+use super::row::{RobotResult, Row};
+use crate::files::input_error::InputError;
 use serde::Serialize;
-use std::collections::BTreeMap;
-use std::fs::File;
-use std::io;
-use std::path::Path;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// The quantities of which quantiles are stated: the column of `robots.csv`, and how `summary.csv`
-/// names its quantile.
-const QUANTITIES: [(&str, &str); 7] = [
-    ("gain_percent", "gain_{}_percent"),
-    ("error_before_mm", "error_before_{}_mm"),
-    ("error_after_mm", "error_after_{}_mm"),
-    ("parameter_error_mm", "parameter_error_{}_mm"),
-    ("bound_ratio", "bound_ratio_{}"),
-    ("relative_before_mm", "relative_before_{}_mm"),
-    ("relative_after_mm", "relative_after_{}_mm"),
-];
-const QUANTILES: [&str; 5] = ["p05", "p25", "median", "p75", "p95"];
+/// Mean and quantiles, linear between the two nearest values.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Distribution {
+    /// The mean.
+    pub mean: f64,
+    /// At 5 %.
+    pub p05: f64,
+    /// At 50 %.
+    pub median: f64,
+    /// At 95 %.
+    pub p95: f64,
+}
 
-/// What came of one case. Quantiles are over the calibrated robots.
+impl Distribution {
+    /// `None` if there are no values.
+    pub fn of(mut values: Vec<f64>) -> Option<Self> {
+        values.sort_by(f64::total_cmp);
+        let last = values.len().checked_sub(1)?;
+        let at = |percent: usize| {
+            let (index, rest) = (percent * last / 100, percent * last % 100);
+            let low = values[index];
+            let high = values[last.min(index + 1)];
+            // An infinite neighbour of no weight does not count.
+            if rest == 0 {
+                low
+            } else {
+                low + (high - low) * number(rest) / 100.0
+            }
+        };
+        Some(Self {
+            mean: values.iter().sum::<f64>() / number(values.len()),
+            p05: at(5),
+            median: at(50),
+            p95: at(95),
+        })
+    }
+}
+
+/// √(Σ error² / Σ σ²) over the accepted robots: 1 where σ is right.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Ratios {
+    /// Of the parameters, over the Cramér–Rao bound.
+    pub error_to_bound: Option<f64>,
+    /// Of the parameters, over the stated σ.
+    pub parameters_to_stated: Option<f64>,
+    /// Of positions, over the stated σ.
+    pub error_to_stated: Option<f64>,
+    /// Of positions after the best rigid motion, over the stated σ.
+    pub relative_to_stated: Option<f64>,
+}
+
+/// What came of one case. Means and quantiles are over all simulated robots; one that was refused
+/// keeps the error that it had, and its gain is 0.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CaseSummary {
     /// Which case.
     #[serde(flatten)]
-    pub case: CaseColumns,
+    pub case: Case,
     /// Simulated robots.
-    pub robots: u64,
+    pub robots: usize,
+    /// Start errors that make no robot, or one that cannot be measured; not among the robots.
+    pub no_robot: usize,
     /// Robots that were calibrated, not refused.
-    pub accepted: u64,
+    pub accepted: usize,
+    /// Those of them whose position error is larger than before; relative with instruments that do
+    /// not tell where the robot stands.
+    pub worse: usize,
     /// Robots whose true parameters were found: to the arithmetic's accuracy without noise, within
     /// five times the Cramér–Rao bound with it.
-    pub returned: u64,
+    pub returned: usize,
     /// Those of them for which no other start than the nominal robot was needed.
-    pub returned_from_nominal: u64,
-    /// Why the others were refused, and how many for each reason.
-    pub refusals: BTreeMap<String, u64>,
+    pub returned_from_nominal: usize,
+    /// Why robots were refused, and how many for each reason.
+    pub refused: BTreeMap<String, usize>,
     /// Gain (4.1), percent.
-    pub gain_percent: Option<Quantiles>,
-    /// rms position error over held-out points before, mm.
-    pub error_before_mm: Option<Quantiles>,
+    pub gain_percent: Option<Distribution>,
+    /// Parameter error before, mm.
+    pub parameter_before_mm: Option<Distribution>,
     /// The same after.
-    pub error_after_mm: Option<Quantiles>,
-    /// ‖Pr − Pc‖, angles times the upper arm's length, mm.
-    pub parameter_error_mm: Option<Quantiles>,
-    /// The parameter error over the Cramér–Rao bound, robot by robot.
-    pub bound_ratio: Option<Quantiles>,
-    /// As `error_before_mm`, after the rigid motion that explains most of the errors.
-    pub relative_before_mm: Option<Quantiles>,
+    pub parameter_after_mm: Option<Distribution>,
+    /// Position error over the held-out poses before, mm.
+    pub error_before_mm: Option<Distribution>,
     /// The same after.
-    pub relative_after_mm: Option<Quantiles>,
-    /// √(Σ parameter error² / Σ bound²) over all calibrated robots: 1 at the bound.
-    pub bound_ratio_rms: Option<f64>,
-    /// Wall-clock time of one calibration; not of the simulation around it.
+    pub error_after_mm: Option<Distribution>,
+    /// Position error after the best rigid motion before, mm.
+    pub relative_before_mm: Option<Distribution>,
+    /// The same after.
+    pub relative_after_mm: Option<Distribution>,
+    /// Of the accepted robots.
+    pub ratios: Ratios,
+    /// Wall clock of one calibration; not known of rows from a file.
     pub seconds_per_calibration: Option<f64>,
-    /// Of every parameter, if the plan asks for it and any robot was calibrated.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub parameter_gains: Vec<ParameterGain>,
-}
-
-/// The gain of one parameter by itself.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ParameterGain {
-    /// Counted from 1.
-    pub arm: usize,
-    /// As in the paper: `Dx`, `theta`, `La_x`.
-    pub parameter: &'static str,
-    /// Percent.
-    pub gain_percent: Quantiles,
 }
 
 impl CaseSummary {
-    /// Calibrated robots, percent.
-    pub fn converged_percent(&self) -> f64 {
-        100.0 * number(self.accepted) / number(self.robots)
+    /// How many of the robots, percent.
+    pub fn percent(&self, count: usize) -> f64 {
+        100.0 * number(count) / number(self.robots)
     }
 
-    /// Robots whose true parameters were found, percent.
-    pub fn returned_percent(&self) -> f64 {
-        100.0 * number(self.returned) / number(self.robots)
-    }
-
-    /// The same of those for which no other start than the nominal robot was needed.
-    pub fn returned_from_nominal_percent(&self) -> f64 {
-        100.0 * number(self.returned_from_nominal) / number(self.robots)
+    fn of(case: &Case, rows: &[&RobotResult]) -> Self {
+        let robots: Vec<_> = rows
+            .iter()
+            .copied()
+            .filter(|row| row.is_simulated())
+            .collect();
+        let (accepted, others): (Vec<_>, Vec<_>) =
+            robots.iter().copied().partition(|row| row.is_accepted());
+        let mut refused = BTreeMap::new();
+        for row in others {
+            *refused.entry(row.status.clone()).or_default() += 1;
+        }
+        let count =
+            |of: &dyn Fn(&RobotResult) -> bool| accepted.iter().filter(|row| of(row)).count();
+        // Refused robots stay as they were.
+        let over = |of: &dyn Fn(&RobotResult) -> [Option<f64>; 2]| {
+            let values = robots.iter().filter_map(|row| {
+                let [before, after] = of(row);
+                if row.is_accepted() { after } else { before }
+            });
+            Distribution::of(values.collect())
+        };
+        let all = |of: &dyn Fn(&RobotResult) -> Option<f64>| {
+            Distribution::of(robots.iter().filter_map(|row| of(row)).collect())
+        };
+        let ratio = |of: &dyn Fn(&RobotResult) -> [Option<f64>; 2]| {
+            let pairs = accepted.iter().filter_map(|row| match of(row) {
+                [Some(error), Some(sigma)] => Some((error * error, sigma * sigma)),
+                _ => None,
+            });
+            let (errors, sigmas) =
+                pairs.fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
+            (sigmas > 0.0).then(|| (errors / sigmas).sqrt())
+        };
+        let seconds = rows.iter().filter_map(|row| row.seconds).collect();
+        let is_relative = case.is_relative();
+        Self {
+            case: case.clone(),
+            robots: robots.len(),
+            no_robot: rows.len() - robots.len(),
+            accepted: accepted.len(),
+            worse: count(&|row| match is_relative {
+                true => row.relative_after_mm > row.relative_before_mm,
+                false => row.error_after_mm > row.error_before_mm,
+            }),
+            returned: count(&|row| row.returned == Some(true)),
+            returned_from_nominal: count(&|row| {
+                row.returned == Some(true) && row.from_nominal == Some(true)
+            }),
+            refused,
+            gain_percent: over(&|row| [Some(0.0), row.gain_percent]),
+            parameter_before_mm: all(&|row| row.parameter_before_mm),
+            parameter_after_mm: over(&|row| [row.parameter_before_mm, row.parameter_after_mm]),
+            error_before_mm: all(&|row| row.error_before_mm),
+            error_after_mm: over(&|row| [row.error_before_mm, row.error_after_mm]),
+            relative_before_mm: all(&|row| row.relative_before_mm),
+            relative_after_mm: over(&|row| [row.relative_before_mm, row.relative_after_mm]),
+            ratios: Ratios {
+                error_to_bound: ratio(&|row| [row.parameter_after_mm, row.parameter_bound_mm]),
+                parameters_to_stated: ratio(&|row| {
+                    [row.parameter_after_mm, row.parameter_stated_mm]
+                }),
+                error_to_stated: ratio(&|row| [row.error_after_mm, row.error_stated_mm]),
+                relative_to_stated: ratio(&|row| [row.relative_after_mm, row.relative_stated_mm]),
+            },
+            seconds_per_calibration: Distribution::of(seconds).map(|own| own.mean),
+        }
     }
 }
 
 #[allow(clippy::cast_precision_loss)] // counts far below 2⁵³
-const fn number(count: u64) -> f64 {
+const fn number(count: usize) -> f64 {
     count as f64
 }
 
-/// What is gathered of one case while its rows pass by.
-#[derive(Default)]
-struct Gathered {
-    robots: u64,
-    accepted: u64,
-    returned: u64,
-    returned_from_nominal: u64,
-    refusals: BTreeMap<String, u64>,
-    squares: (f64, f64),
-    finders: [QuantileFinder; 7],
-    /// Arm, parameter and its gain; all of the robot's, or none.
-    parameters: Vec<(usize, Parameter, QuantileFinder)>,
+/// The cases of rows, in the order in which they occur.
+pub fn summarize(rows: &[Row]) -> Vec<CaseSummary> {
+    let mut places: HashMap<String, usize> = HashMap::new();
+    let mut cases: Vec<(&Case, Vec<&RobotResult>)> = Vec::new();
+    for (case, result) in rows {
+        let place = *places.entry(format!("{case:?}")).or_insert(cases.len());
+        if place == cases.len() {
+            cases.push((case, Vec::new()));
+        }
+        cases[place].1.push(result);
+    }
+    let cases = cases.iter();
+    cases
+        .map(|(case, results)| CaseSummary::of(case, results))
+        .collect()
 }
 
-impl Gathered {
-    fn new(plan: &Plan) -> Self {
-        let all = parameters(plan).filter(|_| plan.parameters);
-        Self {
-            parameters: all
-                .map(|(arm, parameter)| (arm, parameter, QuantileFinder::default()))
-                .collect(),
-            ..Self::default()
+/// Joins the rows of several files, each with its name.
+///
+/// # Errors
+/// A robot that stands in them twice.
+pub fn join(files: Vec<(String, Vec<Row>)>) -> Result<Vec<Row>, InputError> {
+    let mut seen = HashSet::new();
+    let mut all = Vec::new();
+    for (name, rows) in files {
+        for (line, (case, result)) in (2..).zip(&rows) {
+            if !seen.insert((format!("{case:?}"), result.seed)) {
+                let cause = format!("robot {} of this case was read before", result.robot);
+                return Err(InputError::new(&name, cause)
+                    .at_line(line)
+                    .with_remedy("name each file once, and files of different robots"));
+            }
         }
+        all.extend(rows);
     }
+    Ok(all)
+}
 
-    /// In the first pass.
-    fn count(&mut self, row: &Cells<'_>) -> io::Result<()> {
-        self.robots += 1;
-        if row.status()? != Status::ACCEPTED.name() {
-            *self.refusals.entry(row.status()?.to_owned()).or_default() += 1;
-            return Ok(());
-        }
-        self.accepted += 1;
-        let returned = row.text("returned")? == "true";
-        let from_nominal = row.text("from_nominal")? == "true";
-        self.returned += u64::from(returned);
-        self.returned_from_nominal += u64::from(returned && from_nominal);
-        if let (Some(error), Some(bound)) =
-            (row.number("parameter_error_mm")?, row.number("bound_mm")?)
-        {
-            self.squares.0 += error * error;
-            self.squares.1 += bound * bound;
-        }
+#[cfg(test)]
+mod tests {
+    use super::Distribution;
+
+    /// numpy.quantile([1, 2, 4, 8, inf], [0.05, 0.5, 0.75]) is 1.2, 4, 8.
+    #[test]
+    fn quantiles_are_those_of_numpy() -> Result<(), &'static str> {
+        let found = Distribution::of(vec![8.0, 1.0, f64::INFINITY, 4.0, 2.0]).ok_or("values")?;
+        assert!((found.p05 - 1.2).abs() < 1e-15);
+        assert!((found.median - 4.0).abs() < 1e-15);
+        assert!(found.p95.is_infinite() && found.mean.is_infinite());
+        let one = Distribution::of(vec![3.0]).ok_or("a value")?;
+        assert_eq!(
+            [one.mean, one.p05, one.p95].map(f64::to_bits),
+            [3.0_f64; 3].map(f64::to_bits)
+        );
+        assert_eq!(Distribution::of(Vec::new()), None);
         Ok(())
     }
-
-    /// In every pass.
-    fn offer(&mut self, row: &Cells<'_>) -> io::Result<()> {
-        if row.status()? != Status::ACCEPTED.name() {
-            return Ok(());
-        }
-        for (finder, (column, _)) in self.finders.iter_mut().zip(QUANTITIES) {
-            if let Some(value) = row.number(column)? {
-                finder.offer(value);
-            }
-        }
-        for (arm, parameter, finder) in &mut self.parameters {
-            if let Some(value) = row.number(&gain_column(*arm, *parameter))? {
-                finder.offer(value);
-            }
-        }
-        Ok(())
-    }
-
-    fn another_pass(&mut self) -> bool {
-        let mut another = false;
-        let own = self.parameters.iter_mut().map(|(.., finder)| finder);
-        for finder in self.finders.iter_mut().chain(own) {
-            another |= finder.another_pass();
-        }
-        another
-    }
-
-    fn summary(&self, case: CaseColumns, seconds_per_calibration: Option<f64>) -> CaseSummary {
-        let [
-            gain,
-            before,
-            after,
-            error,
-            ratio,
-            relative_before,
-            relative_after,
-        ] = self.finders.each_ref().map(QuantileFinder::quantiles);
-        let (errors, bounds) = self.squares;
-        CaseSummary {
-            case,
-            robots: self.robots,
-            accepted: self.accepted,
-            returned: self.returned,
-            returned_from_nominal: self.returned_from_nominal,
-            refusals: self.refusals.clone(),
-            gain_percent: gain,
-            error_before_mm: before,
-            error_after_mm: after,
-            parameter_error_mm: error,
-            bound_ratio: ratio,
-            relative_before_mm: relative_before,
-            relative_after_mm: relative_after,
-            bound_ratio_rms: (bounds > 0.0).then(|| (errors / bounds).sqrt()),
-            seconds_per_calibration,
-            parameter_gains: self
-                .parameters
-                .iter()
-                .filter_map(|(arm, parameter, finder)| {
-                    Some(ParameterGain {
-                        arm: *arm,
-                        parameter: parameter.symbol(),
-                        gain_percent: finder.quantiles()?,
-                    })
-                })
-                .collect(),
-        }
-    }
-}
-
-/// A row's cells by their column.
-struct Cells<'a> {
-    columns: &'a [String],
-    cells: &'a ByteRecord,
-}
-
-impl Cells<'_> {
-    fn text(&self, column: &str) -> io::Result<&str> {
-        self.columns
-            .iter()
-            .position(|name| *name == column)
-            .and_then(|index| self.cells.get(index))
-            .and_then(|cell| std::str::from_utf8(cell).ok())
-            .ok_or_else(|| io::Error::other(format!("a row has no column {column}")))
-    }
-
-    fn status(&self) -> io::Result<&str> {
-        self.text("status")
-    }
-
-    fn number(&self, column: &str) -> io::Result<Option<f64>> {
-        match self.text(column)? {
-            "" => Ok(None),
-            text => text.parse().map(Some).map_err(|_| {
-                io::Error::other(format!("{text} in column {column} is not a number"))
-            }),
-        }
-    }
-}
-
-/// Reads the rows of a campaign, or of its shard, once or a few times, and keeps none.
-pub(super) fn summarise(
-    rows: &Path,
-    plan: &Plan,
-    shard: Shard,
-    record: &Record,
-) -> Result<Vec<CaseSummary>, CampaignError> {
-    let failed = |error: io::Error| CampaignError::file(rows, error);
-    let broken = |error: csv::Error| CampaignError::file(rows, error);
-    let mut reader = ReaderBuilder::new().from_path(rows).map_err(broken)?;
-    reader.byte_headers().map_err(broken)?;
-    let variants = plan.variants().len();
-    let columns = columns(plan);
-    let mut cases = cases(plan).into_iter();
-    let mut times = record.calibrations.iter().zip(&record.seconds);
-    let mut summaries = Vec::new();
-    for _ in plan.scenarios() {
-        let begin = reader.position().clone();
-        let mut gathered: Vec<_> = (0..variants).map(|_| Gathered::new(plan)).collect();
-        let mut first = true;
-        loop {
-            pass(
-                &mut reader,
-                &columns,
-                shard.robots(plan),
-                &mut gathered,
-                first,
-            )
-            .map_err(failed)?;
-            first = false;
-            let another = gathered
-                .iter_mut()
-                .fold(false, |another, case| case.another_pass() | another);
-            if !another {
-                break;
-            }
-            reader.seek(begin.clone()).map_err(broken)?;
-        }
-        for ((gathered, case), (count, seconds)) in gathered.iter().zip(&mut cases).zip(&mut times)
-        {
-            let each = (*count > 0).then(|| seconds / number(*count));
-            summaries.push(gathered.summary(case, each));
-        }
-    }
-    Ok(summaries)
-}
-
-fn pass(
-    reader: &mut Reader<File>,
-    columns: &[String],
-    robots: u64,
-    gathered: &mut [Gathered],
-    first: bool,
-) -> io::Result<()> {
-    let mut record = ByteRecord::new();
-    for _ in 0..robots {
-        for case in &mut *gathered {
-            if !reader.read_byte_record(&mut record)? {
-                return Err(io::Error::other("the rows end too early"));
-            }
-            let cells = Cells {
-                columns,
-                cells: &record,
-            };
-            if first {
-                case.count(&cells)?;
-            }
-            case.offer(&cells)?;
-        }
-    }
-    Ok(())
-}
-
-/// `summary.csv`.
-pub(super) fn summary_csv(summaries: &[CaseSummary]) -> Result<String, CampaignError> {
-    let mut columns: Vec<String> = CASE_COLUMNS.map(str::to_owned).into();
-    columns.extend(
-        [
-            "robots",
-            "accepted",
-            "converged_percent",
-            "returned_percent",
-            "returned_from_nominal_percent",
-        ]
-        .map(str::to_owned),
-    );
-    for (_, pattern) in QUANTITIES {
-        columns.extend(QUANTILES.map(|name| pattern.replace("{}", name)));
-    }
-    columns.extend(["bound_ratio_rms", "refusals"].map(str::to_owned));
-    table(&columns, summaries, |summary| {
-        let quantities = [
-            summary.gain_percent,
-            summary.error_before_mm,
-            summary.error_after_mm,
-            summary.parameter_error_mm,
-            summary.bound_ratio,
-            summary.relative_before_mm,
-            summary.relative_after_mm,
-        ]
-        .map(|quantiles| quantiles.map_or([None; 5], |quantiles| quantiles.values().map(Some)));
-        let refusals: Vec<_> = summary
-            .refusals
-            .iter()
-            .map(|(reason, count)| format!("{reason} {count}"))
-            .collect();
-        (
-            summary.case,
-            (summary.robots, summary.accepted),
-            [
-                summary.converged_percent(),
-                summary.returned_percent(),
-                summary.returned_from_nominal_percent(),
-            ],
-            quantities,
-            summary.bound_ratio_rms,
-            refusals.join("; "),
-        )
-    })
-}
-
-/// `timing.csv`.
-pub(super) fn timing_csv(summaries: &[CaseSummary]) -> Result<String, CampaignError> {
-    let mut columns: Vec<String> = CASE_COLUMNS.map(str::to_owned).into();
-    columns.push("seconds_per_calibration".to_owned());
-    table(&columns, summaries, |summary| {
-        (summary.case, summary.seconds_per_calibration)
-    })
-}
-
-/// `parameters.csv`.
-pub(super) fn parameters_csv(summaries: &[CaseSummary]) -> Result<String, CampaignError> {
-    let mut columns: Vec<String> = CASE_COLUMNS.map(str::to_owned).into();
-    columns.extend(["arm", "parameter"].map(str::to_owned));
-    columns.extend(QUANTILES.map(|name| format!("gain_{name}_percent")));
-    let rows: Vec<_> = summaries
-        .iter()
-        .flat_map(|summary| {
-            summary
-                .parameter_gains
-                .iter()
-                .map(move |gain| (summary, gain))
-        })
-        .collect();
-    table(&columns, &rows, |(summary, gain)| {
-        let values = gain.gain_percent.values();
-        (summary.case, gain.arm, gain.parameter, values)
-    })
-}
-
-/// A header and a row for each item.
-fn table<I, T: Serialize>(
-    columns: &[String],
-    items: &[I],
-    row: impl Fn(&I) -> T,
-) -> Result<String, CampaignError> {
-    let failed = |error: io::Error| CampaignError::file(Path::new("summary"), error);
-    let mut writer = WriterBuilder::new()
-        .has_headers(false)
-        .from_writer(Vec::new());
-    let write = |writer: &mut csv::Writer<Vec<u8>>| -> Result<(), csv::Error> {
-        writer.write_record(columns)?;
-        for item in items {
-            writer.serialize(row(item))?;
-        }
-        Ok(())
-    };
-    write(&mut writer).map_err(|error| failed(error.into()))?;
-    let bytes = writer
-        .into_inner()
-        .map_err(|error| failed(error.into_error()))?;
-    String::from_utf8(bytes).map_err(|error| failed(io::Error::other(error)))
 }

@@ -1,181 +1,252 @@
 //! One simulated robot calibrated one way, and what came of it.
 
-use super::plan::{CampaignMethod, Plan, Scenario, Variant};
-use super::planned::EXACT;
-use super::readings::Readings;
+use super::instruments::{Readings, known};
+use super::plan::{Case, Method, Plan, Scenario};
 use super::simulation::{Read, SimulatedRobot};
-use super::status::Status;
-use crate::accuracy::evaluation::{CramerRaoBound, Evaluation, HeldOutError};
+use crate::accuracy::evaluation::CramerRaoBound;
 use crate::accuracy::information::units;
-use crate::files::robot_file::{InstrumentFacts, RobotFile};
-use crate::fit::fkm;
+use crate::accuracy::position_uncertainty::PositionUncertainty;
+use crate::accuracy::rigid_motion::RigidMotions;
+use crate::files::robot_file::RobotFile;
 use crate::fit::observations::{self, ObservedError};
 use crate::fit::options::CalibrationMethod;
 use crate::planning::measurements::covariance_after;
-use delta_cal::calibration::{ArmOutcome, JointCalibrator, StartUsed};
-use delta_cal::{
-    Calibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings, Tolerance,
+use delta_cal::calibration::{ArmOutcome, JointCalibrator, JointOutcome, StartUsed};
+use delta_cal::observations::{
+    Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PositionFrame,
+    PrepareError,
 };
-use std::time::{Duration, Instant};
+use delta_cal::{Calibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings};
+use nalgebra::SMatrix;
 
-/// What a calibration returned, and how long it took.
-#[derive(Debug)]
-pub(super) struct Trial {
-    pub(super) status: Status,
-    pub(super) calibrated: Option<Calibrated>,
-    pub(super) time: Duration,
-}
+/// Of the 24 parameters: mm, radians and their products.
+type Covariance = SMatrix<f64, 24, 24>;
+
+/// The FKM method without a known noise takes this for it first, mm: less than any residual that is
+/// not rounding.
+const FIRST_SIGMA: f64 = 1e-6;
+/// With a tolerance, this part of its length.
+const FIRST_PART: f64 = 0.01;
+/// How often it estimates the noise anew, and when that has settled.
+const ESTIMATES: usize = 12;
+const SETTLED: f64 = 0.02;
+
+/// Why a robot was not calibrated, in one word.
+pub(super) type Status = &'static str;
+/// That it was.
+pub(super) const ACCEPTED: Status = "accepted";
+/// That there is no robot to measure: the start error makes none, or one without usable poses.
+pub(super) const NO_ROBOT: Status = "no_robot";
+const FAULTY_SAMPLE: Status = "faulty_sample";
 
 /// The result of a calibration that was not refused.
 #[derive(Debug)]
 pub(super) struct Calibrated {
     pub(super) robot: Robot<f64>,
-    /// Of the arm that took the most.
-    pub(super) iterations: u16,
-    /// Of the worst arm.
-    pub(super) condition: f64,
+    /// `None` if nothing is left over to tell the noise from.
+    covariance: Option<Covariance>,
+    /// Whether that holds what the arms have in common.
+    whole: bool,
     /// Whether every arm's iteration began at the nominal robot, and no other start was needed.
     pub(super) from_nominal: bool,
 }
 
-/// What is stated of a calibrated robot whose true parameters are known.
-#[derive(Debug)]
-pub(super) struct AchievedAccuracy {
-    pub(super) gain: f64,
-    pub(super) position_error: HeldOutError,
-    pub(super) parameter_error: f64,
-    /// Of each arm's parameters in turn, percent.
-    pub(super) parameter_gains: [f64; 24],
-}
-
-pub(super) fn calibrate(plan: &Plan, scenario: &Scenario, variant: Variant, read: &Read) -> Trial {
-    let begin = Instant::now();
-    let result = match read {
-        Read::Readings(readings) => of_readings(plan, scenario, variant, readings),
-        Read::Positions(samples, _) => of_positions(plan, scenario, variant, samples),
+pub(super) fn calibrate(
+    plan: &Plan,
+    scenario: &Scenario,
+    case: &Case,
+    read: &Read,
+) -> Result<Calibrated, Status> {
+    let samples = match read {
+        Read::Readings(readings) => return of_readings(plan, scenario, case, readings),
+        Read::Positions(samples, _) => samples,
     };
-    let time = begin.elapsed();
-    match result {
-        Ok(calibrated) => Trial {
-            status: Status::ACCEPTED,
-            calibrated: Some(calibrated),
-            time,
-        },
-        Err(status) => Trial {
-            status,
-            calibrated: None,
-            time,
-        },
+    let nominal = &plan.robot.robot;
+    let settings = Settings::default()
+        .with_noise(scenario.noise.filter(|_| case.weights))
+        .with_tolerance(scenario.tolerance.filter(|_| case.prior))
+        .with_solver(case.solver.into());
+    let outcome = match case.method {
+        Method::Ikm => {
+            let mut calibrator = Calibrator::new(nominal, &settings);
+            calibrator.add_many(samples).map_err(|_| FAULTY_SAMPLE)?;
+            return match calibrator.solve() {
+                Ok(outcome) => Ok(of_arms(&outcome, None)),
+                Err(refusal) => Err(status(&refusal)),
+            };
+        }
+        Method::Joint => {
+            let mut calibrator = JointCalibrator::new(nominal, &settings);
+            calibrator.add_many(samples).map_err(|_| FAULTY_SAMPLE)?;
+            calibrator.solve()
+        }
+        Method::Fkm => fkm(nominal, samples, &settings),
+    };
+    match outcome {
+        Ok(outcome) => {
+            let arms = RobotOutcome::from(&outcome);
+            Ok(of_arms(&arms, outcome.estimate.covariance))
+        }
+        Err(refusal) => Err(status(&refusal)),
     }
 }
 
-/// The robot as the calibration of an instrument's readings knows it.
-fn known(plan: &Plan, scenario: &Scenario, variant: Variant) -> RobotFile {
-    let sigma = scenario.noise.map_or(EXACT, |noise| noise.position());
-    let joint = scenario.noise.map_or(0.0, |noise| noise.joint());
-    let mut robot = RobotFile {
-        noise: Noise::new(sigma, joint).ok(),
-        tolerance: scenario.tolerance.filter(|_| variant.prior),
-        ..plan.robot.clone()
-    };
-    robot.instruments = InstrumentFacts {
-        height_noise: Some(sigma),
-        distance_noise: Some(sigma),
-        joint_noise: Some(joint),
-        ..InstrumentFacts::default()
-    };
-    robot
-}
-
+/// The only call of the host's own fit.
 fn of_readings(
     plan: &Plan,
     scenario: &Scenario,
-    variant: Variant,
+    case: &Case,
     readings: &Readings,
 ) -> Result<Calibrated, Status> {
-    let robot = known(plan, scenario, variant);
-    let solver = variant.solver.calibration_solver();
-    let fit = observations::calibrate(&robot, &readings.file, readings.frame, solver);
+    let robot = known(plan, scenario, case.prior);
+    let fit = observations::calibrate(&robot, &readings.file, readings.frame, case.solver.into());
     let fit = fit.map_err(|error| match error {
-        ObservedError::Refused(refusal) => Status::of(&refusal),
+        ObservedError::Refused(refusal) => status(&refusal),
         ObservedError::Row(..) | ObservedError::TooManyInstruments | ObservedError::Robust(_) => {
-            Status::FAULTY_SAMPLE
+            FAULTY_SAMPLE
         }
     })?;
-    Ok(calibrated(&fit.outcome.fit, &fit.outcome.fit.robot))
+    Ok(of_arms(&fit.outcome.fit, fit.outcome.covariance))
 }
 
-fn of_positions(
-    plan: &Plan,
-    scenario: &Scenario,
-    variant: Variant,
+/// The FKM method of the paper: the core's problem of observations whose readings are all three
+/// coordinates in the robot's frame. That needs a noise: where none is known it is the one that the
+/// residuals show.
+fn fkm(
+    nominal: &Robot<f64>,
     samples: &[Sample<f64>],
-) -> Result<Calibrated, Status> {
-    let settings = Settings::default()
-        .with_noise(scenario.noise.filter(|_| variant.weights))
-        .with_tolerance(scenario.tolerance.filter(|_| variant.prior))
-        .with_solver(variant.solver.calibration_solver())
-        .with_start(variant.method.start());
-    let nominal = &plan.robot.robot;
-    match variant.method {
-        CampaignMethod::Joint
-        | CampaignMethod::JointNoGuess
-        | CampaignMethod::Ikm
-        | CampaignMethod::IkmNoGuess => solve(variant.method, nominal, samples, &settings)
-            .map(|outcome| calibrated(&outcome, &outcome.robot)),
-        CampaignMethod::JointSingle | CampaignMethod::IkmSingle => {
-            single(plan, scenario, variant, samples)
+    settings: &Settings<f64>,
+) -> Result<JointOutcome<f64>, Refusal> {
+    let mut rows: Vec<_> = samples
+        .iter()
+        .map(|sample| {
+            let [x, y, z]: [f64; 3] = sample.position.into();
+            ObservationRow::new(Observation {
+                position: [Some(x), Some(y), Some(z)],
+                ..Observation::at(sample.joints)
+            })
+        })
+        .collect();
+    let mut solve = |noise: Noise<f64>| {
+        let instruments = Instruments {
+            frame: PositionFrame::Base,
+            planes: &[],
+            points: &[],
+            noise: ObservationNoise::new(noise, 1.0, 1.0).map_err(|_| Refusal::Unfinished)?,
+            transmission: None,
+        };
+        let problem = ObservationProblem::<f64, 24>::prepare(nominal, &instruments, &mut rows);
+        let problem = problem.map_err(|error| match error {
+            PrepareError::Refused(refusal) => refusal,
+            _ => Refusal::Unfinished,
+        })?;
+        Ok(problem.solve::<25, 325>(settings)?.of_robot())
+    };
+    if let Some(noise) = settings.noise {
+        return solve(noise);
+    }
+    let tolerance = settings.tolerance.as_ref();
+    let mut sigma = tolerance.map_or(FIRST_SIGMA, |own| FIRST_PART * own.of(Parameter::Lb));
+    for _ in 0..ESTIMATES {
+        let noise = Noise::new(sigma, 0.0).map_err(|_| Refusal::Unfinished)?;
+        match solve(noise) {
+            Err(Refusal::ResidualContradictsNoise { ratio, .. }) => sigma *= f64::from(ratio),
+            Err(refusal) => return Err(refusal),
+            Ok(mut outcome) => {
+                let estimate = &mut outcome.estimate;
+                let residuals = 3.0 * estimate.effective_samples;
+                let freedom = estimate.degrees_of_freedom.max(1.0);
+                let factor = estimate.residual_rms * (residuals / freedom).sqrt();
+                if tolerance.is_none() || (factor - 1.0).abs() < SETTLED {
+                    // No residual tells the noise.
+                    estimate.covariance.take_if(|_| sigma <= FIRST_SIGMA);
+                    return Ok(outcome);
+                }
+                sigma = (sigma * factor).max(FIRST_SIGMA);
+            }
         }
-        CampaignMethod::Fkm | CampaignMethod::FkmNoGuess => {
-            fkm::calibrate(nominal, samples, &settings)
-                .map(|outcome| calibrated(&outcome.fit, &outcome.fit.robot))
-                .map_err(|refusal| Status::of(&refusal))
-        }
+    }
+    Err(Refusal::Unfinished)
+}
+
+/// `covariance`: of all parameters, or that of the arms.
+fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<Covariance>) -> Calibrated {
+    let mut arms = outcome.arms.iter();
+    Calibrated {
+        robot: outcome.robot,
+        covariance: covariance.or_else(|| by_arms(&outcome.arms)),
+        whole: covariance.is_some(),
+        from_nominal: arms.all(|arm| arm.start == StartUsed::Nominal),
     }
 }
 
-/// Evaluates a calibrated robot against the true one.
-pub(super) fn achieved(
-    plan: &Plan,
-    robot: &SimulatedRobot,
-    after: &Robot<f64>,
-) -> AchievedAccuracy {
-    let evaluation = Evaluation {
-        truth: &robot.truth,
-        before: &plan.robot.robot,
-        after,
-    };
-    let gains = evaluation.parameter_gains();
-    AchievedAccuracy {
-        gain: evaluation.gain(),
-        position_error: evaluation.position_error_after(&robot.held_out),
-        parameter_error: evaluation.error_after(),
-        parameter_gains: std::array::from_fn(|index| gains[index / 8][index % 8]),
+fn by_arms(arms: &[ArmOutcome<f64>; 3]) -> Option<Covariance> {
+    let mut whole = Covariance::zeros();
+    for (arm, outcome) in arms.iter().enumerate() {
+        let own = outcome.covariance.as_ref()?;
+        whole
+            .fixed_view_mut::<8, 8>(8 * arm, 8 * arm)
+            .copy_from(own);
+    }
+    Some(whole)
+}
+
+impl Calibrated {
+    /// What it states of its own error, one σ: of the parameters, and of the positions at the
+    /// held-out poses, absolute and relative. Of arms that were calibrated apart the parameters'
+    /// alone: positions depend on what the arms' errors have in common.
+    pub(super) fn stated(&self, held_out: &[[f64; 3]]) -> [Option<f64>; 3] {
+        let Some(covariance) = &self.covariance else {
+            return [None; 3];
+        };
+        let parameters = Some(error_of(covariance, &self.robot));
+        if !self.whole {
+            return [parameters, None, None];
+        }
+        let robot = &self.robot;
+        let uncertainty = PositionUncertainty { robot, covariance };
+        let jacobians: Vec<_> = held_out
+            .iter()
+            .filter_map(|joints| {
+                let position = robot.forward(joints).ok()?;
+                Some((position, uncertainty.jacobian(&position, joints)?))
+            })
+            .collect();
+        let rms = |rows: &mut dyn Iterator<Item = SMatrix<f64, 3, 24>>| {
+            let mut variance = 0.0;
+            let mut count = 0.0;
+            for row in rows {
+                variance += (row * covariance * row.transpose()).trace();
+                count += 1.0;
+            }
+            Some((variance / count).sqrt()).filter(|sigma: &f64| sigma.is_finite())
+        };
+        let motions = RigidMotions::of(jacobians.iter().map(|(position, _)| *position));
+        let relative = motions.and_then(|motions| {
+            let explained = motions.explaining(jacobians.iter().copied());
+            let left = jacobians.iter();
+            rms(&mut left.map(|(position, row)| row - motions.at(position) * explained))
+        });
+        let absolute = rms(&mut jacobians.iter().map(|(_, row)| *row));
+        [parameters, absolute, relative]
     }
 }
 
-/// Over the held-out points with the nominal parameters.
-pub(super) fn error_before(plan: &Plan, robot: &SimulatedRobot) -> HeldOutError {
-    let nominal = &plan.robot.robot;
-    let evaluation = Evaluation {
-        truth: &robot.truth,
-        before: nominal,
-        after: nominal,
-    };
-    evaluation.position_error_before(&robot.held_out)
-}
-
-/// The least rms of the parameter error that the method can have, mm.
+/// The least rms of the parameter error that a case can have (Cramér–Rao), mm.
 pub(super) fn bound(
     plan: &Plan,
     scenario: &Scenario,
+    case: &Case,
     robot: &SimulatedRobot,
-    variant: Variant,
 ) -> Option<f64> {
     match &robot.read {
         Read::Positions(_, joints) => {
-            let method = variant.method.calibration_method();
-            let tolerance = scenario.tolerance.as_ref().filter(|_| variant.prior);
+            // The other methods use all that the measurements hold.
+            let method = match case.method {
+                Method::Ikm => CalibrationMethod::Ikm,
+                Method::Joint | Method::Fkm => CalibrationMethod::Joint,
+            };
+            let tolerance = scenario.tolerance.as_ref().filter(|_| case.prior);
             let noise = scenario.noise.as_ref()?;
             CramerRaoBound::new(method, &robot.truth, joints, noise, tolerance)
                 .map(|bound| bound.error())
@@ -183,93 +254,40 @@ pub(super) fn bound(
         Read::Readings(readings) => {
             let known = RobotFile {
                 robot: robot.truth,
-                ..known(plan, scenario, variant)
+                ..known(plan, scenario, case.prior)
             };
             known.tolerance?;
             let covariance = covariance_after(&known, &readings.exact, readings.frame)?;
-            let units = units(&robot.truth);
-            let variance: f64 = (0..24)
-                .map(|index| covariance[(index, index)] * units[index].powi(2))
-                .sum();
-            Some(variance.sqrt())
+            let of_robot = covariance.fixed_view::<24, 24>(0, 0).into_owned();
+            Some(error_of(&of_robot, &robot.truth))
         }
     }
 }
 
-/// Everything rounded to single precision first, as a controller would have it.
-fn single(
-    plan: &Plan,
-    scenario: &Scenario,
-    variant: Variant,
-    samples: &[Sample<f64>],
-) -> Result<Calibrated, Status> {
-    let nominal = plan.robot.robot.cast::<f32>();
-    let samples: Vec<_> = samples
-        .iter()
-        .map(|sample| Sample {
-            joints: sample.joints.map(f32::from_f64),
-            position: sample.position.map(f32::from_f64),
-        })
-        .collect();
-    let noise = scenario
-        .noise
-        .filter(|_| variant.weights)
-        .and_then(|noise| {
-            Noise::by_axis(
-                noise.position_by_axis().map(f32::from_f64),
-                f32::from_f64(noise.joint()),
-            )
-            .ok()
-        });
-    let tolerance = scenario.tolerance.filter(|_| variant.prior).and_then(|of| {
-        let [length, angle] =
-            [Parameter::Lb, Parameter::Theta].map(|parameter| f32::from_f64(of.of(parameter)));
-        Tolerance::new(length, angle)
-            .and_then(|own| own.with_radius(f32::from_f64(of.radius())))
-            .ok()
-    });
-    let settings = Settings::default()
-        .with_noise(noise)
-        .with_tolerance(tolerance)
-        .with_solver(variant.solver.calibration_solver());
-    let nominal = nominal.map_err(|error| Status::of(&Refusal::ImpossibleRobot(error)))?;
-    let outcome = solve(variant.method, &nominal, &samples, &settings)?;
-    let robot = outcome.robot.cast::<f64>();
-    let robot = robot.map_err(|error| Status::of(&Refusal::ImpossibleRobot(error)))?;
-    Ok(calibrated(&outcome, &robot))
+/// √ of the trace, angles times the upper arm's length.
+fn error_of(covariance: &Covariance, robot: &Robot<f64>) -> f64 {
+    let units = units(robot);
+    covariance
+        .diagonal()
+        .component_mul(&units.component_mul(&units))
+        .sum()
+        .sqrt()
 }
 
-fn solve<T: Real>(
-    method: CampaignMethod,
-    nominal: &Robot<T>,
-    samples: &[Sample<T>],
-    settings: &Settings<T>,
-) -> Result<RobotOutcome<T>, Status> {
-    if method.calibration_method() == CalibrationMethod::Joint {
-        let mut calibrator = JointCalibrator::new(nominal, settings);
-        calibrator
-            .add_many(samples)
-            .map_err(|_| Status::FAULTY_SAMPLE)?;
-        let outcome = calibrator.solve().map_err(|refusal| Status::of(&refusal))?;
-        return Ok(RobotOutcome::from(&outcome));
-    }
-    let mut calibrator = Calibrator::new(nominal, settings);
-    calibrator
-        .add_many(samples)
-        .map_err(|_| Status::FAULTY_SAMPLE)?;
-    calibrator.solve().map_err(|refusal| Status::of(&refusal))
-}
-
-fn calibrated<T: Real>(outcome: &RobotOutcome<T>, robot: &Robot<f64>) -> Calibrated {
-    let iterations = |arm: &ArmOutcome<T>| arm.iterations;
-    let condition = |arm: &ArmOutcome<T>| arm.condition.to_f64();
-    Calibrated {
-        robot: *robot,
-        iterations: outcome.arms.iter().map(iterations).max().unwrap_or(0),
-        condition: outcome.arms.iter().map(condition).fold(0.0, f64::max),
-        from_nominal: outcome
-            .arms
-            .iter()
-            .all(|arm| arm.start == StartUsed::Nominal),
+const fn status(refusal: &Refusal) -> Status {
+    match refusal {
+        Refusal::TooFewSamples { .. } => "too_few_samples",
+        Refusal::Undetermined { .. } => "undetermined",
+        Refusal::Uncertain { .. } => "uncertain",
+        Refusal::NotConverged { .. } => "not_converged",
+        Refusal::ResidualContradictsNoise { .. } => "residual_contradicts_noise",
+        Refusal::FarFromNominal { .. } => "far_from_nominal",
+        Refusal::ImpossibleGeometry { .. } => "impossible_geometry",
+        Refusal::ImpossibleRobot(_) => "impossible_robot",
+        Refusal::WrongSide => "wrong_side",
+        Refusal::NonFinite { .. } => "non_finite",
+        Refusal::TooFewObservations { .. } => "too_few_observations",
+        Refusal::UndeterminedInstrument(_) => "undetermined_instrument",
+        _ => "refused",
     }
 }

@@ -11,7 +11,6 @@ use super::init::{self, InitArguments};
 use super::kinematics::{self, KinematicsArguments};
 use super::klipper::KlipperArguments;
 use super::plan::{self, PlanArguments};
-use super::reproduce::{self, ReproduceArguments};
 use super::simulate::{self, SimulateArguments};
 use super::validate::{self, ValidateArguments};
 use super::workspace::WorkspaceArguments;
@@ -30,7 +29,6 @@ Examples:
   delta-cal plan robot.toml --count 12 --output poses.csv
   delta-cal check robot.toml samples.csv
   delta-cal simulate
-  delta-cal reproduce
   delta-cal workspace robot.toml --output workspace
   delta-cal export calibrated.toml --for klipper
   delta-cal klipper printer.cfg
@@ -70,11 +68,8 @@ pub(crate) enum Command {
     #[command(after_help = check::HELP)]
     Check(CheckArguments),
     /// Calibrate many simulated robots, to predict how accurate a calibration will be
-    #[command(after_help = simulate::help())]
+    #[command(after_help = simulate::HELP)]
     Simulate(SimulateArguments),
-    /// Run every simulation of the paper, and compare its results with this program's
-    #[command(after_help = reproduce::HELP)]
-    Reproduce(ReproduceArguments),
     /// Compute the robot's workspace: boundary, volume, cylinders, singularities, effect of errors
     Workspace(WorkspaceArguments),
     /// Write a calibrated robot for another controller, and say what that loses

@@ -1,24 +1,13 @@
-//! Long commands: how far they are, and Ctrl-C.
+//! Long commands: how far they are.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// A table of so many bytes is read in some tenths of a second.
 const LONG: u64 = 1 << 24;
 /// A robust fit of so many rows takes some tenths of a second.
 const MANY_ROWS: usize = 2000;
-
-/// Set by Ctrl-C.
-pub(super) fn interruption() -> Arc<AtomicBool> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    // Without a handler Ctrl-C ends the process at once, and what is recorded is kept all the same.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-    interrupted
-}
 
 /// A progress bar on a terminal, nothing elsewhere.
 pub(super) struct Bar {

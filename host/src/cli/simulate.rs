@@ -3,267 +3,196 @@
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
 use super::print::print;
-use super::progress::{Bar, interruption};
-use crate::InputText;
-use crate::campaign;
-use crate::campaign::{CampaignError, CaseSummary, EXAMPLE, PLAN, Plan, RunOptions, Shard};
+use super::progress::Bar;
+use crate::campaign::{self, CaseSummary, EXAMPLE, Plan, paper, summarize};
 use crate::files::output;
 use crate::report;
-use clap::{Args, Subcommand};
+use crate::{InputError, InputText};
+use clap::Args;
+use serde::Serialize;
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-const HELP: &str = "\
-The program writes to DIR:
-  robots.csv    one row for each robot and each way of calibrating it
-  summary.csv   one row for each case, with quantiles
-  timing.csv    wall-clock times, which differ from run to run
-  plan.toml     what was computed, as a campaign file, with plan-robot.toml
-  run.json      how far the campaign has come
+const MOST: u64 = 1_000_000_000;
 
-After Ctrl-C the finished part is kept, and the same command continues the campaign. The rows are the \
-same to the bit for any number of threads, in one run or several, on one machine or cut into shards.
+pub(crate) const HELP: &str = "\
+A campaign is a range of robots: give each machine its own range, and summarize all files. The rows \
+are the same to the bit for any number of threads and in any ranges.
+
+The paper is T. Bentaleb, J. Iqbal, \"On the improvement of calibration accuracy of parallel robots \
+- modeling and optimization\", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
 
 Examples:
   delta-cal simulate
       the built-in campaign
   delta-cal simulate --example > campaign.toml
-  delta-cal simulate campaign.toml --output results
-  delta-cal simulate campaign.toml --output part2 --shard 2/8
-  delta-cal simulate merge part1 part2 ... part8 --output results
+  delta-cal simulate campaign.toml --robots 0..1000 --output rows.csv
+  delta-cal simulate --summary rows*.csv --json summary.json
+  delta-cal simulate --paper --output results.csv
 
 Exit codes:
   0  done
-  2  the command line is wrong, or a folder holds something else
-  3  the campaign file is wrong
-  4  a file could not be written
-  130  interrupted; what is finished is kept in DIR";
+  2  the command line is wrong
+  3  the campaign file, or a file of rows, is wrong
+  4  a file could not be written";
 
 #[derive(Debug, Args)]
-#[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct SimulateArguments {
-    #[command(subcommand)]
-    command: Option<SimulateCommand>,
-    #[command(flatten)]
-    run: RunArguments,
-}
-
-#[derive(Debug, Subcommand)]
-enum SimulateCommand {
-    /// Join the folders of all shards of a campaign
-    Merge(MergeArguments),
-}
-
-#[derive(Debug, Args)]
-struct RunArguments {
-    /// The campaign; without it the program runs a small built-in one
+    /// The campaign file; without it the built-in campaign
     #[arg(value_name = "CAMPAIGN.toml")]
     campaign: Option<PathBuf>,
-    /// Write robots.csv (one row for each robot) and summary.csv (one row for each case) to this
-    /// folder, and continue a campaign that was interrupted there
-    #[arg(long, value_name = "DIR")]
+    /// Simulate these robots of each case [default: all that the campaign file asks for]
+    #[arg(long, value_name = "FROM..TO", value_parser = range)]
+    robots: Option<Range<u64>>,
+    /// Write one row for each robot and case; with --paper one for each case
+    #[arg(long, value_name = "ROWS.csv")]
     output: Option<PathBuf>,
-    /// Compute only the K-th of N equal parts, counted from 1
-    #[arg(long, value_name = "K/N", requires = "output")]
-    shard: Option<Shard>,
-    /// The number of threads [default: one for each processor]. The results are the same to the bit
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
-    threads: Option<u16>,
+    /// Summarize the rows of these files, which earlier runs have written
+    #[arg(long, value_name = "ROWS.csv", num_args = 1.., conflicts_with_all = ["campaign", "robots", "paper", "output"])]
+    summary: Vec<PathBuf>,
+    /// Run the simulations of the paper, and print its figures beside those found
+    #[arg(long, conflicts_with = "campaign")]
+    paper: bool,
     /// Write the summary as JSON to this file, or with - to standard output in place of the table
     #[arg(long, value_name = "SUMMARY.json")]
     json: Option<PathBuf>,
-    /// Delete another campaign in DIR and start from the beginning
-    #[arg(long, requires = "output")]
-    force: bool,
     /// Print the built-in campaign file, which shows every key
     #[arg(long, exclusive = true)]
     example: bool,
 }
 
-#[derive(Debug, Args)]
-struct MergeArguments {
-    /// The folders of all shards, in any order
-    #[arg(value_name = "DIR", required = true)]
-    folders: Vec<PathBuf>,
-    /// The folder to which the whole campaign is written
-    #[arg(long, value_name = "DIR")]
-    output: PathBuf,
-    /// Write the summary as JSON to this file, or with - to standard output in place of the table
-    #[arg(long, value_name = "SUMMARY.json")]
-    json: Option<PathBuf>,
-    /// Delete another campaign in the output folder
-    #[arg(long)]
-    force: bool,
-}
-
-/// The example campaign, and how the command is used.
-pub(crate) fn help() -> String {
-    let campaign: Vec<_> = EXAMPLE.lines().collect();
-    let campaign = campaign.join(
-        "
-  ",
-    );
-    format!("CAMPAIGN.toml (--example prints it):\n  {campaign}\n\n{HELP}")
+fn range(text: &str) -> Result<Range<u64>, String> {
+    let ends = text.split_once("..");
+    let ends = ends.and_then(|(from, to)| Some(from.parse().ok()?..to.parse().ok()?));
+    match ends {
+        Some(range) if range.start < range.end && range.end <= MOST => Ok(range),
+        Some(_) => Err(format!("a range holds a robot, and none above {MOST}")),
+        None => Err("write a range of robots as 0..1000".to_owned()),
+    }
 }
 
 pub(crate) fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
-    match &arguments.command {
-        Some(SimulateCommand::Merge(arguments)) => merge(arguments),
-        None if arguments.run.example => print(EXAMPLE),
-        None => simulate(&arguments.run),
+    if arguments.example {
+        return print(EXAMPLE);
     }
-}
-
-fn simulate(arguments: &RunArguments) -> Result<(), Failure> {
-    let json = arguments.json.as_deref();
-    refuse_same(
-        "--json",
-        json,
-        ("the campaign file", arguments.campaign.as_deref()),
-        "give the output another name",
-    )?;
+    check_outputs(arguments)?;
+    if !arguments.summary.is_empty() {
+        let summaries = of_files(&arguments.summary)?;
+        let text = report::campaign::render(&summaries);
+        return publish(arguments, &summaries, text, Ok(String::new()));
+    }
+    if arguments.paper {
+        let robots = arguments.robots.clone();
+        let experiments = with_bar(|progress| paper::simulate(robots, progress))?;
+        let rows = paper::comparisons(&experiments).map_err(|error| unwritten(&error))?;
+        let text = report::campaign::render_paper(&rows);
+        return publish(arguments, &rows, text, paper::results_csv(&experiments));
+    }
     let (plan, note) = plan(arguments.campaign.as_deref())?;
-    if let (Some(folder), true) = (&arguments.output, arguments.force) {
-        refuse_same(
-            "--output",
-            Some(&folder.join(PLAN)),
-            ("the campaign file", arguments.campaign.as_deref()),
-            "--force would delete it: give another folder",
-        )?;
-    }
-    check_json(json)?;
-    // Deleted at the end.
-    let temporary = tempfile::tempdir()
-        .map_err(|error| Failure::Output(format!("a temporary folder: {error}")))?;
-    let folder = arguments.output.as_deref().unwrap_or(temporary.path());
-
-    let interrupted = interruption();
-    let options = RunOptions {
-        threads: arguments.threads.map_or(0, usize::from),
-        force: arguments.force,
-        interrupted: &interrupted,
-    };
-    let bar = Bar::new("robots");
+    let robots = arguments.robots.clone().unwrap_or(0..plan.robots);
     let begin = Instant::now();
-    let mut computed = Computed::default();
-    let result = campaign::run(
-        &plan,
-        arguments.shard.unwrap_or(Shard::WHOLE),
-        folder,
-        &options,
-        &mut |finished, robots| {
-            bar.show(finished, robots);
-            computed.show(finished);
-        },
+    let rows = with_bar(|progress| campaign::run(&plan, &robots, progress))?;
+    let seconds = begin.elapsed().as_secs_f64();
+    let summaries = summarize(&rows);
+    let table = report::campaign::render(&summaries);
+    let text = format!(
+        "{note}{table}{} calibrations in {seconds:.1} s.\n",
+        rows.len()
     );
-    bar.finish();
-    let summaries = result.map_err(|error| failure(error, arguments.output.as_deref()))?;
-    let rate = computed.sentence(begin);
-    let text = format!("{note}{}{rate}", report::campaign::render(&summaries));
-    publish(&summaries, json, arguments.output.as_deref(), &text)
+    publish(arguments, &summaries, text, campaign::rows_csv(&rows))
 }
 
-fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
-    let json = arguments.json.as_deref();
-    check_json(json)?;
-    let (_, summaries) = campaign::merge(&arguments.folders, &arguments.output, arguments.force)
-        .map_err(|error| failure(error, None))?;
-    let text = report::campaign::render(&summaries);
-    publish(&summaries, json, Some(&arguments.output), &text)
+fn of_files(paths: &[PathBuf]) -> Result<Vec<CaseSummary>, Failure> {
+    let bar = Bar::new("files");
+    let mut files = Vec::with_capacity(paths.len());
+    for path in paths {
+        bar.show(files.len() as u64, paths.len() as u64);
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| InputError::new(&name, format!("cannot be read: {error}")))?;
+        let rows = campaign::read_rows(&name, &text)?;
+        files.push((name, rows));
+    }
+    bar.finish();
+    Ok(summarize(&campaign::join(files)?))
+}
+
+fn with_bar<T>(work: impl FnOnce(&mut dyn FnMut(u64, u64)) -> T) -> T {
+    let bar = Bar::new("robots");
+    let result = work(&mut |finished, robots| bar.show(finished, robots));
+    bar.finish();
+    result
 }
 
 fn plan(campaign: Option<&Path>) -> Result<(Plan, &'static str), Failure> {
+    let folder = campaign.and_then(Path::parent).unwrap_or(Path::new("."));
+    let robot_file = |name: &str| InputText::from_file(&folder.join(name));
     let Some(path) = campaign else {
         let text = InputText::new("built-in campaign.toml", EXAMPLE);
         let note = "The built-in campaign. For your own: delta-cal simulate --example > \
-                    campaign.toml, edit it,\nand delta-cal simulate campaign.toml --output DIR\n\n";
-        return Ok((Plan::read(&text, Path::new("."))?, note));
+                    campaign.toml, edit it,\nand delta-cal simulate campaign.toml\n\n";
+        return Ok((Plan::read(&text, &robot_file)?, note));
     };
-    let folder = path.parent().unwrap_or(Path::new("."));
-    Ok((Plan::read(&InputText::from_file(path)?, folder)?, ""))
+    Ok((Plan::read(&InputText::from_file(path)?, &robot_file)?, ""))
 }
 
-/// A campaign can take long: it is not begun if its JSON could not be written.
-fn check_json(json: Option<&Path>) -> Result<(), Failure> {
-    match json.filter(|path| !is_stream(path)) {
-        Some(path) => Ok(output::check(path)?),
-        None => Ok(()),
-    }
-}
-
-fn publish(
-    summaries: &[CaseSummary],
-    json: Option<&Path>,
-    folder: Option<&Path>,
-    text: &str,
-) -> Result<(), Failure> {
-    let mut text = text.to_owned();
-    if let Some(folder) = folder {
-        let _ = writeln!(text, "Written: {}", folder.display());
-    }
-    if let Some(path) = json {
-        let json = serde_json::to_string_pretty(summaries)
-            .map_err(|error| Failure::Output(format!("the JSON summary: {error}")))?
-            + "\n";
-        if is_stream(path) {
-            return print(&json);
+/// A campaign can take long: it is not begun if its results could not be written, or would replace
+/// what they are made of.
+fn check_outputs(arguments: &SimulateArguments) -> Result<(), Failure> {
+    let inputs = arguments
+        .summary
+        .iter()
+        .map(|path| ("a file of rows", path));
+    let campaign = arguments.campaign.iter();
+    let inputs: Vec<_> = inputs
+        .chain(campaign.map(|path| ("the campaign file", path)))
+        .collect();
+    let outputs = [
+        ("--output", arguments.output.as_deref()),
+        ("--json", arguments.json.as_deref()),
+    ];
+    let remedy = "give the output another name";
+    for (option, output) in outputs {
+        for (what, input) in &inputs {
+            refuse_same(option, output, (what, Some(input)), remedy)?;
         }
-        output::write_all(&[(path, &json)])?;
+        if let Some(path) = output.filter(|path| !is_stream(path)) {
+            output::check(path)?;
+        }
+    }
+    let json = ("--json", arguments.json.as_deref());
+    refuse_same("--output", arguments.output.as_deref(), json, remedy)
+}
+
+/// Writes all files or none, and prints the table or, in its place, what goes to standard output.
+fn publish<T: Serialize>(
+    arguments: &SimulateArguments,
+    summary: &T,
+    mut text: String,
+    csv: Result<String, csv::Error>,
+) -> Result<(), Failure> {
+    let csv = csv.map_err(|error| unwritten(&error))?;
+    let json = serde_json::to_string_pretty(summary).map_err(|error| unwritten(&error))? + "\n";
+    let outputs = [
+        (arguments.output.as_deref(), csv.as_str()),
+        (arguments.json.as_deref(), json.as_str()),
+    ];
+    let outputs = outputs
+        .into_iter()
+        .filter_map(|(path, text)| Some((path?, text)));
+    let (streams, files): (Vec<_>, Vec<_>) = outputs.partition(|(path, _)| is_stream(path));
+    output::write_all(&files)?;
+    if let [(_, stream), ..] = streams.as_slice() {
+        return print(stream);
+    }
+    for (path, _) in files {
         let _ = writeln!(text, "Written: {}", path.display());
     }
     print(&text)
 }
 
-pub(super) fn failure(error: CampaignError, output: Option<&Path>) -> Failure {
-    match error {
-        CampaignError::Input(error) => error.into(),
-        CampaignError::Folder { .. } => Failure::Usage {
-            cause: error.to_string(),
-            remedy: match error {
-                CampaignError::Folder { remedy, .. } => remedy,
-                _ => String::new(),
-            },
-        },
-        CampaignError::Interrupted { finished, robots } => {
-            let kept = match output {
-                Some(folder) => format!(
-                    "{finished} of {robots} robots are kept in {}; the same command continues",
-                    folder.display()
-                ),
-                None => "nothing is kept without --output".to_owned(),
-            };
-            let _ = writeln!(anstream::stderr(), "{kept}");
-            Failure::Interrupted {
-                remedy: String::new(),
-            }
-        }
-        error => Failure::Output(error.to_string()),
-    }
-}
-
-/// How many robots this run computed; others may have been there before.
-#[derive(Default)]
-struct Computed {
-    first: Option<u64>,
-    last: u64,
-}
-
-impl Computed {
-    fn show(&mut self, finished: u64) {
-        self.first.get_or_insert(finished);
-        self.last = finished;
-    }
-
-    fn sentence(&self, begin: Instant) -> String {
-        let Some(first) = self.first.filter(|first| *first < self.last) else {
-            return "Nothing was left to compute.\n".to_owned();
-        };
-        let seconds = begin.elapsed().as_secs_f64();
-        let robots = self.last - first;
-        #[allow(clippy::cast_precision_loss)] // for people
-        let rate = robots as f64 / seconds;
-        format!("{robots} robots in {seconds:.1} s, {rate:.0} robots/s.\n")
-    }
+fn unwritten(error: &dyn std::error::Error) -> Failure {
+    Failure::Output(format!("the results: {error}"))
 }

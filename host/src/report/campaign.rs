@@ -1,51 +1,61 @@
 //! The summary of a campaign for people at a terminal: one line a case. What is the same in all
 //! cases stands above.
 
-use crate::campaign::{CaseColumns, CaseSummary, HELD_OUT_POSES};
+use crate::campaign::paper::Comparison;
+use crate::campaign::{Case, CaseSummary, Distribution, HELD_OUT_POSES};
 use crate::render::section::Section;
 use crate::render::table::Table;
 use crate::render::terminal;
-use crate::text::numbers::{percent, share, small};
+use crate::text::numbers::{percent, small};
+use serde::Serialize;
 
 /// Cases of which the reasons are named.
 const REFUSALS_SHOWN: usize = 12;
 
 /// A heading, and what a case has under it.
-type Setting = (&'static str, fn(&CaseColumns) -> String);
+type Setting = (&'static str, fn(&Case) -> String);
 
 /// The axes of a campaign.
 const SETTINGS: [Setting; 10] = [
-    ("case", |case| case.case.to_string()),
-    ("measure", |case| case.measure.to_owned()),
+    ("geometry", |case| case.geometry.chars().take(6).collect()),
+    ("measure", |case| case.measure.clone()),
     ("poses", |case| case.poses.to_string()),
-    START_ERROR,
-    NOISE,
-    ("method", |case| case.method.to_owned()),
-    ("solver", |case| case.solver.to_owned()),
-    ("weights", |case| yes_no(case.weights).to_owned()),
-    ("prior", |case| yes_no(case.prior).to_owned()),
-    ("planned", |case| yes_no(case.planned).to_owned()),
+    ("planned", |case| yes_no(case.planned)),
+    ("start error\nmm/°", start_error),
+    ("noise\nmm/°", noise),
+    ("method", |case| word(case.method)),
+    ("solver", |case| word(case.solver)),
+    ("weights", |case| yes_no(case.weights)),
+    ("prior", |case| yes_no(case.prior)),
 ];
 
-pub(crate) const START_ERROR: Setting = ("start error\nmm/°", |case| {
+fn start_error(case: &Case) -> String {
     let own = format!("{}/{}", case.start_error_mm, case.start_error_deg);
     match case.start_error_radius_mm {
         radius if radius > 0.0 => format!("{own} and {radius} mm"),
         _ => own,
     }
-});
+}
 
-pub(crate) const NOISE: Setting = ("noise\nmm/°", |case| match case.noise_joint_mm {
-    travel if travel > 0.0 => format!("{}/{travel} mm", case.noise_position_mm),
-    _ => format!("{}/{}", case.noise_position_mm, case.noise_joint_deg),
-});
+fn noise(case: &Case) -> String {
+    match case.noise_joint_mm {
+        travel if travel > 0.0 => format!("{}/{travel} mm", case.noise_position_mm),
+        _ => format!("{}/{}", case.noise_position_mm, case.noise_joint_deg),
+    }
+}
 
-pub(crate) const fn yes_no(yes: bool) -> &'static str {
-    if yes { "yes" } else { "no" }
+fn yes_no(yes: bool) -> String {
+    if yes { "yes" } else { "no" }.to_owned()
+}
+
+/// As in the campaign file.
+fn word(value: impl Serialize) -> String {
+    let value = serde_json::to_value(value).unwrap_or_default();
+    value.as_str().unwrap_or_default().to_owned()
 }
 
 /// A value that there may be none of.
-pub(crate) fn or_dash(value: Option<f64>, format: impl Fn(f64) -> String) -> String {
+fn or_dash(value: Option<f64>, format: impl Fn(f64) -> String) -> String {
     value.map_or_else(|| "–".to_owned(), format)
 }
 
@@ -57,123 +67,141 @@ pub fn render(summaries: &[CaseSummary]) -> String {
     });
     let mut parts = Vec::new();
     if let Some(first) = summaries.first() {
-        let robots = format!("{} robots a case", first.robots);
-        let common = common
-            .into_iter()
-            .filter_map(|setting| description(setting, &first.case));
-        let words: Vec<_> = [robots].into_iter().chain(common).collect();
-        parts.push(Section::new("").text(words.join(", ")));
+        let words = common.iter().map(|(heading, of)| {
+            let heading = heading.replace("\nmm/°", " (mm/°)");
+            format!("{heading} {}", of(&first.case))
+        });
+        let words: Vec<_> = words.collect();
+        parts.push(Section::new("").text(format!("All cases: {}.", words.join(", "))));
     }
     parts.push(Section::new("").table(table(&different, summaries)));
-    let relative = if is_relative(summaries) {
-        "of relative positions (after the best rigid motion), "
+    let relative = summaries.iter().any(|summary| summary.case.is_relative());
+    let relative = if relative {
+        " With instruments that do not tell where the robot stands: after the best rigid motion."
     } else {
         ""
     };
     let notes = Section::new("").note(format!(
-        "ok: share of the robots that were calibrated and not refused; the other figures are of \
-         these. gain: (4.1), with the values below which 5 % and 95 % of the robots lie. error: {relative}rms \
-         over {HELD_OUT_POSES} poses that were not measured, of the median robot. bound: parameter \
-         error over the Cramér–Rao bound, rms; it is below 1 where a prior assumes more spread than \
-         the robots have. summary.csv holds everything else."
+        "gain: of the parameters, (4.1); error: of positions, rms over {HELD_OUT_POSES} poses that were not \
+         measured.{relative} Gain and errors are over all robots; a refused robot keeps its error. \
+         worse: accepted robots whose error grew. bound, stated: √(Σ error² / Σ σ²) of the accepted robots' \
+         parameters with σ of the Cramér–Rao bound, and of their positions with the stated σ."
     ));
     parts.push(refusals(summaries).into_iter().fold(notes, Section::text));
     terminal::text(parts)
 }
 
-/// Whether something was measured that does not say where the robot stands.
-fn is_relative(summaries: &[CaseSummary]) -> bool {
-    summaries
-        .iter()
-        .any(|summary| summary.case.measure != "xyz")
-}
-
 fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
-    let relative = is_relative(summaries);
-    let gain = |quantile: usize| {
+    let gain = |of: fn(&Distribution) -> f64| {
+        move |summary: &&CaseSummary| or_dash(summary.gain_percent.as_ref().map(of), percent)
+    };
+    let error = |of: fn(&CaseSummary) -> [Option<Distribution>; 2]| {
         move |summary: &&CaseSummary| {
-            let gain = summary.gain_percent;
-            or_dash(gain.map(|gain| gain.values()[quantile]), percent)
+            let [absolute, relative] = of(summary);
+            let error = match summary.case.is_relative() {
+                true => relative,
+                false => absolute,
+            };
+            or_dash(error.map(|error| error.mean), small)
         }
     };
+    let ratio = |value: Option<f64>| or_dash(value, |ratio| format!("{ratio:.2}"));
     let rows = Table::of(summaries);
     let rows = settings.iter().fold(rows, |rows, (heading, of)| {
         rows.column(*heading, |summary| of(&summary.case))
     });
-    rows.column("ok\n%", |summary| share(summary.converged_percent()))
-        .column("5 %", gain(0))
-        .column("gain, %\nmedian", gain(2))
-        .column("95 %", gain(4))
-        .column("error, mm\nbefore", |summary| {
-            let error = if relative {
-                summary.relative_before_mm
-            } else {
-                summary.error_before_mm
-            };
-            or_dash(error.map(|error| error.median), small)
+    rows.column("\nrobots", |summary| summary.robots)
+        .column("\nrefused", |summary| summary.robots - summary.accepted)
+        .column("\nworse", |summary| summary.worse)
+        .column("gain\n5 %", gain(|own| own.p05))
+        .column("gain, %\nmedian", gain(|own| own.median))
+        .column("error, mm\nbefore", {
+            error(|own| [own.error_before_mm, own.relative_before_mm])
         })
-        .column("after", |summary| {
-            let error = if relative {
-                summary.relative_after_mm
-            } else {
-                summary.error_after_mm
-            };
-            or_dash(error.map(|error| error.median), small)
+        .column("mean\nafter", {
+            error(|own| [own.error_after_mm, own.relative_after_mm])
         })
-        .column("bound", |summary| {
-            or_dash(summary.bound_ratio_rms, |ratio| format!("{ratio:.2}"))
+        .column("error/\nbound", |summary| {
+            ratio(summary.ratios.error_to_bound)
         })
-        .column("µs each", |summary| {
-            or_dash(summary.seconds_per_calibration, |seconds| {
-                format!("{:.0}", seconds * 1e6)
+        .column("error/\nstated", |summary| {
+            ratio(match summary.case.is_relative() {
+                true => summary.ratios.relative_to_stated,
+                false => summary.ratios.error_to_stated,
             })
+        })
+        .column("µs\neach", |summary| {
+            let seconds = summary.seconds_per_calibration;
+            or_dash(seconds, |seconds| format!("{:.0}", seconds * 1e6))
         })
         .table()
 }
 
-/// A setting that is the same everywhere, in words.
-fn description((heading, of): Setting, case: &CaseColumns) -> Option<String> {
-    let cell = of(case);
-    Some(match (heading, cell.as_str()) {
-        ("case", _) | ("planned", "no") | ("measure", "xyz") => return None,
-        ("measure", _) => format!("measured with {cell}"),
-        ("poses", _) => format!("{cell} poses"),
-        ("method" | "solver", _) => cell,
-        ("weights" | "prior", "yes") => format!("with {heading}"),
-        ("weights" | "prior", _) => format!("without {heading}"),
-        ("planned", _) => "poses planned".to_owned(),
-        (heading, _) => {
-            let (name, unit) = heading.split_once('\n').unwrap_or((heading, ""));
-            format!("{name} {cell} {unit}")
-        }
-    })
-}
-
 /// Why robots were refused, a line a case.
 fn refusals(summaries: &[CaseSummary]) -> Vec<String> {
-    let refused = summaries
-        .iter()
-        .filter(|summary| !summary.refusals.is_empty());
-    let mut lines: Vec<_> = refused
-        .map(|summary| {
-            let reasons = summary.refusals.iter();
-            let reasons =
-                reasons.map(|(reason, count)| format!("{} {count}", reason.replace('_', " ")));
-            let reasons: Vec<_> = reasons.collect();
-            format!(
-                "Refused in case {}: {}",
-                summary.case.case,
+    let mut lines = Vec::new();
+    for (index, summary) in summaries.iter().enumerate() {
+        let mut reasons: Vec<_> = summary
+            .refused
+            .iter()
+            .map(|(reason, count)| format!("{} {count}", reason.replace('_', " ")))
+            .collect();
+        if summary.no_robot > 0 {
+            reasons.push(format!(
+                "not simulated (no usable robot) {}",
+                summary.no_robot
+            ));
+        }
+        if !reasons.is_empty() {
+            lines.push(format!(
+                "Refused in row {}: {}",
+                index + 1,
                 reasons.join(", ")
-            )
-        })
-        .collect();
-    if let Some(others) = lines
-        .len()
-        .checked_sub(REFUSALS_SHOWN)
-        .filter(|others| *others > 0)
-    {
+            ));
+        }
+    }
+    let others = lines.len().saturating_sub(REFUSALS_SHOWN);
+    if others > 0 {
         lines.truncate(REFUSALS_SHOWN);
-        lines.push(format!("and in {others} other cases: see summary.csv"));
+        lines.push(format!("and in {others} other rows; --json names all."));
     }
     lines
+}
+
+/// The paper's rows beside this program's.
+pub fn render_paper(comparisons: &[Comparison]) -> String {
+    let gain =
+        |of: fn(&Comparison) -> Option<f64>| move |row: &&Comparison| or_dash(of(row), percent);
+    let table = Table::of(comparisons)
+        .column("\ncase", |row| {
+            let method = word(row.here.method);
+            match row.paper.case.starts_with(&method) {
+                true => row.paper.case.clone(),
+                false => format!("{}, {method}", row.paper.case),
+            }
+        })
+        .column("\nposes", |row| row.here.poses)
+        .column("start\nmm/°", |row| start_error(&row.here))
+        .column("noise\nmm/°", |row| noise(&row.here))
+        .column("gain, %\npaper", |row| match row.paper.gain_percent {
+            None => row.paper.remark.clone(),
+            Some(gain) => percent(gain),
+        })
+        .column("here\nLM", gain(|row| row.levenberg_marquardt_percent))
+        .column("\nGN", gain(|row| row.gauss_newton_percent))
+        .column(
+            "+ noise,\ntolerance",
+            gain(|row| row.noise_and_tolerance_percent),
+        )
+        .column("+ planned\nposes", gain(|row| row.planned_percent))
+        .column("seconds\npaper", |row| {
+            or_dash(row.paper.seconds, |seconds| format!("{seconds:.1}"))
+        })
+        .column("\nhere", |row| {
+            or_dash(row.seconds, |seconds| format!("{seconds:.5}"))
+        })
+        .table();
+    let note = "gain: (4.1), of the median robot; a refused robot has gain 0. LM, GN: least squares by \
+                Levenberg–Marquardt and Gauss–Newton, as in the paper. + noise, tolerance: with both known.";
+    terminal::text([Section::new("").table(table).note(note)])
 }

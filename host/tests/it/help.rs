@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 23] = [
+const COMMANDS: [&str; 21] = [
     "",
     "init",
     "calibrate",
@@ -12,8 +12,6 @@ const COMMANDS: [&str; 23] = [
     "plan",
     "check",
     "simulate",
-    "simulate merge",
-    "reproduce",
     "workspace",
     "export",
     "import",

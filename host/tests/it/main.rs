@@ -26,7 +26,6 @@ mod pipeline;
 mod plan;
 mod plot;
 mod reach;
-mod reproduce;
 mod simulate;
 mod table_formats;
 mod validate;

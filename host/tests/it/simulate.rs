@@ -1,12 +1,9 @@
-//! `delta-cal simulate` and `delta-cal simulate merge`.
+//! `delta-cal simulate`.
 
-mod instruments;
-mod interruptions;
-mod refusals;
-mod runs;
-mod shards;
-use crate::support::Folder;
-use std::collections::BTreeMap;
+use crate::support::{Folder, NOMINAL};
+use delta_cal_tests::size;
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Two scenarios, eight ways of calibrating, refused robots among them.
 const CAMPAIGN: &str = "\
@@ -20,8 +17,7 @@ solvers = [\"lm\", \"gn\"]
 prior = [true, false]
 ";
 
-/// What must be the same to the byte.
-const FILES: [&str; 4] = ["robots.csv", "summary.csv", "plan.toml", "plan-robot.toml"];
+type Cells = BTreeMap<String, String>;
 
 fn with_campaign(text: &str) -> Folder {
     let folder = Folder::new();
@@ -29,23 +25,541 @@ fn with_campaign(text: &str) -> Folder {
     folder
 }
 
-fn assert_same(folder: &Folder, a: &str, b: &str) {
-    for name in FILES {
-        let [a, b] = [a, b].map(|part| folder.read(&format!("{part}/{name}")));
-        assert!(a == b, "{name} differs");
-        assert!(!a.is_empty());
+/// The rows of a CSV file by column.
+fn table(text: &str) -> Vec<Cells> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    reader.deserialize().collect::<Result<_, _>>().unwrap()
+}
+
+fn number(row: &Cells, column: &str) -> f64 {
+    let cell = &row[column];
+    cell.parse().unwrap_or_else(|_| panic!("{column}: {cell}"))
+}
+
+/// The rows of a campaign, and the summary of the file that holds them.
+fn run_and_summarize(folder: &Folder) -> (Vec<Cells>, Vec<Value>) {
+    folder.run("simulate campaign.toml --output rows.csv").ok();
+    let summary = folder.run("simulate --summary rows.csv --json -").ok();
+    let summary = serde_json::from_str(&summary.stdout).unwrap();
+    (table(&folder.read("rows.csv")), summary)
+}
+
+/// Whether a row belongs to a case of the summary.
+fn is_of(row: &Cells, case: &Value) -> bool {
+    ["poses", "method", "solver", "prior", "measure", "planned"]
+        .iter()
+        .all(|column| row[*column] == case[column].to_string().replace('"', ""))
+}
+
+#[test]
+fn the_built_in_campaign_is_the_example_and_leaves_no_file() {
+    let folder = Folder::new();
+    let run = folder.run("simulate --robots 0..20").ok();
+    for part in [
+        "built-in",
+        "calibrations in",
+        "gain",
+        "bound",
+        "stated",
+        "worse",
+    ] {
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
+    }
+    assert!(run.stdout.lines().all(|line| line.chars().count() <= 100));
+    assert!(run.stderr.is_empty(), "{}", run.stderr);
+    assert!(folder.names().is_empty());
+
+    let example = folder.run("simulate --example").ok().stdout;
+    folder.write("campaign.toml", &example);
+    let rows = |command: &str| folder.run(&format!("{command} --output -")).ok().stdout;
+    let built_in = rows("simulate --robots 0..5");
+    assert_eq!(built_in, rows("simulate campaign.toml --robots 0..5"));
+    assert_eq!(table(&built_in).len(), 5 * 8);
+}
+
+/// Whatever the ranges and however many the threads.
+#[test]
+fn ranges_and_threads_change_no_byte_of_the_rows_and_of_the_summary() {
+    let folder = with_campaign(CAMPAIGN);
+    let run = |options: &str, threads: &str| {
+        let command = format!("simulate campaign.toml {options}");
+        folder
+            .run_where(&command, "", &[("RAYON_NUM_THREADS", threads)])
+            .ok();
+    };
+    run("--output whole.csv --json whole.json", "1");
+    run("--output same.csv", "3");
+    assert_eq!(folder.read("whole.csv"), folder.read("same.csv"));
+    run("--robots 0..10 --output first.csv", "2");
+    run("--robots 10..37 --output rest.csv", "2");
+    let [mut whole, mut parts] = [vec!["whole"], vec!["first", "rest"]].map(|names| {
+        let texts = names.iter().map(|name| folder.read(&format!("{name}.csv")));
+        let lines: Vec<_> = texts
+            .map(|text| text.lines().skip(1).map(str::to_owned).collect::<Vec<_>>())
+            .collect();
+        lines.concat()
+    });
+    assert_eq!(whole.len(), 37 * 2 * 8);
+    whole.sort();
+    parts.sort();
+    assert_eq!(whole, parts);
+
+    let summary = |files: &str| -> Value {
+        let run = folder
+            .run(&format!("simulate --summary {files} --json -"))
+            .ok();
+        serde_json::from_str(&run.stdout).unwrap()
+    };
+    assert_eq!(summary("whole.csv"), summary("first.csv rest.csv"));
+    // What the run itself has printed, but for the times that rows do not hold.
+    let mut run: Value = serde_json::from_str(&folder.read("whole.json")).unwrap();
+    for case in run.as_array_mut().unwrap() {
+        assert!(case["seconds_per_calibration"].take().as_f64().unwrap() > 0.0);
+    }
+    assert_eq!(run, summary("whole.csv"));
+}
+
+#[test]
+fn robots_depend_on_the_seed_and_the_geometry_and_not_on_the_other_cases() {
+    let folder = with_campaign(CAMPAIGN);
+    folder.write("robot.toml", NOMINAL.replace("480", "481"));
+    folder.write("paper.toml", NOMINAL);
+    let rows = |text: String| {
+        folder.write("own.toml", text);
+        table(
+            &folder
+                .run("simulate own.toml --robots 0..9 --output -")
+                .ok()
+                .stdout,
+        )
+    };
+    let of = |rows: &[Cells], poses: &str, column: &str| -> Vec<String> {
+        let rows = rows.iter().filter(|row| row["poses"] == poses);
+        rows.map(|row| row[column].clone()).collect()
+    };
+    let own = rows(CAMPAIGN.to_owned());
+    let longer = rows(CAMPAIGN.replace("[8, 20]", "[9, 20, 8]"));
+    for poses in ["8", "20"] {
+        assert_eq!(
+            of(&own, poses, "gain_percent"),
+            of(&longer, poses, "gain_percent")
+        );
+    }
+    // The built-in robot in a file of its own.
+    assert_eq!(own, rows(format!("robot = \"paper.toml\"\n{CAMPAIGN}")));
+    let seeds = |rows: &[Cells]| -> BTreeSet<String> {
+        rows.iter().map(|row| row["seed"].clone()).collect()
+    };
+    for other in [
+        CAMPAIGN.replace("seed = 5", "seed = 6"),
+        format!("robot = \"robot.toml\"\n{CAMPAIGN}"),
+    ] {
+        assert!(seeds(&own).is_disjoint(&seeds(&rows(other))));
+    }
+
+    // All ways of calibrating see the same robots and measurements.
+    let mut seen: BTreeMap<(&str, &str), [&str; 2]> = BTreeMap::new();
+    for row in &own {
+        let robot = (row["poses"].as_str(), row["robot"].as_str());
+        let found = [row["seed"].as_str(), row["error_before_mm"].as_str()];
+        assert_eq!(*seen.entry(robot).or_insert(found), found);
+    }
+    assert_eq!(seen.len(), 2 * 9);
+}
+
+/// From the rows and the definitions: over all robots, where a refused one keeps its error.
+#[test]
+fn the_summary_follows_from_the_rows() {
+    let folder = with_campaign(CAMPAIGN);
+    let (rows, summary) = run_and_summarize(&folder);
+    assert_eq!(summary.len(), 16);
+    let (mut refused, mut worse) = (0, 0);
+    for case in &summary {
+        let own: Vec<_> = rows.iter().filter(|row| is_of(row, case)).collect();
+        assert_eq!(own.len(), 37);
+        let is_accepted = |row: &Cells| row["status"] == "accepted";
+        let accepted: Vec<_> = own.iter().filter(|row| is_accepted(row)).collect();
+        refused += 37 - accepted.len();
+        let grown = accepted
+            .iter()
+            .filter(|row| number(row, "error_after_mm") > number(row, "error_before_mm"))
+            .count();
+        worse += grown;
+        let counts = [
+            ("robots", 37),
+            ("accepted", accepted.len()),
+            ("worse", grown),
+        ];
+        for (key, count) in counts {
+            assert_eq!(case[key], count, "{key}");
+        }
+        for (before, after) in [
+            ("", "gain_percent"),
+            ("error_before_mm", "error_after_mm"),
+            ("relative_before_mm", "relative_after_mm"),
+            ("parameter_before_mm", "parameter_after_mm"),
+        ] {
+            let of_robot = |row: &&Cells| match before {
+                _ if is_accepted(row) => number(row, after),
+                "" => 0.0,
+                _ => number(row, before),
+            };
+            let mut values: Vec<f64> = own.iter().map(of_robot).collect();
+            values.sort_by(f64::total_cmp);
+            let mean = values.iter().sum::<f64>() / 37.0;
+            for (part, expected) in [("mean", mean), ("median", values[18])] {
+                let found = case[after][part].as_f64().unwrap();
+                // Rounding of a sum of 37.
+                assert!(
+                    (found - expected).abs() <= 1e-12 * expected.abs(),
+                    "{after} {part}"
+                );
+            }
+        }
+        for (ratio, error, sigma) in [
+            ("error_to_bound", "parameter_after_mm", "parameter_bound_mm"),
+            (
+                "parameters_to_stated",
+                "parameter_after_mm",
+                "parameter_stated_mm",
+            ),
+            (
+                "relative_to_stated",
+                "relative_after_mm",
+                "relative_stated_mm",
+            ),
+        ] {
+            let known = accepted.iter().filter(|row| !row[sigma].is_empty());
+            let [errors, sigmas] = known.fold([0.0, 0.0], |[errors, sigmas], row| {
+                [
+                    errors + number(row, error).powi(2),
+                    sigmas + number(row, sigma).powi(2),
+                ]
+            });
+            match case["ratios"][ratio].as_f64() {
+                Some(found) => assert!(
+                    (found.powi(2) * sigmas / errors - 1.0).abs() < 1e-12,
+                    "{ratio}"
+                ),
+                None => assert!(sigmas == 0.0, "{ratio}"),
+            }
+        }
+    }
+    assert!(
+        refused > 0 && worse > 0,
+        "meant to have both: {refused} {worse}"
+    );
+    let shown = folder.run("simulate --summary rows.csv").ok().stdout;
+    assert!(shown.contains("Refused in row"), "{shown}");
+    assert!(
+        shown.lines().all(|line| line.chars().count() <= 100),
+        "{shown}"
+    );
+}
+
+/// Normal robots: the prior is right, and the errors are those of the bound and of what is stated.
+#[test]
+fn errors_are_those_of_the_bound_and_of_the_stated_sigma() {
+    let folder = with_campaign(
+        "robots = 200\nspread = \"normal\"\nposes = [20]\n\
+         start_errors = [{ length_mm = 0.5, angle_deg = 0.2 }]\n\
+         noise_levels = [{ position_mm = 0.02, joint_deg = 0.005 }]\n\
+         methods = [\"ikm\", \"joint\", \"fkm\"]\n",
+    );
+    let (_, summary) = run_and_summarize(&folder);
+    for case in summary {
+        let mut ratios = vec!["error_to_bound", "parameters_to_stated"];
+        if case["method"] == "ikm" {
+            assert_eq!(case["ratios"]["error_to_stated"], Value::Null);
+        } else {
+            ratios.extend(["error_to_stated", "relative_to_stated"]);
+        }
+        for ratio in ratios {
+            // 200 robots whose errors have some six directions that count: one σ is 0.02.
+            let found = case["ratios"][ratio].as_f64().unwrap();
+            assert!(
+                (0.9..1.1).contains(&found),
+                "{} {ratio}: {found}",
+                case["method"]
+            );
+        }
     }
 }
 
-/// The rows of a CSV file by column.
-fn table(text: &str) -> Vec<BTreeMap<String, String>> {
-    let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned));
-    let names: Vec<_> = lines.next().unwrap().collect();
-    lines
-        .map(|cells| {
-            let cells: Vec<_> = cells.collect();
-            assert_eq!(cells.len(), names.len());
-            names.iter().cloned().zip(cells).collect()
+#[test]
+fn exact_measurements_have_no_bound_and_return_every_robot() {
+    let folder = with_campaign(
+        "robots = 20\nposes = [20]\nstart_errors = [{ length_mm = 10, angle_deg = 1 }]\n\
+         noise_levels = [{ position_mm = 0, joint_deg = 0 }]\nprior = [false]\n\
+         methods = [\"ikm\", \"fkm\", \"joint\"]\nsolvers = [\"lm\", \"gn\"]\n",
+    );
+    let rows = folder.run("simulate campaign.toml --output -").ok().stdout;
+    for row in table(&rows) {
+        assert_eq!(row["status"], "accepted", "{row:?}");
+        assert_eq!(
+            (row["parameter_bound_mm"].as_str(), row["returned"].as_str()),
+            ("", "true")
+        );
+        // The README's largest error of one parameter, 1e-6 mm; this is the norm of 24.
+        let error = number(&row, "parameter_after_mm");
+        assert!(error < 1e-6 * 24f64.sqrt(), "{row:?}");
+    }
+}
+
+#[test]
+fn every_instrument_is_at_its_bound_and_better_where_it_is_planned() {
+    let folder = with_campaign(
+        "robots = 100\nseed = 3\nspread = \"normal\"\n\
+         measure = [\"plate\", \"blocks\", \"wire\", \"bar300\", \"distances\", \"camera\", \"tracker\"]\n\
+         poses = [24]\nstart_errors = [{ length_mm = 0.5, angle_deg = 0.2 }]\n\
+         noise_levels = [{ position_mm = 0.02, joint_deg = 0.002 }]\n\
+         methods = [\"fkm\"]\nplanned = [false, true]\n",
+    );
+    let (_, summary) = run_and_summarize(&folder);
+    assert_eq!(summary.len(), 14);
+    for pair in summary.chunks(2) {
+        let [random, planned] = pair else { panic!() };
+        let name = &random["measure"];
+        assert_eq!(name, &planned["measure"]);
+        for case in pair {
+            // 100 robots, whose errors have some six directions that count: one σ of the ratio is 0.03.
+            for ratio in ["error_to_bound", "relative_to_stated"] {
+                let found = case["ratios"][ratio].as_f64().unwrap();
+                assert!((0.9..1.1).contains(&found), "{name} {ratio}: {found}");
+            }
+        }
+        assert_eq!(planned["accepted"], 100, "{name}");
+        let after = |case: &Value| case["relative_after_mm"]["mean"].as_f64().unwrap();
+        assert!(after(planned) < after(random), "{name}");
+    }
+}
+
+/// Towers that are off together, and travels with noise.
+#[test]
+fn towers_have_a_radius_in_common_and_travels_a_noise() {
+    let folder = with_campaign(
+        "robot = \"robot.toml\"\nrobots = 100\nspread = \"normal\"\nposes = [3, 20]\n\
+         start_errors = [{ length_mm = 0.5, angle_deg = 0.1, radius_mm = 3 }]\n\
+         noise_levels = [{ position_mm = 0.02, joint_mm = 0.02 }]\nmethods = [\"joint\"]\n",
+    );
+    folder.write(
+        "robot.toml",
+        "[nominal]\nkind = \"linear\"\ntower_radius_mm = 140\nforearm_mm = 330\n\n\
+         [joints]\nmin_mm = 100\nmax_mm = 600\n",
+    );
+    let rows = table(&folder.run("simulate campaign.toml --output -").ok().stdout);
+    assert_eq!(rows.len(), 200);
+    for poses in ["3", "20"] {
+        let ratios = rows.iter().filter(|row| row["poses"] == poses).map(|row| {
+            assert_eq!(row["noise_joint_mm"], "0.02");
+            assert_eq!(row["start_error_radius_mm"], "3.0");
+            number(row, "parameter_after_mm") / number(row, "parameter_bound_mm")
+        });
+        let mean_square = ratios.map(|ratio| ratio * ratio).sum::<f64>() / 100.0;
+        assert!((mean_square.sqrt() - 1.0).abs() < 0.15, "{mean_square}");
+    }
+}
+
+/// What is replaced in the campaign (`;` is a new line), by what, where the error is and what it says.
+const WRONG: &str = "\
+robots = 37 | robots = 0 | 1: | 0 is not a whole number from 1
+robots = 37 | robots = 3.5 | 1: | expected a whole number
+robots = 37; | | 1: | missing key `robots`
+seed = 5 | seed = -5 | 2: | -5 is not a whole number
+seed = 5 | sead = 5 | 2: | unknown key `sead`
+[8, 20] | [8, 0] | 3: | 0 is not a whole number
+[8, 20] | [] | 3: | the list is empty
+[8, 20] | [8, 8] | 3: | twice
+[8, 20] | 20 | 3: | list in brackets
+length_mm = 1 | length_mm = -1 | 4: | -1 is not a finite number
+length_mm = 1 | length_mm = nan | 4: | NaN is not a finite number
+angle_deg = 1 | angle = 1 | 4: | unknown key `angle`
+, angle_deg = 1 | | 4: | missing key `angle_deg`
+length_mm = 1, angle_deg = 1 | length_mm = 0, angle_deg = 0 | start_errors: | nothing to calibrate
+angle_deg = 1 | angle_deg = 1, radius_mm = 1 | start_errors: | no towers
+angle_deg = 1 | angle_deg = 0 | start_errors: | a prior needs
+position_mm = 0.02 | position_mm = inf | 5: | inf is not a finite number
+position_mm = 0.02 | position_mm = 0,02 | 5: |
+position_mm = 0.02 | position_mm = 0 | noise_levels: | position_mm is 0
+joint_deg | joint_mm | noise_levels: | joint noise is joint_deg
+\"fkm\" | \"fmk\" | 6: | unknown variant `fmk`
+prior = [true, false] | prior = [] | 8: | the list is empty
+prior = [true, false] | robot = \"no.toml\" | robot: | cannot be read
+seed = 5 | measure = [\"plate\"] | methods: | \"plate\" needs methods = [\"fkm\"]
+seed = 5 | measure = [\"plait\"] | 2: | there is no instrument \"plait\"
+[\"ikm\", \"fkm\"] | [\"fkm\"];weights = [false];measure = [\"wire\"] | weights: | needs weights = [true]";
+
+#[test]
+fn wrong_campaign_files_are_refused_with_place_and_cause() {
+    for line in WRONG.lines() {
+        let cells: Vec<_> = line
+            .split('|')
+            .map(|cell| cell.trim().replace(';', "\n"))
+            .collect();
+        let [from, to, place, cause] = cells.as_slice() else {
+            panic!("{line}")
+        };
+        assert!(CAMPAIGN.contains(from), "{line}");
+        let folder = with_campaign(&CAMPAIGN.replace(from, to));
+        let run = folder.run("simulate campaign.toml --output out.csv --json out.json");
+        assert_eq!(run.code, 3, "{line}: {}", run.stderr);
+        let [error, help] = run.stderr.lines().collect::<Vec<_>>()[..] else {
+            panic!("error and help: {}", run.stderr)
+        };
+        let begin = format!("error: campaign.toml:{place}");
+        assert!(
+            error
+                .replace(": ", ":")
+                .starts_with(&begin.replace(": ", ":")),
+            "{line}: {error}"
+        );
+        assert!(
+            error.contains(cause) && help.starts_with("help: "),
+            "{line}: {error}"
+        );
+        assert_eq!((folder.names().len(), run.stdout.as_str()), (1, ""));
+    }
+}
+
+/// Arguments, exit code and what is said; `=` is `campaign.toml`.
+const WRONG_COMMANDS: &str = "\
+= --robots 5..5 | 2 | a range holds a robot
+= --robots 5 | 2 | 0..1000
+= --json campaign.toml | 2 | same file
+= --output a.csv --json a.csv | 2 | same file
+= --output no/a.csv | 4 | there is no folder
+= --paper | 2 | cannot be used with
+--summary rows.csv --json rows.csv | 2 | same file
+--summary rows.csv rows.csv | 3 | rows.csv:2: robot 0 of this case was read before
+--summary none.csv | 3 | none.csv: cannot be read
+--summary other.csv | 3 | other.csv:1: the header is not
+--summary damaged.csv | 3 | damaged.csv:
+--summary short.csv | 3 | short.csv:33:
+seven.toml | 3 | planned = [true]:";
+
+#[test]
+fn wrong_command_lines_and_files_of_rows_are_refused() {
+    let folder = with_campaign(CAMPAIGN);
+    folder
+        .run("simulate campaign.toml --robots 0..2 --output rows.csv")
+        .ok();
+    let rows = folder.read("rows.csv");
+    folder.write(
+        "damaged.csv",
+        rows.replacen("accepted,true", "accepted,often", 1),
+    );
+    folder.write("short.csv", &rows[..rows.len() - 30]);
+    folder.write("other.csv", "a,b\n1,2\n");
+    folder.write(
+        "seven.toml",
+        CAMPAIGN.replace("[8, 20]", "[7]\nplanned = [true]"),
+    );
+    let before = folder.names();
+    for line in WRONG_COMMANDS.lines() {
+        let [arguments, code, part] = line.split(" | ").collect::<Vec<_>>()[..] else {
+            panic!("{line}")
+        };
+        let run = folder.run(&format!(
+            "simulate {}",
+            arguments.replace("= ", "campaign.toml ")
+        ));
+        assert_eq!(run.code.to_string(), code, "{line}: {}", run.stderr);
+        assert!(run.stderr.contains(part), "{line}: {}", run.stderr);
+        assert_eq!(folder.names(), before);
+    }
+}
+
+/// (case, method, start error, poses) and the paper's gain, as printed there.
+const PAPER: [(&str, &str, &str, &str, f64); 18] = [
+    ("exact", "fkm", "1.0", "8", 100.0),
+    ("exact", "ikm", "1.0", "8", 100.0),
+    ("exact", "ikm", "10.0", "8", 100.0),
+    ("fkm-noise", "fkm", "0.1", "8", -38.54),
+    ("fkm-noise", "fkm", "0.1", "20", 20.0),
+    ("fkm-noise", "fkm", "0.1", "40", 38.0),
+    ("fkm-noise", "fkm", "0.1", "60", 45.38),
+    ("fkm-start-error", "fkm", "0.2", "8", -260.0),
+    ("fkm-start-error", "fkm", "1.0", "60", -260.0),
+    ("ikm-small-noise", "ikm", "10.0", "60", 99.9),
+    ("ikm-start-error", "ikm", "1.0", "8", -6.17),
+    ("ikm-start-error", "ikm", "1.0", "20", 62.54),
+    ("ikm-start-error", "ikm", "1.0", "40", 87.58),
+    ("ikm-start-error", "ikm", "1.0", "60", 86.5),
+    ("ikm-noise", "ikm", "10.0", "8", -6.17),
+    ("ikm-noise", "ikm", "10.0", "20", 62.54),
+    ("ikm-noise", "ikm", "10.0", "40", 87.58),
+    ("ikm-noise", "ikm", "10.0", "60", 86.5),
+];
+
+const RESULTS: &str = "case,method,solver,poses,start_error_mm,start_error_deg,noise_position_mm,\
+    noise_joint_deg,weights,prior,planned,robots,gain_median_percent,gain_p05_percent,gain_p95_percent,\
+    error_before_mm,error_after_mm,bound_ratio,converged_percent,returned_percent,\
+    returned_from_nominal_percent,seconds_per_calibration,paper_gain_percent,paper_seconds,paper_remark";
+
+/// The page shows what the command prints for all its robots; in short runs fewer are simulated.
+#[test]
+fn the_papers_rows_stand_beside_what_is_found_here() {
+    let folder = Folder::new();
+    let robots = size(6, 200);
+    let command = format!("simulate --paper --robots 0..{robots} --output results.csv");
+    let run = folder.run(&command).ok();
+    assert!(
+        run.stdout.lines().all(|line| line.chars().count() <= 100),
+        "{}",
+        run.stdout
+    );
+    let text = folder.read("results.csv");
+    assert_eq!(text.lines().next(), Some(RESULTS));
+    let results = table(&text);
+    let has = |column: &str, value: &str| results.iter().any(|row| row[column] == value);
+    assert!(has("solver", "gn") && has("solver", "lm") && has("case", "number-of-poses"));
+    for (case, method, start, poses, gain) in PAPER {
+        let wanted = [
+            ("case", case),
+            ("method", method),
+            ("start_error_mm", start),
+            ("poses", poses),
+        ];
+        let own = results
+            .iter()
+            .filter(|row| wanted.iter().all(|(column, value)| row[*column] == *value));
+        let stated: Vec<_> = own.map(|row| number(row, "paper_gain_percent")).collect();
+        assert!(!stated.is_empty(), "{case} {poses}");
+        assert!(
+            stated.iter().all(|stated| (stated - gain).abs() < 1e-12),
+            "{case} {poses}"
+        );
+    }
+    let diverges = results
+        .iter()
+        .filter(|row| row["paper_remark"] == "diverges");
+    let diverges: BTreeSet<_> = diverges
+        .map(|row| {
+            [
+                row["case"].as_str(),
+                row["method"].as_str(),
+                row["start_error_mm"].as_str(),
+            ]
         })
-        .collect()
+        .collect();
+    assert_eq!(diverges, BTreeSet::from([["exact", "fkm", "10.0"]]));
+
+    // Without the seconds, which differ from run to run.
+    let page = include_str!("../../../docs/simulate.md");
+    let cells = |line: &str| -> Vec<String> {
+        let mut cells: Vec<_> = line.split_whitespace().map(str::to_owned).collect();
+        cells.truncate(cells.len().saturating_sub(1));
+        cells
+    };
+    let shown: BTreeSet<_> = page.lines().map(cells).collect();
+    let rows = run
+        .stdout
+        .lines()
+        .filter(|line| PAPER.iter().any(|row| line.starts_with(row.0)));
+    let rows: Vec<_> = rows.map(cells).collect();
+    assert_eq!(rows.len(), 26);
+    if robots == 200 {
+        let missing: Vec<_> = rows.iter().filter(|row| !shown.contains(*row)).collect();
+        assert!(missing.is_empty(), "docs/simulate.md lacks {missing:?}");
+    }
 }

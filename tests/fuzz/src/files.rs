@@ -8,7 +8,6 @@ use delta_cal::robot::Drive;
 use delta_cal_host::campaign::Plan;
 use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, read_joints, read_positions};
 use std::fmt::Write;
-use std::path::Path;
 
 pub(crate) fn text(name: &str, data: &[u8]) -> Option<InputText> {
     match InputText::from_reader(name, data) {
@@ -145,18 +144,17 @@ pub fn samples_file(data: &[u8]) {
     }
 }
 
-/// A campaign file: refused with its place, or a plan. One that names a robot file of its own is not
-/// followed to wherever the name leads.
+/// A campaign file: refused with its place, or a plan. One that names a robot file of its own is
+/// refused: there is none.
 pub fn campaign_file(data: &[u8]) {
     const NAME: &str = "campaign.toml";
-    if data.iter().any(|byte| matches!(byte, b'/' | b'\\')) {
-        return;
-    }
     let Some(input) = text(NAME, data) else {
         return;
     };
-    match Plan::read(&input, Path::new("no folder")) {
-        Ok(plan) => assert!(plan.robots > 0 && !plan.poses.is_empty(), "{plan:?}"),
+    match Plan::read(&input, &|name| {
+        Err(InputError::new(name, "there is no such file"))
+    }) {
+        Ok(plan) => assert!(plan.robots > 0 && plan.cases().next().is_some(), "{plan:?}"),
         Err(error) => refused(NAME, data, &error),
     }
 }

@@ -1,16 +1,26 @@
-//! What an instrument reads of a robot, which stands not quite where it was to be put.
+//! Where the robots of a campaign are measured, with what, and what that reads.
 
-use super::plan::Scenario;
-use super::planned::Instrumented;
+use super::plan::{Measure, Plan, Scenario};
+use crate::files::input_error::InputError;
+use crate::files::robot_file::{InstrumentFacts, RobotFile};
 use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom, Row};
 use crate::fit::options::Frame;
-use crate::planning::measurements::{Kind, PLANE, Planned, Setup, random_measurements};
-use delta_cal::Robot;
+use crate::planning::measurements::{
+    Kind, MeasurementRequest, NoiseOf, PLANE, Planned, Setup, Wishes, plan_measurements,
+    random_measurements,
+};
+use crate::planning::poses::{self, PlanError, PlanRequest};
 use delta_cal::frame::RigidTransform;
 use delta_cal::simulate::standard_normal;
+use delta_cal::{Noise, Robot};
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg32;
 
+/// Joint angles (radians) of one plan.
+pub(super) type Joints = Vec<[f64; 3]>;
+
+/// What a calibration takes for the noise of exact readings, mm: it needs one.
+const EXACT: f64 = 1e-3;
 /// One σ of the height of a plate, mm, and of its two slopes.
 const PLATE_OFF: f64 = 3.0;
 const PLATE_TILT: f64 = 0.005;
@@ -22,6 +32,26 @@ const SENSOR_TURN: f64 = 0.5;
 /// Measurements that are drawn for each that is wanted: some robots do not reach what is drawn.
 const DRAWN: usize = 2;
 
+/// Where the robots of a scenario are measured, and with what.
+#[derive(Debug, Clone)]
+pub(super) enum MeasuredAt {
+    /// x, y and z at random poses.
+    RandomPoses,
+    /// x, y and z at the same poses.
+    Poses(Joints),
+    /// What an instrument reads.
+    With(Box<Instrumented>),
+}
+
+/// An instrument, where it stands.
+#[derive(Debug, Clone)]
+pub(super) struct Instrumented {
+    setup: Setup,
+    kinds: Wishes,
+    /// Random ones if `None`.
+    planned: Option<Vec<Planned>>,
+}
+
 /// Readings of a robot.
 #[derive(Debug, Clone)]
 pub(super) struct Readings {
@@ -30,6 +60,89 @@ pub(super) struct Readings {
     /// Without.
     pub(super) exact: ObservationsFile,
     pub(super) frame: Frame,
+}
+
+/// Poses and measurements as a user would plan them: once, for the nominal robot and the scenario's
+/// noise; poses for the IKM method and without a tolerance. All robots of a scenario are measured
+/// there.
+pub(super) fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, InputError> {
+    plan_of(plan, scenario).map_err(|error| {
+        InputError::new(&plan.robot.name, format!("planned = [true]: {error}"))
+            .with_remedy(error.remedy())
+    })
+}
+
+fn plan_of(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, PlanError> {
+    let count = scenario.shared.poses;
+    match scenario.measure {
+        Measure::Positions if !scenario.shared.planned => Ok(MeasuredAt::RandomPoses),
+        Measure::Positions => {
+            let robot = RobotFile {
+                noise: scenario.noise,
+                tolerance: None,
+                ..plan.robot.clone()
+            };
+            let request = PlanRequest {
+                count,
+                seed: plan.seed,
+                ..PlanRequest::new(&robot)
+            };
+            let poses = poses::poses(&request)?;
+            let joints = poses.iter().map(|pose| pose.joints).collect();
+            Ok(MeasuredAt::Poses(joints))
+        }
+        Measure::With(instrument) => {
+            let robot = known(plan, scenario, true);
+            let sigma = sigma(scenario);
+            let like = MeasurementRequest {
+                seed: plan.seed,
+                ..MeasurementRequest::new(&robot, Wishes::only(instrument.kind), count)
+            };
+            let request = MeasurementRequest {
+                noise: Some(NoiseOf {
+                    position: sigma,
+                    height: sigma,
+                    distance: sigma,
+                }),
+                ..instrument.request(&like, count)
+            };
+            let planned = if scenario.shared.planned {
+                Some(plan_measurements(&request)?.measurements)
+            } else {
+                None
+            };
+            Ok(MeasuredAt::With(Box::new(Instrumented {
+                setup: Setup::of(&request),
+                kinds: request.kinds,
+                planned,
+            })))
+        }
+    }
+}
+
+/// Of a reading, as it is stated.
+fn sigma(scenario: &Scenario) -> f64 {
+    match scenario.noise {
+        Some(_) => scenario.shared.noise_position_mm,
+        None => EXACT,
+    }
+}
+
+/// The nominal robot as the calibration of an instrument's readings knows it.
+pub(super) fn known(plan: &Plan, scenario: &Scenario, prior: bool) -> RobotFile {
+    let sigma = sigma(scenario);
+    let joint = scenario.noise.map_or(0.0, |noise| noise.joint());
+    RobotFile {
+        noise: Noise::new(sigma, joint).ok(),
+        tolerance: scenario.tolerance.filter(|_| prior),
+        instruments: InstrumentFacts {
+            height_noise: Some(sigma),
+            distance_noise: Some(sigma),
+            joint_noise: Some(joint),
+            ..InstrumentFacts::default()
+        },
+        ..plan.robot.clone()
+    }
 }
 
 /// Where the instruments stand.
@@ -49,7 +162,7 @@ pub(super) fn readings(
 ) -> Option<Readings> {
     let setup = &with.setup;
     let places = Places::drawn(setup, rng);
-    let count = scenario.poses;
+    let count = scenario.shared.poses;
     let (drawn, all_needed) = match &with.planned {
         Some(planned) => (planned.clone(), true),
         None => (

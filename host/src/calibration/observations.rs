@@ -9,7 +9,6 @@ mod transmissions;
 mod warnings;
 
 pub use check::check;
-pub(crate) use check::{check_frame, check_names};
 pub use known::Known;
 pub use report::ObservationsReport;
 pub use transmissions::TransmissionFound;

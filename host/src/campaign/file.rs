@@ -7,7 +7,7 @@ use crate::files::example;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
-use crate::planning::poses::{LEAST_POSES, MOST_POSES};
+use crate::planning::{LEAST as LEAST_POSES, MOST as MOST_POSES};
 use crate::text::words::decimal_comma;
 use delta_cal::robot::Drive;
 use delta_cal::{Noise, Tolerance};

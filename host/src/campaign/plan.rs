@@ -2,7 +2,7 @@
 
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::CalibrationMethod;
-use crate::planning::measurements::Instrument;
+use crate::planning::Instrument;
 use delta_cal::calibration::{Solver, Start};
 use delta_cal::robot::Drive;
 use delta_cal::{Noise, Tolerance};

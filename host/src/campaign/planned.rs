@@ -4,10 +4,9 @@ use super::CampaignError;
 use super::plan::{Measure, NoiseLevel, Plan, Scenario};
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
-use crate::planning::measurements::{
-    MeasurementRequest, NoiseOf, Planned, Setup, Wishes, plan_measurements,
+use crate::planning::{
+    Kind, Order, PlanError, PlanRequest, Planned, Setup, Wishes, plan as planned,
 };
-use crate::planning::poses::{self, PlanError, PlanRequest};
 use delta_cal::{Noise, Tolerance};
 
 /// Joint angles (radians) of one plan.
@@ -115,12 +114,17 @@ fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, CampaignE
                 ..plan.robot.clone()
             };
             let request = PlanRequest {
-                count: scenario.poses,
                 seed: plan.seed,
-                ..PlanRequest::new(&robot)
+                absolute: true,
+                order: Order::Shortest,
+                ..PlanRequest::new(&robot, Wishes::only(Kind::XYZ), scenario.poses)
             };
-            let poses = poses::poses(&request).map_err(failed)?;
-            let joints = poses.iter().map(|pose| pose.joints).collect();
+            let plan = planned(&request).map_err(failed)?;
+            let joints = plan
+                .measurements
+                .iter()
+                .map(|own| own.pose.joints)
+                .collect();
             Ok(MeasuredAt::Poses(joints))
         }
         Measure::With(instrument) => {
@@ -129,28 +133,20 @@ fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, CampaignE
                 None => EXACT,
             };
             let joint = scenario.noise.map_or(0.0, |noise| noise.joint());
-            let mut robot = RobotFile {
+            let robot = RobotFile {
                 noise: Noise::new(sigma, joint).ok(),
                 tolerance: scenario.tolerance,
                 ..plan.robot.clone()
             };
-            robot.instruments.height_noise = Some(sigma);
-            robot.instruments.distance_noise = Some(sigma);
-            robot.instruments.joint_noise = Some(joint);
-            let like = MeasurementRequest {
+            let robot = instrument.equips(&robot, sigma);
+            let request = PlanRequest {
                 seed: plan.seed,
-                ..MeasurementRequest::new(&robot, Wishes::only(instrument.kind), scenario.poses)
-            };
-            let request = MeasurementRequest {
-                noise: Some(NoiseOf {
-                    position: sigma,
-                    height: sigma,
-                    distance: sigma,
-                }),
-                ..instrument.request(&like, scenario.poses)
+                frame: instrument.frame,
+                order: Order::Shortest,
+                ..PlanRequest::new(&robot, Wishes::only(instrument.kind), scenario.poses)
             };
             let planned = if scenario.planned {
-                Some(plan_measurements(&request).map_err(failed)?.measurements)
+                Some(planned(&request).map_err(failed)?.measurements)
             } else {
                 None
             };

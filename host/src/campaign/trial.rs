@@ -11,7 +11,7 @@ use crate::files::robot_file::{InstrumentFacts, RobotFile};
 use crate::fit::fkm;
 use crate::fit::observations::{self, ObservedError};
 use crate::fit::options::CalibrationMethod;
-use crate::planning::measurements::covariance_after;
+use crate::planning::covariance_after;
 use delta_cal::calibration::{ArmOutcome, JointCalibrator, StartUsed};
 use delta_cal::{
     Calibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings, Tolerance,

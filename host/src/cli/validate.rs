@@ -138,7 +138,7 @@ fn positions(
                     || own.distance.is_some()
             });
             let error = InputError::new(&file.name, cause).with_remedy(
-                "measure x, y and z of every pose, or delete the other rows and columns; delta-cal check says what \
+                "measure x, y and z of every pose, or delete the other rows and columns; delta-cal plan --samples says what \
                  heights and distances are worth",
             );
             Err(match gap {

@@ -59,6 +59,7 @@ use delta_cal::{Noise, Robot, Tolerance};
 /// z_mm = -560
 /// sigma_mm = 0.05
 /// tilt_deg = 0.1               # optional: one σ of its tilt, where it is known to be nearly level
+/// blocks_mm = [0, 60, 120]     # optional: gauge blocks that a plan measures on; 0 is the bare plane
 ///
 /// [points.NAME]                # optional: a point that distances begin at
 /// x_mm = 100                   # x_mm, y_mm, z_mm and sigma_mm, if its place is known
@@ -66,6 +67,10 @@ use delta_cal::{Noise, Robot, Tolerance};
 /// z_mm = -600
 /// sigma_mm = 0.1
 /// offset = "unknown"           # its sensor reads a constant too much that is not known
+/// length_mm = [100, 600]       # optional: the distances that can be measured; a bar of 300 mm: [300, 300]
+///
+/// [distances]                  # optional: the same of distances between two poses
+/// length_mm = [50, 600]
 ///
 /// [target]                     # optional: the point that is measured, from the platform point
 /// x_mm = 0

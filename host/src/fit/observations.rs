@@ -4,8 +4,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom};
 use crate::fit::options::Frame;
 use crate::fit::outcome::{Outcome, RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
-use delta_cal::calibration::TolerancePrior;
-use delta_cal::calibration::{Problem, Solver};
+use delta_cal::calibration::Solver;
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationOutcome,
@@ -14,7 +13,7 @@ use delta_cal::observations::{
 };
 use delta_cal::robust::{Loss, RobustRefusal, WeighedSample};
 use delta_cal::{Noise, Refusal, Settings};
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::Vector3;
 
 /// The robot's parameters and the unknowns of as many instruments as a file may have: a frame and 14
 /// points, for example.
@@ -270,54 +269,6 @@ fn placed(
         unknowns: problem.instruments().unknowns(),
         outcome,
     }
-}
-
-/// What measurements say before they are fitted: at the robot of the file.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Linearized {
-    /// Of each row how its readings change with the parameters, transposed: x, y, z, height and distance in σ
-    /// side by side, and the robot's parameters before the unknowns of the instruments.
-    pub(crate) rows: Vec<SMatrix<f64, PARAMETERS, READINGS>>,
-    /// What is known beforehand.
-    pub(crate) prior: TolerancePrior<f64, PARAMETERS>,
-    /// What a parameter is counted in: mm or radians.
-    pub(crate) units: SVector<f64, PARAMETERS>,
-    /// How many of the parameters are the robot's: with its transmissions, if they are to be found.
-    pub(crate) of_robot: usize,
-    /// How many parameters there are in all.
-    pub(crate) parameters: usize,
-}
-
-/// What measurements say; what was read does not matter, but for where the instruments are.
-///
-/// # Errors
-/// As [`calibrate`], but for refusals of what was measured.
-pub(crate) fn linearized(
-    robot: &RobotFile,
-    file: &ObservationsFile,
-    frame: Frame,
-) -> Result<Linearized, ObservedError> {
-    with_problem(robot, file, frame, |problem| {
-        let settings = Settings::new().with_tolerance(robot.tolerance);
-        let of_row = |row: usize| {
-            let columns = problem.linearized::<COLUMNS>(row);
-            let columns = columns.unwrap_or([[0.0; READINGS]; COLUMNS]);
-            SMatrix::from_fn(|parameter, reading| columns[parameter][reading])
-        };
-        let unit = |parameter: usize, _: usize| {
-            Problem::<f64, PARAMETERS, COLUMNS, ENTRIES>::unit_of(problem, parameter)
-        };
-        Ok(Linearized {
-            rows: (0..file.rows.len()).map(of_row).collect(),
-            prior: problem.prior(&settings),
-            units: SVector::from_fn(unit),
-            of_robot: match robot.transmission {
-                Some(_) => WITH_TRANSMISSIONS,
-                None => crate::fit::outcome::PARAMETERS,
-            },
-            parameters: 24 + problem.instruments().unknowns(),
-        })
-    })
 }
 
 fn with_problem<T>(

@@ -1,6 +1,7 @@
 //! A [`CalibrationReport`](crate::calibration::report::CalibrationReport) for people and for programs.
 
 mod causes;
+mod combination;
 mod comparison;
 mod expanded;
 pub mod html;

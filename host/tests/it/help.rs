@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 23] = [
+const COMMANDS: [&str; 22] = [
     "",
     "init",
     "calibrate",
@@ -10,7 +10,6 @@ const COMMANDS: [&str; 23] = [
     "forward",
     "inverse",
     "plan",
-    "check",
     "simulate",
     "simulate merge",
     "reproduce",

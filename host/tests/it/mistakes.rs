@@ -133,37 +133,3 @@ fn gauge_blocks_that_were_left_out_are_asked_for() {
         run.stderr
     );
 }
-
-/// The error over a region is not called that over the workspace, and rows to add hold nothing that looks measured.
-#[test]
-fn plans_and_checks_say_what_their_figures_and_rows_are() {
-    let folder = Folder::new();
-    folder.write("robot.toml", crate::support::TO_MEASURE);
-    let plan = "plan robot.toml --measure plane --plane -560 --count 20";
-    let run = folder.run(plan).ok();
-    assert!(run.stdout.contains("over the workspace"), "{}", run.stdout);
-    let run = folder
-        .run(&format!("{plan} --within r=150,z=-600..-400"))
-        .ok();
-    assert!(
-        run.stdout
-            .contains("over the positions within r=150,z=-600..-400 mm")
-            && run.stdout.contains("the worst over the whole workspace")
-            && !run.stdout.contains("over the workspace"),
-        "{}",
-        run.stdout
-    );
-    folder.write("few.csv", csv(&exact(&true_arms(), 12)));
-    let run = folder.run("check robot.toml few.csv").ok();
-    let (_, rows) = run.stdout.split_once("Poses that would help most").unwrap();
-    let rows: Vec<_> = rows
-        .lines()
-        .filter(|line| line.matches(',').count() == 8)
-        .collect();
-    assert!(
-        rows[0].ends_with("x_mm,y_mm,z_mm,_nominal_x_mm,_nominal_y_mm,_nominal_z_mm"),
-        "{}",
-        run.stdout
-    );
-    assert!(rows.len() == 5 && rows[1..].iter().all(|row| row.contains(",,,,")));
-}

@@ -90,27 +90,18 @@ fn rows_that_are_still_as_planned_are_named() {
         (
             csv(&plan),
             "samples.csv:2: 20 rows are still as planned, not measured (lines 2, 3,",
-            [
-                "Once measured, these poses determine every parameter.",
-                "Not measured yet: 20 rows, in lines 2, 3,",
-            ],
+            "Not measured yet: lines 2, 3,",
         ),
         (
             csv(&some),
             "samples.csv:5: 2 rows are still as planned, not measured (lines 5 and 10): their x, y and z are \
              those of robot.toml to the last digit",
-            [
-                "Once all are measured, these samples determine every parameter.",
-                "Not measured yet: 2 rows, in lines 5 and 10.",
-            ],
+            "Not measured yet: lines 5 and 10.",
         ),
         (
             emptied,
             "samples.csv:5: nothing was measured in this row",
-            [
-                "Once all are measured, these samples determine every parameter.",
-                "Not measured yet: 2 rows, in lines 5 and 10.",
-            ],
+            "Not measured yet: lines 5 and 10.",
         ),
     ] {
         folder.write("samples.csv", samples);
@@ -119,12 +110,10 @@ fn rows_that_are_still_as_planned_are_named() {
         assert!(run.stderr.contains(refused), "{}", run.stderr);
         assert_eq!(folder.names(), ["robot.toml", "samples.csv"]);
         let check = folder
-            .run("check robot.toml samples.csv --add 0")
+            .run("plan robot.toml --samples samples.csv --count 0")
             .ok()
             .stdout;
-        for part in checked {
-            assert!(check.contains(part), "{part}: {check}");
-        }
+        assert!(check.contains(checked), "{checked}: {check}");
     }
 }
 

@@ -327,10 +327,17 @@ fn instruments(
                 Some(tilt) => Some(positive(input, "tilt_deg", tilt)?.to_radians()),
                 None => None,
             },
+            blocks: match &own.blocks_mm {
+                Some(blocks) => blocks_of(input, blocks)?,
+                None => Vec::new(),
+            },
         });
     }
     for (name, section) in &toml.points {
         facts.points.push(point(input, name, section)?);
+    }
+    if let Some(section) = &toml.distances {
+        facts.lengths = Some(lengths(input, &section.length_mm)?);
     }
     if let Some(target) = &toml.target {
         facts.target = Some(Vector3::new(
@@ -340,6 +347,27 @@ fn instruments(
         ));
     }
     Ok(facts)
+}
+
+/// Heights of gauge blocks.
+fn blocks_of(input: &InputText, blocks: &Spanned<Vec<f64>>) -> Result<Vec<f64>, InputError> {
+    let heights = blocks.as_ref();
+    if !heights.is_empty() && heights.iter().all(|own| *own >= 0.0 && own.is_finite()) {
+        return Ok(heights.clone());
+    }
+    let cause = "gauge blocks have heights of 0 mm (the bare plane) or more";
+    Err(fault_at(input, blocks, "blocks_mm", cause).with_remedy("write blocks_mm = [0, 60, 120]"))
+}
+
+/// The shortest and the longest distance.
+fn lengths(input: &InputText, lengths: &Spanned<[f64; 2]>) -> Result<(f64, f64), InputError> {
+    let [shortest, longest] = *lengths.as_ref();
+    if shortest > 0.0 && shortest <= longest && longest.is_finite() {
+        return Ok((shortest, longest));
+    }
+    let cause = format!("[{shortest}, {longest}] is not the shortest and the longest distance");
+    let remedy = "write length_mm = [100, 600], or [300, 300] for a bar of 300 mm";
+    Err(fault_at(input, lengths, "length_mm", cause).with_remedy(remedy))
 }
 
 fn positive(input: &InputText, key: &str, number: &Number) -> Result<f64, InputError> {
@@ -387,6 +415,10 @@ fn point(
         line,
         place,
         offset_unknown: own.offset.is_some(),
+        lengths: match &own.length_mm {
+            Some(stated) => Some(lengths(input, stated)?),
+            None => None,
+        },
     })
 }
 

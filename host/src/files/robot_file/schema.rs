@@ -23,6 +23,7 @@ pub(super) struct RobotToml {
     pub(super) planes: BTreeMap<String, Spanned<PlaneToml>>,
     #[serde(default)]
     pub(super) points: BTreeMap<String, Spanned<PointToml>>,
+    pub(super) distances: Option<DistancesToml>,
     pub(super) target: Option<TargetToml>,
     #[serde(default)]
     pub(super) robot: RobotRecordToml,
@@ -187,6 +188,13 @@ pub(super) struct PlaneToml {
     pub(super) z_mm: Number,
     pub(super) sigma_mm: Number,
     pub(super) tilt_deg: Option<Number>,
+    pub(super) blocks_mm: Option<Spanned<Vec<f64>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DistancesToml {
+    pub(super) length_mm: Spanned<[f64; 2]>,
 }
 
 #[derive(Deserialize)]
@@ -197,6 +205,7 @@ pub(super) struct PointToml {
     pub(super) z_mm: Option<Number>,
     pub(super) sigma_mm: Option<Number>,
     pub(super) offset: Option<Spanned<String>>,
+    pub(super) length_mm: Option<Spanned<[f64; 2]>>,
 }
 
 #[derive(Deserialize)]

@@ -6,9 +6,11 @@ use crate::accuracy::information::ARM;
 use crate::calibration::report::CalibrationReport;
 use crate::calibration::thresholds::{GOOD_CONDITION, MOSTLY};
 use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{ObservationsFile, Reading, Row};
+use crate::fit::options::Frame;
 use crate::geometry::range::range;
-use crate::planning::observability::Combination;
-use crate::planning::poses::{PlanRequest, next_poses};
+use crate::planning::{Determined, SamplesRequest};
+use crate::report::calibration::combination::Combination;
 use crate::report::calibration::uncertain::uncertain;
 use crate::text::joint;
 use crate::text::numbers::small;
@@ -178,40 +180,54 @@ fn best_added(report: &CalibrationReport) -> Option<String> {
         noise: report.after.noise.or(estimated),
         ..report.after.clone()
     };
-    let request = PlanRequest {
-        count: ADDED,
-        method: report.options.method,
-        ..PlanRequest::new(&robot)
+    let rows = report.sample_errors.iter().map(|sample| Row {
+        line: sample.line,
+        value: Reading {
+            joints: sample.measured.joints,
+            position: sample.measured.position.data.0[0].map(Some),
+            height: None,
+            distance: None,
+        },
+    });
+    let file = ObservationsFile {
+        name: String::new(),
+        rows: rows.collect(),
+        planes: Vec::new(),
+        points: Vec::new(),
     };
-    let measured: Vec<_> = report
-        .sample_errors
-        .iter()
-        .map(|sample| sample.measured)
-        .collect();
-    let next = next_poses(&request, &measured).ok()?;
-    if next.poses.is_empty() {
+    let request = SamplesRequest {
+        frame: Frame::Base,
+        add: ADDED,
+        region: None,
+        absolute: true,
+    };
+    let next = Determined::by(&robot, &file, &[], &request).ok()?;
+    if next.next.is_empty() {
         return None;
     }
     let named: Vec<_> = next
-        .poses
+        .next
         .iter()
-        .map(|pose| {
-            let joints = pose.joints.map(|q| joint::whole(robot.robot.drive(), q));
+        .map(|own| {
+            let joints = own
+                .pose
+                .joints
+                .map(|q| joint::whole(robot.robot.drive(), q));
             joints.join(", ")
         })
         .collect();
-    let worth = match (&next.before, &next.after) {
+    let worth = match (&next.now, &next.with_next) {
         (Some(before), Some(after)) => format!(
-            " Predicted from the poses and the noise alone, without the tolerance, as delta-cal plan does, they \
+            " They \
              would bring the standard uncertainty of the position to {} mm instead of {} mm (rms over the workspace).",
-            small(after.workspace.rms),
-            small(before.workspace.rms)
+            small(after.absolute.rms),
+            small(before.absolute.rms)
         ),
         _ => String::new(),
     };
     Some(format!(
-        "These joint angles would tell most about the robot, the best first: {}.{worth} delta-cal \
-         check proposes more poses, and delta-cal plan a whole set.",
+        "These joint angles would tell most about the robot, the best first: {}.{worth} `delta-cal plan --samples` \
+         proposes more.",
         named.join("; ")
     ))
 }

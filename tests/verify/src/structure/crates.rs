@@ -124,7 +124,6 @@ mod tests {
             "c/tests/fixture/main.rs",
             "c/tests/misuse.rs",
             "tests/tests/core_alone.rs",
-            "tests/benches/poses.rs",
             "tests/fuzz/programs/fuzz_targets/store.rs",
             "tests/target/src/bin/measure/main.rs",
         ] {

@@ -1,0 +1,213 @@
+//! Measurements that may be chosen: at poses that may be taken, with the instruments where they are.
+
+use super::error::PlanError;
+use super::kind::{Kind, Wishes};
+use super::region::below;
+use super::selection::Selection;
+use super::setup::{Planned, Setup};
+use delta_cal::{Parameter, Robot, Sample};
+use nalgebra::Vector3;
+use rand_pcg::Pcg32;
+
+/// Draws without a usable measurement before there is said to be none.
+const HOPELESS: usize = 20_000;
+/// Draws a candidate at most, on average.
+const DRAWS: usize = 400;
+/// Poses that show how steep the workspace is.
+const DRAWN: usize = 200;
+/// Where an error along a forearm moves the platform by more than this factor, the robot is far from linear, and
+/// a calibration from poses that are all so may lead nowhere.
+const STEEP: f64 = 3.0;
+/// Measurements of each kind and instrument that show where the instruments are, whatever else is looked at.
+const ANCHORS: usize = 40;
+
+/// Random measurements of some kinds that can be taken where the instruments are, as many of each or one more.
+///
+/// # Errors
+/// Limits that leave no such measurement.
+pub fn random_measurements(
+    setup: &Setup,
+    kinds: &Wishes,
+    count: usize,
+    rng: &mut Pcg32,
+) -> Result<Vec<Planned>, PlanError> {
+    let selection = Selection::new(&setup.robot, None);
+    Candidates::new(setup, &selection, rng)?.of_kinds(kinds, count, rng)
+}
+
+/// Where measurements are drawn from.
+pub(super) struct Candidates<'a> {
+    setup: &'a Setup,
+    selection: &'a Selection<'a>,
+    /// [`STEEP`], or what half of the workspace is where that is more.
+    steep: f64,
+}
+
+impl<'a> Candidates<'a> {
+    pub(super) fn new(
+        setup: &'a Setup,
+        selection: &'a Selection<'a>,
+        rng: &mut Pcg32,
+    ) -> Result<Self, PlanError> {
+        let drawn = selection.draw_many(DRAWN, rng)?;
+        let steepness = drawn.iter().map(|pose| steepness(&setup.robot.robot, pose));
+        let mut steepness: Vec<_> = steepness.collect();
+        steepness.sort_by(f64::total_cmp);
+        let half = steepness.get(DRAWN / 2).copied().unwrap_or(STEEP);
+        Ok(Self {
+            setup,
+            selection,
+            steep: STEEP.max(half),
+        })
+    }
+
+    /// So many in all, of each kind as many or one more.
+    pub(super) fn of_kinds(
+        &self,
+        kinds: &Wishes,
+        count: usize,
+        rng: &mut Pcg32,
+    ) -> Result<Vec<Planned>, PlanError> {
+        let each = count.div_ceil(kinds.0.len().max(1));
+        let mut all = Vec::with_capacity(count);
+        for wish in &kinds.0 {
+            all.extend(self.of(wish.kind, None, each, rng)?);
+        }
+        Ok(all)
+    }
+
+    /// Some of each kind with each instrument.
+    pub(super) fn anchors(
+        &self,
+        kinds: &Wishes,
+        rng: &mut Pcg32,
+    ) -> Result<Vec<Planned>, PlanError> {
+        let mut all = Vec::new();
+        for wish in &kinds.0 {
+            for instrument in 0..self.instruments_of(wish.kind) {
+                all.extend(self.of(wish.kind, Some(instrument), ANCHORS, rng)?);
+            }
+        }
+        Ok(all)
+    }
+
+    fn instruments_of(&self, kind: Kind) -> usize {
+        match kind {
+            Kind::Plane => self.setup.planes.len(),
+            Kind::Point => self.setup.points.len(),
+            Kind::Distance | Kind::Position(_) => 1,
+        }
+    }
+
+    /// So many of one kind, with one instrument or with any.
+    fn of(
+        &self,
+        kind: Kind,
+        instrument: Option<usize>,
+        count: usize,
+        rng: &mut Pcg32,
+    ) -> Result<Vec<Planned>, PlanError> {
+        let mut found = Vec::with_capacity(count);
+        let mut draws = 0;
+        while found.len() < count {
+            let instrument = instrument.unwrap_or_else(|| below(self.instruments_of(kind), rng));
+            if let Some(pose) = self.selection.draw(rng) {
+                let other = self.selection.draw(rng);
+                let plane = self.setup.planes.get(instrument);
+                let block = below(plane.map_or(0, |plane| plane.blocks.len()), rng);
+                found.extend(self.placed(kind, pose, other, (instrument, block)));
+            }
+            draws += 1;
+            if draws >= HOPELESS + DRAWS * found.len() {
+                // Where a region or the limits leave nothing at all, that is said first.
+                self.selection.draw_many(1, rng)?;
+                return Err(PlanError::NoMeasurement(kind));
+            }
+        }
+        Ok(found)
+    }
+
+    /// One near another, one σ of its joint angles in radians away; `None` if that is not allowed.
+    pub(super) fn near(&self, own: &Planned, spread: f64, rng: &mut Pcg32) -> Option<Planned> {
+        let pose = self.selection.near(&own.pose, spread, rng)?;
+        let other = match &own.other {
+            Some(other) => Some(self.selection.near(other, spread, rng)?),
+            None => None,
+        };
+        let at = own.plane.unwrap_or((own.point.unwrap_or(0), 0));
+        self.placed(own.kind, pose, other, at)
+    }
+
+    /// The measurement nearest to poses: on a gauge block of a plane, or as far from its point or its other pose
+    /// as can be measured. `at`: which plane and block, or which point.
+    fn placed(
+        &self,
+        kind: Kind,
+        pose: Sample<f64>,
+        other: Option<Sample<f64>>,
+        at: (usize, usize),
+    ) -> Option<Planned> {
+        let mut planned = Planned {
+            kind,
+            pose,
+            other: None,
+            plane: None,
+            point: None,
+        };
+        match kind {
+            Kind::Position(_) => {}
+            Kind::Plane => {
+                let plane = self.setup.planes.get(at.0)?;
+                let (normal, block) = (plane.normal, plane.blocks.get(at.1)?);
+                let mut above = pose.position;
+                above.z += (plane.offset + block - normal.dot(&above)) / normal.z;
+                planned.pose = self.selection.at(&above)?;
+                planned.plane = Some(at);
+            }
+            Kind::Distance => {
+                let far = self.as_far(&pose.position, &other?, self.setup.lengths)?;
+                planned.other = Some(far);
+            }
+            Kind::Point => {
+                let point = self.setup.points.get(at.0)?;
+                planned.pose = self.as_far(&point.place, &pose, point.lengths)?;
+                planned.point = Some(at.0);
+                if self.setup.on_table && planned.pose.position.z < point.place.z {
+                    return None;
+                }
+            }
+        }
+        // Complete positions lead there from anywhere.
+        let robot = &self.setup.robot.robot;
+        let mut poses = std::iter::once(&planned.pose).chain(&planned.other);
+        let gentle = kind == Kind::XYZ || poses.all(|pose| steepness(robot, pose) <= self.steep);
+        gentle.then_some(planned)
+    }
+
+    /// The pose on the line from a place to another pose whose distance can be measured.
+    fn as_far(
+        &self,
+        from: &Vector3<f64>,
+        pose: &Sample<f64>,
+        (shortest, longest): (f64, f64),
+    ) -> Option<Sample<f64>> {
+        let apart = pose.position - from;
+        let distance = apart.norm();
+        let wanted = distance.clamp(shortest, longest);
+        if (wanted - distance).abs() < f64::EPSILON {
+            return Some(*pose);
+        }
+        (distance > 0.0).then_some(())?;
+        self.selection.at(&(from + apart * (wanted / distance)))
+    }
+}
+
+/// By what factor an error along a forearm moves the platform at most.
+fn steepness(robot: &Robot<f64>, pose: &Sample<f64>) -> f64 {
+    let jacobian = robot.platform_jacobian(&pose.position, &pose.joints);
+    jacobian.map_or(f64::INFINITY, |jacobian| {
+        let columns = jacobian.by_parameters.iter();
+        let lengths = columns.map(|arm| arm.column(Parameter::Lb.index()).norm());
+        lengths.fold(0.0, f64::max)
+    })
+}

@@ -1,0 +1,200 @@
+//! Where the platform may be while it is measured.
+
+use delta_cal::Real;
+use nalgebra::Vector3;
+use rand_core::Rng;
+use std::error::Error;
+use std::fmt;
+use std::str::FromStr;
+
+/// A box along the robot's axes, or an upright cylinder about its z axis. Lengths in mm, in the
+/// robot's frame. Written `x=-100..100,y=-100..100,z=-500..-400` and `r=200,z=-500..-400`.
+///
+/// ```
+/// use delta_cal_host::planning::Region;
+/// let region: Region = "r=200, z=-500..-400".parse().unwrap();
+/// assert!(region.contains(&nalgebra::Vector3::new(0.0, 199.0, -450.0)));
+/// assert!("r=200".parse::<Region>().is_err());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Region {
+    /// Smallest and largest x, y and z.
+    Box([(f64, f64); 3]),
+    /// About the z axis.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Smallest and largest z.
+        z: (f64, f64),
+    },
+}
+
+/// Why a text is no [`Region`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RegionError(String);
+
+impl fmt::Display for RegionError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "{}; a box is written x=-100..100,y=-100..100,z=-500..-400 and a cylinder \
+             r=200,z=-500..-400, both in mm",
+            self.0
+        )
+    }
+}
+
+impl Error for RegionError {}
+
+impl Region {
+    /// Whether a position is inside or on the boundary.
+    pub fn contains(&self, x: &Vector3<f64>) -> bool {
+        let within = |value: f64, (low, high): (f64, f64)| value >= low && value <= high;
+        match self {
+            Self::Box(ranges) => x.iter().zip(ranges).all(|(x, range)| within(*x, *range)),
+            Self::Cylinder { radius, z } => x.xy().norm() <= *radius && within(x.z, *z),
+        }
+    }
+
+    /// As much of it as positions within a box need; `None` if it has none of them.
+    pub(super) fn clipped(&self, to: &[(f64, f64); 3]) -> Option<Self> {
+        let common = |(low, high): (f64, f64), (least, most): (f64, f64)| {
+            let range = (low.max(least), high.min(most));
+            (range.0 <= range.1).then_some(range)
+        };
+        let [x, y, z] = *to;
+        match self {
+            Self::Box([own_x, own_y, own_z]) => Some(Self::Box([
+                common(*own_x, x)?,
+                common(*own_y, y)?,
+                common(*own_z, z)?,
+            ])),
+            Self::Cylinder { radius, z: own_z } => {
+                let furthest = |(low, high): (f64, f64)| low.abs().max(high.abs());
+                let corner = (furthest(x).squared() + furthest(y).squared()).square_root();
+                Some(Self::Cylinder {
+                    radius: radius.min(corner),
+                    z: common(*own_z, z)?,
+                })
+            }
+        }
+    }
+
+    /// A position in it, any as likely as any other.
+    pub(super) fn random<R: Rng + ?Sized>(&self, rng: &mut R) -> Vector3<f64> {
+        let mut between = |(low, high): (f64, f64)| low + (high - low) * uniform(rng);
+        match self {
+            Self::Box(ranges) => Vector3::from(ranges.map(between)),
+            Self::Cylinder { radius, z } => {
+                let distance = radius * between((0.0, 1.0)).sqrt();
+                let (sine, cosine) = between((0.0, std::f64::consts::TAU)).sine_cosine();
+                Vector3::new(distance * cosine, distance * sine, between(*z))
+            }
+        }
+    }
+}
+
+impl fmt::Display for Region {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Box([x, y, z]) => write!(
+                formatter,
+                "x={}..{},y={}..{},z={}..{}",
+                x.0, x.1, y.0, y.1, z.0, z.1
+            ),
+            Self::Cylinder { radius, z } => write!(formatter, "r={radius},z={}..{}", z.0, z.1),
+        }
+    }
+}
+
+impl FromStr for Region {
+    type Err = RegionError;
+
+    fn from_str(text: &str) -> Result<Self, RegionError> {
+        let (mut coordinates, mut radius) = ([None; 3], None);
+        for part in text.split(',') {
+            let Some((name, value)) = part.split_once('=') else {
+                return Err(RegionError(format!("'{}' has no =", part.trim())));
+            };
+            let name = name.trim();
+            let taken = if name == "r" {
+                radius.replace(positive(value)?).is_some()
+            } else {
+                let index = ["x", "y", "z"].iter().position(|axis| *axis == name);
+                let coordinate = index.and_then(|index| coordinates.get_mut(index));
+                let Some(coordinate) = coordinate else {
+                    return Err(RegionError(format!("'{name}' is not one of x, y, z and r")));
+                };
+                coordinate.replace(range(name, value)?).is_some()
+            };
+            if taken {
+                return Err(RegionError(format!("{name} is given twice")));
+            }
+        }
+        match (coordinates, radius) {
+            ([Some(x), Some(y), Some(z)], None) => Ok(Self::Box([x, y, z])),
+            ([None, None, Some(z)], Some(radius)) => Ok(Self::Cylinder { radius, z }),
+            (_, Some(_)) => Err(RegionError(
+                "a cylinder has r and z and nothing else".to_owned(),
+            )),
+            (coordinates, None) => {
+                let missing = ["x", "y", "z"].into_iter().zip(coordinates);
+                let missing: Vec<_> = missing
+                    .filter_map(|(axis, range)| range.is_none().then_some(axis))
+                    .collect();
+                Err(RegionError(format!("{} missing", missing.join(" and "))))
+            }
+        }
+    }
+}
+
+fn positive(text: &str) -> Result<f64, RegionError> {
+    let value = number(text)?;
+    if value > 0.0 {
+        return Ok(value);
+    }
+    let cause = format!("the radius {} must be greater than 0", text.trim());
+    Err(RegionError(cause))
+}
+
+fn range(name: &str, text: &str) -> Result<(f64, f64), RegionError> {
+    let text = text.trim();
+    let fault = |cause: &str| RegionError(format!("{name}={text} {cause}"));
+    let (low, high) = text
+        .split_once("..")
+        .ok_or_else(|| fault("is not a range such as -100..100"))?;
+    let (low, high) = (number(low)?, number(high)?);
+    if low < high {
+        Ok((low, high))
+    } else {
+        Err(fault("is empty: the smaller number comes first"))
+    }
+}
+
+/// A length, in mm where it has no unit.
+fn number(text: &str) -> Result<f64, RegionError> {
+    let text = text.trim();
+    let units = [("mm", 1.0), ("cm", 10.0), ("m", 1e3)];
+    let (number, factor) = units
+        .into_iter()
+        .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)))
+        .unwrap_or((text, 1.0));
+    match number.trim_end().parse::<f64>() {
+        Ok(value) if (value * factor).is_finite() => Ok(value * factor),
+        _ => Err(RegionError(format!("'{text}' is not a number"))),
+    }
+}
+
+/// A number from [0, 1).
+pub(super) fn uniform<R: Rng + ?Sized>(rng: &mut R) -> f64 {
+    // 53 bits: as many as a double holds.
+    let bits = rng.next_u64() >> 11;
+    #[allow(clippy::cast_precision_loss)] // 53 bits fit
+    let number = bits as f64;
+    number * f64::EPSILON / 2.0
+}
+
+/// A whole number below another.
+pub(super) fn below(number: usize, rng: &mut impl Rng) -> usize {
+    usize::try_from(rng.next_u64() % number.max(1) as u64).unwrap_or(0)
+}

@@ -2,7 +2,6 @@
 
 pub mod calibration;
 pub mod campaign;
-pub mod check;
 pub mod document;
 pub mod export;
 pub mod plan;

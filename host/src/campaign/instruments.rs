@@ -197,10 +197,11 @@ pub(super) fn readings(
 impl Places {
     fn drawn(setup: &Setup, rng: &mut Pcg32) -> Self {
         let mut near = |sigma: f64| sigma * standard_normal::<f64, _>(rng);
-        let level = setup.plane + near(PLATE_OFF);
+        let plane = setup.planes.first().map_or(0.0, |plane| plane.offset);
+        let level = plane + near(PLATE_OFF);
         let slopes = [near(PLATE_TILT), near(PLATE_TILT)];
         let points = setup.points.iter();
-        let points = points.map(|(_, place)| place + Vector3::from_fn(|_, _| near(POINT_OFF)));
+        let points = points.map(|own| own.place + Vector3::from_fn(|_, _| near(POINT_OFF)));
         let points = points.collect();
         let frame = match setup.frame {
             Frame::Base => RigidTransform::identity(),
@@ -242,7 +243,7 @@ impl Places {
                 let from = self.points.get(point)?;
                 reading.distance = Some((ReadingFrom::Point(point), (at - from).norm()));
             }
-            Kind::Xy | Kind::Z | Kind::Xyz => {
+            Kind::Position(_) => {
                 let seen = self.frame.apply(&at);
                 for (axis, read) in planned.kind.coordinates().into_iter().enumerate() {
                     reading.position[axis] = read.then_some(seen[axis]);
@@ -291,7 +292,7 @@ fn in_file(mut readings: Vec<Reading>, setup: &Setup) -> ObservationsFile {
     ObservationsFile {
         name: String::from("simulated"),
         planes: heights.then(|| PLANE.to_owned()).into_iter().collect(),
-        points: names.map(|(name, _)| name.clone()).collect(),
+        points: names.map(|own| own.name.clone()).collect(),
         rows: (2..)
             .zip(readings)
             .map(|(line, value)| Row { line, value })

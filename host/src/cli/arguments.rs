@@ -1,7 +1,6 @@
 //! The commands.
 
 use super::calibrate::{self, CalibrateArguments};
-use super::check::{self, CheckArguments};
 use super::completions::{self, CompletionsArguments, ManArguments};
 use super::device::DeviceArguments;
 use super::exit_codes::EXIT_CODES;
@@ -26,8 +25,8 @@ Examples:
   delta-cal init
   delta-cal forward calibrated.toml angles.csv
   delta-cal inverse calibrated.toml < positions.csv > angles.csv
-  delta-cal plan robot.toml --count 12 --output poses.csv
-  delta-cal check robot.toml samples.csv
+  delta-cal plan robot.toml --count 20 --output poses.csv
+  delta-cal plan robot.toml --samples samples.csv
   delta-cal simulate
   delta-cal workspace robot.toml --output workspace
   delta-cal export calibrated.toml --for klipper
@@ -64,9 +63,6 @@ pub(crate) enum Command {
     /// Choose the best poses to measure, and predict the accuracy they give
     #[command(after_help = plan::HELP)]
     Plan(PlanArguments),
-    /// Check whether samples determine the robot, and propose poses to add
-    #[command(after_help = check::HELP)]
-    Check(CheckArguments),
     /// Calibrate many simulated robots, to predict how accurate a calibration will be
     #[command(after_help = simulate::HELP)]
     Simulate(SimulateArguments),

@@ -1,134 +1,167 @@
 //! `delta-cal plan`.
 
-mod arguments;
-mod deliver;
-mod instruments;
-mod measure;
-
-pub(crate) use arguments::PlanArguments;
-pub(super) use deliver::failure;
-
+use super::choices::FrameArgument;
 use super::failure::Failure;
 use super::length::Length;
 use super::outputs;
-use super::paths::is_stream;
+use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::progress::Waiting;
-use crate::files::kinematics;
 use crate::files::samples_file::is_unmeasured_plan;
-use crate::planning::measurements::{Kind, Wishes};
-use crate::planning::poses::{
-    Criterion, LEAST_POSES, MOST_POSES, PlanRequest, PosePlan, PosesNeeded, plan, poses_needed,
+use crate::planning::{
+    Determined, LEAST, MOST, Order, PlanError, PlanRequest, Region, SamplesRequest, Wishes,
+    compare, plan, plan_for,
 };
-use crate::render::json;
-use crate::report::plan;
-use crate::{CalibrationMethod, InputText, RobotFile};
-use arguments::CriterionArgument;
-use deliver::deliver;
-use std::path::Path;
+use crate::report::plan as report;
+use crate::{Frame, InputError, InputText, MeasurementsToCheck, RobotFile};
+use clap::{ArgGroup, Args, ValueEnum};
+use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
-POSES.csv has the columns of a samples file. Drive to the joint angles of each row, measure, and fill \
-in x_mm,y_mm,z_mm. The columns _nominal_x_mm,_nominal_y_mm,_nominal_z_mm say where the nominal robot \
-is then; columns that begin with _ are ignored. Once the file holds measurements, the program replaces \
-it only with --force.
+POSES.csv is a samples file to fill in. Drive to the joint angles of each row, in the order of the \
+file, and write what you read into the empty columns. Columns that begin with _ say what the nominal \
+robot would read; delta-cal calibrate ignores them. The poses come in random order, and the last row \
+repeats the first: a drift then shows, and is not mistaken for a parameter.
 
-The program plans for the [noise] and [tolerance] of ROBOT.toml. Without a [noise] it assumes 0.02 mm \
-and 0.002 degrees; without a [tolerance] it assumes that nothing is known of the parameters \
-beforehand.
+Noise, tolerance and instruments come from ROBOT.toml: [noise], [tolerance], [planes.NAME] with its \
+gauge blocks (blocks_mm), [points.NAME] and [distances] with the lengths that can be measured \
+(length_mm). The report says what is assumed where the file says nothing.
 
-With --measure the file has empty columns for heights, distances or single coordinates, and the plan \
-minimises the error of relative positions. Further columns that begin with _ say what the nominal \
-robot would read, and on which gauge block.
+The poses minimise the expected error of relative positions over the workspace (after the best rigid \
+motion), with --absolute that in the frame of the robot's base.
 
 --within takes a box x=-100..100,y=-100..100,z=-500..-400 or a cylinder about the z axis \
 r=200,z=-500..-400, in mm in the robot's frame; z is negative below the base.
 
 Examples:
-  delta-cal plan robot.toml --count 12 --output poses.csv
+  delta-cal plan robot.toml --count 20 --output poses.csv
   delta-cal plan robot.toml --accuracy 0.05mm --output poses.csv
-  delta-cal plan robot.toml --count 20 --within r=150,z=-500..-350
-  delta-cal plan robot.toml --count 12 --output - | delta-cal check robot.toml -
+  delta-cal plan robot.toml --measure plane,distance=8 --count 40 --output touches.csv
+  delta-cal plan robot.toml --samples samples.csv
   delta-cal plan robot.toml --compare
-  delta-cal plan robot.toml --measure plane --count 40 --output touches.csv
-  delta-cal plan robot.toml --measure point --length 300 --count 40
 
 Exit codes:
   0  done
-  1  no poses within these limits determine the robot
-  2  the command line is wrong: fewer than 8 poses, a region outside the
-     workspace, measurements in POSES.csv
-  3  the robot file is wrong, or its limits exclude everything
-  4  a file could not be written
+  1  the measurements do not determine the robot; with --samples: a
+     calibration is not expected to halve the position error
+  2  the command line is wrong
+  3  an input file is wrong, or its limits exclude everything
+  4  a file could not be written";
 
-With exit codes 1, 2 and 3 no output file is written or changed.";
+/// Measurements proposed in addition to those of a file.
+const ADDED: usize = 4;
+
+#[derive(Debug, Args)]
+#[command(group = ArgGroup::new("what").args(["count", "accuracy", "samples", "compare"]).required(true).multiple(true))]
+#[command(
+    override_usage = "delta-cal plan [OPTIONS] --count <N> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --accuracy <LENGTH> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --samples <SAMPLES.csv> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --compare <ROBOT.toml>"
+)]
+pub(crate) struct PlanArguments {
+    /// The robot as it is known before the measurement
+    #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
+    robot: PathBuf,
+    /// The number of measurements, 4 to 500; with --samples the number to add, 4 if not given
+    #[arg(long, value_name = "N", value_parser = whole_number, allow_negative_numbers = true)]
+    count: Option<usize>,
+    /// Plan as few measurements as bring the expected error, rms, down to this length
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, conflicts_with_all = ["count", "samples"])]
+    accuracy: Option<Length>,
+    /// Say what the rows of this file determine, measured already or not, and which to add
+    #[arg(long, value_name = "SAMPLES.csv", conflicts_with_all = ["measure", "compare"])]
+    samples: Option<PathBuf>,
+    #[command(flatten)]
+    columns: ColumnsArgument,
+    /// What is measured: xyz, or some of its letters, plane (heights above it), distance (between two
+    /// poses), point (distances from fixed points); several with commas, distance=8 for eight at most
+    #[arg(long, value_name = "KINDS", default_value = "xyz")]
+    measure: Wishes,
+    /// The frame of x, y and z
+    #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
+    frame: FrameArgument,
+    /// Choose only poses within this box or cylinder
+    #[arg(long, value_name = "BOX|CYLINDER")]
+    within: Option<Region>,
+    /// Minimise the error in the frame of the robot's base, and not the relative one
+    #[arg(long)]
+    absolute: bool,
+    /// The order of the measurements
+    #[arg(long, value_enum, default_value_t = OrderArgument::Random)]
+    order: OrderArgument,
+    /// Compare what 12, 20 and 40 planned measurements with each of many instruments bring
+    #[arg(long, conflicts_with_all = ["measure", "count", "accuracy", "output", "frame"])]
+    compare: bool,
+    /// Write the measurements to this file, or with - to standard output in place of the report
+    #[arg(long, value_name = "POSES.csv")]
+    output: Option<PathBuf>,
+    /// Write the result as JSON to this file, or with - to standard output in place of the report
+    #[arg(long, value_name = "PLAN.json")]
+    json: Option<PathBuf>,
+    /// Replace POSES.csv even if it holds measurements
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum OrderArgument {
+    /// Random, and the first measurement once more at the end
+    Random,
+    /// The shortest way of the joints
+    Shortest,
+}
+
+fn whole_number(text: &str) -> Result<usize, String> {
+    text.parse()
+        .map_err(|_| format!("a whole number is needed, {LEAST} to {MOST}"))
+}
 
 pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
-    check_paths(arguments)?;
+    let inputs = [
+        ("the robot file", Some(arguments.robot.as_path())),
+        ("the samples file", arguments.samples.as_deref()),
+    ];
+    let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
+    outputs::check(&inputs, &[("--output", output), ("--json", json)])?;
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
-    if let (Some(path), false) = (&arguments.output, arguments.force) {
+    if let (Some(path), false) = (output, arguments.force) {
         keep_measurements(path, &robot)?;
     }
-    if arguments.instruments.compare {
-        return measure::compare_instruments(arguments, &robot);
+    if let Some(path) = &arguments.samples {
+        return samples(arguments, &robot, path);
     }
-    if let Some(kinds) = &arguments.instruments.measure {
-        return measure::measure(arguments, &robot, kinds.clone());
-    }
-    // Positions are observations where transmissions are to be found.
-    if robot.transmission.is_some() {
-        let other_method = arguments.method.method() != CalibrationMethod::Joint;
-        if arguments.accuracy.is_some() || other_method {
-            return Err(Failure::Usage {
-                cause: "--accuracy and --method cannot be used where transmissions are to be found"
-                    .to_owned(),
-                remedy: "give --count, or delete transmission_deg in the robot file".to_owned(),
-            });
-        }
-        return measure::measure(arguments, &robot, Wishes::only(Kind::Xyz));
-    }
-    let mut request = PlanRequest {
-        count: arguments.count.unwrap_or(LEAST_POSES),
-        method: arguments.method.method(),
-        criterion: match arguments.criterion {
-            CriterionArgument::A => Criterion::A,
-            CriterionArgument::D => Criterion::D,
-        },
+    let count = arguments.count.unwrap_or(LEAST);
+    let request = PlanRequest {
+        frame: arguments.frame.frame(),
         region: arguments.within,
-        seed: arguments.seed,
-        ..PlanRequest::new(&robot)
+        absolute: arguments.absolute,
+        order: match arguments.order {
+            OrderArgument::Random => Order::Random,
+            OrderArgument::Shortest => Order::Shortest,
+        },
+        ..PlanRequest::new(&robot, arguments.measure.clone(), count)
     };
-    let needed = match arguments.accuracy {
-        Some(Length(accuracy)) => Some(needed(&request, accuracy)?),
-        None => None,
-    };
-    if let (None, Some(needed)) = (arguments.count, &needed) {
-        request.count = needed.rms;
-        if needed.rms > MOST_POSES {
-            return Err(too_accurate(needed));
-        }
+    if arguments.compare {
+        return compare_instruments(arguments, &request);
     }
-    let waiting = Waiting::new(format!("planning {} poses", request.count));
-    let planned = plan(&request).map_err(|error| failure(&robot, error))?;
+    if request.frame == Frame::Sensor && !request.kinds.positions() {
+        return Err(Failure::Usage {
+            cause: "--frame sensor is for coordinates, and --measure asks for none".to_owned(),
+            remedy: "leave out --frame, or measure xyz or xy too".to_owned(),
+        });
+    }
+    let waiting = Waiting::new("planning".to_owned());
+    let planned = match arguments.accuracy {
+        Some(Length(accuracy)) => plan_for(&request, accuracy),
+        None => plan(&request),
+    };
     drop(waiting);
-    write(arguments, &request, &planned, needed.as_ref())
-}
-
-fn needed(request: &PlanRequest<'_>, accuracy: f64) -> Result<PosesNeeded, Failure> {
-    let _waiting = Waiting::new(format!("how many poses reach {accuracy} mm"));
-    poses_needed(request, accuracy).map_err(|error| failure(request.robot, error))
-}
-
-fn too_accurate(needed: &PosesNeeded) -> Failure {
-    Failure::Usage {
-        cause: format!(
-            "to know the position to {} mm (one sigma) takes about {} poses, more than \
-             {MOST_POSES}",
-            needed.accuracy, needed.rms
-        ),
-        remedy: "ask for less accuracy, give the number of poses with --count, or measure with \
-                 less noise and state that [noise] in the robot file"
-            .to_owned(),
-    }
+    let planned = planned.map_err(|error| failure(&robot, error))?;
+    let csv = report::csv(&planned.measurements, &planned.setup);
+    let text = report::text(&request, &planned);
+    let text = match output {
+        Some(_) => text,
+        None => format!("{text}\n{csv}"),
+    };
+    let report = report::json(&request, &planned);
+    outputs::deliver(&[(output, &csv), (json, &report)], text)
 }
 
 /// A file of planned poses becomes one of measured ones by hand: what is in it then is not written
@@ -145,27 +178,85 @@ fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
     }
     Err(Failure::Usage {
         cause: format!(
-            "--output {} exists and is not a plan in which nothing was measured yet",
+            "--output {} exists and holds measurements, or is no plan",
             path.display()
         ),
         remedy: "give the output another name, or --force to replace the file".to_owned(),
     })
 }
 
-fn write(
-    arguments: &PlanArguments,
-    request: &PlanRequest<'_>,
-    planned: &PosePlan,
-    needed: Option<&PosesNeeded>,
-) -> Result<(), Failure> {
-    let csv = kinematics::to_fill_in(request.robot.robot.drive(), &planned.poses);
-    let json = json::text(&plan::json::report(request, planned, needed));
-    let report = plan::table::render(request, planned, needed);
-    deliver(arguments, &csv, &json, &report)
+/// What the rows of a file determine.
+fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<(), Failure> {
+    let text = read(path, &arguments.columns)?;
+    let (file, unmeasured) = match MeasurementsToCheck::read(&text, robot)? {
+        MeasurementsToCheck::Positions(poses) => (poses.samples.into(), poses.unmeasured),
+        MeasurementsToCheck::Observations(rows) => (rows.file, rows.unmeasured),
+    };
+    let request = SamplesRequest {
+        frame: arguments.frame.frame(),
+        add: arguments.count.unwrap_or(ADDED),
+        region: arguments.within,
+        absolute: arguments.absolute,
+    };
+    let waiting = Waiting::new("looking for measurements to add".to_owned());
+    let determined = Determined::by(robot, &file, &unmeasured, &request);
+    drop(waiting);
+    let determined = determined.map_err(|error| failure(robot, error))?;
+    let csv = report::csv(&determined.next, &determined.setup);
+    let json = report::samples_json(&file.name, &determined, &unmeasured);
+    let text = report::samples_text(&file.name, &determined, file.rows.len(), &unmeasured);
+    outputs::deliver(
+        &[
+            (arguments.output.as_deref(), &csv),
+            (arguments.json.as_deref(), &json),
+        ],
+        text,
+    )?;
+    if determined.worthwhile() {
+        return Ok(());
+    }
+    Err(Failure::NotDetermined {
+        cause: "a calibration from these rows is not expected to halve the position error"
+            .to_owned(),
+        remedy: "take the proposed measurements as well, or state a [tolerance]".to_owned(),
+    })
 }
 
-fn check_paths(arguments: &PlanArguments) -> Result<(), Failure> {
-    let robot = ("the robot file", Some(arguments.robot.as_path()));
-    let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
-    outputs::check(&[robot], &[("--output", output), ("--json", json)])
+fn compare_instruments(
+    arguments: &PlanArguments,
+    request: &PlanRequest<'_>,
+) -> Result<(), Failure> {
+    let mut waiting = None;
+    let compared = compare(request, |instrument, count| {
+        // One line at a time.
+        drop(waiting.take());
+        let what = format!("planning {count} measurements: {}", instrument.title);
+        waiting = Some(Waiting::new(what));
+    });
+    drop(waiting);
+    let compared = compared.map_err(|error| failure(request.robot, error))?;
+    let (name, region) = (&request.robot.name, request.region.as_ref());
+    let json = report::comparison_json(name, region, &compared);
+    let text = report::comparison_text(name, region, &compared);
+    outputs::deliver(&[(arguments.json.as_deref(), &json)], text)
+}
+
+/// Each cause has its exit code.
+fn failure(robot: &RobotFile, error: PlanError) -> Failure {
+    let remedy = error.remedy();
+    match error {
+        PlanError::NoPose => Failure::from(
+            InputError::new(&robot.name, error.to_string())
+                .at_key("[joints]")
+                .with_remedy(remedy),
+        ),
+        PlanError::Singular | PlanError::NotDetermined { .. } => Failure::NotDetermined {
+            cause: error.to_string(),
+            remedy: remedy.to_owned(),
+        },
+        _ => Failure::Usage {
+            cause: error.to_string(),
+            remedy: remedy.to_owned(),
+        },
+    }
 }

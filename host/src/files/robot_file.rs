@@ -7,7 +7,7 @@ mod write;
 use crate::geometry::reach::Reach;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
-use delta_cal::robot::{Drive, TransmissionTolerance};
+use delta_cal::robot::TransmissionTolerance;
 use delta_cal::{Noise, Robot, Tolerance};
 use nalgebra::Vector3;
 
@@ -68,6 +68,8 @@ pub struct InstrumentFacts {
     pub planes: Vec<KnownPlane>,
     /// Points of which something is known.
     pub points: Vec<NamedPoint>,
+    /// The shortest and the longest distance between two poses that can be measured, mm.
+    pub lengths: Option<(f64, f64)>,
     /// From the platform point to what is measured: a reflector, a tip. mm, in the robot's frame.
     pub target: Option<Vector3<f64>>,
 }
@@ -85,6 +87,8 @@ pub struct KnownPlane {
     pub sigma: f64,
     /// One σ of its tilt about x and about y, radians, if it is known to be nearly level.
     pub tilt: Option<f64>,
+    /// The gauge blocks that heights are measured on, mm, 0 being the bare plane; empty if not stated.
+    pub blocks: Vec<f64>,
 }
 
 /// A point that distances begin at.
@@ -98,6 +102,8 @@ pub struct NamedPoint {
     pub place: Option<(Vector3<f64>, f64)>,
     /// Whether its sensor reads a constant too much that is not known.
     pub offset_unknown: bool,
+    /// The shortest and the longest distance that can be measured from it, mm.
+    pub lengths: Option<(f64, f64)>,
 }
 
 /// What identifies a robot and its measurement, for reports: nothing is computed from it. `None` where the file does

@@ -4,7 +4,7 @@ use super::area::{Area, bed};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom, Row};
 use crate::fit::options::Frame;
-use crate::planning::measurements::covariance_after;
+use crate::planning::covariance_after;
 use nalgebra::Vector3;
 
 /// Heights to propose.

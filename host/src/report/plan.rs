@@ -1,8 +1,642 @@
-//! A [`PosePlan`](crate::planning::poses::PosePlan), a
-//! [`MeasurementPlan`](crate::planning::measurements::MeasurementPlan) and a comparison of instruments, for
-//! people and for programs.
+//! Planned measurements, what the rows of a file determine, and a comparison of instruments: for people, for
+//! programs, and as a samples file to fill in.
 
-pub mod comparison;
-pub mod json;
-pub mod measurements;
-pub mod table;
+use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::position_uncertainty::PositionSigma;
+use crate::fit::options::Frame;
+use crate::planning::{
+    COUNTS, Comparison, Determined, Kind, Order, Plan, PlanRequest, Planned, Precision, Region,
+    Setup,
+};
+use crate::render::section::Section;
+use crate::render::table::Table;
+use crate::render::terminal;
+use crate::text::joint;
+use crate::text::numbers::{rounded, small, small_or};
+use crate::text::tolerance::in_words;
+use crate::text::words::{count, in_file_units, in_lines, list};
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Changes whenever a field changes its name or meaning or is removed.
+const SCHEMA_VERSION: u32 = 2;
+
+/// A report for programs: lengths in millimetres, angles in degrees; `null` where a figure is unknown.
+#[derive(Debug, Serialize)]
+struct Report<T> {
+    schema_version: u32,
+    program_version: &'static str,
+    robot_file: String,
+    #[serde(flatten)]
+    contents: T,
+}
+
+/// As text, indented, ending in a new line.
+fn in_json<T: Serialize>(robot_file: &str, contents: T) -> String {
+    let report = Report {
+        schema_version: SCHEMA_VERSION,
+        program_version: env!("CARGO_PKG_VERSION"),
+        robot_file: robot_file.to_owned(),
+        contents,
+    };
+    // Nothing in it cannot be written.
+    serde_json::to_string_pretty(&report).unwrap_or_default() + "\n"
+}
+
+/// A measurement to take.
+#[derive(Debug, Serialize)]
+struct Measurement<'a> {
+    measure: String,
+    /// Degrees, or millimetres of travel.
+    joints: [f64; 3],
+    /// Where the nominal robot is then.
+    position_mm: [f64; 3],
+    /// Where a distance between poses begins.
+    to_joints: Option<[f64; 3]>,
+    plane: Option<&'a str>,
+    block_mm: Option<f64>,
+    point: Option<&'a str>,
+}
+
+fn measurements<'a>(planned: &[Planned], setup: &'a Setup) -> Vec<Measurement<'a>> {
+    let drive = setup.robot.robot.drive();
+    let in_file = |joints: &[f64; 3]| joints.map(|q| joint::in_file(drive, q));
+    let all = planned.iter().map(|own| Measurement {
+        measure: own.kind.name(),
+        joints: in_file(&own.pose.joints),
+        position_mm: own.pose.position.into(),
+        to_joints: own.other.map(|other| in_file(&other.joints)),
+        plane: plane_of(own, setup).map(|(name, _)| name),
+        block_mm: plane_of(own, setup).map(|(_, block)| block),
+        point: point_of(own, setup).map(|(name, _)| name),
+    });
+    all.collect()
+}
+
+/// Name of the plane, and the gauge block on it.
+fn plane_of<'a>(own: &Planned, setup: &'a Setup) -> Option<(&'a str, f64)> {
+    let (plane, block) = own.plane?;
+    let plane = setup.planes.get(plane)?;
+    Some((&plane.name, *plane.blocks.get(block)?))
+}
+
+/// Name and place of the point.
+fn point_of<'a>(own: &Planned, setup: &'a Setup) -> Option<(&'a str, Vector3<f64>)> {
+    let point = setup.points.get(own.point?)?;
+    Some((&point.name, point.place))
+}
+
+/// What is known of the readings and the robot beforehand.
+#[derive(Debug, Serialize)]
+struct Assumptions {
+    noise_position_mm: Option<f64>,
+    noise_joint: Option<f64>,
+    noise_height_mm: Option<f64>,
+    noise_distance_mm: Option<f64>,
+    noise_stated: bool,
+    /// In words.
+    tolerance: Option<String>,
+}
+
+fn assumptions(setup: &Setup) -> Assumptions {
+    let (robot, facts) = (&setup.robot, &setup.robot.instruments);
+    let drive = robot.robot.drive();
+    Assumptions {
+        noise_position_mm: robot.noise.map(|noise| noise.position()),
+        noise_joint: robot
+            .noise
+            .map(|noise| joint::in_file(drive, noise.joint())),
+        noise_height_mm: facts.height_noise,
+        noise_distance_mm: facts.distance_noise,
+        noise_stated: setup.noise_stated,
+        tolerance: robot.tolerance.as_ref().map(|own| in_words(drive, own)),
+    }
+}
+
+/// The expected position error, and its worst place.
+#[derive(Debug, Serialize)]
+#[allow(clippy::struct_field_names)] // the unit
+struct Expected {
+    absolute_rms_mm: f64,
+    absolute_worst_mm: f64,
+    absolute_worst_at_mm: [f64; 3],
+    intrinsic_rms_mm: f64,
+    intrinsic_worst_mm: f64,
+    intrinsic_worst_at_mm: [f64; 3],
+}
+
+impl From<&ExpectedError> for Expected {
+    fn from(own: &ExpectedError) -> Self {
+        let (absolute, intrinsic) = (&own.absolute, &own.intrinsic);
+        Self {
+            absolute_rms_mm: absolute.rms,
+            absolute_worst_mm: absolute.max,
+            absolute_worst_at_mm: absolute.max_at.into(),
+            intrinsic_rms_mm: intrinsic.rms,
+            intrinsic_worst_mm: intrinsic.max,
+            intrinsic_worst_at_mm: intrinsic.max_at.into(),
+        }
+    }
+}
+
+/// A plan for programs.
+pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
+    #[derive(Serialize)]
+    struct Contents<'a> {
+        measure: String,
+        /// How many differ; repeated ones are in the list as well.
+        count: usize,
+        order: &'static str,
+        seed: u64,
+        absolute: bool,
+        within: Option<String>,
+        assumptions: Assumptions,
+        planes: Vec<(&'a str, f64)>,
+        points: Vec<(&'a str, [f64; 3])>,
+        measurements: Vec<Measurement<'a>>,
+        /// Over the workspace, or what of it is within `within`, and over robots made to the tolerance.
+        before: Option<Precision>,
+        planned: Precision,
+        /// Of the nominal robot over its whole workspace.
+        expected_error: Expected,
+    }
+    let setup = &plan.setup;
+    let points = setup.points.iter();
+    let contents = Contents {
+        measure: request.kinds.to_string(),
+        count: plan.count,
+        order: match request.order {
+            Order::Random => "random",
+            Order::Shortest => "shortest",
+        },
+        seed: request.seed,
+        absolute: request.absolute,
+        within: request.region.map(|region| region.to_string()),
+        assumptions: assumptions(setup),
+        planes: setup
+            .planes
+            .iter()
+            .map(|own| (own.name.as_str(), own.offset))
+            .collect(),
+        points: points
+            .map(|own| (own.name.as_str(), own.place.into()))
+            .collect(),
+        measurements: measurements(&plan.measurements, setup),
+        before: plan.before,
+        planned: plan.after,
+        expected_error: Expected::from(&plan.expected),
+    };
+    in_json(&request.robot.name, contents)
+}
+
+/// A plan for people at a terminal, without the measurements themselves.
+pub fn text(request: &PlanRequest<'_>, plan: &Plan) -> String {
+    let setup = &plan.setup;
+    let section = Section::new("")
+        .text(format!(
+            "{} for {}",
+            number_of_kinds(plan),
+            request.robot.name
+        ))
+        .text(noise_and_tolerance(setup, &plan.measurements));
+    let section = match &request.region {
+        Some(region) => section.text(format!("Within: {region} mm")),
+        None => section,
+    };
+    let section = section.text(match request.order {
+        Order::Random => format!(
+            "Order: random (seed {}). Measure in this order; the last row repeats the first and shows drift.",
+            request.seed
+        ),
+        Order::Shortest => "Order: shortest way. A drift during the measurement goes unnoticed.".to_owned(),
+    });
+    let section = places(plan).into_iter().fold(section, Section::text);
+    terminal::text([section, expected(request, plan)])
+}
+
+/// "20 measurements: 12 heights above a plane and 8 distances between two poses".
+fn number_of_kinds(plan: &Plan) -> String {
+    let kinds = Kind::ALL.into_iter().filter_map(|kind| {
+        let own = plan.measurements.iter().filter(|own| own.kind == kind);
+        let number = own.count();
+        (number > 0).then(|| format!("{number} {}", kind.title()))
+    });
+    let kinds: Vec<_> = kinds.collect();
+    let repeated = plan.measurements.len() - plan.count;
+    let repeated = match repeated {
+        0 => String::new(),
+        repeated => format!(" and {} once more", count(repeated, "measurement")),
+    };
+    let measured = count(plan.count, "measurement");
+    format!("{measured}{repeated} ({})", list(&kinds))
+}
+
+fn noise_and_tolerance(setup: &Setup, planned: &[Planned]) -> String {
+    let facts = &setup.robot.instruments;
+    let any = |of: &dyn Fn(Kind) -> bool| planned.iter().any(|own| of(own.kind));
+    let noise = setup.robot.noise;
+    let sigmas = [
+        (
+            "coordinates",
+            noise.map(|own| own.position()),
+            any(&Kind::is_position),
+        ),
+        (
+            "heights",
+            facts.height_noise,
+            any(&|kind| kind == Kind::Plane),
+        ),
+        (
+            "distances",
+            facts.distance_noise,
+            any(&|kind| matches!(kind, Kind::Point | Kind::Distance)),
+        ),
+    ];
+    let drive = setup.robot.robot.drive();
+    let mut kinds: Vec<_> = sigmas
+        .into_iter()
+        .filter_map(|(kind, sigma, measured)| {
+            Some(format!("{kind} {} mm", sigma.filter(|_| measured)?))
+        })
+        .collect();
+    let joint = noise.map_or(0.0, |own| joint::in_file(drive, own.joint()));
+    let (name, mark) = (joint::name(drive), joint::mark(drive));
+    kinds.push(format!("{name}s {}{mark}", rounded(joint)));
+    let stated = if setup.noise_stated {
+        ""
+    } else {
+        " (assumed where not stated)"
+    };
+    let tolerance = setup.robot.tolerance.as_ref();
+    let tolerance = tolerance.map_or_else(|| "none stated".to_owned(), |own| in_words(drive, own));
+    format!(
+        "Noise: {}{stated}. Tolerance: {tolerance}.",
+        kinds.join(", ")
+    )
+}
+
+/// Where everything has to stand.
+fn places(plan: &Plan) -> Vec<String> {
+    let setup = &plan.setup;
+    let mut sentences = Vec::new();
+    for (index, plane) in setup.planes.iter().enumerate() {
+        let own = plan
+            .measurements
+            .iter()
+            .filter(|own| own.plane.is_some_and(|own| own.0 == index));
+        let at: Vec<_> = own.map(|own| own.pose.position).collect();
+        let range = |axis: usize| {
+            let values = at.iter().map(|place| place[axis]);
+            let least = values.clone().fold(f64::INFINITY, f64::min);
+            format!(
+                "{:.0} to {:.0}",
+                least + 0.0,
+                values.fold(f64::NEG_INFINITY, f64::max) + 0.0
+            )
+        };
+        let blocks: Vec<_> = plane.blocks.iter().map(|block| rounded(*block)).collect();
+        if !at.is_empty() {
+            sentences.push(format!(
+                "Put {} at z = {} mm, to a centimetre; it is touched at x {} and y {} mm, on blocks of {} mm.",
+                plane.name,
+                rounded(plane.offset),
+                range(0),
+                range(1),
+                list(&blocks)
+            ));
+        }
+    }
+    if !setup.points.is_empty() {
+        let each = setup.points.iter().map(|own| {
+            let at = own.place;
+            format!(
+                "{} at ({}, {}, {}), {}",
+                own.name,
+                at.x,
+                at.y,
+                at.z,
+                lengths(own.lengths)
+            )
+        });
+        let each: Vec<_> = each.collect();
+        sentences.push(format!(
+            "Put the points, to a centimetre or two: {}.",
+            each.join("; ")
+        ));
+    }
+    if plan
+        .measurements
+        .iter()
+        .any(|own| own.kind == Kind::Distance)
+    {
+        sentences.push(format!(
+            "Distances between poses are {}.",
+            lengths(setup.lengths)
+        ));
+    }
+    if setup.frame == Frame::Sensor {
+        sentences.push("The frame of the coordinates is unknown (--frame sensor).".to_owned());
+    }
+    sentences
+}
+
+fn lengths((shortest, longest): (f64, f64)) -> String {
+    if shortest >= longest {
+        format!("{} mm", rounded(shortest))
+    } else if longest.is_finite() {
+        format!("{} to {} mm", rounded(shortest), rounded(longest))
+    } else {
+        format!("{} mm or longer", rounded(shortest))
+    }
+}
+
+fn expected(request: &PlanRequest<'_>, plan: &Plan) -> Section {
+    let place = match &request.region {
+        Some(_) => "the region",
+        None => "the workspace",
+    };
+    let row = |table: Table, name: &str, of: fn(&Precision) -> f64, worst: &PositionSigma| {
+        let before = small_or("unknown", plan.before.as_ref().map(of));
+        let at = worst.max_at.map(|coordinate| coordinate.round() + 0.0);
+        let worst_name = format!("  worst (at {}, {}, {})", at.x, at.y, at.z);
+        let table = table.row(
+            format!("{name}, rms over {place}"),
+            [before, small(of(&plan.after))],
+        );
+        table.row(worst_name, [String::new(), small(worst.max)])
+    };
+    let table = Table::new(["Expected position error, mm (σ)", "before", "calibrated"]);
+    let table = row(
+        table,
+        "Relative",
+        |own| own.relative,
+        &plan.expected.intrinsic,
+    );
+    let table = row(
+        table,
+        "Absolute",
+        |own| own.absolute,
+        &plan.expected.absolute,
+    );
+    let criterion = if request.absolute {
+        "absolute"
+    } else {
+        "relative"
+    };
+    Section::new("").table(table).note(format!(
+        "Relative: after the best rigid motion. Absolute: in the frame of the robot's base. The poses minimise the \
+         {criterion} error."
+    ))
+}
+
+/// The samples file to fill in: joint angles, empty cells for what is to be read, and in columns that are
+/// ignored what the nominal robot would read.
+pub fn csv(planned: &[Planned], setup: &Setup) -> String {
+    let has = |of: &dyn Fn(&Planned) -> bool| planned.iter().any(of);
+    let drive = setup.robot.robot.drive();
+    let own_columns = joint::columns(drive);
+    let own_columns: Vec<_> = own_columns.split(',').collect();
+    let written = |q: f64| rounded(joint::in_file(drive, q));
+    let mut columns: Vec<String> = own_columns.iter().map(ToString::to_string).collect();
+    let axes = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate();
+    let read = axes.filter(|(axis, _)| has(&|own| own.kind.coordinates()[*axis]));
+    columns.extend(read.map(|(_, name)| name.to_owned()));
+    let heights = has(&|own| own.kind == Kind::Plane);
+    if heights {
+        columns.push("height_mm".to_owned());
+        if has(&|own| own.kind != Kind::Plane) || !setup.has_only_usual_plane() {
+            columns.push("plane".to_owned());
+        }
+    }
+    let (points, poses) = (
+        has(&|own| own.point.is_some()),
+        has(&|own| own.other.is_some()),
+    );
+    if points || poses {
+        columns.push("distance_mm".to_owned());
+    }
+    if points {
+        columns.push("point".to_owned());
+    }
+    if poses {
+        columns.extend(own_columns.iter().map(|name| format!("to_{name}")));
+    }
+    columns.extend(["x", "y", "z"].map(|axis| format!("_nominal_{axis}_mm")));
+    if heights {
+        columns.push("_block_mm".to_owned());
+    }
+    if points || poses {
+        columns.push("_nominal_distance_mm".to_owned());
+    }
+    let mut text = columns.join(",") + "\n";
+    for own in planned {
+        let plane = plane_of(own, setup);
+        let point = point_of(own, setup);
+        let begin = own
+            .other
+            .map(|other| other.position)
+            .or(point.map(|(_, place)| place));
+        let joints = own.pose.joints.into_iter();
+        let to = own.other.iter().flat_map(|other| other.joints);
+        let nominal = own.pose.position.iter();
+        let mut cells: Vec<(String, String)> = Vec::new();
+        let names = own_columns.iter().map(ToString::to_string);
+        cells.extend(names.zip(joints.map(written)));
+        let names = own_columns.iter().map(|name| format!("to_{name}"));
+        cells.extend(names.zip(to.map(written)));
+        let names = ["x", "y", "z"].map(|axis| format!("_nominal_{axis}_mm"));
+        cells.extend(names.into_iter().zip(nominal.map(|own| rounded(*own))));
+        let mut cell =
+            |name: &str, own: Option<String>| cells.extend(own.map(|own| (name.to_owned(), own)));
+        cell("plane", plane.map(|(name, _)| name.to_owned()));
+        cell("_block_mm", plane.map(|(_, block)| rounded(block)));
+        cell("point", point.map(|(name, _)| name.to_owned()));
+        let distance = begin.map(|begin| format!("{:.3}", (own.pose.position - begin).norm()));
+        cell("_nominal_distance_mm", distance);
+        let row = columns.iter().map(|column| {
+            let own = cells.iter().find(|(name, _)| name == column);
+            own.map_or("", |(_, cell)| cell.as_str())
+        });
+        let row: Vec<_> = row.collect();
+        let _ = writeln!(text, "{}", row.join(","));
+    }
+    text
+}
+
+/// What the rows of a file determine, for people at a terminal.
+pub fn samples_text(
+    name: &str,
+    determined: &Determined,
+    rows: usize,
+    unmeasured: &[u64],
+) -> String {
+    let mut summary = Section::new("").text(format!(
+        "{} of {name} for {}",
+        count(rows, "row"),
+        determined.setup.robot.name
+    ));
+    let lines = [
+        ("Not measured yet", unmeasured),
+        (
+            "Not counted, because the nominal robot does not reach them",
+            &determined.not_reached,
+        ),
+        ("Checked by hardly any other row", &determined.unchecked),
+    ];
+    for (what, lines) in lines.into_iter().filter(|(_, lines)| !lines.is_empty()) {
+        summary = summary.text(format!("{what}: {}.", in_lines(lines)));
+    }
+    let with_next = determined.with_next.as_ref();
+    let row = |of: fn(&ExpectedError) -> PositionSigma| {
+        let rms =
+            |own: &Option<ExpectedError>| small_or("unknown", own.as_ref().map(|own| of(own).rms));
+        let worst = small_or("unknown", determined.now.as_ref().map(|own| of(own).max));
+        let next = with_next.map(|own| small(of(own).rms));
+        let mut cells = vec![rms(&determined.before), rms(&determined.now), worst];
+        cells.extend(next);
+        cells
+    };
+    let mut headings = vec![
+        "Expected position error, mm (σ)",
+        "before",
+        "calibrated",
+        "worst place",
+    ];
+    if with_next.is_some() {
+        headings.push("with additions");
+    }
+    let table = Table::new(headings)
+        .row("Relative, rms over the workspace", row(|own| own.intrinsic))
+        .row("Absolute, rms over the workspace", row(|own| own.absolute));
+    let mut parts = vec![
+        summary.text(verdict(determined)),
+        Section::new("").table(table),
+    ];
+    if let Some(obstacle) = &determined.no_next {
+        parts.push(
+            Section::new("").text(format!("No addition: {obstacle}; {}.", obstacle.remedy())),
+        );
+    } else if !determined.next.is_empty() {
+        let csv = csv(&determined.next, &determined.setup);
+        let section = Section::new("Best additional measurements, in this order");
+        parts.push(csv.lines().fold(section, Section::text));
+    }
+    terminal::text(parts)
+}
+
+/// What the rows determine, in one sentence.
+pub fn verdict(determined: &Determined) -> String {
+    if let Some((arm, parameter, sigma)) = determined.unknown {
+        let known = in_file_units(parameter, sigma);
+        return format!(
+            "These rows do not determine the robot: {parameter} of {arm} is known only to {known} (σ)."
+        );
+    }
+    if determined.before.is_none() {
+        return "These rows determine every parameter.".to_owned();
+    }
+    let known = &determined.known;
+    if determined.complete() {
+        return "These rows determine all that relative positions depend on better than the tolerance does."
+            .to_owned();
+    }
+    let scale = if known.scale {
+        ""
+    } else {
+        ", and not the scale of the robot"
+    };
+    format!(
+        "These rows determine {} of the {} parameter combinations that relative positions depend on better than the \
+         tolerance does{scale}.",
+        known.combinations.min(known.of),
+        known.of
+    )
+}
+
+/// The same for programs.
+pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> String {
+    #[derive(Serialize)]
+    struct Contents<'a> {
+        samples_file: &'a str,
+        /// Whether relative positions depend on nothing that is left to the tolerance; without one whether every
+        /// parameter is determined.
+        determined: bool,
+        /// Whether a calibration is expected to halve the relative error, or without a tolerance to be accepted.
+        worthwhile: bool,
+        verdict: String,
+        unmeasured_lines: &'a [u64],
+        not_reached_lines: &'a [u64],
+        unchecked_lines: &'a [u64],
+        assumptions: Assumptions,
+        expected_error_before: Option<Expected>,
+        expected_error: Option<Expected>,
+        expected_error_with_next: Option<Expected>,
+        /// What is best added, one after the other.
+        next: Vec<Measurement<'a>>,
+        /// Why there is none; `null` where some are proposed or none was asked for.
+        no_next: Option<String>,
+    }
+    let setup = &determined.setup;
+    let contents = Contents {
+        samples_file: name,
+        determined: determined.complete(),
+        worthwhile: determined.worthwhile(),
+        verdict: verdict(determined),
+        unmeasured_lines: unmeasured,
+        not_reached_lines: &determined.not_reached,
+        unchecked_lines: &determined.unchecked,
+        assumptions: assumptions(setup),
+        expected_error_before: determined.before.as_ref().map(Expected::from),
+        expected_error: determined.now.as_ref().map(Expected::from),
+        expected_error_with_next: determined.with_next.as_ref().map(Expected::from),
+        next: measurements(&determined.next, setup),
+        no_next: determined.no_next.map(|obstacle| obstacle.to_string()),
+    };
+    in_json(&setup.robot.name, contents)
+}
+
+/// A comparison of instruments for people at a terminal.
+pub fn comparison_text(robot: &str, region: Option<&Region>, compared: &[Comparison]) -> String {
+    let mut headings = vec![
+        "Expected relative error, mm (σ)".to_owned(),
+        "noise, mm".to_owned(),
+    ];
+    headings.push("before".to_owned());
+    headings.extend(COUNTS.map(|count| count.to_string()));
+    let table = compared.iter().fold(Table::new(headings), |table, own| {
+        let mut cells = vec![
+            rounded(own.sigma_mm),
+            small_or("unknown", own.before.map(|own| own.relative)),
+        ];
+        cells.extend(
+            own.after
+                .iter()
+                .map(|own| small_or("–", own.map(|own| own.relative))),
+        );
+        table.row(format!("{}: {}", own.name, own.title), cells)
+    });
+    let place = region.map_or_else(|| "the workspace".to_owned(), ToString::to_string);
+    let section = Section::new(format!("Instruments for {robot}")).table(table).note(format!(
+        "Before, and after so many planned measurements: rms over {place} after the best rigid motion. –: no such \
+         measurement can be taken."
+    ));
+    terminal::text([section])
+}
+
+/// The same for programs.
+pub fn comparison_json(robot: &str, region: Option<&Region>, compared: &[Comparison]) -> String {
+    #[derive(Serialize)]
+    struct Contents<'a> {
+        within: Option<String>,
+        /// Of the figures `after`.
+        measurements: [usize; COUNTS.len()],
+        instruments: &'a [Comparison],
+    }
+    let contents = Contents {
+        within: region.map(ToString::to_string),
+        measurements: COUNTS,
+        instruments: compared,
+    };
+    in_json(robot, contents)
+}

@@ -10,7 +10,6 @@ const COMMANDS: [&str; 21] = [
     "forward",
     "inverse",
     "plan",
-    "check",
     "simulate",
     "workspace",
     "export",

@@ -175,7 +175,7 @@ fn every_command_takes_tables_in_any_form() {
     );
     let names = "--columns q1_deg=A1,q2_deg=A2,q3_deg=A3,x_mm=X,y_mm=Y,z_mm=Z";
     for command in [
-        "check robot.toml",
+        "plan robot.toml --samples",
         "forward robot.toml",
         "inverse robot.toml",
         "workspace robot.toml --path",

@@ -99,7 +99,11 @@ fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
             height: own.z_mm.0,
             sigma: own.sigma_mm.0,
             tilt: own.tilt_deg.map(super::schema::Number::radians),
+            blocks: section(input, &spanned, |own| blocks(&own.blocks_mm))?,
         });
+    }
+    if let Some(distances) = &toml.distances {
+        instruments.lengths = Some(section(input, distances, |own| lengths(own.length_mm))?);
     }
     for (name, own) in toml.points {
         let line = input.line_at(own.span().start);
@@ -216,7 +220,27 @@ fn point(name: String, line: u64, toml: &PointToml) -> Result<NamedPoint, &'stat
         line,
         place,
         offset_unknown: toml.offset.is_some(),
+        lengths: toml.length_mm.map(lengths).transpose()?,
     })
+}
+
+/// Heights of gauge blocks.
+fn blocks(heights: &[Number]) -> Result<Vec<f64>, &'static str> {
+    let heights: Vec<_> = heights.iter().map(|height| height.0).collect();
+    if heights.iter().all(|height| *height >= 0.0) {
+        Ok(heights)
+    } else {
+        Err("blocks_mm: a gauge block is 0 mm (the bare plane) high or more")
+    }
+}
+
+/// The shortest and the longest distance.
+fn lengths([shortest, longest]: [Positive; 2]) -> Result<(f64, f64), &'static str> {
+    if shortest.0 <= longest.0 {
+        Ok((shortest.0, longest.0))
+    } else {
+        Err("length_mm: the shortest distance comes first, then the longest")
+    }
 }
 
 fn sensor_frame(toml: &SensorFrameToml) -> Result<RigidTransform<f64>, &'static str> {

@@ -58,8 +58,10 @@ pub(super) struct RobotToml<K: Kind> {
     pub(super) sensor_frame: Option<Spanned<SensorFrameToml>>,
     #[serde(default)]
     pub(super) planes: BTreeMap<String, Spanned<PlaneToml>>,
+    pub(super) distances: Option<Spanned<DistancesToml>>,
     #[serde(default)]
     pub(super) points: BTreeMap<String, Spanned<PointToml>>,
+    pub(super) distances: Option<DistancesToml>,
     pub(super) target: Option<TargetToml>,
     #[serde(default)]
     pub(super) robot: RobotRecordToml,
@@ -387,6 +389,14 @@ pub(super) struct PlaneToml {
     pub(super) z_mm: Number,
     pub(super) sigma_mm: Positive,
     pub(super) tilt_deg: Option<Positive>,
+    #[serde(default)]
+    pub(super) blocks_mm: Vec<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DistancesToml {
+    pub(super) length_mm: [Positive; 2],
 }
 
 #[derive(Deserialize)]
@@ -397,6 +407,7 @@ pub(super) struct PointToml {
     pub(super) z_mm: Option<Number>,
     pub(super) sigma_mm: Option<Positive>,
     pub(super) offset: Option<OffsetToml>,
+    pub(super) length_mm: Option<[Positive; 2]>,
 }
 
 #[derive(Deserialize)]

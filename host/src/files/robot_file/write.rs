@@ -113,6 +113,9 @@ impl RobotFile {
             if let Some(tilt) = plane.tilt {
                 entry(text, "tilt_deg", degrees(tilt));
             }
+            if !plane.blocks.is_empty() {
+                let _ = writeln!(text, "blocks_mm = {:?}", plane.blocks);
+            }
         }
         for point in &facts.points {
             let _ = writeln!(text, "\n[points.{}]", key_of(&point.name));
@@ -125,6 +128,15 @@ impl RobotFile {
             if point.offset_unknown {
                 text.push_str("offset = \"unknown\"\n");
             }
+            if let Some((shortest, longest)) = point.lengths {
+                let _ = writeln!(text, "length_mm = [{shortest:?}, {longest:?}]");
+            }
+        }
+        if let Some((shortest, longest)) = facts.lengths {
+            let _ = writeln!(
+                text,
+                "\n[distances]\nlength_mm = [{shortest:?}, {longest:?}]"
+            );
         }
         if let Some(target) = &facts.target {
             text.push_str("\n[target]\n");

@@ -1,12 +1,12 @@
-//! Measurements at random poses that can be taken with the instruments where they are.
+//! Measurements that may be chosen: at poses that may be taken, with the instruments where they are.
 
+use super::error::PlanError;
 use super::kind::{Kind, Wishes};
-use super::planned::Planned;
-use super::setup::Setup;
-use crate::planning::poses::{PlanError, Selection};
+use super::region::below;
+use super::selection::Selection;
+use super::setup::{Planned, Setup};
 use delta_cal::{Parameter, Robot, Sample};
 use nalgebra::Vector3;
-use rand_core::Rng;
 use rand_pcg::Pcg32;
 
 /// Draws without a usable measurement before there is said to be none.
@@ -18,8 +18,10 @@ const DRAWN: usize = 200;
 /// Where an error along a forearm moves the platform by more than this factor, the robot is far from linear, and
 /// a calibration from poses that are all so may lead nowhere.
 const STEEP: f64 = 3.0;
+/// Measurements of each kind and instrument that show where the instruments are, whatever else is looked at.
+const ANCHORS: usize = 40;
 
-/// Random measurements of some kinds that can be taken where the instruments are, in turn.
+/// Random measurements of some kinds that can be taken where the instruments are, as many of each or one more.
 ///
 /// # Errors
 /// Limits that leave no such measurement.
@@ -30,28 +32,26 @@ pub fn random_measurements(
     rng: &mut Pcg32,
 ) -> Result<Vec<Planned>, PlanError> {
     let selection = Selection::new(&setup.robot, None);
-    Draws::new(setup, &selection, rng)?.of_kinds(kinds, count, rng)
+    Candidates::new(setup, &selection, rng)?.of_kinds(kinds, count, rng)
 }
 
 /// Where measurements are drawn from.
-pub(super) struct Draws<'a> {
+pub(super) struct Candidates<'a> {
     setup: &'a Setup,
-    pub(super) selection: &'a Selection<'a>,
+    selection: &'a Selection<'a>,
     /// [`STEEP`], or what half of the workspace is where that is more.
     steep: f64,
 }
 
-impl<'a> Draws<'a> {
+impl<'a> Candidates<'a> {
     pub(super) fn new(
         setup: &'a Setup,
         selection: &'a Selection<'a>,
         rng: &mut Pcg32,
     ) -> Result<Self, PlanError> {
         let drawn = selection.draw_many(DRAWN, rng)?;
-        let mut steepness: Vec<_> = drawn
-            .iter()
-            .map(|pose| steepness(&setup.robot.robot, pose))
-            .collect();
+        let steepness = drawn.iter().map(|pose| steepness(&setup.robot.robot, pose));
+        let mut steepness: Vec<_> = steepness.collect();
         steepness.sort_by(f64::total_cmp);
         let half = steepness.get(DRAWN / 2).copied().unwrap_or(STEEP);
         Ok(Self {
@@ -76,16 +76,31 @@ impl<'a> Draws<'a> {
         Ok(all)
     }
 
-    pub(super) fn instruments_of(&self, kind: Kind) -> usize {
-        if kind == Kind::Point {
-            self.setup.points.len()
-        } else {
-            1
+    /// Some of each kind with each instrument.
+    pub(super) fn anchors(
+        &self,
+        kinds: &Wishes,
+        rng: &mut Pcg32,
+    ) -> Result<Vec<Planned>, PlanError> {
+        let mut all = Vec::new();
+        for wish in &kinds.0 {
+            for instrument in 0..self.instruments_of(wish.kind) {
+                all.extend(self.of(wish.kind, Some(instrument), ANCHORS, rng)?);
+            }
+        }
+        Ok(all)
+    }
+
+    fn instruments_of(&self, kind: Kind) -> usize {
+        match kind {
+            Kind::Plane => self.setup.planes.len(),
+            Kind::Point => self.setup.points.len(),
+            Kind::Distance | Kind::Position(_) => 1,
         }
     }
 
     /// So many of one kind, with one instrument or with any.
-    pub(super) fn of(
+    fn of(
         &self,
         kind: Kind,
         instrument: Option<usize>,
@@ -98,74 +113,84 @@ impl<'a> Draws<'a> {
             let instrument = instrument.unwrap_or_else(|| below(self.instruments_of(kind), rng));
             if let Some(pose) = self.selection.draw(rng) {
                 let other = self.selection.draw(rng);
-                let block = below(self.setup.blocks.len(), rng);
-                found.extend(self.placed(kind, pose, other, block, instrument));
+                let plane = self.setup.planes.get(instrument);
+                let block = below(plane.map_or(0, |plane| plane.blocks.len()), rng);
+                found.extend(self.placed(kind, pose, other, (instrument, block)));
             }
             draws += 1;
             if draws >= HOPELESS + DRAWS * found.len() {
                 // Where a region or the limits leave nothing at all, that is said first.
                 self.selection.draw_many(1, rng)?;
-                return Err(PlanError::NoMeasurement(kind.title()));
+                return Err(PlanError::NoMeasurement(kind));
             }
         }
         Ok(found)
     }
 
-    /// The measurement nearest to poses: on a gauge block, or as far from its point or its other pose as can be
-    /// measured.
-    pub(super) fn placed(
+    /// One near another, one σ of its joint angles in radians away; `None` if that is not allowed.
+    pub(super) fn near(&self, own: &Planned, spread: f64, rng: &mut Pcg32) -> Option<Planned> {
+        let pose = self.selection.near(&own.pose, spread, rng)?;
+        let other = match &own.other {
+            Some(other) => Some(self.selection.near(other, spread, rng)?),
+            None => None,
+        };
+        let at = own.plane.unwrap_or((own.point.unwrap_or(0), 0));
+        self.placed(own.kind, pose, other, at)
+    }
+
+    /// The measurement nearest to poses: on a gauge block of a plane, or as far from its point or its other pose
+    /// as can be measured. `at`: which plane and block, or which point.
+    fn placed(
         &self,
         kind: Kind,
         pose: Sample<f64>,
         other: Option<Sample<f64>>,
-        block: usize,
-        point: usize,
+        at: (usize, usize),
     ) -> Option<Planned> {
-        let planned = Planned {
+        let mut planned = Planned {
             kind,
             pose,
             other: None,
-            block: None,
+            plane: None,
             point: None,
         };
-        let placed = match kind {
-            Kind::Xy | Kind::Z | Kind::Xyz => planned,
+        match kind {
+            Kind::Position(_) => {}
             Kind::Plane => {
-                let height = *self.setup.blocks.get(block)?;
-                let (x, y) = (pose.position.x, pose.position.y);
-                let above = Vector3::new(x, y, self.setup.plane + height);
-                Planned {
-                    pose: self.selection.at(&above)?,
-                    block: Some(block),
-                    ..planned
-                }
+                let plane = self.setup.planes.get(at.0)?;
+                let (normal, block) = (plane.normal, plane.blocks.get(at.1)?);
+                let mut above = pose.position;
+                above.z += (plane.offset + block - normal.dot(&above)) / normal.z;
+                planned.pose = self.selection.at(&above)?;
+                planned.plane = Some(at);
             }
-            Kind::Distance => Planned {
-                other: Some(self.as_far(&pose.position, &other?)?),
-                ..planned
-            },
+            Kind::Distance => {
+                let far = self.as_far(&pose.position, &other?, self.setup.lengths)?;
+                planned.other = Some(far);
+            }
             Kind::Point => {
-                let (_, place) = self.setup.points.get(point)?;
-                let pose = self.as_far(place, &pose)?;
-                if self.setup.on_table && pose.position.z < place.z {
+                let point = self.setup.points.get(at.0)?;
+                planned.pose = self.as_far(&point.place, &pose, point.lengths)?;
+                planned.point = Some(at.0);
+                if self.setup.on_table && planned.pose.position.z < point.place.z {
                     return None;
                 }
-                Planned {
-                    pose,
-                    point: Some(point),
-                    ..planned
-                }
             }
-        };
+        }
+        // Complete positions lead there from anywhere.
         let robot = &self.setup.robot.robot;
-        let mut poses = std::iter::once(&placed.pose).chain(&placed.other);
-        let gentle = poses.all(|pose| steepness(robot, pose) <= self.steep);
-        gentle.then_some(placed)
+        let mut poses = std::iter::once(&planned.pose).chain(&planned.other);
+        let gentle = kind == Kind::XYZ || poses.all(|pose| steepness(robot, pose) <= self.steep);
+        gentle.then_some(planned)
     }
 
     /// The pose on the line from a place to another pose whose distance can be measured.
-    fn as_far(&self, from: &Vector3<f64>, pose: &Sample<f64>) -> Option<Sample<f64>> {
-        let (shortest, longest) = self.setup.lengths;
+    fn as_far(
+        &self,
+        from: &Vector3<f64>,
+        pose: &Sample<f64>,
+        (shortest, longest): (f64, f64),
+    ) -> Option<Sample<f64>> {
         let apart = pose.position - from;
         let distance = apart.norm();
         let wanted = distance.clamp(shortest, longest);
@@ -185,9 +210,4 @@ fn steepness(robot: &Robot<f64>, pose: &Sample<f64>) -> f64 {
         let lengths = columns.map(|arm| arm.column(Parameter::Lb.index()).norm());
         lengths.fold(0.0, f64::max)
     })
-}
-
-/// A number below another.
-fn below(number: usize, rng: &mut Pcg32) -> usize {
-    usize::try_from(rng.next_u64() % number.max(1) as u64).unwrap_or(0)
 }

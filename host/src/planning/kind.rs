@@ -1,9 +1,10 @@
 //! Kinds of measurements.
 
+use crate::text::words::list;
 use std::fmt;
 use std::str::FromStr;
 
-/// What a measurement reads.
+/// What a measurement reads at a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A height above a plane.
@@ -12,62 +13,70 @@ pub enum Kind {
     Distance,
     /// The distance from a fixed point.
     Point,
-    /// Two coordinates.
-    Xy,
-    /// One coordinate.
-    Z,
-    /// Three coordinates.
-    Xyz,
+    /// Coordinates: whether x, y and z.
+    Position([bool; 3]),
 }
 
 impl Kind {
+    /// x, y and z.
+    pub const XYZ: Self = Self::Position([true; 3]);
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 10] = [
+        Self::XYZ,
+        Self::Position([true, true, false]),
+        Self::Position([true, false, true]),
+        Self::Position([false, true, true]),
+        Self::Position([true, false, false]),
+        Self::Position([false, true, false]),
+        Self::Position([false, false, true]),
         Self::Plane,
         Self::Distance,
         Self::Point,
-        Self::Xy,
-        Self::Z,
-        Self::Xyz,
     ];
 
-    /// As it is written.
-    pub const fn name(self) -> &'static str {
+    /// As it is written: `plane`, `distance`, `point`, or the letters of the coordinates.
+    pub fn name(self) -> String {
         match self {
-            Self::Plane => "plane",
-            Self::Distance => "distance",
-            Self::Point => "point",
-            Self::Xy => "xy",
-            Self::Z => "z",
-            Self::Xyz => "xyz",
+            Self::Plane => "plane".to_owned(),
+            Self::Distance => "distance".to_owned(),
+            Self::Point => "point".to_owned(),
+            Self::Position(_) => self.letters().concat(),
         }
     }
 
     /// What is measured, in the plural.
-    pub const fn title(self) -> &'static str {
+    pub fn title(self) -> String {
         match self {
-            Self::Plane => "heights above a plane",
-            Self::Distance => "distances between two poses",
-            Self::Point => "distances from fixed points",
-            Self::Xy => "positions in x and y",
-            Self::Z => "positions in z",
-            Self::Xyz => "positions in x, y and z",
+            Self::Plane => "heights above a plane".to_owned(),
+            Self::Distance => "distances between two poses".to_owned(),
+            Self::Point => "distances from fixed points".to_owned(),
+            Self::Position(_) => format!("positions in {}", list(&self.letters())),
         }
+    }
+
+    fn letters(self) -> Vec<String> {
+        let axes = ["x", "y", "z"].into_iter().zip(self.coordinates());
+        let read = axes.filter_map(|(letter, read)| read.then(|| letter.to_owned()));
+        read.collect()
     }
 
     /// Which coordinates it reads.
     pub const fn coordinates(self) -> [bool; 3] {
         match self {
             Self::Plane | Self::Distance | Self::Point => [false; 3],
-            Self::Xy => [true, true, false],
-            Self::Z => [false, false, true],
-            Self::Xyz => [true; 3],
+            Self::Position(read) => read,
         }
     }
 
     /// Whether it reads coordinates, which are in some frame.
     pub const fn is_position(self) -> bool {
-        matches!(self, Self::Xy | Self::Z | Self::Xyz)
+        matches!(self, Self::Position(_))
+    }
+
+    /// How many numbers it reads.
+    pub(super) fn readings(self) -> usize {
+        let coordinates = self.coordinates();
+        coordinates.iter().filter(|read| **read).count().max(1)
     }
 }
 
@@ -84,7 +93,7 @@ pub struct Wish {
 /// most.
 ///
 /// ```
-/// use delta_cal_host::planning::measurements::{Kind, Wishes};
+/// use delta_cal_host::planning::{Kind, Wishes};
 /// let wishes: Wishes = "plane,distance=12".parse().unwrap();
 /// assert_eq!(wishes.0[1].kind, Kind::Distance);
 /// assert_eq!(wishes.0[1].most, Some(12));
@@ -97,6 +106,16 @@ impl Wishes {
     /// Any number of one kind.
     pub fn only(kind: Kind) -> Self {
         Self(vec![Wish { kind, most: None }])
+    }
+
+    /// Whether a kind may be used.
+    pub fn contain(&self, kind: Kind) -> bool {
+        self.0.iter().any(|wish| wish.kind == kind)
+    }
+
+    /// Whether some coordinate is read.
+    pub fn positions(&self) -> bool {
+        self.0.iter().any(|wish| wish.kind.is_position())
     }
 }
 
@@ -117,7 +136,6 @@ impl FromStr for Wishes {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let names = Kind::ALL.map(Kind::name).join(", ");
         let mut wishes: Vec<Wish> = Vec::new();
         for part in text.split(',') {
             let (name, most) = match part.split_once('=') {
@@ -127,7 +145,7 @@ impl FromStr for Wishes {
             let kind = Kind::ALL.into_iter().find(|kind| kind.name() == name);
             let kind = kind.ok_or_else(|| {
                 format!(
-                    "'{name}' is no kind of measurement; there are {names}, separated by commas"
+                    "'{name}' is not xyz, xy, z …, plane, distance or point, separated by commas"
                 )
             })?;
             if wishes.iter().any(|wish| wish.kind == kind) {
@@ -135,9 +153,7 @@ impl FromStr for Wishes {
             }
             let most = most.map(|number| match number.parse::<usize>() {
                 Ok(most) if most > 0 => Ok(most),
-                _ => Err(format!(
-                    "{name}={number}: after = stands how many of them there may be, a whole number above 0"
-                )),
+                _ => Err(format!("{name}={number}: write a whole number above 0")),
             });
             let most = most.transpose()?;
             wishes.push(Wish { kind, most });

@@ -32,16 +32,16 @@ fn arms_in_words(arms: &[ArmIndex]) -> String {
 
 /// Parameters that change together.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Combination {
+pub(super) struct Combination {
     /// Arm, parameter and part, the largest first and 1; parts below 0.4 are left out.
-    pub parts: Vec<(ArmIndex, Parameter, f64)>,
+    pub(super) parts: Vec<(ArmIndex, Parameter, f64)>,
     /// One σ of it, in the unit of its parts; infinite if it is not known at all.
-    pub sigma: f64,
+    pub(super) sigma: f64,
 }
 
 impl Combination {
     /// Of a direction in which these parameters change; `None` stands for none.
-    pub fn new(
+    pub(super) fn new(
         parameters: &[Option<(ArmIndex, Parameter)>],
         direction: &DVector<f64>,
         sigma: f64,
@@ -66,7 +66,7 @@ impl Combination {
 
     /// "+Dz, −La_y and −Lb"; of several arms "+Dz of arm 1 and −Dz of arms 2 and 3". A single parameter
     /// has no sign.
-    pub fn in_words(&self) -> String {
+    pub(super) fn in_words(&self) -> String {
         if let [(_, alone, _)] = self.parts.as_slice() {
             return alone.to_string();
         }
@@ -111,7 +111,7 @@ impl Combination {
     }
 
     /// Whether it is more than one parameter.
-    pub fn is_several(&self) -> bool {
+    pub(super) fn is_several(&self) -> bool {
         self.parts.len() > 1
     }
 }

@@ -7,13 +7,11 @@ use std::error::Error;
 use std::fmt;
 use std::str::FromStr;
 
-use super::random::uniform;
-
 /// A box along the robot's axes, or an upright cylinder about its z axis. Lengths in mm, in the
 /// robot's frame. Written `x=-100..100,y=-100..100,z=-500..-400` and `r=200,z=-500..-400`.
 ///
 /// ```
-/// use delta_cal_host::planning::poses::Region;
+/// use delta_cal_host::planning::Region;
 /// let region: Region = "r=200, z=-500..-400".parse().unwrap();
 /// assert!(region.contains(&nalgebra::Vector3::new(0.0, 199.0, -450.0)));
 /// assert!("r=200".parse::<Region>().is_err());
@@ -144,11 +142,7 @@ impl FromStr for Region {
                 let missing: Vec<_> = missing
                     .filter_map(|(axis, range)| range.is_none().then_some(axis))
                     .collect();
-                let verb = if missing.len() > 1 { "are" } else { "is" };
-                Err(RegionError(format!(
-                    "{} {verb} missing",
-                    missing.join(" and ")
-                )))
+                Err(RegionError(format!("{} missing", missing.join(" and "))))
             }
         }
     }
@@ -157,36 +151,50 @@ impl FromStr for Region {
 fn positive(text: &str) -> Result<f64, RegionError> {
     let value = number(text)?;
     if value > 0.0 {
-        Ok(value)
-    } else {
-        Err(RegionError(format!(
-            "the radius {} must be greater than 0",
-            text.trim()
-        )))
+        return Ok(value);
     }
+    let cause = format!("the radius {} must be greater than 0", text.trim());
+    Err(RegionError(cause))
 }
 
 fn range(name: &str, text: &str) -> Result<(f64, f64), RegionError> {
     let text = text.trim();
-    let Some((low, high)) = text.split_once("..") else {
-        return Err(RegionError(format!(
-            "{name}={text} is not a range: write two numbers with .. between them"
-        )));
-    };
+    let fault = |cause: &str| RegionError(format!("{name}={text} {cause}"));
+    let (low, high) = text
+        .split_once("..")
+        .ok_or_else(|| fault("is not a range such as -100..100"))?;
     let (low, high) = (number(low)?, number(high)?);
     if low < high {
         Ok((low, high))
     } else {
-        Err(RegionError(format!(
-            "{name}={text} is empty: the smaller number comes first"
-        )))
+        Err(fault("is empty: the smaller number comes first"))
     }
 }
 
+/// A length, in mm where it has no unit.
 fn number(text: &str) -> Result<f64, RegionError> {
     let text = text.trim();
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
+    let units = [("mm", 1.0), ("cm", 10.0), ("m", 1e3)];
+    let (number, factor) = units
+        .into_iter()
+        .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)))
+        .unwrap_or((text, 1.0));
+    match number.trim_end().parse::<f64>() {
+        Ok(value) if (value * factor).is_finite() => Ok(value * factor),
         _ => Err(RegionError(format!("'{text}' is not a number"))),
     }
+}
+
+/// A number from [0, 1).
+pub(super) fn uniform<R: Rng + ?Sized>(rng: &mut R) -> f64 {
+    // 53 bits: as many as a double holds.
+    let bits = rng.next_u64() >> 11;
+    #[allow(clippy::cast_precision_loss)] // 53 bits fit
+    let number = bits as f64;
+    number * f64::EPSILON / 2.0
+}
+
+/// A whole number below another.
+pub(super) fn below(number: usize, rng: &mut impl Rng) -> usize {
+    usize::try_from(rng.next_u64() % number.max(1) as u64).unwrap_or(0)
 }

@@ -5,7 +5,7 @@ use crate::files::robot_file::RobotFile;
 use crate::geometry::reach::forearm_angle;
 use delta_cal::kinematics::{JointLimits, SingularityDistance};
 use delta_cal::robot::Drive;
-use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
+use delta_cal::{ArmIndex, Parameter, Real, Robot};
 use nalgebra::{SVector, Vector3};
 
 /// A pose is at least so far inside every limit, degrees.
@@ -18,50 +18,6 @@ const SIGMAS: f64 = 5.0;
 /// So many tolerances, of an angle and of a length at the end of the upper arm, count up to this,
 /// degrees. Beyond that a tolerance says nothing of where the robot gets.
 const LARGEST_DEGREES: f64 = 10.0;
-
-/// By how much the planned poses are inside the limits of the nominal robot, so that the real robot
-/// gets there as well: the least over all poses, in radians (the joints' of linear drives in mm).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Margin {
-    /// From the joints' limits: 1° (or 1 mm of travel) at least, a tenth of their range at most. They hold for the angles
-    /// that are commanded, whatever the geometry.
-    pub joints: f64,
-    /// From the forearms' limit; infinite without one.
-    pub forearms: f64,
-    /// Of a forearm from its upper arm's line.
-    pub serial: f64,
-    /// Of a forearm from the plane of the other two, at least: the volume of the forearms' unit vectors
-    /// ([`SingularityDistance::parallel`]), which is never larger than that angle.
-    pub parallel: f64,
-}
-
-impl Margin {
-    /// Of poses of the robot of a file.
-    pub(super) fn of(file: &RobotFile, poses: &[Sample<f64>]) -> Self {
-        let mut least = Self {
-            joints: f64::INFINITY,
-            forearms: f64::INFINITY,
-            serial: f64::INFINITY,
-            parallel: f64::INFINITY,
-        };
-        for pose in poses {
-            let (x, q) = (&pose.position, &pose.joints);
-            let distance = file.robot.singularity_distance(x, q);
-            least.parallel = least.parallel.min(distance.parallel);
-            for arm in ArmIndex::ALL {
-                let q = q[arm.index()];
-                let inside = (q - file.limits.minimum()).min(file.limits.maximum() - q);
-                least.joints = least.joints.min(inside);
-                least.serial = least.serial.min(arcsine(distance.serial[arm.index()]));
-                if let Some(limit) = file.forearm_limit {
-                    let angle = forearm_angle(&file.robot, arm, x, q);
-                    least.forearms = least.forearms.min(limit - angle);
-                }
-            }
-        }
-        least
-    }
-}
 
 /// The joints' limits less their margin.
 pub(super) fn narrowed(limits: &JointLimits<f64>) -> JointLimits<f64> {

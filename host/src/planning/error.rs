@@ -1,6 +1,9 @@
 //! Why there is no plan.
 
-use super::{LEAST_POSES, MOST_POSES, Region};
+use super::kind::Kind;
+use super::plan::{LEAST, MOST};
+use super::region::Region;
+use crate::text::numbers::small;
 use crate::text::words::in_file_units;
 use delta_cal::samples::NoiseError;
 use delta_cal::{ArmIndex, Parameter};
@@ -11,17 +14,13 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// So few poses determine no robot.
-    TooFew(usize),
-    /// So few measurements are not worth a plan.
-    TooFewMeasurements(usize),
-    /// More than anybody measures.
-    TooMany(usize),
+    /// Fewer than [`LEAST`] or more than [`MOST`].
+    Count(usize),
     /// The kinds that are wanted may be measured only so often.
     TooFewOfAKind(usize),
     /// Such measurements cannot be taken anywhere.
-    NoMeasurement(&'static str),
-    /// More unknowns of instruments than a plan has room for.
+    NoMeasurement(Kind),
+    /// More unknowns of instruments than a calibration has room for.
     TooManyInstruments,
     /// The noise is none.
     Noise(NoiseError),
@@ -34,9 +33,9 @@ pub enum PlanError {
         /// Smallest and largest x, y and z that random poses without it reach, mm.
         reached: [(f64, f64); 3],
     },
-    /// The candidates hold no information of some combination of parameters.
+    /// The measurements that are allowed do not determine the robot.
     Singular,
-    /// The best poses still leave a parameter unknown: a calibration from them would be refused.
+    /// The best measurements still leave a parameter unknown: a calibration from them would be refused.
     NotDetermined {
         /// Its arm.
         arm: ArmIndex,
@@ -45,31 +44,29 @@ pub enum PlanError {
         /// One σ of it, mm or radians.
         sigma: f64,
     },
+    /// No number of measurements up to [`MOST`] is expected to reach an accuracy.
+    TooAccurate {
+        /// What was asked for, mm.
+        wanted: f64,
+        /// What [`MOST`] measurements are expected to reach, mm.
+        reached: f64,
+    },
 }
 
 impl PlanError {
     /// What to do next.
     pub const fn remedy(&self) -> &'static str {
         match self {
-            Self::TooFew(_) => {
-                "plan 8 or more, better 12: fewer can be calibrated only with a [tolerance], which \
-                 then decides more than they do"
+            Self::Count(count) if *count > MOST => {
+                "plan fewer: beyond a hundred each further measurement adds hardly anything"
             }
-            Self::TooFewMeasurements(_) => "plan 12 or more: fewer bring little",
-            Self::TooFewOfAKind(_) => {
-                "give a smaller --count, or allow more of a kind: --measure plane,distance=12 allows 12 \
-                 distances at most"
-            }
+            Self::Count(_) => "plan 12 or more",
+            Self::TooFewOfAKind(_) => "give a smaller --count, or allow more of a kind",
             Self::NoMeasurement(_) => {
-                "check where the plane is, the gauge blocks and the lengths that can be measured (--plane, --blocks \
-                 and --length of delta-cal plan): the robot must get there within its limits and clear of \
-                 singularities"
+                "check the planes, points and lengths in the robot file: the robot must get there within its limits \
+                 and clear of singularities"
             }
             Self::TooManyInstruments => "plan with fewer points",
-            Self::TooMany(_) => {
-                "plan fewer; beyond a hundred poses each further one adds hardly \
-                                 anything"
-            }
             Self::Noise(_) => "state the [noise] in the robot file",
             Self::NoPose => {
                 "check [joints] in the robot file: min_deg, max_deg, forearm_max_deg; a positive \
@@ -79,8 +76,10 @@ impl PlanError {
                 "move the region into the workspace; its z is negative below the base"
             }
             Self::Singular | Self::NotDetermined { .. } => {
-                "allow a larger region or more poses, state the [noise] in the robot file, or a \
-                 [tolerance]"
+                "allow a larger region or more poses, or state [noise] and [tolerance] in the robot file"
+            }
+            Self::TooAccurate { .. } => {
+                "ask for less, or measure with less noise and state it in [noise]"
             }
         }
     }
@@ -89,29 +88,27 @@ impl PlanError {
 impl fmt::Display for PlanError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooFew(count) => write!(
-                formatter,
-                "{count} poses cannot determine a robot: each arm has {LEAST_POSES} parameters, \
-                 and a pose gives one equation for each arm"
-            ),
-            Self::TooFewMeasurements(count) => {
-                write!(formatter, "{count} measurements are fewer than 4")
+            Self::Count(count) => {
+                write!(
+                    formatter,
+                    "{count} measurements cannot be planned, only {LEAST} to {MOST}"
+                )
             }
-            Self::TooFewOfAKind(count) => write!(
-                formatter,
-                "the kinds that were asked for allow only {count} measurements in all"
-            ),
+            Self::TooFewOfAKind(count) => {
+                write!(
+                    formatter,
+                    "--measure allows only {count} measurements in all"
+                )
+            }
             Self::NoMeasurement(kind) => {
                 write!(
                     formatter,
-                    "the robot cannot be measured so anywhere: {kind}"
+                    "no reachable pose allows this measurement: {}",
+                    kind.title()
                 )
             }
             Self::TooManyInstruments => {
-                formatter.write_str("frame, planes and points have more than 24 unknowns together")
-            }
-            Self::TooMany(count) => {
-                write!(formatter, "{count} are more than {MOST_POSES}")
+                formatter.write_str("frame, planes and points have too many unknowns together")
             }
             Self::Noise(error) => error.fmt(formatter),
             Self::NoPose => formatter.write_str(
@@ -135,18 +132,17 @@ impl fmt::Display for PlanError {
                 sigma,
             } => write!(
                 formatter,
-                "the poses that are allowed do not determine the parameters: {parameter} of {arm} \
-                 would be known only to {} (one sigma)",
+                "the poses that are allowed do not determine the robot: {parameter} of {arm} \
+                 would be known only to {} (σ)",
                 in_file_units(*parameter, *sigma)
+            ),
+            Self::TooAccurate { wanted, reached } => write!(
+                formatter,
+                "no number of measurements up to {MOST} reaches {wanted} mm: {MOST} are expected to reach {} mm",
+                small(*reached)
             ),
         }
     }
 }
 
 impl Error for PlanError {}
-
-impl From<NoiseError> for PlanError {
-    fn from(error: NoiseError) -> Self {
-        Self::Noise(error)
-    }
-}

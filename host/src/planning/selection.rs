@@ -2,8 +2,8 @@
 //! region that was asked for.
 
 use super::clearance::{Clearance, narrowed};
-use super::random::uniform;
-use super::{PlanError, Region};
+use super::error::PlanError;
+use super::region::{Region, uniform};
 use crate::files::robot_file::RobotFile;
 use crate::geometry::reach::Reach;
 use delta_cal::robot::Drive;
@@ -25,7 +25,7 @@ const STEP_MM: f64 = 1e-6;
 
 /// Which poses may be chosen.
 #[derive(Debug, Clone)]
-pub(in crate::planning) struct Selection<'a> {
+pub(super) struct Selection<'a> {
     robot: &'a Robot<f64>,
     reach: Reach,
     clearance: Clearance,
@@ -35,7 +35,7 @@ pub(in crate::planning) struct Selection<'a> {
 }
 
 impl<'a> Selection<'a> {
-    pub(in crate::planning) fn new(file: &'a RobotFile, region: Option<&'a Region>) -> Self {
+    pub(super) fn new(file: &'a RobotFile, region: Option<&'a Region>) -> Self {
         Self {
             robot: &file.robot,
             reach: Reach {
@@ -57,7 +57,7 @@ impl<'a> Selection<'a> {
     }
 
     /// The pose at these joint angles (radians), rounded to what is written, if it may be chosen.
-    pub(in crate::planning) fn pose(&self, joints: [f64; 3]) -> Option<Sample<f64>> {
+    pub(super) fn pose(&self, joints: [f64; 3]) -> Option<Sample<f64>> {
         let joints = joints.map(|q| {
             // Divided, so that the number is the nearest to its three decimals.
             let rounded = |q: f64| (q / STEP).round() / STEP.recip().round() + 0.0;
@@ -75,12 +75,12 @@ impl<'a> Selection<'a> {
     }
 
     /// The pose at a position, as near as what is written allows.
-    pub(in crate::planning) fn at(&self, position: &Vector3<f64>) -> Option<Sample<f64>> {
+    pub(super) fn at(&self, position: &Vector3<f64>) -> Option<Sample<f64>> {
         self.pose(self.reach.joints(self.robot, position).ok()?)
     }
 
     /// Any pose: evenly in the region, or else evenly in joint space.
-    pub(in crate::planning) fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Option<Sample<f64>> {
+    pub(super) fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Option<Sample<f64>> {
         let joints = match self.region {
             Some(_) => {
                 let x: Vector3<f64> = self.drawn?.random(rng);
@@ -92,7 +92,7 @@ impl<'a> Selection<'a> {
     }
 
     /// As many as asked for.
-    pub(in crate::planning) fn draw_many<R: Rng + ?Sized>(
+    pub(super) fn draw_many<R: Rng + ?Sized>(
         &self,
         count: usize,
         rng: &mut R,
@@ -131,7 +131,7 @@ impl<'a> Selection<'a> {
     }
 
     /// A pose near another, at most on the limits.
-    pub(in crate::planning) fn near<R: Rng + ?Sized>(
+    pub(super) fn near<R: Rng + ?Sized>(
         &self,
         pose: &Sample<f64>,
         spread: f64,

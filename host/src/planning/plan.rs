@@ -1,0 +1,284 @@
+//! Plans measurements.
+
+use super::candidates::Candidates;
+use super::error::PlanError;
+use super::information::Information;
+use super::judge::{Judge, Precision, expected};
+use super::kind::Wishes;
+use super::order::{Order, ordered};
+use super::region::Region;
+use super::search::{Effort, Search};
+use super::selection::Selection;
+use super::setup::{Planned, Setup};
+use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::workspace_poses::inside;
+use crate::files::robot_file::RobotFile;
+use crate::fit::options::Frame;
+use crate::fit::outcome::RobotCovariance;
+use delta_cal::calibration::limits::LARGEST_SIGMA;
+use delta_cal::robot::ParameterKind;
+use delta_cal::{ArmIndex, Parameter, Robot};
+use rand_core::SeedableRng;
+use rand_pcg::Pcg32;
+
+/// Fewer measurements are not planned.
+pub const LEAST: usize = 4;
+/// As many as a plan may have.
+pub const MOST: usize = 500;
+/// Poses that a region is judged over.
+const REGION_POSES: usize = 300;
+/// Measurements that an accuracy is first tried with.
+const TRIED: usize = 20;
+
+/// Which measurements are wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanRequest<'a> {
+    /// The robot as it is known, with its instruments, their noise and its tolerance.
+    pub robot: &'a RobotFile,
+    /// Of which kinds.
+    pub kinds: Wishes,
+    /// How many.
+    pub count: usize,
+    /// The frame of coordinates.
+    pub frame: Frame,
+    /// Where the platform may be; anywhere if `None`.
+    pub region: Option<Region>,
+    /// Whether positions in the frame of the base count, and not relative ones.
+    pub absolute: bool,
+    /// The order in which they are taken.
+    pub order: Order,
+    /// The same seed gives the same plan.
+    pub seed: u64,
+}
+
+impl<'a> PlanRequest<'a> {
+    /// As many of these kinds, anywhere, for relative positions, in random order.
+    pub fn new(robot: &'a RobotFile, kinds: Wishes, count: usize) -> Self {
+        Self {
+            robot,
+            kinds,
+            count,
+            frame: Frame::Base,
+            region: None,
+            absolute: false,
+            order: Order::Random,
+            seed: 1,
+        }
+    }
+}
+
+/// Measurements to take, and what to expect of a calibration from them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// In their order, repeated ones included.
+    pub measurements: Vec<Planned>,
+    /// How many of them differ.
+    pub count: usize,
+    /// What was planned for.
+    pub setup: Setup,
+    /// Before any measurement; `None` without a tolerance.
+    pub before: Option<Precision>,
+    /// After them.
+    pub after: Precision,
+    /// The nominal robot's expected error over its whole workspace after them, with the worst places.
+    pub expected: ExpectedError,
+}
+
+/// Plans measurements.
+///
+/// # Errors
+/// A number of measurements or a region without sense, instruments out of reach, or measurements that cannot
+/// determine the robot without a tolerance.
+///
+/// ```
+/// use delta_cal_host::files::example;
+/// use delta_cal_host::planning::{Kind, PlanRequest, Wishes, plan};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let (robot, _) = example::load()?;
+/// let plan = plan(&PlanRequest::new(&robot, Wishes::only(Kind::Distance), 12))?;
+/// assert!(plan.after.relative < 0.5 * plan.before.unwrap().relative);
+/// # Ok(())
+/// # }
+/// ```
+pub fn plan(request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
+    Bench::new(request)?.plan(request, &Effort::thorough(request.count))
+}
+
+/// As few measurements as are expected to leave no more than `accuracy` (mm, rms) of the position error, whatever
+/// number is asked for.
+///
+/// # Errors
+/// As [`plan`]; an accuracy that no number reaches.
+pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanError> {
+    let bench = Bench::new(request)?;
+    let of = |count: usize| {
+        let request = PlanRequest {
+            count,
+            ..request.clone()
+        };
+        bench.plan(&request, &Effort::thorough(count))
+    };
+    let reaches = |plan: &Plan| plan.after.of(request.absolute) <= accuracy;
+    let mut found = of(TRIED)?;
+    // As if the same measurements were taken more often: near the number that is needed.
+    let count = bench.times(&found, request.absolute, accuracy)?;
+    if count != found.count {
+        found = of(count)?;
+    }
+    while !reaches(&found) && found.count < MOST {
+        found = of((found.count + found.count.div_ceil(20)).min(MOST))?;
+    }
+    while found.count > LEAST {
+        match of(found.count - 1) {
+            Ok(fewer) if reaches(&fewer) => found = fewer,
+            Ok(_) | Err(PlanError::Singular | PlanError::NotDetermined { .. }) => break,
+            Err(error) => return Err(error),
+        }
+    }
+    if reaches(&found) {
+        return Ok(found);
+    }
+    Err(PlanError::TooAccurate {
+        wanted: accuracy,
+        reached: found.after.of(request.absolute),
+    })
+}
+
+/// What plans for the same robot and region have in common.
+pub(super) struct Bench<'a> {
+    selection: Selection<'a>,
+    judge: Judge,
+}
+
+impl<'a> Bench<'a> {
+    /// The request's kinds and instruments do not matter.
+    pub(super) fn new(request: &'a PlanRequest<'_>) -> Result<Self, PlanError> {
+        let mut rng = Pcg32::seed_from_u64(request.seed);
+        let selection = Selection::new(request.robot, request.region.as_ref());
+        let judged = match request.region {
+            Some(_) => selection.draw_many(REGION_POSES, &mut rng)?,
+            None => inside(&request.robot.robot, &request.robot.reach()),
+        };
+        Ok(Self {
+            selection,
+            judge: Judge::new(request.robot, &judged, &mut rng)?,
+        })
+    }
+
+    pub(super) fn plan(
+        &self,
+        request: &PlanRequest<'_>,
+        effort: &Effort,
+    ) -> Result<Plan, PlanError> {
+        if !(LEAST..=MOST).contains(&request.count) {
+            return Err(PlanError::Count(request.count));
+        }
+        let setup = Setup::of(request);
+        let mut rng = Pcg32::seed_from_u64(request.seed);
+        let candidates = Candidates::new(&setup, &self.selection, &mut rng)?;
+        let anchors = candidates.anchors(&request.kinds, &mut rng)?;
+        let anchors: Vec<_> = anchors.iter().map(|own| setup.row(own)).collect();
+        let search = Search {
+            setup: &setup,
+            kinds: &request.kinds,
+            candidates: &candidates,
+            anchors: &anchors,
+            prior: Information::of(&setup.robot, &setup, &[], &anchors)?.prior,
+            weights: self.judge.weights(request.absolute),
+        };
+        let found = search.best(request.count, effort, &mut rng)?;
+        let count = found.len();
+        if count < request.count {
+            return Err(PlanError::TooFewOfAKind(count));
+        }
+        let measurements = ordered(&found, request.order, &mut rng);
+        let rows: Vec<_> = measurements.iter().map(|own| setup.row(own)).collect();
+        let information = Information::of(&setup.robot, &setup, &rows, &anchors)?;
+        let covariance = information.covariance().ok_or(PlanError::Singular)?;
+        let covariance = information.of_robot(&covariance);
+        if let Some((arm, parameter, sigma)) = unknown_parameter(&setup.robot.robot, &covariance) {
+            return Err(PlanError::NotDetermined {
+                arm,
+                parameter,
+                sigma,
+            });
+        }
+        let after = self.judge.after(&setup, &rows, &anchors);
+        Ok(Plan {
+            before: self.judge.before(),
+            after: after.ok_or(PlanError::Singular)?,
+            expected: expected(&setup.robot, &covariance).ok_or(PlanError::NoPose)?,
+            measurements,
+            count,
+            setup,
+        })
+    }
+
+    /// How many measurements like those of a plan reach an accuracy.
+    fn times(&self, plan: &Plan, absolute: bool, accuracy: f64) -> Result<usize, PlanError> {
+        let rows: Vec<_> = plan
+            .measurements
+            .iter()
+            .map(|own| plan.setup.row(own))
+            .collect();
+        let found = Information::of(&plan.setup.robot, &plan.setup, &rows, &[])?;
+        let weights = found.weights(self.judge.weights(absolute));
+        // The mean over robots is some factor of the nominal robot's.
+        let of = |count: usize| -> Option<f64> {
+            #[allow(clippy::cast_precision_loss)] // 500
+            let more = count as f64 / plan.count as f64;
+            let rows = found.rows.iter().map(|rows| rows * more.sqrt()).collect();
+            let information = Information {
+                rows,
+                ..found.clone()
+            };
+            Some(information.covariance()?.dot(&weights).sqrt())
+        };
+        let factor = plan.after.of(absolute) / of(plan.count).ok_or(PlanError::Singular)?;
+        let reached = |count: usize| of(count).map_or(f64::INFINITY, |own| factor * own);
+        if !(reached(MOST) <= accuracy) {
+            return Err(PlanError::TooAccurate {
+                wanted: accuracy,
+                reached: reached(MOST),
+            });
+        }
+        let (mut too_few, mut enough) = (LEAST - 1, MOST);
+        while enough - too_few > 1 {
+            let middle = usize::midpoint(too_few, enough);
+            if reached(middle) <= accuracy {
+                enough = middle;
+            } else {
+                too_few = middle;
+            }
+        }
+        Ok(enough)
+    }
+}
+
+/// Of the covariance of all parameters, mm and radians, the one for whose σ a calibration would be refused.
+pub(super) fn unknown_parameter(
+    robot: &Robot<f64>,
+    covariance: &RobotCovariance,
+) -> Option<(ArmIndex, Parameter, f64)> {
+    let arms = ArmIndex::ALL.into_iter();
+    let all = arms.flat_map(|arm| {
+        robot
+            .drive()
+            .parameters()
+            .iter()
+            .map(move |own| (arm, *own))
+    });
+    let parts = all.map(|(arm, parameter)| {
+        let index = 8 * arm.index() + parameter.index();
+        let sigma = covariance[(index, index)].sqrt();
+        let size = match parameter.kind() {
+            ParameterKind::Length => robot.arm(arm).upper_arm_length(),
+            ParameterKind::Angle | ParameterKind::Ratio => 1.0,
+        };
+        (sigma / (LARGEST_SIGMA * size), (arm, parameter, sigma))
+    });
+    let worst = parts.filter(|(part, _)| !(*part <= 1.0));
+    worst
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, found)| found)
+}

@@ -1,0 +1,388 @@
+//! What the rows of a file determine, measured already or not, and which to add: with the instruments of the
+//! file, where they are.
+
+use super::candidates::Candidates;
+use super::error::PlanError;
+use super::information::Information;
+use super::judge::{Judge, expected, prior};
+use super::kind::{Kind, Wish, Wishes};
+use super::plan::unknown_parameter;
+use super::region::Region;
+use super::search::Search;
+use super::selection::Selection;
+use super::setup::{PlaneAt, Planned, PointAt, Setup, blocks_or_usual, place, with_noise};
+use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::workspace_poses::inside;
+use crate::calibration::observations::Known;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::ObservationsFile;
+use crate::fit::observations::{calibrate, observation, places};
+use crate::fit::options::Frame;
+use crate::fit::outcome::{RobotCovariance, of_parameters};
+use delta_cal::calibration::Solver;
+use delta_cal::frame::RigidTransform;
+use delta_cal::observations::{DistanceFrom, Observation};
+use delta_cal::{ArmIndex, Parameter};
+use nalgebra::Vector3;
+use rand_core::SeedableRng;
+use rand_pcg::Pcg32;
+
+/// A calibration is worthwhile that leaves no more than this part of the error.
+const WORTHWHILE: f64 = 0.5;
+/// A row that decides this part of one of its readings is hardly checked by any other.
+const UNCHECKED: f64 = 0.9;
+/// Heights that differ by less are of the same gauge block, and distances of the same bar, mm.
+const SAME: f64 = 1.0;
+/// A file that was measured on more blocks than these was not measured on blocks.
+const BLOCKS: usize = 8;
+/// A plane that is steeper than some 60° is not touched from above.
+const STEEP: f64 = 0.5;
+/// The random numbers' seed: the same files give the same proposals.
+const SEED: u64 = 1;
+
+/// What the rows of a file determine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Determined {
+    /// Where the instruments are, and the robot with the noise that was assumed.
+    pub setup: Setup,
+    /// The lines that do not count, since the robot as drawn does not reach their joint angles.
+    pub not_reached: Vec<u64>,
+    /// The lines whose readings are hardly checked by any other: an error in them goes into the parameters.
+    pub unchecked: Vec<u64>,
+    /// The position error that the tolerance allows; `None` without one.
+    pub before: Option<ExpectedError>,
+    /// What these rows leave of it; `None` if they cannot be taken.
+    pub now: Option<ExpectedError>,
+    /// What they leave with the additional ones.
+    pub with_next: Option<ExpectedError>,
+    /// What is known better than the tolerance says.
+    pub known: Known,
+    /// A parameter for whose σ (mm or radians) a calibration would be refused.
+    pub unknown: Option<(ArmIndex, Parameter, f64)>,
+    /// What is best measured in addition, the best first.
+    pub next: Vec<Planned>,
+    /// Why nothing is proposed.
+    pub no_next: Option<PlanError>,
+}
+
+/// What is asked of the rows of a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SamplesRequest {
+    /// The frame of the coordinates.
+    pub frame: Frame,
+    /// How many measurements to propose.
+    pub add: usize,
+    /// Where the platform may be then; anywhere if `None`.
+    pub region: Option<Region>,
+    /// Whether they are chosen for positions in the frame of the base, and not for relative ones.
+    pub absolute: bool,
+}
+
+impl Determined {
+    /// By the rows of a file, of which those in the lines `unmeasured` hold nothing yet.
+    ///
+    /// # Errors
+    /// Names and numbers that the core does not take.
+    pub fn by(
+        robot: &RobotFile,
+        file: &ObservationsFile,
+        unmeasured: &[u64],
+        request: &SamplesRequest,
+    ) -> Result<Self, PlanError> {
+        let given = rows_of(file)?;
+        let mut setup = setup_of(robot, file, unmeasured, request.frame);
+        let robot = setup.robot.robot;
+        let rows: Vec<_> = given.iter().map(|row| setup.read(&robot, row)).collect();
+        instruments_as_used(&mut setup, &rows);
+        let found = Information::of(&setup.robot, &setup, &rows, &[]).or_else(|_| {
+            // An instrument with fewer readings than unknowns tells nothing.
+            let anchors = anchors(&setup, &rows, request)?;
+            Information::of(&setup.robot, &setup, &rows, &anchors)
+        })?;
+        let covariance = found.covariance().ok_or(PlanError::Singular)?;
+        let of_robot = found.of_robot(&covariance);
+        let error = |of: &RobotCovariance| expected(&setup.robot, of);
+        let before = prior(&setup.robot).and_then(|own| error(&own));
+        let now = error(&of_robot);
+        let unchecked = |rows: &nalgebra::DMatrix<f64>| {
+            let own = (rows.transpose() * &covariance * rows).diagonal();
+            own.max() > UNCHECKED
+        };
+        let lines = |which: &dyn Fn(usize) -> bool| -> Vec<u64> {
+            let all = file.rows.iter().enumerate();
+            let those = all.filter(|(index, _)| which(*index));
+            those.map(|(_, row)| row.line).collect()
+        };
+        let mut determined = Self {
+            not_reached: lines(&|index| !reached(&setup, &rows[index])),
+            unchecked: lines(&|index| unchecked(&found.rows[index])),
+            known: Known::of(
+                &setup.robot,
+                Some(&of_parameters(&of_robot)),
+                before.as_ref(),
+                now.as_ref(),
+            ),
+            unknown: unknown_parameter(&robot, &of_robot),
+            before,
+            now,
+            with_next: None,
+            next: Vec::new(),
+            no_next: None,
+            setup,
+        };
+        if request.add > 0 {
+            match determined.additions(&rows, &found, request) {
+                Ok(next) => determined.next = next,
+                Err(error) => determined.no_next = Some(error),
+            }
+        }
+        Ok(determined)
+    }
+
+    fn additions(
+        &mut self,
+        rows: &[Observation<f64>],
+        found: &Information,
+        request: &SamplesRequest,
+    ) -> Result<Vec<Planned>, PlanError> {
+        let setup = &self.setup;
+        let mut rng = Pcg32::seed_from_u64(SEED);
+        let kinds = kinds(setup, rows);
+        let selection = Selection::new(&setup.robot, request.region.as_ref());
+        let poses = inside(&setup.robot.robot, &setup.robot.reach());
+        let judge = Judge::new(&setup.robot, &poses, &mut rng)?;
+        let candidates = Candidates::new(setup, &selection, &mut rng)?;
+        let mut anchors = rows.to_vec();
+        let more = candidates.anchors(&kinds, &mut rng)?;
+        anchors.extend(more.iter().map(|own| setup.row(own)));
+        let prior = found.prior.clone();
+        let search = Search {
+            setup,
+            kinds: &kinds,
+            candidates: &candidates,
+            anchors: &anchors,
+            prior: found
+                .rows
+                .iter()
+                .fold(prior, |sum, rows| sum + rows * rows.transpose()),
+            weights: judge.weights(request.absolute),
+        };
+        let next = search.added(request.add, &mut rng)?;
+        let mut all = rows.to_vec();
+        all.extend(next.iter().map(|own| setup.row(own)));
+        let with_next = Information::of(&setup.robot, setup, &all, &anchors)?;
+        let covariance = with_next.covariance().ok_or(PlanError::Singular)?;
+        self.with_next = expected(&setup.robot, &with_next.of_robot(&covariance));
+        Ok(next)
+    }
+
+    /// Whether nothing that relative positions depend on is left to the tolerance.
+    pub fn complete(&self) -> bool {
+        self.unknown.is_none() && self.known.relative_positions()
+    }
+
+    /// Whether a calibration is expected to halve the error of relative positions, or, without a tolerance, to
+    /// be accepted.
+    pub fn worthwhile(&self) -> bool {
+        let rms = |own: &Option<ExpectedError>| own.as_ref().map(|own| own.intrinsic.rms);
+        self.unknown.is_none()
+            && match (rms(&self.before), rms(&self.now)) {
+                (Some(before), Some(now)) => now <= WORTHWHILE * before,
+                (None, Some(_)) => true,
+                (_, None) => false,
+            }
+    }
+}
+
+/// The covariance of a robot's parameters (mm, radians) after measurements of it. `None` if they cannot be taken.
+pub(crate) fn covariance_after(
+    robot: &RobotFile,
+    file: &ObservationsFile,
+    frame: Frame,
+) -> Option<RobotCovariance> {
+    let setup = Setup {
+        robot: robot.clone(),
+        ..unplaced(robot, file, frame)
+    };
+    let found = Information::of(robot, &setup, &rows_of(file).ok()?, &[]).ok()?;
+    Some(found.of_robot(&found.covariance()?))
+}
+
+fn rows_of(file: &ObservationsFile) -> Result<Vec<Observation<f64>>, PlanError> {
+    let rows = file.rows.iter().map(|row| observation(&row.value));
+    rows.collect::<Result<_, _>>()
+        .map_err(|_| PlanError::TooManyInstruments)
+}
+
+fn reached(setup: &Setup, row: &Observation<f64>) -> bool {
+    let robot = &setup.robot.robot;
+    let mut poses = std::iter::once(&row.joints).chain(row.other_joints());
+    poses.all(|joints| robot.forward(joints).is_ok())
+}
+
+fn anchors(
+    setup: &Setup,
+    rows: &[Observation<f64>],
+    request: &SamplesRequest,
+) -> Result<Vec<Observation<f64>>, PlanError> {
+    let mut rng = Pcg32::seed_from_u64(SEED);
+    let selection = Selection::new(&setup.robot, request.region.as_ref());
+    let candidates = Candidates::new(setup, &selection, &mut rng)?;
+    let anchors = candidates.anchors(&kinds(setup, rows), &mut rng)?;
+    Ok(anchors.iter().map(|own| setup.row(own)).collect())
+}
+
+/// The instruments that a file names, and what the robot file knows of them.
+fn unplaced(robot: &RobotFile, file: &ObservationsFile, frame: Frame) -> Setup {
+    let (planes, points) = places(robot, file);
+    let planes = file.planes.iter().zip(planes).map(|(name, known)| PlaneAt {
+        name: name.clone(),
+        normal: Vector3::z(),
+        offset: known.known.map_or(0.0, |(height, _)| height),
+        blocks: Vec::new(),
+        known,
+    });
+    let points = file.points.iter().zip(points).map(|(name, known)| PointAt {
+        name: name.clone(),
+        place: Vector3::zeros(),
+        lengths: (0.0, f64::INFINITY),
+        known,
+    });
+    let rows = || file.rows.iter().map(|row| &row.value);
+    let measured = [
+        file.coordinates(),
+        rows().any(|row| row.height.is_some()),
+        rows().any(|row| row.distance.is_some()),
+    ];
+    let (with, noise_stated) = with_noise(robot, measured);
+    Setup {
+        robot: with,
+        planes: planes.collect(),
+        points: points.collect(),
+        on_table: robot
+            .instruments
+            .points
+            .iter()
+            .all(|own| own.place.is_none()),
+        lengths: (0.0, f64::INFINITY),
+        frame,
+        to_frame: RigidTransform::identity(),
+        noise_stated,
+    }
+}
+
+/// The instruments of a file where a calibration finds them, if every row is measured and calibrates the robot.
+/// Otherwise planes are level, points are where a plan puts them, and the frame is the robot's.
+fn setup_of(robot: &RobotFile, file: &ObservationsFile, unmeasured: &[u64], frame: Frame) -> Setup {
+    let mut setup = unplaced(robot, file, frame);
+    if unmeasured.is_empty()
+        && let Ok(fit) = calibrate(&setup.robot, file, frame, Solver::default())
+    {
+        setup.to_frame = fit.frame.unwrap_or_else(RigidTransform::identity);
+        for (own, found) in setup.planes.iter_mut().zip(&fit.planes) {
+            (own.normal, own.offset) = (found.normal, found.offset);
+        }
+        for (own, found) in setup.points.iter_mut().zip(&fit.points) {
+            own.place = found.place;
+        }
+        return setup;
+    }
+    let robot = setup.robot.robot;
+    for (index, plane) in setup.planes.iter_mut().enumerate() {
+        if plane.known.known.is_none() {
+            plane.offset = level(&robot, file, unmeasured, index);
+        }
+    }
+    let poses = inside(&robot, &setup.robot.reach());
+    place(&mut setup.points, &poses);
+    setup
+}
+
+/// The height at which a plane is as the robot that was drawn touches it; where nothing was measured, where its
+/// lowest pose is.
+fn level(
+    robot: &delta_cal::Robot<f64>,
+    file: &ObservationsFile,
+    unmeasured: &[u64],
+    plane: usize,
+) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    let mut lowest = f64::INFINITY;
+    for row in &file.rows {
+        let height = row.value.height.filter(|(own, _)| *own == plane);
+        if let (Some((_, height)), Ok(there)) = (height, robot.forward(&row.value.joints)) {
+            lowest = lowest.min(there.z);
+            if unmeasured.binary_search(&row.line).is_err() {
+                sum += there.z - height;
+                count += 1.0;
+            }
+        }
+    }
+    match (count > 0.0, lowest.is_finite()) {
+        (true, _) => sum / count,
+        (false, true) => lowest,
+        (false, false) => 0.0,
+    }
+}
+
+/// The gauge blocks and lengths that the rows were measured with, where the robot file states none.
+fn instruments_as_used(setup: &mut Setup, rows: &[Observation<f64>]) {
+    let facts = setup.robot.instruments.clone();
+    for (index, plane) in setup.planes.iter_mut().enumerate() {
+        let stated = facts.planes.iter().find(|own| own.name == plane.name);
+        let stated = stated.map(|own| own.blocks.as_slice()).unwrap_or_default();
+        let heights = rows.iter().filter_map(|row| row.height);
+        let heights = heights.filter(|own| usize::from(own.plane) == index);
+        // To a tenth of a millimetre: the blocks' names.
+        let mut heights: Vec<_> = heights
+            .map(|own| (10.0 * own.height).round() / 10.0 + 0.0)
+            .collect();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup_by(|one, other| (*one - *other).abs() < SAME);
+        plane.blocks = match (stated.is_empty(), heights.len()) {
+            (true, 1..=BLOCKS) => heights,
+            (true, _) => vec![0.0],
+            (false, _) => blocks_or_usual(stated),
+        };
+    }
+    let lengths = |from: &dyn Fn(&DistanceFrom<f64>) -> bool| {
+        let distances = rows.iter().filter_map(|row| row.distance);
+        let own = distances
+            .filter(|own| from(&own.from))
+            .map(|own| own.distance);
+        let (shortest, longest) = own.fold((f64::INFINITY, 0.0), |(low, high), own| {
+            (f64::min(low, own), f64::max(high, own))
+        });
+        if longest - shortest < SAME && longest > 0.0 {
+            return (
+                f64::midpoint(shortest, longest),
+                f64::midpoint(shortest, longest),
+            );
+        }
+        (shortest.min(longest), f64::INFINITY)
+    };
+    let between = lengths(&|from| matches!(from, DistanceFrom::Pose(_)));
+    setup.lengths = facts.lengths.unwrap_or(between);
+    for (index, point) in setup.points.iter_mut().enumerate() {
+        let stated = facts.points.iter().find(|own| own.name == point.name);
+        let own = |from: &DistanceFrom<f64>| matches!(from, DistanceFrom::Point(own) if usize::from(*own) == index);
+        point.lengths = stated
+            .and_then(|own| own.lengths)
+            .unwrap_or_else(|| lengths(&own));
+    }
+}
+
+/// What the rows measure and can be measured in addition.
+fn kinds(setup: &Setup, rows: &[Observation<f64>]) -> Wishes {
+    let level = setup.planes.iter().all(|plane| plane.normal.z > STEEP);
+    let measured = |kind: &Kind| match kind {
+        Kind::Plane => level && !setup.planes.is_empty(),
+        Kind::Point => !setup.points.is_empty(),
+        Kind::Distance => rows.iter().any(|row| row.other_joints().is_some()),
+        Kind::Position(read) => rows
+            .iter()
+            .any(|row| row.position.map(|own| own.is_some()) == *read),
+    };
+    let kinds = Kind::ALL.into_iter().filter(measured);
+    Wishes(kinds.map(|kind| Wish { kind, most: None }).collect())
+}

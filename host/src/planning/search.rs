@@ -1,0 +1,233 @@
+//! From candidates all over to a set, then the same among candidates ever nearer to it; from several
+//! random sets, and the best of what they lead to.
+
+use super::candidates::Candidates;
+use super::error::PlanError;
+use super::exchange::{Pool, Rows, Set};
+use super::information::Information;
+use super::kind::Wishes;
+use super::region::below;
+use super::setup::{Planned, Setup};
+use crate::fit::outcome::RobotCovariance;
+use delta_cal::observations::Observation;
+use nalgebra::DMatrix;
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+/// How much is searched.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effort {
+    /// Random sets that the search begins with.
+    starts: usize,
+    /// Candidates from all over.
+    candidates: usize,
+    /// Candidates near the chosen ones.
+    near: usize,
+    /// How far these are from the chosen ones, one σ in degrees, one round after the other.
+    spreads: &'static [f64],
+}
+
+impl Effort {
+    /// What finds the best. Fewer starts of more measurements, for they differ less.
+    pub(super) fn thorough(count: usize) -> Self {
+        Self {
+            starts: (240 / count.max(1)).clamp(4, 12),
+            candidates: 1500,
+            near: 500,
+            spreads: &[8.0, 3.0, 1.0, 0.3],
+        }
+    }
+
+    /// What comes within some percent of the best, in a fraction of the time.
+    pub(super) fn quick(count: usize) -> Self {
+        Self {
+            starts: (100 / count.max(1)).max(2),
+            candidates: 600,
+            near: 300,
+            spreads: &[8.0, 2.0],
+        }
+    }
+}
+
+/// What is searched in.
+pub(super) struct Search<'a> {
+    pub(super) setup: &'a Setup,
+    pub(super) kinds: &'a Wishes,
+    pub(super) candidates: &'a Candidates<'a>,
+    /// Rows that show where the instruments are.
+    pub(super) anchors: &'a [Observation<f64>],
+    /// Information before, of what is measured already as well.
+    pub(super) prior: DMatrix<f64>,
+    /// W of the criterion tr W C of the robot's parameters, mm and radians.
+    pub(super) weights: &'a RobotCovariance,
+}
+
+/// Candidates, their rows and the criterion's weights in the same units.
+struct Members<const R: usize> {
+    all: Vec<Planned>,
+    rows: Vec<Rows<R>>,
+    kinds: Vec<usize>,
+    weights: DMatrix<f64>,
+}
+
+impl Search<'_> {
+    /// The best set of so many measurements that was found from so many random sets.
+    pub(super) fn best(
+        &self,
+        count: usize,
+        effort: &Effort,
+        rng: &mut Pcg32,
+    ) -> Result<Vec<Planned>, PlanError> {
+        if self.readings() == 1 {
+            self.all_over::<1>(count, effort, rng)
+        } else {
+            self.all_over::<3>(count, effort, rng)
+        }
+    }
+
+    /// What is best added, one after the other.
+    pub(super) fn added(&self, count: usize, rng: &mut Pcg32) -> Result<Vec<Planned>, PlanError> {
+        if self.readings() == 1 {
+            self.added_one_by_one::<1>(count, rng)
+        } else {
+            self.added_one_by_one::<3>(count, rng)
+        }
+    }
+
+    fn readings(&self) -> usize {
+        let each = self.kinds.0.iter().map(|wish| wish.kind.readings());
+        each.max().unwrap_or(1)
+    }
+
+    fn most(&self) -> Vec<usize> {
+        let each = self.kinds.0.iter();
+        each.map(|wish| wish.most.unwrap_or(usize::MAX)).collect()
+    }
+
+    fn all_over<const R: usize>(
+        &self,
+        count: usize,
+        effort: &Effort,
+        rng: &mut Pcg32,
+    ) -> Result<Vec<Planned>, PlanError> {
+        let number = effort.candidates.max(2 * count);
+        let drawn = self.candidates.of_kinds(self.kinds, number, rng)?;
+        let members = self.members::<R>(drawn)?;
+        let most = self.most();
+        let pool = members.pool(&self.prior, &most);
+        let starts: Vec<_> = (0..effort.starts)
+            .map(|_| {
+                let chosen = random_subset(&members.kinds, count, &most, rng);
+                (chosen, Pcg32::seed_from_u64(rng.next_u64()))
+            })
+            .collect();
+        let found: Vec<_> = starts
+            .into_par_iter()
+            .filter_map(|(chosen, mut rng)| {
+                let set = pool.exchange(pool.set(chosen)?);
+                self.nearer::<R>(members.chosen(&set), effort, &mut rng)
+            })
+            .collect();
+        let best = found.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        best.map(|(chosen, _)| chosen).ok_or(PlanError::Singular)
+    }
+
+    /// Exchanges the members of a set for others near them; the criterion as well.
+    fn nearer<const R: usize>(
+        &self,
+        mut chosen: Vec<Planned>,
+        effort: &Effort,
+        rng: &mut Pcg32,
+    ) -> Option<(Vec<Planned>, f64)> {
+        let count = chosen.len();
+        let each = effort.near.div_ceil(count.max(1)).max(2);
+        let most = self.most();
+        let mut value = f64::INFINITY;
+        for spread in effort.spreads {
+            let mut near = chosen.clone();
+            for member in &chosen {
+                let spread = spread.to_radians();
+                near.extend((0..each).filter_map(|_| self.candidates.near(member, spread, rng)));
+            }
+            let members = self.members::<R>(near).ok()?;
+            let pool = members.pool(&self.prior, &most);
+            let set = pool.exchange(pool.set((0..count).collect())?);
+            value = set.value;
+            chosen = members.chosen(&set);
+        }
+        Some((chosen, value))
+    }
+
+    fn added_one_by_one<const R: usize>(
+        &self,
+        count: usize,
+        rng: &mut Pcg32,
+    ) -> Result<Vec<Planned>, PlanError> {
+        let number = Effort::thorough(1).candidates;
+        let drawn = self.candidates.of_kinds(self.kinds, number, rng)?;
+        let members = self.members::<R>(drawn)?;
+        let most = self.most();
+        let pool = members.pool(&self.prior, &most);
+        let start = pool.set(Vec::new()).ok_or(PlanError::Singular)?;
+        Ok(members.chosen(&pool.add(start, count)))
+    }
+
+    fn members<const R: usize>(&self, all: Vec<Planned>) -> Result<Members<R>, PlanError> {
+        let setup = self.setup;
+        let rows: Vec<_> = all.iter().map(|own| setup.row(own)).collect();
+        let found = Information::of(&setup.robot, setup, &rows, self.anchors)?;
+        let unknowns = found.units.len();
+        let kind = |own: &Planned| {
+            let mut wishes = self.kinds.0.iter();
+            wishes.position(|wish| wish.kind == own.kind).unwrap_or(0)
+        };
+        let of_row = |(own, row): (&Observation<f64>, &DMatrix<f64>)| {
+            let read = own.position.map(|own| own.is_some());
+            let read = read
+                .into_iter()
+                .chain([own.height.is_some(), own.distance.is_some()]);
+            let places = read
+                .enumerate()
+                .filter_map(|(place, read)| read.then_some(place));
+            let mut columns = Rows::<R>::zeros(unknowns);
+            for (column, place) in places.enumerate().take(R) {
+                columns.set_column(column, &row.column(place));
+            }
+            columns
+        };
+        Ok(Members {
+            rows: rows.iter().zip(&found.rows).map(of_row).collect(),
+            kinds: all.iter().map(kind).collect(),
+            weights: found.weights(self.weights),
+            all,
+        })
+    }
+}
+
+impl<const R: usize> Members<R> {
+    fn pool<'a>(&'a self, prior: &'a DMatrix<f64>, most: &'a [usize]) -> Pool<'a, R> {
+        Pool::new(&self.rows, &self.kinds, most, (prior, &self.weights))
+    }
+
+    fn chosen(&self, set: &Set) -> Vec<Planned> {
+        let members = set.chosen.iter().map(|index| self.all[*index].clone());
+        members.collect()
+    }
+}
+
+/// Different candidates, any as likely as any other, no more of a kind than allowed.
+fn random_subset(kinds: &[usize], count: usize, most: &[usize], rng: &mut Pcg32) -> Vec<usize> {
+    let mut all: Vec<_> = (0..kinds.len()).collect();
+    let mut left = most.to_vec();
+    let mut chosen = Vec::with_capacity(count);
+    while chosen.len() < count && !all.is_empty() {
+        let candidate = all.swap_remove(below(all.len(), rng));
+        let left = &mut left[kinds[candidate]];
+        if *left > 0 {
+            *left -= 1;
+            chosen.push(candidate);
+        }
+    }
+    chosen
+}

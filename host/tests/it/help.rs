@@ -23,7 +23,7 @@ const COMMANDS: [&str; 23] = [
     "device status",
     "device parameters",
     "device revert",
-    "device verify",
+    "device apply",
     "completions",
     "man",
 ];

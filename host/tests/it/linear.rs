@@ -301,16 +301,6 @@ fn joint_angles_are_no_travels() {
 fn what_holds_rotary_robots_alone_refuses_others() {
     let folder = Folder::new();
     folder.write("robot.toml", TOWERS);
-    let mut rng = generator(53, 0);
-    let truth = made(&mut rng);
-    folder.write("samples.csv", samples(&truth, 20, &mut rng));
-    let refused = folder.run("device --port emulate:m4 calibrate robot.toml samples.csv");
-    assert_ne!(refused.code, 0);
-    assert!(
-        refused.stderr.contains("linear drives"),
-        "{}",
-        refused.stderr
-    );
     let campaign = "robot = \"robot.toml\"\nrobots = 2\nseed = 1\nposes = [20]\n\
                     start_errors = [{ length_mm = 0.5, angle_deg = 0.17 }]\n\
                     noise_levels = [{ position_mm = 0.02, joint_deg = 0.01 }]\n";

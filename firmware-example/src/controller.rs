@@ -3,7 +3,7 @@
 use crate::geometry::Geometries;
 use crate::handover::NewParameters;
 use crate::reception::Reception;
-use crate::session::{Begun, Session};
+use crate::session::Session;
 use crate::stream_store::{StreamPace, StreamStore};
 use crate::{Number, TURNS_A_SECOND};
 use delta_cal::Robot;
@@ -11,7 +11,7 @@ use delta_cal_protocol::{
     Adopt, ControlLoop, Direction, Fault, FrameError, Identity, LARGEST_FRAME, ParameterSet, Phase,
     Receiver, Request, Response, Status, UNKNOWN_SEQUENCE, VERSION, encode,
 };
-use embedded_storage_async::nor_flash::NorFlash;
+use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 
 /// Bytes of the largest request, with room to spare: a geometry with transmissions in `f64` has 330.
@@ -216,7 +216,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
             }
             Request::Begin(begin) => {
                 let nominal = &self.geometries.nominal().robot;
-                self.session.begin(nominal, &Begun::Samples(*begin))?;
+                self.session.begin(nominal, begin)?;
                 self.taken()
             }
             Request::Sample(sample) => {
@@ -249,21 +249,6 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 self.switched(switched)
             }
             Request::Counters => Response::Counters(self.reception.counters(self.overrun)),
-            Request::Covariance {
-                session,
-                rows,
-                columns,
-            } => Response::Covariance(self.session.covariance(*session, *rows, *columns)?),
-            Request::BeginObservations(begin) => {
-                let nominal = &self.geometries.nominal().robot;
-                self.session.begin(nominal, &Begun::Observations(*begin))?;
-                self.taken()
-            }
-            Request::Observation(observation) => {
-                self.session.observation(observation)?;
-                self.taken()
-            }
-            Request::Places { session } => Response::Places(self.session.places(*session)?),
             Request::Adopt(Adopt { from, geometry }) => {
                 let robot = geometry.robot().map_err(Fault::Geometry)?;
                 let switched = self.geometries.apply(*from, &robot)?;
@@ -277,7 +262,6 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         Response::Taken {
             session: self.session.number(),
             next: self.session.samples(),
-            last: self.session.last(),
         }
     }
 

@@ -6,7 +6,7 @@ use crate::handover::NewParameters;
 use crate::store::{Sets, Store};
 use delta_cal::Robot;
 use delta_cal_protocol::{Fault, Geometry, Origin, Parameters, RevertTo};
-use embedded_storage_async::nor_flash::NorFlash;
+use embedded_storage::nor_flash::NorFlash;
 
 /// The robot as drawn, the parameters in use, those before, and the store of them.
 #[derive(Debug)]

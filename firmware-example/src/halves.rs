@@ -2,8 +2,7 @@
 
 use core::ops::Range;
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
-use embassy_futures::block_on;
-use embedded_storage_async::nor_flash::NorFlash;
+use embedded_storage::nor_flash::NorFlash;
 
 /// Bytes that are written together: a whole number of any flash's units.
 const CHUNK: usize = 64;
@@ -153,7 +152,9 @@ impl<F: NorFlash> Halves<F> {
         let mut places = content.iter_mut();
         for offset in (0..self.room()).step_by(CHUNK) {
             let mut bytes = [0; CHUNK];
-            block_on(self.flash.read(start + offset, &mut bytes)).map_err(|_| StoreError::Flash)?;
+            self.flash
+                .read(start + offset, &mut bytes)
+                .map_err(|_| StoreError::Flash)?;
             let before = if offset == 0 { HEADER } else { 0 };
             for (byte, place) in bytes.iter().skip(before).zip(&mut places) {
                 *place = *byte;
@@ -235,7 +236,9 @@ impl<F: NorFlash> Halves<F> {
         let mut behind = 0;
         for offset in (0..self.room()).step_by(CHUNK) {
             let mut bytes = [0; CHUNK];
-            block_on(self.flash.read(start + offset, &mut bytes)).map_err(|_| StoreError::Flash)?;
+            self.flash
+                .read(start + offset, &mut bytes)
+                .map_err(|_| StoreError::Flash)?;
             erased &= bytes.iter().all(|byte| *byte == ERASED);
             let mut content = bytes.as_slice();
             if header.is_none() {
@@ -325,7 +328,9 @@ impl<F: NorFlash> Halves<F> {
             }
             #[allow(clippy::cast_possible_truncation)] // some kilobytes
             let offset = start + offset as u32;
-            block_on(self.flash.write(offset, &chunk)).map_err(|_| StoreError::Flash)?;
+            self.flash
+                .write(offset, &chunk)
+                .map_err(|_| StoreError::Flash)?;
         }
         Ok(Found {
             generation,
@@ -338,7 +343,9 @@ impl<F: NorFlash> Halves<F> {
         let Range { start, end } = self.range(half)?;
         // Until it has been looked at again.
         self.found[half as usize] = Err(StoreError::Flash);
-        block_on(self.flash.erase(start, end)).map_err(|_| StoreError::Flash)?;
+        self.flash
+            .erase(start, end)
+            .map_err(|_| StoreError::Flash)?;
         self.found[half as usize] = Ok(None);
         Ok(())
     }

@@ -23,7 +23,6 @@ mod geometry;
 mod halves;
 mod handover;
 mod number;
-mod observing;
 mod pace;
 mod path;
 mod ram_flash;

@@ -1,9 +1,7 @@
 use core::fmt::Debug;
 use delta_cal::Real;
 use delta_cal::stream::StreamCalibrator;
-use delta_cal_protocol::Scalar;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use delta_cal_protocol::{Scalar, Wire};
 
 #[cfg(all(target_os = "none", feature = "defmt"))]
 mod logged {
@@ -18,7 +16,7 @@ mod logged {
 }
 
 /// What the firmware computes in: `f32` or `f64`.
-pub trait Number: Real + Serialize + DeserializeOwned + logged::Logged {
+pub trait Number: Real + Wire + logged::Logged {
     /// Its name on the wire.
     const SCALAR: Scalar;
     /// Memory for the samples of a session while they are read from flash or written to it.

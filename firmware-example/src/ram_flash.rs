@@ -1,4 +1,4 @@
-use embedded_storage_async::nor_flash::{
+use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 
@@ -71,7 +71,7 @@ impl<const N: usize> ErrorType for RamFlash<N> {
 impl<const N: usize> ReadNorFlash for RamFlash<N> {
     const READ_SIZE: usize = 1;
 
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         bytes.copy_from_slice(self.range(offset, bytes.len(), Self::READ_SIZE)?);
         Ok(())
     }
@@ -85,7 +85,7 @@ impl<const N: usize> NorFlash for RamFlash<N> {
     const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = PAGE;
 
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         let length = to
             .checked_sub(from)
             .ok_or(FlashError(NorFlashErrorKind::OutOfBounds))?;
@@ -93,7 +93,7 @@ impl<const N: usize> NorFlash for RamFlash<N> {
         Ok(())
     }
 
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         for (place, byte) in self.range(offset, bytes.len(), WORD)?.iter_mut().zip(bytes) {
             *place &= byte;
         }

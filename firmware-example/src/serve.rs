@@ -3,15 +3,15 @@
 use crate::{Controller, Number};
 use embassy_futures::yield_now;
 use embedded_io_async::{Read, ReadReady, Write};
-use embedded_storage_async::nor_flash::NorFlash;
+use embedded_storage::nor_flash::NorFlash;
 
 impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     /// Serves a link until it ends: takes in what comes, answers it, and works in the background while nothing comes.
     /// `between` runs after every byte and every step. It must hand new parameters to the control loop, and the
     /// loop's state to [`set_control`](Self::set_control), as `firmware.rs` does.
     ///
-    /// Run it in a task of its own with the lowest priority: a step of the solver takes some 20,000 instructions, the
-    /// last one of a calibration from observations 105,000, and storing takes as long as the flash needs.
+    /// Run it in a task of its own with the lowest priority: a step of the solver takes some 20,000 instructions,
+    /// and storing takes as long as the flash needs.
     ///
     /// # Errors
     /// Those of the link.

@@ -1,59 +1,27 @@
 //! One calibration: samples in, solved step by step, an outcome or a refusal.
 
 use crate::Number;
-use crate::observing::Observing;
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{AddError, Added, StreamCalibrator, StreamOutcome, StreamRefusal};
+use delta_cal::stream::{AddError, Added, StreamCalibrator, StreamOutcome};
 use delta_cal::{ArmIndex, Progress, Robot, RobotOutcome, Sample};
-use delta_cal_protocol::{
-    ArmReport, Begin, BeginObservations, CovarianceBlock, Fault, GateStatus, Geometry,
-    ObservationMessage, Phase, Places, SampleMessage,
-};
+use delta_cal_protocol::{ArmReport, Begin, Fault, GateStatus, Geometry, Phase, SampleMessage};
 use nalgebra::Vector3;
 
 /// The calibration that is under way, if any. Lies in static memory: it is most of the firmware's.
 #[derive(Debug)]
 pub(crate) struct Session<T: Number> {
     /// What it was begun with.
-    begun: Option<Begun<T>>,
-    work: Work<T>,
-    /// What became of the last sample.
-    last: Option<Added<T>>,
+    begun: Option<Begin<T>>,
+    stream: Option<StreamCalibrator<T>>,
     /// Of the outcome, once there is one.
     fingerprint: Option<u32>,
-}
-
-/// The request that a session was begun with.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Begun<T> {
-    Samples(Begin<T>),
-    Observations(BeginObservations<T>),
-}
-
-impl<T> Begun<T> {
-    const fn session(&self) -> u32 {
-        match self {
-            Self::Samples(begin) => begin.session,
-            Self::Observations(begin) => begin.session,
-        }
-    }
-}
-
-/// In one place: a session is of one kind.
-#[derive(Debug)]
-#[allow(clippy::large_enum_variant)] // no allocation
-enum Work<T: Number> {
-    None,
-    Samples(StreamCalibrator<T>),
-    Observations(Observing<T>),
 }
 
 impl<T: Number> Session<T> {
     pub(crate) const fn none() -> Self {
         Self {
             begun: None,
-            work: Work::None,
-            last: None,
+            stream: None,
             fingerprint: None,
         }
     }
@@ -65,15 +33,15 @@ impl<T: Number> Session<T> {
         begin: &Begin<T>,
         snapshot: &[u8],
     ) -> Result<(), SnapshotError> {
-        self.begin(nominal, &Begun::Samples(*begin))
+        self.begin(nominal, begin)
             .map_err(|_| SnapshotError::Damaged)?;
-        let restored = match &mut self.work {
-            Work::Samples(stream) => stream.restore(snapshot),
-            _ => Err(SnapshotError::Damaged),
+        let restored = match &mut self.stream {
+            Some(stream) => stream.restore(snapshot),
+            None => Err(SnapshotError::Damaged),
         };
         if restored.is_err() {
             self.begun = None;
-            self.work = Work::None;
+            self.stream = None;
         }
         restored
     }
@@ -81,66 +49,43 @@ impl<T: Number> Session<T> {
     /// 0 without one.
     pub(crate) const fn number(&self) -> u32 {
         match &self.begun {
-            Some(begun) => begun.session(),
+            Some(begun) => begun.session,
             None => 0,
         }
     }
 
-    /// Samples that came, rejected and held-out ones included, or observations.
+    /// Samples that came, rejected ones included.
     pub(crate) fn samples(&self) -> u32 {
-        match &self.work {
-            Work::None => 0,
-            Work::Samples(stream) => u32::try_from(stream.samples()).unwrap_or(u32::MAX),
-            Work::Observations(rows) => u32::try_from(rows.count()).unwrap_or(u32::MAX),
-        }
-    }
-
-    /// What became of the last sample.
-    pub(crate) const fn last(&self) -> Option<Added<T>> {
-        self.last
+        self.stream.as_ref().map_or(0, |stream| {
+            u32::try_from(stream.samples()).unwrap_or(u32::MAX)
+        })
     }
 
     /// Begins a session without samples, unless the same session is open already: with the same number and
     /// the same settings.
-    pub(crate) fn begin(&mut self, nominal: &Robot<T>, begun: &Begun<T>) -> Result<(), Fault> {
-        if self.begun.as_ref() != Some(begun) {
-            match begun {
-                Begun::Samples(begin) => self.renew(nominal, begin)?,
-                Begun::Observations(begin) => self.renew_observations(nominal, begin)?,
-            }
-            self.begun = Some(*begun);
-            self.last = None;
-            self.fingerprint = None;
-            info!("session {=u32:08x} begun", begun.session());
-        }
-        Ok(())
-    }
-
     // Not inlined, here and below: what is done one after the other shares the stack.
     #[inline(never)]
-    fn renew(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<(), Fault> {
-        self.work = Work::Samples(begin.calibrator(nominal)?);
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn renew_observations(
-        &mut self,
-        nominal: &Robot<T>,
-        begin: &BeginObservations<T>,
-    ) -> Result<(), Fault> {
-        self.work = Work::Observations(Observing::new(nominal, begin)?);
+    pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<(), Fault> {
+        if self.begun.as_ref() != Some(begin) {
+            self.stream = Some(begin.calibrator(nominal)?);
+            self.begun = Some(*begin);
+            self.fingerprint = None;
+            info!("session {=u32:08x} begun", begin.session);
+        }
         Ok(())
     }
 
     /// Takes a sample in, once.
     pub(crate) fn sample(&mut self, message: &SampleMessage<T>) -> Result<(), Fault> {
-        let here = self.expected(message.session, message.index);
-        let Work::Samples(stream) = &mut self.work else {
-            here?;
-            return Err(Fault::OtherKind);
+        self.check(message.session)?;
+        let next = self.samples();
+        if message.index > next {
+            return Err(Fault::OutOfOrder { next });
+        }
+        let Some(stream) = &mut self.stream else {
+            return Err(Fault::NoSession);
         };
-        if !here? {
+        if message.index < next {
             return Ok(());
         }
         let [x, y, z] = message.position;
@@ -152,39 +97,11 @@ impl<T: Number> Session<T> {
             AddError::Sample(error) => Fault::Sample(error),
             AddError::Busy => Fault::Busy,
         })?;
-        let alarm = stream.alarm();
-        if let (Some(alarm), Added::Tested(_)) = (alarm, &added) {
+        if let (Some(alarm), Added::Tested(_)) = (stream.alarm(), &added) {
             warning!("session {=u32:08x}: {}", message.session, alarm);
         }
-        self.last = Some(added);
         self.fingerprint = None;
         Ok(())
-    }
-
-    /// Takes an observation in, once.
-    pub(crate) fn observation(&mut self, message: &ObservationMessage<T>) -> Result<(), Fault> {
-        let here = self.expected(message.session, message.index);
-        let Work::Observations(rows) = &mut self.work else {
-            here?;
-            return Err(Fault::OtherKind);
-        };
-        if !here? {
-            return Ok(());
-        }
-        rows.add(message)?;
-        self.last = Some(Added::Taken);
-        self.fingerprint = None;
-        Ok(())
-    }
-
-    /// Whether the row with this index is the next one; it is not if it has come already.
-    fn expected(&self, session: u32, index: u32) -> Result<bool, Fault> {
-        self.check(session)?;
-        let next = self.samples();
-        if index > next {
-            return Err(Fault::OutOfOrder { next });
-        }
-        Ok(index == next)
     }
 
     /// Starts solving, if all samples have come and that is not under way or done.
@@ -194,106 +111,75 @@ impl<T: Number> Session<T> {
         if samples != next {
             return Err(Fault::OutOfOrder { next });
         }
-        match &mut self.work {
-            Work::None => {}
-            Work::Samples(stream) => stream.solve(),
-            Work::Observations(rows) => rows.solve(),
+        if let Some(stream) = &mut self.stream {
+            stream.solve();
         }
         Ok(())
-    }
-
-    fn solving(&self) -> bool {
-        match &self.work {
-            Work::None => false,
-            Work::Samples(stream) => stream.solving(),
-            Work::Observations(rows) => rows.solving(),
-        }
     }
 
     /// One bounded step; whether there is more to do.
     #[inline(never)]
     pub(crate) fn step(&mut self) -> bool {
-        if !self.solving() {
+        let Some(stream) = &mut self.stream else {
+            return false;
+        };
+        if !stream.solving() {
             return false;
         }
-        let working = match &mut self.work {
-            Work::None => false,
-            Work::Samples(stream) => stream.step() == Progress::Working,
-            Work::Observations(rows) => !rows.step(),
-        };
-        if working {
+        if stream.step() == Progress::Working {
             return true;
         }
-        match self.result() {
+        let session = self.begun.as_ref().map_or(0, |begun| begun.session);
+        match stream.result() {
             Some(Ok(outcome)) => {
                 let fingerprint = Geometry::of(outcome.robot()).fingerprint();
                 self.fingerprint = Some(fingerprint);
                 info!(
                     "session {=u32:08x}: solved, {=u32:08x}",
-                    self.number(),
-                    fingerprint
+                    session, fingerprint
                 );
             }
             Some(Err(refusal)) => {
-                warning!("session {=u32:08x}: refused, {}", self.number(), refusal);
+                warning!("session {=u32:08x}: refused, {}", session, refusal);
             }
             None => {}
         }
         false
     }
 
-    fn result(&self) -> Option<Result<&StreamOutcome<T>, StreamRefusal>> {
-        match &self.work {
-            Work::None => None,
-            Work::Samples(stream) => stream.result(),
-            Work::Observations(rows) => Some(match rows.result()? {
-                Ok(observed) => Ok(&observed.outcome),
-                Err(refusal) => Err((*refusal).into()),
-            }),
-        }
-    }
-
     /// The session as it can be stored: it takes in samples, and has no result.
     pub(crate) fn storable(&self) -> Option<(&Begin<T>, &StreamCalibrator<T>)> {
-        let (Work::Samples(stream), Some(Begun::Samples(begin))) = (&self.work, &self.begun) else {
-            return None;
-        };
+        let (stream, begin) = (self.stream.as_ref()?, self.begun.as_ref()?);
         let storable = !stream.solving() && stream.result().is_none();
         storable.then_some((begin, stream))
     }
 
     pub(crate) fn phase(&self) -> Phase {
-        let samples = self.samples();
-        let arm = match &self.work {
-            Work::None => return Phase::Idle,
-            Work::Samples(stream) => stream.arm(),
-            Work::Observations(_) => None,
+        let Some(stream) = &self.stream else {
+            return Phase::Idle;
         };
-        match (self.result(), self.fingerprint) {
+        let samples = self.samples();
+        match (stream.result(), self.fingerprint) {
             (Some(Ok(_)), Some(fingerprint)) => Phase::Solved {
                 samples,
                 fingerprint,
             },
             (Some(Err(refusal)), _) => Phase::CalibrationRefused { samples, refusal },
-            _ if self.solving() => Phase::Solving { arm },
+            _ if stream.solving() => Phase::Solving,
             _ => Phase::Collecting { samples },
         }
     }
 
     pub(crate) fn gate(&self) -> Option<GateStatus> {
-        let Work::Samples(stream) = &self.work else {
-            return None;
-        };
-        Some(GateStatus {
-            counts: *stream.gate_counts()?,
-            alarm: stream.alarm(),
-        })
+        let stream = self.stream.as_ref()?;
+        Some(GateStatus::new(stream.gate_counts()?, stream.alarm()))
     }
 
     /// The calibrated robot and its fingerprint.
     pub(crate) fn outcome(&self, session: u32) -> Result<(&StreamOutcome<T>, u32), Fault> {
         self.check(session)?;
-        match (self.result(), self.fingerprint) {
+        let result = self.stream.as_ref().and_then(StreamCalibrator::result);
+        match (result, self.fingerprint) {
             (Some(Ok(outcome)), Some(fingerprint)) => Ok((outcome, fingerprint)),
             _ => Err(Fault::NoOutcome),
         }
@@ -301,8 +187,7 @@ impl<T: Number> Session<T> {
 
     #[inline(never)]
     pub(crate) fn report(&self, session: u32, index: ArmIndex) -> Result<ArmReport<T>, Fault> {
-        let (outcome, _) = self.outcome(session)?;
-        let arm = match outcome {
+        let arm = match self.outcome(session)?.0 {
             StreamOutcome::Arms(RobotOutcome {
                 arms: [first, second, third],
                 ..
@@ -313,37 +198,7 @@ impl<T: Number> Session<T> {
             },
             StreamOutcome::Joint(outcome) => outcome.arm(index),
         };
-        let validations = match &self.work {
-            Work::Samples(stream) => stream.validations(),
-            _ => None,
-        };
-        Ok(ArmReport::new(index, &arm, validations))
-    }
-
-    /// A block of a joint outcome's covariance.
-    #[inline(never)]
-    pub(crate) fn covariance(
-        &self,
-        session: u32,
-        rows: ArmIndex,
-        columns: ArmIndex,
-    ) -> Result<CovarianceBlock<T>, Fault> {
-        match self.outcome(session)? {
-            (StreamOutcome::Joint(outcome), _) => Ok(CovarianceBlock::new(outcome, rows, columns)),
-            (StreamOutcome::Arms(_), _) => Err(Fault::NoOutcome),
-        }
-    }
-
-    /// Where the instruments are.
-    pub(crate) fn places(&self, session: u32) -> Result<Places<T>, Fault> {
-        self.check(session)?;
-        match &self.work {
-            Work::Observations(rows) => match rows.result() {
-                Some(Ok(observed)) => Ok(observed.places),
-                _ => Err(Fault::NoOutcome),
-            },
-            _ => Err(Fault::OtherKind),
-        }
+        Ok(ArmReport::new(index, &arm))
     }
 
     const fn check(&self, session: u32) -> Result<(), Fault> {

@@ -2,18 +2,17 @@
 
 use crate::Number;
 use crate::halves::{Halves, StoreError};
-use delta_cal_protocol::Geometry;
-use embedded_storage_async::nor_flash::NorFlash;
-use serde::{Deserialize, Serialize};
+use delta_cal_protocol::{Geometry, Reader, Wire, Writer};
+use embedded_storage::nor_flash::NorFlash;
 
 /// Version of the stored record.
-const VERSION: u8 = 4;
+const VERSION: u8 = 5;
 /// Bytes of both sets in `f64`: 2 × 39 numbers, and a byte for each option, rounded up.
 const LARGEST: usize = 640;
 
 /// What is stored: the parameters in use, and those before the last calibration was applied; `None` is the robot as
 /// drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sets<T> {
     pub(crate) current: Option<Geometry<T>>,
     pub(crate) previous: Option<Geometry<T>>,
@@ -56,7 +55,12 @@ impl<F: NorFlash> Store<F> {
         let Some(content) = self.halves.load(&mut bytes)? else {
             return Ok(None);
         };
-        let sets: Sets<T> = postcard::from_bytes(content).map_err(|_| StoreError::Record)?;
+        let mut reader = Reader::new(content);
+        let sets = <(Option<Geometry<T>>, Option<Geometry<T>>)>::get(&mut reader);
+        let (Some((current, previous)), []) = (sets, reader.rest()) else {
+            return Err(StoreError::Record);
+        };
+        let sets = Sets { current, previous };
         let valid = [sets.current, sets.previous]
             .iter()
             .flatten()
@@ -74,8 +78,12 @@ impl<F: NorFlash> Store<F> {
     #[inline(never)]
     pub(crate) fn save<T: Number>(&mut self, sets: &Sets<T>) -> Result<(), StoreError> {
         let mut bytes = [0; LARGEST];
-        let content = postcard::to_slice(sets, &mut bytes).map_err(|_| StoreError::Record)?;
-        self.halves.save(content)
+        let mut writer = Writer::new(&mut bytes);
+        sets.current.put(&mut writer);
+        sets.previous.put(&mut writer);
+        let length = writer.finish().ok_or(StoreError::Record)?;
+        self.halves
+            .save(bytes.get(..length).ok_or(StoreError::Record)?)
     }
 }
 

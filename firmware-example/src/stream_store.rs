@@ -6,11 +6,11 @@ use crate::session::Session;
 use crate::store::mark;
 use delta_cal::Robot;
 use delta_cal::stream::StreamCalibrator;
-use delta_cal_protocol::Begin;
-use embedded_storage_async::nor_flash::NorFlash;
+use delta_cal_protocol::{Begin, Reader, Wire, Writer};
+use embedded_storage::nor_flash::NorFlash;
 
 /// Version of the stored record.
-const VERSION: u8 = 0x81;
+const VERSION: u8 = 0x82;
 
 /// How often a session is stored.
 ///
@@ -81,10 +81,11 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
                 return;
             }
         };
-        let Ok((begin, snapshot)) = postcard::take_from_bytes::<Begin<T>>(content) else {
+        let mut reader = Reader::new(content);
+        let Some(begin) = Begin::get(&mut reader) else {
             return;
         };
-        if let Err(error) = session.resume(nominal, &begin, snapshot) {
+        if let Err(error) = session.resume(nominal, &begin, reader.rest()) {
             warning!("stored samples are no use: {}", error);
             return;
         }
@@ -133,9 +134,9 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         // Also before a failure, so that flash that fails is not tried at every turn.
         self.turn = turn;
         let bytes = self.bytes.as_mut();
-        let used = postcard::to_slice(begin, bytes)
-            .map_err(|_| StoreError::Record)?
-            .len();
+        let mut writer = Writer::new(bytes);
+        begin.put(&mut writer);
+        let used = writer.finish().ok_or(StoreError::Record)?;
         let rest = bytes.get_mut(used..).ok_or(StoreError::Record)?;
         let length = stream.snapshot(rest).map_err(|_| StoreError::Record)?.len();
         let content = bytes.get(..used + length).ok_or(StoreError::Record)?;

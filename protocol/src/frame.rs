@@ -1,17 +1,19 @@
+//! Frames: how a message becomes bytes on the link, and how it is found in them again.
+
+use crate::wire::{Reader, Wire, Writer};
 use cobs::{decode_in_place, try_encode};
 use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
 
 /// The protocol version in every frame.
-pub const VERSION: u8 = 4;
+pub const VERSION: u8 = 5;
 
 /// Sequence number of an answer to a frame whose own could not be read. Requests never have it.
 pub const UNKNOWN_SEQUENCE: u16 = 0;
 
-/// Bytes of the largest frame on the wire, delimiters included: an arm's outcome in `f64`.
-pub const LARGEST_FRAME: usize = 800;
+/// Bytes of the largest frame on the wire, delimiters included, with room to spare: a geometry with transmissions in `f64`.
+pub const LARGEST_FRAME: usize = 384;
 
 /// Version and direction, sequence number.
 const HEAD: usize = 3;
@@ -88,7 +90,7 @@ impl core::error::Error for FrameError {}
 /// A message as bytes for the wire:
 ///
 /// ```text
-/// 0x00  COBS( version | direction << 7, sequence u16, postcard message, CRC-32 of all that )  0x00
+/// 0x00  COBS( version | direction << 7, sequence u16, message, CRC-32 of all that )  0x00
 /// ```
 ///
 /// numbers little-endian. The delimiter in front ends whatever noise came before.
@@ -110,7 +112,7 @@ impl core::error::Error for FrameError {}
 /// assert_eq!(received, Some((7, sent)));
 /// # Ok::<(), delta_cal_protocol::EncodeError>(())
 /// ```
-pub fn encode<M: Serialize>(
+pub fn encode<M: Wire>(
     direction: Direction,
     sequence: u16,
     message: &M,
@@ -119,10 +121,9 @@ pub fn encode<M: Serialize>(
     let (head, body) = content.split_at_mut(HEAD);
     let [low, high] = sequence.to_le_bytes();
     head.copy_from_slice(&[VERSION | direction.bit(), low, high]);
-    let length = HEAD
-        + postcard::to_slice(message, body)
-            .map_err(|_| EncodeError::TooLarge)?
-            .len();
+    let mut writer = Writer::new(body);
+    message.put(&mut writer);
+    let length = HEAD + writer.finish().ok_or(EncodeError::TooLarge)?;
     let checksum = checksum(content.get(..length).unwrap_or_default()).to_le_bytes();
     content
         .get_mut(length..length + CHECKSUM)
@@ -157,10 +158,16 @@ pub struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
+    #[cfg(test)]
+    pub(crate) const fn body(&self) -> &'a [u8] {
+        self.body
+    }
+
     /// The message in it; `None` if it is none of this type, or followed by other bytes.
-    pub fn message<M: Deserialize<'a>>(&self) -> Option<M> {
-        let (message, rest) = postcard::take_from_bytes(self.body).ok()?;
-        rest.is_empty().then_some(message)
+    pub fn message<M: Wire>(&self) -> Option<M> {
+        let mut reader = Reader::new(self.body);
+        let message = M::get(&mut reader)?;
+        reader.rest().is_empty().then_some(message)
     }
 }
 

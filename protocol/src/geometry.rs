@@ -1,10 +1,12 @@
+//! The numbers of a robot, and their fingerprint.
+
+use crate::wire::fields;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal::{Real, Robot};
-use serde::{Deserialize, Serialize};
 
 /// The numbers of a robot.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Geometry<T> {
     /// Eight parameters an arm, in the order of [`delta_cal::Parameter::ROTARY`]: mm and radians.
     pub arms: [[T; 8]; 3],
@@ -56,3 +58,5 @@ impl<T: Real> Geometry<T> {
         digest.finalize()
     }
 }
+
+fields!(Geometry<T> { arms, transmissions });

@@ -19,9 +19,10 @@
 //! Apply { session, fingerprint, from } ──→ Parameters
 //! ```
 //!
-//! Of heights, distances and single coordinates: `BeginObservations` in place of `Begin`, `Observation` in place
-//! of `Sample`, and `Places` beside `Outcome`. A robot that was calibrated elsewhere: `Adopt` in place of all but
-//! `Identify` and `Parameters`.
+//! A robot that was calibrated elsewhere: `Adopt` in place of all but `Identify` and `Parameters`.
+//!
+//! Every number on the wire is written down in this crate, independent of the order in which the core or this crate
+//! declares the variants of an enum. A change of them is another [`VERSION`].
 
 #![forbid(unsafe_code)]
 #![no_std]
@@ -29,15 +30,13 @@
 #[cfg(test)]
 extern crate std;
 
-mod begin;
+mod calibration;
 mod frame;
 mod geometry;
-mod messages;
-mod observations;
-mod outcomes;
 #[cfg(test)]
-mod page;
-mod setup;
+mod golden;
+mod messages;
+mod wire;
 
 pub use frame::{
     Direction, EncodeError, Frame, FrameError, LARGEST_FRAME, Receiver, UNKNOWN_SEQUENCE, VERSION,
@@ -45,12 +44,7 @@ pub use frame::{
 };
 pub use geometry::Geometry;
 pub use messages::{
-    Adopt, ArmReport, Begin, ControlLoop, Counters, CovarianceBlock, Fault, GateStatus, Identity,
-    Origin, ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar,
-    Status,
+    Adopt, ArmReport, Begin, ControlLoop, Counters, Fault, GateStatus, Identity, Origin,
+    ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
 };
-pub use observations::{
-    BeginObservations, ObservationMessage, PLANES, POINTS, Places, PlaneMessage, PointMessage,
-    Solved, Solver, UNKNOWNS,
-};
-pub use setup::Setup;
+pub use wire::{Reader, Wire, Writer};

@@ -1,15 +1,15 @@
+//! The messages.
+
 use crate::geometry::Geometry;
-use crate::observations::{BeginObservations, ObservationMessage, Places};
+use crate::wire::{fields, numbers};
 use delta_cal::ArmIndex;
 use delta_cal::calibration::{StartUsed, Termination};
-use delta_cal::observations::ObservationError;
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
-use delta_cal::stream::{Added, Alarm, Estimator, GateCounts, StreamRefusal, Validation};
-use serde::{Deserialize, Serialize};
+use delta_cal::stream::{Alarm, Estimator, GateCounts, StreamRefusal};
 
 /// What the driver asks, numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Request<T> {
     /// Who are you? Answer: [`Response::Identity`], which has no numbers of type `T`.
@@ -57,33 +57,13 @@ pub enum Request<T> {
     },
     /// What went wrong on the link so far. Answer: [`Response::Counters`].
     Counters,
-    /// Of a joint calibration, the covariance of one arm's parameters with another's. Answer:
-    /// [`Response::Covariance`].
-    Covariance {
-        /// The session.
-        session: u32,
-        /// The arm of the rows.
-        rows: ArmIndex,
-        /// The arm of the columns.
-        columns: ArmIndex,
-    },
-    /// As [`Begin`](Request::Begin), for a calibration from observations. Answer: [`Response::Taken`].
-    BeginObservations(BeginObservations<T>),
-    /// One observation of a session that was begun for them; `Solve`, `Outcome`, `Covariance` and `Apply` follow
-    /// as with samples. Answer: [`Response::Taken`].
-    Observation(ObservationMessage<T>),
-    /// Of a calibration from observations, where the planes and points are. Answer: [`Response::Places`].
-    Places {
-        /// The session.
-        session: u32,
-    },
     /// Stores a geometry that was calibrated elsewhere and switches the control loop to it. One that is in use already
     /// is not stored again. Answer: [`Response::Parameters`].
     Adopt(Adopt<T>),
 }
 
 /// A geometry that was calibrated elsewhere.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adopt<T> {
     /// The [generation](Parameters::generation) of the parameters that it is to replace.
     pub from: u32,
@@ -92,7 +72,7 @@ pub struct Adopt<T> {
 }
 
 /// Which of the controller's geometries.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ParameterSet {
     /// The one that the control loop uses.
     Current,
@@ -101,7 +81,7 @@ pub enum ParameterSet {
 }
 
 /// What a [`Request::Revert`] goes back to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RevertTo {
     /// What was in use before the last [`Request::Apply`]; going back twice is going back once.
     Previous,
@@ -110,7 +90,7 @@ pub enum RevertTo {
 }
 
 /// How a calibration begins.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Begin<T> {
     /// A number that the driver draws; not 0.
     pub session: u32,
@@ -118,21 +98,17 @@ pub struct Begin<T> {
     pub tolerance: Option<(T, T)>,
     /// One σ of each coordinate and of a joint angle in a measurement: millimetres, radians.
     pub noise: Option<([T; 3], T)>,
-    /// Start without a guess rather than from nominal.
-    pub without_guess: bool,
     /// Each arm by itself, or all 24 parameters together.
     pub estimator: Estimator,
     /// Test each sample against those before it, and leave out the ones that disagree.
     pub gate: bool,
-    /// One sample in so many, 2 or more, judges the fit to the others. Not together with `gate` or `forgetting`.
-    pub held_out: Option<u32>,
     /// Older samples count less: N, the mean age of the samples in the estimate; see
     /// [`Forgetting`](delta_cal::stream::Forgetting).
     pub forgetting: Option<T>,
 }
 
 /// One measurement.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampleMessage<T> {
     /// The session.
     pub session: u32,
@@ -145,7 +121,7 @@ pub struct SampleMessage<T> {
 }
 
 /// What the controller answers.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 #[allow(clippy::large_enum_variant)] // no allocation
 pub enum Response<T> {
@@ -159,10 +135,8 @@ pub enum Response<T> {
     Taken {
         /// The session.
         session: u32,
-        /// Index of the sample that is expected next: this many have come, rejected and held-out ones included.
+        /// Index of the sample that is expected next: this many have come, rejected ones included.
         next: u32,
-        /// What became of the sample before that one; `None` if the controller has restarted since, or there is none.
-        last: Option<Added<T>>,
     },
     /// What the controller is doing.
     Status(Status<T>),
@@ -170,14 +144,10 @@ pub enum Response<T> {
     Outcome(ArmReport<T>),
     /// What went wrong on the link so far.
     Counters(Counters),
-    /// A block of the covariance of a joint calibration.
-    Covariance(CovarianceBlock<T>),
-    /// Where the planes and points are.
-    Places(Places<T>),
 }
 
 /// Why a request changed nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fault {
     /// The frame was damaged on its way; the sequence number of the answer is
@@ -199,8 +169,7 @@ pub enum Fault {
     },
     /// The sample is impossible.
     Sample(SampleError),
-    /// The tolerance, the noise, `held_out` or `forgetting` is not valid, `held_out` is stated together with `gate` or
-    /// `forgetting`, or the session is 0.
+    /// The tolerance, the noise or `forgetting` is not valid, or the session is 0.
     Settings,
     /// The controller is solving: samples wait until it has finished.
     Busy,
@@ -213,27 +182,12 @@ pub enum Fault {
     },
     /// The parameters could not be stored, so they are not used either.
     Store,
-    /// The observation is not usable.
-    Observation(ObservationError),
-    /// The controller has no memory for more observations.
-    TooManyObservations {
-        /// It has for so many.
-        capacity: u32,
-    },
-    /// The planes and points have more unknowns than there is room for.
-    TooManyUnknowns {
-        /// There is for so many: three a plane, three a point and one for an offset.
-        capacity: u32,
-    },
-    /// A sample in a session for observations, an observation in one for samples, or the places of a session for
-    /// samples.
-    OtherKind,
     /// The numbers of an [`Adopt`] are not those of a robot.
     Geometry(GeometryError),
 }
 
 /// Who answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identity {
     /// Major, minor, patch of the firmware.
     pub firmware: [u16; 3],
@@ -246,7 +200,7 @@ pub struct Identity {
 }
 
 /// The type in which a controller computes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scalar {
     /// `f32`.
     Single,
@@ -255,7 +209,7 @@ pub enum Scalar {
 }
 
 /// A geometry.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters<T> {
     /// Where it comes from.
     pub origin: Origin,
@@ -268,7 +222,7 @@ pub struct Parameters<T> {
 }
 
 /// Where the current geometry comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Origin {
     /// The robot as drawn: nothing else was ever stored, or it was reverted to.
@@ -283,7 +237,7 @@ pub enum Origin {
 }
 
 /// What the controller is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Status<T> {
     /// The open session, 0 without one.
     pub session: u32,
@@ -296,40 +250,53 @@ pub struct Status<T> {
 }
 
 /// What the gate has done.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GateStatus {
-    /// How many samples were taken in, not tested, and rejected.
-    pub counts: GateCounts,
+    /// Samples taken in, untested ones included.
+    pub taken: u64,
+    /// Of them, those that could not be tested.
+    pub untested: u64,
+    /// Samples rejected.
+    pub rejected: u64,
     /// What the first run of eight rejected samples means, if there was one.
     pub alarm: Option<Alarm>,
 }
 
+impl GateStatus {
+    /// Of a gate's counts.
+    pub const fn new(counts: &GateCounts, alarm: Option<Alarm>) -> Self {
+        Self {
+            taken: counts.taken,
+            untested: counts.untested,
+            rejected: counts.rejected,
+            alarm,
+        }
+    }
+}
+
 /// How far a calibration is.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Phase {
     /// No session.
     Idle,
     /// Samples are taken in.
     Collecting {
-        /// This many have come, rejected and held-out ones included.
+        /// This many have come, rejected ones included.
         samples: u32,
     },
     /// The solver is at work.
-    Solving {
-        /// On this arm; `None`: on all arms together, or it is about to begin.
-        arm: Option<ArmIndex>,
-    },
+    Solving,
     /// There is an outcome.
     Solved {
-        /// This many samples had come, rejected and held-out ones included.
+        /// This many samples had come, rejected ones included.
         samples: u32,
         /// Its fingerprint.
         fingerprint: u32,
     },
     /// There is no outcome: the samples cannot calibrate this robot. More samples may be sent.
     CalibrationRefused {
-        /// This many samples had come, rejected and held-out ones included.
+        /// This many samples had come, rejected ones included.
         samples: u32,
         /// Why.
         refusal: StreamRefusal,
@@ -337,7 +304,7 @@ pub enum Phase {
 }
 
 /// The control loop since the controller started.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlLoop<T> {
     /// Turns.
     pub turns: u32,
@@ -362,7 +329,7 @@ pub struct ControlLoop<T> {
 }
 
 /// One arm's result; see [`delta_cal::calibration::ArmOutcome`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmReport<T> {
     /// Which arm.
     pub arm: ArmIndex,
@@ -370,8 +337,8 @@ pub struct ArmReport<T> {
     pub parameters: [T; 8],
     /// The five numbers of its transmission, which is the nominal robot's; `None` if it is exact.
     pub transmission: Option<[T; 5]>,
-    /// Their covariance: mm², mm·rad, rad².
-    pub covariance: Option<[[T; 8]; 8]>,
+    /// Their standard uncertainties: mm and radians. `None` without a stated noise and too few samples to estimate it from.
+    pub sigma: Option<[T; 8]>,
     /// rms of the residuals: σ with a stated noise, mm without.
     pub residual_rms: T,
     /// Estimated noise along the forearm, mm.
@@ -390,23 +357,10 @@ pub struct ArmReport<T> {
     pub condition: T,
     /// The share of each parameter that the tolerance decided.
     pub prior_share: [T; 8],
-    /// How well it agrees with the held-out samples, if there are any.
-    pub held_out: Option<Validation<T>>,
-}
-
-/// The covariance of one arm's parameters with another's: mm², mm·rad, rad².
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct CovarianceBlock<T> {
-    /// The arm of the rows.
-    pub rows: ArmIndex,
-    /// The arm of the columns.
-    pub columns: ArmIndex,
-    /// Column by column; `None` where the covariance is not known.
-    pub covariance: Option<[[T; 8]; 8]>,
 }
 
 /// What the controller has received since it started.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
     /// Whole frames.
     pub received: u32,
@@ -425,3 +379,110 @@ pub struct Counters {
     /// Bytes that came faster than they were read, and were lost.
     pub overrun: u32,
 }
+
+numbers!(Request<T> {
+    0: Identify,
+    1: Parameters(set),
+    2: Begin(begin),
+    3: Sample(sample),
+    4: Solve { session, samples },
+    5: Status,
+    6: Outcome { session, arm },
+    7: Apply { session, fingerprint, from },
+    8: Revert { from, to },
+    9: Counters,
+    10: Adopt(adopt),
+});
+
+numbers!(Response<T> {
+    0: Fault(fault),
+    1: Identity(identity),
+    2: Parameters(parameters),
+    3: Taken { session, next },
+    4: Status(status),
+    5: Outcome(report),
+    6: Counters(counters),
+});
+
+numbers!(Fault {
+    0: Damaged,
+    1: UnknownVersion { spoken },
+    2: UnknownRequest,
+    3: NoSession,
+    4: OutOfOrder { next },
+    5: Sample(error),
+    6: Settings,
+    7: Busy,
+    8: NoOutcome,
+    9: OtherParameters { there },
+    10: Store,
+    11: Geometry(error),
+});
+
+numbers!(ParameterSet {
+    0: Current,
+    1: Nominal,
+});
+
+numbers!(RevertTo {
+    0: Previous,
+    1: Nominal,
+});
+
+numbers!(Scalar {
+    0: Single,
+    1: Double,
+});
+
+numbers!(Origin {
+    0: Nominal,
+    1: NominalStoreDamaged,
+    2: Calibration,
+    3: CalibrationStoreDamaged,
+});
+
+numbers!(Phase {
+    0: Idle,
+    1: Collecting { samples },
+    2: Solving,
+    3: Solved {
+        samples,
+        fingerprint
+    },
+    4: CalibrationRefused { samples, refusal },
+});
+
+fields!(Adopt<T> { from, geometry });
+fields!(Begin<T> { session, tolerance, noise, estimator, gate, forgetting });
+fields!(SampleMessage<T> { session, index, joints, position });
+fields!(Identity {
+    firmware,
+    scalar,
+    processor,
+    nominal
+});
+fields!(Parameters<T> { origin, generation, geometry });
+fields!(Status<T> { session, phase, gate, control });
+fields!(GateStatus {
+    taken,
+    untested,
+    rejected,
+    alarm
+});
+fields!(ControlLoop<T> {
+    turns, longest_ticks, longest_ticks_calibrating, ticks_a_second, late, unreachable, switches, fingerprint, point, joints,
+});
+fields!(ArmReport<T> {
+    arm, parameters, transmission, sigma, residual_rms, estimated_noise, degrees_of_freedom, samples, iterations, termination,
+    start, condition, prior_share,
+});
+fields!(Counters {
+    received,
+    damaged,
+    unknown_version,
+    unknown_request,
+    repeated,
+    lost,
+    refused,
+    overrun,
+});

@@ -13,7 +13,6 @@ mod driver;
 mod extremes;
 mod flash;
 mod noise_on_the_link;
-mod observations;
 mod pace;
 mod parameters;
 mod records;

@@ -2,20 +2,17 @@
 //! session must come out as the undisturbed one did, to the bit.
 
 mod device;
-mod lies;
 mod link;
 mod stubborn;
 
+use delta_cal::Sample;
+use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::{Number, StreamPace};
 use delta_cal_host::device::{
-    Client, DeviceError, DeviceFailure, Finished, Patience, Sending, apply, calibrate,
-    calibrate_robot, calibrate_robot_from_observations, check_nominal,
+    Client, DeviceError, Patience, apply, begin, calibrate, check_nominal, samples,
 };
 use delta_cal_host::files::example;
-use delta_cal_host::fit::options::Streaming;
-use delta_cal_host::{InputText, Measurements, Options, RobotFile, read_samples};
-use delta_cal_protocol::{Origin, ParameterSet, Phase, RevertTo};
-use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
+use delta_cal_protocol::{Begin, Origin, ParameterSet, Phase, RevertTo};
 use delta_cal_tests::size;
 use device::{Cut, Device};
 use link::{Bench, Harm, Harms, Link, WAYS, Way};
@@ -50,64 +47,10 @@ struct Outcome {
     reverted: (u32, Origin),
 }
 
-/// Whether this computer judges what the controller found. That takes ten times as long as all the rest,
-/// asks the controller nothing, and comes out the same if the controller's answers do.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Judgement {
-    Made,
-    LeftOut,
-}
-
-/// The robot as drawn, and what was measured.
-type Files = (RobotFile, Measurements);
-
-/// Forty positions.
-fn positions() -> Files {
-    let (robot, samples) = example::load().unwrap();
-    (robot, Measurements::Positions(samples))
-}
-
-/// Sixteen heights, distances and single coordinates.
-fn observations() -> Files {
-    let robot = RobotFile::read(&InputText::new("robot.toml", OBSERVED_ROBOT)).unwrap();
-    let rows = InputText::new("rows.csv", &observed_rows(5, 16));
-    let rows = read_samples(&rows, &robot, Options::default()).unwrap();
-    assert!(matches!(rows, Measurements::Observations(_)));
-    (robot, rows)
-}
-
-fn sending<T: Number>((robot, measurements): &Files) -> Result<Sending<T>, DeviceError> {
-    match measurements {
-        Measurements::Positions(samples) => {
-            Ok(Sending::samples(robot, samples, Options::default()))
-        }
-        Measurements::Observations(samples) => Sending::observations(robot, samples),
-    }
-}
-
-/// What `calibrate_robot` does, or asks of the controller.
-fn calibrated<T: Number>(
-    client: &mut Client<Link<T>>,
-    files: &Files,
-    judgement: Judgement,
-) -> Result<Finished<T>, DeviceFailure> {
-    let options = Options::default();
-    let (robot, measurements) = files;
-    if judgement == Judgement::Made {
-        return match measurements {
-            Measurements::Positions(samples) => {
-                calibrate_robot(client, "memory", robot, samples, options, &mut |_| {})
-                    .map(|(finished, _)| finished)
-            }
-            Measurements::Observations(samples) => {
-                calibrate_robot_from_observations(client, robot, samples, options, &mut |_| {})
-                    .map(|(finished, _)| finished)
-            }
-        };
-    }
-    let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
-    check_nominal(robot, &nominal.geometry)?;
-    Ok(calibrate(client, &sending(files)?, &mut |_| {})?)
+/// Forty positions, as they are sent.
+fn positions<T: Number>() -> (Begin<T>, Vec<Sample<T>>) {
+    let (robot, file) = example::load().unwrap();
+    (begin(&robot, Estimator::Joint), samples(&file))
 }
 
 /// The calibration of the example from the first request to the last: looked at, applied, read
@@ -115,12 +58,13 @@ fn calibrated<T: Number>(
 fn session<T: Number>(
     client: &mut Client<Link<T>>,
     bench: &Rc<RefCell<Bench<T>>>,
-    files: &Files,
-    judgement: Judgement,
-) -> Result<Outcome, DeviceFailure> {
+) -> Result<Outcome, DeviceError> {
     client.identity()?;
-    let finished = calibrated(client, files, judgement)?;
-    let applied = apply(client, &sending(files)?, &finished)?;
+    let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
+    check_nominal(&example::load().unwrap().0, &nominal.geometry).unwrap();
+    let (begin, samples) = positions::<T>();
+    let finished = calibrate(client, &begin, &samples, &mut |_| {})?;
+    let applied = apply(client, &begin, &samples, &finished)?;
     let in_loop = bench.borrow().device.in_loop();
     let Phase::Solved { samples, .. } = finished.status_after.phase else {
         panic!("{:?}", finished.status_after.phase)
@@ -144,44 +88,27 @@ fn run<T: Number>(
     harms: Harms,
     restart_at: Option<(usize, Cut)>,
     seed: u64,
-    files: &Files,
-) -> (Result<Outcome, DeviceFailure>, Rc<RefCell<Bench<T>>>) {
-    run_on(
-        Rc::new(RefCell::new(Bench::new(harms))),
-        restart_at,
-        seed,
-        files,
-    )
+) -> (Result<Outcome, DeviceError>, Rc<RefCell<Bench<T>>>) {
+    run_on(Rc::new(RefCell::new(Bench::new(harms))), restart_at, seed)
 }
 
 fn run_on<T: Number>(
     bench: Rc<RefCell<Bench<T>>>,
     restart_at: Option<(usize, Cut)>,
     seed: u64,
-    files: &Files,
-) -> (Result<Outcome, DeviceFailure>, Rc<RefCell<Bench<T>>>) {
+) -> (Result<Outcome, DeviceError>, Rc<RefCell<Bench<T>>>) {
     bench.borrow_mut().device.restart_at = restart_at;
     let mut client = Client::new(Link::new(&bench), PATIENCE, seed);
-    let outcome = session(&mut client, &bench, files, Judgement::LeftOut);
+    let outcome = session(&mut client, &bench);
     (outcome, bench)
 }
 
 /// The undisturbed session, the bytes that went each way, and the requests.
-fn undisturbed<T: Number>(files: &Files) -> (Outcome, [usize; 2], usize) {
-    let (outcome, bench) = run::<T>(Harms::None, None, 1, files);
+fn undisturbed<T: Number>() -> (Outcome, [usize; 2], usize) {
+    let (outcome, bench) = run::<T>(Harms::None, None, 1);
     let outcome = outcome.unwrap();
     let bench = bench.borrow();
-    // With the judgement, to the byte the same.
-    let judged = Rc::new(RefCell::new(Bench::<T>::new(Harms::None)));
-    let mut client = Client::new(Link::new(&judged), PATIENCE, 1);
-    let with_judgement = session(&mut client, &judged, files, Judgement::Made).unwrap();
-    assert_eq!(with_judgement, outcome);
-    assert_eq!(judged.borrow().sent, bench.sent);
-    let rows = match &files.1 {
-        Measurements::Positions(samples) => samples.rows.len(),
-        Measurements::Observations(samples) => samples.rows.len(),
-    };
-    assert_eq!(outcome.samples as usize, rows);
+    assert_eq!(outcome.samples, 40);
     assert_eq!(
         bench.device.used,
         [outcome.reverted.0, outcome.applied, outcome.reverted.0]
@@ -213,15 +140,15 @@ const HARMS: [Harm; 8] = [
 
 /// One byte in `short` is harmed in each of the ways: the frames of samples are many and have the same bytes, so that
 /// each of these is harmed in each way. The long campaign harms every byte in every way.
-fn every_byte<T: Number>(files: &Files, harms: &[Harm], short: usize) {
-    let (expected, bytes, _) = undisturbed::<T>(files);
+fn every_byte<T: Number>(harms: &[Harm], short: usize) {
+    let (expected, bytes, _) = undisturbed::<T>();
     let ways = size(short, 1);
     let mut faults = 0;
     for (way, count) in WAYS.into_iter().zip(bytes) {
         for harm in harms {
             let number = HARMS.iter().position(|other| other == harm).unwrap();
             for index in (number % ways..count).step_by(ways) {
-                let (outcome, bench) = run::<T>(Harms::One(way, index, *harm), None, 1, files);
+                let (outcome, bench) = run::<T>(Harms::One(way, index, *harm), None, 1);
                 let what = format!("{harm:?}, byte {index} {way:?}");
                 assert_eq!(bench.borrow().harmed, 1, "{what}");
                 let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
@@ -241,23 +168,17 @@ fn every_byte<T: Number>(files: &Files, harms: &[Harm], short: usize) {
 
 #[test]
 fn every_byte_dropped_or_duplicated_once() {
-    every_byte::<f32>(&positions(), &HARMS[..2], HARMS.len());
+    every_byte::<f32>(&HARMS[..2], HARMS.len());
 }
 
 #[test]
 fn every_byte_flipped_once() {
-    every_byte::<f32>(&positions(), &HARMS[2..6], HARMS.len());
+    every_byte::<f32>(&HARMS[2..6], HARMS.len());
 }
 
 #[test]
 fn every_byte_turned_into_a_delimiter_or_preceded_by_one() {
-    every_byte::<f32>(&positions(), &HARMS[6..], HARMS.len());
-}
-
-#[test]
-fn every_byte_of_observations_dropped_or_flipped_once() {
-    // A session takes ten times as long.
-    every_byte::<f32>(&observations(), &[HARMS[0], HARMS[4]], 37);
+    every_byte::<f32>(&HARMS[6..], HARMS.len());
 }
 
 /// Every sample is stored, or none before a minute has passed.
@@ -272,14 +193,14 @@ const PACES: [StreamPace; 2] = [
     },
 ];
 
-fn controller_restarts<T: Number>(files: &Files, pace: StreamPace) {
-    let (expected, _, requests) = undisturbed::<T>(files);
+fn controller_restarts<T: Number>(pace: StreamPace) {
+    let (expected, _, requests) = undisturbed::<T>();
     let mut restarts = 0;
     for index in 0..requests {
         for cut in [Cut::BeforeTheAnswer, Cut::AfterTheAnswer] {
             let bench = Rc::new(RefCell::new(Bench::new(Harms::None)));
             bench.borrow_mut().device = Device::with(pace);
-            let (outcome, bench) = run_on::<T>(bench, Some((index, cut)), 1, files);
+            let (outcome, bench) = run_on::<T>(bench, Some((index, cut)), 1);
             // Identity, nominal, beginning, status and current parameters come before the samples; the first is not stored
             // before it is answered.
             if pace == PACES[0] && (6..40).contains(&index) {
@@ -299,84 +220,36 @@ fn controller_restarts<T: Number>(files: &Files, pace: StreamPace) {
 
 #[test]
 fn controller_restarted_at_every_request() {
-    controller_restarts::<f32>(&positions(), PACES[1]);
+    controller_restarts::<f32>(PACES[1]);
 }
 
 #[test]
 fn controller_in_double_precision_restarted_at_every_request() {
-    controller_restarts::<f64>(&positions(), PACES[1]);
-}
-
-/// Observations are not stored: the driver begins again.
-#[test]
-fn controller_restarted_at_every_request_of_observations() {
-    controller_restarts::<f32>(&observations(), PACES[1]);
+    controller_restarts::<f64>(PACES[1]);
 }
 
 #[test]
 fn controller_that_stores_its_samples_restarted_at_every_request() {
-    controller_restarts::<f32>(&positions(), PACES[0]);
-}
-
-/// The controller's answer to a sample is lost with its supply; whether the gate rejected that sample is in the
-/// report all the same.
-#[test]
-fn verdicts_that_a_restart_took_away_are_in_the_report() {
-    let (robot, mut samples) = example::load().unwrap();
-    samples.rows[10].value.position.x += 5.0;
-    let options = Options {
-        streaming: Streaming {
-            gate: true,
-            ..Streaming::default()
-        },
-        ..Options::default()
-    };
-    let stream = |restart_at| {
-        let bench = Rc::new(RefCell::new(Bench::<f32>::new(Harms::None)));
-        bench.borrow_mut().device = Device::with(PACES[0]);
-        bench.borrow_mut().device.restart_at = restart_at;
-        let mut client = Client::new(Link::new(&bench), PATIENCE, 1);
-        let judged = calibrate_robot::<f32, _>(
-            &mut client,
-            "memory",
-            &robot,
-            &samples,
-            options,
-            &mut |_| {},
-        );
-        judged.unwrap().1.stream.unwrap()
-    };
-    let expected = stream(None);
-    assert_eq!(expected.gate.as_ref().unwrap().counts.rejected, 1);
-    for index in 5..48 {
-        for cut in [Cut::BeforeTheAnswer, Cut::OnceStored] {
-            assert_eq!(
-                stream(Some((index, cut))),
-                expected,
-                "restarted at request {index}, {cut:?}"
-            );
-        }
-    }
+    controller_restarts::<f32>(PACES[0]);
 }
 
 #[test]
 fn client_restarted_at_every_request() {
-    let files = positions();
-    let (expected, _, requests) = undisturbed::<f32>(&files);
+    let (expected, _, requests) = undisturbed::<f32>();
     let mut unconfirmed = 0;
     for index in 0..requests {
         let bench = Rc::new(RefCell::new(Bench::<f32>::new(Harms::None)));
         let mut link = Link::new(&bench);
         link.ends_at = Some(index);
         let mut first = Client::new(link, PATIENCE, 1);
-        let ended = session(&mut first, &bench, &files, Judgement::LeftOut);
+        let ended = session(&mut first, &bench);
         match ended {
-            Err(DeviceFailure::Device(DeviceError::Link(_))) => {}
-            Err(DeviceFailure::Device(DeviceError::Unconfirmed(_))) => unconfirmed += 1,
+            Err(DeviceError::Link(_)) => {}
+            Err(DeviceError::Unconfirmed(_)) => unconfirmed += 1,
             ended => panic!("request {index}: {ended:?}"),
         }
         let mut second = Client::new(Link::new(&bench), PATIENCE, 2);
-        let mut outcome = session(&mut second, &bench, &files, Judgement::LeftOut).unwrap();
+        let mut outcome = session(&mut second, &bench).unwrap();
         // A first client that got to apply its result has left the second one with it.
         outcome.before.clone_from(&expected.before);
         assert_eq!(outcome, expected, "request {index}");
@@ -389,14 +262,13 @@ fn client_restarted_at_every_request() {
 
 #[test]
 fn random_faults_at_several_rates() {
-    let files = positions();
-    let (expected, ..) = undisturbed::<f32>(&files);
+    let (expected, ..) = undisturbed::<f32>();
     let sessions = size(25, 100);
     for parts_per_million in [300, 1000, 3000, 6000] {
         let mut faults = 0;
         for seed in 0..sessions {
             let harms = Harms::random(parts_per_million, seed);
-            let (outcome, bench) = run::<f32>(harms, None, seed, &files);
+            let (outcome, bench) = run::<f32>(harms, None, seed);
             let what = format!("{parts_per_million} in a million, seed {seed}");
             let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
             assert_eq!(outcome, expected, "{what}");
@@ -413,17 +285,16 @@ fn random_faults_at_several_rates() {
 /// The tests above would pass on a link that harms nothing.
 #[test]
 fn a_harmed_link_loses_requests() {
-    let files = positions();
     let silent = Patience {
         silent_attempts: 3,
         ..PATIENCE
     };
     let bench = Rc::new(RefCell::new(Bench::<f32>::new(Harms::random(400_000, 1))));
     let mut client = Client::new(Link::new(&bench), silent, 1);
-    assert!(session(&mut client, &bench, &files, Judgement::LeftOut).is_err());
+    assert!(session(&mut client, &bench).is_err());
     let harm = Harms::One(Way::ToDevice, 5, Harm::Dropped);
     let bench = Rc::new(RefCell::new(Bench::<f32>::new(harm)));
     let mut client = Client::new(Link::new(&bench), PATIENCE, 1);
-    session(&mut client, &bench, &files, Judgement::LeftOut).unwrap();
+    session(&mut client, &bench).unwrap();
     assert_eq!(client.repetitions(), 1);
 }

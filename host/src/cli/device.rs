@@ -1,27 +1,186 @@
-//! `delta-cal device`.
+//! `delta-cal device`: its arguments and help.
 
-mod apply;
-mod args;
-mod calibrate;
 mod connect;
-mod files;
-mod inspect;
-mod progress;
-mod verify;
+mod run;
 
-pub(crate) use args::DeviceArguments;
+pub(crate) use run::run;
 
-use super::failure::Failure;
-use args::DeviceCommand;
+use super::paths::{ColumnsArgument, robot_path};
+use crate::CalibrationMethod;
+use crate::device::Port;
+use clap::{Args, Subcommand, ValueEnum};
+use delta_cal::stream::Estimator;
+use std::path::PathBuf;
 
-pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
-    let link = &arguments.link;
-    match &arguments.command {
-        DeviceCommand::Calibrate(arguments) => calibrate::run(link, arguments),
-        DeviceCommand::Apply(arguments) => apply::run(link, arguments),
-        DeviceCommand::Status(arguments) => inspect::status(link, arguments),
-        DeviceCommand::Parameters(arguments) => inspect::parameters(link, arguments),
-        DeviceCommand::Revert(arguments) => inspect::revert(link, arguments),
-        DeviceCommand::Verify(arguments) => verify::run(link, arguments),
+const DEVICE_HELP: &str = "\
+Examples:
+  delta-cal device --port /dev/ttyACM0 status
+  delta-cal device --port /dev/ttyACM0 parameters --nominal --output robot.toml
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv
+  delta-cal device --port tcp:192.168.0.7:4000 apply calibrated.toml
+  delta-cal device --port /dev/ttyACM0 revert
+
+Exit codes:
+    0  done
+    1  refused: the measurements cannot calibrate this robot
+    2  the command line is wrong
+    3  an input file is wrong, or another robot's
+    4  a file could not be written
+    5  the controller or the link to it failed
+  130  ended by Ctrl-C
+
+The controller keeps its parameters until --apply, apply or revert asks it for others. If the link \
+breaks after that, status shows which are in use. Repeating a command does no harm.";
+
+const CALIBRATE_HELP: &str = "\
+The controller takes the samples and solves while its control loop runs. This computer judges the \
+same samples and shows the report of delta-cal calibrate; what it refuses is not sent. ROBOT.toml \
+must be the controller's nominal robot, with [tolerance] and [noise]. A controller calibrates from \
+complete positions; for all other measurements use delta-cal calibrate, and send the result with \
+delta-cal device apply.
+
+Examples:
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv
+  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply
+  delta-cal device --port tcp:127.0.0.1:5555 calibrate
+      the built-in example, for the firmware of firmware-example";
+
+const APPLY_HELP: &str = "\
+CALIBRATED.toml is what delta-cal calibrate wrote with --output. The controller stores it like a \
+calibration of its own.
+
+Examples:
+  delta-cal calibrate robot.toml touches.csv --output calibrated.toml
+  delta-cal device --port /dev/ttyACM0 apply calibrated.toml";
+
+const PARAMETERS_HELP: &str = "\
+The controller knows only its geometry. [joints], [tolerance] and [noise] come from ROBOT.toml; \
+without it, correct [joints] in the output.
+
+Examples:
+  delta-cal device --port /dev/ttyACM0 parameters --nominal --output robot.toml
+  delta-cal device --port /dev/ttyACM0 parameters robot.toml --output now.toml";
+
+#[derive(Debug, Args)]
+#[command(after_help = DEVICE_HELP)]
+pub(crate) struct DeviceArguments {
+    #[command(flatten)]
+    link: LinkArguments,
+    #[command(subcommand)]
+    command: DeviceCommand,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "The controller")]
+struct LinkArguments {
+    /// Where the controller is: a serial port (/dev/ttyACM0, COM3) or tcp:HOST:PORT
+    #[arg(long, global = true, value_name = "PORT")]
+    port: Option<Port>,
+    /// Bits per second on a serial port [default: 115200]
+    #[arg(long, global = true, value_name = "RATE")]
+    baud: Option<u32>,
+}
+
+#[derive(Debug, Subcommand)]
+enum DeviceCommand {
+    /// Send samples, let the controller calibrate its robot, and show the result
+    #[command(after_help = CALIBRATE_HELP)]
+    Calibrate(CalibrateArguments),
+    /// Let the controller use a robot that was calibrated on this computer
+    #[command(after_help = APPLY_HELP)]
+    Apply(ApplyArguments),
+    /// Show what the controller is doing, and the state of its control loop and link
+    Status(StatusArguments),
+    /// Write the geometry that the controller uses as a robot file
+    #[command(after_help = PARAMETERS_HELP)]
+    Parameters(ParametersArguments),
+    /// Go back to the parameters before the last change, or to the nominal ones
+    Revert(RevertArguments),
+}
+
+#[derive(Debug, Args)]
+struct CalibrateArguments {
+    /// The controller's nominal robot. Without files: the built-in example
+    #[arg(value_name = "ROBOT.toml", requires = "samples", value_parser = robot_path())]
+    robot: Option<PathBuf>,
+    /// Joint angles and measured positions; - reads standard input
+    #[arg(value_name = "SAMPLES.csv")]
+    samples: Option<PathBuf>,
+    #[command(flatten)]
+    columns: ColumnsArgument,
+    /// joint fits all 24 parameters together; ikm fits each arm by itself with a third of the work
+    #[arg(long, value_enum, default_value_t = Method::Joint)]
+    method: Method,
+    /// Store the result in the controller and let its control loop use it
+    #[arg(long)]
+    apply: bool,
+    /// Write the report as JSON to this file, or with - to standard output
+    #[arg(long, value_name = "REPORT.json")]
+    json: Option<PathBuf>,
+}
+
+/// The methods of a controller. Without a help text each, which would spread out all options.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Method {
+    Joint,
+    Ikm,
+}
+
+impl Method {
+    const fn on_the_controller(self) -> Estimator {
+        match self {
+            Self::Joint => Estimator::Joint,
+            Self::Ikm => Estimator::Arms,
+        }
     }
+
+    const fn here(self) -> CalibrationMethod {
+        match self {
+            Self::Joint => CalibrationMethod::Joint,
+            Self::Ikm => CalibrationMethod::Ikm,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+struct ApplyArguments {
+    /// The robot after calibration
+    #[arg(value_name = "CALIBRATED.toml", value_parser = robot_path())]
+    robot: PathBuf,
+    /// Write the parameters in use as JSON to this file, or with - to standard output
+    #[arg(long, value_name = "REPORT.json")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct StatusArguments {
+    /// Write the report as JSON to this file, or with - to standard output
+    #[arg(long, value_name = "REPORT.json")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct ParametersArguments {
+    /// The robot file from which to take [joints], [tolerance] and [noise]
+    #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
+    robot: Option<PathBuf>,
+    /// Write the nominal geometry instead of the one in use
+    #[arg(long)]
+    nominal: bool,
+    /// Write to this file instead of standard output
+    #[arg(long, value_name = "ROBOT.toml")]
+    output: Option<PathBuf>,
+    /// Write the parameters as JSON to this file, or with - to standard output
+    #[arg(long, value_name = "REPORT.json")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct RevertArguments {
+    /// Go back to the nominal geometry
+    #[arg(long)]
+    nominal: bool,
+    /// Write the parameters in use as JSON to this file, or with - to standard output
+    #[arg(long, value_name = "REPORT.json")]
+    json: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-use crate::device::{DeviceError, DeviceFailure};
+use crate::device::DeviceError;
 use crate::files::output::OutputError;
 use crate::render::plot::PlotError;
 use crate::{CalibrateError, InputError};
@@ -25,13 +25,11 @@ pub(crate) enum Failure {
         remedy: String,
     },
     Output(String),
-    /// The controller, the link to it, or its emulation.
+    /// The controller, or the link to it.
     Device {
         cause: String,
         remedy: String,
     },
-    /// Controller and host do not compute the same.
-    Differs(String),
     /// By Ctrl-C; the remedy may be empty.
     Interrupted {
         remedy: String,
@@ -47,15 +45,6 @@ impl From<CalibrateError> for Failure {
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
         Self::Calibrate(error.into())
-    }
-}
-
-impl From<DeviceFailure> for Failure {
-    fn from(failure: DeviceFailure) -> Self {
-        match failure {
-            DeviceFailure::Device(error) => error.into(),
-            DeviceFailure::Calibrate(error) => Self::Calibrate(error),
-        }
     }
 }
 
@@ -113,11 +102,6 @@ impl Failure {
                 (4, "error", cause, remedy.to_owned())
             }
             Self::Device { cause, remedy } => (5, "error", cause, remedy),
-            Self::Differs(cause) => {
-                let remedy = "build firmware and delta-cal from the same source, with the same \
-                              features of the core";
-                (1, "error", cause, remedy.to_owned())
-            }
             // As shells do for a process that SIGINT ended.
             Self::Interrupted { remedy } => (130, "error", "interrupted".to_owned(), remedy),
         };

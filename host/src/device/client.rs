@@ -1,7 +1,7 @@
 //! One request at a time: sent again until its answer comes.
 
+use super::Number;
 use super::error::DeviceError;
-use super::number::Number;
 use super::transport::Transport;
 use delta_cal_protocol::{
     Counters, Direction, Fault, FrameError, Identity, LARGEST_FRAME, ParameterSet, Parameters,
@@ -83,11 +83,6 @@ impl<L: Transport> Client<L> {
         }
     }
 
-    /// The link, for whoever ends it.
-    pub fn into_transport(self) -> L {
-        self.transport
-    }
-
     /// The link.
     pub const fn transport_mut(&mut self) -> &mut L {
         &mut self.transport
@@ -119,7 +114,7 @@ impl<L: Transport> Client<L> {
             next => next,
         };
         let frame = encode(Direction::Request, self.sequence, request)
-            .map_err(|_| DeviceError::RequestTooLarge)?;
+            .map_err(|_| DeviceError::Unexpected)?;
         let (mut attempts, mut silent) = (0, 0);
         let start = self.transport.now();
         while attempts < self.patience.attempts {
@@ -178,7 +173,7 @@ impl<L: Transport> Client<L> {
                                 return Ok(Received::Answer(answer));
                             }
                             None if sequence == self.sequence => {
-                                return Err(DeviceError::Unreadable);
+                                return Err(DeviceError::Unexpected);
                             }
                             _ => {}
                         }

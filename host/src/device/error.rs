@@ -1,6 +1,7 @@
-use delta_cal::observations::ObservationError;
+//! Why a controller did not do what was asked, in words.
+
 use delta_cal::samples::SampleError;
-use delta_cal_protocol::{Fault, Origin, VERSION};
+use delta_cal_protocol::{Fault, VERSION};
 use std::error::Error;
 use std::fmt;
 use std::io;
@@ -26,27 +27,16 @@ pub enum DeviceError {
         /// Which.
         spoken: u8,
     },
-    /// An answer is whole and says nothing that is known here.
-    Unreadable,
-    /// An answer is none to what was asked.
+    /// An answer is whole, and not understood, or not to what was asked.
     Unexpected,
-    /// A request does not fit a frame.
-    RequestTooLarge,
     /// The controller refused the request.
     Fault(Fault),
-    /// The controller does not take this row.
-    Row {
+    /// The controller does not take this sample.
+    Sample {
         /// Which, counted from 0.
-        index: usize,
+        index: u32,
         /// Why.
-        error: RowError,
-    },
-    /// The controller has no memory for so many observations.
-    TooManyRows {
-        /// How many there are.
-        rows: usize,
-        /// How many it has memory for.
-        capacity: u32,
+        error: SampleError,
     },
     /// The controller restarts over and over, or somebody else is calibrating it.
     SessionsLost {
@@ -60,32 +50,9 @@ pub enum DeviceError {
     /// The controller was asked for other parameters, and whether it uses them is not known.
     Unconfirmed(Box<Self>),
     /// The parameters were applied, and the controller does not use them.
-    NotInUse {
-        /// Where those come from that it uses.
-        origin: Origin,
-    },
+    NotInUse,
     /// The controller has no robot: its parameters are not a geometry.
     ImpossibleGeometry,
-    /// A figure of the controller's result is not a number, or negative where none can be.
-    ImpossibleOutcome,
-}
-
-/// Why a controller does not take a row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RowError {
-    /// A position or a joint angle is impossible.
-    Sample(SampleError),
-    /// An observation is not usable.
-    Observation(ObservationError),
-}
-
-impl fmt::Display for RowError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Sample(error) => error.fmt(formatter),
-            Self::Observation(error) => error.fmt(formatter),
-        }
-    }
 }
 
 impl From<io::Error> for DeviceError {
@@ -109,40 +76,32 @@ impl DeviceError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Unconfirmed(_) => {
-                "delta-cal device --port PORT status says which parameters are in use; to give the same \
-                 command again does no harm"
+                "delta-cal device --port PORT status shows which parameters are in use; repeating the command \
+                 does no harm"
             }
             Self::Link(error) if error.kind() == io::ErrorKind::Interrupted => {
-                "the controller keeps its parameters: it was not asked for others"
+                "the controller keeps its parameters"
             }
-            Self::Link(_) => "check the cable and the supply, then start again: nothing was lost",
+            Self::Link(_) => "check the cable and the supply, then repeat the command",
             Self::NoAnswer { .. } => {
                 "check that this is the controller's port, that its firmware runs, and --baud"
             }
             Self::Unusable { .. } => "check the cable and --baud",
-            Self::OtherVersion { .. } | Self::Unreadable | Self::Unexpected => {
+            Self::OtherVersion { .. } | Self::Unexpected => {
                 "use the delta-cal that belongs to the controller's firmware"
             }
             Self::SessionsLost { .. } => {
-                "check its supply, and that nobody else talks to it; the parameters are unchanged"
+                "check its supply, and that nobody else talks to it; its parameters are unchanged"
             }
             Self::Fault(Fault::Store) => {
-                "the parameters in use are unchanged; the controller's flash may be worn or full"
+                "its parameters are unchanged; its flash may be worn or full"
             }
             Self::Fault(Fault::OtherParameters { .. }) => {
-                "somebody else changed them meanwhile: look at them and start again"
+                "look at them with delta-cal device status, and repeat the command"
             }
             Self::Fault(Fault::NoOutcome) => "calibrate it first",
-            Self::Fault(Fault::UnknownRequest) => {
-                "load newer firmware into the controller, or use delta-cal calibrate"
-            }
-            Self::TooManyRows { .. } => {
-                "leave out rows of poses that are close to others, or use delta-cal calibrate, which takes any number"
-            }
-            Self::Fault(Fault::TooManyUnknowns { .. }) => {
-                "use fewer planes and points, or delta-cal calibrate, which has room for 48 unknowns"
-            }
-            _ => "start again; if it stays so, restart the controller",
+            Self::Fault(Fault::UnknownRequest) => "load newer firmware into the controller",
+            _ => "repeat the command; if the error stays, restart the controller",
         }
     }
 }
@@ -151,58 +110,47 @@ impl fmt::Display for DeviceError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Link(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
-                formatter.write_str("the link was closed from the other side")
+                formatter.write_str("the controller closed the link")
             }
             Self::Link(error) => write!(formatter, "the link broke: {error}"),
-            Self::NoAnswer { attempts } => {
-                write!(formatter, "no answer, asked {attempts} times")
+            Self::NoAnswer { attempts } => write!(formatter, "no answer to {attempts} requests"),
+            Self::Unusable { attempts } => {
+                write!(
+                    formatter,
+                    "only damaged answers to {attempts} requests in a row"
+                )
             }
-            Self::Unusable { attempts } => write!(
-                formatter,
-                "what comes back is damaged, {attempts} times in a row"
-            ),
             Self::OtherVersion { spoken } => write!(
                 formatter,
                 "the controller speaks version {spoken} of the protocol, delta-cal version {VERSION}"
             ),
-            Self::Unreadable => formatter.write_str("the controller's answer is not understood"),
-            Self::Unexpected => {
-                formatter.write_str("the controller's answer is none to what was asked")
+            Self::Unexpected => formatter.write_str("unexpected reply from the controller"),
+            Self::Sample { index, error } => {
+                write!(
+                    formatter,
+                    "the controller refuses sample {}: {error}",
+                    index + 1
+                )
             }
-            Self::RequestTooLarge => formatter.write_str("the request does not fit a frame"),
-            Self::Row { index, error } => write!(formatter, "sample {}: {error}", index + 1),
-            Self::TooManyRows { rows, capacity } => write!(
-                formatter,
-                "{rows} rows, and the controller has memory for {capacity}"
-            ),
-            Self::Fault(Fault::TooManyUnknowns { capacity }) => write!(
-                formatter,
-                "the planes and points have more than the {capacity} unknowns that the controller has memory \
-                 for: three a plane, three a point and one for an offset"
-            ),
             Self::Fault(fault) => formatter.write_str(fault_in_words(*fault)),
             Self::SessionsLost { sessions } => write!(
                 formatter,
-                "the controller forgot the calibration {sessions} times: it restarts, or somebody \
-                 else calibrates it"
+                "the controller lost the calibration {sessions} times: it restarts, or another program \
+                 calibrates it"
             ),
-            Self::Unconfirmed(error) => write!(
-                formatter,
-                "{error}; the controller had been asked for other parameters and may use them"
-            ),
+            Self::Unconfirmed(error) => {
+                write!(
+                    formatter,
+                    "{error}; the controller may use the new parameters"
+                )
+            }
             Self::SolveHangs => formatter.write_str("the controller does not finish solving"),
             Self::OutcomeChanged => {
-                formatter.write_str("the controller's results are not those that it announced")
+                formatter.write_str("the controller's result is not the one that it announced")
             }
-            Self::NotInUse { .. } => {
-                formatter.write_str("the controller does not use the parameters that it applied")
-            }
-            Self::ImpossibleGeometry => {
-                formatter.write_str("the controller's parameters are not the geometry of a robot")
-            }
-            Self::ImpossibleOutcome => {
-                formatter.write_str("the controller's result holds figures that no result has")
-            }
+            Self::NotInUse => formatter
+                .write_str("the controller stored the new parameters and does not use them"),
+            Self::ImpossibleGeometry => formatter.write_str("these parameters are not a robot's"),
         }
     }
 }
@@ -212,19 +160,15 @@ const fn fault_in_words(fault: Fault) -> &'static str {
         Fault::Damaged => "the controller received a damaged frame",
         Fault::UnknownVersion { .. } => "the controller speaks another version of the protocol",
         Fault::UnknownRequest => "the controller does not know the request",
-        Fault::NoSession => "the controller forgot the calibration: it restarted",
+        Fault::NoSession => "the controller lost the calibration: it restarted",
         Fault::OutOfOrder { .. } => "the controller missed a sample",
-        Fault::Sample(_) => "the controller does not take a sample",
-        Fault::Settings => {
-            "the controller does not take the tolerance, the noise, or the number of --held-out or --forget"
-        }
+        Fault::Sample(_) => "the controller refuses a sample",
+        Fault::Settings => "the controller refuses the tolerance or the noise",
         Fault::Busy => "the controller is solving",
-        Fault::NoOutcome => "the controller has no result to apply or to go back to",
-        Fault::OtherParameters { .. } => {
-            "the controller's parameters are no longer those that were looked at"
-        }
-        Fault::OtherKind => "the controller's session is for another kind of measurement",
+        Fault::NoOutcome => "the controller has no result",
+        Fault::OtherParameters { .. } => "the controller's parameters changed meanwhile",
         Fault::Store => "the controller could not store the parameters",
+        Fault::Geometry(_) => "the controller does not accept the robot",
         _ => "the controller refused the request",
     }
 }

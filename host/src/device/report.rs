@@ -1,12 +1,84 @@
-//! What a controller says, for people and for programs.
-
-pub mod json;
-pub mod text;
+//! What a controller says, for people and for programs. Lengths in millimetres, angles in degrees.
 
 use super::Number;
-use delta_cal_protocol::{Identity, Origin, Parameters, Phase, Scalar};
+use crate::text::numbers::small;
+use delta_cal::robot::ParameterKind;
+use delta_cal::{Parameter, Real};
+use delta_cal_protocol as protocol;
+use delta_cal_protocol::{Identity, Origin, Phase, Scalar};
+use serde::Serialize;
+use serde_json::{Map, Value};
+use std::fmt::{self, Display, Write};
 
+/// Of the JSON.
+const SCHEMA_VERSION: u32 = 2;
 const ARM_LIMITED: u32 = 0x41;
+
+/// A report of the controller at a port: `contents` after what all have in common.
+#[derive(Debug, Serialize)]
+pub struct Report<C> {
+    schema_version: u32,
+    program_version: &'static str,
+    /// As it was given.
+    port: String,
+    device: Device,
+    #[serde(flatten)]
+    contents: C,
+}
+
+/// Who answers.
+#[derive(Debug, Serialize)]
+struct Device {
+    firmware: String,
+    scalar: &'static str,
+    /// Its name, or its CPUID.
+    processor: String,
+    nominal_fingerprint: String,
+}
+
+impl<C: Serialize + Display> Report<C> {
+    /// Of a controller.
+    pub fn new(port: &impl Display, identity: &Identity, contents: C) -> Self {
+        let [major, minor, patch] = identity.firmware;
+        Self {
+            schema_version: SCHEMA_VERSION,
+            program_version: env!("CARGO_PKG_VERSION"),
+            port: port.to_string(),
+            device: Device {
+                firmware: format!("{major}.{minor}.{patch}"),
+                scalar: match identity.scalar {
+                    Scalar::Single => "f32",
+                    Scalar::Double => "f64",
+                },
+                processor: processor(identity.processor),
+                nominal_fingerprint: hexadecimal(identity.nominal),
+            },
+            contents,
+        }
+    }
+
+    /// For programs.
+    ///
+    /// # Errors
+    /// None: every key is text.
+    pub fn json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self).map(|text| text + "\n")
+    }
+
+    /// For people.
+    pub fn text(&self) -> String {
+        let Device {
+            firmware,
+            scalar,
+            processor,
+            ..
+        } = &self.device;
+        format!(
+            "Controller on {}: {processor}, firmware {firmware}, computes in {scalar}\n{}",
+            self.port, self.contents
+        )
+    }
+}
 
 /// A processor by its CPUID: "Cortex-M4 r0p1".
 fn processor(cpuid: u32) -> String {
@@ -24,25 +96,19 @@ fn processor(cpuid: u32) -> String {
     format!("{core} r{}p{}", (cpuid >> 20) & 0xf, cpuid & 0xf)
 }
 
-fn firmware(identity: &Identity) -> String {
-    let [major, minor, patch] = identity.firmware;
-    format!("{major}.{minor}.{patch}")
+/// A fingerprint as text.
+pub fn hexadecimal(fingerprint: u32) -> String {
+    format!("{fingerprint:08x}")
 }
 
-const fn scalar(identity: &Identity) -> &'static str {
-    match identity.scalar {
-        Scalar::Single => "f32",
-        Scalar::Double => "f64",
-    }
-}
-
-const fn origin(origin: Origin) -> &'static str {
+/// Where parameters come from.
+pub const fn origin(origin: Origin) -> &'static str {
     match origin {
         Origin::Nominal => "nominal",
-        Origin::NominalStoreDamaged => "nominal, because what was stored is damaged",
+        Origin::NominalStoreDamaged => "nominal: the stored parameters are damaged",
         Origin::Calibration => "calibrated",
         Origin::CalibrationStoreDamaged => {
-            "calibrated; part of the store is damaged, it may be the calibration before the last"
+            "calibrated: part of the store is damaged, it may be the calibration before the last"
         }
         _ => "unknown",
     }
@@ -50,11 +116,10 @@ const fn origin(origin: Origin) -> &'static str {
 
 fn phase(phase: &Phase) -> String {
     match phase {
-        Phase::Idle => "no calibration since the start".to_owned(),
-        Phase::Collecting { samples } => format!("taking in samples, {samples} so far"),
-        Phase::Solving { arm: Some(arm) } => format!("solving, {arm}"),
-        Phase::Solving { arm: None } => "solving".to_owned(),
-        Phase::Solved { samples, .. } => format!("solved, from {samples} samples"),
+        Phase::Idle => "none since the start".to_owned(),
+        Phase::Collecting { samples } => format!("taking samples, {samples} so far"),
+        Phase::Solving => "solving".to_owned(),
+        Phase::Solved { samples, .. } => format!("solved from {samples} samples"),
         Phase::CalibrationRefused { samples, refusal } => {
             format!("refused after {samples} samples: {refusal}")
         }
@@ -62,18 +127,380 @@ fn phase(phase: &Phase) -> String {
     }
 }
 
-/// Whether the result that a controller holds is in use; `None` if it holds none.
-fn result_in_use<T: Number>(phase: &Phase, parameters: &Parameters<T>) -> Option<bool> {
-    match phase {
-        Phase::Solved {
-            fingerprint: result,
-            ..
-        } => Some(*result == parameters.geometry.fingerprint()),
-        _ => None,
+/// Rows of a name and a figure, aligned.
+fn rows(
+    formatter: &mut fmt::Formatter<'_>,
+    title: &str,
+    rows: &[(&str, &dyn Display)],
+) -> fmt::Result {
+    writeln!(formatter, "\n{title}")?;
+    for (name, figure) in rows {
+        let figure = figure.to_string();
+        writeln!(formatter, "  {name:<34}{figure:>12}")?;
+    }
+    Ok(())
+}
+
+/// The control loop since the controller started; in the report of a calibration the first three since it began.
+#[derive(Debug, Serialize)]
+pub struct ControlLoop {
+    turns: u32,
+    /// Turns that began late or were left out.
+    late: u32,
+    /// Turns whose point could not be reached.
+    unreachable: u32,
+    longest_turn_us: Option<f64>,
+    /// While a calibration was at work.
+    longest_turn_calibrating_us: Option<f64>,
+    /// How often the loop took other parameters.
+    switches: u32,
+    /// Of the parameters in use.
+    fingerprint: String,
+    /// The last point of the path, and the joint angles for it.
+    point_mm: [f64; 3],
+    joints_deg: [f64; 3],
+}
+
+impl ControlLoop {
+    fn new<T: Number>(control: &protocol::ControlLoop<T>) -> Self {
+        let ticks_a_second = control.ticks_a_second;
+        let time = |ticks| {
+            (ticks_a_second > 0).then(|| f64::from(ticks) * 1e6 / f64::from(ticks_a_second))
+        };
+        Self {
+            turns: control.turns,
+            late: control.late,
+            unreachable: control.unreachable,
+            longest_turn_us: time(control.longest_ticks),
+            longest_turn_calibrating_us: time(control.longest_ticks_calibrating),
+            switches: control.switches,
+            fingerprint: hexadecimal(control.fingerprint),
+            point_mm: control.point.map(Real::to_f64),
+            joints_deg: control.joints.map(|q| q.to_f64().to_degrees()),
+        }
     }
 }
 
-/// Microseconds of timer ticks.
-fn microseconds(ticks: u32, ticks_a_second: u32) -> Option<f64> {
-    (ticks_a_second > 0).then(|| f64::from(ticks) * 1e6 / f64::from(ticks_a_second))
+fn microseconds(time: Option<f64>) -> String {
+    time.map_or_else(|| "unknown".to_owned(), |time| format!("{time:.1} µs"))
+}
+
+/// What the controller is doing.
+#[derive(Debug, Serialize)]
+pub struct Status {
+    /// The open one, 0 without one.
+    session: u32,
+    /// These two in words.
+    phase: String,
+    origin: &'static str,
+    /// Whether the result of the last calibration is in use; `null` without a result.
+    result_in_use: Option<bool>,
+    /// What the gate has done with the samples; `null` without one.
+    gate: Option<Gate>,
+    control_loop: ControlLoop,
+    link: Counters,
+}
+
+#[derive(Debug, Serialize)]
+struct Gate {
+    taken: u64,
+    /// Of them, those that could not be tested.
+    untested: u64,
+    rejected: u64,
+    /// In words; `null` without one.
+    alarm: Option<String>,
+}
+
+/// What the controller has received since it started.
+#[derive(Debug, Serialize)]
+struct Counters {
+    received: u32,
+    damaged: u32,
+    unknown_version: u32,
+    unknown_request: u32,
+    repeated: u32,
+    lost: u32,
+    refused: u32,
+    overrun: u32,
+}
+
+impl Status {
+    /// As the controller states it.
+    pub fn new<T: Number>(
+        status: &protocol::Status<T>,
+        parameters: &protocol::Parameters<T>,
+        counters: &protocol::Counters,
+    ) -> Self {
+        Self {
+            session: status.session,
+            phase: phase(&status.phase),
+            origin: origin(parameters.origin),
+            result_in_use: match &status.phase {
+                Phase::Solved { fingerprint, .. } => {
+                    Some(*fingerprint == parameters.geometry.fingerprint())
+                }
+                _ => None,
+            },
+            gate: status.gate.map(|gate| Gate {
+                taken: gate.taken,
+                untested: gate.untested,
+                rejected: gate.rejected,
+                alarm: gate.alarm.map(|alarm| alarm.to_string()),
+            }),
+            control_loop: ControlLoop::new(&status.control),
+            link: Counters {
+                received: counters.received,
+                damaged: counters.damaged,
+                unknown_version: counters.unknown_version,
+                unknown_request: counters.unknown_request,
+                repeated: counters.repeated,
+                lost: counters.lost,
+                refused: counters.refused,
+                overrun: counters.overrun,
+            },
+        }
+    }
+}
+
+impl Display for Status {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (control, link) = (&self.control_loop, &self.link);
+        writeln!(
+            formatter,
+            "Parameters in use: {} (fingerprint {})",
+            self.origin, control.fingerprint
+        )?;
+        let result = match self.result_in_use {
+            None => "",
+            Some(true) => "; the result is in use",
+            Some(false) => "; the result is not in use",
+        };
+        writeln!(formatter, "Calibration: {}{result}", self.phase)?;
+        if let Some(gate) = &self.gate {
+            writeln!(
+                formatter,
+                "Gate: {} samples taken ({} untested), {} rejected",
+                gate.taken, gate.untested, gate.rejected
+            )?;
+            if let Some(alarm) = &gate.alarm {
+                writeln!(formatter, "Alarm: {alarm}")?;
+            }
+        }
+        rows(
+            formatter,
+            "Control loop since the start",
+            &[
+                ("turns", &control.turns),
+                ("late or left out", &control.late),
+                ("point out of reach", &control.unreachable),
+                ("longest turn", &microseconds(control.longest_turn_us)),
+                (
+                    "longest turn while calibrating",
+                    &microseconds(control.longest_turn_calibrating_us),
+                ),
+                ("switches to other parameters", &control.switches),
+            ],
+        )?;
+        let [x, y, z] = control.point_mm;
+        let [q1, q2, q3] = control.joints_deg;
+        writeln!(formatter, "  platform at {x:.3}, {y:.3}, {z:.3} mm")?;
+        writeln!(formatter, "  joints at {q1:.3}, {q2:.3}, {q3:.3} deg")?;
+        rows(
+            formatter,
+            "Link since the start",
+            &[
+                ("frames received", &link.received),
+                ("damaged", &link.damaged),
+                ("repeated", &link.repeated),
+                ("lost", &link.lost),
+                ("of an unknown version", &link.unknown_version),
+                ("unknown requests", &link.unknown_request),
+                ("refused requests", &link.refused),
+                ("bytes lost in the UART", &link.overrun),
+            ],
+        )
+    }
+}
+
+/// A calibration by the controller.
+#[derive(Debug, Serialize)]
+pub struct Calibration {
+    /// As `delta-cal calibrate` reports the same files.
+    calibration: Value,
+    #[serde(skip)]
+    text: String,
+    /// By how much the positions of the controller's result differ from those of this computer's at the samples, rms.
+    difference_mm: f64,
+    /// Of the controller's result.
+    fingerprint: String,
+    /// Whether the control loop uses the result.
+    applied: bool,
+    /// While it was calibrated.
+    control_loop: ControlLoop,
+    /// Requests that were sent again because something was lost on the link.
+    repeated_requests: u32,
+}
+
+impl Calibration {
+    /// `calibration` and `text`: as `delta-cal calibrate` reports the same files.
+    pub fn new<T: Number>(
+        calibration: Value,
+        text: String,
+        difference_mm: f64,
+        finished: &super::Finished<T>,
+        applied: bool,
+        repeated_requests: u32,
+    ) -> Self {
+        let [before, after] = [&finished.status_before, &finished.status_after];
+        let [before, after] = [before, after].map(|status| &status.control);
+        // What is counted since the controller started is counted from `before` on.
+        let control_loop = ControlLoop::new(&protocol::ControlLoop {
+            turns: after.turns.wrapping_sub(before.turns),
+            late: after.late.wrapping_sub(before.late),
+            unreachable: after.unreachable.wrapping_sub(before.unreachable),
+            ..*after
+        });
+        let geometry = finished.geometry();
+        Self {
+            calibration,
+            text,
+            difference_mm,
+            fingerprint: hexadecimal(geometry.map_or(0, |geometry| geometry.fingerprint())),
+            applied,
+            control_loop,
+            repeated_requests,
+        }
+    }
+}
+
+impl Display for Calibration {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let control = &self.control_loop;
+        write!(formatter, "\n{}", self.text)?;
+        rows(
+            formatter,
+            "Control loop while the controller calibrated",
+            &[
+                ("turns", &control.turns),
+                ("late or left out", &control.late),
+                (
+                    "longest turn",
+                    &microseconds(control.longest_turn_calibrating_us),
+                ),
+            ],
+        )?;
+        if self.repeated_requests > 0 {
+            let repeated = self.repeated_requests;
+            writeln!(formatter, "  {repeated} requests were lost and repeated")?;
+        }
+        writeln!(
+            formatter,
+            "\nThe controller's positions differ by {} mm rms from those of the report above.",
+            small(self.difference_mm)
+        )?;
+        let fingerprint = &self.fingerprint;
+        if self.applied {
+            writeln!(
+                formatter,
+                "Applied: the control loop uses the new parameters (fingerprint {fingerprint}).\n\
+                 Undo: delta-cal device --port PORT revert"
+            )
+        } else {
+            writeln!(
+                formatter,
+                "Not applied (fingerprint {fingerprint}). Apply: the same command with --apply"
+            )
+        }
+    }
+}
+
+/// A geometry of the controller.
+#[derive(Debug, Serialize)]
+pub struct Parameters {
+    /// `current` or `nominal`.
+    set: &'static str,
+    /// In words.
+    origin: &'static str,
+    fingerprint: String,
+    /// Three arms of eight parameters by their symbols.
+    arms: Vec<Map<String, Value>>,
+    /// What the gear and encoder of each joint do beside turning its arm; `null` if nothing.
+    transmissions: Option<[Transmission; 3]>,
+    /// What changed, in words.
+    #[serde(skip)]
+    change: String,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Transmission {
+    gain: f64,
+    cos_deg: f64,
+    sin_deg: f64,
+    cos2_deg: f64,
+    sin2_deg: f64,
+}
+
+impl Parameters {
+    /// As the controller states them.
+    pub fn new<T: Number>(set: &'static str, parameters: &protocol::Parameters<T>) -> Self {
+        let arm = |values: &[T; 8]| {
+            let named = Parameter::ROTARY.into_iter().zip(values);
+            let named = named.map(|(parameter, value)| {
+                let value = match parameter.kind() {
+                    ParameterKind::Length | ParameterKind::Ratio => value.to_f64(),
+                    ParameterKind::Angle => value.to_f64().to_degrees(),
+                };
+                (parameter.symbol().to_owned(), value.into())
+            });
+            named.collect()
+        };
+        let transmission = |own: [T; 5]| {
+            let [gain, harmonics @ ..] = own.map(Real::to_f64);
+            let [cos_deg, sin_deg, cos2_deg, sin2_deg] = harmonics.map(f64::to_degrees);
+            Transmission {
+                gain,
+                cos_deg,
+                sin_deg,
+                cos2_deg,
+                sin2_deg,
+            }
+        };
+        let geometry = &parameters.geometry;
+        Self {
+            set,
+            origin: origin(parameters.origin),
+            fingerprint: hexadecimal(geometry.fingerprint()),
+            arms: geometry.arms.iter().map(arm).collect(),
+            transmissions: geometry.transmissions.map(|all| all.map(transmission)),
+            change: String::new(),
+        }
+    }
+
+    /// The current ones, after those that were in use before.
+    pub fn changed<T: Number>(
+        before: &protocol::Parameters<T>,
+        after: &protocol::Parameters<T>,
+    ) -> Self {
+        let [before, mut after] = [before, after].map(|own| Self::new("current", own));
+        let [from, to] = [&before, &after]
+            .map(|own| format!("{} (fingerprint {})", own.origin, own.fingerprint));
+        after.change = if from == to {
+            format!("Parameters in use: {to}, unchanged\n")
+        } else {
+            format!("Parameters before: {from}\nParameters in use: {to}\n")
+        };
+        after
+    }
+
+    /// Says more about the change.
+    pub fn note(mut self, note: impl Display) -> Self {
+        let _ = writeln!(self.change, "{note}");
+        self
+    }
+}
+
+impl Display for Parameters {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.change)
+    }
 }

@@ -1,17 +1,14 @@
 //! The dialogue of a calibration: samples in, solve, outcome out, applied.
 
+use super::Number;
 use super::client::{Client, unexpected};
-use super::convert::geometry;
 use super::error::DeviceError;
-use super::number::Number;
-use super::sending::Sending;
-use super::solution::{ACROSS, Solution};
 use super::transport::Transport;
-use delta_cal::stream::{Added, StreamRefusal};
-use delta_cal::{ArmIndex, Robot};
+use delta_cal::stream::StreamRefusal;
+use delta_cal::{ArmIndex, Robot, Sample};
 use delta_cal_protocol::{
-    Adopt, ArmReport, CovarianceBlock, Fault, ParameterSet, Parameters, Phase, Request, Response,
-    Status,
+    Adopt, ArmReport, Begin, Fault, Geometry, ParameterSet, Parameters, Phase, Request, Response,
+    SampleMessage, Status,
 };
 
 /// So often is a calibration begun again after the controller forgot it.
@@ -19,32 +16,35 @@ const SESSIONS: u32 = 5;
 /// Looks at whether the control loop has switched.
 const LOOKS_AT_SWITCH: u32 = 50;
 
-/// How far it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
-    /// So many samples are taken in.
-    Taken(usize),
-    /// The controller is at work on this arm, or on all together.
-    Solving(Option<ArmIndex>),
-    /// The controller forgot everything; it begins again.
-    BegunAgain,
-}
-
 /// A calibration that the controller has finished, one way or the other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finished<T> {
     /// Its session.
     pub session: u32,
-    /// What came out.
-    pub result: Result<Solution<T>, StreamRefusal>,
-    /// What became of each measurement; `None` where the controller restarted before it could say so.
-    pub added: Vec<Option<Added<T>>>,
+    /// What came out: each arm.
+    pub result: Result<[ArmReport<T>; 3], StreamRefusal>,
     /// What was in use before the first sample, and is to be replaced.
     pub parameters_before: Parameters<T>,
     /// The controller before the first sample.
     pub status_before: Status<T>,
     /// The controller with the result.
     pub status_after: Status<T>,
+}
+
+impl<T: Number> Finished<T> {
+    /// The calibrated robot's numbers; `None` if the controller has refused.
+    pub fn geometry(&self) -> Option<Geometry<T>> {
+        self.result.as_ref().ok().map(geometry)
+    }
+}
+
+fn geometry<T: Number>(arms: &[ArmReport<T>; 3]) -> Geometry<T> {
+    let transmissions = arms.map(|arm| arm.transmission);
+    let exact = transmissions.iter().all(Option::is_none);
+    Geometry {
+        arms: arms.map(|arm| arm.parameters),
+        transmissions: (!exact).then(|| transmissions.map(|own| own.unwrap_or([T::ZERO; 5]))),
+    }
 }
 
 /// Why a session does not go on.
@@ -63,21 +63,22 @@ impl From<DeviceError> for Broken {
     }
 }
 
-/// Sends the measurements and waits for what the controller makes of them. If the controller restarts meanwhile, goes on with
-/// what it has stored, or begins again.
+/// Sends samples and waits for what the controller makes of them; `progress` gets the number of samples that were taken. If the
+/// controller restarts meanwhile, goes on with what it has stored, or begins again.
 ///
 /// # Errors
-/// A link that does not work, a row that is not taken, a controller that restarts over and
+/// A link that does not work, a sample that is not taken, a controller that restarts over and
 /// over. A calibration that is refused is no error.
 pub fn calibrate<T: Number, L: Transport>(
     client: &mut Client<L>,
-    sending: &Sending<T>,
-    progress: &mut dyn FnMut(Step),
+    begin: &Begin<T>,
+    samples: &[Sample<T>],
+    progress: &mut dyn FnMut(usize),
 ) -> Result<Finished<T>, DeviceError> {
     for _ in 0..SESSIONS {
-        match session(client, sending, progress) {
+        match session(client, begin, samples, progress) {
             Ok(finished) => return Ok(finished),
-            Err(Broken::Lost) => progress(Step::BegunAgain),
+            Err(Broken::Lost) => {}
             Err(Broken::Error(error)) => return Err(error),
         }
     }
@@ -86,15 +87,16 @@ pub fn calibrate<T: Number, L: Transport>(
 
 fn session<T: Number, L: Transport>(
     client: &mut Client<L>,
-    sending: &Sending<T>,
-    progress: &mut dyn FnMut(Step),
+    begin: &Begin<T>,
+    samples: &[Sample<T>],
+    progress: &mut dyn FnMut(usize),
 ) -> Result<Finished<T>, Broken> {
     let session = client.new_session();
-    match client.ask(&sending.begin(session))? {
+    let begin = Begin { session, ..*begin };
+    match client.ask(&Request::Begin(begin))? {
         Response::Taken {
             session: open,
             next: 0,
-            ..
         } if open == session => {}
         Response::Taken { .. } => return Err(Broken::Lost),
         other => return Err(unexpected(&other).into()),
@@ -105,17 +107,17 @@ fn session<T: Number, L: Transport>(
         return Err(Broken::Lost);
     }
     let parameters_before = client.parameters(ParameterSet::Current)?;
-    let mut added = Vec::new();
+    let mut taken = 0;
     // Each round ends with a restart of the controller, which has kept some of the samples.
     for _ in 0..SESSIONS {
-        send(client, session, sending, &mut added, progress)?;
-        let Some(status_after) = solve(client, session, &mut added, progress)? else {
+        send(client, session, samples, &mut taken, progress)?;
+        let Some(status_after) = solve(client, session, &mut taken)? else {
             continue;
         };
         let result = match status_after.phase {
             Phase::CalibrationRefused { refusal, .. } => Err(refusal),
-            Phase::Solved { fingerprint, .. } => match solution(client, session, sending) {
-                Ok(solution) if solution.fingerprint() == fingerprint => Ok(solution),
+            Phase::Solved { fingerprint, .. } => match outcome(client, session) {
+                Ok(arms) if geometry(&arms).fingerprint() == fingerprint => Ok(arms),
                 Ok(_) => return Err(Broken::Error(DeviceError::OutcomeChanged)),
                 Err(Broken::Error(DeviceError::Fault(Fault::NoOutcome))) => continue,
                 Err(broken) => return Err(broken),
@@ -125,7 +127,6 @@ fn session<T: Number, L: Transport>(
         return Ok(Finished {
             session,
             result,
-            added,
             parameters_before,
             status_before,
             status_after,
@@ -134,27 +135,33 @@ fn session<T: Number, L: Transport>(
     Err(Broken::Lost)
 }
 
-/// Sends the measurements that the controller does not have yet. After a restart it asks again for those that it has lost.
+/// Sends the samples that the controller does not have yet, `taken` being those it has. After a restart it asks again for
+/// those that it has lost.
 fn send<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
-    sending: &Sending<T>,
-    added: &mut Vec<Option<Added<T>>>,
-    progress: &mut dyn FnMut(Step),
+    samples: &[Sample<T>],
+    taken: &mut u32,
+    progress: &mut dyn FnMut(usize),
 ) -> Result<(), Broken> {
     let (mut restarts, mut looks) = (0, 0);
-    while let Some(row) = sending.row(session, added.len()) {
-        progress(Step::Taken(added.len()));
-        let index = u32::try_from(added.len()).unwrap_or(u32::MAX);
-        match client.ask(&row)? {
+    while let Some(sample) = samples.get(*taken as usize) {
+        progress(*taken as usize);
+        let index = *taken;
+        let request = Request::Sample(SampleMessage {
+            session,
+            index,
+            joints: sample.joints,
+            position: sample.position.data.0[0],
+        });
+        match client.ask(&request)? {
             Response::Taken {
                 session: open,
                 next,
-                last,
-            } if open == session && next == index.saturating_add(1) => added.push(last),
+            } if open == session && next == index.saturating_add(1) => *taken = next,
             Response::Fault(Fault::OutOfOrder { next }) if next < index && restarts < SESSIONS => {
                 restarts += 1;
-                added.truncate(next as usize);
+                *taken = next;
             }
             Response::Taken { .. } | Response::Fault(Fault::OutOfOrder { .. }) => {
                 return Err(Broken::Lost);
@@ -164,12 +171,13 @@ fn send<T: Number, L: Transport>(
                 looks += 1;
                 std::thread::sleep(client.patience().pause);
             }
-            Response::Fault(Fault::NoSession) => return Err(Broken::Lost),
-            Response::Fault(fault) => return Err(Broken::Error(sending.fault(added.len(), fault))),
+            Response::Fault(Fault::Sample(error)) => {
+                return Err(Broken::Error(DeviceError::Sample { index, error }));
+            }
             other => return Err(unexpected(&other).into()),
         }
     }
-    progress(Step::Taken(sending.count()));
+    progress(samples.len());
     Ok(())
 }
 
@@ -177,16 +185,15 @@ fn send<T: Number, L: Transport>(
 fn solve<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
-    added: &mut Vec<Option<Added<T>>>,
-    progress: &mut dyn FnMut(Step),
+    taken: &mut u32,
 ) -> Result<Option<Status<T>>, Broken> {
-    let samples = u32::try_from(added.len()).unwrap_or(u32::MAX);
+    let samples = *taken;
     let mut request = Request::Solve { session, samples };
     for _ in 0..client.patience().looks {
         let status = match client.ask(&request)? {
             Response::Status(status) => status,
             Response::Fault(Fault::OutOfOrder { next }) if next < samples => {
-                added.truncate(next as usize);
+                *taken = next;
                 return Ok(None);
             }
             Response::Fault(Fault::OutOfOrder { .. }) => return Err(Broken::Lost),
@@ -197,7 +204,7 @@ fn solve<T: Number, L: Transport>(
         }
         match status.phase {
             Phase::Solved { .. } | Phase::CalibrationRefused { .. } => return Ok(Some(status)),
-            Phase::Solving { arm } => progress(Step::Solving(arm)),
+            Phase::Solving => {}
             Phase::Collecting { .. } => return Ok(None),
             _ => return Err(Broken::Lost),
         }
@@ -207,70 +214,19 @@ fn solve<T: Number, L: Transport>(
     Err(Broken::Error(DeviceError::SolveHangs))
 }
 
-fn solution<T: Number, L: Transport>(
-    client: &mut Client<L>,
-    session: u32,
-    sending: &Sending<T>,
-) -> Result<Solution<T>, Broken> {
-    let [first, second, third] = ArmIndex::ALL;
-    let arms = [
-        outcome(client, session, first)?,
-        outcome(client, session, second)?,
-        outcome(client, session, third)?,
-    ];
-    let across = if sending.is_joint() {
-        let [one, two, three] = ACROSS;
-        Some([
-            covariance(client, session, one)?,
-            covariance(client, session, two)?,
-            covariance(client, session, three)?,
-        ])
-    } else {
-        None
-    };
-    let places = if sending.has_places() {
-        match client.ask(&Request::Places { session })? {
-            Response::Places(places) => Some(places),
-            other => return Err(unexpected(&other).into()),
-        }
-    } else {
-        None
-    };
-    Ok(Solution {
-        arms,
-        across,
-        places,
-    })
-}
-
 fn outcome<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
-    arm: ArmIndex,
-) -> Result<ArmReport<T>, Broken> {
-    match client.ask(&Request::Outcome { session, arm })? {
+) -> Result<[ArmReport<T>; 3], Broken> {
+    let mut of = |arm| match client.ask(&Request::Outcome { session, arm })? {
         Response::Outcome(report) if report.arm == arm => Ok(report),
-        other => Err(unexpected(&other).into()),
-    }
-}
-
-fn covariance<T: Number, L: Transport>(
-    client: &mut Client<L>,
-    session: u32,
-    (rows, columns): (ArmIndex, ArmIndex),
-) -> Result<CovarianceBlock<T>, Broken> {
-    let request = Request::Covariance {
-        session,
-        rows,
-        columns,
+        other => Err(Broken::from(unexpected(&other))),
     };
-    match client.ask(&request)? {
-        Response::Covariance(block) if (block.rows, block.columns) == (rows, columns) => Ok(block),
-        other => Err(unexpected(&other).into()),
-    }
+    let [first, second, third] = ArmIndex::ALL;
+    Ok([of(first)?, of(second)?, of(third)?])
 }
 
-/// Applies a result that was looked at, and reads back that the control loop uses it. If the
+/// Applies a result, and reads back that the control loop uses it. If the
 /// controller has restarted since, calibrates again: the same samples give the same result.
 ///
 /// # Errors
@@ -278,13 +234,14 @@ fn covariance<T: Number, L: Transport>(
 /// now than [`Finished::parameters_before`]; [`DeviceError::Unconfirmed`].
 pub fn apply<T: Number, L: Transport>(
     client: &mut Client<L>,
-    sending: &Sending<T>,
+    begin: &Begin<T>,
+    samples: &[Sample<T>],
     calibration: &Finished<T>,
 ) -> Result<Parameters<T>, DeviceError> {
-    let Ok(solution) = &calibration.result else {
+    let Some(result) = calibration.geometry() else {
         return Err(DeviceError::Fault(Fault::NoOutcome));
     };
-    let fingerprint = solution.fingerprint();
+    let fingerprint = result.fingerprint();
     let mut session = calibration.session;
     for _ in 0..SESSIONS {
         let request = Request::<T>::Apply {
@@ -301,11 +258,9 @@ pub fn apply<T: Number, L: Transport>(
         if let Ok(parameters) = in_use(client, fingerprint) {
             return Ok(parameters);
         }
-        let again = calibrate(client, sending, &mut |_| {}).map_err(DeviceError::unconfirmed)?;
-        if !again
-            .result
-            .is_ok_and(|solution| solution.fingerprint() == fingerprint)
-        {
+        let again =
+            calibrate(client, begin, samples, &mut |_| {}).map_err(DeviceError::unconfirmed)?;
+        if again.geometry().map(|geometry| geometry.fingerprint()) != Some(fingerprint) {
             return Err(DeviceError::OutcomeChanged);
         }
         session = again.session;
@@ -324,7 +279,8 @@ pub fn adopt<T: Number, L: Transport>(
     robot: &Robot<f64>,
     from: u32,
 ) -> Result<Parameters<T>, DeviceError> {
-    let geometry = geometry(robot)?;
+    let robot = robot.cast::<T>();
+    let geometry = Geometry::of(&robot.map_err(|_| DeviceError::ImpossibleGeometry)?);
     match client.change(&Request::<T>::Adopt(Adopt { from, geometry }))? {
         Response::Parameters(_) => in_use(client, geometry.fingerprint()),
         other => Err(unexpected(&other)),
@@ -352,7 +308,5 @@ pub fn in_use<T: Number, L: Transport>(
             std::thread::sleep(client.patience().pause);
         }
     }
-    Err(DeviceError::NotInUse {
-        origin: parameters.origin,
-    })
+    Err(DeviceError::NotInUse)
 }

@@ -1,16 +1,16 @@
-//! `delta-cal device`: against the firmware's controller in this process, behind a TCP port, and
-//! against wrong input.
+//! `delta-cal device` against the firmware's controller in this process, behind a TCP port, and against wrong input.
 
-mod commands;
-mod interrupted;
-mod refusals;
-use crate::support::{Folder, NOMINAL, Run, TOLERANCE, csv, noisy, true_arms};
+use crate::support::{
+    Folder, HEADER, NOMINAL, Run, TOLERANCE, TOWERS, arms_of, csv, exact, noisy, true_arms,
+};
 use delta_cal_firmware_example::{
     Controller, Handover, ParameterFlash, StreamFlash, Timer, nominal,
 };
+use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpListener;
-use std::sync::mpsc::Sender;
+use std::process::{Command, Stdio};
+use std::sync::mpsc::{self, Sender};
 use std::time::Duration;
 
 struct Still;
@@ -33,31 +33,22 @@ enum Change {
     Silent(Sender<()>),
 }
 
-/// A controller at a TCP port that serves one command after the other; it keeps its state.
-fn controller() -> String {
-    controller_with(Vec::new())
-}
-
-/// At its first changes it does this; it answers the others.
-fn controller_with(changes: Vec<Change>) -> String {
+/// A controller at a TCP port that serves one command after the other and keeps its state. At its first changes it does these;
+/// it answers the others.
+fn controller(changes: Vec<Change>) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp:{}", listener.local_addr().unwrap());
     std::thread::spawn(move || {
+        let robot = nominal::<f32>().unwrap();
         let flash = ParameterFlash::new();
-        let mut controller = Controller::new(
-            nominal::<f32>().unwrap(),
-            flash,
-            StreamFlash::new(),
-            0x410f_c241,
-        );
+        let mut controller = Controller::new(robot, flash, StreamFlash::new(), 0x410f_c241);
         let mut handover = Handover::new();
         let mut changes = changes.into_iter();
         let (mut background, mut foreground) = handover.split(&controller.current());
         for stream in listener.incoming() {
             let mut stream = stream.unwrap();
-            stream
-                .set_read_timeout(Some(Duration::from_millis(1)))
-                .unwrap();
+            let timeout = Some(Duration::from_millis(1));
+            stream.set_read_timeout(timeout).unwrap();
             let mut buffer = [0; 64];
             let mut silent = false;
             'link: loop {
@@ -122,6 +113,303 @@ fn run(folder: &Folder, port: &str, arguments: &str) -> Run {
     folder.run(&format!("device --port {port} {arguments}"))
 }
 
-fn json(text: &str) -> serde_json::Value {
-    serde_json::from_str(text).unwrap()
+/// The JSON report on standard output.
+fn json(folder: &Folder, port: &str, arguments: &str) -> serde_json::Value {
+    let text = run(folder, port, &format!("{arguments} --json -"))
+        .ok()
+        .stdout;
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn calibrates_applies_and_reverts() {
+    let folder = folder();
+    let port = controller(Vec::new());
+    let looked_at = run(&folder, &port, "calibrate robot.toml samples.csv").ok();
+    for part in ["Not applied", "Cortex-M4 r0p1", "mm rms from those of"] {
+        assert!(looked_at.stdout.contains(part), "{}", looked_at.stdout);
+    }
+    let status = json(&folder, &port, "status");
+    assert_eq!(status["origin"], "nominal");
+    assert_eq!(status["phase"], "solved from 40 samples");
+    assert_eq!(status["result_in_use"], false);
+
+    let report = json(&folder, &port, "calibrate robot.toml samples.csv --apply");
+    assert_eq!(report["applied"], true);
+    // This computer's report of the same files, and what single precision makes of it.
+    let here = folder.run("calibrate robot.toml samples.csv --output out.toml --json -");
+    let here: serde_json::Value = serde_json::from_str(&here.ok().stdout).unwrap();
+    assert_eq!(report["calibration"]["arms"], here["arms"]);
+    let difference = report["difference_mm"].as_f64().unwrap();
+    assert!((1e-7..1e-3).contains(&difference), "{difference}");
+
+    // What the controller uses is what it reported, and near what was calibrated here.
+    run(&folder, &port, "parameters robot.toml --output now.toml").ok();
+    let [now, out] = ["now.toml", "out.toml"].map(|name| arms_of(&folder.read(name)));
+    for (now, out) in now.iter().flatten().zip(out.iter().flatten()) {
+        assert!((now - out).abs() < 2e-3, "{now} {out}");
+    }
+    let status = json(&folder, &port, "status");
+    assert_eq!(status["origin"], "calibrated");
+    assert_eq!(status["result_in_use"], true);
+    assert_eq!(status["control_loop"]["fingerprint"], report["fingerprint"]);
+    assert_eq!(status["control_loop"]["switches"], 1);
+
+    let reverted = run(&folder, &port, "revert").ok().stdout;
+    assert!(reverted.contains("in use: nominal"), "{reverted}");
+    let parameters = json(&folder, &port, "parameters");
+    assert_eq!(
+        parameters["fingerprint"],
+        parameters["device"]["nominal_fingerprint"]
+    );
+    // Given again it changes nothing: what was rejected does not come back.
+    for again in ["revert", "revert --nominal"] {
+        let unchanged = run(&folder, &port, again).ok().stdout;
+        assert!(unchanged.contains("in use: nominal"), "{unchanged}");
+        assert!(unchanged.contains("unchanged"), "{unchanged}");
+    }
+}
+
+#[test]
+fn a_robot_that_was_calibrated_here_is_applied() {
+    let folder = folder();
+    let port = controller(Vec::new());
+    folder
+        .run("calibrate robot.toml samples.csv --output calibrated.toml")
+        .ok();
+    let applied = run(&folder, &port, "apply calibrated.toml").ok().stdout;
+    assert!(
+        applied.contains("Parameters in use: calibrated"),
+        "{applied}"
+    );
+    let calibrated = arms_of(&folder.read("calibrated.toml"));
+    let now = arms_of(&run(&folder, &port, "parameters").ok().stdout);
+    for (now, calibrated) in now.iter().flatten().zip(calibrated.iter().flatten()) {
+        assert!((now - calibrated).abs() < 1e-4, "{now} {calibrated}");
+    }
+}
+
+#[test]
+fn works_without_files_and_with_the_controllers_own_robot_file() {
+    let folder = folder();
+    let port = controller(Vec::new());
+    run(&folder, &port, "calibrate").ok();
+    run(&folder, &port, "parameters --nominal --output nominal.toml").ok();
+    run(
+        &folder,
+        &port,
+        "calibrate nominal.toml samples.csv --method ikm",
+    )
+    .ok();
+    let printed = run(&folder, &port, "parameters --nominal").ok().stdout;
+    assert_eq!(printed, folder.read("nominal.toml"));
+}
+
+const APPLY: &str = "calibrate robot.toml samples.csv --apply";
+
+/// The result is in use, unknown to the command that was cut off, and the next command does no harm.
+fn find_out(folder: &Folder, port: &str) {
+    let status = run(folder, port, "status").ok().stdout;
+    let solved = "solved from 40 samples; the result is in use";
+    assert!(status.contains(solved), "{status}");
+    let applied = json(folder, port, APPLY);
+    let status = json(folder, port, "status");
+    assert_eq!(status["result_in_use"], true);
+    assert_eq!(status["control_loop"]["switches"], 1, "applied twice");
+    assert_eq!(
+        status["control_loop"]["fingerprint"],
+        applied["fingerprint"]
+    );
+    run(folder, port, "revert").ok();
+    let status = run(folder, port, "status").ok().stdout;
+    assert!(status.contains("the result is not in use"), "{status}");
+}
+
+#[test]
+fn a_link_that_breaks_leaves_open_whether_the_result_is_in_use() {
+    let folder = folder();
+    let port = controller(vec![Change::HungUp]);
+    let broken = run(&folder, &port, APPLY);
+    assert_eq!(broken.code, 5, "{}", broken.stderr);
+    for part in ["may use the new parameters", "help: ", "status"] {
+        assert!(broken.stderr.contains(part), "{part}: {}", broken.stderr);
+    }
+    find_out(&folder, &port);
+}
+
+#[test]
+fn a_link_that_breaks_during_a_revert_is_no_reason_to_revert_twice() {
+    let folder = folder();
+    let port = controller(vec![Change::Answered, Change::HungUp]);
+    run(&folder, &port, APPLY).ok();
+    let broken = run(&folder, &port, "revert");
+    assert_eq!(broken.code, 5, "{}", broken.stderr);
+    // As a user does who does not know whether the first one came through.
+    for _ in 0..2 {
+        let reverted = run(&folder, &port, "revert").ok().stdout;
+        assert!(reverted.contains("in use: nominal"), "{reverted}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_open_whether_the_result_is_in_use() {
+    let folder = folder();
+    let (sender, receiver) = mpsc::channel();
+    let port = controller(vec![Change::Silent(sender)]);
+    let child = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
+        .args(["device", "--port", &port])
+        .args(APPLY.split(' '))
+        .current_dir(folder.path(""))
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // It waits for the answer to its request, which will never come.
+    receiver.recv().unwrap();
+    let interrupt = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(interrupt.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    assert!(stderr.contains("interrupted"), "{stderr}");
+    assert!(stderr.contains("help: delta-cal device"), "{stderr}");
+    find_out(&folder, &port);
+}
+
+/// Nothing is written, nothing applied, and each part is said.
+fn assert_fails(folder: &Folder, port: &str, arguments: &str, code: i32, expected: &[&str]) {
+    let names = folder.names();
+    let failed = run(folder, port, arguments);
+    assert_eq!(failed.code, code, "{arguments}: {}", failed.stderr);
+    for part in expected {
+        assert!(failed.stderr.contains(part), "{part:?}: {}", failed.stderr);
+    }
+    assert_eq!(failed.stdout, "");
+    assert_eq!(folder.names(), names);
+}
+
+#[test]
+fn refusals_change_nothing_and_say_why() {
+    let folder = folder();
+    let port = controller(Vec::new());
+    folder.write("bare.toml", NOMINAL);
+    folder.write("few.csv", csv(&exact(&true_arms(), 5)));
+    let swapped = csv(&exact(&true_arms(), 40)).replace("x_mm,y_mm", "y_mm,x_mm");
+    folder.write("swapped.csv", swapped);
+    folder.write("observed.toml", OBSERVED_ROBOT);
+    folder.write("touches.csv", observed_rows(3, 40));
+    let gears = TOLERANCE.replace("[tolerance]", "[tolerance]\ntransmission_deg = 0.05");
+    folder.write("gears.toml", format!("{NOMINAL}{gears}{NOISE}"));
+    let longer = robot().replace("upper_arm_mm = 260", "upper_arm_mm = 260.01");
+    folder.write("longer.toml", longer);
+    let other = NOMINAL.replace("forearm_mm = 480", "forearm_mm = 800");
+    folder.write("other.toml", other);
+    folder.write("towers.toml", TOWERS);
+    for (command, code, expected) in [
+        ("calibrate bare.toml few.csv", 1, &["few.csv", "help: "][..]),
+        (
+            "calibrate robot.toml swapped.csv",
+            1,
+            &["swapped.csv", "y, x, z", "help: "],
+        ),
+        (
+            "calibrate observed.toml touches.csv",
+            3,
+            &["complete positions", "delta-cal device apply"],
+        ),
+        (
+            "calibrate gears.toml samples.csv",
+            3,
+            &["cannot estimate transmissions", "delta-cal device apply"],
+        ),
+        (
+            "calibrate longer.toml samples.csv",
+            3,
+            &[
+                "not the controller's nominal robot",
+                "La_x of arm 1 is 260.010 mm in the file and 260.000 mm in the controller",
+                "parameters --nominal --output",
+            ],
+        ),
+        ("apply other.toml", 3, &["not the controller's robot"]),
+        ("apply towers.toml", 3, &["linear drives"]),
+    ] {
+        let command = format!("{command} --json report.json");
+        assert_fails(&folder, &port, &command, code, expected);
+    }
+    let status = json(&folder, &port, "status");
+    assert_eq!(status["origin"], "nominal");
+    // Nothing was sent that this computer refuses.
+    assert_eq!(status["phase"], "none since the start");
+    assert_eq!(status["control_loop"]["switches"], 0);
+}
+
+#[test]
+fn wrong_ports_are_explained() {
+    let folder = folder();
+    for (port, code, expected) in [
+        ("/dev/ttyNONE", 5, ["/dev/ttyNONE: cannot be opened", "ls "]),
+        (
+            "tcp:127.0.0.1:1",
+            5,
+            ["tcp:127.0.0.1:1: cannot be opened", "serial server"],
+        ),
+        (
+            "tcp:127.0.0.1:1 --baud 9600",
+            2,
+            ["--baud has no meaning", "serial port"],
+        ),
+        ("tcp:host", 2, ["invalid value", "host and a port number"]),
+        ("tcp:host:99999", 2, ["invalid value", "port number"]),
+    ] {
+        assert_fails(&folder, port, "status", code, &expected);
+    }
+    let missing = folder.run("device status");
+    assert_eq!(missing.code, 2);
+    assert!(missing.stderr.contains("--port is missing"));
+}
+
+#[test]
+fn wrong_files_are_found_before_the_port_is_opened() {
+    let folder = folder();
+    folder.write("bad.csv", format!("{HEADER}1,2,3,4,5\n"));
+    for (arguments, code, expected) in [
+        ("calibrate none.toml samples.csv", 3, "none.toml: "),
+        ("calibrate robot.toml bad.csv", 3, "bad.csv:2: "),
+        (
+            "calibrate robot.toml samples.csv --json samples.csv",
+            2,
+            "is the same file as",
+        ),
+        (
+            "parameters robot.toml --output robot.toml",
+            2,
+            "is the same file as",
+        ),
+    ] {
+        assert_fails(&folder, "tcp:127.0.0.1:1", arguments, code, &[expected]);
+    }
+}
+
+#[test]
+fn a_peer_that_is_no_controller_is_reported() {
+    let folder = folder();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp:{}", listener.local_addr().unwrap());
+    std::thread::spawn(move || {
+        // One that sends back what it gets, and one that closes.
+        let (mut echo, _) = listener.accept().unwrap();
+        let mut buffer = [0; 64];
+        while let Ok(count @ 1..) = echo.read(&mut buffer) {
+            echo.write_all(&buffer[..count]).unwrap();
+        }
+        drop(listener.accept());
+    });
+    let silent = ["no answer to 8 requests", "--baud"];
+    assert_fails(&folder, &port, "status", 5, &silent);
+    assert_fails(&folder, &port, "status", 5, &["the link", "cable"]);
 }

@@ -2,85 +2,211 @@
 //! Rust target are needed.
 
 mod on_target {
-    use crate::support::{Arm, Point, arms_of, distance, nominal_arms, platform, rows_of};
-    use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
-    use object::{Object, ObjectSegment, ObjectSymbol};
-    use std::path::PathBuf;
-    use std::process::{Command, Stdio};
+    use crate::support::arms_of;
+    use delta_cal::Progress;
+    use delta_cal::stream::Estimator;
+    use delta_cal_firmware_example::{Number, nominal};
+    use delta_cal_host::device::{begin, samples};
+    use delta_cal_host::files::example;
+    use delta_cal_protocol::{Begin, Geometry};
+    use object::elf::{FileHeader32, PT_LOAD, ProgramHeader32};
+    use object::read::elf::FileHeader;
+    use object::{LittleEndian, Object, ObjectSection, ObjectSegment, ObjectSymbol};
+    use serde_json::Value;
+    use std::io::{Read, Write};
+    use std::net::{TcpListener, TcpStream};
+    use std::path::{Path, PathBuf};
+    use std::process::{Child, Command, Stdio};
+    use std::time::{Duration, Instant};
     use tempfile::TempDir;
 
-    const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-    const SAMPLES: &str = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/examples/paper-robot/samples.csv"
-    );
+    const PACKAGE: &str = "delta-cal-firmware-example";
+    const TARGET: &str = "thumbv7em-none-eabihf";
+    const M4: &str = "mps2-an386";
+    const M7: &str = "mps2-an500";
 
+    /// Says in one line that a test was skipped, if it cannot run here.
     fn can_run() -> bool {
-        delta_cal_verify::have(&["qemu-system-arm", delta_cal_verify::TARGET])
+        delta_cal_verify::have(&["qemu-system-arm", TARGET])
     }
 
-    /// Runs in the workspace, where the firmware is found and built.
-    fn device(arguments: &[&str]) -> (i32, String, String) {
-        let output = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
-            .arg("device")
-            .args(arguments)
-            .current_dir(WORKSPACE)
-            .stdin(Stdio::null())
-            .output()
+    /// The firmware as `firmware-example/README.md` builds it; in `f64` if `double`.
+    fn firmware(double: bool) -> PathBuf {
+        let workspace = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+        // A folder of its own: another test may be about to load the other program.
+        let folder = workspace.join(if double { "target/double" } else { "target" });
+        let features = if double { "double" } else { "board" };
+        let built = Command::new(env!("CARGO"))
+            .current_dir(workspace)
+            .args([
+                "build",
+                "--quiet",
+                "--profile",
+                "firmware",
+                "--target",
+                TARGET,
+            ])
+            .args(["--package", PACKAGE, "--features", features, "--target-dir"])
+            .arg(&folder)
+            .status();
+        assert!(built.unwrap().success(), "rustup target add {TARGET}");
+        folder.join(TARGET).join("firmware").join(PACKAGE)
+    }
+
+    fn free_port() -> String {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        listener.local_addr().unwrap().to_string()
+    }
+
+    /// A board that is switched on; off when it is dropped.
+    struct Board {
+        qemu: Child,
+        serial: String,
+        monitor: String,
+        /// Nanoseconds that an instruction takes.
+        instruction: f64,
+    }
+
+    impl Drop for Board {
+        fn drop(&mut self) {
+            let _ = self.qemu.kill();
+            let _ = self.qemu.wait();
+        }
+    }
+
+    impl Board {
+        /// In `f64`, which the M4 computes by software, the loop keeps its pace with faster instructions.
+        fn start(machine: &str, firmware: &Path, double: bool) -> Self {
+            let (serial, monitor) = (free_port(), free_port());
+            let shift = if double { 3 } else { 6 };
+            let qemu = Command::new("qemu-system-arm")
+                .args(["-machine", machine, "-nographic"])
+                .args(["-semihosting-config", "enable=on,target=native"])
+                .args(["-icount", &format!("shift={shift}")])
+                .args([
+                    "-serial",
+                    &format!("tcp:{serial},server=on,wait=off,nodelay=on"),
+                ])
+                .args(["-monitor", &format!("tcp:{monitor},server=on,wait=off")])
+                .arg("-kernel")
+                .arg(firmware)
+                .stdin(Stdio::null())
+                .stdout(Stdio::null())
+                .stderr(Stdio::piped())
+                .spawn()
+                .expect("apt-get install qemu-system-arm");
+            let board = Self {
+                qemu,
+                serial,
+                monitor,
+                instruction: f64::from(1 << shift),
+            };
+            drop(connected(&board.monitor));
+            board
+        }
+
+        fn device(&self, arguments: &[&str]) -> (i32, String, String) {
+            let output = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
+                .args(["device", "--port", &format!("tcp:{}", self.serial)])
+                .args(arguments)
+                .stdin(Stdio::null())
+                .output()
+                .unwrap();
+            let [stdout, stderr] =
+                [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+            (output.status.code().unwrap(), stdout, stderr)
+        }
+
+        fn ok(&self, arguments: &[&str]) -> String {
+            let (code, stdout, stderr) = self.device(arguments);
+            assert_eq!(code, 0, "{arguments:?}: {stderr}");
+            stdout
+        }
+
+        fn json(&self, arguments: &[&str]) -> Value {
+            serde_json::from_str(&self.ok(&[arguments, &["--json", "-"]].concat())).unwrap()
+        }
+
+        /// The loop turned all the time while the controller calibrated. A turn is one inverse, at most 1,200 instructions
+        /// by the budget, and a point of the path; the change to new parameters, which takes two, comes afterwards.
+        fn turned_in_time(&self, report: &Value) {
+            let control = &report["control_loop"];
+            assert!(control["turns"].as_u64().unwrap() > 100, "{control}");
+            assert_eq!(control["late"], 0);
+            let longest = control["longest_turn_calibrating_us"].as_f64().unwrap();
+            let instructions = longest * 1000.0 / self.instruction;
+            println!("longest turn while calibrating: {instructions:.0} instructions");
+            assert!((100.0..1500.0).contains(&instructions), "{instructions}");
+        }
+
+        /// Switched off: what is in its flash, which is memory of the emulator.
+        fn flash(mut self, firmware: &Path) -> Vec<u8> {
+            let folder = TempDir::new().unwrap();
+            let file = folder.path().join("flash");
+            let (address, size) = flash_of(&std::fs::read(firmware).unwrap());
+            let mut monitor = connected(&self.monitor);
+            let name = file.display();
+            write!(
+                monitor,
+                "stop\npmemsave {address:#x} {size:#x} \"{name}\"\nquit\n"
+            )
             .unwrap();
-        (
-            output.status.code().unwrap(),
-            String::from_utf8(output.stdout).unwrap(),
-            String::from_utf8(output.stderr).unwrap(),
+            self.qemu.wait().unwrap();
+            std::fs::read(file).unwrap()
+        }
+    }
+
+    fn connected(address: &str) -> TcpStream {
+        let start = Instant::now();
+        loop {
+            match TcpStream::connect(address) {
+                Ok(stream) => return stream,
+                Err(error) => assert!(start.elapsed() < Duration::from_secs(20), "{error}"),
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Address and size of what a reset leaves as it is.
+    fn flash_of(program: &[u8]) -> (u64, u64) {
+        let elf = object::File::parse(program).unwrap();
+        let section = elf.section_by_name(".uninit").unwrap();
+        (section.address(), section.size())
+    }
+
+    /// A copy of a firmware with this in its flash, as a board is programmed with both.
+    fn programmed(firmware: &Path, flash: &[u8]) -> tempfile::NamedTempFile {
+        let mut program = std::fs::read(firmware).unwrap();
+        let (address, _) = flash_of(&program);
+        let header = FileHeader32::<LittleEndian>::parse(&*program).unwrap();
+        let start = header.e_phoff(LittleEndian) as usize;
+        let count = header.e_phnum(LittleEndian).into();
+        let end = program.len();
+        let (headers, _) = object::pod::slice_from_bytes_mut::<ProgramHeader32<LittleEndian>>(
+            &mut program[start..],
+            count,
         )
-    }
-
-    fn ok(arguments: &[&str]) -> String {
-        let (code, stdout, stderr) = device(arguments);
-        assert_eq!(code, 0, "{arguments:?}: {stderr}");
-        stdout
-    }
-
-    fn json(arguments: &[&str]) -> serde_json::Value {
-        serde_json::from_str(&ok(&[arguments, &["--json", "-"]].concat())).unwrap()
-    }
-
-    fn path(folder: &TempDir, name: &str) -> String {
-        folder.path().join(name).to_str().unwrap().to_owned()
-    }
-
-    /// The example's samples.
-    fn samples() -> Vec<(Point, Point)> {
-        let text = std::fs::read_to_string(SAMPLES).unwrap();
-        let rows = text.lines().filter(|line| !line.starts_with('#'));
-        rows_of(&rows.collect::<Vec<_>>().join("\n"))
-            .into_iter()
-            .map(|row| ([row[0], row[1], row[2]], [row[3], row[4], row[5]]))
-            .collect()
-    }
-
-    /// rms distance between the samples and where Newton's method puts the platform.
-    fn rms(arms: &[Arm; 3]) -> f64 {
-        let samples = samples();
-        let squares: f64 = samples
-            .iter()
-            .map(|(q, x)| distance(*x, platform(arms, *q)).powi(2))
-            .sum();
-        (squares / f64::from(u32::try_from(samples.len()).unwrap())).sqrt()
-    }
-
-    /// The loop turned all the time while the controller calibrated. A turn is one inverse, at most 1,200 instructions
-    /// by the budget, and a point of the path; the change to new parameters, which takes two, comes afterwards.
-    fn turned_in_time(report: &serde_json::Value) {
-        let control = &report["control_loop"];
-        assert!(control["turns"].as_u64().unwrap() > 100, "{control}");
-        assert_eq!(control["late"], 0);
-        let longest = &control["longest_turn_calibrating_instructions"];
-        println!("longest turn while calibrating: {longest} instructions");
-        assert!(
-            (100..1500).contains(&longest.as_u64().unwrap()),
-            "{longest}"
-        );
+        .unwrap();
+        let header = headers.iter_mut().find(|header| {
+            let first = u64::from(header.p_vaddr.get(LittleEndian));
+            let length = u64::from(header.p_memsz.get(LittleEndian));
+            header.p_type.get(LittleEndian) == PT_LOAD && (first..first + length).contains(&address)
+        });
+        let header = header.unwrap();
+        // Everything before the flash is cleared at the start anyway: it had nothing in the file.
+        assert_eq!(header.p_filesz.get(LittleEndian), 0);
+        let before = address - u64::from(header.p_vaddr.get(LittleEndian));
+        let length = header.p_memsz.get(LittleEndian);
+        header
+            .p_offset
+            .set(LittleEndian, u32::try_from(end).unwrap());
+        header.p_filesz.set(LittleEndian, length);
+        program.resize(end + usize::try_from(before).unwrap(), 0);
+        program.extend_from_slice(flash);
+        program.resize(end + length as usize, 0);
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(&program).unwrap();
+        file
     }
 
     #[test]
@@ -88,38 +214,37 @@ mod on_target {
         if !can_run() {
             return;
         }
-        let folder = TempDir::new().unwrap();
-        let (flash, out) = (path(&folder, "flash.bin"), path(&folder, "out.toml"));
-        let link = ["--port", "emulate:m4", "--flash", &flash];
-        let calibrate = ["calibrate", "--apply", "--output", &out];
-        let report = json(&[&link[..], &calibrate].concat());
+        let firmware = firmware(false);
+        let board = Board::start(M4, &firmware, false);
+        let report = board.json(&["calibrate", "--apply"]);
         assert_eq!(report["applied"], true);
         assert_eq!(report["device"]["scalar"], "f32");
-        let errors = &report["calibration"]["position_error_mm"];
-        let [before, after] =
-            ["before", "after"].map(|which| errors[which]["rms"].as_f64().unwrap());
-        println!("position error before {before:.4} mm, after {after:.4} mm");
-        // Single precision moves a point by less than a tenth of a micrometre.
-        assert!((before - rms(&nominal_arms())).abs() < 1e-4, "{before}");
-        let calibrated = arms_of(&std::fs::read_to_string(&out).unwrap());
-        assert!((after - rms(&calibrated)).abs() < 1e-9, "{after}");
-        assert!(before > 2.0 && after < 0.05, "{before} {after}");
-        turned_in_time(&report);
+        let difference = report["difference_mm"].as_f64().unwrap();
+        assert!(difference < 1e-3, "{difference}");
+        board.turned_in_time(&report);
+        let calibrated = arms_of(&board.ok(&["parameters"]));
+        let flash = board.flash(&firmware);
 
-        // Power off and on.
-        let status = json(&[&link[..], &["status"]].concat());
+        // Off and on.
+        let on = programmed(&firmware, &flash);
+        let board = Board::start(M4, on.path(), false);
+        let status = board.json(&["status"]);
         assert_eq!(status["origin"], "calibrated");
         assert_eq!(status["control_loop"]["fingerprint"], report["fingerprint"]);
-        let now = ok(&[&link[..], &["parameters"]].concat());
-        assert_eq!(arms_of(&now), calibrated);
-        // The flash is the board's, and any firmware of the same scalar reads it.
-        let other = ["--port", "emulate:m7", "--flash", &flash];
-        ok(&[&other[..], &["revert"]].concat());
-        let status = json(&[&link[..], &["status"]].concat());
-        assert_eq!(status["origin"], "nominal");
+        assert_eq!(arms_of(&board.ok(&["parameters"])), calibrated);
+        board.ok(&["revert"]);
+        assert_eq!(board.json(&["status"])["origin"], "nominal");
+
+        // Damaged in the middle of the record, which begins with the first page.
+        let mut damaged = flash;
+        damaged[64] ^= 0x55;
+        let on = programmed(&firmware, &damaged);
+        let status = Board::start(M7, on.path(), false).json(&["status"]);
+        let origin = status["origin"].as_str().unwrap();
+        assert_eq!(origin, "nominal: the stored parameters are damaged");
     }
 
-    /// A robot that was calibrated on this computer: its gears are in the controller's file again, to the rounding of
+    /// A robot that was calibrated on this computer: its gears are in the controller's parameters again, to the rounding of
     /// single precision, and the control loop turns with them.
     #[test]
     fn a_robot_with_gears_is_applied_and_used() {
@@ -127,7 +252,7 @@ mod on_target {
             return;
         }
         let folder = TempDir::new().unwrap();
-        let (flash, file) = (path(&folder, "flash.bin"), path(&folder, "robot.toml"));
+        let file = folder.path().join("robot.toml");
         let gears = "transmission_gain = 0.0008\ntransmission_cos_deg = 0.04\ntransmission_sin2_deg = -0.02\n";
         let arm = |dx: f64, dy: f64, theta: f64| {
             format!(
@@ -142,11 +267,10 @@ mod on_target {
         ];
         let text = format!("{}[joints]\nmin_deg = -60\nmax_deg = 90\n", arms.concat());
         std::fs::write(&file, text).unwrap();
-        let link = ["--port", "emulate:m4", "--flash", &flash];
-        let shown = ok(&[&link[..], &["apply", &file]].concat());
-        assert!(shown.contains("Applied and stored"), "{shown}");
-
-        let now = json(&[&link[..], &["parameters"]].concat());
+        let board = Board::start(M4, &firmware(false), false);
+        let shown = board.ok(&["apply", file.to_str().unwrap()]);
+        assert!(shown.contains("Applied"), "{shown}");
+        let now = board.json(&["parameters"]);
         for joint in 0..3 {
             let own = &now["transmissions"][joint];
             for (key, expected) in [
@@ -160,220 +284,101 @@ mod on_target {
             }
         }
         // The loop turns with the gears while the controller calibrates, within the same limit as without.
-        let report = json(&[&link[..], &["calibrate"]].concat());
+        let report = board.json(&["calibrate"]);
         assert_eq!(report["control_loop"]["fingerprint"], now["fingerprint"]);
-        turned_in_time(&report);
-
-        // Another robot's file is refused, and nothing changes.
-        let other = path(&folder, "other.toml");
-        let text = "[nominal]\nbase_radius_mm = 200\nplatform_radius_mm = 45\nupper_arm_mm = 235\nforearm_mm = 800\n\
-                    [joints]\nmin_deg = -60\nmax_deg = 90\n";
-        std::fs::write(&other, text).unwrap();
-        let (code, _, stderr) = device(&[&link[..], &["apply", &other]].concat());
-        assert_eq!(code, 3, "{stderr}");
-        assert!(
-            stderr.contains("is not a robot that the controller was built for"),
-            "{stderr}"
-        );
-        ok(&[&link[..], &["revert"]].concat());
-        let status = json(&[&link[..], &["status"]].concat());
-        assert_eq!(status["origin"], "nominal");
+        board.turned_in_time(&report);
     }
 
-    /// A robot file and forty heights, distances and single coordinates.
-    fn observed(folder: &TempDir) -> [String; 2] {
-        let files = [path(folder, "robot.toml"), path(folder, "rows.csv")];
-        std::fs::write(&files[0], OBSERVED_ROBOT).unwrap();
-        std::fs::write(&files[1], observed_rows(5, 40)).unwrap();
-        files
+    /// Of the example's samples, calibrated here with the controller's numbers.
+    fn fingerprint<T: Number>(estimator: Estimator) -> String {
+        let (robot, file) = example::load().unwrap();
+        let begin = Begin {
+            session: 1,
+            ..begin::<T>(&robot, estimator)
+        };
+        let mut stream = begin.calibrator(&nominal().unwrap()).unwrap();
+        for sample in samples(&file) {
+            stream.add(&sample).unwrap();
+        }
+        stream.solve();
+        while stream.step() == Progress::Working {}
+        let outcome = stream.result().unwrap().unwrap();
+        format!("{:08x}", Geometry::of(outcome.robot()).fingerprint())
     }
 
     #[test]
-    fn calibrates_from_observations_while_its_loop_runs() {
+    fn the_controllers_parameters_have_the_bits_of_this_computers() {
         if !can_run() {
             return;
         }
-        let folder = TempDir::new().unwrap();
-        let [robot, rows] = observed(&folder);
-        let (flash, out) = (path(&folder, "flash.bin"), path(&folder, "out.toml"));
-        let link = ["--port", "emulate:m4", "--flash", &flash];
-        let calibrate = ["calibrate", &robot, &rows, "--apply", "--output", &out];
-        let report = json(&[&link[..], &calibrate].concat());
-        assert_eq!(report["applied"], true);
-        turned_in_time(&report);
-        let status = json(&[&link[..], &["status"]].concat());
-        assert_eq!(status["origin"], "calibrated");
-        assert_eq!(status["control_loop"]["fingerprint"], report["fingerprint"]);
-
-        // As this computer calibrates in double precision, but for the controller's rounding.
-        let here = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
-            .args(["calibrate", &robot, &rows, "--json", "-"])
-            .output()
-            .unwrap();
-        let here: serde_json::Value = serde_json::from_slice(&here.stdout).unwrap();
-        let calibrated = arms_of(&std::fs::read_to_string(&out).unwrap());
-        let mut largest = 0.0_f64;
-        for (arm, values) in here["arms"].as_array().unwrap().iter().zip(&calibrated) {
-            let parameters = arm["parameters"].as_array().unwrap();
-            assert_eq!(parameters.len(), 8);
-            for (parameter, value) in parameters.iter().zip(values) {
-                let after = parameter["after"].as_f64().unwrap();
-                let sigma = parameter["sigma"].as_f64().unwrap();
-                largest = largest.max((after - value).abs() / sigma);
+        for double in [false, true] {
+            let firmware = firmware(double);
+            for machine in [M4, M7] {
+                let board = Board::start(machine, &firmware, double);
+                for (method, estimator) in [("joint", Estimator::Joint), ("ikm", Estimator::Arms)] {
+                    let report = board.json(&["calibrate", "--method", method]);
+                    let (scalar, here) = if double {
+                        ("f64", fingerprint::<f64>(estimator))
+                    } else {
+                        ("f32", fingerprint::<f32>(estimator))
+                    };
+                    assert_eq!(report["device"]["scalar"], scalar);
+                    assert_eq!(report["fingerprint"], here, "{machine} {scalar} {method}");
+                }
             }
-        }
-        println!("farthest from double precision: {largest:.4} sigma");
-        assert!(largest < 0.05, "{largest}");
-        let device = &report["calibration"];
-        for table in ["planes", "points"] {
-            assert!(device[table].is_object(), "{device}");
-            let names = |value: &serde_json::Value| {
-                let names = value[table].as_object().unwrap().keys();
-                names.cloned().collect::<Vec<_>>()
-            };
-            assert_eq!(names(device), names(&here));
-        }
-    }
-
-    #[test]
-    fn observations_have_the_same_bits_on_each_core() {
-        if !can_run() {
-            return;
-        }
-        let folder = TempDir::new().unwrap();
-        let [robot, rows] = observed(&folder);
-        for port in ["emulate:m4", "emulate:m7"] {
-            for double in [&[][..], &["--double"]] {
-                let link = ["--port", port, "verify", &robot, &rows];
-                let report = json(&[&link[..], double].concat());
-                assert_eq!(report["calibrated"], true);
-                assert_eq!(report["sample_count"], 40);
-                // 24 parameters, three transmissions and 24 shares, their covariance of which three blocks count as one figure each, the
-                // other figures of three arms, four planes and four points.
-                assert_eq!(report["figures"], 3 * (8 + 1 + 64 + 8 + 8) + 3 + 8);
-                assert_eq!(report["differences"], serde_json::json!([]), "{port}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_damaged_flash_is_noticed_and_nominal_is_used() {
-        if !can_run() {
-            return;
-        }
-        let folder = TempDir::new().unwrap();
-        let flash = path(&folder, "flash.bin");
-        let link = ["--port", "emulate:m4", "--flash", &flash];
-        ok(&[&link[..], &["calibrate", "--apply"]].concat());
-        let mut content = std::fs::read(&flash).unwrap();
-        // In the middle of the record, which begins with the first page.
-        content[64] ^= 0x55;
-        std::fs::write(&flash, &content).unwrap();
-        let status = json(&[&link[..], &["status"]].concat());
-        assert_eq!(
-            status["origin"],
-            "nominal, because what was stored is damaged"
-        );
-        content.pop();
-        std::fs::write(&flash, &content).unwrap();
-        let (code, _, stderr) = device(&[&link[..], &["status"]].concat());
-        assert_eq!(code, 5);
-        assert!(
-            stderr.contains("is not the flash of this firmware"),
-            "{stderr}"
-        );
-        assert_eq!(std::fs::read(&flash).unwrap(), content);
-    }
-
-    fn assert_same_bits(link: &[&str], scalar: &str) {
-        let folder = TempDir::new().unwrap();
-        let (bare, few) = (path(&folder, "bare.toml"), path(&folder, "few.csv"));
-        let text = std::fs::read_to_string(SAMPLES).unwrap();
-        let lines: Vec<_> = text.lines().filter(|l| !l.starts_with('#')).collect();
-        std::fs::write(&few, lines[..7].join("\n")).unwrap();
-        std::fs::write(&bare, crate::support::NOMINAL).unwrap();
-        // 89 figures an arm; three covariances between arms; what became of 40 samples, or of the ten that are
-        // held out, and how well these agree with each arm.
-        for (options, figures) in [
-            (&[][..], 3 * 89 + 3),
-            (&["--gate"], 3 * 89 + 3 + 40),
-            (&["--held-out", "4"], 3 * 89 + 3 + 10 + 3),
-            (&["--method", "ikm"], 3 * 89),
-            (
-                &["--method", "ikm", "--gate", "--forget", "30"],
-                3 * 89 + 40,
-            ),
-        ] {
-            let report = json(&[link, &["verify"], options].concat());
-            let what = format!("{link:?} {options:?}");
-            assert_eq!(report["differences"], serde_json::json!([]), "{what}");
-            assert_eq!(report["figures"], figures, "{what}");
-            assert_eq!(report["calibrated"], true, "{what}");
-            assert_eq!(report["device"]["scalar"], scalar);
-            println!("{what}: {figures} figures equal to the bit");
-        }
-        let refused = json(&[link, &["verify", &bare, &few]].concat());
-        assert_eq!(refused["differences"], serde_json::json!([]), "{link:?}");
-        assert_eq!(refused["calibrated"], false);
-    }
-
-    #[test]
-    fn same_bits_on_controller_and_host() {
-        if !can_run() {
-            return;
-        }
-        assert_same_bits(&["--port", "emulate:m4"], "f32");
-        assert_same_bits(&["--port", "emulate:m7"], "f32");
-    }
-
-    #[test]
-    fn same_bits_on_controller_and_host_in_double_precision() {
-        if !can_run() {
-            return;
-        }
-        let firmware = firmware(true);
-        let firmware = firmware.to_str().unwrap();
-        for port in ["emulate:m4", "emulate:m7"] {
-            assert_same_bits(&["--port", port, "--double", "--firmware", firmware], "f64");
         }
     }
 
     /// An instruction that is none, where the control loop begins.
     #[test]
-    fn a_fault_ends_the_run_and_is_reported() {
+    fn a_fault_ends_the_run() {
         if !can_run() {
             return;
         }
-        let folder = TempDir::new().unwrap();
         let mut program = std::fs::read(firmware(false)).unwrap();
         let at = {
             let elf = object::File::parse(&*program).unwrap();
             let mut symbols = elf.symbols();
-            let loop_begins = symbols
-                .find(|symbol| symbol.name() == Ok("TIMER0"))
-                .unwrap();
+            let loop_begins = symbols.find(|symbol| symbol.name() == Ok("TIMER0"));
             // The lowest bit says Thumb.
-            let address = loop_begins.address() & !1;
-            let segment = elf
-                .segments()
-                .find(|segment| {
-                    (segment.address()..segment.address() + segment.size()).contains(&address)
-                })
-                .unwrap();
+            let address = loop_begins.unwrap().address() & !1;
+            let mut segments = elf.segments();
+            let segment = segments.find(|segment| {
+                (segment.address()..segment.address() + segment.size()).contains(&address)
+            });
+            let segment = segment.unwrap();
             usize::try_from(segment.file_range().0 + address - segment.address()).unwrap()
         };
         program[at..at + 2].copy_from_slice(&0xde00_u16.to_le_bytes());
-        let faulty = path(&folder, "faulty.elf");
-        std::fs::write(&faulty, program).unwrap();
-        for port in ["emulate:m4", "emulate:m7"] {
-            let (code, _, stderr) = device(&["--port", port, "--firmware", &faulty, "status"]);
-            assert_eq!(code, 5, "{stderr}");
-            assert!(stderr.contains("FAILED hard fault"), "{stderr}");
+        let mut faulty = tempfile::NamedTempFile::new().unwrap();
+        faulty.write_all(&program).unwrap();
+        for machine in [M4, M7] {
+            let mut qemu = Command::new("qemu-system-arm")
+                .args([
+                    "-machine",
+                    machine,
+                    "-nographic",
+                    "-monitor",
+                    "none",
+                    "-serial",
+                    "none",
+                ])
+                .args(["-semihosting-config", "enable=on,target=native"])
+                .args(["-icount", "shift=6", "-kernel"])
+                .arg(faulty.path())
+                .stdin(Stdio::null())
+                .stdout(Stdio::null())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap();
+            let mut said = String::new();
+            qemu.stderr
+                .take()
+                .unwrap()
+                .read_to_string(&mut said)
+                .unwrap();
+            assert!(!qemu.wait().unwrap().success());
+            assert!(said.contains("FAILED hard fault"), "{said}");
         }
-    }
-
-    /// The firmware, where the command builds it, so that nothing is built twice.
-    fn firmware(double: bool) -> PathBuf {
-        delta_cal_host::device::build(double, || ()).unwrap()
     }
 }

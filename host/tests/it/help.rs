@@ -20,7 +20,7 @@ const COMMANDS: [&str; 21] = [
     "device status",
     "device parameters",
     "device revert",
-    "device verify",
+    "device apply",
     "completions",
     "man",
 ];

@@ -100,8 +100,8 @@ impl<T: Bits> Bench<T> {
                     all.chain(&report.estimated_noise)
                         .all(|value| value.finite())
                 );
-                if let Some(covariance) = &report.covariance {
-                    assert!(covariance.as_flattened().iter().all(|value| value.finite()));
+                if let Some(sigma) = &report.sigma {
+                    assert!(sigma.iter().all(|value| value.finite()));
                 }
             }
             _ => {}
@@ -143,10 +143,8 @@ impl<T: Bits> Bench<T> {
             session,
             tolerance: Some((T::from_f64(0.5), T::from_f64(3e-3))),
             noise: None,
-            without_guess: false,
             estimator: Estimator::Arms,
             gate: false,
-            held_out: None,
             forgetting: None,
         };
         self.ask(&Request::Begin(begin));

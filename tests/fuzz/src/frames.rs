@@ -4,32 +4,29 @@ use crate::numbers::{Bits, Source};
 use delta_cal::ArmIndex;
 use delta_cal::stream::Estimator;
 use delta_cal_protocol::{
-    Begin, Direction, LARGEST_FRAME, ParameterSet, Receiver, Request, RevertTo, SampleMessage,
-    encode,
+    Begin, Direction, LARGEST_FRAME, ParameterSet, Reader as From, Receiver, Request, RevertTo,
+    SampleMessage, Wire, Writer as To, encode,
 };
-use serde::de::DeserializeOwned;
-use serde::ser::{Serialize, SerializeTuple, Serializer};
 
 /// Bytes that are the content of a message as they are.
 pub(crate) struct Raw<'a>(pub(crate) &'a [u8]);
 
-impl Serialize for Raw<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut tuple = serializer.serialize_tuple(self.0.len())?;
-        for byte in self.0 {
-            tuple.serialize_element(byte)?;
-        }
-        tuple.end()
+impl Wire for Raw<'_> {
+    fn put(&self, to: &mut To<'_>) {
+        to.bytes(self.0);
+    }
+    fn get(_: &mut From<'_>) -> Option<Self> {
+        None
     }
 }
 
 /// A whole frame with this content.
-pub(crate) fn frame(direction: Direction, sequence: u16, message: &impl Serialize) -> Vec<u8> {
+pub(crate) fn frame(direction: Direction, sequence: u16, message: &impl Wire) -> Vec<u8> {
     encode(direction, sequence, message).map_or_else(|_| Vec::new(), |frame| frame.to_vec())
 }
 
 /// The sequence numbers and messages of whole frames; everything must be one.
-pub(crate) fn messages<M: DeserializeOwned>(direction: Direction, bytes: &[u8]) -> Vec<(u16, M)> {
+pub(crate) fn messages<M: Wire>(direction: Direction, bytes: &[u8]) -> Vec<(u16, M)> {
     let mut receiver = Receiver::<LARGEST_FRAME>::new(direction);
     let mut messages = Vec::new();
     for byte in bytes {
@@ -59,14 +56,12 @@ pub(crate) fn request<T: Bits>(source: &mut Source<'_>, next: u32) -> Request<T>
                 session,
                 tolerance: pair(1, 0.5, 3e-3),
                 noise: pair(2, 0.02, 3e-5).map(|(position, joint)| ([position; 3], joint)),
-                without_guess: kind & 0b1100 == 0b1100,
                 estimator: if kind & 0b1_0000 == 0 {
                     Estimator::Arms
                 } else {
                     Estimator::Joint
                 },
                 gate: kind & 0b10_0000 != 0,
-                held_out: (kind & 0b1100_0000 == 0b1000_0000).then(|| u32::from(source.byte() % 6)),
                 forgetting: (kind & 0b1100_0000 == 0b0100_0000).then(|| source.number(20.0, 20.0)),
             })
         }

@@ -7,7 +7,7 @@ use crate::promises::finite_robot;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use delta_cal_firmware_example::{PAGE, ParameterFlash, nominal};
 use delta_cal_protocol::{
-    Geometry, Origin, ParameterSet, Request, Response, RevertTo, SampleMessage,
+    Geometry, Origin, ParameterSet, Request, Response, RevertTo, SampleMessage, Wire, Writer,
 };
 
 /// As in `f32`, so in `f64`, whichever the first byte says.
@@ -118,8 +118,12 @@ fn record<T: Bits>(source: &mut Source<'_>) -> Vec<u8> {
                 .then(|| [[(); 5]; 3].map(|own| own.map(|()| source.number(0.0, 1e-3)))),
         })
     };
-    let content = postcard::to_allocvec(&(set(1), set(2))).unwrap_or_default();
-    let version = 4 + u8::from(kind & 0xf0 == 0xf0);
+    let mut content = vec![0; 2 * PAGE];
+    let mut writer = Writer::new(&mut content);
+    (set(1), set(2)).put(&mut writer);
+    let length = writer.finish().unwrap_or_default();
+    content.truncate(length);
+    let version = 5 + u8::from(kind & 0xf0 == 0xf0);
     let number = if size_of::<T>() == 4 { 4 } else { 8 };
     let nominal = drawn
         .fingerprint()

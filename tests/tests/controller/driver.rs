@@ -1,6 +1,6 @@
 //! The other end of the link.
 
-use delta_cal::stream::{Added, Estimator};
+use delta_cal::stream::Estimator;
 use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
 use delta_cal_firmware_example::{Controller, NewParameters, Number, StreamFlash, nominal};
 use delta_cal_protocol::{
@@ -8,7 +8,7 @@ use delta_cal_protocol::{
     Request, Response, RevertTo, SampleMessage, Status, encode,
 };
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
-use embedded_storage_async::nor_flash::NorFlash;
+use embedded_storage::nor_flash::NorFlash;
 
 pub(crate) use delta_cal_firmware_example::ParameterFlash as Flash;
 
@@ -199,21 +199,15 @@ pub(crate) fn begin<T: Number>(session: u32) -> Begin<T> {
         session,
         tolerance: Some(pair(TOLERANCE)),
         noise: Some(([position; 3], joint)),
-        without_guess: false,
         estimator: Estimator::Arms,
         gate: false,
-        held_out: None,
         forgetting: None,
     }
 }
 
-/// The answer to a sample that nothing tested, or to the beginning.
+/// The answer to a sample, or to the beginning.
 pub(crate) fn taken<T: Number>(session: u32, next: u32) -> Response<T> {
-    Response::Taken {
-        session,
-        next,
-        last: (next > 0).then_some(Added::Taken),
-    }
+    Response::Taken { session, next }
 }
 
 const TOLERANCE: (f64, f64) = (0.5, 0.0035);

@@ -54,14 +54,12 @@ fn sessions_of_extreme_numbers<T: Number>(sessions: u32) {
                 .then(|| pair(pick(), pick()))
                 .flatten()
                 .map(|(position, joint)| ([position; 3], joint)),
-            without_guess: (kind / 8).is_multiple_of(4),
             estimator: if (kind / 256).is_multiple_of(2) {
                 Estimator::Arms
             } else {
                 Estimator::Joint
             },
             gate: (kind / 512).is_multiple_of(4),
-            held_out: None,
             forgetting: (kind / 2048).is_multiple_of(4).then(|| T::from_f64(pick())),
         };
         match driver.ask(&Request::Begin(begin)) {

@@ -1,7 +1,7 @@
 //! Flash whose power fails, and flash that cannot be read.
 
 use delta_cal_firmware_example::{FlashError, PAGE, RamFlash, WORD};
-use embedded_storage_async::nor_flash::{
+use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use rand_core::{Rng, SeedableRng};
@@ -139,7 +139,7 @@ impl<const N: usize> ErrorType for FailingFlash<N> {
 impl<const N: usize> ReadNorFlash for FailingFlash<N> {
     const READ_SIZE: usize = 1;
 
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
         if self.dead {
             return Err(Failure::NoPower);
         }
@@ -149,10 +149,7 @@ impl<const N: usize> ReadNorFlash for FailingFlash<N> {
         if touched && self.failing_reads.contains(&number) {
             return Err(Failure::Unreadable);
         }
-        self.flash
-            .read(offset, bytes)
-            .await
-            .map_err(Failure::Access)
+        self.flash.read(offset, bytes).map_err(Failure::Access)
     }
 
     fn capacity(&self) -> usize {
@@ -164,7 +161,7 @@ impl<const N: usize> NorFlash for FailingFlash<N> {
     const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = PAGE;
 
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
         if self.dead {
             return Err(Failure::NoPower);
         }
@@ -176,10 +173,10 @@ impl<const N: usize> NorFlash for FailingFlash<N> {
             }
             return Err(Failure::NoPower);
         }
-        self.flash.erase(from, to).await.map_err(Failure::Access)
+        self.flash.erase(from, to).map_err(Failure::Access)
     }
 
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
         if self.dead {
             return Err(Failure::NoPower);
         }
@@ -194,9 +191,6 @@ impl<const N: usize> NorFlash for FailingFlash<N> {
         for word in self.flash.bytes()[start..start + bytes.len()].chunks(WORD) {
             self.rewritten += u32::from(word.iter().any(|byte| *byte != 0xff));
         }
-        self.flash
-            .write(offset, bytes)
-            .await
-            .map_err(Failure::Access)
+        self.flash.write(offset, bytes).map_err(Failure::Access)
     }
 }

@@ -1,8 +1,8 @@
 use crate::controller::driver::{Driver, Flash, begin, crc_32, message, read_answer, samples};
 use delta_cal::ArmIndex;
 use delta_cal_protocol::{
-    Counters, Direction, Fault, ParameterSet, Request, Response, RevertTo, UNKNOWN_SEQUENCE,
-    VERSION, encode,
+    Counters, Direction, Fault, ParameterSet, Reader, Request, Response, RevertTo,
+    UNKNOWN_SEQUENCE, VERSION, Wire, Writer, encode,
 };
 use delta_cal_tests::generator;
 use rand_core::Rng;
@@ -15,16 +15,13 @@ fn identify(sequence: u16) -> Vec<u8> {
 
 /// A frame around any content: what `encode` makes of it.
 fn framed(sequence: u16, content: &[u8]) -> Vec<u8> {
-    // `Bytes` as postcard writes an array: without its length.
     struct Raw<'a>(&'a [u8]);
-    impl serde::Serialize for Raw<'_> {
-        fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-            use serde::ser::SerializeTuple;
-            let mut tuple = serializer.serialize_tuple(self.0.len())?;
-            for byte in self.0 {
-                tuple.serialize_element(byte)?;
-            }
-            tuple.end()
+    impl Wire for Raw<'_> {
+        fn put(&self, to: &mut Writer<'_>) {
+            to.bytes(self.0);
+        }
+        fn get(_: &mut Reader<'_>) -> Option<Self> {
+            None
         }
     }
     encode(Direction::Request, sequence, &Raw(content))

@@ -4,7 +4,7 @@ use delta_cal::SymmetricRobot;
 use delta_cal_firmware_example::{Controller, FlashError, PAGE, StreamFlash, WORD};
 use delta_cal_protocol::{Fault, Geometry, Origin, Request, Response, RevertTo};
 use delta_cal_tests::paper_robot;
-use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 /// One change of the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -196,8 +196,8 @@ impl ErrorType for Unreadable {
 impl ReadNorFlash for Unreadable {
     const READ_SIZE: usize = 1;
 
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
-        self.flash.read(offset, bytes).await?;
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
+        self.flash.read(offset, bytes)?;
         if self.written {
             // One bit that is read wrong, as with too little power.
             for byte in bytes.iter_mut().take(1) {
@@ -216,14 +216,14 @@ impl NorFlash for Unreadable {
     const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = PAGE;
 
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         self.written = false;
-        self.flash.erase(from, to).await
+        self.flash.erase(from, to)
     }
 
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         self.written = true;
-        self.flash.write(offset, bytes).await
+        self.flash.write(offset, bytes)
     }
 }
 

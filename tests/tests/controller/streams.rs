@@ -1,17 +1,14 @@
-//! Gate, held-out samples, forgetting and the joint estimator on the controller.
+//! Gate, forgetting and the joint estimator on the controller.
 
 use crate::controller::driver::{Driver, Flash, begin, message, samples};
 use delta_cal::stream::{
-    Added, Estimator, Forgetting, Selection, StreamCalibrator, StreamOptions, StreamOutcome,
-    StreamRefusal,
+    Estimator, Forgetting, Selection, StreamCalibrator, StreamOptions, StreamOutcome, StreamRefusal,
 };
-use delta_cal::{
-    ArmIndex, Noise, Progress, RobotOutcome, Sample, Settings, Tolerance, calibration::JointOutcome,
-};
+use delta_cal::{ArmIndex, Noise, Progress, RobotOutcome, Sample, Settings, Tolerance};
 use delta_cal_firmware_example::Number;
 use delta_cal_protocol::{Begin, Fault, GateStatus, Geometry, Phase, Request, Response};
 use delta_cal_tests::paper_robot;
-use embedded_storage_async::nor_flash::NorFlash;
+use embedded_storage::nor_flash::NorFlash;
 
 /// Every option, each as the core has it and as it goes over the wire.
 pub(crate) fn options<T: Number>() -> Vec<(StreamOptions<T>, Begin<T>)> {
@@ -44,13 +41,6 @@ pub(crate) fn options<T: Number>() -> Vec<(StreamOptions<T>, Begin<T>)> {
                     ..gate
                 },
             ),
-            (
-                Selection::HeldOut { every: 4 },
-                Begin {
-                    held_out: Some(4),
-                    ..plain
-                },
-            ),
         ] {
             let options = StreamOptions {
                 estimator,
@@ -74,45 +64,30 @@ fn settings<T: Number>(begin: &Begin<T>) -> Settings<T> {
         .with_tolerance(tolerance)
 }
 
-/// Samples of a robot, of which one that is not held out is 5 mm off.
+/// Samples of a robot, of which one is 5 mm off.
 pub(crate) fn one_wrong<T: Number>(robot: u64, count: usize) -> Vec<Sample<T>> {
     let mut samples = samples::<T>(robot, count);
     samples[count / 2].position.x += T::from_f64(5.0);
     samples
 }
 
-/// Sends a sample as often as it takes; what became of it.
+/// Sends a sample as often as it takes.
 pub(crate) fn send<T: Number, F: NorFlash, S: NorFlash>(
     driver: &mut Driver<T, F, S>,
     index: u32,
     sample: &Sample<T>,
-) -> Option<Added<T>> {
+) {
     loop {
         match driver.ask(&message(1, index, sample)) {
-            Response::Taken { next, last, .. } => {
-                assert_eq!(next, index + 1);
-                return last;
-            }
+            Response::Taken { next, .. } => return assert_eq!(next, index + 1),
             Response::Fault(Fault::Busy) => {
-                let solving = matches!(driver.status().phase, Phase::Solving { .. });
+                let solving = matches!(driver.status().phase, Phase::Solving);
                 assert!(solving, "busy with nothing");
                 driver.rest();
             }
             other => panic!("{other:?}"),
         }
     }
-}
-
-fn covariance_block<T: Number>(
-    outcome: &JointOutcome<T>,
-    rows: ArmIndex,
-    columns: ArmIndex,
-) -> Option<[[T; 8]; 8]> {
-    let all = outcome.estimate.covariance?;
-    let entry = |row, column| all[(8 * rows.index() + row, 8 * columns.index() + column)];
-    Some(std::array::from_fn(|column| {
-        std::array::from_fn(|row| entry(row, column))
-    }))
 }
 
 /// The controller's result against the core's, every bit of it.
@@ -122,10 +97,8 @@ fn compare<T: Number>(
     here: &StreamCalibrator<T>,
 ) -> bool {
     let status = driver.status();
-    let gate = here.gate_counts().map(|counts| GateStatus {
-        counts: *counts,
-        alarm: here.alarm(),
-    });
+    let counts = here.gate_counts();
+    let gate = counts.map(|counts| GateStatus::new(counts, here.alarm()));
     assert_eq!(status.gate, gate);
     let outcome = match (status.phase, here.result().unwrap()) {
         (Phase::CalibrationRefused { refusal, .. }, Err(expected)) => {
@@ -148,28 +121,10 @@ fn compare<T: Number>(
             panic!("no outcome")
         };
         assert_eq!(report.parameters, expected.arm.parameters());
-        assert_eq!(report.covariance, expected.covariance.map(|c| c.data.0));
-        assert_eq!(
-            report.held_out,
-            here.validations().map(|all| all[arm.index()])
-        );
-        for columns in ArmIndex::ALL {
-            let request = Request::Covariance {
-                session,
-                rows: arm,
-                columns,
-            };
-            match (driver.ask(&request), outcome) {
-                (Response::Covariance(block), StreamOutcome::Joint(outcome)) => {
-                    assert_eq!((block.rows, block.columns), (arm, columns));
-                    assert_eq!(block.covariance, covariance_block(outcome, arm, columns));
-                }
-                (answer, StreamOutcome::Arms(_)) => {
-                    assert_eq!(answer, Response::Fault(Fault::NoOutcome));
-                }
-                (answer, _) => panic!("{answer:?}"),
-            }
-        }
+        let sigma = expected
+            .covariance
+            .map(|c| std::array::from_fn(|i| c[(i, i)].square_root()));
+        assert_eq!(report.sigma, sigma);
     }
     true
 }
@@ -193,14 +148,14 @@ fn options_have_the_bits_of_the_core<T: Number>() {
                 let mut here =
                     StreamCalibrator::new(&paper_robot(), &settings(&begin), &options).unwrap();
                 for (index, sample) in (0..).zip(&samples) {
-                    let added = here.add(sample).unwrap();
+                    here.add(sample).unwrap();
                     while here.step() == Progress::Working {}
-                    assert_eq!(send(&mut driver, index, sample), Some(added), "{index}");
+                    send(&mut driver, index, sample);
                 }
                 here.solve();
                 while here.step() == Progress::Working {}
-                while driver.solve(1, 40) == (Phase::Solving { arm: None })
-                    || matches!(driver.status().phase, Phase::Solving { .. })
+                while driver.solve(1, 40) == Phase::Solving
+                    || matches!(driver.status().phase, Phase::Solving)
                 {
                     driver.rest();
                 }
@@ -213,7 +168,7 @@ fn options_have_the_bits_of_the_core<T: Number>() {
         }
     }
     println!("{solved} solved, {refused} refused, all as by the core");
-    assert!(solved > 40 && refused > 10);
+    assert!(solved > 30 && refused > 10);
 }
 
 #[test]

@@ -47,8 +47,6 @@ impl<T: Number> On<T> {
 pub(crate) enum Cut {
     /// It has acted on the request, and its answer is lost.
     BeforeTheAnswer,
-    /// The answer is lost, and the supply fails only after the controller has stored what it took in.
-    OnceStored,
     /// The answer has left.
     AfterTheAnswer,
 }
@@ -98,10 +96,6 @@ impl<T: Number> Device<T> {
         self.answered += 1;
         let cut = match self.restart_at {
             Some((at, cut)) if at == index => {
-                if cut == Cut::OnceStored {
-                    // More turns of the idle loop than a record takes.
-                    (0..64).for_each(|_| self.run());
-                }
                 self.restart();
                 Some(cut)
             }
@@ -109,7 +103,7 @@ impl<T: Number> Device<T> {
         };
         self.look();
         match cut {
-            Some(Cut::BeforeTheAnswer | Cut::OnceStored) => Vec::new(),
+            Some(Cut::BeforeTheAnswer) => Vec::new(),
             _ => answer,
         }
     }

@@ -1,16 +1,14 @@
 //! Ports and controllers that keep a client busy: every request and every session comes to its end.
 
-use delta_cal::Refusal;
 use delta_cal::stream::{Estimator, StreamRefusal};
-use delta_cal_host::device::{
-    Client, DeviceError, Measurement, Patience, Sending, Transport, calibrate,
-};
+use delta_cal::{Refusal, Sample};
+use delta_cal_host::device::{Client, DeviceError, Patience, Transport, calibrate};
 use delta_cal_protocol::{
     Begin, ControlLoop, Direction, Fault, Geometry, LARGEST_FRAME, Origin, Parameters, Phase,
     Receiver, Request, Response, Status, encode,
 };
-use delta_cal_tests::documents::print_documented;
 use delta_cal_tests::paper_robot;
+use nalgebra::Vector3;
 use std::cell::Cell;
 use std::collections::VecDeque;
 use std::io;
@@ -54,37 +52,6 @@ impl Transport for Chatter {
 
     fn now(&self) -> Instant {
         self.start + self.elapsed
-    }
-}
-
-#[test]
-fn the_page_of_the_protocol_states_how_long_a_client_waits() {
-    let Patience {
-        timeout,
-        deadline,
-        silent_attempts,
-        attempts,
-        pause,
-        looks,
-    } = Patience::default();
-    let (timeout, pause) = (timeout.as_millis(), pause.as_millis());
-    let deadline = deadline.as_secs();
-    let looks = format!("{},{:03}", looks / 1000, looks % 1000);
-    for row in [
-        format!("| from sending a request until it is sent again | {timeout} ms |"),
-        format!("| for one request with all its repetitions | {deadline} s |"),
-        format!(
-            "| attempts in a row without any answer, then the controller counts as absent | \
-             {silent_attempts} |"
-        ),
-        format!("| attempts at one request, then the link counts as unusable | {attempts} |"),
-        format!("| between two requests for the status while the controller solves | {pause} ms |"),
-        format!(
-            "| requests for the status while the controller solves, then the solve counts as \
-             hanging | {looks} |"
-        ),
-    ] {
-        print_documented("docs/protocol.md", &row);
     }
 }
 
@@ -196,22 +163,17 @@ const BEGIN: Begin<f32> = Begin {
     session: 0,
     tolerance: None,
     noise: None,
-    without_guess: false,
     estimator: Estimator::Arms,
     gate: false,
-    held_out: None,
     forgetting: None,
 };
 
-fn sending() -> Sending<f32> {
-    let measurement = Measurement {
+fn samples() -> Vec<Sample<f32>> {
+    let sample = Sample {
         joints: [0.1; 3],
-        position: [0.0, 0.0, -450.0],
+        position: Vector3::new(0.0, 0.0, -450.0),
     };
-    Sending::Samples {
-        begin: BEGIN,
-        rows: vec![measurement; 20],
-    }
+    vec![sample; 20]
 }
 
 fn status(session: u32, phase: Phase, turns: u32) -> Response<f32> {
@@ -242,7 +204,6 @@ fn honest(request: &Request<f32>, open: &Cell<u32>) -> Response<f32> {
             Response::Taken {
                 session: *session,
                 next: 0,
-                last: None,
             }
         }
         Request::Parameters(_) => Response::Parameters(Parameters {
@@ -253,7 +214,6 @@ fn honest(request: &Request<f32>, open: &Cell<u32>) -> Response<f32> {
         Request::Sample(sample) => Response::Taken {
             session: sample.session,
             next: sample.index + 1,
-            last: None,
         },
         _ => status(open.get(), Phase::Collecting { samples: 0 }, 0),
     }
@@ -262,7 +222,7 @@ fn honest(request: &Request<f32>, open: &Cell<u32>) -> Response<f32> {
 /// Sends 20 measurements; how many requests that took.
 fn gives_up(answer: impl FnMut(&Request<f32>) -> Response<f32>) -> usize {
     let mut client = Scripted::client(answer);
-    let error = calibrate(&mut client, &sending(), &mut |_| {}).unwrap_err();
+    let error = calibrate(&mut client, &BEGIN, &samples(), &mut |_| {}).unwrap_err();
     assert!(
         matches!(error, DeviceError::SessionsLost { .. }),
         "{error:?}"
@@ -279,7 +239,6 @@ fn a_controller_that_takes_no_sample_in_is_given_up() {
             Request::Sample(sample) => Response::Taken {
                 session: sample.session,
                 next,
-                last: None,
             },
             request => honest(request, open),
         }
@@ -310,7 +269,6 @@ fn a_session_that_has_samples_already_is_another_clients() {
             Response::Taken {
                 session: begin.session,
                 next: 3,
-                last: None,
             }
         }
         Request::Begin(begin) => {
@@ -324,7 +282,7 @@ fn a_session_that_has_samples_already_is_another_clients() {
         Request::Solve { .. } => Response::Fault(Fault::Busy),
         request => honest(request, &open),
     });
-    let ended = calibrate(&mut client, &sending(), &mut |_| {});
+    let ended = calibrate(&mut client, &BEGIN, &samples(), &mut |_| {});
     // It came as far as the solve, with all samples of its own.
     assert!(
         matches!(ended, Err(DeviceError::Fault(Fault::Busy))),
@@ -357,7 +315,7 @@ fn a_restart_before_the_session_is_no_part_of_it() {
             request => honest(request, &open),
         }
     });
-    let finished = calibrate(&mut client, &sending(), &mut |_| {}).unwrap();
+    let finished = calibrate(&mut client, &BEGIN, &samples(), &mut |_| {}).unwrap();
     assert_eq!(finished.result, Err(refusal));
     let [before, after] = [finished.status_before, finished.status_after].map(|s| s.control.turns);
     assert!(before < after && after <= 25, "{before}, {after}");

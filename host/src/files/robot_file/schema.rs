@@ -61,7 +61,6 @@ pub(super) struct RobotToml<K: Kind> {
     pub(super) distances: Option<Spanned<DistancesToml>>,
     #[serde(default)]
     pub(super) points: BTreeMap<String, Spanned<PointToml>>,
-    pub(super) distances: Option<DistancesToml>,
     pub(super) target: Option<TargetToml>,
     #[serde(default)]
     pub(super) robot: RobotRecordToml,

@@ -1,0 +1,80 @@
+//! A session's beginning and its result, as the core has them: the same on the controller and on whoever compares with it.
+
+use crate::messages::{ArmReport, Begin, Fault};
+use delta_cal::calibration::ArmOutcome;
+use delta_cal::robot::Transmission;
+use delta_cal::stream::{Forgetting, Selection, StreamCalibrator, StreamOptions};
+use delta_cal::{ArmIndex, Noise, Real, Robot, Settings, Tolerance};
+
+impl<T: Real> Begin<T> {
+    /// The calibrator that this begins.
+    ///
+    /// # Errors
+    /// [`Fault::Settings`].
+    pub fn calibrator(&self, nominal: &Robot<T>) -> Result<StreamCalibrator<T>, Fault> {
+        if self.session == 0 {
+            return Err(Fault::Settings);
+        }
+        let options = self.options()?;
+        StreamCalibrator::new(nominal, &self.settings()?, &options).map_err(|_| Fault::Settings)
+    }
+
+    fn settings(&self) -> Result<Settings<T>, Fault> {
+        let tolerance = self
+            .tolerance
+            .map(|(length, angle)| Tolerance::new(length, angle))
+            .transpose()
+            .map_err(|_| Fault::Settings)?;
+        let noise = self
+            .noise
+            .map(|(position, joint)| Noise::by_axis(position, joint))
+            .transpose()
+            .map_err(|_| Fault::Settings)?;
+        Ok(Settings::default()
+            .with_noise(noise)
+            .with_tolerance(tolerance))
+    }
+
+    fn options(&self) -> Result<StreamOptions<T>, Fault> {
+        let forgetting = self
+            .forgetting
+            .map(Forgetting::new)
+            .transpose()
+            .map_err(|_| Fault::Settings)?;
+        let selection = if self.gate {
+            Selection::Gated { forgetting }
+        } else {
+            Selection::All { forgetting }
+        };
+        Ok(StreamOptions {
+            estimator: self.estimator,
+            selection,
+        })
+    }
+}
+
+impl<T: Real> ArmReport<T> {
+    /// Of one arm's outcome.
+    pub fn new(arm: ArmIndex, outcome: &ArmOutcome<T>) -> Self {
+        let [prior_share] = outcome.prior_share.data.0;
+        let sigma = outcome.covariance.map(|covariance| {
+            let [variances] = covariance.diagonal().data.0;
+            variances.map(Real::square_root)
+        });
+        Self {
+            arm,
+            parameters: outcome.arm.parameters(),
+            transmission: outcome.arm.transmission().map(Transmission::numbers),
+            sigma,
+            residual_rms: outcome.residual_rms,
+            estimated_noise: outcome.estimated_noise,
+            degrees_of_freedom: outcome.degrees_of_freedom,
+            samples: outcome.samples,
+            iterations: outcome.iterations,
+            termination: outcome.termination,
+            start: outcome.start,
+            condition: outcome.condition,
+            prior_share,
+        }
+    }
+}

@@ -1,0 +1,306 @@
+//! Values as bytes: integers and numbers little-endian with a fixed width, fields one after the other, and each variant of an
+//! enum under a number that is written down here and not taken from its place in the enum.
+
+use delta_cal::calibration::{StartUsed, Termination};
+use delta_cal::robot::GeometryError;
+use delta_cal::samples::SampleError;
+use delta_cal::stream::{Alarm, Estimator, StreamRefusal};
+use delta_cal::{ArmIndex, Parameter, Refusal};
+
+/// A value that goes over the wire.
+pub trait Wire: Sized {
+    /// Appends its bytes.
+    fn put(&self, to: &mut Writer<'_>);
+
+    /// Takes it off the front; `None` if that is no such value.
+    fn get(from: &mut Reader<'_>) -> Option<Self>;
+}
+
+/// Bytes that are being written.
+#[derive(Debug)]
+pub struct Writer<'a> {
+    bytes: &'a mut [u8],
+    /// So many bytes have been put; more than there is room for, if not all fit.
+    length: usize,
+}
+
+impl<'a> Writer<'a> {
+    /// Writes to the beginning of these bytes.
+    pub const fn new(bytes: &'a mut [u8]) -> Self {
+        Self { bytes, length: 0 }
+    }
+
+    /// Appends bytes as they are.
+    pub fn bytes(&mut self, own: &[u8]) {
+        let end = self.length.saturating_add(own.len());
+        if let Some(place) = self.bytes.get_mut(self.length..end) {
+            place.copy_from_slice(own);
+        }
+        self.length = end;
+    }
+
+    /// How many bytes were written; `None` if they did not fit.
+    pub const fn finish(self) -> Option<usize> {
+        if self.length <= self.bytes.len() {
+            Some(self.length)
+        } else {
+            None
+        }
+    }
+}
+
+/// Bytes that are being read.
+#[derive(Debug, Clone)]
+pub struct Reader<'a>(&'a [u8]);
+
+impl<'a> Reader<'a> {
+    /// Reads from the beginning of these bytes.
+    pub const fn new(bytes: &'a [u8]) -> Self {
+        Self(bytes)
+    }
+
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (own, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*own)
+    }
+
+    /// What has not been read.
+    pub const fn rest(&self) -> &'a [u8] {
+        self.0
+    }
+}
+
+macro_rules! little_endian {
+    ($($type:ty),+) => {$(
+        impl Wire for $type {
+            fn put(&self, to: &mut Writer<'_>) {
+                to.bytes(&self.to_le_bytes());
+            }
+            fn get(from: &mut Reader<'_>) -> Option<Self> {
+                from.take().map(Self::from_le_bytes)
+            }
+        }
+    )+};
+}
+
+little_endian!(u8, u16, u32, u64, f32, f64);
+
+impl Wire for bool {
+    fn put(&self, to: &mut Writer<'_>) {
+        u8::from(*self).put(to);
+    }
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        match u8::get(from)? {
+            0 => Some(false),
+            1 => Some(true),
+            _ => None,
+        }
+    }
+}
+
+/// 0, or 1 and the value.
+impl<V: Wire> Wire for Option<V> {
+    fn put(&self, to: &mut Writer<'_>) {
+        self.is_some().put(to);
+        if let Some(value) = self {
+            value.put(to);
+        }
+    }
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        if bool::get(from)? {
+            V::get(from).map(Some)
+        } else {
+            Some(None)
+        }
+    }
+}
+
+impl<V: Wire + Copy, const N: usize> Wire for [V; N] {
+    fn put(&self, to: &mut Writer<'_>) {
+        for value in self {
+            value.put(to);
+        }
+    }
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        let mut values = [V::get(from)?; N];
+        for value in values.iter_mut().skip(1) {
+            *value = V::get(from)?;
+        }
+        Some(values)
+    }
+}
+
+impl<A: Wire, B: Wire> Wire for (A, B) {
+    fn put(&self, to: &mut Writer<'_>) {
+        self.0.put(to);
+        self.1.put(to);
+    }
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        Some((A::get(from)?, B::get(from)?))
+    }
+}
+
+/// A struct: its fields in this order.
+macro_rules! fields {
+    ($name:ident $(<$scalar:ident>)? { $($field:ident),+ $(,)? }) => {
+        impl$(<$scalar: $crate::wire::Wire + Copy>)? $crate::wire::Wire for $name$(<$scalar>)? {
+            fn put(&self, to: &mut $crate::wire::Writer<'_>) {
+                $(self.$field.put(to);)+
+            }
+            fn get(from: &mut $crate::wire::Reader<'_>) -> Option<Self> {
+                Some(Self { $($field: $crate::wire::Wire::get(from)?),+ })
+            }
+        }
+    };
+}
+pub(crate) use fields;
+
+/// An enum: the number of the variant in one byte, then its fields. A variant without a number is written as
+/// [`NO_NUMBER`], which nobody reads.
+macro_rules! numbers {
+    ($name:ident $(<$scalar:ident>)? {
+        $($number:literal: $variant:ident $(($content:ident))? $({ $($field:ident),+ $(,)? })?),+ $(,)?
+    }) => {
+        impl$(<$scalar: $crate::wire::Wire + Copy>)? $crate::wire::Wire for $name$(<$scalar>)? {
+            fn put(&self, to: &mut $crate::wire::Writer<'_>) {
+                match self {
+                    $(Self::$variant $(($content))? $({ $($field),+ })? => {
+                        to.bytes(&[$number]);
+                        $($content.put(to);)?
+                        $($($field.put(to);)+)?
+                    })+
+                    #[allow(unreachable_patterns)] // of an enum that may become more
+                    _ => to.bytes(&[$crate::wire::NO_NUMBER]),
+                }
+            }
+            fn get(from: &mut $crate::wire::Reader<'_>) -> Option<Self> {
+                let number: u8 = $crate::wire::Wire::get(from)?;
+                Some(match number {
+                    $($number => Self::$variant
+                        $(({ let $content = $crate::wire::Wire::get(from)?; $content }))?
+                        $({ $($field: $crate::wire::Wire::get(from)?),+ })?,)+
+                    _ => return None,
+                })
+            }
+        }
+    };
+}
+pub(crate) use numbers;
+
+/// The number of what has none in this version.
+pub(crate) const NO_NUMBER: u8 = 127;
+
+numbers!(ArmIndex {
+    0: First,
+    1: Second,
+    2: Third,
+});
+
+numbers!(Parameter {
+    0: Dx,
+    1: Dy,
+    2: Dz,
+    3: Theta,
+    4: Alpha,
+    5: LaX,
+    6: LaY,
+    7: Lb,
+});
+
+numbers!(Estimator { 0: Arms, 1: Joint });
+
+numbers!(Termination {
+    0: GradientVanished,
+    1: RoundingReached,
+});
+
+numbers!(StartUsed {
+    0: Nominal,
+    1: Free,
+    2: Search,
+    3: Joint,
+});
+
+// The numbers below are those of the C library's statuses.
+
+numbers!(GeometryError {
+    30: NonFinite(parameter),
+    31: NotPositive(parameter),
+    32: TiltTooLarge,
+    33: AzimuthTooLarge,
+    34: RadiusInvalid,
+    35: NoCommonUp,
+    36: TransmissionTooLarge,
+});
+
+numbers!(SampleError {
+    50: PositionNonFinite,
+    51: PositionTooFar(arm),
+    52: JointNonFinite(arm),
+    53: JointTooLarge(arm),
+});
+
+numbers!(Refusal {
+    70: TooFewSamples {
+        arm,
+        samples,
+        needed
+    },
+    71: Undetermined {
+        arm,
+        parameter,
+        condition
+    },
+    72: Uncertain {
+        arm,
+        parameter,
+        sigma
+    },
+    73: NotConverged { arm, iterations },
+    74: ResidualContradictsNoise { arm, ratio },
+    75: FarFromNominal {
+        arm,
+        parameter,
+        tolerances
+    },
+    76: ImpossibleGeometry { arm, error },
+    77: ImpossibleRobot(error),
+    78: WrongSide,
+    81: NonFinite { arm },
+    82: Unfinished,
+});
+
+numbers!(Alarm {
+    92: RobotChanged { first },
+    93: EarlySamplesWrong { first },
+});
+
+/// A refusal of the calibration or of the gate: one list of numbers.
+impl Wire for StreamRefusal {
+    fn put(&self, to: &mut Writer<'_>) {
+        match self {
+            Self::Calibration(refusal) => refusal.put(to),
+            Self::Alarm(alarm) => alarm.put(to),
+            Self::TooManyRejected { rejected, samples } => {
+                to.bytes(&[94]);
+                rejected.put(to);
+                samples.put(to);
+            }
+            _ => to.bytes(&[NO_NUMBER]),
+        }
+    }
+    fn get(from: &mut Reader<'_>) -> Option<Self> {
+        match from.rest().first()? {
+            92 | 93 => Alarm::get(from).map(Self::Alarm),
+            94 => {
+                u8::get(from)?;
+                Some(Self::TooManyRejected {
+                    rejected: u64::get(from)?,
+                    samples: u64::get(from)?,
+                })
+            }
+            _ => Refusal::get(from).map(Self::Calibration),
+        }
+    }
+}

@@ -7,6 +7,7 @@ use super::plausibility;
 use super::prior_test::PriorTest;
 use super::refusal::Objection;
 use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::information::prior_with_transmissions;
 use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::workspace_comparison::{Calibrated, Judged as JudgedBy, WorkspaceComparison};
@@ -159,11 +160,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     }
     let covariance = solution.of_robot();
     let expected = expected(robot, &solution.robot, &covariance);
-    let expected_before = tolerance.and_then(|tolerance| {
-        let transmission = robot.transmission.as_ref();
-        let prior = crate::accuracy::information::prior_with_transmissions;
-        self::expected(robot, &robot.robot, &prior(&robot.robot, tolerance, transmission))
-    });
+    let expected_before = prior(robot).and_then(|prior| self::expected(robot, &robot.robot, &prior));
     let known = Known::of(&robot.robot, tolerance, &parameters, expected_before.as_ref(), expected.as_ref());
     Ok(Judged {
         solution,
@@ -210,6 +207,12 @@ fn bed(case: &Case<'_>, solution: &Solution) -> Vec<Vector3<f64>> {
         })
         .filter(|place| place.xy().norm() <= radius)
         .collect()
+}
+
+/// The covariance of the parameters before any measurement; `None` without a tolerance.
+pub(crate) fn prior(robot: &RobotFile) -> Option<RobotCovariance> {
+    let (tolerance, transmission) = (robot.tolerance.as_ref()?, robot.transmission.as_ref());
+    Some(prior_with_transmissions(&robot.robot, tolerance, transmission))
 }
 
 /// The position error that a robot with this covariance of its parameters is expected to have.

@@ -35,6 +35,11 @@ fn place(expected: &ExpectedError) -> f64 {
 }
 
 impl Known {
+    /// Whether all that relative positions depend on is known better than the tolerance says.
+    pub const fn relative_positions(&self) -> bool {
+        self.scale && self.combinations >= self.of
+    }
+
     /// `covariance`: of the robot's parameters after the readings, mm and radians, with the tolerance.
     /// `before` and `after`: the position errors that the robot is expected to have.
     pub fn of(

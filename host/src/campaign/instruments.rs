@@ -3,13 +3,12 @@
 use super::plan::{Measure, Plan, Scenario};
 use crate::files::input_error::InputError;
 use crate::files::robot_file::{InstrumentFacts, RobotFile};
-use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom, Row};
+use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::fit::options::Frame;
-use crate::planning::measurements::{
-    Kind, MeasurementRequest, NoiseOf, PLANE, Planned, Setup, Wishes, plan_measurements,
+use crate::planning::{
+    Kind, Order, PLANE, PlanError, PlanRequest, Planned, Setup, Wishes, plan as planned,
     random_measurements,
 };
-use crate::planning::poses::{self, PlanError, PlanRequest};
 use delta_cal::frame::RigidTransform;
 use delta_cal::simulate::standard_normal;
 use delta_cal::{Noise, Robot};
@@ -52,13 +51,13 @@ pub(super) struct Instrumented {
     planned: Option<Vec<Planned>>,
 }
 
-/// Readings of a robot.
+/// What an instrument read of a robot.
 #[derive(Debug, Clone)]
-pub(super) struct Readings {
+pub(super) struct Read {
     /// With noise.
-    pub(super) file: ObservationsFile,
+    pub(super) file: Readings,
     /// Without.
-    pub(super) exact: ObservationsFile,
+    pub(super) exact: Readings,
     pub(super) frame: Frame,
 }
 
@@ -83,31 +82,25 @@ fn plan_of(plan: &Plan, scenario: &Scenario) -> Result<MeasuredAt, PlanError> {
                 ..plan.robot.clone()
             };
             let request = PlanRequest {
-                count,
                 seed: plan.seed,
-                ..PlanRequest::new(&robot)
+                absolute: true,
+                order: Order::Shortest,
+                ..PlanRequest::new(&robot, Wishes::only(Kind::XYZ), count)
             };
-            let poses = poses::poses(&request)?;
-            let joints = poses.iter().map(|pose| pose.joints).collect();
+            let found = planned(&request)?.measurements;
+            let joints = found.iter().map(|own| own.pose.joints).collect();
             Ok(MeasuredAt::Poses(joints))
         }
         Measure::With(instrument) => {
-            let robot = known(plan, scenario, true);
-            let sigma = sigma(scenario);
-            let like = MeasurementRequest {
+            let robot = instrument.equips(&known(plan, scenario, true), sigma(scenario));
+            let request = PlanRequest {
                 seed: plan.seed,
-                ..MeasurementRequest::new(&robot, Wishes::only(instrument.kind), count)
-            };
-            let request = MeasurementRequest {
-                noise: Some(NoiseOf {
-                    position: sigma,
-                    height: sigma,
-                    distance: sigma,
-                }),
-                ..instrument.request(&like, count)
+                frame: instrument.frame,
+                order: Order::Shortest,
+                ..PlanRequest::new(&robot, Wishes::only(instrument.kind), count)
             };
             let planned = if scenario.shared.planned {
-                Some(plan_measurements(&request)?.measurements)
+                Some(planned(&request)?.measurements)
             } else {
                 None
             };
@@ -159,7 +152,7 @@ pub(super) fn readings(
     scenario: &Scenario,
     with: &Instrumented,
     rng: &mut Pcg32,
-) -> Option<Readings> {
+) -> Option<Read> {
     let setup = &with.setup;
     let places = Places::drawn(setup, rng);
     let count = scenario.shared.poses;
@@ -187,7 +180,7 @@ pub(super) fn readings(
         .iter()
         .map(|reading| off(reading, sigma, joint, rng))
         .collect();
-    Some(Readings {
+    Some(Read {
         file: in_file(noisy, setup),
         exact: in_file(exact, setup),
         frame: setup.frame,
@@ -275,7 +268,7 @@ fn off(reading: &Reading, sigma: f64, joint: f64, rng: &mut Pcg32) -> Reading {
     }
 }
 
-fn in_file(mut readings: Vec<Reading>, setup: &Setup) -> ObservationsFile {
+fn in_file(mut readings: Vec<Reading>, setup: &Setup) -> Readings {
     // Points in the order in which they occur, as a file has them.
     let mut used: Vec<usize> = Vec::new();
     for reading in &mut readings {
@@ -289,13 +282,13 @@ fn in_file(mut readings: Vec<Reading>, setup: &Setup) -> ObservationsFile {
     }
     let heights = readings.iter().any(|reading| reading.height.is_some());
     let names = used.iter().filter_map(|point| setup.points.get(*point));
-    ObservationsFile {
-        name: String::from("simulated"),
+    Readings {
         planes: heights.then(|| PLANE.to_owned()).into_iter().collect(),
         points: names.map(|own| own.name.clone()).collect(),
         rows: (2..)
             .zip(readings)
             .map(|(line, value)| Row { line, value })
             .collect(),
+        ..Readings::of_name("simulated")
     }
 }

@@ -1,7 +1,7 @@
 //! What a campaign computes: every combination of the lists in its file is a case.
 
 use crate::files::robot_file::RobotFile;
-use crate::planning::measurements::Instrument;
+use crate::planning::Instrument;
 use delta_cal::calibration::Solver;
 use delta_cal::robot::Arm;
 use delta_cal::{Noise, Tolerance};

@@ -1,6 +1,6 @@
 //! One simulated robot: its true geometry, what is measured of it, and where it is tested.
 
-use super::instruments::{Joints, MeasuredAt, Readings, readings};
+use super::instruments::{Joints, MeasuredAt, Read as Readings, readings};
 use super::plan::{Plan, Scenario, Spread};
 use delta_cal::robot::{Arm, ParameterKind, Transmission};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};

@@ -1,6 +1,6 @@
 //! One simulated robot calibrated one way, and what came of it.
 
-use super::instruments::{Readings, known};
+use super::instruments::{Read as Readings, known};
 use super::plan::{Case, Method, Plan, Scenario};
 use super::simulation::{Read, SimulatedRobot};
 use crate::accuracy::evaluation::CramerRaoBound;
@@ -8,9 +8,8 @@ use crate::accuracy::information::units;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::files::robot_file::RobotFile;
-use crate::fit::observations::{self, ObservedError};
-use crate::fit::options::CalibrationMethod;
-use crate::planning::measurements::covariance_after;
+use crate::fit::{self, Options, Unsolved};
+use crate::planning::covariance_after;
 use delta_cal::calibration::{ArmOutcome, JointCalibrator, JointOutcome, StartUsed};
 use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PositionFrame,
@@ -99,14 +98,21 @@ fn of_readings(
     readings: &Readings,
 ) -> Result<Calibrated, Status> {
     let robot = known(plan, scenario, case.prior);
-    let fit = observations::calibrate(&robot, &readings.file, readings.frame, case.solver.into());
-    let fit = fit.map_err(|error| match error {
-        ObservedError::Refused(refusal) => status(&refusal),
-        ObservedError::Row(..) | ObservedError::TooManyInstruments | ObservedError::Robust(_) => {
-            FAULTY_SAMPLE
-        }
+    let options = Options {
+        method: Some(fit::Method::Fkm),
+        frame: readings.frame,
+        ..Options::default()
+    };
+    let solution = fit::solve(&robot, &readings.file, &options).map_err(|error| match error {
+        Unsolved::Refused(refusal) => status(&refusal),
+        _ => FAULTY_SAMPLE,
     })?;
-    Ok(of_arms(&fit.outcome.fit, fit.outcome.covariance))
+    Ok(Calibrated {
+        robot: solution.robot,
+        covariance: Some(solution.of_parameters()),
+        whole: true,
+        from_nominal: solution.start == StartUsed::Nominal,
+    })
 }
 
 /// The FKM method of the paper: the core's problem of observations whose readings are all three
@@ -243,8 +249,8 @@ pub(super) fn bound(
         Read::Positions(_, joints) => {
             // The other methods use all that the measurements hold.
             let method = match case.method {
-                Method::Ikm => CalibrationMethod::Ikm,
-                Method::Joint | Method::Fkm => CalibrationMethod::Joint,
+                Method::Ikm => fit::Method::Ikm,
+                Method::Joint | Method::Fkm => fit::Method::Joint,
             };
             let tolerance = scenario.tolerance.as_ref().filter(|_| case.prior);
             let noise = scenario.noise.as_ref()?;

@@ -6,7 +6,7 @@ mod run;
 pub(crate) use run::run;
 
 use super::paths::{ColumnsArgument, robot_path};
-use crate::CalibrationMethod;
+use crate::fit;
 use crate::device::Port;
 use clap::{Args, Subcommand, ValueEnum};
 use delta_cal::stream::Estimator;
@@ -134,10 +134,10 @@ impl Method {
         }
     }
 
-    const fn here(self) -> CalibrationMethod {
+    const fn here(self) -> fit::Method {
         match self {
-            Self::Joint => CalibrationMethod::Joint,
-            Self::Ikm => CalibrationMethod::Ikm,
+            Self::Joint => fit::Method::Joint,
+            Self::Ikm => fit::Method::Ikm,
         }
     }
 }

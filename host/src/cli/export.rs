@@ -15,7 +15,7 @@ use crate::export::wanted::Wanted;
 use crate::files::kinematics;
 use crate::render::json;
 use crate::report::export::{self, Files};
-use crate::{InputError, InputText, Measurements, Options, RobotFile, read_samples};
+use crate::{InputError, InputText, Options, RobotFile, read_samples};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
@@ -307,12 +307,9 @@ fn level(arguments: &ExportArguments, robot: &RobotFile) -> Result<Option<Frame>
             remedy: "leave it out; the fitted rigid motion levels the work frame".to_owned(),
         });
     }
-    let samples = read_samples(&InputText::from_table(path)?, robot, Options::default())
+    let samples = read_samples(&InputText::from_table(path)?, robot, &Options::default())
         .map_err(Failure::from)?;
-    let found = match &samples {
-        Measurements::Observations(samples) => of_heights(&robot.robot, samples),
-        Measurements::Positions(_) => None,
-    };
+    let found = of_heights(&robot.robot, &samples);
     if found.is_some() {
         return Ok(found);
     }

@@ -12,7 +12,8 @@ use crate::import::klipper;
 use crate::printer::assess::Assessment;
 use crate::printer::error::AssessError;
 use crate::render::json;
-use crate::report::{calibration, printer};
+use crate::report::calibration::RefusalReport;
+use crate::report::{self, printer};
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -126,12 +127,12 @@ fn nothing_saved(imported: &Imported) -> Failure {
 fn failure(json: Option<&Path>, name: &str, error: AssessError) -> Failure {
     match error {
         AssessError::Calibrate(error) if error.refused() => {
-            let refusal = calibration::json::refusal(&error);
+            let refusal = report::json(&RefusalReport::from(error.as_ref()));
             outputs::refused(json, &refusal, (*error).into())
         }
         AssessError::Calibrate(error) => (*error).into(),
         AssessError::Unexplained { cause, remedy } => {
-            let refusal = calibration::json::refused(&cause, Some(&remedy), None);
+            let refusal = report::json(&RefusalReport::new(&cause, &remedy));
             outputs::refused(json, &refusal, Failure::NotDetermined { cause, remedy })
         }
         AssessError::Export(error) => InputError::new(name, error.to_string())

@@ -6,13 +6,12 @@ use super::length::Length;
 use super::outputs;
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::progress::Waiting;
-use crate::files::samples_file::is_unmeasured_plan;
 use crate::planning::{
     Determined, LEAST, MOST, Order, PlanError, PlanRequest, Region, SamplesRequest, Wishes,
     compare, plan, plan_for,
 };
 use crate::report::plan as report;
-use crate::{Frame, InputError, InputText, MeasurementsToCheck, RobotFile};
+use crate::{Frame, InputError, InputText, Planned, RobotFile};
 use clap::{ArgGroup, Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
@@ -171,7 +170,7 @@ fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
         return Ok(());
     }
     let replaceable = |text: InputText| {
-        text.text().trim().is_empty() || is_unmeasured_plan(&text, robot).unwrap_or(false)
+        text.text().trim().is_empty() || Planned::read(&text, robot).is_ok_and(|plan| plan.is_unmeasured())
     };
     if InputText::from_file(path).is_ok_and(replaceable) {
         return Ok(());
@@ -188,10 +187,10 @@ fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
 /// What the rows of a file determine.
 fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<(), Failure> {
     let text = read(path, &arguments.columns)?;
-    let (file, unmeasured) = match MeasurementsToCheck::read(&text, robot)? {
-        MeasurementsToCheck::Positions(poses) => (poses.samples.into(), poses.unmeasured),
-        MeasurementsToCheck::Observations(rows) => (rows.file, rows.unmeasured),
-    };
+    let Planned {
+        readings: file,
+        unmeasured,
+    } = Planned::read(&text, robot)?;
     let request = SamplesRequest {
         frame: arguments.frame.frame(),
         add: arguments.count.unwrap_or(ADDED),

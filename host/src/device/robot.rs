@@ -5,7 +5,7 @@ use super::error::DeviceError;
 use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::SamplesFile;
+use crate::files::samples_file::Readings;
 use crate::text::numbers::small;
 use crate::text::words::in_file_units;
 use delta_cal::robot::ParameterKind;
@@ -45,9 +45,8 @@ pub fn begin<T: Number>(robot: &RobotFile, estimator: Estimator) -> Begin<T> {
 }
 
 /// The samples of a file, rounded to the controller's numbers.
-pub fn samples<T: Number>(file: &SamplesFile) -> Vec<Sample<T>> {
-    file.rows
-        .iter()
+pub fn samples<T: Number>(file: &Readings) -> Vec<Sample<T>> {
+    file.samples()
         .map(|row| Sample {
             joints: row.value.joints.map(T::from_f64),
             position: row.value.position.map(T::from_f64),

@@ -7,7 +7,7 @@ mod write;
 use crate::geometry::reach::Reach;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
-use delta_cal::robot::TransmissionTolerance;
+use delta_cal::robot::{Drive, TransmissionTolerance};
 use delta_cal::{Noise, Robot, Tolerance};
 use nalgebra::Vector3;
 

@@ -10,7 +10,7 @@ use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::files::robot_file::RobotFile;
-use crate::fit::outcome::RobotCovariance;
+use crate::fit::covariance::RobotCovariance;
 use delta_cal::Sample;
 use delta_cal::observations::Observation;
 use delta_cal::simulate::made_robot;

@@ -14,7 +14,7 @@ use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::workspace_poses::inside;
 use crate::files::robot_file::RobotFile;
 use crate::fit::options::Frame;
-use crate::fit::outcome::RobotCovariance;
+use crate::fit::covariance::RobotCovariance;
 use delta_cal::calibration::limits::LARGEST_SIGMA;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Robot};

@@ -13,13 +13,14 @@ use super::selection::Selection;
 use super::setup::{PlaneAt, Planned, PointAt, Setup, blocks_or_usual, place, with_noise};
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::workspace_poses::inside;
-use crate::calibration::observations::Known;
+use crate::calibration::known::Known;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::ObservationsFile;
-use crate::fit::observations::{calibrate, observation, places};
+use crate::files::samples_file::Readings;
+use crate::fit::observations::{observation, places};
+use crate::fit::solution::Kind as ReadingKind;
+use crate::fit::{Options, solve};
 use crate::fit::options::Frame;
-use crate::fit::outcome::{RobotCovariance, of_parameters};
-use delta_cal::calibration::Solver;
+use crate::fit::covariance::{RobotCovariance, of_parameters};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{DistanceFrom, Observation};
 use delta_cal::{ArmIndex, Parameter};
@@ -85,7 +86,7 @@ impl Determined {
     /// Names and numbers that the core does not take.
     pub fn by(
         robot: &RobotFile,
-        file: &ObservationsFile,
+        file: &Readings,
         unmeasured: &[u64],
         request: &SamplesRequest,
     ) -> Result<Self, PlanError> {
@@ -117,8 +118,9 @@ impl Determined {
             not_reached: lines(&|index| !reached(&setup, &rows[index])),
             unchecked: lines(&|index| unchecked(&found.rows[index])),
             known: Known::of(
-                &setup.robot,
-                Some(&of_parameters(&of_robot)),
+                &setup.robot.robot,
+                setup.robot.tolerance.as_ref(),
+                &of_parameters(&of_robot),
                 before.as_ref(),
                 now.as_ref(),
             ),
@@ -197,7 +199,7 @@ impl Determined {
 /// The covariance of a robot's parameters (mm, radians) after measurements of it. `None` if they cannot be taken.
 pub(crate) fn covariance_after(
     robot: &RobotFile,
-    file: &ObservationsFile,
+    file: &Readings,
     frame: Frame,
 ) -> Option<RobotCovariance> {
     let setup = Setup {
@@ -208,7 +210,7 @@ pub(crate) fn covariance_after(
     Some(found.of_robot(&found.covariance()?))
 }
 
-fn rows_of(file: &ObservationsFile) -> Result<Vec<Observation<f64>>, PlanError> {
+fn rows_of(file: &Readings) -> Result<Vec<Observation<f64>>, PlanError> {
     let rows = file.rows.iter().map(|row| observation(&row.value));
     rows.collect::<Result<_, _>>()
         .map_err(|_| PlanError::TooManyInstruments)
@@ -233,7 +235,7 @@ fn anchors(
 }
 
 /// The instruments that a file names, and what the robot file knows of them.
-fn unplaced(robot: &RobotFile, file: &ObservationsFile, frame: Frame) -> Setup {
+fn unplaced(robot: &RobotFile, file: &Readings, frame: Frame) -> Setup {
     let (planes, points) = places(robot, file);
     let planes = file.planes.iter().zip(planes).map(|(name, known)| PlaneAt {
         name: name.clone(),
@@ -248,11 +250,10 @@ fn unplaced(robot: &RobotFile, file: &ObservationsFile, frame: Frame) -> Setup {
         lengths: (0.0, f64::INFINITY),
         known,
     });
-    let rows = || file.rows.iter().map(|row| &row.value);
     let measured = [
-        file.coordinates(),
-        rows().any(|row| row.height.is_some()),
-        rows().any(|row| row.distance.is_some()),
+        file.holds(ReadingKind::Position),
+        file.holds(ReadingKind::Height),
+        file.holds(ReadingKind::Distance),
     ];
     let (with, noise_stated) = with_noise(robot, measured);
     Setup {
@@ -273,16 +274,24 @@ fn unplaced(robot: &RobotFile, file: &ObservationsFile, frame: Frame) -> Setup {
 
 /// The instruments of a file where a calibration finds them, if every row is measured and calibrates the robot.
 /// Otherwise planes are level, points are where a plan puts them, and the frame is the robot's.
-fn setup_of(robot: &RobotFile, file: &ObservationsFile, unmeasured: &[u64], frame: Frame) -> Setup {
+fn setup_of(robot: &RobotFile, file: &Readings, unmeasured: &[u64], frame: Frame) -> Setup {
     let mut setup = unplaced(robot, file, frame);
     if unmeasured.is_empty()
-        && let Ok(fit) = calibrate(&setup.robot, file, frame, Solver::default())
+        && let Ok(fit) = solve(
+            &setup.robot,
+            file,
+            &Options {
+                frame,
+                ..Options::default()
+            },
+        )
     {
-        setup.to_frame = fit.frame.unwrap_or_else(RigidTransform::identity);
-        for (own, found) in setup.planes.iter_mut().zip(&fit.planes) {
+        let found = fit.places;
+        setup.to_frame = found.frame.unwrap_or_else(RigidTransform::identity);
+        for (own, found) in setup.planes.iter_mut().zip(&found.planes) {
             (own.normal, own.offset) = (found.normal, found.offset);
         }
-        for (own, found) in setup.points.iter_mut().zip(&fit.points) {
+        for (own, found) in setup.points.iter_mut().zip(&found.points) {
             own.place = found.place;
         }
         return setup;
@@ -302,7 +311,7 @@ fn setup_of(robot: &RobotFile, file: &ObservationsFile, unmeasured: &[u64], fram
 /// lowest pose is.
 fn level(
     robot: &delta_cal::Robot<f64>,
-    file: &ObservationsFile,
+    file: &Readings,
     unmeasured: &[u64],
     plane: usize,
 ) -> f64 {

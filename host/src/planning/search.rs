@@ -8,7 +8,7 @@ use super::information::Information;
 use super::kind::Wishes;
 use super::region::below;
 use super::setup::{Planned, Setup};
-use crate::fit::outcome::RobotCovariance;
+use crate::fit::covariance::RobotCovariance;
 use delta_cal::observations::Observation;
 use nalgebra::DMatrix;
 use rand_core::{Rng, SeedableRng};

@@ -4,7 +4,7 @@ use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::files::robot_file::RobotFile;
-use crate::fit::outcome::RobotCovariance;
+use crate::fit::covariance::RobotCovariance;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Robot, Sample};
 use nalgebra::Vector3;

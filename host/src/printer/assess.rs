@@ -3,9 +3,8 @@
 use super::area::{Area, Off};
 use super::error::AssessError;
 use super::next::{Next, next};
-use crate::calibration::error::CalibrateError;
-use crate::calibration::observations::{ObservationsReport, calibrate_observations, prior};
-use crate::calibration::read_samples;
+use crate::calibration::judge::prior;
+use crate::calibration::{CalibrateError, calibrate, read_samples};
 use crate::export::case::Case;
 use crate::export::choose::{CHOICES, Choice};
 use crate::export::exported::Export;
@@ -14,7 +13,8 @@ use crate::export::settings::Settings;
 use crate::export::wanted::Wanted;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
-use crate::files::samples_file::{Measurements, ObservationsFile};
+use crate::files::samples_file::Readings;
+use crate::report::calibration::Report;
 use crate::fit::options::Options;
 use crate::import::imported::Imported;
 use delta_cal::robot::Drive;
@@ -31,12 +31,14 @@ const FIRST_LAYER: usize = 5;
 const ON_THE_BED: f64 = 0.5;
 
 /// What is known of a printer.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Assessment {
     /// Its configuration.
     pub imported: Imported,
+    /// What was measured.
+    pub readings: Readings,
     /// The calibration.
-    pub report: ObservationsReport,
+    pub report: Report,
     /// Where it prints.
     pub area: Area,
     /// What its configuration is off; `None` if it does not reach its bed.
@@ -58,9 +60,9 @@ impl Assessment {
     /// The measurements calibrate no robot within the tolerance.
     pub fn of(imported: Imported) -> Result<Self, AssessError> {
         let samples = samples(&imported)?;
-        let report = calibrate_observations(&imported.robot, &samples, Options::default())
+        let report = calibrate(&imported.robot, &samples, &Options::default())
             .map_err(|error| named(error, &imported))?;
-        if report.lack_of_fit > UNEXPLAINED {
+        if lack_of_fit(&report) > UNEXPLAINED {
             return Err(unexplained(&imported, &report));
         }
         let robot = &report.before;
@@ -112,6 +114,7 @@ impl Assessment {
         let next = next(&report.after, &samples, &area);
         Ok(Self {
             imported,
+            readings: samples,
             report,
             area,
             before,
@@ -129,23 +132,19 @@ impl Assessment {
 
     /// How many numbers were measured.
     pub fn readings(&self) -> usize {
-        self.report.samples.readings()
+        self.readings.readings()
     }
 }
 
-fn samples(imported: &Imported) -> Result<ObservationsFile, AssessError> {
+fn samples(imported: &Imported) -> Result<Readings, AssessError> {
     let text = imported.samples_text.as_deref().unwrap_or_default();
     let input = InputText::new(&imported.source, text);
-    match read_samples(&input, &imported.robot, Options::default())? {
-        Measurements::Observations(samples) => Ok(samples),
-        Measurements::Positions(_) => {
-            let fault = InputError::new(
-                &imported.source,
-                "the configuration holds no saved measurements",
-            );
-            Err(CalibrateError::from(fault).into())
-        }
+    let readings = read_samples(&input, &imported.robot, &Options::default())?;
+    if !readings.is_complete() {
+        return Ok(readings);
     }
+    let cause = "the configuration holds no saved measurements";
+    Err(CalibrateError::from(InputError::new(&imported.source, cause)).into())
 }
 
 /// What the configuration calls the measurement in a line of the samples.
@@ -180,19 +179,27 @@ fn named(error: CalibrateError, imported: &Imported) -> AssessError {
 const REMEDY: &str = "and see whether arm_length is the length between the joints of a rod (--rods), whether the belts' \
                       rotation_distance is right, and whether something was loose";
 
-fn unexplained(imported: &Imported, report: &ObservationsReport) -> AssessError {
-    let rows = 0..report.samples.rows.len();
-    let worst = rows.max_by(|one, other| {
-        report
-            .row_residual(*one)
-            .total_cmp(&report.row_residual(*other))
-    });
-    let worst = worst.and_then(|index| imported.saved.names.get(index));
+/// How many times what noise and tolerance allow the residuals are: 1 is expected.
+pub(crate) fn lack_of_fit(report: &Report) -> f64 {
+    let noise = &report.solution.noise;
+    let squares: f64 = noise.iter().map(|own| own.squares).sum();
+    let freedom = report.solution.degrees_of_freedom();
+    (squares / freedom.max(1.0)).sqrt()
+}
+
+/// The place of the sample that is furthest off.
+pub(crate) fn worst(report: &Report) -> Option<usize> {
+    let size = |index: &usize| report.samples[*index].error_after_sigma;
+    (0..report.samples.len()).max_by(|one, other| size(one).total_cmp(&size(other)))
+}
+
+fn unexplained(imported: &Imported, report: &Report) -> AssessError {
+    let worst = worst(report).and_then(|index| imported.saved.names.get(index));
     let worst = worst.map_or_else(String::new, |name| format!("; {name} is furthest off"));
     AssessError::Unexplained {
         cause: format!(
             "{}: the measurements are {:.1} times further from every robot within the tolerance than they may be{worst}",
-            imported.source, report.lack_of_fit
+            imported.source, lack_of_fit(report)
         ),
         remedy: format!("measure again, {REMEDY}"),
     }

@@ -1,6 +1,6 @@
 //! Why a printer cannot be assessed.
 
-use crate::calibration::error::CalibrateError;
+use crate::calibration::CalibrateError;
 use crate::export::error::ExportError;
 
 /// Why a printer cannot be assessed.

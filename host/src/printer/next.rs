@@ -2,7 +2,7 @@
 
 use super::area::{Area, bed};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom, Row};
+use crate::files::samples_file::{Readings, Reading, ReadingFrom, Row};
 use crate::fit::options::Frame;
 use crate::planning::covariance_after;
 use nalgebra::Vector3;
@@ -34,8 +34,8 @@ pub struct Next {
 }
 
 /// Of a calibrated robot and its measurements.
-pub(super) fn next(robot: &RobotFile, file: &ObservationsFile, area: &Area) -> Option<Next> {
-    let leaves = |file: &ObservationsFile| {
+pub(super) fn next(robot: &RobotFile, file: &Readings, area: &Area) -> Option<Next> {
+    let leaves = |file: &Readings| {
         area.expected(robot, &covariance_after(robot, file, Frame::Base)?)
     };
     let now = leaves(file)?;
@@ -82,7 +82,7 @@ fn row(reading: Reading) -> Row<Reading> {
 }
 
 /// The nozzle on the bed, above the plane that the file's heights have.
-fn height(robot: &RobotFile, file: &ObservationsFile, [x, y]: [f64; 2]) -> Option<Row<Reading>> {
+fn height(robot: &RobotFile, file: &Readings, [x, y]: [f64; 2]) -> Option<Row<Reading>> {
     let (plane, _) = file.rows.iter().find_map(|row| row.value.height)?;
     let joints = robot.robot.inverse(&Vector3::new(x, y, 0.0)).ok()?;
     Some(row(Reading {

@@ -378,6 +378,18 @@ pub struct RefusalReport<'a> {
     pub diagnosis: Option<&'a Diagnosis>,
 }
 
+impl RefusalReport<'_> {
+    /// For this cause, with what to do next.
+    pub fn new(cause: &str, remedy: &str) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION,
+            refused: cause.to_owned(),
+            remedy: remedy.to_owned(),
+            diagnosis: None,
+        }
+    }
+}
+
 impl<'a> From<&'a CalibrateError> for RefusalReport<'a> {
     fn from(error: &'a CalibrateError) -> Self {
         Self {

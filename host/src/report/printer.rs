@@ -1,7 +1,7 @@
 //! A printer's assessment, in ten lines and the lines to paste, and for programs.
 
 use crate::printer::area::Off;
-use crate::printer::assess::Assessment;
+use crate::printer::assess::{Assessment, lack_of_fit, worst};
 use crate::render::json::report;
 use crate::report::export::{self, Files, wrapped};
 use crate::text::words::{count, list};
@@ -48,7 +48,7 @@ pub fn lines(assessment: &Assessment) -> Vec<String> {
     lines.push(fit(assessment));
     lines.push(known(assessment));
     lines.extend(sure(assessment));
-    if !report.known.scale {
+    if !report.determined.scale {
         let more = if assessment.imported.saved.distances.is_empty() {
             "that takes distances"
         } else {
@@ -94,7 +94,7 @@ fn measured(assessment: &Assessment) -> String {
 /// What its configuration is off.
 fn wrong(assessment: &Assessment, off: &Off) -> String {
     // Nothing is said of a size that was not measured.
-    let size = if assessment.report.known.scale {
+    let size = if assessment.report.determined.scale {
         format!(", and 100 mm come out as {:.2} mm", off.hundred)
     } else {
         String::new()
@@ -127,24 +127,18 @@ fn changes(assessment: &Assessment) -> Option<String> {
 
 fn fit(assessment: &Assessment) -> String {
     let report = &assessment.report;
-    if report.widening > 1.0 {
-        let worst = (0..report.samples.rows.len())
-            .max_by(|one, other| {
-                report
-                    .row_residual(*one)
-                    .total_cmp(&report.row_residual(*other))
-            })
-            .and_then(|index| assessment.imported.saved.names.get(index));
+    if report.sigma_widened_by > 1.0 {
+        let worst = worst(report).and_then(|index| assessment.imported.saved.names.get(index));
         return format!(
             "Doubtful: the measurements are {:.1} times further off than noise and tolerance allow, {} most of all; \
              every uncertainty is widened by that.",
-            report.lack_of_fit,
+            lack_of_fit(report),
             worst.map_or("one", String::as_str)
         );
     }
     format!(
         "The measurements fit: {:.2} times what noise and tolerance allow, where 1 is usual.",
-        report.lack_of_fit
+        lack_of_fit(report)
     )
 }
 
@@ -156,7 +150,7 @@ fn known(assessment: &Assessment) -> String {
         "{readings} measurements determine at most {} combinations of the {parameters} parameters, here {} better \
          than the tolerance; all others come from the tolerance.",
         readings.min(parameters),
-        assessment.report.known.combinations
+        assessment.report.determined.combinations
     )
 }
 
@@ -167,7 +161,7 @@ fn sure(assessment: &Assessment) -> Option<String> {
     });
     Some(format!(
         "How sure: positions are expected to be off by {:.2} mm rms (one sigma) after this calibration{before}.",
-        assessment.report.widening * next.now
+        assessment.report.sigma_widened_by * next.now
     ))
 }
 
@@ -176,7 +170,7 @@ fn next(assessment: &Assessment) -> Vec<String> {
     let Some(next) = &assessment.next else {
         return Vec::new();
     };
-    let widening = assessment.report.widening;
+    let widening = assessment.report.sigma_widened_by;
     let mut lines = Vec::new();
     let worthwhile = |error: &f64| *error < (1.0 - WORTH) * next.now;
     let mut options = Vec::new();
@@ -216,7 +210,7 @@ fn next(assessment: &Assessment) -> Vec<String> {
     }
     if lines.is_empty() {
         lines.push(
-            if assessment.report.known.scale {
+            if assessment.report.determined.scale {
                 "Measure next: nothing; heights and distances bring little more."
             } else {
                 "Measure next: more heights and printed distances bring little; the size takes longer distances, \
@@ -285,11 +279,11 @@ pub fn json(assessment: &Assessment) -> Value {
             "heights": assessment.imported.saved.heights.len(),
             "distances": assessment.imported.saved.distances.len(),
             "bed_radius_mm": assessment.area.radius,
-            "lack_of_fit": own.lack_of_fit,
-            "sigma_widened_by": own.widening,
-            "combinations_known": own.known.combinations,
+            "lack_of_fit": lack_of_fit(own),
+            "sigma_widened_by": own.sigma_widened_by,
+            "combinations_known": own.determined.combinations,
             "combinations_at_most": assessment.readings().min(if assessment.has_towers() { 21 } else { 24 }),
-            "scale_known": own.known.scale,
+            "scale_known": own.determined.scale,
             "before": off(&assessment.before),
             "after": off(&assessment.after),
             "changes": changes,

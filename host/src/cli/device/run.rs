@@ -14,12 +14,10 @@ use crate::device::{
     robot as robot_of,
 };
 use crate::files::example;
-use crate::report::calibration::{json, table};
-use crate::report::document::About;
 use crate::text::numbers::small;
 use crate::{
-    CalibrateError, InputError, InputText, InstrumentFacts, Measurements, Options, Record,
-    RobotFile, SamplesFile, calibrate, read_samples,
+    CalibrateError, InputError, InputText, InstrumentFacts, Options, Readings, Record, RobotFile,
+    calibrate, read_samples,
 };
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal::robot::Drive;
@@ -68,7 +66,7 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
 }
 
 /// The two files, or the built-in example.
-fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), CalibrateError> {
+fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, Readings), CalibrateError> {
     let (Some(robot), Some(samples)) = (&arguments.robot, &arguments.samples) else {
         return Ok(example::load()?);
     };
@@ -78,18 +76,14 @@ fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, SamplesFile), Ca
         let error = InputError::new(&robot.name, cause).at_key("[tolerance] transmission_deg");
         return Err(error.with_remedy(ELSEWHERE).into());
     }
-    match read_samples(
-        &read(samples, &arguments.columns)?,
-        &robot,
-        Options::default(),
-    )? {
-        Measurements::Positions(samples) => Ok((robot, samples)),
-        Measurements::Observations(samples) => {
-            let cause = "a controller calibrates from complete positions, x, y and z in each row";
-            let error = InputError::new(&samples.name, cause);
-            Err(error.with_remedy(ELSEWHERE).into())
-        }
+    let text = read(samples, &arguments.columns)?;
+    let readings = read_samples(&text, &robot, &Options::default())?;
+    if readings.is_complete() {
+        return Ok((robot, readings));
     }
+    let cause = "a controller calibrates from complete positions, x, y and z in each row";
+    let error = InputError::new(&readings.name, cause);
+    Err(error.with_remedy(ELSEWHERE).into())
 }
 
 const ELSEWHERE: &str = "calibrate with delta-cal calibrate --output calibrated.toml, and send the result with \
@@ -125,7 +119,7 @@ fn publish<C: Serialize + Display>(
 struct Calibrate<'a> {
     arguments: &'a CalibrateArguments,
     robot: RobotFile,
-    samples: SamplesFile,
+    samples: Readings,
 }
 
 impl Task for Calibrate<'_> {
@@ -139,10 +133,10 @@ impl Task for Calibrate<'_> {
         let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
         check_nominal(&robot, &nominal.geometry)?;
         let options = Options {
-            method: arguments.method.here(),
+            method: Some(arguments.method.here()),
             ..Options::default()
         };
-        let here = calibrate(&robot, &samples, options)?;
+        let here = calibrate(&robot, &samples, &options)?;
         let begin = device::begin::<T>(&robot, arguments.method.on_the_controller());
         let rows = device::samples::<T>(&samples);
         let bar =
@@ -164,7 +158,7 @@ impl Task for Calibrate<'_> {
         };
         let joints = samples.rows.iter().map(|row| row.value.joints);
         let differs = difference(&robot_of(&geometry)?, &here.after.robot, joints);
-        if !(differs <= tolerated(&here.after, here.error_after.rms)) {
+        if !(differs <= tolerated(&here)) {
             return Err(Failure::Device {
                 cause: format!(
                     "the controller's positions differ by {} mm rms from this computer's",
@@ -178,8 +172,8 @@ impl Task for Calibrate<'_> {
             device::apply(client, &begin, &rows, &finished)?;
         }
         let calibration = report::Calibration::new(
-            json::report(&here, &About::default()),
-            table::render(&here, &About::default()),
+            serde_json::to_value(&here).unwrap_or_default(),
+            here.to_text(),
             differs,
             &finished,
             arguments.apply,
@@ -190,8 +184,9 @@ impl Task for Calibrate<'_> {
 }
 
 /// By how much a controller's result may differ: by its rounding in single precision, and by far less than the samples scatter.
-fn tolerated(robot: &RobotFile, residuals: f64) -> f64 {
-    let [arm, ..] = robot.robot.arms();
+fn tolerated(here: &crate::Report) -> f64 {
+    let residuals = here.position_error_mm.map_or(0.0, |error| error.after.rms);
+    let [arm, ..] = here.after.robot.arms();
     residuals.max(1e-5 * arm.lb())
 }
 

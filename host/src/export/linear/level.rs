@@ -1,7 +1,7 @@
 //! The bed: the frame in which heights above it were measured.
 
 use crate::export::frame::Frame;
-use crate::files::samples_file::ObservationsFile;
+use crate::files::samples_file::Readings;
 use delta_cal::Robot;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -11,7 +11,7 @@ const LEAST: usize = 3;
 /// The motion after which z is the height above the bed of these measurements: by least squares over the heights
 /// that the robot has, z = a x + b y + c + height, and the least turn about x and y. `None` if they are too few or on
 /// one line.
-pub fn of_heights(robot: &Robot<f64>, samples: &ObservationsFile) -> Option<Frame> {
+pub fn of_heights(robot: &Robot<f64>, samples: &Readings) -> Option<Frame> {
     let rows: Vec<_> = samples
         .rows
         .iter()

@@ -10,10 +10,7 @@ use crate::render::json;
 use crate::report::document::Source;
 use crate::report::validation as report;
 use crate::validation::{Request, Verdict, check_independent, validate};
-use crate::{
-    CalibrateError, InputText, Options, RobotFile, Readings,
-    read_samples,
-};
+use crate::{CalibrateError, InputText, Options, Readings, RobotFile, read_samples};
 use clap::Args;
 use std::path::PathBuf;
 

@@ -1,7 +1,8 @@
 //! From the text of a robot file to the robot.
 
 use super::schema::{
-    Kind, Linear, NoiseToml, Number, PointToml, Positive, RobotToml, Rotary, SensorFrameToml, Tag, Words,
+    Kind, Linear, NoiseToml, Number, PointToml, Positive, RobotToml, Rotary, SensorFrameToml, Tag,
+    Words,
 };
 use super::{InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile};
 use crate::files::input_error::InputError;

@@ -3,7 +3,7 @@
 use crate::accuracy::coverage::Acceptance;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::Record;
-use crate::text::date;
+use jiff::Timestamp;
 use maud::{Markup, html};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -53,7 +53,9 @@ pub struct About<'a> {
 impl Document {
     /// The day, in UTC.
     pub(crate) fn date(&self) -> String {
-        date::of_seconds(self.written)
+        let seconds = i64::try_from(self.written).unwrap_or(i64::MAX);
+        let written = Timestamp::from_second(seconds).unwrap_or(Timestamp::MAX);
+        written.strftime("%F").to_string()
     }
 
     /// For the comment of a robot file that was calibrated: the files, and the measurement that is not copied.

@@ -127,10 +127,10 @@ fn what_does_not_fit_the_drive_is_refused_with_its_place() {
         (
             "kind = \"linear\"",
             "kind = \"turning\"",
-            "neither \"rotary\" nor \"linear\"",
+            "unknown variant `turning`",
         ),
-        ("forearm_mm = 330", "", "[nominal] forearm_mm"),
-        ("forearm_mm = 330", "forearm_mm = -330", "greater than 0"),
+        ("forearm_mm = 330", "", "missing field `forearm_mm`"),
+        ("forearm_mm = 330", "forearm_mm = -330", "a number above 0"),
         (
             "tower_radius_mm = 140",
             "tower_radius_mm = 400",
@@ -139,26 +139,26 @@ fn what_does_not_fit_the_drive_is_refused_with_its_place() {
         (
             "tower_radius_mm = 140",
             "tower_radius_mm = 140\nupper_arm_mm = 3",
-            "no such key",
+            "unknown field",
         ),
-        ("min_mm = 100", "min_deg = 100", "no such key"),
+        ("min_mm = 100", "min_deg = 100", "unknown field"),
         ("max_mm = 600", "max_mm = 50", "is not above the smallest"),
-        ("max_mm = 600", "", "[joints] max_mm"),
+        ("max_mm = 600", "", "missing field `max_mm`"),
         (
             "max_mm = 600",
             "max_mm = 600\nforearm_max_deg = 30",
-            "no such key",
+            "unknown field",
         ),
-        ("scale = 0.001", "", "[tolerance] scale"),
-        ("scale = 0.001", "scale = 0", "scales must be"),
-        ("zero_mm = 5", "zero_mm = -5", "zero must be"),
+        ("scale = 0.001", "", "missing field `scale`"),
+        ("scale = 0.001", "scale = 0", "a number above 0"),
+        ("zero_mm = 5", "zero_mm = -5", "a number above 0"),
         (
             "zero_mm = 5",
             "zero_mm = 5\nradius_mm = -2",
             "common radius must be",
         ),
-        ("joint_mm = 0", "joint_deg = 0", "no such key"),
-        ("joint_mm = 0", "", "[noise] joint_mm"),
+        ("joint_mm = 0", "joint_deg = 0", "unknown field"),
+        ("joint_mm = 0", "", "missing field `joint_mm`"),
     ];
     for (before, after, cause) in cases {
         let text = TOWERS.replace(before, after);
@@ -261,10 +261,10 @@ fn three_arms_have_one_drive() {
     let written = [0.0, 140.0, 0.0, 0.0, 0.0, 1.0, 0.0, 330.0].map(f64::to_bits);
     assert_eq!(read.robot.parameters()[2].map(f64::to_bits), written);
     for (from, to, cause) in [
-        ("lean_x_deg = 0", "theta_deg = 0", "no such key"),
-        ("lean_x_deg = 0\n", "", "[[arm]] lean_x_deg"),
+        ("lean_x_deg = 0", "theta_deg = 0", "unknown field"),
+        ("lean_x_deg = 0\n", "", "missing field `lean_x_deg`"),
         ("lean_x_deg = 0", "lean_x_deg = 90", "less than 90°"),
-        ("scale = 1", "scale = -1", "greater than 0"),
+        ("scale = 1", "scale = -1", "scale must be above 0"),
     ] {
         let text = format!("{}{joints}", towers.replacen(from, to, 1));
         let error = RobotFile::read(&InputText::new("robot.toml", &text)).unwrap_err();

@@ -272,7 +272,7 @@ fn what_the_robot_file_lacks_or_has_too_much_is_named() {
             format!("{ROBOT}[points.a]\noffset = \"0.5\"\n"),
             &rows,
             3,
-            "is not \"unknown\"",
+            "expected `unknown`",
         ),
         (
             ROBOT.to_owned(),

@@ -25,7 +25,7 @@ Examples:
   delta-cal validate calibrated.toml check.csv --limit 0.1mm
   delta-cal validate calibrated.toml check.csv --limit 50um --report page.html
   delta-cal validate calibrated.toml tracker.csv --limit 0.1mm --frame sensor
-  delta-cal validate calibrated.toml check.csv --limit 0.1mm --json - | jq .verdict
+  delta-cal validate calibrated.toml check.csv --limit 0.1mm --json -
 
 Exit codes:
   0  passed

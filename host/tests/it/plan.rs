@@ -219,7 +219,7 @@ fn what_is_assumed_is_said() {
 #[test]
 fn an_accuracy_is_reached_by_as_many_as_stated_and_not_by_fewer() {
     let folder = folder();
-    let rms = |json: &Value| figure(json, "planned", "intrinsic_rms_mm");
+    let rms = |json: &Value| figure(json, "planned", "relative_rms_mm");
     let (_, found) = json(&folder, "robot.toml --accuracy 0.014mm");
     assert!(rms(&found) <= 0.014);
     let count = found["count"].as_u64().unwrap();
@@ -415,8 +415,8 @@ fn an_unknown_frame_leaves_absolute_positions_to_the_tolerance() {
     let (_, base) = json(&folder, "robot.toml --count 20");
     let of = |json: &Value, key: &str| figure(json, "planned", key);
     assert!(of(&sensor, "absolute_rms_mm") > 0.5 * figure(&sensor, "before", "absolute_rms_mm"));
-    assert!(of(&sensor, "intrinsic_rms_mm") < 2.0 * of(&base, "intrinsic_rms_mm"));
-    assert!(of(&sensor, "intrinsic_rms_mm") > of(&base, "intrinsic_rms_mm"));
+    assert!(of(&sensor, "relative_rms_mm") < 2.0 * of(&base, "relative_rms_mm"));
+    assert!(of(&sensor, "relative_rms_mm") > of(&base, "relative_rms_mm"));
     let (_, absolute) = json(&folder, "robot.toml --count 20 --absolute");
     assert!(of(&absolute, "absolute_rms_mm") < of(&base, "absolute_rms_mm"));
 }
@@ -439,7 +439,7 @@ fn a_file_of_rows_is_judged_as_the_plan_that_it_was() {
             found["unmeasured_lines"].as_array().unwrap().len(),
             rows(&folder, "rows.csv")
         );
-        let rms = |json: &Value, of: &str| figure(json, of, "intrinsic_rms_mm");
+        let rms = |json: &Value, of: &str| figure(json, of, "relative_rms_mm");
         let expected = rms(&planned, "expected_error");
         assert!(
             (rms(&found, "expected_error") / expected - 1.0).abs() < 1e-3,
@@ -487,7 +487,7 @@ fn measured_rows_are_judged_wherever_the_instruments_stand() {
     });
     let measured: Vec<_> = measured.collect();
     folder.write("touches.csv", measured.join("\n") + "\n");
-    let rms = |json: &Value| figure(json, "expected_error", "intrinsic_rms_mm");
+    let rms = |json: &Value| figure(json, "expected_error", "relative_rms_mm");
     let (code, found) = json(&folder, "touched.toml --samples touches.csv");
     let (_, planned) = json(&folder, "touched.toml --samples rows.csv");
     assert_eq!(
@@ -542,11 +542,11 @@ fn instruments_are_compared() {
     let instruments = compared["instruments"].as_array().unwrap();
     let of = |name: &str, index: usize| {
         let own = instruments.iter().find(|own| own["name"] == name).unwrap();
-        own["after"][index]["intrinsic_rms_mm"].as_f64().unwrap()
+        own["after"][index]["relative_rms_mm"].as_f64().unwrap()
     };
     for own in instruments {
         let name = own["name"].as_str().unwrap();
-        let before = own["before"]["intrinsic_rms_mm"].as_f64().unwrap();
+        let before = own["before"]["relative_rms_mm"].as_f64().unwrap();
         assert!(of(name, 2) < of(name, 0) && of(name, 0) < before, "{name}");
     }
     // A bare plate says nothing of the scale; gauge blocks do.

@@ -12,7 +12,7 @@
 //! accuracy     how well positions and parameters are known
 //! calibration  a solution judged: noise, tolerance, causes, expected error, chance of harm; findings, refusals
 //! validation   a calibrated robot against independent measurements and a limit
-//! planning     which poses to measure, and whether measured ones suffice
+//! planning     what to measure, and whether what was measured suffices
 //! campaign     many simulated robots, calibrated in every way that a file asks for
 //! workspace    where the robot gets, and what limits it
 //! export       what another controller can hold of a robot, and what that loses

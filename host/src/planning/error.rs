@@ -5,7 +5,6 @@ use super::plan::{LEAST, MOST};
 use super::region::Region;
 use crate::text::numbers::small;
 use crate::text::words::in_file_units;
-use delta_cal::samples::NoiseError;
 use delta_cal::{ArmIndex, Parameter};
 use std::error::Error;
 use std::fmt;
@@ -22,8 +21,6 @@ pub enum PlanError {
     NoMeasurement(Kind),
     /// More unknowns of instruments than a calibration has room for.
     TooManyInstruments,
-    /// The noise is none.
-    Noise(NoiseError),
     /// The limits leave no pose that is clear of singularities.
     NoPose,
     /// The region holds no pose that the robot can take, or next to none.
@@ -67,7 +64,6 @@ impl PlanError {
                  and clear of singularities"
             }
             Self::TooManyInstruments => "plan with fewer points",
-            Self::Noise(_) => "state the [noise] in the robot file",
             Self::NoPose => {
                 "check [joints] in the robot file: min_deg, max_deg, forearm_max_deg; a positive \
                  angle swings the arm towards the platform"
@@ -110,7 +106,6 @@ impl fmt::Display for PlanError {
             Self::TooManyInstruments => {
                 formatter.write_str("frame, planes and points have too many unknowns together")
             }
-            Self::Noise(error) => error.fmt(formatter),
             Self::NoPose => formatter.write_str(
                 "no usable pose: within the limits no pose is reachable and clear of singularities",
             ),

@@ -366,6 +366,7 @@ fn sum<'a>(row: &[[f64; LANES]], factors: impl Iterator<Item = &'a f64>) -> [f64
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 

@@ -4,14 +4,15 @@
 use super::error::PlanError;
 use super::setup::Setup;
 use crate::files::robot_file::RobotFile;
-use crate::fit::covariance::{RobotCovariance, WITH_TRANSMISSIONS};
+use crate::fit::observations::levels;
 use crate::fit::options::Frame;
+use crate::fit::covariance::{RobotCovariance, WITH_TRANSMISSIONS};
 use delta_cal::calibration::Problem;
 use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane, Point,
     PositionFrame,
 };
-use delta_cal::{Noise, Settings, Tolerance};
+use delta_cal::{Settings, Tolerance};
 use nalgebra::{DMatrix, DVector};
 
 /// The robot's parameters and the unknowns of as many instruments as there may be.
@@ -134,16 +135,8 @@ fn instruments<'a>(
     planes: &'a [Plane<f64>],
     points: &'a [Point<f64>],
 ) -> Result<Instruments<'a, f64>, PlanError> {
-    let facts = &robot.instruments;
-    let joint = facts.joint_noise.unwrap_or_default();
-    let position = robot.noise.map_or_else(|| Noise::new(1.0, joint), Ok);
-    let noise = position.and_then(|position| {
-        ObservationNoise::new(
-            position,
-            facts.height_noise.unwrap_or(1.0),
-            facts.distance_noise.unwrap_or(1.0),
-        )
-    });
+    let sigma = levels(robot).ok_or(PlanError::Singular)?;
+    let noise = ObservationNoise::new(sigma.position, sigma.height, sigma.distance);
     Ok(Instruments {
         frame: match frame {
             Frame::Base => PositionFrame::Base,
@@ -151,7 +144,7 @@ fn instruments<'a>(
         },
         planes,
         points,
-        noise: noise.map_err(PlanError::Noise)?,
+        noise: noise.map_err(|_| PlanError::Singular)?,
         transmission: robot.transmission,
     })
 }

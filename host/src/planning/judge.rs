@@ -29,7 +29,7 @@ const EACH: usize = 400;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Precision {
     /// Of relative positions: after the best rigid motion.
-    #[serde(rename = "intrinsic_rms_mm")]
+    #[serde(rename = "relative_rms_mm")]
     pub relative: f64,
     /// In the frame of the robot's base.
     #[serde(rename = "absolute_rms_mm")]

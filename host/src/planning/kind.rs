@@ -56,8 +56,8 @@ impl Kind {
 
     fn letters(self) -> Vec<String> {
         let axes = ["x", "y", "z"].into_iter().zip(self.coordinates());
-        let read = axes.filter_map(|(letter, read)| read.then(|| letter.to_owned()));
-        read.collect()
+        let read = axes.filter(|(_, read)| *read);
+        read.map(|(letter, _)| letter.to_owned()).collect()
     }
 
     /// Which coordinates it reads.

@@ -8,8 +8,6 @@ use rand_pcg::Pcg32;
 
 /// First poses that are tried for a short way.
 const STARTS: usize = 24;
-/// An exchange that saves less than this, radians, saves nothing.
-const NOTHING: f64 = 1e-9;
 
 /// The order in which measurements are taken, within what is set up for them: a gauge block, or a sensor at a
 /// point.
@@ -74,19 +72,16 @@ fn apart(from: &Sample<f64>, to: &Sample<f64>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// An order that is short to travel: always on to the nearest, then parts of the way turned round as long as that
-/// makes it shorter (2-opt; Croes 1958). From several first poses, and the shortest of these ways.
+/// An order that is short to travel: from each stop on to the nearest, from several first ones, and the shortest of
+/// these ways.
 fn short_way(stops: &[Planned]) -> Vec<Planned> {
     let length = |way: &[Planned]| -> f64 {
         let steps = way.windows(2);
         steps.map(|pair| apart(&pair[0].pose, &pair[1].pose)).sum()
     };
     let stride = stops.len().div_ceil(STARTS).max(1);
-    let ways = (0..stops.len()).step_by(stride).map(|first| {
-        let mut way = nearest_first(stops, first);
-        turn_round(&mut way);
-        way
-    });
+    let firsts = (0..stops.len()).step_by(stride);
+    let ways = firsts.map(|first| nearest_first(stops, first));
     ways.min_by(|a, b| length(a).total_cmp(&length(b)))
         .unwrap_or_default()
 }
@@ -103,31 +98,4 @@ fn nearest_first(stops: &[Planned], first: usize) -> Vec<Planned> {
         way.push(here.clone());
     }
     way
-}
-
-/// Until no part of the way is shorter turned round.
-fn turn_round(way: &mut [Planned]) {
-    let step = |way: &[Planned], from: Option<usize>, to: usize| match (
-        from.and_then(|from| way.get(from)),
-        way.get(to),
-    ) {
-        (Some(from), Some(to)) => apart(&from.pose, &to.pose),
-        // The way is open: nothing leads to its first pose or from its last.
-        _ => 0.0,
-    };
-    let mut shorter = true;
-    while shorter {
-        shorter = false;
-        for first in 0..way.len() {
-            for last in first + 1..way.len() {
-                let before = first.checked_sub(1);
-                let now = step(way, before, first) + step(way, Some(last), last + 1);
-                let turned = step(way, before, last) + step(way, Some(first), last + 1);
-                if turned < now - NOTHING {
-                    way[first..=last].reverse();
-                    shorter = true;
-                }
-            }
-        }
-    }
 }

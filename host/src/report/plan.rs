@@ -11,6 +11,7 @@ use crate::planning::{
 use crate::render::section::Section;
 use crate::render::table::Table;
 use crate::render::terminal;
+use crate::report::calibration::{ExpectedReport, expected_report};
 use crate::text::joint;
 use crate::text::numbers::{rounded, small, small_or};
 use crate::text::tolerance::in_words;
@@ -87,59 +88,6 @@ fn point_of<'a>(own: &Planned, setup: &'a Setup) -> Option<(&'a str, Vector3<f64
     Some((&point.name, point.place))
 }
 
-/// What is known of the readings and the robot beforehand.
-#[derive(Debug, Serialize)]
-struct Assumptions {
-    noise_position_mm: Option<f64>,
-    noise_joint: Option<f64>,
-    noise_height_mm: Option<f64>,
-    noise_distance_mm: Option<f64>,
-    noise_stated: bool,
-    /// In words.
-    tolerance: Option<String>,
-}
-
-fn assumptions(setup: &Setup) -> Assumptions {
-    let (robot, facts) = (&setup.robot, &setup.robot.instruments);
-    let drive = robot.robot.drive();
-    Assumptions {
-        noise_position_mm: robot.noise.map(|noise| noise.position()),
-        noise_joint: robot
-            .noise
-            .map(|noise| joint::in_file(drive, noise.joint())),
-        noise_height_mm: facts.height_noise,
-        noise_distance_mm: facts.distance_noise,
-        noise_stated: setup.noise_stated,
-        tolerance: robot.tolerance.as_ref().map(|own| in_words(drive, own)),
-    }
-}
-
-/// The expected position error, and its worst place.
-#[derive(Debug, Serialize)]
-#[allow(clippy::struct_field_names)] // the unit
-struct Expected {
-    absolute_rms_mm: f64,
-    absolute_worst_mm: f64,
-    absolute_worst_at_mm: [f64; 3],
-    intrinsic_rms_mm: f64,
-    intrinsic_worst_mm: f64,
-    intrinsic_worst_at_mm: [f64; 3],
-}
-
-impl From<&ExpectedError> for Expected {
-    fn from(own: &ExpectedError) -> Self {
-        let (absolute, intrinsic) = (&own.absolute, &own.intrinsic);
-        Self {
-            absolute_rms_mm: absolute.rms,
-            absolute_worst_mm: absolute.max,
-            absolute_worst_at_mm: absolute.max_at.into(),
-            intrinsic_rms_mm: intrinsic.rms,
-            intrinsic_worst_mm: intrinsic.max,
-            intrinsic_worst_at_mm: intrinsic.max_at.into(),
-        }
-    }
-}
-
 /// A plan for programs.
 pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
     #[derive(Serialize)]
@@ -151,7 +99,8 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         seed: u64,
         absolute: bool,
         within: Option<String>,
-        assumptions: Assumptions,
+        /// Noise and tolerance, in words.
+        assumptions: String,
         planes: Vec<(&'a str, f64)>,
         points: Vec<(&'a str, [f64; 3])>,
         measurements: Vec<Measurement<'a>>,
@@ -159,7 +108,7 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         before: Option<Precision>,
         planned: Precision,
         /// Of the nominal robot over its whole workspace.
-        expected_error: Expected,
+        expected_error: ExpectedReport,
     }
     let setup = &plan.setup;
     let points = setup.points.iter();
@@ -173,7 +122,7 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         seed: request.seed,
         absolute: request.absolute,
         within: request.region.map(|region| region.to_string()),
-        assumptions: assumptions(setup),
+        assumptions: noise_and_tolerance(setup, &plan.measurements),
         planes: setup
             .planes
             .iter()
@@ -185,7 +134,7 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         measurements: measurements(&plan.measurements, setup),
         before: plan.before,
         planned: plan.after,
-        expected_error: Expected::from(&plan.expected),
+        expected_error: expected_report(&plan.expected),
     };
     in_json(&request.robot.name, contents)
 }
@@ -568,10 +517,11 @@ pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> 
         unmeasured_lines: &'a [u64],
         not_reached_lines: &'a [u64],
         unchecked_lines: &'a [u64],
-        assumptions: Assumptions,
-        expected_error_before: Option<Expected>,
-        expected_error: Option<Expected>,
-        expected_error_with_next: Option<Expected>,
+        /// Noise and tolerance, in words.
+        assumptions: String,
+        expected_error_before: Option<ExpectedReport>,
+        expected_error: Option<ExpectedReport>,
+        expected_error_with_next: Option<ExpectedReport>,
         /// What is best added, one after the other.
         next: Vec<Measurement<'a>>,
         /// Why there is none; `null` where some are proposed or none was asked for.
@@ -586,10 +536,10 @@ pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> 
         unmeasured_lines: unmeasured,
         not_reached_lines: &determined.not_reached,
         unchecked_lines: &determined.unchecked,
-        assumptions: assumptions(setup),
-        expected_error_before: determined.before.as_ref().map(Expected::from),
-        expected_error: determined.now.as_ref().map(Expected::from),
-        expected_error_with_next: determined.with_next.as_ref().map(Expected::from),
+        assumptions: noise_and_tolerance(setup, &determined.next),
+        expected_error_before: determined.before.as_ref().map(expected_report),
+        expected_error: determined.now.as_ref().map(expected_report),
+        expected_error_with_next: determined.with_next.as_ref().map(expected_report),
         next: measurements(&determined.next, setup),
         no_next: determined.no_next.map(|obstacle| obstacle.to_string()),
     };

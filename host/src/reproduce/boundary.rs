@@ -5,9 +5,8 @@ use super::NamedFigure;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::robot_file::RobotFile;
-use crate::report::workspace::contents;
-use crate::workspace::Analysis;
-use crate::workspace::{BandOptions, Options};
+use crate::report::workspace;
+use crate::workspace::{Analysis, Options};
 
 const ROBOT: &str = include_str!("../../examples/paper/workspace.toml");
 
@@ -17,9 +16,8 @@ const ROBOT: &str = include_str!("../../examples/paper/workspace.toml");
 /// None, as long as the built-in robot is in order, which a test assures.
 pub(super) fn compute() -> Result<Analysis, InputError> {
     let robot = RobotFile::read(&InputText::new("built-in workspace.toml", ROBOT))?;
-    let (options, band) = (Options::default(), BandOptions::default());
-    Analysis::compute(&robot, None, None, &options, &band, &mut |_| ())
-        .map_err(|(error, name)| InputError::new(name, error.to_string()))
+    Analysis::compute(&robot, &Options::default(), &mut |_| ())
+        .map_err(|error| InputError::new(robot.name.clone(), error.to_string()))
 }
 
 /// Those of its figures that are of interest here.
@@ -27,10 +25,9 @@ pub(super) fn figures(analysis: &Analysis) -> Vec<NamedFigure> {
     let names = [
         ("view", "boundary"),
         ("vertical_xz", "boundary-vertical"),
-        ("horizontal", "boundary-horizontal"),
         ("influence", "boundary-influence"),
     ];
-    let figures = contents::figures(analysis).into_iter();
+    let figures = workspace::figures(analysis).into_iter();
     let renamed = figures.filter_map(|figure| {
         let (_, name) = names.into_iter().find(|(name, _)| *name == figure.name)?;
         Some(NamedFigure { name, ..figure })

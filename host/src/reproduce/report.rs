@@ -59,7 +59,7 @@ pub fn render(reproduction: &Reproduction, figures: &[NamedFigure]) -> Result<St
             h2 { "The boundary of the workspace" }
             (boundary(reproduction))
             (shown(&["boundary"])?)
-            div.views { (shown(&["boundary-vertical", "boundary-horizontal"])?) }
+            (shown(&["boundary-vertical"])?)
             (shown(&["boundary-influence"])?)
         }
         section {
@@ -113,13 +113,13 @@ fn boundary(reproduction: &Reproduction) -> Markup {
             "The abstract announces the boundary from the forward model and the influence of parameter \
             errors on it; the paper shows neither. " (analysis.workspace.points.len()) " points, each within "
             (analysis.workspace.tolerance) " mm of the boundary: "
-            (format!("{:.2} ± {:.2}", analysis.volume.volume * 1e-6, analysis.volume.uncertainty * 1e-6))
+            (format!("{:.2} ± {:.2}", analysis.report.volume.litres, analysis.report.volume.uncertainty_litres))
             " litres. "
-            @if let Some(band) = &analysis.band {
+            @if let Some(band) = &analysis.report.tolerance_band {
                 "With the paper's start error of 1 mm and 1° on every parameter the boundary is off by "
-                (format!("{:.2}", band.sigma)) " mm (one sigma along its normal, rms over the boundary; "
-                (format!("{:.2}", band.largest_sigma)) " mm at the worst point) and the volume by "
-                (format!("{:.2}", band.volume_sigma * 1e-6)) " litres."
+                (format!("{:.2}", band.sigma_mm)) " mm (one sigma along its normal, rms over the boundary; "
+                (format!("{:.2}", band.largest_sigma_mm)) " mm at the worst point) and the volume by "
+                (format!("{:.2}", band.volume_sigma_litres)) " litres."
             }
         }
     }

@@ -33,7 +33,6 @@ mod outliers;
 mod plan;
 mod plausibility;
 mod plot;
-mod reach;
 mod report;
 mod report_document;
 mod reproduce;

@@ -44,13 +44,6 @@ fn files_in_each_others_place_are_recognised() {
             ["q1_deg", "this file holds the travels of carriages"],
         ),
         (
-            "workspace robot.toml --compare towers.toml",
-            [
-                "towers.toml: carriages on towers drive this robot, named with --compare",
-                "name with --compare a robot file of the same kind as robot.toml",
-            ],
-        ),
-        (
             "export robot.toml --for klipper --nominal towers.toml",
             [
                 "towers.toml: carriages on towers drive this robot, named with --nominal",

@@ -12,9 +12,8 @@ const COLUMNS: [&str; 6] = ["q1_deg", "q2_deg", "q3_deg", "x_mm", "y_mm", "z_mm"
 
 /// A realistic part, not the board's 4 MiB, so that outgrowing it fails. The stack lies below the
 /// statics: growing beyond its end it leaves the memory and faults instead of overwriting them.
-/// At level `z` the compiler copies the lists of a thousand samples that the measuring programs hold.
-fn memory(level: &str) -> String {
-    let stack = if level == "z" { 240 } else { 112 };
+fn memory() -> String {
+    let stack = 112;
     format!(
         "\
 MEMORY
@@ -37,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     if env::var("CARGO_CFG_TARGET_OS")? == "none" {
         // Not a file of this package: the linker would find it here before it looks in OUT_DIR.
-        fs::write(out.join("memory.x"), memory(&env::var("OPT_LEVEL")?))?;
+        fs::write(out.join("memory.x"), memory())?;
         println!("cargo::rustc-link-search={}", out.display());
         println!("cargo::rustc-link-arg-bins=-Tlink.x");
         println!("cargo::rustc-link-arg-bins=--nmagic");

@@ -102,6 +102,7 @@ fn inverse_square_root_of_no_square_is_no_number() {
 }
 
 #[test]
+#[allow(clippy::float_cmp)]
 fn powers_of_two_below_are_exact() {
     for (x, expected) in [
         (480.0, 256.0),

@@ -135,19 +135,17 @@ impl Solves {
 fn solves(report: &mut Report<'_>) -> fmt::Result {
     let [
         mut at_20,
-        mut at_1000,
+        mut at_60,
         mut free,
         mut tolerance_alone,
         mut few,
     ] = [(); 5].map(|()| Solves::default());
     for seed in 0..ROBOTS.0 {
-        let samples = measured::<1000>(seed);
+        let samples = measured::<60>(seed);
         for settings in stated() {
             at_20.after(report, &settings, &samples[..20], &samples)?;
             few.after(report, &settings, &samples[..8], &samples[8..11])?;
-            if seed < ROBOTS.1 {
-                at_1000.after(report, &settings, &samples, &samples)?;
-            }
+            at_60.after(report, &settings, &samples, &samples)?;
         }
         let settings = Settings::default().with_start(Start::Free);
         free.after(report, &settings, &samples[..20], &samples)?;
@@ -156,7 +154,7 @@ fn solves(report: &mut Report<'_>) -> fmt::Result {
     }
     for (solves, name) in [
         (at_20, "20"),
-        (at_1000, "1000"),
+        (at_60, "60"),
         (free, "20-no-guess"),
         (tolerance_alone, "20-tolerance-alone"),
         (few, "8"),

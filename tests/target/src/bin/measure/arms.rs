@@ -133,13 +133,8 @@ impl Solves {
 
 #[inline(never)]
 fn solves(report: &mut Report<'_>) -> fmt::Result {
-    let [
-        mut at_20,
-        mut at_60,
-        mut free,
-        mut tolerance_alone,
-        mut few,
-    ] = [(); 5].map(|()| Solves::default());
+    let [mut at_20, mut at_60, mut free, mut tolerance_alone, mut few] =
+        [(); 5].map(|()| Solves::default());
     for seed in 0..ROBOTS.0 {
         let samples = measured::<60>(seed);
         for settings in stated() {

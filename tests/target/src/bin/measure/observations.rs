@@ -33,6 +33,8 @@ fn observation(index: usize, sample: &Sample<f32>) -> Observation<f32> {
     observation
 }
 
+/// Apart from the caller, whose frame lies above all others.
+#[inline(never)]
 pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
     let robot = nominal::<f32>();
     let instruments = Instruments {

@@ -3,18 +3,14 @@
 use super::area::{Area, Off};
 use super::error::AssessError;
 use super::next::{Next, next};
-use crate::calibration::judge::prior;
-use crate::calibration::{CalibrateError, calibrate, read_samples};
-use crate::export::case::Case;
-use crate::export::choose::{CHOICES, Choice};
-use crate::export::exported::Export;
-use crate::export::linear::level::of_heights;
-use crate::export::settings::Settings;
-use crate::export::wanted::Wanted;
+use crate::calibration::error::CalibrateError;
+use crate::calibration::observations::{ObservationsReport, calibrate_observations, prior};
+use crate::calibration::read_samples;
+use crate::export::positions::{Wanted, bed};
+use crate::export::{Case, Export, Settings, target};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
-use crate::files::samples_file::Readings;
-use crate::report::calibration::Report;
+use crate::files::samples_file::{Measurements, ObservationsFile};
 use crate::fit::options::Options;
 use crate::import::imported::Imported;
 use delta_cal::robot::Drive;
@@ -35,10 +31,8 @@ const ON_THE_BED: f64 = 0.5;
 pub struct Assessment {
     /// Its configuration.
     pub imported: Imported,
-    /// What was measured.
-    pub readings: Readings,
     /// The calibration.
-    pub report: Report,
+    pub report: ObservationsReport,
     /// Where it prints.
     pub area: Area,
     /// What its configuration is off; `None` if it does not reach its bed.
@@ -60,9 +54,9 @@ impl Assessment {
     /// The measurements calibrate no robot within the tolerance.
     pub fn of(imported: Imported) -> Result<Self, AssessError> {
         let samples = samples(&imported)?;
-        let report = calibrate(&imported.robot, &samples, &Options::default())
+        let report = calibrate_observations(&imported.robot, &samples, Options::default())
             .map_err(|error| named(error, &imported))?;
-        if lack_of_fit(&report) > UNEXPLAINED {
+        if report.lack_of_fit > UNEXPLAINED {
             return Err(unexplained(&imported, &report));
         }
         let robot = &report.before;
@@ -74,15 +68,14 @@ impl Assessment {
                     .fold(f64::INFINITY, f64::min)
         });
         let area = Area::of(&report.after, radius);
-        let level = of_heights(&report.after.robot, &samples);
-        let choice = CHOICES.into_iter().find(|(name, _)| *name == "klipper");
-        let (_, choice) = choice.unwrap_or(("klipper", Choice::CorrectionTable));
+        let level = bed(&report.after.robot, &samples);
+        let target = target("klipper", robot.robot.drive())?;
         let positions = area.positions();
-        let bed = positions.iter().filter(|at| at.z.abs() < ON_THE_BED);
-        let bed: Vec<_> = bed.copied().collect();
+        let lowest = positions.iter().filter(|at| at.z.abs() < ON_THE_BED);
+        let lowest: Vec<_> = lowest.copied().collect();
         let mut fitted = positions.clone();
         for _ in 1..FIRST_LAYER {
-            fitted.extend_from_slice(&bed);
+            fitted.extend_from_slice(&lowest);
         }
         let wanted = Wanted {
             within: Some(radius),
@@ -91,7 +84,7 @@ impl Assessment {
         };
         let export = Case {
             robot: &report.after,
-            nominal: Some(robot),
+            nominal: Some(&robot.robot),
             wanted: &wanted,
             settings: Settings {
                 home: Some(imported.home),
@@ -100,7 +93,7 @@ impl Assessment {
                 ..Settings::default()
             },
         }
-        .export(choice)?;
+        .export(target)?;
         let frame = level.unwrap_or_default().transform();
         let calibrated = &report.after.robot;
         let before = Off::of(calibrated, &robot.robot, &frame, radius);
@@ -114,7 +107,6 @@ impl Assessment {
         let next = next(&report.after, &samples, &area);
         Ok(Self {
             imported,
-            readings: samples,
             report,
             area,
             before,
@@ -132,19 +124,23 @@ impl Assessment {
 
     /// How many numbers were measured.
     pub fn readings(&self) -> usize {
-        self.readings.readings()
+        self.report.samples.readings()
     }
 }
 
-fn samples(imported: &Imported) -> Result<Readings, AssessError> {
+fn samples(imported: &Imported) -> Result<ObservationsFile, AssessError> {
     let text = imported.samples_text.as_deref().unwrap_or_default();
     let input = InputText::new(&imported.source, text);
-    let readings = read_samples(&input, &imported.robot, &Options::default())?;
-    if !readings.is_complete() {
-        return Ok(readings);
+    match read_samples(&input, &imported.robot, Options::default())? {
+        Measurements::Observations(samples) => Ok(samples),
+        Measurements::Positions(_) => {
+            let fault = InputError::new(
+                &imported.source,
+                "the configuration holds no saved measurements",
+            );
+            Err(CalibrateError::from(fault).into())
+        }
     }
-    let cause = "the configuration holds no saved measurements";
-    Err(CalibrateError::from(InputError::new(&imported.source, cause)).into())
 }
 
 /// What the configuration calls the measurement in a line of the samples.
@@ -179,27 +175,19 @@ fn named(error: CalibrateError, imported: &Imported) -> AssessError {
 const REMEDY: &str = "and see whether arm_length is the length between the joints of a rod (--rods), whether the belts' \
                       rotation_distance is right, and whether something was loose";
 
-/// How many times what noise and tolerance allow the residuals are: 1 is expected.
-pub(crate) fn lack_of_fit(report: &Report) -> f64 {
-    let noise = &report.solution.noise;
-    let squares: f64 = noise.iter().map(|own| own.squares).sum();
-    let freedom = report.solution.degrees_of_freedom();
-    (squares / freedom.max(1.0)).sqrt()
-}
-
-/// The place of the sample that is furthest off.
-pub(crate) fn worst(report: &Report) -> Option<usize> {
-    let size = |index: &usize| report.samples[*index].error_after_sigma;
-    (0..report.samples.len()).max_by(|one, other| size(one).total_cmp(&size(other)))
-}
-
-fn unexplained(imported: &Imported, report: &Report) -> AssessError {
-    let worst = worst(report).and_then(|index| imported.saved.names.get(index));
+fn unexplained(imported: &Imported, report: &ObservationsReport) -> AssessError {
+    let rows = 0..report.samples.rows.len();
+    let worst = rows.max_by(|one, other| {
+        report
+            .row_residual(*one)
+            .total_cmp(&report.row_residual(*other))
+    });
+    let worst = worst.and_then(|index| imported.saved.names.get(index));
     let worst = worst.map_or_else(String::new, |name| format!("; {name} is furthest off"));
     AssessError::Unexplained {
         cause: format!(
             "{}: the measurements are {:.1} times further from every robot within the tolerance than they may be{worst}",
-            imported.source, lack_of_fit(report)
+            imported.source, report.lack_of_fit
         ),
         remedy: format!("measure again, {REMEDY}"),
     }

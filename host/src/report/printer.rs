@@ -3,7 +3,8 @@
 use crate::printer::area::Off;
 use crate::printer::assess::{Assessment, lack_of_fit, worst};
 use crate::render::json::report;
-use crate::report::export::{self, Files, wrapped};
+use crate::render::terminal::wrapped;
+use crate::report::export::{self, Files};
 use crate::text::words::{count, list};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -16,17 +17,12 @@ const WORTH: f64 = 0.1;
 pub fn text(assessment: &Assessment) -> String {
     let mut text = String::new();
     for (number, statement) in (1..).zip(lines(assessment)) {
-        for (index, line) in wrapped(&statement).into_iter().enumerate() {
-            let _ = match index {
-                0 => writeln!(text, "{number:>2}. {line}"),
-                _ => writeln!(text, "    {line}"),
-            };
-        }
+        let _ = writeln!(text, "{number:>2}. {}", wrapped(&statement, "    "));
     }
     text.push('\n');
     text.push_str(&to_paste(assessment));
     for note in &assessment.imported.notes {
-        let _ = write!(text, "\n{}\n", wrapped(note).join("\n"));
+        let _ = write!(text, "\n{}\n", wrapped(note, ""));
     }
     text
 }
@@ -291,7 +287,7 @@ pub fn json(assessment: &Assessment) -> Value {
             "sigma_before_mm": assessment.sigma_before,
             "next": next,
             "warnings": own.warnings,
-            "export": export::json(&assessment.export, &files),
+            "export": export::Report::of(&assessment.export, &files),
             "lines": lines(assessment),
         }),
     )

@@ -286,6 +286,28 @@ impl Case<'_> {
     }
 }
 
+/// The lines that a robot already is to a target: what its controller has now.
+pub(crate) fn held(
+    robot: &RobotFile,
+    home: [f64; 3],
+    target: &'static Target,
+) -> Result<Written, ExportError> {
+    let Content::Fitted { holds, write } = &target.content else {
+        return Ok(Written::default());
+    };
+    let drive = robot.robot.drive();
+    let shapes = Shape::all(&robot.robot, &home, &RigidTransform::identity());
+    write(&Fitted {
+        geometry: Geometry::start(drive, &shapes, holds, 0.0),
+        home,
+        home_stated: true,
+        level: true,
+        limits: [robot.limits.minimum(), robot.limits.maximum()],
+        platform_radius: 0.0,
+        reach: 0.0,
+    })
+}
+
 /// What the target does not hold must be small: a robot of another kind would be fitted with parameters
 /// that mean nothing.
 fn check(arms: &[Shape; 3], holds: &Holds) -> Result<(), ExportError> {

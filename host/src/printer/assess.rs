@@ -1,38 +1,60 @@
-//! A printer assessed.
+//! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
 use super::area::{Area, Off};
-use super::error::AssessError;
 use super::next::{Next, next};
-use crate::calibration::error::CalibrateError;
-use crate::calibration::observations::{ObservationsReport, calibrate_observations, prior};
-use crate::calibration::read_samples;
+use crate::calibration::observations::prior;
+use crate::export::error::ExportError;
 use crate::export::positions::{Wanted, bed};
-use crate::export::{Case, Export, Settings, target};
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
-use crate::files::samples_file::{Measurements, ObservationsFile};
-use crate::fit::options::Options;
-use crate::import::imported::Imported;
-use delta_cal::robot::Drive;
+use crate::export::target::Entry;
+use crate::export::{Case, Export, Settings, held, target};
+use crate::files::robot_file::RobotFile;
+use crate::import::Imported;
+use serde::Serialize;
 
-/// The calibrated robot explains nothing if the residuals are more than so many times what noise and tolerance
-/// allow.
-const UNEXPLAINED: f64 = 3.0;
 /// The printed area of a robot that states none, as a part of the upper arm's or tower's radius.
 const USUAL_AREA: f64 = 0.7;
-
 /// What is fitted on the bed counts so many times, for the first layer depends on it.
 const FIRST_LAYER: usize = 5;
 /// Lower than this above the bed a position is on it, mm.
 const ON_THE_BED: f64 = 0.5;
 
+/// What the calibration found that an assessment needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Calibrated<'a> {
+    /// The calibrated robot.
+    pub robot: &'a RobotFile,
+    /// Residuals over what noise and tolerance allow: 1 is expected.
+    pub lack_of_fit: f64,
+    /// By what every σ is multiplied.
+    pub widening: f64,
+    /// The place of the reading that fits worst.
+    pub worst: Option<usize>,
+    /// How many combinations of the parameters are known better than the tolerance.
+    pub combinations: usize,
+    /// Whether the readings show the size of printed parts.
+    pub scale_known: bool,
+}
+
+/// A parameter of the controller.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Change {
+    /// As the controller calls it.
+    pub name: String,
+    /// In the configuration.
+    pub before: f64,
+    /// In the lines to paste.
+    pub after: f64,
+    /// `mm` or `deg`.
+    pub unit: &'static str,
+}
+
 /// What is known of a printer.
 #[derive(Debug, Clone)]
-pub struct Assessment {
+pub struct Assessment<'a> {
     /// Its configuration.
-    pub imported: Imported,
+    pub printer: &'a Imported,
     /// The calibration.
-    pub report: ObservationsReport,
+    pub calibrated: Calibrated<'a>,
     /// Where it prints.
     pub area: Area,
     /// What its configuration is off; `None` if it does not reach its bed.
@@ -43,184 +65,68 @@ pub struct Assessment {
     pub sigma_before: Option<f64>,
     /// What to measure next; `None` if it cannot be told.
     pub next: Option<Next>,
+    /// What the controller is told, and what it would be told.
+    pub changes: Vec<Change>,
     /// The lines to paste.
     pub export: Export,
 }
 
-impl Assessment {
-    /// Of an imported configuration with measurements.
+impl<'a> Assessment<'a> {
+    /// Of a configuration and the calibration from its readings.
     ///
     /// # Errors
-    /// The measurements calibrate no robot within the tolerance.
-    pub fn of(imported: Imported) -> Result<Self, AssessError> {
-        let samples = samples(&imported)?;
-        let report = calibrate_observations(&imported.robot, &samples, Options::default())
-            .map_err(|error| named(error, &imported))?;
-        if report.lack_of_fit > UNEXPLAINED {
-            return Err(unexplained(&imported, &report));
-        }
-        let robot = &report.before;
-        let radius = imported.bed_radius.unwrap_or_else(|| {
-            let arms = robot.robot.arms().iter();
-            USUAL_AREA
-                * arms
-                    .map(|arm| arm.d().xy().norm())
-                    .fold(f64::INFINITY, f64::min)
-        });
-        let area = Area::of(&report.after, radius);
-        let level = bed(&report.after.robot, &samples);
-        let target = target("klipper", robot.robot.drive())?;
+    /// The controller cannot hold the calibrated robot.
+    pub fn of(printer: &'a Imported, calibrated: Calibrated<'a>) -> Result<Self, ExportError> {
+        let (robot, file) = (&printer.robot, calibrated.robot);
+        let arms = robot.robot.arms().iter().map(|arm| arm.d().xy().norm());
+        let usual = USUAL_AREA * arms.fold(f64::INFINITY, f64::min);
+        let radius = printer.bed_radius.unwrap_or(usual);
+        let area = Area::of(file, radius);
         let positions = area.positions();
-        let lowest = positions.iter().filter(|at| at.z.abs() < ON_THE_BED);
-        let lowest: Vec<_> = lowest.copied().collect();
         let mut fitted = positions.clone();
-        for _ in 1..FIRST_LAYER {
-            fitted.extend_from_slice(&lowest);
+        let lowest = positions.iter().filter(|at| at.z.abs() < ON_THE_BED);
+        for at in lowest {
+            fitted.extend([*at; FIRST_LAYER - 1]);
         }
         let wanted = Wanted {
             within: Some(radius),
             fitted,
             evaluated: positions,
         };
+        let level = bed(&file.robot, &printer.readings).unwrap_or_default();
+        let target = target(printer.firmware.name(), robot.robot.drive())?;
         let export = Case {
-            robot: &report.after,
+            robot: file,
             nominal: Some(&robot.robot),
             wanted: &wanted,
             settings: Settings {
-                home: Some(imported.home),
-                level: Some(level.unwrap_or_default()),
+                home: Some(printer.home),
+                level: Some(level),
                 height: Some(0.0),
                 ..Settings::default()
             },
         }
         .export(target)?;
-        let frame = level.unwrap_or_default().transform();
-        let calibrated = &report.after.robot;
-        let before = Off::of(calibrated, &robot.robot, &frame, radius);
-        let fitted = export.frame.map(|frame| frame.transform());
-        let after = export
-            .controller
-            .zip(fitted)
-            .and_then(|(controller, frame)| Off::of(calibrated, &controller, &frame, radius));
-        let sigma_before =
-            prior(robot).and_then(|covariance| area.expected(&report.after, &covariance));
-        let next = next(&report.after, &samples, &area);
+        let held = held(robot, printer.home, target)?.entries;
+        let pairs = held.into_iter().zip(&export.written.entries);
+        let changes = pairs.map(|(Entry { name, value, unit }, after)| Change {
+            name,
+            before: value,
+            after: after.value,
+            unit,
+        });
+        let off = |controller, frame: &_| Off::of(&file.robot, controller, frame, radius);
+        let after = export.controller.as_ref().zip(export.frame);
         Ok(Self {
-            imported,
-            report,
+            before: off(&robot.robot, &level.transform()),
+            after: after.and_then(|(controller, frame)| off(controller, &frame.transform())),
+            sigma_before: prior(robot).and_then(|covariance| area.expected(file, &covariance)),
+            next: next(file, &printer.readings, &area, calibrated.widening),
+            changes: changes.collect(),
+            printer,
+            calibrated,
             area,
-            before,
-            after,
-            sigma_before,
-            next,
             export,
         })
-    }
-
-    /// Whether carriages drive it.
-    pub fn has_towers(&self) -> bool {
-        self.report.before.robot.drive() == Drive::Linear
-    }
-
-    /// How many numbers were measured.
-    pub fn readings(&self) -> usize {
-        self.report.samples.readings()
-    }
-}
-
-fn samples(imported: &Imported) -> Result<ObservationsFile, AssessError> {
-    let text = imported.samples_text.as_deref().unwrap_or_default();
-    let input = InputText::new(&imported.source, text);
-    match read_samples(&input, &imported.robot, Options::default())? {
-        Measurements::Observations(samples) => Ok(samples),
-        Measurements::Positions(_) => {
-            let fault = InputError::new(
-                &imported.source,
-                "the configuration holds no saved measurements",
-            );
-            Err(CalibrateError::from(fault).into())
-        }
-    }
-}
-
-/// What the configuration calls the measurement in a line of the samples.
-fn name_of(imported: &Imported, line: u64) -> Option<&str> {
-    // Below the header.
-    let index = usize::try_from(line).ok()?.checked_sub(2)?;
-    imported.saved.names.get(index).map(String::as_str)
-}
-
-/// With the configuration's names in place of lines of the samples.
-fn named(error: CalibrateError, imported: &Imported) -> AssessError {
-    if !error.refused() {
-        return error.into();
-    }
-    let refusal = error.to_string();
-    let mut cause = refusal.clone();
-    for line in (2..).take(imported.saved.names.len()) {
-        if let Some(name) = name_of(imported, line) {
-            cause = cause.replace(&format!("line {line} "), &format!("{name} "));
-        }
-    }
-    let what = if cause == refusal { "" } else { " it" };
-    for (arm, stepper) in (1..).zip(["stepper_a", "stepper_b", "stepper_c"]) {
-        cause = cause.replace(&format!("arm {arm}"), stepper);
-    }
-    AssessError::Unexplained {
-        cause,
-        remedy: format!("measure{what} again, {REMEDY}"),
-    }
-}
-
-const REMEDY: &str = "and see whether arm_length is the length between the joints of a rod (--rods), whether the belts' \
-                      rotation_distance is right, and whether something was loose";
-
-fn unexplained(imported: &Imported, report: &ObservationsReport) -> AssessError {
-    let rows = 0..report.samples.rows.len();
-    let worst = rows.max_by(|one, other| {
-        report
-            .row_residual(*one)
-            .total_cmp(&report.row_residual(*other))
-    });
-    let worst = worst.and_then(|index| imported.saved.names.get(index));
-    let worst = worst.map_or_else(String::new, |name| format!("; {name} is furthest off"));
-    AssessError::Unexplained {
-        cause: format!(
-            "{}: the measurements are {:.1} times further from every robot within the tolerance than they may be{worst}",
-            imported.source, report.lack_of_fit
-        ),
-        remedy: format!("measure again, {REMEDY}"),
-    }
-}
-
-impl Assessment {
-    /// What Klipper is told, what it would be told, and the unit: end stops, angles, rods, radius.
-    pub fn changes(&self) -> Vec<(String, f64, f64, &'static str)> {
-        let Some(printer) = &self.imported.printer else {
-            return Vec::new();
-        };
-        let before = |name: &str| {
-            let tower = ["stepper_a ", "stepper_b ", "stepper_c "]
-                .iter()
-                .position(|stepper| name.starts_with(stepper));
-            match (tower, name.rsplit(' ').next()) {
-                (Some(tower), Some("angle")) => Some(printer.azimuths[tower].rem_euclid(360.0)),
-                (Some(tower), Some("arm_length")) => Some(printer.rods[tower]),
-                (Some(tower), Some("position_endstop")) => Some(printer.endstops[tower]),
-                (None, Some("delta_radius")) => Some(printer.radius),
-                _ => None,
-            }
-        };
-        let entries = self.export.written.entries.iter();
-        entries
-            .filter_map(|entry| {
-                Some((
-                    entry.name.clone(),
-                    before(&entry.name)?,
-                    entry.value,
-                    entry.unit,
-                ))
-            })
-            .collect()
     }
 }

@@ -6,7 +6,8 @@ mod assess;
 mod next;
 
 pub use area::{Area, Off};
-pub use assess::{Assessment, Calibrated, Change};
+pub(crate) use assess::{lack_of_fit, worst};
+pub use assess::{Assessment, Change};
 pub use next::Next;
 
 use crate::files::input_error::InputError;

@@ -10,7 +10,7 @@ use crate::export::positions::{Wanted, bed};
 use crate::export::{Case, Settings, names, target};
 use crate::files::kinematics;
 use crate::report::export::{Files, Report, summary, text};
-use crate::{InputError, InputText, Measurements, Options, RobotFile, read_samples};
+use crate::{InputError, InputText, Options, RobotFile, read_samples, report};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
@@ -154,7 +154,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         nominal: nominal.as_ref().map(|robot| robot.name.as_str()),
         positions: positions.as_deref(),
     };
-    let json = outputs::json(&Report::of(&export, &files))?;
+    let json = report::json(&Report::of(&export, &files));
     let output = match output {
         // The lines are the report.
         None if !json_path.is_some_and(is_stream) => Some(Path::new("-")),
@@ -202,11 +202,8 @@ fn level(arguments: &ExportArguments, robot: &RobotFile) -> Result<Option<Frame>
         });
     }
     let input = InputText::from_table(path)?;
-    let samples = read_samples(&input, robot, Options::default()).map_err(Failure::from)?;
-    let found = match &samples {
-        Measurements::Observations(samples) => bed(&robot.robot, samples),
-        Measurements::Positions(_) => None,
-    };
+    let samples = read_samples(&input, robot, &Options::default()).map_err(Failure::from)?;
+    let found = bed(&robot.robot, &samples);
     if found.is_some() {
         return Ok(found);
     }

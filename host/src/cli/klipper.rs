@@ -5,14 +5,13 @@ use super::import::{includes, rods, write};
 use super::length::Length;
 use super::outputs;
 use super::paths::is_stream;
-use super::print::print;
-use crate::calibration::observations::calibrate_observations;
 use crate::files::output;
 use crate::import::Imported;
-use crate::printer::{self, Assessment, Calibrated};
-use crate::report::calibration;
+use crate::printer::{self, Assessment};
+use crate::report::calibration::RefusalReport;
+use crate::report::json;
 use crate::report::printer as report;
-use crate::{InputError, InputText, Options};
+use crate::{InputError, InputText, Options, calibrate};
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -77,34 +76,24 @@ pub(crate) fn run(arguments: &KlipperArguments) -> Result<(), Failure> {
     if printer.readings.rows.is_empty() {
         return Err(nothing_saved(&printer));
     }
-    let found = calibrate_observations(&printer.robot, &printer.readings, Options::default());
+    let found = calibrate(&printer.robot, &printer.readings, &Options::default());
     let found = found.map_err(|error| {
-        let refusal = calibration::json::refusal(&error);
+        let refusal = json(&RefusalReport::from(&error));
         if error.refused() {
             outputs::refused(json_path, &refusal, error.into())
         } else {
             error.into()
         }
     })?;
-    let worst = (0..found.samples.rows.len()).max_by(|one, other| {
-        let residual = |row| found.row_residual(row);
-        residual(*one).total_cmp(&residual(*other))
-    });
-    if found.lack_of_fit > UNEXPLAINED {
-        return Err(unexplained(json_path, &printer, found.lack_of_fit, worst));
+    let residuals = printer::lack_of_fit(&found);
+    if residuals > UNEXPLAINED {
+        let worst = printer::worst(&printer, &found).unwrap_or("a measurement");
+        return Err(unexplained(json_path, residuals, worst));
     }
-    let calibrated = Calibrated {
-        robot: &found.after,
-        lack_of_fit: found.lack_of_fit,
-        widening: found.widening,
-        worst,
-        combinations: found.known.combinations,
-        scale_known: found.known.scale,
-    };
-    let assessment = Assessment::of(&printer, calibrated).map_err(|error| {
+    let assessment = Assessment::of(&printer, &found).map_err(|error| {
         InputError::new(&printer.robot.name, error.to_string()).with_remedy(error.remedy())
     })?;
-    let json = outputs::json(&report::Report::of(&assessment, &found.warnings))?;
+    let json = json(&report::Report::of(&assessment));
     let mut text = report::text(&assessment);
     if let Some(path) = json_path.filter(|path| !is_stream(path)) {
         output::check(path)?;
@@ -133,14 +122,7 @@ pub(crate) fn run(arguments: &KlipperArguments) -> Result<(), Failure> {
 /// allow.
 const UNEXPLAINED: f64 = 3.0;
 
-fn unexplained(
-    json: Option<&Path>,
-    printer: &Imported,
-    residuals: f64,
-    worst: Option<usize>,
-) -> Failure {
-    let worst = worst.and_then(|index| printer.names.get(index));
-    let worst = worst.map_or("a measurement", String::as_str);
+fn unexplained(json_path: Option<&Path>, residuals: f64, worst: &str) -> Failure {
     let cause = format!(
         "no printer within the tolerance explains these measurements (residuals {residuals:.1} × expected, {worst} most)"
     );
@@ -148,8 +130,8 @@ fn unexplained(
         "measure {worst} again; check that the rods' length (--rods) and the belts' rotation_distance are right and \
          that nothing is loose"
     );
-    let refusal = calibration::json::refused(&cause, Some(&remedy), None);
-    outputs::refused(json, &refusal, Failure::NotDetermined { cause, remedy })
+    let refusal = json(&RefusalReport::new(&cause, &remedy));
+    outputs::refused(json_path, &refusal, Failure::NotDetermined { cause, remedy })
 }
 
 /// Klipper saves what it measured; without it there is nothing to calibrate from.

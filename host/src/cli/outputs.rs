@@ -61,10 +61,3 @@ pub(crate) fn refused(to: Option<&Path>, refusal: &str, failure: Failure) -> Fai
     }
     failure
 }
-
-/// A report for programs as text.
-pub(crate) fn json(report: &impl serde::Serialize) -> Result<String, Failure> {
-    serde_json::to_string_pretty(report)
-        .map(|text| text + "\n")
-        .map_err(|error| Failure::Output(error.to_string()))
-}

@@ -3,7 +3,7 @@
 use super::geometry::Frame;
 use crate::accuracy::workspace_poses::inside;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::ObservationsFile;
+use crate::files::samples_file::Readings;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
@@ -186,7 +186,7 @@ impl Loss {
 
 /// The motion after which z is the height above the bed of these measurements: by least squares over the heights,
 /// `n · x − o = height` with n of length 1. `None` if they are too few or on one line.
-pub fn bed(robot: &Robot<f64>, samples: &ObservationsFile) -> Option<Frame> {
+pub fn bed(robot: &Robot<f64>, samples: &Readings) -> Option<Frame> {
     let mut rows = Vec::new();
     for row in &samples.rows {
         if let (Some((_, height)), Ok(at)) = (row.value.height, robot.forward(&row.value.joints)) {

@@ -4,7 +4,7 @@ use super::Firmware;
 use super::imported::{Imported, Machine, USUAL_TOWERS, rods_note};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
-use crate::files::samples_file::ObservationsFile;
+use crate::files::samples_file::Readings;
 use std::collections::BTreeMap;
 
 /// A rod is off by less than this, mm: RepRapFirmware's B, the bed's radius, is more.
@@ -159,12 +159,7 @@ pub(super) fn import(
     }
     let machine = Machine::towers(name, radius, azimuths, rods, endstops)?;
     let home = machine.home().map(|home| home.unwrap_or(height));
-    let readings = ObservationsFile {
-        name: name.to_owned(),
-        rows: Vec::new(),
-        planes: Vec::new(),
-        points: Vec::new(),
-    };
+    let readings = Readings::of_name(name);
     let area = (bed.unwrap_or(USUAL_BED * radius), 0.0);
     Ok(Imported {
         firmware,

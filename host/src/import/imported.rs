@@ -3,7 +3,7 @@
 use super::Firmware;
 use crate::files::input_error::InputError;
 use crate::files::robot_file::{InstrumentFacts, KnownPlane, Record, RobotFile};
-use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom};
+use crate::files::samples_file::{Reading, ReadingFrom, Readings};
 use crate::geometry::sweep::reaches_anywhere;
 use crate::text::joint;
 use crate::text::numbers::rounded;
@@ -37,7 +37,7 @@ pub struct Imported {
     /// The robot, under the configuration's name.
     pub robot: RobotFile,
     /// The readings; the line of each is that of the configuration.
-    pub readings: ObservationsFile,
+    pub readings: Readings,
     /// What the configuration calls each reading.
     pub names: Vec<String>,
     /// The joints at their end stops: radians, or mm of travel.
@@ -104,7 +104,7 @@ impl Machine {
         name: &str,
         home: [f64; 3],
         bed: (f64, f64),
-        readings: &ObservationsFile,
+        readings: &Readings,
     ) -> Result<RobotFile, InputError> {
         let fault = |cause: String| {
             InputError::new(name, cause)
@@ -143,6 +143,7 @@ impl Machine {
             height: 0.0,
             sigma: BED,
             tilt: Some(BED.to_radians()),
+            blocks: Vec::new(),
         };
         Ok(RobotFile {
             name: name.to_owned(),

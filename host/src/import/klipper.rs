@@ -5,7 +5,7 @@ use super::configuration::{Configuration, Includes};
 use super::imported::{Imported, Machine, USUAL_TOWERS, rods_note};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
-use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom, Row};
+use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use delta_cal::robot::Arm;
 use std::f64::consts::TAU;
 
@@ -137,13 +137,8 @@ fn finished(
 fn measured(
     configuration: &Configuration,
     joints: impl Fn([f64; 3]) -> [f64; 3],
-) -> Result<(ObservationsFile, Vec<String>), InputError> {
-    let mut file = ObservationsFile {
-        name: configuration.name.clone(),
-        rows: Vec::new(),
-        planes: Vec::new(),
-        points: Vec::new(),
-    };
+) -> Result<(Readings, Vec<String>), InputError> {
+    let mut file = Readings::of_name(&configuration.name);
     let mut names = Vec::new();
     for prefix in ["height", "manual_height", "distance"] {
         for index in 0..MOST {

@@ -2,13 +2,13 @@
 
 use super::area::{Area, Off};
 use super::next::{Next, next};
-use crate::calibration::observations::prior;
+use crate::calibration::judge::prior;
 use crate::export::error::ExportError;
 use crate::export::positions::{Wanted, bed};
 use crate::export::target::Entry;
 use crate::export::{Case, Export, Settings, held, target};
-use crate::files::robot_file::RobotFile;
 use crate::import::Imported;
+use crate::report::calibration::Report;
 use serde::Serialize;
 
 /// The printed area of a robot that states none, as a part of the upper arm's or tower's radius.
@@ -17,23 +17,6 @@ const USUAL_AREA: f64 = 0.7;
 const FIRST_LAYER: usize = 5;
 /// Lower than this above the bed a position is on it, mm.
 const ON_THE_BED: f64 = 0.5;
-
-/// What the calibration found that an assessment needs.
-#[derive(Debug, Clone, Copy)]
-pub struct Calibrated<'a> {
-    /// The calibrated robot.
-    pub robot: &'a RobotFile,
-    /// Residuals over what noise and tolerance allow: 1 is expected.
-    pub lack_of_fit: f64,
-    /// By what every σ is multiplied.
-    pub widening: f64,
-    /// The place of the reading that fits worst.
-    pub worst: Option<usize>,
-    /// How many combinations of the parameters are known better than the tolerance.
-    pub combinations: usize,
-    /// Whether the readings show the size of printed parts.
-    pub scale_known: bool,
-}
 
 /// A parameter of the controller.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -54,7 +37,7 @@ pub struct Assessment<'a> {
     /// Its configuration.
     pub printer: &'a Imported,
     /// The calibration.
-    pub calibrated: Calibrated<'a>,
+    pub calibration: &'a Report,
     /// Where it prints.
     pub area: Area,
     /// What its configuration is off; `None` if it does not reach its bed.
@@ -76,8 +59,8 @@ impl<'a> Assessment<'a> {
     ///
     /// # Errors
     /// The controller cannot hold the calibrated robot.
-    pub fn of(printer: &'a Imported, calibrated: Calibrated<'a>) -> Result<Self, ExportError> {
-        let (robot, file) = (&printer.robot, calibrated.robot);
+    pub fn of(printer: &'a Imported, calibration: &'a Report) -> Result<Self, ExportError> {
+        let (robot, file) = (&printer.robot, &calibration.after);
         let arms = robot.robot.arms().iter().map(|arm| arm.d().xy().norm());
         let usual = USUAL_AREA * arms.fold(f64::INFINITY, f64::min);
         let radius = printer.bed_radius.unwrap_or(usual);
@@ -121,12 +104,38 @@ impl<'a> Assessment<'a> {
             before: off(&robot.robot, &level.transform()),
             after: after.and_then(|(controller, frame)| off(controller, &frame.transform())),
             sigma_before: prior(robot).and_then(|covariance| area.expected(file, &covariance)),
-            next: next(file, &printer.readings, &area, calibrated.widening),
+            next: next(file, &printer.readings, &area, calibration.sigma_widened_by),
             changes: changes.collect(),
             printer,
-            calibrated,
+            calibration,
             area,
             export,
         })
     }
+
+    /// How many times what noise and tolerance allow the residuals are: 1 is expected.
+    pub fn lack_of_fit(&self) -> f64 {
+        lack_of_fit(self.calibration)
+    }
+
+    /// What the configuration calls the reading that fits worst.
+    pub fn worst(&self) -> Option<&str> {
+        worst(self.printer, self.calibration)
+    }
+}
+
+/// How many times what noise and tolerance allow the residuals are: 1 is expected.
+pub(crate) fn lack_of_fit(calibration: &Report) -> f64 {
+    let noise = &calibration.solution.noise;
+    let squares: f64 = noise.iter().map(|own| own.squares).sum();
+    let freedom = calibration.solution.degrees_of_freedom();
+    (squares / freedom.max(1.0)).sqrt()
+}
+
+/// What the configuration calls the reading that fits worst.
+pub(crate) fn worst<'a>(printer: &'a Imported, calibration: &Report) -> Option<&'a str> {
+    let sizes = calibration.samples.iter().map(|own| own.error_after_sigma);
+    let named = printer.names.iter().zip(sizes);
+    let (name, _) = named.max_by(|(_, one), (_, other)| one.total_cmp(other))?;
+    Some(name)
 }

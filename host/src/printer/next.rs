@@ -2,9 +2,9 @@
 
 use super::area::{Area, bed};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{ObservationsFile, Reading, ReadingFrom, Row};
+use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::fit::options::Frame;
-use crate::planning::measurements::covariance_after;
+use crate::planning::covariance_after;
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -41,11 +41,11 @@ pub struct Next {
 /// Of a calibrated robot and its measurements, whose σ are all `widening` times as large as stated.
 pub(super) fn next(
     robot: &RobotFile,
-    file: &ObservationsFile,
+    file: &Readings,
     area: &Area,
     widening: f64,
 ) -> Option<Next> {
-    let leaves = |file: &ObservationsFile| {
+    let leaves = |file: &Readings| {
         let covariance = covariance_after(robot, file, Frame::Base)?;
         Some(widening * area.expected(robot, &covariance)?)
     };
@@ -93,7 +93,7 @@ fn row(reading: Reading) -> Row<Reading> {
 }
 
 /// The nozzle on the bed, above the plane that the file's heights have.
-fn height(robot: &RobotFile, file: &ObservationsFile, [x, y]: [f64; 2]) -> Option<Row<Reading>> {
+fn height(robot: &RobotFile, file: &Readings, [x, y]: [f64; 2]) -> Option<Row<Reading>> {
     let (plane, _) = file.rows.iter().find_map(|row| row.value.height)?;
     let joints = robot.robot.inverse(&Vector3::new(x, y, 0.0)).ok()?;
     Some(row(Reading {

@@ -49,11 +49,11 @@ fn parameters(assessment: &Assessment<'_>) -> usize {
 }
 
 fn lines(assessment: &Assessment<'_>) -> Vec<String> {
-    let calibrated = &assessment.calibrated;
+    let calibration = assessment.calibration;
     let mut lines = vec![measured(assessment)];
     if let Some(off) = &assessment.before {
         // Nothing is said of a size that was not measured.
-        let size = if calibrated.scale_known {
+        let size = if calibration.determined.scale {
             format!("; 100 mm come out as {:.2} mm", off.hundred)
         } else {
             String::new()
@@ -68,7 +68,7 @@ fn lines(assessment: &Assessment<'_>) -> Vec<String> {
     lines.push(format!(
         "The {} readings improve {} of {} parameter combinations; the rest stay at the tolerance.",
         assessment.printer.readings.readings(),
-        calibrated.combinations,
+        calibration.determined.combinations,
         parameters(assessment)
     ));
     if let Some(next) = &assessment.next {
@@ -80,7 +80,7 @@ fn lines(assessment: &Assessment<'_>) -> Vec<String> {
             next.now
         ));
     }
-    if !calibrated.scale_known {
+    if !calibration.determined.scale {
         lines
             .push("The size of parts stays at the tolerance: it takes exact distances.".to_owned());
     }
@@ -128,12 +128,10 @@ fn changes(changes: &[Change]) -> Option<String> {
 }
 
 fn fit(assessment: &Assessment<'_>) -> String {
-    let calibrated = &assessment.calibrated;
-    let residuals = calibrated.lack_of_fit;
-    if calibrated.widening > 1.0 {
-        let worst = calibrated
-            .worst
-            .and_then(|index| assessment.printer.names.get(index));
+    let calibration = assessment.calibration;
+    let residuals = assessment.lack_of_fit();
+    if calibration.sigma_widened_by > 1.0 {
+        let worst = assessment.worst();
         let worst = worst.map_or_else(String::new, |name| format!(", {name} most of all"));
         return format!(
             "Warning: residuals are {residuals:.1} × the expected{worst}. All σ are scaled accordingly."
@@ -163,7 +161,7 @@ fn proposals(assessment: &Assessment<'_>, next: &Next) -> Vec<String> {
     }
     proposals.sort_by(|one, other| one.0.total_cmp(&other.0));
     if proposals.is_empty() {
-        let nothing = if assessment.calibrated.scale_known {
+        let nothing = if assessment.calibration.determined.scale {
             "Measure next: nothing; heights and printed distances bring little more."
         } else {
             "Measure next: longer distances, more exactly; heights and printed distances bring little more."
@@ -219,10 +217,10 @@ pub struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// Of an assessment and the calibration's warnings.
-    pub fn of(assessment: &'a Assessment<'_>, warnings: &'a [String]) -> Self {
+    /// Of an assessment.
+    pub fn of(assessment: &'a Assessment<'_>) -> Self {
         let printer = assessment.printer;
-        let calibrated = &assessment.calibrated;
+        let calibration = assessment.calibration;
         let name = printer.robot.name.as_str();
         let files = Files {
             robot: name,
@@ -242,17 +240,17 @@ impl<'a> Report<'a> {
             heights,
             distances,
             bed_radius_mm: assessment.area.radius,
-            lack_of_fit: calibrated.lack_of_fit,
-            sigma_widened_by: calibrated.widening,
-            combinations_known: calibrated.combinations,
+            lack_of_fit: assessment.lack_of_fit(),
+            sigma_widened_by: calibration.sigma_widened_by,
+            combinations_known: calibration.determined.combinations,
             combinations_at_most: printer.readings.readings().min(parameters(assessment)),
-            scale_known: calibrated.scale_known,
+            scale_known: calibration.determined.scale,
             before: assessment.before,
             after: assessment.after,
             changes: &assessment.changes,
             sigma_before_mm: assessment.sigma_before,
             next: assessment.next.as_ref(),
-            warnings,
+            warnings: &calibration.warnings,
             export: export::Report::of(&assessment.export, &files),
             lines: lines(assessment),
         }

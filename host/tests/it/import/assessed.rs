@@ -78,33 +78,32 @@ fn ten_printers_are_assessed() {
     }
 }
 
-/// Less than a millimetre off, one distance scales every σ by 2.66: in the JSON as in the text.
+/// One distance that is a millimetre off scales every σ: in the JSON as in the text.
 #[test]
 fn sigma_is_scaled_in_json_as_in_text() {
     let own = printer("05");
-    let doubtful = own
-        .configuration()
-        .replace("distance11 = 63.9", "distance11 = 62.9");
-    assert_ne!(own.configuration(), doubtful);
-    let report = json(&folder(&doubtful).run("klipper printer.cfg --json -").ok());
+    let right = own.configuration();
+    let doubtful = right.replace("distance11 = 63.9", "distance11 = 62.9");
+    assert_ne!(right, doubtful);
+    let report = |text: &str| json(&folder(text).run("klipper printer.cfg --json -").ok());
+    let [right, doubtful] = [report(&right), report(&doubtful)];
     let number = |value: &Value| value.as_f64().unwrap();
-    assert!(number(&report["sigma_widened_by"]) > 2.0);
-    // 0.27 mm before it is scaled.
-    let now = number(&report["next"]["sigma_now_mm"]);
-    assert!((now - 0.72).abs() < 0.02, "{now}");
-    let said = format!("Expected position error: {now:.2} mm rms");
-    let lines = report["lines"].as_array().unwrap().iter();
+    let now = |report: &Value| number(&report["next"]["sigma_now_mm"]);
+    let scaled = |report: &Value| number(&report["sigma_widened_by"]);
+    assert!(scaled(&doubtful) > 1.2 * scaled(&right));
+    // The same poses and the same noise, before they are scaled.
+    let unscaled = |report: &Value| now(report) / scaled(report);
+    let ratio = unscaled(&doubtful) / unscaled(&right);
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    let said = format!("Expected position error: {:.2} mm rms", now(&doubtful));
+    let lines = doubtful["lines"].as_array().unwrap().iter();
     let lines: Vec<_> = lines.map(|line| line.as_str().unwrap()).collect();
     assert!(
         lines.iter().any(|line| line.starts_with(&said)),
         "{lines:?}"
     );
-    assert!(
-        lines
-            .iter()
-            .any(|line| line.contains("distance11 most of all")),
-        "{lines:?}"
-    );
+    let named = |line: &&str| line.contains("distance11 most of all");
+    assert!(lines.iter().any(named), "{lines:?}");
 }
 
 /// 4 mm off the other distances: refused with the line of the configuration, and with the remedy that calibrate gives

@@ -148,7 +148,7 @@ mod tests {
         };
         let read = BTreeSet::from(["host/tests/it/main.rs".into()]);
         let left_out = roots.left_out(&root, &read);
-        assert!(left_out.contains(&"host/tests/it/device/commands.rs".into()));
+        assert!(left_out.contains(&"host/tests/it/device.rs".into()));
         assert!(!left_out.contains(&"host/tests/it/main.rs".into()));
         assert!(!left_out.contains(&"host/tests/it/linuxcnc/private.sh".into()));
     }

@@ -10,7 +10,6 @@
     clippy::cast_sign_loss
 )]
 
-mod accuracy;
 mod budgets;
 mod controller;
 mod derivatives;
@@ -27,7 +26,6 @@ mod messages;
 mod observations;
 mod oracles;
 mod outcomes;
-mod planned;
 mod refusals;
 mod samples;
 mod single_precision;

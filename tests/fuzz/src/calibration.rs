@@ -2,20 +2,15 @@
 
 use crate::files::{alike, refused, text};
 use crate::numbers::Source;
-use crate::promises::{finite_outcome, finite_robot};
-use delta_cal::calibration::Solver;
+use crate::promises::finite_robot;
 use delta_cal::robust::Loss;
-use delta_cal_host::accuracy::coverage::Acceptance;
-use delta_cal_host::render::json;
-use delta_cal_host::report::calibration::{self, html, observations, table};
-use delta_cal_host::report::document::{About, Document, Source as Origin};
+use delta_cal_host::report::calibration::{RefusalReport, comment};
+use delta_cal_host::report::document::{Document, Source as Origin};
+use delta_cal_host::report::json;
 use delta_cal_host::{
-    CalibrateError, CalibrationMethod, Frame, InputText, Measurements, Options, Reason, RobotFile,
-    Streaming, calibrate, calibrate_observations, read_samples,
+    CalibrateError, Frame, InputText, Method, Options, RobotFile, calibrate, read_samples,
 };
 use serde_json::Value;
-use std::fmt::Debug;
-use std::num::NonZeroU32;
 
 const ROBOT: &str = "robot.toml";
 const SAMPLES: &str = "samples.csv";
@@ -54,104 +49,56 @@ pub fn calibration(data: &[u8]) {
         robot: Origin::from(&robot_text),
         samples: Origin::from(&samples_text),
     };
-    let report = match read_samples(&samples_text, &file, options) {
-        Err(error) => Err(error),
-        Ok(Measurements::Positions(samples)) => calibrate(&file, &samples, options).map(|report| {
-            finite_outcome(&report.outcome.fit);
-            finite(&report);
-            let lines = report.sample_errors.iter().map(|sample| sample.line);
-            assert!(lines.eq(samples.rows.iter().map(|row| row.line)));
-            let acceptance = report.acceptance(LIMIT);
-            let about = about(&document, &acceptance);
-            if page {
-                html::render(&report, &about).expect("every figure can be drawn");
-            }
-            shown(&table::render(&report, &about), data);
-            parsed(&calibration::json::report(&report, &about));
-            report.after
-        }),
-        Ok(Measurements::Observations(samples)) => calibrate_observations(&file, &samples, options)
-            .map(|report| {
-                finite_outcome(&report.fit.outcome.fit);
-                finite(&report);
-                assert_eq!(report.fit.residuals.len(), samples.rows.len());
-                let acceptance = report.acceptance(LIMIT);
-                let about = about(&document, &acceptance);
-                if page {
-                    let _ = observations::html(&report, &about);
-                }
-                shown(&observations::text(&report, &about), data);
-                parsed(&observations::json(&report, &about));
-                report.after
-            }),
+    let calibrated = read_samples(&samples_text, &file, &options)
+        .and_then(|readings| Ok((calibrate(&file, &readings, &options)?, readings)));
+    let (mut report, readings) = match calibrated {
+        Err(error) => return explained(&error, [(ROBOT, robot), (SAMPLES, samples)]),
+        Ok(both) => both,
     };
-    match report {
-        Err(error) => explained(&error, [(ROBOT, robot), (SAMPLES, samples)]),
-        Ok(after) => {
-            finite_robot(&after.robot);
-            let written = after.to_toml(&document.comment());
-            match RobotFile::read(&InputText::new(ROBOT, &written)) {
-                Ok(again) => assert!(alike(&again, &after), "{written}"),
-                Err(error) => panic!("{error}:\n{written}"),
-            }
-        }
+    finite_robot(&report.after.robot);
+    assert!(report.solution.covariance.iter().all(|entry| entry.is_finite()));
+    let lines = report.samples.iter().map(|sample| sample.line);
+    assert!(lines.eq(readings.rows.iter().map(|row| row.line)));
+    report.document = Some(document);
+    let report = report.with_limit(LIMIT);
+    if page {
+        let html = report.to_html();
+        assert!(!html.contains("cannot be drawn"), "every figure can be drawn");
+    }
+    shown(&report.to_text(), data);
+    parsed(&report.to_json());
+    let written = report.after.to_toml(&comment(&report, &readings));
+    match RobotFile::read(&InputText::new(ROBOT, &written)) {
+        Ok(again) => assert!(alike(&again, &report.after), "{written}"),
+        Err(error) => panic!("{error}:\n{written}"),
     }
 }
 
 /// As the command's options can be.
 fn options(source: &mut Source<'_>) -> Options {
-    let (fit, case, stream) = (source.byte(), source.byte(), source.byte() & 0xf);
+    let (fit, case) = (source.byte(), source.byte());
+    let _ = source.byte();
     Options {
         method: match fit & 3 {
-            1 => CalibrationMethod::Ikm,
-            2 => CalibrationMethod::Fkm,
-            _ => CalibrationMethod::Joint,
+            1 => Some(Method::Ikm),
+            2 => Some(Method::Fkm),
+            3 => Some(Method::Joint),
+            _ => None,
         },
         loss: match fit >> 2 & 3 {
             1 => Some(Loss::Huber),
             2 => Some(Loss::Tukey),
             _ => None,
         },
-        solver: if case & 1 == 0 {
-            Solver::LevenbergMarquardt
-        } else {
-            Solver::GaussNewton
-        },
         frame: if case & 2 == 0 {
             Frame::Base
         } else {
             Frame::Sensor
         },
-        no_guess: case & 4 != 0,
-        streaming: Streaming {
-            gate: case & 8 != 0,
-            held_out: NonZeroU32::new(u32::from(stream & 7)).filter(|_| stream < 8),
-            forget: NonZeroU32::new(u32::from(stream & 7) * 8).filter(|_| stream >= 8),
-        },
     }
 }
 
-fn about<'a>(document: &'a Document, acceptance: &'a Acceptance) -> About<'a> {
-    About {
-        origin: None,
-        document: Some(document),
-        acceptance: Some(acceptance),
-    }
-}
-
-/// No number of a report is infinite or none: all of it, as `Debug` shows it, but for what is quoted.
-fn finite(report: &impl Debug) {
-    let text = format!("{report:?}")
-        .replace("\\\\", "")
-        .replace("\\\"", "");
-    let unquoted = text.split('"').step_by(2);
-    for part in unquoted {
-        let mut words = part.split(|c: char| !c.is_alphanumeric());
-        assert!(!words.any(|word| matches!(word, "NaN" | "inf")), "{text}");
-    }
-}
-
-/// Nor does the terminal show one, unless the input itself says so.
+/// The terminal shows no number that is none, unless the input itself says so.
 fn shown(table: &str, data: &[u8]) {
     let own = String::from_utf8_lossy(data).to_lowercase();
     if !own.contains("nan") && !own.contains("inf") {
@@ -161,15 +108,15 @@ fn shown(table: &str, data: &[u8]) {
 }
 
 /// What programs are told.
-fn parsed(report: &Value) {
-    let again: Value = serde_json::from_str(&json::text(report)).expect("JSON");
+fn parsed(report: &str) {
+    let again: Value = serde_json::from_str(report).expect("JSON");
     assert!(again["schema_version"].is_u64(), "{again}");
 }
 
 /// A refusal names a file and a line that it has, or says what to do next; programs are told the same.
 fn explained(error: &CalibrateError, files: [(&str, &[u8]); 2]) {
     let message = error.to_string();
-    if let Reason::Input(error) = &error.reason {
+    if let CalibrateError::Input(error) = error {
         let named = files.iter().find(|(name, _)| message.starts_with(name));
         let (name, data) = named.expect("a file is named");
         return refused(name, data, error);
@@ -177,7 +124,5 @@ fn explained(error: &CalibrateError, files: [(&str, &[u8]); 2]) {
     assert!(!message.trim().is_empty() && !message.contains(['\n', '\r']));
     let remedy = error.remedy().unwrap_or_default();
     assert!(!remedy.trim().is_empty(), "{message}");
-    if error.refused() {
-        parsed(&calibration::json::refusal(error));
-    }
+    parsed(&json(&RefusalReport::from(error)));
 }

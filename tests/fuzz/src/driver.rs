@@ -10,7 +10,7 @@ use delta_cal_host::device::{
     self, Client, DeviceError, Patience, Transport, apply, calibrate, robot,
 };
 use delta_cal_host::files::example;
-use delta_cal_host::{InputText, RobotFile, SamplesFile};
+use delta_cal_host::{InputText, RobotFile, Readings};
 use delta_cal_protocol::{
     ControlLoop, Direction, LARGEST_FRAME, Request, Response, RevertTo, Wire, Writer,
 };
@@ -24,10 +24,10 @@ const STEPS: u32 = 500;
 /// Of the example's rows: enough for a result, few enough for thousands of sessions a minute.
 const ROWS: usize = 14;
 
-static FILES: LazyLock<(RobotFile, SamplesFile)> = LazyLock::new(|| {
+static FILES: LazyLock<(RobotFile, Readings)> = LazyLock::new(|| {
     let robot = RobotFile::read(&InputText::new("robot.toml", example::ROBOT_TOML))
         .expect("the example's robot is one");
-    let mut samples = SamplesFile::read(
+    let mut samples = Readings::read(
         &InputText::new("samples.csv", example::SAMPLES_CSV),
         &robot.limits,
     )

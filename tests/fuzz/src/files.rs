@@ -6,7 +6,7 @@ use delta_cal::Parameter;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use delta_cal_host::campaign::Plan;
-use delta_cal_host::{InputError, InputText, RobotFile, SamplesFile, read_joints, read_positions};
+use delta_cal_host::{InputError, InputText, RobotFile, Readings, read_joints, read_positions};
 use std::fmt::Write;
 
 pub(crate) fn text(name: &str, data: &[u8]) -> Option<InputText> {
@@ -116,14 +116,17 @@ pub fn samples_file(data: &[u8]) {
         ),
         Err(error) => refused(NAME, rest, &error),
     }
-    let file = match SamplesFile::read(&input, &limits) {
+    let file = match Readings::read(&input, &limits) {
         Err(error) => return refused(NAME, rest, &error),
         Ok(file) => file,
     };
     assert!(!file.rows.is_empty());
+    if !file.is_complete() {
+        return;
+    }
     let mut written = "q1_rad,q2_rad,q3_rad,x_mm,y_mm,z_mm\n".to_owned();
     let mut last = 0;
-    for row in &file.rows {
+    for row in file.samples() {
         assert!(row.line > last, "line {} after line {last}", row.line);
         last = row.line;
         assert_eq!(row.value.check(Drive::Rotary), Ok(()));
@@ -131,13 +134,12 @@ pub fn samples_file(data: &[u8]) {
         let [x, y, z] = row.value.position.into();
         let _ = writeln!(written, "{q1:?},{q2:?},{q3:?},{x:?},{y:?},{z:?}");
     }
-    match SamplesFile::read(&InputText::new(NAME, &written), &limits) {
+    match Readings::read(&InputText::new(NAME, &written), &limits) {
         Ok(again) => assert!(
             again
-                .rows
-                .iter()
+                .samples()
                 .map(|row| row.value)
-                .eq(file.rows.iter().map(|row| row.value)),
+                .eq(file.samples().map(|row| row.value)),
             "{written}"
         ),
         Err(error) => panic!("{error}:\n{written}"),

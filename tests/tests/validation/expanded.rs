@@ -2,8 +2,7 @@
 
 use super::robots::{error_anywhere, made_anywhere, robot_file, samples_file};
 use delta_cal::Robot;
-use delta_cal_host::accuracy::coverage::CoverageFactor;
-use delta_cal_host::{Frame, Options, RobotFile, accepted};
+use delta_cal_host::{Frame, Options, RobotFile, calibrate};
 use delta_cal_tests::generator;
 use delta_cal_tests::geometries::geometries;
 
@@ -24,28 +23,15 @@ fn covered(rows: usize, stated: bool, files: u64) -> f64 {
             ..robot_file(nominal)
         };
         let samples = samples_file(&robot, Frame::Base);
-        let Some(found) = accepted(&file, &samples, Options::default()) else {
+        let Ok(found) = calibrate(&file, &samples, &Options::default()) else {
             continue;
         };
-        let Some(expected) = found.expected else {
+        let Some(expanded) = found.expanded_uncertainty else {
             continue;
         };
-        let freedom: f64 = found
-            .outcome
-            .fit
-            .arms
-            .iter()
-            .map(|arm| arm.degrees_of_freedom)
-            .sum();
-        let coverage = if stated {
-            CoverageFactor::STATED
-        } else {
-            CoverageFactor::estimated(freedom).unwrap()
-        };
-        robot.nominal = found.outcome.fit.robot;
-        let expanded = coverage.expanded(expected.absolute.rms, expected.absolute.max);
+        robot.nominal = found.after.robot;
         robots += 1.0;
-        within += f64::from(u8::from(error_anywhere(&robot, &mut rng) <= expanded.rms));
+        within += f64::from(u8::from(error_anywhere(&robot, &mut rng) <= expanded.rms_mm));
     }
     100.0 * within / robots
 }

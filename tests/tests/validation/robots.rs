@@ -3,7 +3,7 @@
 use delta_cal::frame::RigidTransform;
 use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::{Noise, Robot, Sample};
-use delta_cal_host::{Frame, InstrumentFacts, PositionUnit, Record, RobotFile, Row, SamplesFile};
+use delta_cal_host::{Frame, InstrumentFacts, Readings, Record, RobotFile};
 use delta_cal_tests::{Spread, measurements, paper_limits, perturbed, uniform};
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg32;
@@ -181,7 +181,7 @@ pub(crate) fn robot_file(robot: &Robot<f64>) -> RobotFile {
 }
 
 /// The measurements, in the frame of a sensor somewhere if that is asked for.
-pub(crate) fn samples_file(robot: &Made, frame: Frame) -> SamplesFile {
+pub(crate) fn samples_file(robot: &Made, frame: Frame) -> Readings {
     let at = match frame {
         Frame::Base => RigidTransform::identity(),
         Frame::Sensor => RigidTransform {
@@ -189,18 +189,9 @@ pub(crate) fn samples_file(robot: &Made, frame: Frame) -> SamplesFile {
             translation: Vector3::new(1200.0, -700.0, 300.0),
         },
     };
-    let rows = (2..).zip(&robot.samples).map(|(line, sample)| Row {
-        line,
-        value: Sample {
-            joints: sample.joints,
-            position: at.apply(&sample.position),
-        },
+    let samples = robot.samples.iter().map(|sample| Sample {
+        joints: sample.joints,
+        position: at.apply(&sample.position),
     });
-    SamplesFile {
-        name: "samples.csv".to_owned(),
-        rows: rows.collect(),
-        all: None,
-        in_degrees: true,
-        positions_in: PositionUnit::Millimetre,
-    }
+    Readings::of_samples("samples.csv", &samples.collect::<Vec<_>>())
 }

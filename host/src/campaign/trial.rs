@@ -85,7 +85,7 @@ pub(super) fn calibrate(
     match outcome {
         Ok(outcome) => {
             let arms = RobotOutcome::from(&outcome);
-            Ok(of_arms(&arms, outcome.estimate.covariance))
+            Ok(of_arms(&arms, outcome.estimate.covariance.as_ref()))
         }
         Err(refusal) => Err(status(&refusal)),
     }
@@ -106,7 +106,8 @@ fn of_readings(
             FAULTY_SAMPLE
         }
     })?;
-    Ok(of_arms(&fit.outcome.fit, fit.outcome.covariance))
+    let outcome = &fit.outcome;
+    Ok(of_arms(&outcome.fit, outcome.covariance.as_ref()))
 }
 
 /// The FKM method of the paper: the core's problem of observations whose readings are all three
@@ -170,11 +171,11 @@ fn fkm(
 }
 
 /// `covariance`: of all parameters, or that of the arms.
-fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<Covariance>) -> Calibrated {
+fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<&Covariance>) -> Calibrated {
     let mut arms = outcome.arms.iter();
     Calibrated {
         robot: outcome.robot,
-        covariance: covariance.or_else(|| by_arms(&outcome.arms)),
+        covariance: covariance.copied().or_else(|| by_arms(&outcome.arms)),
         whole: covariance.is_some(),
         from_nominal: arms.all(|arm| arm.start == StartUsed::Nominal),
     }

@@ -20,7 +20,6 @@ pub mod refusal;
 mod target;
 pub mod wrong_rows;
 
-pub(crate) use calibrate::{GOOD_CONDITION, calibrated_elsewhere, check_names, judged, refused_elsewhere};
 pub use calibrate::{calibrate, read_samples};
 pub use findings::{Finding, Level};
 pub use refusal::{CalibrateError, Refused};

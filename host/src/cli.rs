@@ -42,10 +42,7 @@ pub fn run() -> ExitCode {
         Command::Workspace(arguments) => workspace::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
-        Command::Completions(arguments) => {
-            completions::completions(&arguments, Arguments::command())
-        }
-        Command::Man(arguments) => completions::man(&arguments, Arguments::command()),
+        Command::Completions(arguments) => completions::run(&arguments, Arguments::command()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -13,9 +13,7 @@ pub mod options;
 pub mod solution;
 mod solve;
 
-pub(crate) use estimators::FromClosures;
 pub use observations::Unsolved;
 pub use options::{Frame, Method, Options};
 pub use solution::Solution;
-pub(crate) use solve::from_elsewhere;
 pub use solve::solve;

@@ -37,6 +37,8 @@
 //! ```
 
 #![forbid(unsafe_code)]
+// Options are passed on as the public functions take them.
+#![allow(clippy::trivially_copy_pass_by_ref)]
 // In tests a panic is the failure.
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
@@ -68,6 +70,8 @@ pub use files::columns::ColumnMapping;
 pub use files::input_error::InputError;
 pub use files::input_text::InputText;
 pub use files::robot_file::{InstrumentFacts, Record, RobotFile};
-pub use files::samples_file::{Planned, PositionUnit, Reading, ReadingFrom, Readings, Row, read_joints, read_positions};
+pub use files::samples_file::{
+    Planned, PositionUnit, Reading, ReadingFrom, Readings, Row, read_joints, read_positions,
+};
 pub use fit::{Frame, Method, Options, Solution};
 pub use report::calibration::Report;

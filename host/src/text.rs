@@ -1,6 +1,5 @@
 //! Numbers and lists in sentences.
 
-pub mod date;
 pub mod joint;
 pub mod numbers;
 pub mod tolerance;

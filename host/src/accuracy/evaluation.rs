@@ -163,9 +163,7 @@ impl CramerRaoBound {
             .collect::<Option<Vec<_>>>()?;
         let covariance = match method {
             Method::Ikm => of_separate_arms(truth, &poses, noise, tolerance)?,
-            Method::Joint | Method::Fkm => {
-                of_all_arms(truth, &poses, noise, tolerance)?
-            }
+            Method::Joint | Method::Fkm => of_all_arms(truth, &poses, noise, tolerance)?,
         };
         Some(Self { covariance })
     }
@@ -231,16 +229,23 @@ fn of_all_arms(
             .copy_from(&position_rows(truth, pose, noise)?);
     }
     let prior = rows_of_prior(&tolerance_prior(truth, tolerance));
-    rows.fixed_view_mut::<PARAMETERS, PARAMETERS>(3 * poses.len(), 0).copy_from(&prior);
-    let triangle: SMatrix<f64, PARAMETERS, PARAMETERS> =
-        rows.qr().r().fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into_owned();
-    let inverse = triangle
-        .solve_upper_triangular(&SMatrix::<f64, PARAMETERS, PARAMETERS>::identity())?;
+    rows.fixed_view_mut::<PARAMETERS, PARAMETERS>(3 * poses.len(), 0)
+        .copy_from(&prior);
+    let triangle: SMatrix<f64, PARAMETERS, PARAMETERS> = rows
+        .qr()
+        .r()
+        .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
+        .into_owned();
+    let inverse =
+        triangle.solve_upper_triangular(&SMatrix::<f64, PARAMETERS, PARAMETERS>::identity())?;
     let mut covariance = inverse * inverse.transpose();
     for place in (0..PARAMETERS).filter(|place| is_empty(truth, *place)) {
         covariance[(place, place)] = 0.0;
     }
-    covariance.iter().all(|entry| entry.is_finite()).then_some(covariance)
+    covariance
+        .iter()
+        .all(|entry| entry.is_finite())
+        .then_some(covariance)
 }
 
 /// The inverse of each arm's information Σ (∂f/∂P)ᵀ(∂f/∂P)/σf², by the triangle of its rows.

@@ -186,7 +186,11 @@ pub(crate) fn whitening(
     pose: &Sample<f64>,
     noise: &Noise<f64>,
 ) -> Option<Matrix3<f64>> {
-    let by_joints = robot.platform_jacobian(&pose.position, &pose.joints).ok()?.by_joints * noise.joint();
+    let by_joints = robot
+        .platform_jacobian(&pose.position, &pose.joints)
+        .ok()?
+        .by_joints
+        * noise.joint();
     let axes = Vector3::from(noise.position_by_axis());
     let covariance =
         Matrix3::from_diagonal(&axes.component_mul(&axes)) + by_joints * by_joints.transpose();

@@ -3,7 +3,7 @@
 use crate::accuracy::information::prior_covariance;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
-use delta_cal::{Robot, Sample};
+use delta_cal::Robot;
 use serde::Serialize;
 
 /// A sample farther off than so many times the median is an outlier.
@@ -28,15 +28,6 @@ pub struct PositionError {
     pub max_at_line: Option<u64>,
     /// Samples whose joint angles have no position in this geometry; not part of the other figures.
     pub unreachable: usize,
-}
-
-/// |X − FK(q)| of every sample; `None` where the geometry cannot reach the joint angles.
-pub(crate) fn distances(robot: &Robot<f64>, samples: &[Sample<f64>]) -> Vec<Option<f64>> {
-    let distance = |sample: &Sample<f64>| {
-        let position = robot.forward(&sample.joints).ok()?;
-        Some((sample.position - position).norm())
-    };
-    samples.iter().map(distance).collect()
 }
 
 /// One σ of a coordinate of robots made to the file's tolerance, the median over poses, mm; `None` without one.

@@ -25,17 +25,6 @@ pub fn shown(rows: usize, most: usize, size: impl Fn(usize) -> f64) -> Option<Ve
     Some(shown)
 }
 
-/// Some of many, spread evenly.
-pub(crate) fn evenly<T: Copy>(all: &[T]) -> Vec<T> {
-    let step = all.len().div_ceil(EVENLY).max(1);
-    all.iter().copied().step_by(step).collect()
-}
-
-/// Which rows of `rows` are shown, in words.
-pub fn in_words(shown: usize, rows: usize) -> String {
-    format!("{shown} of {rows} samples: those farthest off, and others spread evenly over the file")
-}
-
 #[cfg(test)]
 mod tests {
     use super::{EVENLY, FARTHEST, shown};

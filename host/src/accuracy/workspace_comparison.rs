@@ -201,10 +201,16 @@ fn heights(
     let rows = places.iter().filter_map(|place| {
         let joints = reach.joints(uncertainty.robot, place).ok()?;
         let jacobian = uncertainty.jacobian(place, &joints)?;
-        Some((Vector3::new(1.0, place.x, place.y), jacobian.row(2).into_owned()))
+        Some((
+            Vector3::new(1.0, place.x, place.y),
+            jacobian.row(2).into_owned(),
+        ))
     });
     let rows: Vec<_> = rows.collect();
-    let (mut normal, mut mixed) = (SMatrix::<f64, 3, 3>::zeros(), SMatrix::<f64, 3, 24>::zeros());
+    let (mut normal, mut mixed) = (
+        SMatrix::<f64, 3, 3>::zeros(),
+        SMatrix::<f64, 3, 24>::zeros(),
+    );
     for (plane, height) in &rows {
         normal += plane * plane.transpose();
         mixed += plane * height;

@@ -2,7 +2,7 @@
 
 use super::diagnosis::{Diagnosis, diagnose};
 use super::findings::Finding;
-use super::judge::{Case, Judged, attempt, judge};
+use super::judge::{Case, Judged, attempt};
 use super::noise_test::NoiseVerdict;
 use super::plausibility::doubtful;
 use super::refusal::{CalibrateError, Objection, Refused, explained};
@@ -16,7 +16,6 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
 use crate::fit::options::{Frame, Method, Options};
 use crate::fit::solution::{Kind, READINGS};
-use crate::fit::{FromClosures, from_elsewhere};
 use crate::report::calibration::Report;
 use crate::text::joint;
 use delta_cal::Robot;
@@ -29,7 +28,7 @@ const MOSTLY: f64 = 0.5;
 const FEW_SAMPLES: usize = 12;
 /// Below it a condition is good. Above, the parameters are known a hundred times worse than each
 /// alone would be.
-pub(crate) const GOOD_CONDITION: f64 = 100.0;
+const GOOD_CONDITION: f64 = 100.0;
 /// A standardised residual of more σ is an outlier.
 const OUTLIER: f64 = 4.5;
 /// Residuals above this part of what the tolerance allows leave little to the samples.
@@ -40,7 +39,11 @@ const LITTLE: f64 = 0.5;
 ///
 /// # Errors
 /// As [`Readings::read`].
-pub fn read_samples(input: &InputText, robot: &RobotFile, options: &Options) -> Result<Readings, CalibrateError> {
+pub fn read_samples(
+    input: &InputText,
+    robot: &RobotFile,
+    options: &Options,
+) -> Result<Readings, CalibrateError> {
     Readings::read(input, &robot.limits).map_err(|error| {
         let diagnosis = Readings::read_any(input, robot.robot.drive())
             .ok()
@@ -71,54 +74,23 @@ pub fn read_samples(input: &InputText, robot: &RobotFile, options: &Options) -> 
 /// # Ok(())
 /// # }
 /// ```
-pub fn calibrate(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<Report, CalibrateError> {
+pub fn calibrate(
+    robot: &RobotFile,
+    readings: &Readings,
+    options: &Options,
+) -> Result<Report, CalibrateError> {
     let moved = checked(robot, readings, options)?;
-    let case = Case { robot, before: robot, readings: &moved, options: *options };
+    let case = Case {
+        robot,
+        before: robot,
+        readings: &moved,
+        options: *options,
+    };
     let diagnosis = || diagnose(robot, &moved, options);
     match attempt(&case) {
         Ok(judged) => Ok(reported(&case, judged, diagnosis())),
         Err(objection) => Err(refused(&case, &objection, diagnosis())),
     }
-}
-
-/// The calibrated robot and its judgement without a report, for campaigns: `None` where [`calibrate`] refuses.
-pub(crate) fn judged(robot: &RobotFile, readings: &Readings, options: &Options) -> Option<Judged> {
-    let moved = checked(robot, readings, options).ok()?;
-    attempt(&Case { robot, before: robot, readings: &moved, options: *options }).ok()
-}
-
-/// The report of what a controller found from complete positions: `before` is its current geometry, `robot` the file with
-/// its nominal one.
-///
-/// # Errors
-/// As [`calibrate`].
-pub(crate) fn calibrated_elsewhere(
-    robot: &RobotFile,
-    before: &RobotFile,
-    readings: &Readings,
-    method: Method,
-    found: FromClosures,
-) -> Result<Report, CalibrateError> {
-    let options = Options { method: Some(method), ..Options::default() };
-    let case = Case { robot, before, readings, options };
-    let diagnosis = || diagnose(robot, readings, &options);
-    let solved = from_elsewhere(robot, readings, method, found).map_err(Objection::Unsolved);
-    match solved.and_then(|solution| judge(&case, solution)) {
-        Ok(judged) => Ok(reported(&case, judged, diagnosis())),
-        Err(objection) => Err(refused(&case, &objection, diagnosis())),
-    }
-}
-
-/// What a controller refused to calibrate, in words.
-pub(crate) fn refused_elsewhere(
-    robot: &RobotFile,
-    readings: &Readings,
-    refusal: delta_cal::Refusal,
-) -> CalibrateError {
-    let options = Options::default();
-    let case = Case { robot, before: robot, readings, options };
-    let objection = Objection::Unsolved(crate::fit::Unsolved::Refused(refusal));
-    refused(&case, &objection, diagnose(robot, readings, &options))
 }
 
 fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>) -> CalibrateError {
@@ -131,7 +103,13 @@ fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>)
             None => hints.extend(explanations(case.robot, case.readings, &case.options)),
         }
     }
-    let error = explained(case.robot, case.readings, case.options.frame, objection, &hints);
+    let error = explained(
+        case.robot,
+        case.readings,
+        case.options.frame,
+        objection,
+        &hints,
+    );
     match error {
         CalibrateError::Refused(mut refused) => {
             refused.diagnosis = diagnosis;
@@ -142,7 +120,11 @@ fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>)
 }
 
 /// The readings as they are to be used, once everything is right with the files and options.
-fn checked(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<Readings, CalibrateError> {
+fn checked(
+    robot: &RobotFile,
+    readings: &Readings,
+    options: &Options,
+) -> Result<Readings, CalibrateError> {
     check_method(robot, readings, options)?;
     check_frame(robot, readings, options.frame)?;
     check_names(robot, readings)?;
@@ -150,7 +132,10 @@ fn checked(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<
         let [arm, ..] = robot.robot.arms();
         let points: Vec<_> = readings.samples().map(|row| row.value.position).collect();
         if let Some(how) = degenerate(points.iter().copied(), arm.lb()) {
-            let cause = format!("{}: the measured points lie {how}, so the sensor's frame is not determined.", readings.name);
+            let cause = format!(
+                "{}: the measured points lie {how}, so the sensor's frame is not determined.",
+                readings.name
+            );
             return Err(Refused::new(cause, "Measure poses all over the workspace.").into());
         }
     }
@@ -163,7 +148,11 @@ fn checked(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<
     Ok(readings.clone().moved(&-shift))
 }
 
-fn check_method(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<(), InputError> {
+fn check_method(
+    robot: &RobotFile,
+    readings: &Readings,
+    options: &Options,
+) -> Result<(), InputError> {
     let closures = matches!(options.method, Some(Method::Joint | Method::Ikm));
     if !closures {
         return Ok(());
@@ -172,13 +161,29 @@ fn check_method(robot: &RobotFile, readings: &Readings, options: &Options) -> Re
         Err(InputError::new(file, cause).with_remedy(remedy.to_owned()))
     };
     if options.frame == Frame::Sensor {
-        fault(&readings.name, "--method joint and ikm need positions in the robot's frame", "use --method fkm")
+        fault(
+            &readings.name,
+            "--method joint and ikm need positions in the robot's frame",
+            "use --method fkm",
+        )
     } else if options.loss.is_some() {
-        fault(&readings.name, "--robust is a loss function of the FKM method", "use --method fkm")
+        fault(
+            &readings.name,
+            "--robust is a loss function of the FKM method",
+            "use --method fkm",
+        )
     } else if robot.transmission.is_some() {
-        fault(&robot.name, "only the FKM method finds transmissions", "use --method fkm, or delete transmission_deg")
+        fault(
+            &robot.name,
+            "only the FKM method finds transmissions",
+            "use --method fkm, or delete transmission_deg",
+        )
     } else if !readings.is_complete() {
-        fault(&readings.name, "--method joint and ikm need x, y and z in every row", "use --method fkm")
+        fault(
+            &readings.name,
+            "--method joint and ikm need x, y and z in every row",
+            "use --method fkm",
+        )
     } else {
         Ok(())
     }
@@ -186,11 +191,17 @@ fn check_method(robot: &RobotFile, readings: &Readings, options: &Options) -> Re
 
 fn check_frame(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<(), InputError> {
     let coordinates = readings.holds(Kind::Position);
-    if frame == Frame::Base && coordinates && !readings.is_complete() && robot.sensor_frame.is_some() {
+    if frame == Frame::Base
+        && coordinates
+        && !readings.is_complete()
+        && robot.sensor_frame.is_some()
+    {
         let cause = "single coordinates cannot be converted from this frame";
         return Err(InputError::new(&robot.name, cause)
             .at_key("[sensor_frame]")
-            .with_remedy("use --frame sensor, or delete the section if they are in the robot's frame"));
+            .with_remedy(
+                "use --frame sensor, or delete the section if they are in the robot's frame",
+            ));
     }
     if frame == Frame::Sensor && !coordinates {
         let cause = "no row holds x, y or z, so there is no frame to find";
@@ -206,7 +217,7 @@ fn check_frame(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<(
 }
 
 /// Every plane and point of the robot file must occur.
-pub(crate) fn check_names(robot: &RobotFile, readings: &Readings) -> Result<(), InputError> {
+fn check_names(robot: &RobotFile, readings: &Readings) -> Result<(), InputError> {
     let planes = robot.instruments.planes.iter();
     let planes = planes.map(|plane| ("planes", &plane.name, plane.line, &readings.planes));
     let points = robot.instruments.points.iter();
@@ -234,7 +245,10 @@ fn findings(case: &Case<'_>, judged: &Judged, diagnosis: Option<Diagnosis>) -> V
     found.extend(diagnosis.map(|diagnosis| Finding::Diagnosis { diagnosis }));
     of_rows(case, judged, &mut found);
     let causes = judged.causes.found.iter();
-    found.extend(causes.map(|cause| Finding::Cause { cause: cause.clone(), cause_kind: cause.kind.name() }));
+    found.extend(causes.map(|cause| Finding::Cause {
+        cause: cause.clone(),
+        cause_kind: cause.kind.name(),
+    }));
     of_errors(case, judged, &mut found);
     of_noise(case, judged, &mut found);
     of_parameters(case, judged, &mut found);
@@ -245,11 +259,20 @@ fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     let (readings, solution) = (case.readings, &judged.solution);
     let lines = |which: &dyn Fn(usize) -> bool| -> Vec<u64> {
         let rows = readings.rows.iter().enumerate();
-        rows.filter(|(index, _)| which(*index)).map(|(_, row)| row.line).collect()
+        rows.filter(|(index, _)| which(*index))
+            .map(|(_, row)| row.line)
+            .collect()
     };
-    let shift = case.options.loss.and_then(|_| Shift::find(solution, readings));
+    let shift = case
+        .options
+        .loss
+        .and_then(|_| Shift::find(solution, readings));
     found.extend(shift.map(|shift| Finding::Shift { shift }));
-    found.extend(beside_the_platform_point(case.robot, readings, case.options.frame));
+    found.extend(beside_the_platform_point(
+        case.robot,
+        readings,
+        case.options.frame,
+    ));
     let suspected = lines(&|index| solution.rows[index].suspected);
     if !suspected.is_empty() {
         found.push(Finding::Suspected { lines: suspected });
@@ -267,11 +290,16 @@ fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     for (index, row) in readings.rows.iter().enumerate() {
         let sigmas = standardised(index) / judged.widening;
         if sigmas > OUTLIER && !solution.rows[index].suspected {
-            found.push(Finding::Outlier { line: row.line, sigmas });
+            found.push(Finding::Outlier {
+                line: row.line,
+                sigmas,
+            });
         }
     }
     if !readings.copies.is_empty() {
-        found.push(Finding::Copies { lines: readings.copies.clone() });
+        found.push(Finding::Copies {
+            lines: readings.copies.clone(),
+        });
     }
     found.extend(repeatability(readings));
 }
@@ -293,7 +321,10 @@ fn repeatability(readings: &Readings) -> Vec<Finding> {
         let (mut squares, mut freedom) = (0.0, 0.0);
         for repeated in poses.values().filter(|own| own.len() > 1) {
             for place in (0..READINGS).filter(|place| Kind::of_place(*place) == kind) {
-                let values: Vec<f64> = repeated.iter().filter_map(|own| own.read()[place]).collect();
+                let values: Vec<f64> = repeated
+                    .iter()
+                    .filter_map(|own| own.read()[place])
+                    .collect();
                 let count = values.iter().fold(0.0, |count, _| count + 1.0);
                 let mean = values.iter().sum::<f64>() / count;
                 squares += values.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
@@ -310,19 +341,29 @@ fn repeatability(readings: &Readings) -> Vec<Finding> {
 }
 
 fn of_errors(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
-    let (Some(before), Some(after)) = (&judged.error_before, &judged.error_after) else { return };
+    let (Some(before), Some(after)) = (&judged.error_before, &judged.error_after) else {
+        return;
+    };
     let not_improved = !(after.rms < before.rms);
     if not_improved && !judged.workspace.is_some_and(|own| own.unchanged()) {
-        found.push(Finding::NotImproved { before_mm: before.rms, after_mm: after.rms });
+        found.push(Finding::NotImproved {
+            before_mm: before.rms,
+            after_mm: after.rms,
+        });
     }
     let unreachable = |error: &PositionError, calibrated| {
-        (error.unreachable > 0).then_some(Finding::Unreachable { calibrated, samples: error.unreachable })
+        (error.unreachable > 0).then_some(Finding::Unreachable {
+            calibrated,
+            samples: error.unreachable,
+        })
     };
     found.extend(unreachable(before, false));
     found.extend(unreachable(after, true));
     let poses = case.readings.rows.iter().map(|row| row.value.joints);
     if before.contradicts(case.before, poses) {
-        found.push(Finding::Elsewhere { median_mm: before.median });
+        found.push(Finding::Elsewhere {
+            median_mm: before.median,
+        });
     }
 }
 
@@ -330,7 +371,10 @@ fn of_noise(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     for test in &judged.noise {
         match test.verdict {
             NoiseVerdict::Understated => {
-                found.push(Finding::NoiseUnderstated { test: *test, widened_by: judged.widening });
+                found.push(Finding::NoiseUnderstated {
+                    test: *test,
+                    widened_by: judged.widening,
+                });
             }
             NoiseVerdict::Overstated => found.push(Finding::NoiseOverstated { test: *test }),
             NoiseVerdict::Agrees | NoiseVerdict::Estimated => {}
@@ -345,21 +389,33 @@ fn of_noise(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             key: joint::key("joint", drive),
         });
     }
-    let position = judged.noise.iter().find(|test| test.kind == Kind::Position && test.stated_mm.is_none());
+    let position = judged
+        .noise
+        .iter()
+        .find(|test| test.kind == Kind::Position && test.stated_mm.is_none());
     let joints = case.readings.rows.iter().map(|row| row.value.joints);
     if let Some(test) = position
-        && let Some(tolerated_mm) = crate::accuracy::position_error::sigma_by_tolerance(case.before, joints)
+        && let Some(tolerated_mm) =
+            crate::accuracy::position_error::sigma_by_tolerance(case.before, joints)
         && test.sigma_mm > LITTLE * tolerated_mm
     {
-        found.push(Finding::SaysLittle { sigma_mm: test.sigma_mm, tolerated_mm });
+        found.push(Finding::SaysLittle {
+            sigma_mm: test.sigma_mm,
+            tolerated_mm,
+        });
     }
 }
 
 fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     let (robot, solution, readings) = (case.robot, &judged.solution, case.readings);
     let drive = robot.robot.drive();
-    if let Some(test) = judged.prior_test.filter(super::prior_test::PriorTest::contradicts) {
-        let used = judged.widened.then(|| test.statement(drive, robot.tolerance.as_ref()));
+    if let Some(test) = judged
+        .prior_test
+        .filter(super::prior_test::PriorTest::contradicts)
+    {
+        let used = judged
+            .widened
+            .then(|| test.statement(drive, robot.tolerance.as_ref()));
         found.push(Finding::ToleranceTooSmall { test, used });
     }
     if let Some(workspace) = &judged.workspace {
@@ -367,7 +423,10 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             found.push(Finding::Unchanged);
         } else if workspace.may_be_worse() {
             let chance = workspace.chance_of_harm.unwrap_or(1.0);
-            found.push(Finding::MayBeWorse { chance, moved: workspace.judged });
+            found.push(Finding::MayBeWorse {
+                chance,
+                moved: workspace.judged,
+            });
         }
     }
     if robot.tolerance.is_none() {
@@ -375,7 +434,10 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             found.push(Finding::LargeChanges { changes });
         }
         if readings.rows.len() < FEW_SAMPLES {
-            found.push(Finding::FewSamples { samples: readings.rows.len(), needed: FEW_SAMPLES });
+            found.push(Finding::FewSamples {
+                samples: readings.rows.len(),
+                needed: FEW_SAMPLES,
+            });
         }
         if case.options.frame == Frame::Sensor {
             found.push(Finding::NoPlace);
@@ -389,7 +451,9 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             found.push(Finding::PlaceUnknown);
         }
         if !known.scale {
-            found.push(Finding::ScaleUnknown { distances: readings.holds(Kind::Distance) });
+            found.push(Finding::ScaleUnknown {
+                distances: readings.holds(Kind::Distance),
+            });
         }
         if known.combinations < known.of {
             found.push(Finding::Combinations {

@@ -60,7 +60,9 @@ pub(crate) fn attempt(case: &Case<'_>) -> Result<Judged, Objection> {
     match result {
         Err(
             objection @ (Objection::BeyondTolerance(..)
-            | Objection::Unsolved(crate::fit::Unsolved::Refused(Refusal::FarFromNominal { .. }))),
+            | Objection::Unsolved(crate::fit::Unsolved::Refused(
+                Refusal::FarFromNominal { .. },
+            ))),
         ) => with_wider_tolerance(case).ok_or(objection),
         result => result,
     }
@@ -70,7 +72,10 @@ pub(crate) fn attempt(case: &Case<'_>) -> Result<Judged, Objection> {
 /// contradict the tolerance.
 fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
     let tolerance = case.robot.tolerance.as_ref()?;
-    let free_file = RobotFile { tolerance: None, ..case.robot.clone() };
+    let free_file = RobotFile {
+        tolerance: None,
+        ..case.robot.clone()
+    };
     let free = solve(&free_file, case.readings, &case.options).ok()?;
     // Larger differences are wrong samples rather than a robot.
     if plausibility::is_another_robot(&case.robot.robot, &free.robot) {
@@ -80,11 +85,21 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
     if !(test.contradicts() && test.samples_decide()) {
         return None;
     }
-    let wide_file = RobotFile { tolerance: test.widened(tolerance), ..case.robot.clone() };
-    let wide = Case { robot: &wide_file, ..*case };
+    let wide_file = RobotFile {
+        tolerance: test.widened(tolerance),
+        ..case.robot.clone()
+    };
+    let wide = Case {
+        robot: &wide_file,
+        ..*case
+    };
     let solution = solve(&wide_file, case.readings, &case.options).ok()?;
     let judged = judge(&wide, solution).ok()?;
-    Some(Judged { prior_test: Some(test), widened: true, ..judged })
+    Some(Judged {
+        prior_test: Some(test),
+        widened: true,
+        ..judged
+    })
 }
 
 /// Judges a solution.
@@ -93,10 +108,22 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     let has_tolerance = robot.tolerance.is_some();
     let noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
     let poses = inside(&solution.robot, &robot.reach());
-    let causes = causes(&Subject { solution: &solution, readings: case.readings }, &poses);
-    let by_noise = noise.iter().map(|test| test.widening(!causes.found.is_empty())).fold(1.0, f64::max);
+    let causes = causes(
+        &Subject {
+            solution: &solution,
+            readings: case.readings,
+        },
+        &poses,
+    );
+    let by_noise = noise
+        .iter()
+        .map(|test| test.widening(!causes.found.is_empty()))
+        .fold(1.0, f64::max);
     let covariance = solution.of_robot();
-    let uncertainty = PositionUncertainty { robot: &solution.robot, covariance: &covariance };
+    let uncertainty = PositionUncertainty {
+        robot: &solution.robot,
+        covariance: &covariance,
+    };
     let by_causes = uncertainty
         .over(&poses)
         .filter(|sigma| sigma.rms > 0.0)
@@ -106,8 +133,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     let error_before = error(case, &case.before.robot, &solution.places_before, &solution);
     let error_after = error(case, &solution.robot, &solution.places, &solution);
     // A stated tolerance already keeps what is not known near where it was.
-    if !has_tolerance
-        && let Some(change) = plausibility::implausible(&robot.robot, &solution.robot)
+    if !has_tolerance && let Some(change) = plausibility::implausible(&robot.robot, &solution.robot)
     {
         return Err(Objection::Implausible(change));
     }
@@ -155,13 +181,22 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
             let chance = comparison.chance_of_harm.unwrap_or(1.0);
             return Err(Objection::Worse(chance, comparison.judged));
         }
-        Some(comparison) if comparison.chance_of_harm.is_none() => return Err(Objection::UnknownError),
+        Some(comparison) if comparison.chance_of_harm.is_none() => {
+            return Err(Objection::UnknownError);
+        }
         _ => {}
     }
     let covariance = solution.of_robot();
     let expected = expected(robot, &solution.robot, &covariance);
-    let expected_before = prior(robot).and_then(|prior| self::expected(robot, &robot.robot, &prior));
-    let known = Known::of(&robot.robot, tolerance, &parameters, expected_before.as_ref(), expected.as_ref());
+    let expected_before =
+        prior(robot).and_then(|prior| self::expected(robot, &robot.robot, &prior));
+    let known = Known::of(
+        &robot.robot,
+        tolerance,
+        &parameters,
+        expected_before.as_ref(),
+        expected.as_ref(),
+    );
     Ok(Judged {
         solution,
         widening,
@@ -187,12 +222,18 @@ impl Case<'_> {
 /// Places over the touched part of a printer's bed, where it is all that was measured; otherwise none.
 fn bed(case: &Case<'_>, solution: &Solution) -> Vec<Vector3<f64>> {
     let heights_alone = !case.readings.holds(Kind::Position);
-    let (Drive::Linear, true, [plane]) =
-        (solution.robot.drive(), heights_alone, solution.places.planes.as_slice())
-    else {
+    let (Drive::Linear, true, [plane]) = (
+        solution.robot.drive(),
+        heights_alone,
+        solution.places.planes.as_slice(),
+    ) else {
         return Vec::new();
     };
-    let touched = case.readings.rows.iter().filter(|row| row.value.height.is_some());
+    let touched = case
+        .readings
+        .rows
+        .iter()
+        .filter(|row| row.value.height.is_some());
     let touched = touched.filter_map(|row| solution.robot.forward(&row.value.joints).ok());
     let radius = touched.fold(0.0, |most: f64, own| most.max(own.xy().norm()));
     let steps = -BED_STEPS..=BED_STEPS;
@@ -212,23 +253,42 @@ fn bed(case: &Case<'_>, solution: &Solution) -> Vec<Vector3<f64>> {
 /// The covariance of the parameters before any measurement; `None` without a tolerance.
 pub(crate) fn prior(robot: &RobotFile) -> Option<RobotCovariance> {
     let (tolerance, transmission) = (robot.tolerance.as_ref()?, robot.transmission.as_ref());
-    Some(prior_with_transmissions(&robot.robot, tolerance, transmission))
+    Some(prior_with_transmissions(
+        &robot.robot,
+        tolerance,
+        transmission,
+    ))
 }
 
 /// The position error that a robot with this covariance of its parameters is expected to have.
-pub(crate) fn expected(file: &RobotFile, robot: &Robot<f64>, covariance: &RobotCovariance) -> Option<ExpectedError> {
+pub(crate) fn expected(
+    file: &RobotFile,
+    robot: &Robot<f64>,
+    covariance: &RobotCovariance,
+) -> Option<ExpectedError> {
     let reach = file.reach();
-    ExpectedError::of(&PositionUncertainty { robot, covariance }, &reach, &WorkspacePoses::within(robot, &reach))
+    ExpectedError::of(
+        &PositionUncertainty { robot, covariance },
+        &reach,
+        &WorkspacePoses::within(robot, &reach),
+    )
 }
 
 /// Distances of the rows with x, y and z from where a robot is.
 pub(crate) fn distance(robot: &Robot<f64>, places: &Places, sample: &Sample<f64>) -> Option<f64> {
     let position = robot.forward(&sample.joints).ok()?;
-    let seen: Vector3<f64> = places.frame.map_or(position, |frame| frame.apply(&position));
+    let seen: Vector3<f64> = places
+        .frame
+        .map_or(position, |frame| frame.apply(&position));
     Some((sample.position - seen).norm())
 }
 
-fn error(case: &Case<'_>, robot: &Robot<f64>, places: &Places, solution: &Solution) -> Option<PositionError> {
+fn error(
+    case: &Case<'_>,
+    robot: &Robot<f64>,
+    places: &Places,
+    solution: &Solution,
+) -> Option<PositionError> {
     let rows = case.readings.rows.iter().zip(&solution.rows);
     let samples: Vec<_> = rows
         .filter(|(_, fit)| !fit.suspected)
@@ -240,7 +300,9 @@ fn error(case: &Case<'_>, robot: &Robot<f64>, places: &Places, solution: &Soluti
 /// Residuals that are taken for noise, as none is stated, and are larger than the tolerance lets the robot be off: they
 /// would keep any robot near where it was, whatever the samples are. Both in mm.
 fn beyond_tolerance(case: &Case<'_>, noise: &[NoiseTest]) -> Option<(f64, f64)> {
-    let test = noise.iter().find(|test| test.kind == Kind::Position && test.stated_mm.is_none())?;
+    let test = noise
+        .iter()
+        .find(|test| test.kind == Kind::Position && test.stated_mm.is_none())?;
     let joints = case.readings.rows.iter().map(|row| row.value.joints);
     let tolerated = sigma_by_tolerance(case.before, joints)?;
     (test.limits_mm[0] > tolerated).then_some((test.sigma_mm, tolerated))

@@ -49,12 +49,23 @@ impl Known {
         before: Option<&ExpectedError>,
         after: Option<&ExpectedError>,
     ) -> Self {
-        let used: Vec<usize> = (0..PARAMETERS).filter(|place| !is_empty(robot, *place)).collect();
+        let used: Vec<usize> = (0..PARAMETERS)
+            .filter(|place| !is_empty(robot, *place))
+            .collect();
         let of = used.len() - PLACE_IN_SPACE;
-        let everything = Self { of, combinations: used.len(), place: true, scale: true };
-        let Some(tolerance) = tolerance else { return everything };
+        let everything = Self {
+            of,
+            combinations: used.len(),
+            place: true,
+            scale: true,
+        };
+        let Some(tolerance) = tolerance else {
+            return everything;
+        };
         let pick = |matrix: &SMatrix<f64, PARAMETERS, PARAMETERS>| {
-            DMatrix::from_fn(used.len(), used.len(), |row, column| matrix[(used[row], used[column])])
+            DMatrix::from_fn(used.len(), used.len(), |row, column| {
+                matrix[(used[row], used[column])]
+            })
         };
         let inverses = || {
             let root = pick(&prior_covariance(robot, tolerance)).cholesky()?.l();
@@ -62,16 +73,20 @@ impl Known {
             let scaled = &inverse * pick(covariance) * inverse.transpose();
             Some((inverse, scaled.try_inverse()?))
         };
-        let Some((rows, information)) = inverses() else { return everything };
+        let Some((rows, information)) = inverses() else {
+            return everything;
+        };
         // In tolerances: what the readings alone say, beside 1 of the tolerance.
         let measured = information - DMatrix::identity(used.len(), used.len());
-        let larger = DVector::from_fn(used.len(), |index, _| match parameter_at(robot, used[index]) {
-            // The travel grows with everything else if its scale does.
-            Some((_, Parameter::Scale)) => 1.0,
-            Some((arm, parameter)) if parameter.kind() == ParameterKind::Length => {
-                robot.arm(arm).get(parameter)
+        let larger = DVector::from_fn(used.len(), |index, _| {
+            match parameter_at(robot, used[index]) {
+                // The travel grows with everything else if its scale does.
+                Some((_, Parameter::Scale)) => 1.0,
+                Some((arm, parameter)) if parameter.kind() == ParameterKind::Length => {
+                    robot.arm(arm).get(parameter)
+                }
+                _ => 0.0,
             }
-            _ => 0.0,
         });
         let larger = rows * larger;
         let size = larger.norm_squared();

@@ -31,13 +31,21 @@ pub(crate) fn next_poses(robot: &RobotFile, judged: &Judged) -> Vec<NextPose> {
         return Vec::new();
     }
     let mut covariance = solution.of_parameters();
-    let uncertainty = PositionUncertainty { robot: &solution.robot, covariance: &covariance };
+    let uncertainty = PositionUncertainty {
+        robot: &solution.robot,
+        covariance: &covariance,
+    };
     let poses = inside(&solution.robot, &robot.reach());
     let every = poses.len().div_ceil(CANDIDATES).max(1);
     let candidates: Vec<_> = poses
         .iter()
         .step_by(every)
-        .filter_map(|pose| Some((pose.joints, uncertainty.jacobian(&pose.position, &pose.joints)?)))
+        .filter_map(|pose| {
+            Some((
+                pose.joints,
+                uncertainty.jacobian(&pose.position, &pose.joints)?,
+            ))
+        })
         .collect();
     let mut sensitivity = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
     let mut count = 0.0;
@@ -61,7 +69,9 @@ pub(crate) fn next_poses(robot: &RobotFile, judged: &Judged) -> Vec<NextPose> {
             .iter()
             .filter_map(|(joints, jacobian)| Some((joints, gain(jacobian)?)))
             .max_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        let Some((joints, (_, reduction))) = best else { break };
+        let Some((joints, (_, reduction))) = best else {
+            break;
+        };
         covariance -= reduction;
         found.push(NextPose {
             joints: joints.map(|q| joint::in_file(drive, q)),

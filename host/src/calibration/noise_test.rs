@@ -52,7 +52,11 @@ pub enum NoiseVerdict {
 impl NoiseTest {
     /// `None` without a degree of freedom.
     pub(crate) fn of(noise: &KindNoise) -> Option<Self> {
-        let freedom = if noise.stated { noise.freedom } else { noise.known };
+        let freedom = if noise.stated {
+            noise.freedom
+        } else {
+            noise.known
+        };
         if !(freedom >= 1.0) {
             return None;
         }

@@ -44,12 +44,20 @@ pub struct PriorTest {
 
 impl PriorTest {
     /// `None` if the samples determine nothing better than the tolerance.
-    pub(crate) fn of(nominal: &Robot<f64>, tolerance: &Tolerance<f64>, solution: &Solution) -> Option<Self> {
+    pub(crate) fn of(
+        nominal: &Robot<f64>,
+        tolerance: &Tolerance<f64>,
+        solution: &Solution,
+    ) -> Option<Self> {
         let drive = nominal.drive();
-        let used: Vec<usize> = (0..PARAMETERS).filter(|place| !is_empty(nominal, *place)).collect();
+        let used: Vec<usize> = (0..PARAMETERS)
+            .filter(|place| !is_empty(nominal, *place))
+            .collect();
         let all = prior_covariance(nominal, tolerance);
         let pick = |matrix: &SMatrix<f64, PARAMETERS, PARAMETERS>| {
-            DMatrix::from_fn(used.len(), used.len(), |row, column| matrix[(used[row], used[column])])
+            DMatrix::from_fn(used.len(), used.len(), |row, column| {
+                matrix[(used[row], used[column])]
+            })
         };
         let root = pick(&all).cholesky()?.l();
         let inverse = root.clone().try_inverse()?;
@@ -121,9 +129,7 @@ impl PriorTest {
                 let length = own(tolerance.of(Parameter::Lb));
                 let angle = own(tolerance.of(Parameter::Theta).to_degrees());
                 match drive {
-                    Drive::Rotary => format!(
-                        "length_mm = {length} and angle_deg = {angle}"
-                    ),
+                    Drive::Rotary => format!("length_mm = {length} and angle_deg = {angle}"),
                     Drive::Linear => format!(
                         "length_mm = {length}, angle_deg = {angle}, zero_mm = {}{} and scale = {}",
                         own(tolerance.of(Parameter::Zero)),

@@ -16,9 +16,11 @@ use delta_cal::{ArmIndex, Refusal};
 use std::error::Error;
 use std::fmt;
 
-const CHECK: &str = "Check units, joint order and signs (a positive angle swings the arm towards the platform).";
+const CHECK: &str =
+    "Check units, joint order and signs (a positive angle swings the arm towards the platform).";
 const SPREAD: &str = "Spread the poses over the whole workspace.";
-const STATE_TOLERANCE: &str = "State the [tolerance]: heights and distances never show where the base is.";
+const STATE_TOLERANCE: &str =
+    "State the [tolerance]: heights and distances never show where the base is.";
 
 /// Why there is no calibration.
 #[derive(Debug, Clone, PartialEq)]
@@ -234,7 +236,9 @@ fn robust(refusal: &RobustRefusal) -> (String, String) {
             "Measure more poses, or leave out --robust.".to_owned(),
         ),
         RobustRefusal::TooManySuspected { suspected, samples } => (
-            format!("{suspected} of {samples} samples disagree with the others: too many to tell which are wrong."),
+            format!(
+                "{suspected} of {samples} samples disagree with the others: too many to tell which are wrong."
+            ),
             format!("{CHECK} Did the sensor, the plate or the robot's base move?"),
         ),
         ref other => (format!("{other}."), "Leave out --robust.".to_owned()),
@@ -249,7 +253,11 @@ fn unsolved(
 ) -> (String, String) {
     let arm_of = |arm: Option<ArmIndex>| arm.map_or_else(String::new, |arm| format!("{arm}: "));
     let has_tolerance = robot.tolerance.is_some();
-    let or_tolerance = if has_tolerance { "" } else { " Or state the [tolerance]." };
+    let or_tolerance = if has_tolerance {
+        ""
+    } else {
+        " Or state the [tolerance]."
+    };
     match *refusal {
         Refusal::TooFewObservations { instrument, observations, needed } => (
             format!(

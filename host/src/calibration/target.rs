@@ -38,6 +38,8 @@ pub(super) fn beside_the_platform_point(
     let least = (LEAST * arm.lb()).max(SIGMAS * height);
     // Of no points at all the mean is no number.
     let offset_mm = mean.data.0[0];
-    (mean.norm() > SAME * scatter_mm && mean.norm() > least)
-        .then_some(Finding::Target { offset_mm, scatter_mm })
+    (mean.norm() > SAME * scatter_mm && mean.norm() > least).then_some(Finding::Target {
+        offset_mm,
+        scatter_mm,
+    })
 }

@@ -74,7 +74,10 @@ impl Shift {
             let [x, y, z, ..] = solution.places.expected(&solution.robot, reading);
             Some(sample.position - Vector3::new(x?, y?, z?))
         };
-        let apart: Vec<_> = side.filter(|index| suspected[*index]).filter_map(apart).collect();
+        let apart: Vec<_> = side
+            .filter(|index| suspected[*index])
+            .filter_map(apart)
+            .collect();
         if apart.is_empty() {
             return None;
         }
@@ -112,24 +115,39 @@ const MISTAKES: [(&str, Change); 7] = [
     ("The heights have the wrong sign: change it.", |row| {
         row.height = row.height.map(|(plane, height)| (plane, -height));
     }),
-    ("The heights are in inches: name the column height_in.", |row| {
-        row.height = row.height.map(|(plane, height)| (plane, INCH * height));
-    }),
-    ("The distances are in inches: name the column distance_in.", |row| {
-        row.distance = row.distance.map(|(from, distance)| (from, INCH * distance));
-    }),
+    (
+        "The heights are in inches: name the column height_in.",
+        |row| {
+            row.height = row.height.map(|(plane, height)| (plane, INCH * height));
+        },
+    ),
+    (
+        "The distances are in inches: name the column distance_in.",
+        |row| {
+            row.distance = row.distance.map(|(from, distance)| (from, INCH * distance));
+        },
+    ),
     ("The joint angles have the wrong sign: change it.", |row| {
         each_pose(row, |joints| joints.map(|q| -q));
     }),
-    ("Joint columns 1 and 2 are exchanged: exchange their names.", |row| {
-        each_pose(row, |[a, b, c]| [b, a, c]);
-    }),
-    ("Joint columns 2 and 3 are exchanged: exchange their names.", |row| {
-        each_pose(row, |[a, b, c]| [a, c, b]);
-    }),
-    ("Joint columns 1 and 3 are exchanged: exchange their names.", |row| {
-        each_pose(row, |[a, b, c]| [c, b, a]);
-    }),
+    (
+        "Joint columns 1 and 2 are exchanged: exchange their names.",
+        |row| {
+            each_pose(row, |[a, b, c]| [b, a, c]);
+        },
+    ),
+    (
+        "Joint columns 2 and 3 are exchanged: exchange their names.",
+        |row| {
+            each_pose(row, |[a, b, c]| [a, c, b]);
+        },
+    ),
+    (
+        "Joint columns 1 and 3 are exchanged: exchange their names.",
+        |row| {
+            each_pose(row, |[a, b, c]| [c, b, a]);
+        },
+    ),
 ];
 
 fn each_pose(row: &mut Reading, change: fn([f64; 3]) -> [f64; 3]) {
@@ -140,7 +158,11 @@ fn each_pose(row: &mut Reading, change: fn([f64; 3]) -> [f64; 3]) {
 }
 
 /// What explains readings that were refused, in sentences with what to do.
-pub(crate) fn explanations(robot: &RobotFile, readings: &Readings, options: &Options) -> Vec<String> {
+pub(crate) fn explanations(
+    robot: &RobotFile,
+    readings: &Readings,
+    options: &Options,
+) -> Vec<String> {
     let mut found = Vec::new();
     if readings.rows.len() > MOST_ROWS {
         return found;
@@ -154,12 +176,19 @@ pub(crate) fn explanations(robot: &RobotFile, readings: &Readings, options: &Opt
     if options.loss.is_some() {
         return found;
     }
-    let robust = Options { loss: Some(Loss::Tukey), method: None, ..*options };
+    let robust = Options {
+        loss: Some(Loss::Tukey),
+        method: None,
+        ..*options
+    };
     if let Ok(solution) = solve(robot, readings, &robust)
         && robot.tolerance.is_some()
     {
         let rows = readings.rows.iter().zip(&solution.rows);
-        let lines: Vec<_> = rows.filter(|(_, fit)| fit.suspected).map(|(row, _)| row.line).collect();
+        let lines: Vec<_> = rows
+            .filter(|(_, fit)| fit.suspected)
+            .map(|(row, _)| row.line)
+            .collect();
         if let Some(shift) = Shift::find(&solution, readings) {
             found.push(shift.to_string());
         } else if !lines.is_empty() {
@@ -173,7 +202,9 @@ pub(crate) fn explanations(robot: &RobotFile, readings: &Readings, options: &Opt
             ));
         }
     } else if let Some(line) = one_wrong(robot, readings, options) {
-        found.push(format!("Line {line} disagrees with all others: measure it again or delete it."));
+        found.push(format!(
+            "Line {line} disagrees with all others: measure it again or delete it."
+        ));
     }
     found
 }
@@ -188,7 +219,10 @@ fn mistake(robot: &RobotFile, readings: &Readings, options: &Options) -> Option<
     let mut best: Option<(f64, &str)> = None;
     for (mistake, change) in MISTAKES {
         let mut changed = readings.clone();
-        changed.rows.iter_mut().for_each(|row| change(&mut row.value));
+        changed
+            .rows
+            .iter_mut()
+            .for_each(|row| change(&mut row.value));
         if changed == *readings {
             continue;
         }

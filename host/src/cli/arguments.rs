@@ -1,7 +1,7 @@
 //! The commands.
 
 use super::calibrate::{self, CalibrateArguments};
-use super::completions::{self, CompletionsArguments, ManArguments};
+use super::completions::{self, CompletionsArguments};
 use super::device::DeviceArguments;
 use super::exit_codes::EXIT_CODES;
 use super::export::ExportArguments;
@@ -19,22 +19,13 @@ const EXAMPLES: &str = "\
 Examples:
   delta-cal calibrate
       the built-in, simulated example
-  delta-cal calibrate robot.toml samples.csv --output calibrated.toml
-  delta-cal calibrate robot.toml tracker.csv --frame sensor --json report.json
-  delta-cal validate calibrated.toml check.csv --limit 0.1mm
   delta-cal init
-  delta-cal forward calibrated.toml angles.csv
-  delta-cal inverse calibrated.toml < positions.csv > angles.csv
-  delta-cal plan robot.toml --count 20 --output poses.csv
-  delta-cal plan robot.toml --samples samples.csv
-  delta-cal simulate
-  delta-cal workspace robot.toml --output workspace
-  delta-cal export calibrated.toml --for klipper
-  delta-cal klipper printer.cfg
-  delta-cal import klipper printer.cfg --output mine
-  delta-cal device --port /dev/ttyACM0 calibrate robot.toml samples.csv --apply";
+  delta-cal plan robot.toml --count 12 --output poses.csv
+  delta-cal calibrate robot.toml samples.csv --output calibrated.toml
+  delta-cal validate calibrated.toml check.csv --limit 0.1mm
+  delta-cal export calibrated.toml --for klipper";
 
-/// Calibrates Delta robots from measured positions
+/// Calibrates Delta robots from positions, heights and distances
 #[derive(Debug, Parser)]
 #[command(name = "delta-cal", version, max_term_width = 100)]
 #[command(after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"))]
@@ -45,41 +36,38 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Write a first robot file, with a comment beside every number
+    /// Write a robot file to edit, with a comment beside every key
     #[command(after_help = init::HELP)]
     Init(InitArguments),
-    /// Find the robot's 24 geometric parameters from measured positions
+    /// Find the robot's geometric parameters from measurements
     #[command(after_help = format!("{}\n\n{EXIT_CODES}", calibrate::HELP))]
     Calibrate(CalibrateArguments),
-    /// Check whether a calibration still holds: against independent measurements and a limit
+    /// Check a calibrated robot against independent measurements and a limit
     #[command(after_help = validate::HELP)]
     Validate(ValidateArguments),
-    /// Compute where the platform is at given joint angles
-    #[command(after_help = format!("{}\n\n{}", kinematics::FORWARD_HELP, kinematics::EXIT_CODES))]
+    /// Compute positions from joint angles
+    #[command(after_help = kinematics::FORWARD_HELP)]
     Forward(KinematicsArguments),
-    /// Compute the joint angles at which the platform is at given positions
-    #[command(after_help = format!("{}\n\n{}", kinematics::INVERSE_HELP, kinematics::EXIT_CODES))]
+    /// Compute joint angles from positions
+    #[command(after_help = kinematics::INVERSE_HELP)]
     Inverse(KinematicsArguments),
-    /// Choose the best poses to measure, and predict the accuracy they give
+    /// Choose what to measure, and predict the accuracy
     #[command(after_help = plan::HELP)]
     Plan(PlanArguments),
     /// Calibrate many simulated robots, to predict how accurate a calibration will be
-    #[command(after_help = simulate::HELP)]
+    #[command(after_help = simulate::help())]
     Simulate(SimulateArguments),
-    /// Compute the robot's workspace: boundary, volume, cylinders, singularities, effect of errors
+    /// Compute the workspace: boundary, volume, singularities, effect of errors
     Workspace(WorkspaceArguments),
-    /// Write a calibrated robot for another controller, and say what that loses
+    /// Write a calibrated robot for another controller
     Export(ExportArguments),
     /// Read another controller's configuration and its saved measurements into files for calibrate
     Import(ImportArguments),
     /// Say what is wrong with a Klipper printer, what to measure next, and what to paste
     Klipper(KlipperArguments),
-    /// Let a controller calibrate its robot, over the controller's serial link
+    /// Let a controller calibrate its robot over a serial link
     Device(DeviceArguments),
-    /// Print what makes a shell complete commands and options
-    #[command(after_help = completions::COMPLETIONS_HELP)]
+    /// Print a script that completes commands in a shell
+    #[command(after_help = completions::HELP)]
     Completions(CompletionsArguments),
-    /// Write manual pages, one for each command
-    #[command(after_help = completions::MAN_HELP)]
-    Man(ManArguments),
 }

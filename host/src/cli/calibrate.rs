@@ -8,9 +8,9 @@ use super::paths::{ColumnsArgument, read, refuse_same, robot_path};
 use super::progress::Waiting;
 use super::record::document;
 use crate::files::example;
+use crate::report;
 use crate::report::calibration::{RefusalReport, comment};
 use crate::report::document::Source;
-use crate::report;
 use crate::{CalibrateError, InputText, Options, Readings, RobotFile, calibrate, read_samples};
 use clap::Args;
 use delta_cal::robust::Loss;
@@ -102,8 +102,11 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         loss: arguments.robust.then_some(Loss::Tukey),
         frame: arguments.frame.frame(),
     };
-    let Inputs { robot, readings, sources: [robot_file, samples_file] } =
-        inputs(arguments, &options).map_err(refused)?;
+    let Inputs {
+        robot,
+        readings,
+        sources: [robot_file, samples_file],
+    } = inputs(arguments, &options).map_err(refused)?;
     let waiting = Waiting::for_rows("calibrating from", readings.rows.len());
     let mut report = calibrate(&robot, &readings, &options).map_err(refused)?;
     drop(waiting);
@@ -116,7 +119,10 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     }
     let toml = report.after.to_toml(&comment(&report, &readings));
     let json = report.to_json();
-    let page = arguments.report.as_ref().map_or_else(String::new, |_| report.to_html());
+    let page = arguments
+        .report
+        .as_ref()
+        .map_or_else(String::new, |_| report.to_html());
     let outputs = [
         (arguments.output.as_deref(), toml.as_str()),
         (arguments.json.as_deref(), json.as_str()),
@@ -152,7 +158,11 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, C
             InputText::new(&robot.name, example::ROBOT_TOML),
             InputText::new(&readings.name, example::SAMPLES_CSV),
         ];
-        return Ok(Inputs { robot, readings, sources: sources.each_ref().map(Source::from) });
+        return Ok(Inputs {
+            robot,
+            readings,
+            sources: sources.each_ref().map(Source::from),
+        });
     };
     let robot_text = InputText::from_file(robot)?;
     let robot = RobotFile::read(&robot_text)?;
@@ -160,5 +170,9 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, C
     let samples = read(samples, &arguments.columns)?;
     let readings = read_samples(&samples, &robot, options)?;
     drop(waiting);
-    Ok(Inputs { robot, readings, sources: [Source::from(&robot_text), Source::from(&samples)] })
+    Ok(Inputs {
+        robot,
+        readings,
+        sources: [Source::from(&robot_text), Source::from(&samples)],
+    })
 }

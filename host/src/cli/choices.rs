@@ -1,6 +1,6 @@
 //! Values that options choose from.
 
-use crate::{Method, Frame};
+use crate::{Frame, Method};
 use clap::ValueEnum;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

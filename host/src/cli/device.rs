@@ -6,8 +6,8 @@ mod run;
 pub(crate) use run::run;
 
 use super::paths::{ColumnsArgument, robot_path};
-use crate::fit;
 use crate::device::Port;
+use crate::fit;
 use clap::{Args, Subcommand, ValueEnum};
 use delta_cal::stream::Estimator;
 use std::path::PathBuf;

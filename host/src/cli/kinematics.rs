@@ -1,7 +1,8 @@
 //! `delta-cal forward` and `delta-cal inverse`.
 
 use super::failure::Failure;
-use super::paths::{ColumnsArgument, is_stream, read, refuse_same, robot_path};
+use super::outputs;
+use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::print::print;
 use crate::files::{kinematics, output};
 use crate::{InputError, InputText, RobotFile};
@@ -9,34 +10,33 @@ use clap::Args;
 use delta_cal::Sample;
 use std::path::{Path, PathBuf};
 
-pub(crate) const EXIT_CODES: &str = "\
-Exit codes:
-  0  done: every row is computed
-  2  the command line is wrong
-  3  an input file is wrong, or a row has no solution
-  4  the output could not be written
-
-With exit codes 2 and 3 no output file is written or changed.";
-
 pub(crate) const FORWARD_HELP: &str = "\
-The input has the columns q1_deg,q2_deg,q3_deg (or q1_rad...), the output \
-q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. The input may be a samples file; its positions are ignored.
-
-If one row has no solution, nothing is written.
+FILE.csv has the columns q1_deg,q2_deg,q3_deg (with towers s1_mm,s2_mm,s3_mm); others are ignored, so that it may be \
+a samples file. The output has x_mm,y_mm,z_mm too. If a row has no solution, nothing is written.
 
 Examples:
   delta-cal forward robot.toml angles.csv
-  printf 'q1_deg,q2_deg,q3_deg\\n10,20,30\\n' | delta-cal forward robot.toml";
+  printf 'q1_deg,q2_deg,q3_deg\\n10,20,30\\n' | delta-cal forward robot.toml
+
+Exit codes:
+  0  done
+  2  the command line is wrong
+  3  an input file is wrong, or a row has no solution
+  4  the output could not be written";
 
 pub(crate) const INVERSE_HELP: &str = "\
-The input has the columns x_mm,y_mm,z_mm (or x_m...), the output \
-q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm. The input may be a samples file; its angles are ignored.
-
-If one row has no solution within the joint limits, nothing is written.
+FILE.csv has the columns x_mm,y_mm,z_mm (or _m, _in ...); others are ignored, so that it may be a samples file. The \
+output has the joint angles too. If a row has no solution within the joint limits, nothing is written.
 
 Examples:
   delta-cal inverse robot.toml positions.csv --output angles.csv
-  printf 'x_mm,y_mm,z_mm\\n10,-20,-400\\n' | delta-cal inverse robot.toml";
+  printf 'x_mm,y_mm,z_mm\\n10,-20,-400\\n' | delta-cal inverse robot.toml
+
+Exit codes:
+  0  done
+  2  the command line is wrong
+  3  an input file is wrong, or a row has no solution
+  4  the output could not be written";
 
 #[derive(Debug, Args)]
 pub(crate) struct KinematicsArguments {
@@ -64,19 +64,18 @@ pub(crate) fn inverse(arguments: &KinematicsArguments) -> Result<(), Failure> {
 }
 
 fn run(arguments: &KinematicsArguments, solve: Solve) -> Result<(), Failure> {
-    let output = arguments.output.as_deref().filter(|path| !is_stream(path));
+    let output = arguments.output.as_deref();
     let input = arguments.file.as_deref().unwrap_or(Path::new("-"));
-    let remedy = "give the output another name";
     let robot = ("the robot file", Some(arguments.robot.as_path()));
-    refuse_same("--output", output, robot, remedy)?;
-    refuse_same("--output", output, ("the input file", Some(input)), remedy)?;
+    let inputs = [robot, ("the input file", Some(input))];
+    outputs::check(&inputs, &[("--output", output)])?;
 
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
     let csv = kinematics::to_csv(
         robot.robot.drive(),
         &solve(&robot, &read(input, &arguments.columns)?)?,
     );
-    match output {
+    match output.filter(|path| !is_stream(path)) {
         Some(path) => Ok(output::write_all(&[(path, &csv)])?),
         None => print(&csv),
     }

@@ -27,7 +27,7 @@ impl FromStr for Length {
         if length > 0.0 && length.is_finite() {
             Ok(Self(length))
         } else {
-            Err("this is not a length above 0: write 0.1mm, 50um, 0.3m or 0.5in".to_owned())
+            Err("a length greater than 0 is needed, as 0.1mm, 50um, 0.3m or 0.5in".to_owned())
         }
     }
 }
@@ -69,14 +69,14 @@ mod tests {
             ("300", "300mm"),
             ("", "0.1mm"),
             ("mm", "0.1mm"),
-            ("0mm", "above 0"),
-            ("-1mm", "above 0"),
+            ("0mm", "greater than 0"),
+            ("-1mm", "greater than 0"),
             ("5kg", "0.1mm"),
             ("5deg", "0.1mm"),
             ("0,05mm", "0.1mm"),
             ("nan", "0.1mm"),
-            ("inf mm", "above 0"),
-            ("1e308m", "above 0"),
+            ("inf mm", "greater than 0"),
+            ("1e308m", "greater than 0"),
             ("5 m m", "0.1mm"),
         ] {
             let refused = written.parse::<Length>().unwrap_err();

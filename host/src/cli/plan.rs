@@ -170,7 +170,8 @@ fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
         return Ok(());
     }
     let replaceable = |text: InputText| {
-        text.text().trim().is_empty() || Planned::read(&text, robot).is_ok_and(|plan| plan.is_unmeasured())
+        text.text().trim().is_empty()
+            || Planned::read(&text, robot).is_ok_and(|plan| plan.is_unmeasured())
     };
     if InputText::from_file(path).is_ok_and(replaceable) {
         return Ok(());

@@ -10,10 +10,7 @@ use crate::render::json;
 use crate::report::document::Source;
 use crate::report::validation as report;
 use crate::validation::{Request, Verdict, check_independent, validate};
-use crate::{
-    CalibrateError, InputText, Options, RobotFile, Readings,
-    read_samples,
-};
+use crate::{CalibrateError, InputText, Options, Readings, RobotFile, read_samples};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -28,7 +25,7 @@ Examples:
   delta-cal validate calibrated.toml check.csv --limit 0.1mm
   delta-cal validate calibrated.toml check.csv --limit 50um --report page.html
   delta-cal validate calibrated.toml tracker.csv --limit 0.1mm --frame sensor
-  delta-cal validate calibrated.toml check.csv --limit 0.1mm --json - | jq .verdict
+  delta-cal validate calibrated.toml check.csv --limit 0.1mm --json -
 
 Exit codes:
   0  passed

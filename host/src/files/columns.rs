@@ -1,7 +1,388 @@
-//! What columns of a file hold, and by which names.
+//! What columns of a file hold, in which unit: as their names say it (`q1_deg`), or as `--columns` says it of other names
+//! (`q1_deg=A1,x_mm=Pos X`).
 
-mod mapping;
-mod quantity;
+use delta_cal::robot::Drive;
+use std::str::FromStr;
 
-pub use mapping::ColumnMapping;
-pub(crate) use quantity::{COUNT, ColumnName, Quantity, Unit, is_note};
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    Joint1,
+    Joint2,
+    Joint3,
+    X,
+    Y,
+    Z,
+    Height,
+    Plane,
+    Distance,
+    Point,
+    ToJoint1,
+    ToJoint2,
+    ToJoint3,
+    Travel1,
+    Travel2,
+    Travel3,
+    ToTravel1,
+    ToTravel2,
+    ToTravel3,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Unit {
+    Degree,
+    Radian,
+    Millimetre,
+    Centimetre,
+    Metre,
+    Micrometre,
+    Inch,
+    /// A word.
+    Name,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Angle,
+    Length,
+    Name,
+}
+
+/// What the name of a column says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ColumnName {
+    pub(crate) quantity: Quantity,
+    /// `None` if the name states none and should.
+    pub(crate) unit: Option<Unit>,
+}
+
+/// How many there are.
+pub(crate) const COUNT: usize = 19;
+
+const QUANTITIES: [(Quantity, &str, Kind); COUNT] = [
+    (Quantity::Joint1, "q1", Kind::Angle),
+    (Quantity::Joint2, "q2", Kind::Angle),
+    (Quantity::Joint3, "q3", Kind::Angle),
+    (Quantity::X, "x", Kind::Length),
+    (Quantity::Y, "y", Kind::Length),
+    (Quantity::Z, "z", Kind::Length),
+    (Quantity::Height, "height", Kind::Length),
+    (Quantity::Plane, "plane", Kind::Name),
+    (Quantity::Distance, "distance", Kind::Length),
+    (Quantity::Point, "point", Kind::Name),
+    (Quantity::ToJoint1, "to_q1", Kind::Angle),
+    (Quantity::ToJoint2, "to_q2", Kind::Angle),
+    (Quantity::ToJoint3, "to_q3", Kind::Angle),
+    (Quantity::Travel1, "s1", Kind::Length),
+    (Quantity::Travel2, "s2", Kind::Length),
+    (Quantity::Travel3, "s3", Kind::Length),
+    (Quantity::ToTravel1, "to_s1", Kind::Length),
+    (Quantity::ToTravel2, "to_s2", Kind::Length),
+    (Quantity::ToTravel3, "to_s3", Kind::Length),
+];
+
+/// Of each unit the usual word first.
+const UNITS: [(Unit, Kind, &str); 7] = [
+    (Unit::Degree, Kind::Angle, "deg ° degree degrees"),
+    (Unit::Radian, Kind::Angle, "rad radian radians"),
+    (
+        Unit::Millimetre,
+        Kind::Length,
+        "mm millimetre millimetres millimeter millimeters",
+    ),
+    (
+        Unit::Centimetre,
+        Kind::Length,
+        "cm centimetre centimetres centimeter centimeters",
+    ),
+    (Unit::Metre, Kind::Length, "m metre metres meter meters"),
+    (
+        Unit::Micrometre,
+        Kind::Length,
+        "um \u{b5}m \u{3bc}m micron microns",
+    ),
+    (Unit::Inch, Kind::Length, "in inch inches"),
+];
+
+impl Quantity {
+    pub(crate) const COORDINATES: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// Joint angles, or the travels of linear drives.
+    pub(crate) const fn joints(drive: Drive) -> [Self; 3] {
+        match drive {
+            Drive::Rotary => [Self::Joint1, Self::Joint2, Self::Joint3],
+            Drive::Linear => [Self::Travel1, Self::Travel2, Self::Travel3],
+        }
+    }
+
+    /// Those at which a distance between two poses begins.
+    pub(crate) const fn to_joints(drive: Drive) -> [Self; 3] {
+        match drive {
+            Drive::Rotary => [Self::ToJoint1, Self::ToJoint2, Self::ToJoint3],
+            Drive::Linear => [Self::ToTravel1, Self::ToTravel2, Self::ToTravel3],
+        }
+    }
+
+    fn entry(self) -> (&'static str, Kind) {
+        let entry = QUANTITIES.into_iter().find(|(own, ..)| *own == self);
+        entry.map_or(("", Kind::Name), |(_, name, kind)| (name, kind))
+    }
+
+    /// Its unit, if a name states none.
+    pub(crate) fn usual_unit(self) -> Unit {
+        match self.entry().1 {
+            Kind::Angle => Unit::Degree,
+            Kind::Length => Unit::Millimetre,
+            Kind::Name => Unit::Name,
+        }
+    }
+
+    pub(crate) fn is_angle(self) -> bool {
+        self.entry().1 == Kind::Angle
+    }
+
+    /// As a header should have it: `q1_deg`.
+    pub(crate) fn column(self, unit: Unit) -> String {
+        let (name, _) = self.entry();
+        match unit.word() {
+            "" => name.to_owned(),
+            word => format!("{name}_{word}"),
+        }
+    }
+}
+
+impl Unit {
+    pub(crate) fn to_internal(self, value: f64) -> f64 {
+        match self {
+            Self::Degree => value.to_radians(),
+            Self::Centimetre => value * 10.0,
+            Self::Metre => value * 1000.0,
+            Self::Micrometre => value / 1000.0,
+            Self::Inch => value * 25.4,
+            Self::Radian | Self::Millimetre | Self::Name => value,
+        }
+    }
+
+    /// As a column's name ends with it.
+    fn word(self) -> &'static str {
+        let entry = UNITS.into_iter().find(|(own, ..)| *own == self);
+        entry
+            .and_then(|(.., words)| words.split(' ').next())
+            .unwrap_or("")
+    }
+
+    fn of(word: &str) -> Option<(Self, Kind)> {
+        let mut units = UNITS.into_iter();
+        let (unit, kind, _) = units.find(|(.., words)| words.split(' ').any(|own| own == word))?;
+        Some((unit, kind))
+    }
+
+    /// The unit of length that this word names.
+    pub(crate) fn of_length(word: &str) -> Option<Self> {
+        let (unit, kind) = Self::of(word)?;
+        (kind == Kind::Length).then_some(unit)
+    }
+
+    /// The unit with which a name ends that is otherwise any: `Pos X [mm]`.
+    pub(crate) fn at_end_of(name: &str, quantity: Quantity) -> Option<Self> {
+        let words = words(name);
+        let (last, before) = words.split_last()?;
+        let (unit, kind) = Self::of(last)?;
+        (!before.is_empty() && kind == quantity.entry().1).then_some(unit)
+    }
+}
+
+impl ColumnName {
+    /// Whatever its letters' case and however its words are separated: `q1_deg`, `Q1 [deg]`, `q1/°`.
+    pub(crate) fn recognise(name: &str) -> Option<Self> {
+        let words = words(name);
+        let (last, before) = words.split_last()?;
+        let unit = Unit::of(last).filter(|_| !before.is_empty());
+        let own = if unit.is_some() { before } else { &words };
+        let own = own.concat();
+        let found = |(_, name, kind): &(Quantity, &str, Kind)| {
+            name.replace('_', "") == own && unit.is_none_or(|(_, of)| of == *kind)
+        };
+        let (quantity, _, kind) = QUANTITIES.into_iter().find(found)?;
+        Some(Self {
+            quantity,
+            unit: match unit {
+                Some((unit, _)) => Some(unit),
+                None => (kind == Kind::Name).then_some(Unit::Name),
+            },
+        })
+    }
+}
+
+/// Its letters and digits in lower case, wherever anything else separates them.
+fn words(name: &str) -> Vec<String> {
+    let degrees = name.replace('°', " ° ");
+    let part = |c: char| c.is_alphanumeric() || c == '°';
+    let words = degrees.split(|c| !part(c)).filter(|word| !word.is_empty());
+    words.map(str::to_lowercase).collect()
+}
+
+/// What the option `--columns` says.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ColumnMapping(Vec<Mapped>);
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Mapped {
+    /// As the file names the column.
+    pub(crate) column: String,
+    /// What it holds, in the stated unit or that with which its own name ends.
+    pub(crate) name: ColumnName,
+}
+
+const EXAMPLE: &str = "as q1_deg=A1,x_mm=X: before = what the column holds and its unit, after it the \
+                       column's name in the file";
+
+impl ColumnMapping {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub(crate) fn all(&self) -> &[Mapped] {
+        &self.0
+    }
+
+    /// The quantity that a column of this name holds.
+    pub(crate) fn of_column(&self, column: &str) -> Option<ColumnName> {
+        let mut all = self.0.iter();
+        let mapped = all.find(|mapped| mapped.column == column)?;
+        Some(mapped.name)
+    }
+
+    /// Whether some column is said to hold this.
+    pub(crate) fn has(&self, quantity: Quantity) -> bool {
+        self.0.iter().any(|mapped| mapped.name.quantity == quantity)
+    }
+}
+
+impl FromStr for ColumnMapping {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut mapping = Self::default();
+        for part in text.split(',') {
+            let mapped = mapped(part.trim())?;
+            let quantity = mapped.name.quantity;
+            if mapping.has(quantity) {
+                let name = quantity.column(quantity.usual_unit());
+                return Err(format!("{name} is given two columns"));
+            }
+            if mapping.of_column(&mapped.column).is_some() {
+                return Err(format!("the column {} is given twice", mapped.column));
+            }
+            mapping.0.push(mapped);
+        }
+        Ok(mapping)
+    }
+}
+
+fn mapped(part: &str) -> Result<Mapped, String> {
+    let Some((name, column)) = part.split_once('=') else {
+        return Err(format!("\"{part}\" has no =; write it {EXAMPLE}"));
+    };
+    let (written, column) = (name.trim(), column.trim());
+    if column.is_empty() {
+        return Err(format!(
+            "no column is named after {written}=; write it {EXAMPLE}"
+        ));
+    }
+    let Some(mut name) = ColumnName::recognise(written) else {
+        return Err(format!(
+            "\"{written}\" is not what a column can hold: that is q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm, \
+             height_mm, plane, distance_mm, point, to_q1_deg, to_q2_deg, to_q3_deg, of a linear drive s1_mm, \
+             s2_mm, s3_mm, to_s1_mm, to_s2_mm, to_s3_mm, or the same in _rad, _cm, _m, _um or _in"
+        ));
+    };
+    let own = Unit::at_end_of(column, name.quantity);
+    if let (Some(stated), Some(own)) = (name.unit, own)
+        && stated != own
+    {
+        return Err(format!(
+            "{part}: the column's name ends with another unit than {written}; give the column's own unit, \
+             {}={column}",
+            name.quantity.column(own)
+        ));
+    }
+    name.unit = name.unit.or(own);
+    Ok(Mapped {
+        column: column.to_owned(),
+        name,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ColumnMapping, ColumnName, Quantity, Unit};
+
+    #[test]
+    fn names_are_recognised_however_they_are_written() {
+        let known: [(&str, Quantity, Option<Unit>); 16] = [
+            ("q1_deg", Quantity::Joint1, Some(Unit::Degree)),
+            ("Q1", Quantity::Joint1, None),
+            ("q_2 (rad)", Quantity::Joint2, Some(Unit::Radian)),
+            ("q3 [°]", Quantity::Joint3, Some(Unit::Degree)),
+            ("Q3°", Quantity::Joint3, Some(Unit::Degree)),
+            ("X [mm]", Quantity::X, Some(Unit::Millimetre)),
+            ("y/cm", Quantity::Y, Some(Unit::Centimetre)),
+            ("z_in", Quantity::Z, Some(Unit::Inch)),
+            ("x_m", Quantity::X, Some(Unit::Metre)),
+            ("x \u{b5}m", Quantity::X, Some(Unit::Micrometre)),
+            ("x", Quantity::X, None),
+            ("To Q1 [deg]", Quantity::ToJoint1, Some(Unit::Degree)),
+            ("to_q2_rad", Quantity::ToJoint2, Some(Unit::Radian)),
+            ("Height (mm)", Quantity::Height, Some(Unit::Millimetre)),
+            ("Plane", Quantity::Plane, Some(Unit::Name)),
+            ("distance", Quantity::Distance, None),
+        ];
+        for (name, quantity, unit) in known {
+            let expected = ColumnName { quantity, unit };
+            assert_eq!(ColumnName::recognise(name), Some(expected), "{name}");
+        }
+        // A unit of another kind, no separator before the unit, another name.
+        for name in [
+            "q1_mm", "x_deg", "xmm", "xm", "mm", "", "A1", "q4_deg", "plane_mm", "x_ft",
+        ] {
+            assert_eq!(ColumnName::recognise(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_mapping_takes_the_unit_from_either_name() {
+        let mapping: ColumnMapping = "q1_rad=A1, q2 = Axis 2 [deg],q3=A3,x=X_in,plane=where"
+            .parse()
+            .unwrap_or_default();
+        let expected = [
+            ("A1", Quantity::Joint1, Some(Unit::Radian)),
+            ("Axis 2 [deg]", Quantity::Joint2, Some(Unit::Degree)),
+            ("A3", Quantity::Joint3, None),
+            ("X_in", Quantity::X, Some(Unit::Inch)),
+            ("where", Quantity::Plane, Some(Unit::Name)),
+        ];
+        assert_eq!(mapping.all().len(), expected.len());
+        for (column, quantity, unit) in expected {
+            let name = ColumnName { quantity, unit };
+            assert_eq!(mapping.of_column(column), Some(name), "{column}");
+        }
+        assert_eq!(mapping.of_column("a1"), None);
+    }
+
+    #[test]
+    fn a_mapping_that_is_ambiguous_is_refused() {
+        for (written, cause) in [
+            ("", "no ="),
+            ("A1", "no ="),
+            ("q1_deg=", "no column"),
+            ("A1=q1_deg", "not what a column can hold"),
+            ("q1_deg=A1,q1_rad=A2", "two columns"),
+            ("q1_deg=A1,q2_deg=A1", "given twice"),
+            ("x_mm=X [m]", "another unit"),
+        ] {
+            let refused = written.parse::<ColumnMapping>().err().unwrap_or_default();
+            assert!(refused.contains(cause), "{written}: {refused}");
+        }
+    }
+}

@@ -169,7 +169,11 @@ impl Readings {
         Self::of_rows(&table, input, rows)
     }
 
-    fn of_rows(table: &Table<'_>, input: &InputText, named: Vec<Row<Named>>) -> Result<Self, InputError> {
+    fn of_rows(
+        table: &Table<'_>,
+        input: &InputText,
+        named: Vec<Row<Named>>,
+    ) -> Result<Self, InputError> {
         let count = named.len();
         let mut file = Self {
             in_degrees: table.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
@@ -199,7 +203,9 @@ impl Readings {
                 .map(|(plane, height)| (index_of(&mut file.planes, plane), height));
             let distance = value.distance.map(|(from, distance)| {
                 let from = match from {
-                    NamedFrom::Point(point) => ReadingFrom::Point(index_of(&mut file.points, point)),
+                    NamedFrom::Point(point) => {
+                        ReadingFrom::Point(index_of(&mut file.points, point))
+                    }
                     NamedFrom::Pose(joints) => ReadingFrom::Pose(joints),
                 };
                 (from, distance)
@@ -278,7 +284,9 @@ impl Readings {
     pub fn is_complete(&self) -> bool {
         let mut rows = self.rows.iter();
         rows.all(|row| {
-            let Reading { height, distance, .. } = row.value;
+            let Reading {
+                height, distance, ..
+            } = row.value;
             row.value.sample().is_some() && height.is_none() && distance.is_none()
         })
     }
@@ -300,7 +308,11 @@ impl Readings {
     /// How many rows have joint angles that no row before them has.
     pub fn distinct_poses(&self) -> usize {
         let bits = |row: &Row<Reading>| row.value.joints.map(f64::to_bits);
-        self.rows.iter().map(bits).collect::<std::collections::BTreeSet<_>>().len()
+        self.rows
+            .iter()
+            .map(bits)
+            .collect::<std::collections::BTreeSet<_>>()
+            .len()
     }
 
     /// Whether the numbers look like another unit than the header states, in words.
@@ -311,9 +323,7 @@ impl Readings {
         }
         let angles = samples.iter().flat_map(|row| row.value.joints);
         let radians = self.in_degrees && angles.map(degrees).all(|q| q.abs() < OTHER_UNIT);
-        let positions = samples
-            .iter()
-            .flat_map(|row| row.value.position.data.0[0]);
+        let positions = samples.iter().flat_map(|row| row.value.position.data.0[0]);
         let in_millimetres = self.positions_in == PositionUnit::Millimetre;
         let metres = in_millimetres && positions.into_iter().all(|x| x.abs() < OTHER_UNIT);
         let angles = "the joint angles are all below 2° and look like radians: then name their \
@@ -357,7 +367,10 @@ impl Readings {
         if self.is_complete() {
             return Ok(self);
         }
-        let partial = self.rows.iter().position(|row| row.value.sample().is_none());
+        let partial = self
+            .rows
+            .iter()
+            .position(|row| row.value.sample().is_none());
         let cause = "the row does not hold x, y and z alone, and nothing else can be used here";
         Err(self
             .fault(partial.unwrap_or_default(), cause)

@@ -4,7 +4,8 @@ use super::covariance::PARAMETERS;
 use super::observations::{COLUMNS, ENTRIES, PARAMETERS as MOST, Unsolved, with_rows};
 use super::options::{Frame, Method};
 use super::solution::{
-    Kind, KindNoise, Levels, Places, PlaneFound, PointFound, READINGS, RowFit, Sensitivity, Solution,
+    Kind, KindNoise, Levels, Places, PlaneFound, PointFound, READINGS, RowFit, Sensitivity,
+    Solution,
 };
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
@@ -17,7 +18,7 @@ use delta_cal::observations::{
 use delta_cal::robot::Arm;
 use delta_cal::robust::{Loss, WeighedSample};
 use delta_cal::samples::Triangle;
-use delta_cal::{ArmIndex, Calibrator, Noise, Refusal, Robot, Sample, Settings, Tolerance};
+use delta_cal::{ArmIndex, Calibrator, Noise, Robot, Sample, Settings, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
 
@@ -40,16 +41,15 @@ pub(super) struct Task<'a> {
     pub(super) tolerance: Option<Tolerance<f64>>,
 }
 
-/// Parameters that the closures of the arms gave, here or on a controller.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct FromClosures {
-    pub(crate) robot: Robot<f64>,
-    pub(crate) covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
-    pub(crate) prior_share: [f64; PARAMETERS],
-    pub(crate) conditions: [f64; 3],
-    pub(crate) iterations: u16,
-    pub(crate) termination: Termination,
-    pub(crate) start: StartUsed,
+/// Parameters that the closures of the arms gave.
+struct FromClosures {
+    robot: Robot<f64>,
+    covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
+    prior_share: [f64; PARAMETERS],
+    conditions: [f64; 3],
+    iterations: u16,
+    termination: Termination,
+    start: StartUsed,
 }
 
 impl Task<'_> {
@@ -64,19 +64,33 @@ impl Task<'_> {
     }
 
     /// A solution from what is given, or by the FKM method.
-    pub(super) fn complete(
-        &self,
-        levels: &Levels,
-        given: Option<FromClosures>,
-    ) -> Result<Solution, Unsolved> {
+    fn complete(&self, levels: &Levels, given: Option<FromClosures>) -> Result<Solution, Unsolved> {
         let settings = Settings::new().with_tolerance(self.tolerance);
-        with_rows(self.robot, self.readings, self.frame, levels, |instruments, rows| {
-            if PARAMETERS + instruments.unknowns() <= FEW {
-                self.with_room::<FEW, FEW_COLUMNS, FEW_ENTRIES>(instruments, rows, &settings, levels, given)
-            } else {
-                self.with_room::<MOST, COLUMNS, ENTRIES>(instruments, rows, &settings, levels, given)
-            }
-        })
+        with_rows(
+            self.robot,
+            self.readings,
+            self.frame,
+            levels,
+            |instruments, rows| {
+                if PARAMETERS + instruments.unknowns() <= FEW {
+                    self.with_room::<FEW, FEW_COLUMNS, FEW_ENTRIES>(
+                        instruments,
+                        rows,
+                        &settings,
+                        levels,
+                        given,
+                    )
+                } else {
+                    self.with_room::<MOST, COLUMNS, ENTRIES>(
+                        instruments,
+                        rows,
+                        &settings,
+                        levels,
+                        given,
+                    )
+                }
+            },
+        )
     }
 
     fn samples(&self) -> Vec<Sample<f64>> {
@@ -84,7 +98,9 @@ impl Task<'_> {
     }
 
     fn settings(&self, noise: &Noise<f64>) -> Settings<f64> {
-        Settings::default().with_noise(*noise).with_tolerance(self.tolerance)
+        Settings::default()
+            .with_noise(*noise)
+            .with_tolerance(self.tolerance)
     }
 
     fn joint(&self, noise: &Noise<f64>) -> Result<FromClosures, Unsolved> {
@@ -94,7 +110,8 @@ impl Task<'_> {
         let (before, after) = samples.split_at(samples.len() / 2);
         let taken = |first: usize, samples: &[Sample<f64>]| {
             let mut own = empty;
-            own.add_many(samples).map_err(|(index, error)| unusable(first + index, error))?;
+            own.add_many(samples)
+                .map_err(|(index, error)| unusable(first + index, error))?;
             own.flush();
             Ok::<_, Unsolved>(own)
         };
@@ -118,13 +135,17 @@ impl Task<'_> {
     fn ikm(&self, noise: &Noise<f64>) -> Result<FromClosures, Unsolved> {
         let samples = self.samples();
         let mut calibrator = Calibrator::new(&self.robot.robot, &self.settings(noise));
-        calibrator.add_many(&samples).map_err(|(index, error)| unusable(index, error))?;
+        calibrator
+            .add_many(&samples)
+            .map_err(|(index, error)| unusable(index, error))?;
         let outcome = calibrator.solve()?;
         let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
         let mut prior_share = [0.0; PARAMETERS];
         for (place, arm) in outcome.arms.iter().enumerate() {
             let own = arm.covariance.ok_or(Unsolved::NoRedundancy)?;
-            covariance.fixed_view_mut::<8, 8>(8 * place, 8 * place).copy_from(&own);
+            covariance
+                .fixed_view_mut::<8, 8>(8 * place, 8 * place)
+                .copy_from(&own);
             for (to, share) in prior_share.iter_mut().skip(8 * place).zip(&arm.prior_share) {
                 *to = *share;
             }
@@ -156,7 +177,12 @@ impl Task<'_> {
         if let (None, Some(loss)) = (&given, self.loss) {
             let mut work = vec![WeighedSample::vacant(); rows.len()];
             let found = robust_fit_observations::<f64, N, M, E>(
-                robot, instruments, rows, settings, loss, &mut work,
+                robot,
+                instruments,
+                rows,
+                settings,
+                loss,
+                &mut work,
             )?;
             robust = Some(found.fit);
             suspected = work.iter().map(WeighedSample::suspected).collect();
@@ -180,7 +206,8 @@ impl Task<'_> {
             .ok_or(Unsolved::NoRedundancy)?,
         };
         let prior = problem.prior(settings);
-        let triangle: Triangle<f64, M, E> = delta_cal::calibration::Prior::rows(&prior, 1.0, &[0.0; N]);
+        let triangle: Triangle<f64, M, E> =
+            delta_cal::calibration::Prior::rows(&prior, 1.0, &[0.0; N]);
         let mut prior = DMatrix::zeros(unknowns, unknowns);
         for (index, row) in triangle.rows().take(unknowns).enumerate() {
             for (column, entry) in (index..unknowns).zip(row) {
@@ -188,16 +215,24 @@ impl Task<'_> {
                 prior[(index, column)] = if unit > 0.0 { entry / unit } else { 0.0 };
             }
         }
-        let covariance = end.covariance.view((0, 0), (unknowns, unknowns)).into_owned();
+        let covariance = end
+            .covariance
+            .view((0, 0), (unknowns, unknowns))
+            .into_owned();
         let log_spread = problem.rows().iter().filter(|row| !row.is_left_out());
         let log_spread = log_spread.map(|row| row.spread().ln()).sum();
-        let (rows, sensitivities) = looked_at::<N, M>(&problem, &end, &units, &covariance, (&weights, &suspected));
+        let (rows, sensitivities) =
+            looked_at::<N, M>(&problem, &end, &units, &covariance, (&weights, &suspected));
         Ok(Solution {
             method: self.method,
             frame: self.frame,
             robot: end.robot,
             places: places(instruments, &end.unknowns, end.frame),
-            places_before: places(instruments, problem.start_unknowns(), *problem.start_frame()),
+            places_before: places(
+                instruments,
+                problem.start_unknowns(),
+                *problem.start_frame(),
+            ),
             covariance,
             prior,
             moved: end.moved.rows(0, unknowns).into_owned(),
@@ -249,12 +284,19 @@ impl Task<'_> {
             own.known = own.freedom;
             own
         };
-        Kind::ALL.into_iter().map(of).filter(|own| own.readings > 0.0).collect()
+        Kind::ALL
+            .into_iter()
+            .map(of)
+            .filter(|own| own.readings > 0.0)
+            .collect()
     }
 }
 
 fn unusable(index: usize, error: delta_cal::samples::SampleError) -> Unsolved {
-    Unsolved::Row(index, delta_cal::observations::ObservationError::Joints(error))
+    Unsolved::Row(
+        index,
+        delta_cal::observations::ObservationError::Joints(error),
+    )
 }
 
 /// Where an estimator ended, with N places for the unknowns.
@@ -311,7 +353,9 @@ impl<const N: usize> End<N> {
         start: &[f64; N],
     ) -> Self {
         let mut covariance = DMatrix::zeros(unknowns, unknowns);
-        covariance.view_mut((0, 0), (PARAMETERS, PARAMETERS)).copy_from(&given.covariance);
+        covariance
+            .view_mut((0, 0), (PARAMETERS, PARAMETERS))
+            .copy_from(&given.covariance);
         let mut moved = DVector::zeros(unknowns);
         let parameters = given.robot.parameters().into_iter().flatten();
         let parameters = parameters.zip(before.parameters().into_iter().flatten());
@@ -343,14 +387,21 @@ fn places<const N: usize>(
         let first = instruments.first_of_plane(index);
         let [c, a, b] = [0, 1, 2].map(|number| unknowns[first + number]);
         let up = Vector3::new(-a, -b, 1.0);
-        PlaneFound { normal: up.normalize(), offset: c / up.norm() }
+        PlaneFound {
+            normal: up.normalize(),
+            offset: c / up.norm(),
+        }
     });
     let points = (0..).zip(instruments.points).map(|(index, point)| {
         let first = instruments.first_of_point(index);
         let [x, y, z] = [0, 1, 2].map(|number| unknowns[first + number]);
         PointFound {
             place: Vector3::new(x, y, z),
-            offset: if point.offset { unknowns[first + 3] } else { 0.0 },
+            offset: if point.offset {
+                unknowns[first + 3]
+            } else {
+                0.0
+            },
         }
     });
     Places {
@@ -393,8 +444,14 @@ fn looked_at<const N: usize, const M: usize>(
             left_out: problem.rows()[row].is_left_out(),
         };
         let kept = row.is_multiple_of(every) && !fit.left_out && !fit.suspected;
-        let by_positions = kept.then(|| problem.by_positions_at(&end.robot, &end.unknowns, row)).flatten();
-        let sensitivity = by_positions.map(|by_positions| Sensitivity { row, by_unknowns, by_positions });
+        let by_positions = kept
+            .then(|| problem.by_positions_at(&end.robot, &end.unknowns, row))
+            .flatten();
+        let sensitivity = by_positions.map(|by_positions| Sensitivity {
+            row,
+            by_unknowns,
+            by_positions,
+        });
         (fit, sensitivity)
     });
     let (fits, kept): (Vec<_>, Vec<_>) = looked.unzip();
@@ -416,7 +473,8 @@ fn between_arms(
     const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
     let mut between = [SMatrix::<f64, 8, 8>::zeros(); 3];
     for sample in samples {
-        let rows = ArmIndex::ALL.map(|index| closure(robot.arm(index), sample, index.index(), noise));
+        let rows =
+            ArmIndex::ALL.map(|index| closure(robot.arm(index), sample, index.index(), noise));
         for (sum, (i, j)) in between.iter_mut().zip(PAIRS) {
             let shared = rows[i].1.dot(&rows[j].1);
             *sum += rows[i].0 * rows[j].0.transpose() * shared;
@@ -425,8 +483,12 @@ fn between_arms(
     for (sum, (i, j)) in between.iter().zip(PAIRS) {
         let own = |arm: usize| covariance.fixed_view::<8, 8>(8 * arm, 8 * arm).into_owned();
         let block = own(i) * sum * own(j);
-        covariance.fixed_view_mut::<8, 8>(8 * i, 8 * j).copy_from(&block);
-        covariance.fixed_view_mut::<8, 8>(8 * j, 8 * i).copy_from(&block.transpose());
+        covariance
+            .fixed_view_mut::<8, 8>(8 * i, 8 * j)
+            .copy_from(&block);
+        covariance
+            .fixed_view_mut::<8, 8>(8 * j, 8 * i)
+            .copy_from(&block.transpose());
     }
     covariance
 }
@@ -442,5 +504,8 @@ fn closure(
     let by_position = arm.constraint_by_position(x, q);
     let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
     let sigma = (by_position.norm() * noise.position()).hypot(by_joint);
-    (arm.constraint_by_parameters(x, q) / sigma, by_position * (noise.position() / sigma))
+    (
+        arm.constraint_by_parameters(x, q) / sigma,
+        by_position * (noise.position() / sigma),
+    )
 }

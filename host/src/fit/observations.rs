@@ -1,19 +1,15 @@
 //! Readings as rows of the core's problem: instruments, weights, and what the rows say before they are fitted.
 
-use super::covariance::{PARAMETERS as OF_ROBOT, WITH_TRANSMISSIONS};
 use super::options::Frame;
 use super::solution::Levels;
-pub(crate) use super::solution::READINGS;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
-use delta_cal::calibration::{Problem, TolerancePrior};
 use delta_cal::observations::{
-    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationProblem,
-    ObservationRow, Plane, Point, PositionFrame, PrepareError, RobustObservationError,
+    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationRow,
+    Plane, Point, PositionFrame, PrepareError, RobustObservationError,
 };
 use delta_cal::robust::RobustRefusal;
-use delta_cal::{Noise, Refusal, Settings};
-use nalgebra::{SMatrix, SVector};
+use delta_cal::{Noise, Refusal};
 
 /// The robot's parameters and the unknowns of as many instruments as a file may have: a frame and 14
 /// points, for example.
@@ -68,56 +64,6 @@ impl From<PrepareError> for Unsolved {
             _ => Self::TooManyInstruments,
         }
     }
-}
-
-/// What measurements say before they are fitted: at the robot of the file.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Linearized {
-    /// Of each row how its readings change with the parameters, transposed: x, y, z, height and distance in σ
-    /// side by side, and the robot's parameters before the unknowns of the instruments.
-    pub(crate) rows: Vec<SMatrix<f64, PARAMETERS, READINGS>>,
-    /// What is known beforehand.
-    pub(crate) prior: TolerancePrior<f64, PARAMETERS>,
-    /// What a parameter is counted in: mm or radians.
-    pub(crate) units: SVector<f64, PARAMETERS>,
-    /// How many of the parameters are the robot's: with its transmissions, if they are to be found.
-    pub(crate) of_robot: usize,
-    /// How many parameters there are in all.
-    pub(crate) parameters: usize,
-}
-
-/// What measurements say; what was read does not matter, but for where the instruments are.
-///
-/// # Errors
-/// What the core cannot use.
-pub(crate) fn linearized(
-    robot: &RobotFile,
-    file: &Readings,
-    frame: Frame,
-) -> Result<Linearized, Unsolved> {
-    let levels = levels(robot).ok_or(Refusal::Unfinished)?;
-    with_rows(robot, file, frame, &levels, |instruments, rows| {
-        let problem = ObservationProblem::<f64, PARAMETERS>::prepare(&robot.robot, instruments, rows)?;
-        let settings = Settings::new().with_tolerance(robot.tolerance);
-        let of_row = |row: usize| {
-            let columns = problem.linearized::<COLUMNS>(row);
-            let columns = columns.unwrap_or([[0.0; READINGS]; COLUMNS]);
-            SMatrix::from_fn(|parameter, reading| columns[parameter][reading])
-        };
-        let unit = |parameter: usize, _: usize| {
-            Problem::<f64, PARAMETERS, COLUMNS, ENTRIES>::unit_of(&problem, parameter)
-        };
-        Ok(Linearized {
-            rows: (0..file.rows.len()).map(of_row).collect(),
-            prior: problem.prior(&settings),
-            units: SVector::from_fn(unit),
-            of_robot: match robot.transmission {
-                Some(_) => WITH_TRANSMISSIONS,
-                None => OF_ROBOT,
-            },
-            parameters: 24 + problem.instruments().unknowns(),
-        })
-    })
 }
 
 /// Hands the rows and instruments of a file to `then`, weighted with these σ.

@@ -233,20 +233,23 @@ pub struct Solution {
 impl Solution {
     /// Covariance of the robot's parameters and the numbers of its transmissions.
     pub fn of_robot(&self) -> RobotCovariance {
-        let own = if self.transmissions { WITH_TRANSMISSIONS } else { PARAMETERS };
+        let own = if self.transmissions {
+            WITH_TRANSMISSIONS
+        } else {
+            PARAMETERS
+        };
         RobotCovariance::from_fn(|row, column| {
-            if row < own && column < own { self.covariance[(row, column)] } else { 0.0 }
+            if row < own && column < own {
+                self.covariance[(row, column)]
+            } else {
+                0.0
+            }
         })
     }
 
     /// Covariance of the 24 parameters alone.
     pub fn of_parameters(&self) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
         SMatrix::from_fn(|row, column| self.covariance[(row, column)])
-    }
-
-    /// The place of the instruments' first unknown: of the frame, if that is unknown.
-    pub(crate) const fn first_of_instruments(&self) -> usize {
-        if self.transmissions { WITH_TRANSMISSIONS } else { PARAMETERS }
     }
 
     /// Degrees of freedom by which the σ of an estimated noise is known, the fewest of all kinds; `None` if all are

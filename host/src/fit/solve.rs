@@ -1,6 +1,6 @@
 //! From readings to a solution: which estimator, and the noise that the robot file does not state.
 
-use super::estimators::{FromClosures, Task};
+use super::estimators::Task;
 use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, Unsolved, levels};
 use super::options::{Frame, Method, Options};
 use super::solution::{Kind, KindNoise, Levels, Solution};
@@ -41,33 +41,16 @@ const SHOWN: f64 = 2.0;
 ///
 /// # Errors
 /// Readings that do not determine the robot.
-pub fn solve(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<Solution, Unsolved> {
+pub fn solve(
+    robot: &RobotFile,
+    readings: &Readings,
+    options: &Options,
+) -> Result<Solution, Unsolved> {
     let task = task(robot, readings, options);
     let first = levels(robot).ok_or(Refusal::Unfinished)?;
     let solution = settled(&task, first)?;
     let solution = with_joints_part(&task, solution);
     Ok(as_student(solution))
-}
-
-/// What a controller found from complete positions, completed as [`solve`] does.
-///
-/// # Errors
-/// As [`solve`].
-pub(crate) fn from_elsewhere(
-    robot: &RobotFile,
-    readings: &Readings,
-    method: Method,
-    given: FromClosures,
-) -> Result<Solution, Unsolved> {
-    let options = Options { method: Some(method), ..Options::default() };
-    let task = task(robot, readings, &options);
-    let mut levels = levels(robot).ok_or(Refusal::Unfinished)?;
-    let solution = task.complete(&levels, Some(given.clone()))?;
-    let Some(own) = solution.noise.first().filter(|own| !own.stated) else {
-        return Ok(solution);
-    };
-    levels.position = scaled(&levels.position, own.ratio());
-    task.complete(&levels, Some(given))
 }
 
 fn task<'a>(robot: &'a RobotFile, readings: &'a Readings, options: &Options) -> Task<'a> {
@@ -155,7 +138,9 @@ fn next(own: &mut KindNoise) -> Result<f64, Unsolved> {
 /// likelihood, Patterson and Thompson 1971).
 fn with_joints_part(task: &Task<'_>, even: Solution) -> Solution {
     let facts = &task.robot.instruments;
-    let [own] = even.noise.as_slice() else { return even };
+    let [own] = even.noise.as_slice() else {
+        return even;
+    };
     let open = own.kind == Kind::Position && !own.stated && facts.joint_noise.is_none();
     let few = task.readings.rows.len() <= MOST_ROWS_TRIED && own.freedom >= LEAST_FREEDOM_TRIED;
     if !(open && few) {
@@ -164,8 +149,12 @@ fn with_joints_part(task: &Task<'_>, even: Solution) -> Solution {
     let (mut squares, mut count) = (0.0, 0.0);
     for row in &task.readings.rows {
         let joints = &row.value.joints;
-        let Ok(position) = even.robot.forward(joints) else { continue };
-        let Ok(jacobian) = even.robot.platform_jacobian(&position, joints) else { continue };
+        let Ok(position) = even.robot.forward(joints) else {
+            continue;
+        };
+        let Ok(jacobian) = even.robot.platform_jacobian(&position, joints) else {
+            continue;
+        };
         squares += jacobian.by_joints.norm_squared();
         count += 3.0;
     }
@@ -174,16 +163,23 @@ fn with_joints_part(task: &Task<'_>, even: Solution) -> Solution {
     let mut best = likelihood(&even).map_or(f64::INFINITY, |own| own + SHOWN);
     let mut chosen = even;
     for part in JOINT_PARTS {
-        let Ok(noise) = Noise::new(sigma * (1.0 - part).sqrt(), sigma * part.sqrt() / by_joint) else {
+        let Ok(noise) = Noise::new(sigma * (1.0 - part).sqrt(), sigma * part.sqrt() / by_joint)
+        else {
             continue;
         };
-        let levels = Levels { position: noise, ..chosen.levels };
+        let levels = Levels {
+            position: noise,
+            ..chosen.levels
+        };
         if let Ok(tried) = settled(task, levels)
             && let Some(own) = likelihood(&tried)
             && own > best
         {
             best = own;
-            chosen = Solution { joint_noise_estimated: true, ..tried };
+            chosen = Solution {
+                joint_noise_estimated: true,
+                ..tried
+            };
         }
     }
     chosen
@@ -198,7 +194,12 @@ fn likelihood(solution: &Solution) -> Option<f64> {
         .collect();
     let covariance = solution.covariance.select_rows(&used).select_columns(&used);
     let root = covariance.cholesky()?;
-    let determinant: f64 = root.l_dirty().diagonal().iter().map(|entry| entry.ln()).sum();
+    let determinant: f64 = root
+        .l_dirty()
+        .diagonal()
+        .iter()
+        .map(|entry| entry.ln())
+        .sum();
     let found = determinant - 0.5 * (squares + prior) - solution.log_spread;
     found.is_finite().then_some(found)
 }

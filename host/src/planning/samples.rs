@@ -16,11 +16,11 @@ use crate::accuracy::workspace_poses::inside;
 use crate::calibration::known::Known;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
+use crate::fit::covariance::{RobotCovariance, of_parameters};
 use crate::fit::observations::{observation, places};
+use crate::fit::options::Frame;
 use crate::fit::solution::Kind as ReadingKind;
 use crate::fit::{Options, solve};
-use crate::fit::options::Frame;
-use crate::fit::covariance::{RobotCovariance, of_parameters};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{DistanceFrom, Observation};
 use delta_cal::{ArmIndex, Parameter};
@@ -309,12 +309,7 @@ fn setup_of(robot: &RobotFile, file: &Readings, unmeasured: &[u64], frame: Frame
 
 /// The height at which a plane is as the robot that was drawn touches it; where nothing was measured, where its
 /// lowest pose is.
-fn level(
-    robot: &delta_cal::Robot<f64>,
-    file: &Readings,
-    unmeasured: &[u64],
-    plane: usize,
-) -> f64 {
+fn level(robot: &delta_cal::Robot<f64>, file: &Readings, unmeasured: &[u64], plane: usize) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     let mut lowest = f64::INFINITY;
     for row in &file.rows {

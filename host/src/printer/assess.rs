@@ -14,9 +14,9 @@ use crate::export::wanted::Wanted;
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use crate::files::samples_file::Readings;
-use crate::report::calibration::Report;
 use crate::fit::options::Options;
 use crate::import::imported::Imported;
+use crate::report::calibration::Report;
 use delta_cal::robot::Drive;
 
 /// The calibrated robot explains nothing if the residuals are more than so many times what noise and tolerance
@@ -199,7 +199,8 @@ fn unexplained(imported: &Imported, report: &Report) -> AssessError {
     AssessError::Unexplained {
         cause: format!(
             "{}: the measurements are {:.1} times further from every robot within the tolerance than they may be{worst}",
-            imported.source, lack_of_fit(report)
+            imported.source,
+            lack_of_fit(report)
         ),
         remedy: format!("measure again, {REMEDY}"),
     }

@@ -2,7 +2,7 @@
 
 use super::area::{Area, bed};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Readings, Reading, ReadingFrom, Row};
+use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::fit::options::Frame;
 use crate::planning::covariance_after;
 use nalgebra::Vector3;
@@ -35,9 +35,8 @@ pub struct Next {
 
 /// Of a calibrated robot and its measurements.
 pub(super) fn next(robot: &RobotFile, file: &Readings, area: &Area) -> Option<Next> {
-    let leaves = |file: &Readings| {
-        area.expected(robot, &covariance_after(robot, file, Frame::Base)?)
-    };
+    let leaves =
+        |file: &Readings| area.expected(robot, &covariance_after(robot, file, Frame::Base)?);
     let now = leaves(file)?;
     let mut with = file.clone();
     let mut heights = Vec::new();

@@ -38,12 +38,6 @@ impl Section {
         }
     }
 
-    /// With this beside the heading.
-    pub(crate) fn lead(mut self, lead: impl Into<String>) -> Self {
-        self.lead = lead.into();
-        self
-    }
-
     /// With one more part.
     pub(crate) fn part(mut self, part: Part) -> Self {
         self.parts.push(part);

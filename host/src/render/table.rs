@@ -76,12 +76,6 @@ impl Table {
         self
     }
 
-    /// With so many rows on a terminal; `where_else` says where all are.
-    pub(crate) const fn at_most(mut self, rows: usize, where_else: &'static str) -> Self {
-        self.most = Some((rows, where_else));
-        self
-    }
-
     /// Under a line of a page that opens it.
     pub(crate) fn folded(mut self, line: impl Into<String>, open: bool) -> Self {
         self.folded = Some((line.into(), open));
@@ -163,15 +157,6 @@ impl<T> Rows<T> {
         } else {
             self
         }
-    }
-
-    /// The cells of the last column that stand out in a page.
-    pub(crate) fn standing_out(mut self, stands_out: impl Fn(&T) -> bool) -> Self {
-        let found = self.which(stands_out);
-        if let Some(column) = self.table.columns.last_mut() {
-            column.standing_out = found;
-        }
-        self
     }
 
     /// The rows that stand out in a page.

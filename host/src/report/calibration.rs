@@ -10,7 +10,7 @@ use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::sampled::{MANY, shown};
 use crate::accuracy::uncertainty_map::{Plane, UncertaintyMap};
-use crate::calibration::causes::{Causes, CauseKind};
+use crate::calibration::causes::{CauseKind, Causes};
 use crate::calibration::diagnosis::Diagnosis;
 use crate::calibration::judge::{Case, Judged, distance};
 use crate::calibration::known::Known;
@@ -22,9 +22,9 @@ use crate::calibration::wrong_rows::Shift;
 use crate::calibration::{Finding, Level};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
+use crate::fit::Solution;
 use crate::fit::options::{Frame, Method};
 use crate::fit::solution::{Kind, READINGS};
-use crate::fit::Solution;
 use crate::report::document::Document;
 use crate::text::units::{degrees, in_unit, unit};
 use delta_cal::Parameter;
@@ -415,7 +415,10 @@ impl Report {
         let map = UncertaintyMap::new(&after, &parameters);
         let expected = judged.expected.as_ref();
         let lines = readings.rows.iter().zip(&solution.rows);
-        let suspected = lines.filter(|(_, fit)| fit.suspected).map(|(row, _)| row.line).collect();
+        let suspected = lines
+            .filter(|(_, fit)| fit.suspected)
+            .map(|(row, _)| row.line)
+            .collect();
         let text_of = |finding: Finding| FindingReport {
             level: finding.level(),
             text: finding.to_string(),
@@ -445,53 +448,79 @@ impl Report {
             residuals: residuals(case, solution),
             samples: samples(case, solution),
             noise: judged.noise.clone(),
-            causes: judged.causes.found.iter().map(|cause| CauseReport {
-                kind: cause.kind.name(),
-                arm: cause.arm.map(|arm| arm.index() + 1),
-                size: cause.size,
-                unit: cause.kind.unit(drive),
-                sigma: cause.sigma,
-                p: cause.probability,
-                alternatives: cause.alternatives.iter().map(ToString::to_string).collect(),
-                text: cause.to_string(),
-                remedy: cause.remedy(),
-            }).collect(),
+            causes: judged
+                .causes
+                .found
+                .iter()
+                .map(|cause| CauseReport {
+                    kind: cause.kind.name(),
+                    arm: cause.arm.map(|arm| arm.index() + 1),
+                    size: cause.size,
+                    unit: cause.kind.unit(drive),
+                    sigma: cause.sigma,
+                    p: cause.probability,
+                    alternatives: cause.alternatives.iter().map(ToString::to_string).collect(),
+                    text: cause.to_string(),
+                    remedy: cause.remedy(),
+                })
+                .collect(),
             causes_not_tested: judged.causes.not_tested,
             causes_position_error_mm: judged.causes.position_error,
             sigma_widened_by: judged.widening,
             expected_error: expected.map(expected_report),
             expanded_uncertainty: expected.and_then(|own| expanded(solution, own)),
             acceptance: None,
-            tolerance: judged.prior_test.map(|test| ToleranceReport { test, widened: judged.widened }),
+            tolerance: judged.prior_test.map(|test| ToleranceReport {
+                test,
+                widened: judged.widened,
+            }),
             workspace: judged.workspace.map(|own| WorkspaceReport {
                 change_mm: own.change,
                 position_sigma_mm: own.sigma,
                 chance_of_harm: own.chance_of_harm,
             }),
-            position_uncertainty: map.iter().flat_map(|map| &map.slices).filter_map(|slice| {
-                let (rms_mm, max_mm) = slice.rms_and_max()?;
-                let z_mm = match slice.plane {
-                    Plane::Horizontal(z) => Some(z),
-                    Plane::Vertical => None,
-                };
-                Some(SliceReport { z_mm, rms_mm, max_mm })
-            }).collect(),
+            position_uncertainty: map
+                .iter()
+                .flat_map(|map| &map.slices)
+                .filter_map(|slice| {
+                    let (rms_mm, max_mm) = slice.rms_and_max()?;
+                    let z_mm = match slice.plane {
+                        Plane::Horizontal(z) => Some(z),
+                        Plane::Vertical => None,
+                    };
+                    Some(SliceReport {
+                        z_mm,
+                        rms_mm,
+                        max_mm,
+                    })
+                })
+                .collect(),
             determined: judged.known,
             sensor_frame: solution.places.frame.map(|frame| FrameReport {
                 rotation: frame.rotation.transpose().data.0,
                 translation_mm: frame.translation.data.0[0],
             }),
-            planes: readings.planes.iter().zip(&solution.places.planes).map(|(name, plane)| PlaneReport {
-                name: name.clone(),
-                normal: plane.normal.data.0[0],
-                z_mm: plane.offset / plane.normal.z,
-                tilt_deg: degrees(plane.normal.xy().norm().atan2(plane.normal.z)),
-            }).collect(),
-            points: readings.points.iter().zip(&solution.places.points).map(|(name, point)| PointReport {
-                name: name.clone(),
-                place_mm: point.place.data.0[0],
-                offset_mm: point.offset,
-            }).collect(),
+            planes: readings
+                .planes
+                .iter()
+                .zip(&solution.places.planes)
+                .map(|(name, plane)| PlaneReport {
+                    name: name.clone(),
+                    normal: plane.normal.data.0[0],
+                    z_mm: plane.offset / plane.normal.z,
+                    tilt_deg: degrees(plane.normal.xy().norm().atan2(plane.normal.z)),
+                })
+                .collect(),
+            points: readings
+                .points
+                .iter()
+                .zip(&solution.places.points)
+                .map(|(name, point)| PointReport {
+                    name: name.clone(),
+                    place_mm: point.place.data.0[0],
+                    offset_mm: point.offset,
+                })
+                .collect(),
             transmissions: transmissions(solution),
             suspected_samples: suspected,
             shift: findings.iter().find_map(|own| match own.finding {
@@ -520,7 +549,11 @@ impl Report {
     pub fn with_limit(mut self, limit: f64) -> Self {
         let own = self.expanded_uncertainty;
         let relative = own.is_some_and(|own| own.of == "relative");
-        let acceptance = Acceptance { limit, expanded: own.map(|own| own.rms_mm), relative };
+        let acceptance = Acceptance {
+            limit,
+            expanded: own.map(|own| own.rms_mm),
+            relative,
+        };
         self.acceptance = Some(AcceptanceReport {
             limit_mm: limit,
             expanded_mm: acceptance.expanded,
@@ -553,11 +586,19 @@ impl Report {
 fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
     let drive = before.robot.drive();
     let places = drive.places();
-    let arms = before.robot.arms().iter().zip(solution.robot.arms()).enumerate();
+    let arms = before
+        .robot
+        .arms()
+        .iter()
+        .zip(solution.robot.arms())
+        .enumerate();
     arms.map(|(arm, (from, to))| {
         let of = |parameter: &Parameter| {
             let parameter = *parameter;
-            let place = places.iter().position(|own| *own == Some(parameter)).unwrap_or_default();
+            let place = places
+                .iter()
+                .position(|own| *own == Some(parameter))
+                .unwrap_or_default();
             let index = 8 * arm + place;
             let (before, after) = (from.get(parameter), to.get(parameter));
             let in_file = |value| match parameter.kind() {
@@ -606,7 +647,9 @@ fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
             let was = solution.places_before.expected(before, &row.value);
             let is = solution.places.expected(&solution.robot, &row.value);
             for (place, read) in row.value.read().into_iter().enumerate() {
-                let (Some(read), Some(was), Some(is)) = (read, was[place], is[place]) else { continue };
+                let (Some(read), Some(was), Some(is)) = (read, was[place], is[place]) else {
+                    continue;
+                };
                 if Kind::of_place(place) != kind {
                     continue;
                 }
@@ -624,7 +667,11 @@ fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
         own.after_rms_mm = f64::sqrt(own.after_rms_mm / count);
         own
     };
-    Kind::ALL.into_iter().map(of).filter(|own| own.readings > 0).collect()
+    Kind::ALL
+        .into_iter()
+        .map(of)
+        .filter(|own| own.readings > 0)
+        .collect()
 }
 
 fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
@@ -655,7 +702,13 @@ fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
             suspected: fit.suspected,
         }
     };
-    let size = |index: usize| solution.rows[index].whitened.iter().map(|own| own.abs()).fold(0.0, f64::max);
+    let size = |index: usize| {
+        solution.rows[index]
+            .whitened
+            .iter()
+            .map(|own| own.abs())
+            .fold(0.0, f64::max)
+    };
     match shown(rows.len(), MANY, size) {
         Some(shown) => shown.into_iter().map(of).collect(),
         None => (0..rows.len()).map(of).collect(),
@@ -684,7 +737,11 @@ fn expanded(solution: &Solution, expected: &ExpectedError) -> Option<ExpandedRep
     } else {
         ("relative", &expected.intrinsic)
     };
-    let ExpandedUncertainty { coverage, rms, worst } = coverage.expanded(sigma.rms, sigma.max);
+    let ExpandedUncertainty {
+        coverage,
+        rms,
+        worst,
+    } = coverage.expanded(sigma.rms, sigma.max);
     Some(ExpandedReport {
         of,
         coverage_factor: coverage.factor,
@@ -722,10 +779,18 @@ fn transmissions(solution: &Solution) -> Vec<TransmissionReport> {
 /// Of a robot file that was calibrated: from what, and with what result.
 pub fn comment(report: &Report, readings: &Readings) -> String {
     let error = report.position_error_mm.map_or_else(String::new, |error| {
-        format!(", position error {:.4} mm rms before and {:.4} mm after", error.before.rms, error.after.rms)
+        format!(
+            ", position error {:.4} mm rms before and {:.4} mm after",
+            error.before.rms, error.after.rms
+        )
     });
-    let document = report.document.as_ref().map_or_else(String::new, |own| format!("\n{}", own.comment()));
-    let origin = report.origin.map_or_else(String::new, |own| format!("\n{own}"));
+    let document = report
+        .document
+        .as_ref()
+        .map_or_else(String::new, |own| format!("\n{}", own.comment()));
+    let origin = report
+        .origin
+        .map_or_else(String::new, |own| format!("\n{own}"));
     format!(
         "Calibrated by delta-cal {} from {} and {}:\n{} samples{error}; {} method.{origin}{document}",
         env!("CARGO_PKG_VERSION"),

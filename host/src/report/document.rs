@@ -2,7 +2,7 @@
 
 use crate::files::input_text::InputText;
 use crate::files::robot_file::Record;
-use crate::text::date;
+use jiff::Timestamp;
 use maud::{Markup, html};
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
@@ -49,7 +49,9 @@ fn as_day<S: Serializer>(seconds: &u64, serializer: S) -> Result<S::Ok, S::Error
 impl Document {
     /// The day, in UTC.
     pub(crate) fn date(&self) -> String {
-        date::of_seconds(self.written)
+        let seconds = i64::try_from(self.written).unwrap_or(i64::MAX);
+        let written = Timestamp::from_second(seconds).unwrap_or(Timestamp::MAX);
+        written.strftime("%F").to_string()
     }
 
     /// For the comment of a robot file that was calibrated: the files, and the measurement that is not copied.

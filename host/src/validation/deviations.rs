@@ -1,9 +1,9 @@
 //! How far each measured position is from where the robot of the file says it is.
 
+use crate::accuracy::information::whitening;
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Row;
-use crate::accuracy::information::whitening;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Noise, Robot, Sample};
 use nalgebra::Vector3;

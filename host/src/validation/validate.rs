@@ -122,9 +122,9 @@ pub fn validate(
     check_poses(robot, readings, poses, &options)?;
     let frame = match request.frame {
         Frame::Base => None,
-        Frame::Sensor => Some(
-            aligned(robot, &samples).map_err(|cause| unknown_frame(readings, &cause))?,
-        ),
+        Frame::Sensor => {
+            Some(aligned(robot, &samples).map_err(|cause| unknown_frame(readings, &cause))?)
+        }
     };
     let rows = deviations(robot, &samples, frame.as_ref())
         .map_err(|index| unreachable(robot, readings, index))?;
@@ -134,8 +134,7 @@ pub fn validate(
     }
     let largest_is_noise =
         |row: &RowDeviation| Some(row.line) == deviation.max_at_line && row.is_noise(rows.len());
-    let outlier = outlier(&deviation)
-        .filter(|_| !rows.iter().any(largest_is_noise));
+    let outlier = outlier(&deviation).filter(|_| !rows.iter().any(largest_is_noise));
     let mut warnings = warnings(robot, readings, request.frame, outlier, poses);
     let rows = match overstated(&rows, request.frame) {
         Some(doubt) => {
@@ -250,14 +249,13 @@ fn check_poses(
         count(poses, "different pose"),
     );
     let remedy = "measure some 20 poses, spread over the region in which the robot works";
-    Err(Refused::new(cause, remedy).explained(diagnose(robot, readings, options)).into())
+    Err(Refused::new(cause, remedy)
+        .explained(diagnose(robot, readings, options))
+        .into())
 }
 
 /// The motion from the robot's frame to the sensor's that fits the points best.
-fn aligned(
-    robot: &RobotFile,
-    samples: &[Row<Sample<f64>>],
-) -> Result<RigidTransform<f64>, String> {
+fn aligned(robot: &RobotFile, samples: &[Row<Sample<f64>>]) -> Result<RigidTransform<f64>, String> {
     let [arm, ..] = robot.robot.arms();
     let points: Vec<_> = samples.iter().map(|row| row.value.position).collect();
     if let Some(how) = degenerate(points.into_iter(), arm.lb()) {
@@ -311,7 +309,9 @@ fn elsewhere(
         }
         Frame::Sensor => "check units and columns",
     };
-    Refused::new(cause, remedy).explained(diagnose(robot, readings, options)).into()
+    Refused::new(cause, remedy)
+        .explained(diagnose(robot, readings, options))
+        .into()
 }
 
 /// Deviations that are improbably small for the stated noise: it is then not removed, since a noise stated too

@@ -1,195 +1,79 @@
 //! Bad input: one clear error with file, line and column, an exit code, and no output file.
 
 use crate::support::{
-    Folder, HEADER, NOMINAL, Point, TOLERANCE, assert_fails, csv, exact, good_samples, noisy,
-    nominal_arms, platform, true_arms,
+    Folder, HEADER, NOMINAL, Point, TOLERANCE, assert_fails, cases, csv, exact, good_samples,
+    noisy, nominal_arms, platform, true_arms,
 };
 
-/// The samples with their line `line`, counted from 1, replaced.
-fn with_line(line: usize, replacement: &str) -> String {
+/// The samples with one line replaced, with a text replaced wherever it stands, or as a whole.
+fn changed(from: &str, to: &str) -> String {
     let samples = good_samples();
-    let mut lines: Vec<_> = samples.lines().collect();
-    lines[line - 1] = replacement;
-    lines.join("\n")
+    match (from, from.parse::<usize>()) {
+        ("all", _) => to.replace("HEADER", HEADER.trim()),
+        (_, Ok(number)) => {
+            let mut lines: Vec<_> = samples.lines().collect();
+            lines[number - 1] = to;
+            lines.join("\n")
+        }
+        _ => samples.replace(from, to),
+    }
 }
 
+const SAMPLES: &str = r##"
+    all ⇒ ⇒ samples.csv:1: the file is empty
+    all ⇒ # only this\n\n ⇒ samples.csv:1: the file is empty
+    all ⇒ HEADER\n ⇒ samples.csv:1: the file has a header and no rows
+    ,z_mm ⇒ ,w_mm ⇒ samples.csv:1: column w_mm: unknown column | z_mm
+    x_mm,y_mm,z_mm ⇒ x_mm,y_mm,y_m ⇒ samples.csv:1: column y_m: the column repeats column y_mm
+    q3_deg,x_mm ⇒ Q1,x_mm ⇒ samples.csv:1: column Q1: the column repeats column q1_deg before it
+    q1_deg ⇒ A1 ⇒ samples.csv:1: column A1: unknown column | q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm | --columns
+    7 ⇒ 1;2;3;4;5;6 ⇒ samples.csv:7: the fields of this row are separated by semicolons, those of the header by commas
+    3 ⇒ 1,5,2,5,3,5,4,5,5,5,6,5 ⇒ samples.csv:3: column z_mm: the row has 12 fields | looks like decimal commas
+    3 ⇒ 1,"2,5",3,4,5,6 ⇒ samples.csv:3: column q2_deg: "2,5" has a decimal comma, and line 2 has a decimal point
+    all ⇒ q1_deg;q2_deg;q3_deg;x_mm;y_mm;z_mm\n1;2;3;4;5;6;7\n ⇒ samples.csv:2: column z_mm: the row has 7 fields
+    x_mm ⇒ X ⇒ samples.csv:1: column X: its unit is not stated | --columns x_mm=X
+    all ⇒ Q1;Q2;Q3;x [mm];y [mm];z [mm]\n0,1;0,2;-0,3;1;2;-300\n ⇒ samples.csv:1: column Q1: its unit is not stated
+    all ⇒ HEADER,\n1,2,3,4,5,6,\n1,2,3,4,5,6,7\n ⇒ samples.csv:3: "7" stands in column 7, which has no name
+    9 ⇒ 1 ⇒ samples.csv:9: column q2_deg: the row has 1 field and the header 6
+    21 ⇒ 1,2,3,4,5,6,7 ⇒ samples.csv:21: column z_mm: the row has 7 fields and the header 6
+    4 ⇒ 1,2,3,4,5,"6 ⇒ samples.csv:4: this line opens a quote " and does not close it
+    4 ⇒ # "\n\n1,"2,3,4,5,6\n1,2,3,4,5,"6" ⇒ samples.csv:6: this line opens a quote " and does not close it
+    1 ⇒ 1,2,3,4,5,6 ⇒ samples.csv:1: column | the first line must name the columns
+    all ⇒ # c\nq1_deg,q3_deg,x_mm,y_mm,z_mm\n1,2,3,4,5\n ⇒ samples.csv:2: column q2_deg (or q2_rad): the column is missing
+    3 ⇒ 1,2,3,4,5.6.7,8 ⇒ samples.csv:3: column y_mm: "5.6.7" is not a number
+    3 ⇒ 1,,3,4,5,6 ⇒ samples.csv:3: column q2_deg: the field is empty
+    5 ⇒ 1,2,3,NaN,5,6 ⇒ samples.csv:5: column x_mm: "NaN" is not a finite number
+    5 ⇒ 1,2,inf,4,5,6 ⇒ samples.csv:5: column q3_deg: "inf" is not a finite number
+    5 ⇒ 1,2,3,4,5,1e999 ⇒ samples.csv:5: column z_mm: "1e999" is not a finite number
+    5 ⇒ 1,2,3,4,5,1e300 ⇒ samples.csv:5: column z_mm: "1e300" is too large
+    6 ⇒ 1,91.5,3,4,5,6 ⇒ samples.csv:6: column q2_deg: 91.500° is more than 1° outside | -60° to 90°
+    q3_deg ⇒ q3_rad ⇒ samples.csv:2: column q3_rad: | _deg or _rad
+    all ⇒ HEADER\n# c\n\n \n# "c\n1,2,3,4,5,x\n ⇒ samples.csv:6: column z_mm: "x" is not a number
+"##;
+
 #[test]
-#[allow(clippy::too_many_lines)] // a table
 fn samples_that_are_wrong_are_named_by_line_and_column() {
-    let row = "1,2,3,4,5";
-    let many: String = good_samples().replace("q3_deg", "q3_rad");
-    let cases: &[(String, &[&str])] = &[
-        (String::new(), &["samples.csv:1: the file is empty"]),
-        (
-            "# only this\n\n".into(),
-            &["samples.csv:1: the file is empty"],
-        ),
-        (
-            HEADER.into(),
-            &["samples.csv:1: the file has a header and no rows"],
-        ),
-        (
-            good_samples().replace(",z_mm", ",w_mm"),
-            &["samples.csv:1: column w_mm: unknown column", "z_mm"],
-        ),
-        (
-            good_samples().replace("x_mm,y_mm,z_mm", "x_mm,y_mm,y_m"),
-            &["samples.csv:1: column y_m: the column repeats column y_mm"],
-        ),
-        (
-            good_samples().replace("q1_deg", "A1"),
-            &[
-                "samples.csv:1: column A1: unknown column",
-                "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm",
-                "--columns",
-            ],
-        ),
-        (
-            with_line(7, "1;2;3;4;5;6"),
-            &[
-                "samples.csv:7: the fields of this row are separated by semicolons, those of the header \
-                 by commas",
-            ],
-        ),
-        (
-            with_line(3, "1,5,2,5,3,5,4,5,5,5,6,5"),
-            &[
-                "samples.csv:3: column z_mm: the row has 12 fields and the header 6",
-                "this looks like decimal commas: separate the fields by semicolons",
-            ],
-        ),
-        (
-            // In a file with decimal points.
-            with_line(3, "1,\"2,5\",3,4,5,6"),
-            &[
-                "samples.csv:3: column q2_deg: \"2,5\" has a decimal comma, and line 2 has a decimal point",
-                "write all numbers with a decimal point",
-            ],
-        ),
-        (
-            "q1_deg\tq2_deg\tq3_deg\tx_mm\ty_mm\tz_mm\n1\t2\t3\t4\t5\t-1,234\n".into(),
-            &["samples.csv:2: column z_mm: \"-1,234\" may be -1.234 or -1234"],
-        ),
-        (
-            good_samples().replace("x_mm", "X"),
-            &[
-                "samples.csv:1: column X: its unit is not stated",
-                "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm",
-                "--columns x_mm=X",
-            ],
-        ),
-        (
-            // Degrees or radians.
-            "Q1;Q2;Q3;x [mm];y [mm];z [mm]\n0,1;0,2;-0,3;1;2;-300\n".into(),
-            &[
-                "samples.csv:1: column Q1: its unit is not stated, and no angle is so large",
-                "q1_deg;q2_deg;q3_deg;x_mm;y_mm;z_mm",
-                "--columns q1_deg=Q1",
-            ],
-        ),
-        (
-            HEADER.replace('\n', ",\n") + "1,2,3,4,5,6,\n1,2,3,4,5,6,7\n",
-            &["samples.csv:3: \"7\" stands in column 7, which has no name"],
-        ),
-        (
-            good_samples().replace("q3_deg,x_mm", "Q1,x_mm"),
-            &["samples.csv:1: column Q1: the column repeats column q1_deg before it"],
-        ),
-        (
-            with_line(9, "1"),
-            &["samples.csv:9: column q2_deg: the row has 1 field and the header 6"],
-        ),
-        (
-            // Up to the end of the file, and up to a quote in a later line.
-            with_line(4, "1,2,3,4,5,\"6"),
-            &["samples.csv:4: this line opens a quote \" and does not close it"],
-        ),
-        (
-            with_line(4, "# \"\n\n1,\"2,3,4,5,6\n1,2,3,4,5,\"6\""),
-            &["samples.csv:6: this line opens a quote \" and does not close it"],
-        ),
-        (
-            good_samples().replace(HEADER, ""),
-            &[
-                "samples.csv:1: column",
-                "the first line must name the columns",
-            ],
-        ),
-        (
-            "# c\nq1_deg,q3_deg,x_mm,y_mm,z_mm\n1,2,3,4,5\n".into(),
-            &["samples.csv:2: column q2_deg (or q2_rad): the column is missing"],
-        ),
-        (
-            "# c\nq1_deg,q2_deg,q3_deg,x_mm,z_mm\n1,2,3,4,5\n".into(),
-            &[
-                "robot.toml: [noise] position_mm",
-                "samples.csv does not have x, y and z in every row",
-            ],
-        ),
-        (
-            with_line(4, row),
-            &["samples.csv:4: column z_mm: the row has 5 fields and the header 6"],
-        ),
-        (
-            with_line(21, "1,2,3,4,5,6,7"),
-            &["samples.csv:21: column z_mm: the row has 7 fields and the header 6"],
-        ),
-        (
-            with_line(3, "1,2,3,4,5.6.7,8"),
-            &["samples.csv:3: column y_mm: \"5.6.7\" is not a number"],
-        ),
-        (
-            with_line(3, "1,,3,4,5,6"),
-            &["samples.csv:3: column q2_deg: the field is empty"],
-        ),
-        (
-            with_line(5, "1,2,3,NaN,5,6"),
-            &["samples.csv:5: column x_mm: \"NaN\" is not a finite number"],
-        ),
-        (
-            with_line(5, "1,2,inf,4,5,6"),
-            &["samples.csv:5: column q3_deg: \"inf\" is not a finite number"],
-        ),
-        (
-            with_line(5, "1,2,3,4,5,1e999"),
-            &["samples.csv:5: column z_mm: \"1e999\" is not a finite number"],
-        ),
-        (
-            with_line(5, "1,2,3,4,5,1e300"),
-            &["samples.csv:5: column z_mm: \"1e300\" is too large"],
-        ),
-        (
-            with_line(6, "1,91.5,3,4,5,6"),
-            &[
-                "samples.csv:6: column q2_deg: 91.500° is more than 1° outside",
-                "-60° to 90°",
-            ],
-        ),
-        (many, &["samples.csv:2: column q3_rad: ", "_deg or _rad"]),
-        (
-            format!("{HEADER}# c\n\n \n# \"c\n1,2,3,4,5,x\n"),
-            &["samples.csv:6: column z_mm: \"x\" is not a number"],
-        ),
-    ];
-    for (samples, expected) in cases {
-        assert_fails(NOMINAL.as_bytes(), samples.as_bytes(), 3, expected);
+    for [from, to, expected] in cases(SAMPLES) {
+        let samples = changed(&from, &to);
+        let expected: Vec<_> = expected.split(" | ").collect();
+        assert_fails(NOMINAL.as_bytes(), samples.as_bytes(), 3, &expected);
         // Other line ends and a byte order mark change nothing.
         let windows = format!("\u{feff}{}", samples.replace('\n', "\r\n"));
-        assert_fails(NOMINAL.as_bytes(), windows.as_bytes(), 3, expected);
+        assert_fails(NOMINAL.as_bytes(), windows.as_bytes(), 3, &expected);
     }
-    // A letter of two units of UTF-16, whose second is missing.
-    assert_fails(
-        NOMINAL.as_bytes(),
-        b"\xff\xfea\0\n\0\x00\xd8b\0",
-        3,
-        &[
-            "samples.csv:2: the UTF-16 text has half a character",
-            "in a spreadsheet",
-        ],
-    );
+    let thousands = "q1_deg\tq2_deg\tq3_deg\tx_mm\ty_mm\tz_mm\n1\t2\t3\t4\t5\t-1,234\n";
+    let half = b"\xff\xfea\0\n\0\x00\xd8b\0";
     let nul = [HEADER.as_bytes(), b"\0"].concat();
-    let binary: &[&str] = &["samples.csv: is not a text file"];
-    assert_fails(NOMINAL.as_bytes(), &nul, 3, binary);
+    for (samples, expected) in [
+        (
+            thousands.as_bytes(),
+            "samples.csv:2: column z_mm: \"-1,234\" may be -1.234 or -1234",
+        ),
+        (half, "samples.csv:2: the UTF-16 text has half a character"),
+        (&nul, "samples.csv: is not a text file"),
+    ] {
+        assert_fails(NOMINAL.as_bytes(), samples, 3, &[expected]);
+    }
 }
 
 #[test]
@@ -369,22 +253,4 @@ fn a_wrong_command_line_is_refused_before_anything_is_read() {
         assert!(!run.stderr.is_empty());
     }
     assert!(folder.names().is_empty());
-}
-
-#[test]
-fn help_names_the_exit_codes_and_has_examples() {
-    let folder = Folder::new();
-    let refused = "1  the measurements cannot calibrate this robot";
-    for (command, can_refuse) in [
-        ("--help", true),
-        ("calibrate --help", true),
-        ("forward --help", false),
-        ("inverse --help", false),
-    ] {
-        let run = folder.run(command).ok();
-        for part in ["Examples:", "Exit codes:", "3  an input file is wrong"] {
-            assert!(run.stdout.contains(part), "{command}: {part}");
-        }
-        assert_eq!(run.stdout.contains(refused), can_refuse, "{command}");
-    }
 }

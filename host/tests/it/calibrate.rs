@@ -1,8 +1,8 @@
 //! The command `calibrate`: what it writes, what it refuses, and its exit codes.
 
 use crate::support::{
-    Folder, HEADER, NOISE, NOMINAL, TOLERANCE, arms_of, csv, exact, good_samples, noisy, robot_toml,
-    nominal_arms, true_arms,
+    Folder, HEADER, NOISE, NOMINAL, TOLERANCE, arms_of, csv, exact, good_samples, noisy,
+    nominal_arms, robot_toml, true_arms,
 };
 use serde_json::Value;
 
@@ -20,14 +20,20 @@ fn stated() -> String {
 #[test]
 fn exact_samples_give_back_the_robot() {
     let folder = folder(&stated(), &good_samples());
-    folder.run("calibrate robot.toml samples.csv --output out.toml").ok();
+    folder
+        .run("calibrate robot.toml samples.csv --output out.toml")
+        .ok();
     let found = arms_of(&folder.read("out.toml"));
     for (found, truth) in found.iter().flatten().zip(true_arms().iter().flatten()) {
         assert!((found - truth).abs() < 0.02, "{found} for {truth}");
     }
     // The result is a robot file again, which the same samples do not change.
     let again = folder.run("calibrate out.toml samples.csv").ok();
-    assert!(again.stdout.contains("do not change the robot"), "{}", again.stdout);
+    assert!(
+        again.stdout.contains("do not change the robot"),
+        "{}",
+        again.stdout
+    );
 }
 
 #[test]
@@ -40,33 +46,67 @@ fn the_report_has_the_same_parts_in_text_json_and_html() {
     let json: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
     let html = folder.read("report.html");
     assert_eq!(json["schema_version"], 2);
-    for part in ["Parameters", "Errors over the samples", "Noise", "Expected position error", "What to measure next"] {
+    for part in [
+        "Parameters",
+        "Errors over the samples",
+        "Noise",
+        "Expected position error",
+        "What to measure next",
+    ] {
         assert!(run.stdout.contains(part), "text: {part}");
         assert!(html.contains(part), "page: {part}");
     }
     for key in [
-        "arms", "position_error_mm", "expected_error", "noise", "causes", "warnings", "planes", "points",
-        "sensor_frame", "determined", "workspace", "next_poses", "findings",
+        "arms",
+        "position_error_mm",
+        "expected_error",
+        "noise",
+        "causes",
+        "warnings",
+        "planes",
+        "points",
+        "sensor_frame",
+        "determined",
+        "workspace",
+        "next_poses",
+        "findings",
     ] {
         assert!(json.get(key).is_some(), "{key}");
     }
     let parameter = &json["arms"][1]["parameters"][7];
     assert_eq!(parameter["symbol"], "Lb");
     let shown = format!("{:.4}", parameter["after"].as_f64().unwrap());
-    assert!(run.stdout.contains(&shown) && html.contains(&shown), "{shown}");
-    assert!(!html.contains("http://") && !html.contains("<script"), "the page needs nothing");
-    assert_eq!(json["document"]["samples_file"]["sha256"].as_str().unwrap().len(), 64);
+    assert!(
+        run.stdout.contains(&shown) && html.contains(&shown),
+        "{shown}"
+    );
+    assert!(
+        !html.contains("http://") && !html.contains("<script"),
+        "the page needs nothing"
+    );
+    assert_eq!(
+        json["document"]["samples_file"]["sha256"]
+            .as_str()
+            .unwrap()
+            .len(),
+        64
+    );
 }
 
 #[test]
 fn the_schema_of_the_json_holds_every_key() {
     let folder = folder(&stated(), &csv(&noisy(&true_arms(), 30, 0.02)));
-    folder.run("calibrate robot.toml samples.csv --json report.json").ok();
+    folder
+        .run("calibrate robot.toml samples.csv --json report.json")
+        .ok();
     let json: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
     let schema = include_str!("../../../docs/calibration.schema.json");
     let schema: Value = serde_json::from_str(schema).unwrap();
     let validator = jsonschema::validator_for(&schema).unwrap();
-    let errors: Vec<_> = validator.iter_errors(&json).map(|error| error.to_string()).collect();
+    let errors: Vec<_> = validator
+        .iter_errors(&json)
+        .map(|error| error.to_string())
+        .collect();
     assert!(errors.is_empty(), "{errors:#?}");
     let page = include_str!("../../../docs/json.md");
     for key in json.as_object().unwrap().keys() {
@@ -81,24 +121,62 @@ fn what_cannot_be_right_is_refused_with_its_cause_and_nothing_is_written() {
     let good = exact(&true_arms(), 20);
     let with = |change: &dyn Fn(usize, &mut ([f64; 3], [f64; 3]))| {
         let mut rows = good.clone();
-        rows.iter_mut().enumerate().for_each(|(index, row)| change(index, row));
+        rows.iter_mut()
+            .enumerate()
+            .for_each(|(index, row)| change(index, row));
         csv(&rows)
     };
     let gap = good_samples().replacen(&format!("{}\n", good[4].1[2]), "\n", 1);
     let cases = [
-        (gap, "", 3, "samples.csv:6: column z_mm: the cell is blank in 1 of 20 rows"),
-        (format!("{HEADER}1,2,3,4,5,6\n1,2,3,4,5,6\n"), "", 3, "equal to the last digit"),
+        (
+            gap,
+            "",
+            3,
+            "samples.csv:6: column z_mm: the cell is blank in 1 of 20 rows",
+        ),
+        (
+            format!("{HEADER}1,2,3,4,5,6\n1,2,3,4,5,6\n"),
+            "",
+            3,
+            "equal to the last digit",
+        ),
         (with(&|_, row| row.0.swap(0, 1)), "", 1, "q1_deg and q2_deg"),
-        (with(&|_, row| row.1 = row.1.map(|x| x / 25.4)), "", 1, "inches"),
-        (with(&|index, row| if index == 7 { row.1[0] += 3.0 }), "", 1, "line 9"),
-        (with(&|_, row| row.1 = [1.0, 2.0, -400.0]), "--frame sensor", 1, "in one spot"),
+        (
+            with(&|_, row| row.1 = row.1.map(|x| x / 25.4)),
+            "",
+            1,
+            "inches",
+        ),
+        (
+            with(&|index, row| {
+                if index == 7 {
+                    row.1[0] += 3.0
+                }
+            }),
+            "",
+            1,
+            "line 9",
+        ),
+        (
+            with(&|_, row| row.1 = [1.0, 2.0, -400.0]),
+            "--frame sensor",
+            1,
+            "in one spot",
+        ),
         (csv(&good[..3]), "--robust", 1, "too few"),
-        (good_samples(), "--frame sensor --method joint", 3, "--method fkm"),
+        (
+            good_samples(),
+            "--frame sensor --method joint",
+            3,
+            "--method fkm",
+        ),
         (csv(&noisy(&nominal_arms(), 4, 0.3)), "", 1, "worse"),
     ];
     for (samples, options, code, expected) in cases {
         let folder = folder(&stated(), &samples);
-        let command = format!("calibrate robot.toml samples.csv --output out.toml --json report.json {options}");
+        let command = format!(
+            "calibrate robot.toml samples.csv --output out.toml --json report.json {options}"
+        );
         let run = folder.run(&command);
         assert_eq!(run.code, code, "{expected}: {}{}", run.stderr, run.stdout);
         assert!(run.stderr.contains(expected), "{expected}: {}", run.stderr);
@@ -112,7 +190,10 @@ fn without_tolerance_and_noise_five_samples_are_refused_and_thirty_are_not() {
     let of = |count| folder(NOMINAL, &csv(&noisy(&true_arms(), count, 0.02)));
     let few = of(5).run("calibrate robot.toml samples.csv");
     assert_eq!(few.code, 1, "{}", few.stdout);
-    let json = of(30).run("calibrate robot.toml samples.csv --json -").ok().stdout;
+    let json = of(30)
+        .run("calibrate robot.toml samples.csv --json -")
+        .ok()
+        .stdout;
     let json: Value = serde_json::from_str(&json).unwrap();
     let noise = &json["noise"][0];
     assert_eq!(noise["verdict"], "estimated");
@@ -125,7 +206,9 @@ fn without_tolerance_and_noise_five_samples_are_refused_and_thirty_are_not() {
 #[test]
 fn a_limit_that_is_not_met_has_its_exit_code_and_everything_is_written() {
     let folder = folder(&stated(), &csv(&noisy(&true_arms(), 20, 0.02)));
-    let passed = folder.run("calibrate robot.toml samples.csv --limit 5mm").ok();
+    let passed = folder
+        .run("calibrate robot.toml samples.csv --limit 5mm")
+        .ok();
     assert!(passed.stdout.contains("Pass: "), "{}", passed.stdout);
     let failed = folder.run("calibrate robot.toml samples.csv --limit 1um --output out.toml");
     assert_eq!(failed.code, 6, "{}", failed.stderr);
@@ -141,12 +224,31 @@ fn copies_count_once_and_repeats_show_the_repeatability() {
     again.1[0] += 0.015;
     rows.push(again);
     let folder = folder(&stated(), &csv(&rows));
-    let json = folder.run("calibrate robot.toml samples.csv --json -").ok().stdout;
+    let json = folder
+        .run("calibrate robot.toml samples.csv --json -")
+        .ok()
+        .stdout;
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["sample_count"], 21);
-    let kinds: Vec<_> = json["findings"].as_array().unwrap().iter().map(|own| own["kind"].as_str().unwrap()).collect();
-    assert!(kinds.contains(&"copies") && kinds.contains(&"repeatability"), "{kinds:?}");
-    let of = |kind: &str| json["findings"].as_array().unwrap().iter().find(|own| own["kind"] == kind).unwrap().clone();
+    let kinds: Vec<_> = json["findings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|own| own["kind"].as_str().unwrap())
+        .collect();
+    assert!(
+        kinds.contains(&"copies") && kinds.contains(&"repeatability"),
+        "{kinds:?}"
+    );
+    let of = |kind: &str| {
+        json["findings"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|own| own["kind"] == kind)
+            .unwrap()
+            .clone()
+    };
     assert_eq!(of("copies")["lines"][0], 22);
     // √(0.015²/2 / 3): one difference among the three coordinates of one repeated pose.
     let sigma = of("repeatability")["sigma_mm"].as_f64().unwrap();
@@ -165,7 +267,10 @@ fn blanks_that_whole_groups_of_rows_have_are_meant() {
         };
     }
     let folder = folder(&stated(), &text);
-    let json = folder.run("calibrate robot.toml samples.csv --json -").ok().stdout;
+    let json = folder
+        .run("calibrate robot.toml samples.csv --json -")
+        .ok()
+        .stdout;
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["method"], "fkm");
     assert_eq!(json["reading_count"], 60);
@@ -180,5 +285,10 @@ fn a_refusal_on_standard_output_is_json() {
     assert_eq!(run.code, 1);
     let json: Value = serde_json::from_str(&run.stdout).unwrap();
     assert!(json["refused"].is_string() && json["remedy"].is_string());
-    assert!(json["diagnosis"]["explanations"][0]["cause"].as_str().unwrap().contains("exchanged"));
+    assert!(
+        json["diagnosis"]["explanations"][0]["cause"]
+            .as_str()
+            .unwrap()
+            .contains("exchanged")
+    );
 }

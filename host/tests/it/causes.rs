@@ -92,7 +92,10 @@ fn faults_are_named_with_their_arm() {
             let own = |cause: &&delta_cal_host::report::calibration::CauseReport| {
                 let alternative = arm.map_or_else(String::new, |arm| format!("arm {arm}"));
                 (cause.kind == name && cause.arm == arm)
-                    || cause.alternatives.iter().any(|other| other.ends_with(&alternative))
+                    || cause
+                        .alternatives
+                        .iter()
+                        .any(|other| other.ends_with(&alternative))
             };
             named += usize::from(report.causes.iter().any(|cause| own(&cause)));
         }

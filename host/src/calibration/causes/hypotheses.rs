@@ -1,8 +1,8 @@
 //! The errors that the model does not hold, each as what it would do to the measured positions.
 
 use super::cause::CauseKind;
-use delta_cal::robot::Drive;
 use delta_cal::ArmIndex;
+use delta_cal::robot::Drive;
 use nalgebra::{Matrix3, Vector3};
 
 /// Columns of all hypotheses together.

@@ -88,8 +88,6 @@ pub(super) struct Solution {
     pub(super) squares: f64,
     /// Measured rows less the coefficients that they and not the prior determine.
     pub(super) freedom: f64,
-    /// Σ log |rᵢᵢ| of the triangle.
-    pub(super) log_determinant: f64,
 }
 
 impl Solution {
@@ -145,7 +143,6 @@ impl Regression {
             covariance,
             squares: squares.max(0.0),
             freedom: self.0.worth - number + by_prior,
-            log_determinant: diagonal.iter().map(|own| own.abs().ln()).sum(),
         })
     }
 

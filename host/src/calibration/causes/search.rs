@@ -35,19 +35,27 @@ pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
         arms: subject.arms(&counted, &[], None),
     };
     let solution = subject.solution;
-    let least = solution.noise.iter().map(|own| own.sigma).fold(f64::INFINITY, f64::min);
+    let least = solution
+        .noise
+        .iter()
+        .map(|own| own.sigma)
+        .fold(f64::INFINITY, f64::min);
     let stated = solution.estimated_freedom().is_none();
     let ranges = subject.ranges();
     let joints = (solution.robot.drive(), &ranges);
-    match select(&subject.regression(&counted), joints, stated, NEGLIGIBLE / least) {
+    match select(
+        &subject.regression(&counted),
+        joints,
+        stated,
+        NEGLIGIBLE / least,
+    ) {
         Err(why) => causes.not_tested = Some(why),
         Ok(None) => {}
         Ok(Some(selection)) => {
             causes.explained = selection.explained;
             causes.position_error =
                 subject.discrepancy(&selection.found, &selection.coefficients, poses);
-            causes.arms =
-                subject.arms(&counted, &selection.found, Some(&selection.coefficients));
+            causes.arms = subject.arms(&counted, &selection.found, Some(&selection.coefficients));
             causes.found = selection.found;
         }
     }

@@ -71,34 +71,51 @@ impl<'a> Subject<'a> {
         let robot = &self.solution.robot;
         let mut moves = Directions::default();
         let rows = &self.readings.rows;
-        let directions: Vec<_> = rows.iter().map(|row| moves.next(&row.value.joints)).collect();
-        let positions = rows.iter().filter_map(|row| robot.forward(&row.value.joints).ok());
+        let directions: Vec<_> = rows
+            .iter()
+            .map(|row| moves.next(&row.value.joints))
+            .collect();
+        let positions = rows
+            .iter()
+            .filter_map(|row| robot.forward(&row.value.joints).ok());
         let largest = positions.fold(0.0, |most: f64, own| most.max(own.xy().norm_squared()));
         let last = rows.iter().skip(1).fold(0.0, |count, _| count + 1.0);
-        let counted = self.solution.sensitivities.iter().filter_map(|sensitivity| {
-            let index = sensitivity.row;
-            let reading = &rows.get(index)?.value;
-            let at = At::new(robot, &reading.joints)?;
-            let other = match reading.distance {
-                Some((ReadingFrom::Pose(joints), _)) => Some(At::new(robot, &joints)?),
-                _ => None,
-            };
-            #[allow(clippy::cast_precision_loss)] // rows of a file
-            let part = if last > 0.0 { index as f64 / last - 0.5 } else { 0.0 };
-            let squared = at.position.xy().norm_squared();
-            Some(Counted {
-                at,
-                other,
-                place: Place {
-                    directions: directions[index],
-                    part,
-                    radius_squared: if largest > 0.0 { squared / largest } else { 0.0 },
-                },
-                sensitivity,
-                residuals: SVector::from(self.solution.rows[index].whitened),
-                complete: reading.sample().is_some(),
-            })
-        });
+        let counted = self
+            .solution
+            .sensitivities
+            .iter()
+            .filter_map(|sensitivity| {
+                let index = sensitivity.row;
+                let reading = &rows.get(index)?.value;
+                let at = At::new(robot, &reading.joints)?;
+                let other = match reading.distance {
+                    Some((ReadingFrom::Pose(joints), _)) => Some(At::new(robot, &joints)?),
+                    _ => None,
+                };
+                #[allow(clippy::cast_precision_loss)] // rows of a file
+                let part = if last > 0.0 {
+                    index as f64 / last - 0.5
+                } else {
+                    0.0
+                };
+                let squared = at.position.xy().norm_squared();
+                Some(Counted {
+                    at,
+                    other,
+                    place: Place {
+                        directions: directions[index],
+                        part,
+                        radius_squared: if largest > 0.0 {
+                            squared / largest
+                        } else {
+                            0.0
+                        },
+                    },
+                    sensitivity,
+                    residuals: SVector::from(self.solution.rows[index].whitened),
+                    complete: reading.sample().is_some(),
+                })
+            });
         counted.collect()
     }
 
@@ -114,7 +131,9 @@ impl<'a> Subject<'a> {
     pub(super) fn ranges(&self) -> [[f64; 2]; 3] {
         std::array::from_fn(|joint| {
             let all = self.readings.rows.iter().map(|row| row.value.joints[joint]);
-            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| [low.min(q), high.max(q)])
+            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {
+                [low.min(q), high.max(q)]
+            })
         })
     }
 
@@ -175,7 +194,10 @@ impl<'a> Subject<'a> {
         let radius_squared = self.radius_squared();
         let squared = |pose: &Sample<f64>| {
             let at = At::new(robot, &pose.joints)?;
-            let blocks = robot.platform_jacobian(&at.position, &at.joints).ok()?.by_parameters;
+            let blocks = robot
+                .platform_jacobian(&at.position, &at.joints)
+                .ok()?
+                .by_parameters;
             let mut error = Vector3::zeros();
             for (arm, block) in blocks.iter().enumerate() {
                 error += block * coefficients.fixed_rows::<8>(8 * arm);
@@ -189,7 +211,8 @@ impl<'a> Subject<'a> {
                     }
                     (_, Some(arm)) => {
                         let index = arm.index();
-                        error += at.by_joints.column(index) * cause.joint_error(at.joints[index], 0.0);
+                        error +=
+                            at.by_joints.column(index) * cause.joint_error(at.joints[index], 0.0);
                     }
                     (CauseKind::Sag, None) if radius_squared > 0.0 => {
                         let part = at.position.xy().norm_squared() / radius_squared;
@@ -204,8 +227,14 @@ impl<'a> Subject<'a> {
         let (sum, count) = poses
             .iter()
             .filter_map(squared)
-            .fold((0.0, 0.0), |(sum, count), squared| (sum + squared, count + 1.0));
-        if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
+            .fold((0.0, 0.0), |(sum, count), squared| {
+                (sum + squared, count + 1.0)
+            });
+        if count > 0.0 {
+            f64::sqrt(sum / count)
+        } else {
+            0.0
+        }
     }
 
     /// The arms' closure errors over their joint angles, and what the causes found make of them.
@@ -240,10 +269,16 @@ impl<'a> Subject<'a> {
             let arm = robot.arm(index);
             let points = residuals.iter().map(|(at, apart)| {
                 let q = at.joints[index.index()];
-                (q, arm.constraint_by_position(&at.position, q).dot(apart) / (2.0 * arm.lb()))
+                (
+                    q,
+                    arm.constraint_by_position(&at.position, q).dot(apart) / (2.0 * arm.lb()),
+                )
             });
             let points: Vec<_> = points.collect();
-            let own: Vec<_> = found.iter().filter(|cause| cause.arm == Some(index)).collect();
+            let own: Vec<_> = found
+                .iter()
+                .filter(|cause| cause.arm == Some(index))
+                .collect();
             ArmResiduals {
                 curves: curves(robot, index, &points, mean, &own),
                 points,
@@ -282,7 +317,10 @@ fn curves(
         let mut joints = mean;
         joints[index.index()] = q;
         let position = robot.forward(&joints).ok()?;
-        let error: f64 = own.iter().map(|cause| cause.joint_error(q, direction)).sum();
+        let error: f64 = own
+            .iter()
+            .map(|cause| cause.joint_error(q, direction))
+            .sum();
         let closure = -arm.constraint_by_joint(&position, q) * error;
         Some((q, closure / (2.0 * arm.lb())))
     };
@@ -296,4 +334,3 @@ fn curves(
         })
         .collect()
 }
-

@@ -1,11 +1,11 @@
 //! How well the samples agree with the robot file if a fault is undone.
 
 use super::hypothesis::{Fault, are_two, faults, undone};
+use crate::accuracy::rigid_motion::degenerate;
 use crate::calibration::judge::{Case, attempt};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{PositionUnit, Readings};
 use crate::fit::options::{Frame, Options};
-use crate::accuracy::rigid_motion::degenerate;
 use crate::geometry::joint_limits::outside_limits;
 use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
@@ -222,7 +222,10 @@ pub(super) fn calibrated(
         ..robot.clone()
     };
     let mut readings = readings.clone();
-    let complete = readings.rows.iter_mut().filter(|row| row.value.sample().is_some());
+    let complete = readings
+        .rows
+        .iter_mut()
+        .filter(|row| row.value.sample().is_some());
     for (row, value) in complete.zip(values) {
         row.value.joints = value.joints;
         row.value.position = value.position.data.0[0].map(Some);
@@ -235,6 +238,11 @@ pub(super) fn calibrated(
         },
         ..*options
     };
-    let case = Case { robot: &robot, before: &robot, readings: &readings, options };
+    let case = Case {
+        robot: &robot,
+        before: &robot,
+        readings: &readings,
+        options,
+    };
     Some(attempt(&case).ok()?.error_after?.median)
 }

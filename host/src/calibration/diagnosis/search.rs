@@ -63,7 +63,8 @@ fn explanation(
         cause: all(&|fault| words.cause(fault), " and "),
         remedy: all(&|fault| words.remedy(fault), ", and "),
         without: unit * scored.median,
-        calibrated: calibrated(robot, readings, options, &scored.faults).map(|median| unit * median),
+        calibrated: calibrated(robot, readings, options, &scored.faults)
+            .map(|median| unit * median),
     }
 }
 

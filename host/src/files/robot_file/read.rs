@@ -1,7 +1,8 @@
 //! From the text of a robot file to the robot.
 
 use super::schema::{
-    Kind, Linear, NoiseToml, Number, PointToml, Positive, RobotToml, Rotary, SensorFrameToml, Tag, Words,
+    Kind, Linear, NoiseToml, Number, PointToml, Positive, RobotToml, Rotary, SensorFrameToml, Tag,
+    Words, arm_key,
 };
 use super::{InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile};
 use crate::files::input_error::InputError;
@@ -10,7 +11,7 @@ use crate::geometry::sweep::reaches_anywhere;
 use crate::text::words::count;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Drive, GeometryError};
-use delta_cal::{Noise, Parameter, Robot};
+use delta_cal::{Noise, Robot};
 use nalgebra::{Matrix3, Vector3};
 use serde::de::DeserializeOwned;
 use std::fmt::Display;
@@ -183,8 +184,7 @@ fn robot<K: Kind>(
 fn impossible(error: GeometryError) -> String {
     let cause = match error {
         GeometryError::NonFinite(_) => "a number is too large".to_owned(),
-        GeometryError::NotPositive(Parameter::LaX) => "la_x_mm must be above 0".to_owned(),
-        GeometryError::NotPositive(_) => "lb_mm must be above 0".to_owned(),
+        GeometryError::NotPositive(own) => format!("{} must be above 0", arm_key(own)),
         error => error.to_string(),
     };
     format!("the geometry is impossible: {cause}")

@@ -33,14 +33,15 @@ enum KindToml {
 }
 
 impl Tag {
-    /// `kind` in `[nominal]`; of arms, whether the first has the scale of a carriage.
+    /// `kind` in `[nominal]`; of arms, whether the first has a key of a tower.
     pub(super) fn drive(&self) -> Drive {
         let stated = self.nominal.as_ref().and_then(|nominal| nominal.kind);
         let arms = self.arm.as_deref().unwrap_or_default();
-        let scaled = |arm: &toml::Table| arm.contains_key(arm_key(Parameter::Scale));
+        let own = [Parameter::LeanX, Parameter::LeanY, Parameter::Scale].map(arm_key);
+        let tower = |arm: &toml::Table| own.iter().any(|key| arm.contains_key(*key));
         match stated {
             Some(KindToml::Linear) => Drive::Linear,
-            None if arms.first().is_some_and(scaled) => Drive::Linear,
+            None if arms.first().is_some_and(tower) => Drive::Linear,
             Some(KindToml::Rotary) | None => Drive::Rotary,
         }
     }

@@ -1,7 +1,7 @@
 //! The header of a table: which column holds what.
 
 use super::records::{IGNORED, Records};
-use crate::files::columns::{COUNT, ColumnName, Quantity, Unit, is_note};
+use crate::files::columns::{COUNT, ColumnName, Quantity, Unit};
 use crate::files::input_error::InputError;
 use crate::text::words::{count, list};
 use csv::StringRecord;
@@ -109,7 +109,7 @@ impl Header {
         }
         match ColumnName::recognise(name) {
             Some(own) if !mapping.has(own.quantity) => Ok(read(own)),
-            _ if is_note(name) || !mapping.is_empty() => Ok(Use::Ignored),
+            _ if !mapping.is_empty() => Ok(Use::Ignored),
             _ => {
                 let (cause, before) = if name.replace(',', ".").parse::<f64>().is_ok() {
                     let cause = "the first line must name the columns, but this is a number";

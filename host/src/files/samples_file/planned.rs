@@ -105,4 +105,3 @@ fn to_measure(
     }
     Ok(own)
 }
-

@@ -1,9 +1,9 @@
 //! A table of named columns with units.
 
+use super::Row;
 use super::header::{Column, Header, KNOWN};
 use super::number::Numbers;
 use super::records::Records;
-use super::Row;
 use crate::files::columns::{Quantity, Unit};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
@@ -171,13 +171,6 @@ impl TableRow<'_> {
         (!field.is_empty()).then_some(field)
     }
 
-    /// Whether one of these cells is empty.
-    pub(super) fn has_gap(&self, quantities: [Quantity; 3]) -> bool {
-        quantities
-            .iter()
-            .any(|quantity| self.text(*quantity).is_none())
-    }
-
     /// Joint angles in radians or travels in mm, within the limits or nearly so.
     pub(super) fn joints(&self, limits: &JointLimits<f64>) -> Result<[f64; 3], InputError> {
         self.joints_in(Quantity::joints(limits.drive()), limits)
@@ -229,7 +222,8 @@ impl TableRow<'_> {
 
     /// A fault of this row, in the column that a quantity has or should have.
     pub(super) fn fault_of(&self, quantity: Quantity, cause: impl Into<String>) -> InputError {
-        self.fault_of_row(cause).at_column(self.table.name_of(quantity))
+        self.fault_of_row(cause)
+            .at_column(self.table.name_of(quantity))
     }
 
     /// A fault of this row as a whole.

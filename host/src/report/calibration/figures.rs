@@ -21,12 +21,12 @@ const SHADES: u32 = 5;
 /// Opacity of the lightest and of the darkest.
 const OPACITY: (f64, f64) = (0.12, 0.95);
 
-
 type Row<'a> = (usize, &'a ParameterReport);
 
 fn rows(report: &Report) -> Vec<Row<'_>> {
     let arms = report.arms.iter().enumerate();
-    arms.flat_map(|(arm, own)| own.parameters.iter().map(move |parameter| (arm, parameter))).collect()
+    arms.flat_map(|(arm, own)| own.parameters.iter().map(move |parameter| (arm, parameter)))
+        .collect()
 }
 
 fn arm_name(arm: usize) -> String {
@@ -51,33 +51,56 @@ pub(super) fn parameters(report: &Report) -> Option<(Figure, &'static str)> {
 /// The parameters of an arm, each with its row.
 fn of_arm<'a>(rows: &'a [Row<'a>], arm: usize) -> impl Iterator<Item = (f64, &'a ParameterReport)> {
     let numbered = (0..).map(f64::from).zip(rows);
-    numbered.filter(move |(_, own)| own.0 == arm).map(|(row, own)| (row, own.1))
+    numbered
+        .filter(move |(_, own)| own.0 == arm)
+        .map(|(row, own)| (row, own.1))
 }
 
 fn names(rows: &[Row<'_>]) -> Axis {
-    let names = rows.iter().map(|(arm, own)| format!("{} {}", arm + 1, own.symbol));
+    let names = rows
+        .iter()
+        .map(|(arm, own)| format!("{} {}", arm + 1, own.symbol));
     Axis::named("", names.collect())
 }
 
 fn in_tolerances(report: &Report, rows: &[Row<'_>], tolerance: &Tolerance<f64>) -> Figure {
     let parameters = report.before.robot.drive().parameters();
     let scaled = |own: &ParameterReport| {
-        let parameter = parameters.iter().find(|parameter| parameter.symbol() == own.symbol);
-        let unit = parameter.map_or(1.0, |parameter| in_unit(*parameter, tolerance.of(*parameter)));
+        let parameter = parameters
+            .iter()
+            .find(|parameter| parameter.symbol() == own.symbol);
+        let unit = parameter.map_or(1.0, |parameter| {
+            in_unit(*parameter, tolerance.of(*parameter))
+        });
         (own.change / unit, own.sigma / unit)
     };
-    let sizes = rows.iter().map(|(_, own)| scaled(own)).map(|(change, sigma)| change.abs() + sigma);
+    let sizes = rows
+        .iter()
+        .map(|(_, own)| scaled(own))
+        .map(|(change, sigma)| change.abs() + sigma);
     let extent = sizes.fold(1.25, f64::max) * 1.05;
     #[allow(clippy::cast_precision_loss)] // 24 at most
     let ends = (-0.5, rows.len() as f64 - 0.5);
-    let mut figure = Figure::new(Axis::linear("change, tolerances", -extent, extent), names(rows))
-        .sized(800, 560)
-        .with(
-            "one tolerance",
-            Colour::Grey,
-            Shape::Region(vec![(-1.0, ends.0), (1.0, ends.0), (1.0, ends.1), (-1.0, ends.1)]),
-        )
-        .with("", Colour::Ink, Shape::Dashed(vec![(0.0, ends.0), (0.0, ends.1)]));
+    let mut figure = Figure::new(
+        Axis::linear("change, tolerances", -extent, extent),
+        names(rows),
+    )
+    .sized(800, 560)
+    .with(
+        "one tolerance",
+        Colour::Grey,
+        Shape::Region(vec![
+            (-1.0, ends.0),
+            (1.0, ends.0),
+            (1.0, ends.1),
+            (-1.0, ends.1),
+        ]),
+    )
+    .with(
+        "",
+        Colour::Ink,
+        Shape::Dashed(vec![(0.0, ends.0), (0.0, ends.1)]),
+    );
     for (arm, colour) in ARMS.into_iter().enumerate() {
         let bars = of_arm(rows, arm).map(|(row, own)| {
             let (change, sigma) = scaled(own);
@@ -98,9 +121,16 @@ fn in_sigmas(rows: &[Row<'_>]) -> Option<Figure> {
     };
     let (low, high) = decades(rows.iter().filter_map(|(_, own)| scaled(own)))?;
     let (low, high) = (low.min(0.1), high.max(10.0));
-    let mut figure = Figure::new(Axis::logarithmic("size of the change, σ", low, high), names(rows))
-        .sized(800, 560)
-        .with("one σ", Colour::Ink, Shape::Dashed(vec![(1.0, -0.5), (1.0, 23.5)]));
+    let mut figure = Figure::new(
+        Axis::logarithmic("size of the change, σ", low, high),
+        names(rows),
+    )
+    .sized(800, 560)
+    .with(
+        "one σ",
+        Colour::Ink,
+        Shape::Dashed(vec![(1.0, -0.5), (1.0, 23.5)]),
+    );
     for (arm, colour) in ARMS.into_iter().enumerate() {
         let dots = of_arm(rows, arm).filter_map(|(row, own)| Some((scaled(own)?, row)));
         figure = figure.with(arm_name(arm), colour, Shape::Points(dots.collect()));
@@ -138,7 +168,9 @@ fn over_lines<'a>(
     samples: impl Iterator<Item = &'a SampleReport>,
     value: Value,
 ) -> Vec<(f64, f64)> {
-    samples.filter_map(|sample| Some((line_number(sample.line), value(sample)?))).collect()
+    samples
+        .filter_map(|sample| Some((line_number(sample.line), value(sample)?)))
+        .collect()
 }
 
 /// The samples that were left out ringed, and some of them with their line.
@@ -149,7 +181,9 @@ fn with_suspected(figure: Figure, report: &Report, value: Value) -> Figure {
     let labels = labels.map(|at| (*at, format!("line {:.0}", at.0)));
     let labels = Shape::Labels(labels.collect());
     let named = if rings.is_empty() { "" } else { "left out" };
-    figure.with(named, Colour::Ink, Shape::Rings(rings)).with("", Colour::Ink, labels)
+    figure
+        .with(named, Colour::Ink, Shape::Rings(rings))
+        .with("", Colour::Ink, labels)
 }
 
 /// Every sample before and after; `None` if there is nothing to show.
@@ -182,9 +216,17 @@ pub(super) fn residuals_in_sigmas(report: &Report) -> Option<Figure> {
         Axis::logarithmic("residual after, σ", low, high),
     )
     .sized(800, 300)
-    .with("after", Colour::Blue, Shape::Points(over_lines(samples(), value)))
+    .with(
+        "after",
+        Colour::Blue,
+        Shape::Points(over_lines(samples(), value)),
+    )
     .with("expected", Colour::Ink, level(1.0))
-    .with("hardly by chance", Colour::Vermilion, level((chi_square_quantile(3.0_f64) / 3.0).sqrt()));
+    .with(
+        "hardly by chance",
+        Colour::Vermilion,
+        level((chi_square_quantile(3.0_f64) / 3.0).sqrt()),
+    );
     Some(with_suspected(figure, report, value))
 }
 

@@ -48,7 +48,9 @@ pub(super) fn render(report: &Report) -> String {
 fn stated(report: &Report) -> String {
     let drive = report.before.robot.drive();
     let tolerance = report.before.tolerance.as_ref();
-    let tolerance = tolerance.map_or_else(String::new, |own| format!(" Tolerance: {}.", tolerance::in_words(drive, own)));
+    let tolerance = tolerance.map_or_else(String::new, |own| {
+        format!(" Tolerance: {}.", tolerance::in_words(drive, own))
+    });
     let frame = match report.frame {
         Frame::Base => "",
         Frame::Sensor => " The sensor's frame was found with the parameters.",
@@ -125,7 +127,9 @@ fn residuals(report: &Report) -> Section {
 fn samples(report: &Report) -> Table {
     let drive = report.before.robot.drive();
     let of_joint = |joint: usize| {
-        move |sample: &&super::SampleReport| format!("{:.3}", joint::in_file(drive, sample.joints[joint]))
+        move |sample: &&super::SampleReport| {
+            format!("{:.3}", joint::in_file(drive, sample.joints[joint]))
+        }
     };
     let [q1, q2, q3] = joint::names(drive).map(|name| name.replace("deg", "°"));
     Table::of(report.samples.iter().take(MOST))
@@ -133,14 +137,24 @@ fn samples(report: &Report) -> Table {
         .column(q1, of_joint(0))
         .column(q2, of_joint(1))
         .column(q3, of_joint(2))
-        .column("before, mm", |sample| small_or("out of reach", sample.error_before_mm))
-        .column("after, mm", |sample| small_or("out of reach", sample.error_after_mm))
-        .column("after, σ", |sample| format!("{:.2}", sample.error_after_sigma))
+        .column("before, mm", |sample| {
+            small_or("out of reach", sample.error_before_mm)
+        })
+        .column("after, mm", |sample| {
+            small_or("out of reach", sample.error_after_mm)
+        })
+        .column("after, σ", |sample| {
+            format!("{:.2}", sample.error_after_sigma)
+        })
         .column("", |sample| if sample.suspected { "left out" } else { "" })
         .rows_standing_out(|sample| sample.suspected)
         .table()
         .folded(
-            format!("{} of {} samples", report.samples.len().min(MOST), report.sample_count),
+            format!(
+                "{} of {} samples",
+                report.samples.len().min(MOST),
+                report.sample_count
+            ),
             report.sample_count <= SHOWN,
         )
 }
@@ -162,23 +176,42 @@ fn unmodelled(report: &Report) -> Section {
 
 fn uncertain(report: &Report) -> Section {
     let section = text::expected(report).note(text::contents());
-    let Some(map) = &report.map else { return section };
+    let Some(map) = &report.map else {
+        return section;
+    };
     let slices = html! {
         div.views { @for (slice, caption) in figures::slices(map) { (drawn(&slice, &caption)) } }
     };
-    section.in_page(slices).note("Shades: absolute σ of the position at that place, in mm; the same shades in all figures.")
+    section.in_page(slices).note(
+        "Shades: absolute σ of the position at that place, in mm; the same shades in all figures.",
+    )
 }
 
 /// What the parameters are, with the drawing of an arm.
 fn glossary() -> Section {
     let terms = [
-        ("Dx, Dy, Dz", "a point on the motor axis, in the robot's frame; mm"),
+        (
+            "Dx, Dy, Dz",
+            "a point on the motor axis, in the robot's frame; mm",
+        ),
         ("θ (theta)", "azimuth of the arm, seen from above; degrees"),
-        ("α (alpha)", "tilt of the motor axis out of the base plane; degrees"),
-        ("La_x, La_y", "the upper arm at joint angle 0, along the arm and across it: its length, and the joint zero; mm"),
+        (
+            "α (alpha)",
+            "tilt of the motor axis out of the base plane; degrees",
+        ),
+        (
+            "La_x, La_y",
+            "the upper arm at joint angle 0, along the arm and across it: its length, and the joint zero; mm",
+        ),
         ("Lb", "length of the forearm; mm"),
-        ("X, q", "the platform point; the joint angle, 0 with the upper arm level, positive downwards"),
-        ("σ", "standard uncertainty, one standard deviation, marginal over everything that was estimated"),
+        (
+            "X, q",
+            "the platform point; the joint angle, 0 with the upper arm level, positive downwards",
+        ),
+        (
+            "σ",
+            "standard uncertainty, one standard deviation, marginal over everything that was estimated",
+        ),
     ];
     Section::new("What the parameters mean").in_page(html! {
         (page::drawing())

@@ -35,8 +35,13 @@ pub(super) fn how(report: &Report) -> String {
         Frame::Base => "",
         Frame::Sensor => " in the sensor's frame",
     };
-    let loss = report.loss.map_or_else(String::new, |loss| format!(", {loss} loss"));
-    let stated = match (report.before.tolerance.is_some(), report.solution.estimated_freedom().is_none()) {
+    let loss = report
+        .loss
+        .map_or_else(String::new, |loss| format!(", {loss} loss"));
+    let stated = match (
+        report.before.tolerance.is_some(),
+        report.solution.estimated_freedom().is_none(),
+    ) {
         (true, true) => "tolerance and noise stated",
         (true, false) => "tolerance stated, noise estimated",
         (false, true) => "noise stated, no tolerance",
@@ -51,7 +56,10 @@ pub(super) fn how(report: &Report) -> String {
 }
 
 fn heading(report: &Report) -> Section {
-    let title = format!("{} calibrated from {}", report.robot_file, report.samples_file);
+    let title = format!(
+        "{} calibrated from {}",
+        report.robot_file, report.samples_file
+    );
     let section = Section::new(title).text(how(report));
     match report.origin {
         Some(origin) => section.text(origin),
@@ -60,28 +68,48 @@ fn heading(report: &Report) -> Section {
 }
 
 pub(super) fn parameters(report: &Report) -> Section {
-    let rows = report.arms.iter().flat_map(|arm| arm.parameters.iter().map(move |own| (arm, own)));
+    let rows = report
+        .arms
+        .iter()
+        .flat_map(|arm| arm.parameters.iter().map(move |own| (arm, own)));
     type Row<'a> = (&'a ArmReport, &'a ParameterReport);
     let each = report.arms.first().map_or(8, |arm| arm.parameters.len());
     let table = Table::of(rows)
         .column("arm", |(arm, _): &Row<'_>| arm.arm)
         .column("parameter", |(_, own)| own.symbol)
-        .column("before", |(_, own)| format!("{:.*}", own.decimals, own.before))
-        .column("after", |(_, own)| format!("{:.*}", own.decimals, own.after))
-        .column("change", |(_, own)| format!("{:+.*}", own.decimals, own.change))
+        .column("before", |(_, own)| {
+            format!("{:.*}", own.decimals, own.before)
+        })
+        .column("after", |(_, own)| {
+            format!("{:.*}", own.decimals, own.after)
+        })
+        .column("change", |(_, own)| {
+            format!("{:+.*}", own.decimals, own.change)
+        })
         .column("σ", |(_, own)| format!("{:.*}", own.decimals, own.sigma))
         .column("unit", |(_, own)| own.unit)
-        .column_if(report.before.tolerance.is_some(), "by tolerance", |(_, own)| {
-            format!("{:.0} %", 100.0 * own.prior_share)
-        })
+        .column_if(
+            report.before.tolerance.is_some(),
+            "by tolerance",
+            |(_, own)| format!("{:.0} %", 100.0 * own.prior_share),
+        )
         .table()
         .in_groups_of(each);
-    let conditions: Vec<_> = report.arms.iter().map(|arm| format!("{:.0}", arm.condition)).collect();
+    let conditions: Vec<_> = report
+        .arms
+        .iter()
+        .map(|arm| format!("{:.0}", arm.condition))
+        .collect();
     let mut section = Section::new("Parameters").table(table);
     if report.before.tolerance.is_some() {
-        section = section.note("By tolerance: the part of a parameter that the [tolerance] decided, not the samples.");
+        section = section.note(
+            "By tolerance: the part of a parameter that the [tolerance] decided, not the samples.",
+        );
     }
-    section.note(format!("Condition of each arm: {} (below 100 is good).", list(&conditions)))
+    section.note(format!(
+        "Condition of each arm: {} (below 100 is good).",
+        list(&conditions)
+    ))
 }
 
 pub(super) fn errors(report: &Report) -> Section {
@@ -92,10 +120,15 @@ pub(super) fn errors(report: &Report) -> Section {
             .column("rms", |(_, own)| small(own.rms))
             .column("median", |(_, own)| small(own.median))
             .column("max", |(_, own)| small(own.max))
-            .column("in line", |(_, own)| own.max_at_line.map_or_else(String::new, |line| line.to_string()))
-            .column_if(error.before.unreachable + error.after.unreachable > 0, "out of reach", |(_, own)| {
-                own.unreachable
+            .column("in line", |(_, own)| {
+                own.max_at_line
+                    .map_or_else(String::new, |line| line.to_string())
             })
+            .column_if(
+                error.before.unreachable + error.after.unreachable > 0,
+                "out of reach",
+                |(_, own)| own.unreachable,
+            )
             .table();
         section = section.table(table);
     }
@@ -105,7 +138,10 @@ pub(super) fn errors(report: &Report) -> Section {
         .column("before, rms", |own| small(own.before_rms_mm))
         .column("after, rms", |own| small(own.after_rms_mm))
         .column("max", |own| small(own.after_max_mm))
-        .column("in line", |own| own.max_at_line.map_or_else(String::new, |line| line.to_string()))
+        .column("in line", |own| {
+            own.max_at_line
+                .map_or_else(String::new, |line| line.to_string())
+        })
         .table();
     section.table(table)
 }
@@ -113,12 +149,21 @@ pub(super) fn errors(report: &Report) -> Section {
 pub(super) fn noise(report: &Report) -> Section {
     let table = Table::of(&report.noise)
         .column("noise of", |own| own.kind.plural())
-        .column("stated, mm", |own| own.stated_mm.map_or_else(|| "estimated".to_owned(), |sigma| significant(sigma, 3)))
+        .column("stated, mm", |own| {
+            own.stated_mm
+                .map_or_else(|| "estimated".to_owned(), |sigma| significant(sigma, 3))
+        })
         .column("residuals show, mm", |own| significant(own.sigma_mm, 2))
         .column("95 % limits", |own| {
-            format!("{}–{}", significant(own.limits_mm[0], 2), significant(own.limits_mm[1], 2))
+            format!(
+                "{}–{}",
+                significant(own.limits_mm[0], 2),
+                significant(own.limits_mm[1], 2)
+            )
         })
-        .column("deg. of freedom", |own| format!("{:.1}", own.degrees_of_freedom))
+        .column("deg. of freedom", |own| {
+            format!("{:.1}", own.degrees_of_freedom)
+        })
         .column("p", |own| match own.verdict {
             NoiseVerdict::Estimated => String::new(),
             _ => probability(own.probability),
@@ -126,7 +171,10 @@ pub(super) fn noise(report: &Report) -> Section {
         .table();
     let section = Section::new("Noise").table(table);
     if report.sigma_widened_by > 1.0 {
-        section.text(format!("All σ are multiplied by {:.2}.", report.sigma_widened_by))
+        section.text(format!(
+            "All σ are multiplied by {:.2}.",
+            report.sigma_widened_by
+        ))
     } else {
         section
     }
@@ -139,8 +187,18 @@ pub(super) fn expected(report: &Report) -> Section {
     };
     let at = |[x, y, z]: [f64; 3]| format!("x {x:.0}, y {y:.0}, z {z:.0}");
     let rows = [
-        ("absolute, in the frame of the base", own.absolute_rms_mm, own.absolute_worst_mm, own.absolute_worst_at_mm),
-        ("relative, after the best rigid motion", own.relative_rms_mm, own.relative_worst_mm, own.relative_worst_at_mm),
+        (
+            "absolute, in the frame of the base",
+            own.absolute_rms_mm,
+            own.absolute_worst_mm,
+            own.absolute_worst_at_mm,
+        ),
+        (
+            "relative, after the best rigid motion",
+            own.relative_rms_mm,
+            own.relative_worst_mm,
+            own.relative_worst_at_mm,
+        ),
     ];
     let table = Table::of(rows)
         .column("", |row| row.0)
@@ -152,7 +210,10 @@ pub(super) fn expected(report: &Report) -> Section {
     if let Some(expanded) = &report.expanded_uncertainty {
         let factor = match expanded.degrees_of_freedom {
             None => format!("k = {:.0}", expanded.coverage_factor),
-            Some(freedom) => format!("k = {:.2}, {freedom:.0} degrees of freedom", expanded.coverage_factor),
+            Some(freedom) => format!(
+                "k = {:.2}, {freedom:.0} degrees of freedom",
+                expanded.coverage_factor
+            ),
         };
         section = section.text(format!(
             "Expanded uncertainty ({}): {} mm rms, {} mm worst ({factor}).",
@@ -188,7 +249,9 @@ pub(super) fn causes(report: &Report) -> Option<Section> {
     }
     let table = Table::of(&report.causes)
         .column("cause", |cause| cause.kind.replace('_', " "))
-        .column("arm", |cause| cause.arm.map_or_else(String::new, |arm| arm.to_string()))
+        .column("arm", |cause| {
+            cause.arm.map_or_else(String::new, |arm| arm.to_string())
+        })
         .column("size", |cause| significant(cause.size, 3))
         .column("σ", |cause| significant(cause.sigma, 2))
         .column("unit", |cause| cause.unit)
@@ -203,7 +266,10 @@ pub(super) fn causes(report: &Report) -> Option<Section> {
 /// That nothing was found, with what was looked for.
 pub(super) fn no_causes(report: &Report) -> Section {
     let kinds: Vec<_> = report.kinds_of_causes().map(CauseKind::name).collect();
-    let kinds: Vec<_> = kinds.into_iter().map(|kind| kind.replace('_', " ")).collect();
+    let kinds: Vec<_> = kinds
+        .into_iter()
+        .map(|kind| kind.replace('_', " "))
+        .collect();
     Section::new("Errors that the model cannot represent")
         .text(format!("None found. Tested: {}.", list(&kinds)))
 }
@@ -215,8 +281,13 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
         let [x, y, z] = frame.translation_mm;
         let row = |[a, b, c]: [f64; 3]| format!("[{a:.9}, {b:.9}, {c:.9}]");
         let rows: Vec<_> = frame.rotation.into_iter().map(row).collect();
-        let place = format!("translation [{x:.4}, {y:.4}, {z:.4}] mm, rotation [{}]", rows.join(", "));
-        sections.push(Section::new("Sensor frame (X_sensor = rotation · X_robot + translation)").text(place));
+        let place = format!(
+            "translation [{x:.4}, {y:.4}, {z:.4}] mm, rotation [{}]",
+            rows.join(", ")
+        );
+        sections.push(
+            Section::new("Sensor frame (X_sensor = rotation · X_robot + translation)").text(place),
+        );
     }
     if !report.planes.is_empty() {
         let table = Table::of(&report.planes)
@@ -239,7 +310,11 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
     if !report.transmissions.is_empty() {
         let number = |index: usize| {
             move |own: &&super::TransmissionReport| {
-                format!("{} ± {}", significant(own.numbers[index], 3), significant(own.sigmas[index], 1))
+                format!(
+                    "{} ± {}",
+                    significant(own.numbers[index], 3),
+                    significant(own.sigmas[index], 1)
+                )
             }
         };
         let table = Table::of(&report.transmissions)
@@ -249,7 +324,9 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
             .column("sin, °", number(2))
             .column("cos 2q, °", number(3))
             .column("sin 2q, °", number(4))
-            .column("once a turn, °", |own| significant(own.first_harmonic_deg, 2))
+            .column("once a turn, °", |own| {
+                significant(own.first_harmonic_deg, 2)
+            })
             .table();
         sections.push(Section::new("Transmissions").table(table));
     }
@@ -265,13 +342,19 @@ pub(super) fn next(report: &Report) -> Option<Section> {
         .column(names[0].clone(), |own| format!("{:.1}", own.joints[0]))
         .column(names[1].clone(), |own| format!("{:.1}", own.joints[1]))
         .column(names[2].clone(), |own| format!("{:.1}", own.joints[2]))
-        .column("expected error, mm", |own| significant(own.expected_error_mm, 2))
+        .column("expected error, mm", |own| {
+            significant(own.expected_error_mm, 2)
+        })
         .table();
-    Some(Section::new("What to measure next").table(table).text(format!(
-        "x, y and z at these poses would lower the expected error from {} to {} mm.",
-        significant(now, 2),
-        significant(last.expected_error_mm, 2)
-    )))
+    Some(
+        Section::new("What to measure next")
+            .table(table)
+            .text(format!(
+                "x, y and z at these poses would lower the expected error from {} to {} mm.",
+                significant(now, 2),
+                significant(last.expected_error_mm, 2)
+            )),
+    )
 }
 
 pub(super) fn findings(report: &Report) -> Section {
@@ -287,7 +370,11 @@ pub(super) fn findings(report: &Report) -> Section {
         let heading = format!("Calibrated, with {}:", count(warnings.len(), "warning"));
         section.part(Part::Doubts(heading, warnings))
     };
-    if notes.is_empty() { section } else { section.part(Part::List(notes)) }
+    if notes.is_empty() {
+        section
+    } else {
+        section.part(Part::List(notes))
+    }
 }
 
 /// Whether a limit is met, if one was asked for.
@@ -295,7 +382,10 @@ pub(super) fn limit(report: &Report) -> Option<Section> {
     let own = report.acceptance?;
     let of = report.expanded_uncertainty.map_or("", |own| own.of);
     let part = match own.expanded_mm {
-        None => Part::Doubts("Fail: the expanded uncertainty is unknown.".to_owned(), Vec::new()),
+        None => Part::Doubts(
+            "Fail: the expanded uncertainty is unknown.".to_owned(),
+            Vec::new(),
+        ),
         Some(expanded) => {
             let figures = format!(
                 "expanded uncertainty ({of}) {} mm rms, limit {} mm",

@@ -3,7 +3,7 @@
 use crate::import::fixtures::{Printer, Row, block, folder, printer, printers, rotary};
 use crate::support::{Folder, Point, distance, rows_of};
 use delta_cal_host::files::robot_file::RobotFile;
-use delta_cal_host::{InputText, Measurements, Options, read_samples};
+use delta_cal_host::{InputText, Options, read_samples};
 use std::fmt::Write;
 
 /// What the numbers of a samples file may be off, which has nine decimals, and of positions computed from it: mm.
@@ -209,8 +209,8 @@ fn the_files_calibrate() {
     let folder = import(&printer("20").configuration());
     let robot = robot(&folder);
     let text = InputText::from_table(&folder.path("mine/samples.csv")).unwrap();
-    let samples = read_samples(&text, &robot, Options::default()).unwrap();
-    assert!(matches!(samples, Measurements::Observations(own) if own.rows.len() == 19));
+    let samples = read_samples(&text, &robot, &Options::default()).unwrap();
+    assert_eq!(samples.rows.len(), 19);
     folder
         .run("calibrate mine/robot.toml mine/samples.csv --output mine/calibrated.toml --json report.json --report report.html")
         .ok();

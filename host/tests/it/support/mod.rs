@@ -333,6 +333,16 @@ pub(crate) fn assert_fails(robot: &[u8], samples: &[u8], code: i32, expected: &[
     assert_eq!(folder.read("report.json"), "of yesterday");
 }
 
+/// The cases of a table, one a line: three cells that ⇒ separates, with `\n` for the end of a line.
+pub(crate) fn cases(table: &str) -> Vec<[String; 3]> {
+    let lines = table.lines().filter(|line| !line.trim().is_empty());
+    let case = |line: &str| {
+        let cells = line.split('⇒').map(|cell| cell.trim().replace("\\n", "\n"));
+        cells.collect::<Vec<_>>().try_into().expect("three cells")
+    };
+    lines.map(case).collect()
+}
+
 /// A robot file of these arms, with limits and [`TOLERANCE`].
 pub(crate) fn robot_toml(arms: &[Arm; 3]) -> String {
     let mut text = String::new();

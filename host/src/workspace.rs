@@ -2,51 +2,153 @@
 //! is, and how it moves with the 24 parameters.
 //!
 //! ```text
-//! Robot, Reach ─→ Grid (forward sweep, then which nodes are reachable) ─→ BoundaryPoint ─→ volume
-//!                                         │                                   ├→ Face ─→ influence ─→ band
-//!                                         └→ Mesh ─→ STL                      └→ displacement to another robot
+//! Robot, Reach ─→ Grid ─→ lines, inside and outside ─→ BoundaryPoint ─→ influence of the parameters
+//!                                │                └→ volume   └→ mesh ─→ STL
+//!                                └→ conditioning
 //! Robot, Reach ─→ largest cylinders
-//! Robot, pose ─→ distance from the nearest singularity
 //! ```
 //!
 //! A position is reachable if the forward model leads to it from joint angles within the limits:
-//! [`Reach::any_joints`](crate::geometry::reach::Reach::any_joints). The forward model swept over the joints' range finds the box that holds
+//! [`Reach::any_joints`]. The forward model swept over the joints' range finds the box that holds
 //! the workspace; lines through it, parallel to the axes, are then bisected where they enter and
 //! leave. Nothing is assumed of the workspace's shape: it may be hollow, or in several parts.
 
 mod analysis;
-mod band;
 mod boundary;
-mod comparison;
-mod conditioning;
 mod cylinder;
-mod error;
-mod face;
 mod grid;
 mod influence;
 mod line;
 mod mesh;
-mod options;
-mod path;
-mod reachable;
-mod singularities;
+mod surface;
 mod volume;
 
-pub use analysis::Analysis;
-pub use band::{Band, BandOptions, PointBand, TAIL, band};
+use crate::geometry::reach::Reach;
+pub use analysis::{Analysis, Extent, LimitShare, Singularities, WorkspaceReport};
 pub use boundary::BoundaryPoint;
-pub use comparison::displacements_to;
-pub use comparison::{Comparison, compare};
-pub use conditioning::{ConditionedPosition, conditioning_map};
 pub use cylinder::{Cylinder, cylinders};
-pub use error::WorkspaceError;
-pub use face::{ByParameters, Face};
-pub use grid::Grid;
-pub use influence::{ParameterInfluence, influence};
-pub use influence::{displacements, unit};
-pub use mesh::{Mesh, Piece};
-pub use options::Options;
-pub use path::{PathPoint, PathRow, PathSummary, distances_of_path};
-pub use reachable::Workspace;
-pub use singularities::{NearestSingularity, nearest_singularity};
+use delta_cal::Robot;
+pub use grid::{Grid, WorkspaceError};
+pub use influence::{Influence, ParameterInfluence, ToleranceBand, unit};
+use line::Intervals;
+pub use mesh::Mesh;
+use nalgebra::Vector3;
 pub use volume::Volume;
+
+/// How finely a workspace is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Every boundary point is within this distance of the boundary, mm.
+    pub tolerance: f64,
+    /// Distance between neighbouring lines, mm; `None` for 1/80 of the longest side.
+    pub spacing: Option<f64>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            tolerance: 0.01,
+            spacing: None,
+        }
+    }
+}
+
+/// The reachable workspace of a robot.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    /// The robot.
+    pub robot: Robot<f64>,
+    /// Its limits.
+    pub reach: Reach,
+    /// Every boundary point is within this distance of the boundary, mm.
+    pub tolerance: f64,
+    /// The lines on which the boundary is searched.
+    pub grid: Grid,
+    /// The pieces of all lines along x, y and z that are inside.
+    lines: [Vec<Intervals>; 3],
+    /// Where the lines enter and leave: line by line, both ends of each piece.
+    pub points: Vec<BoundaryPoint>,
+}
+
+impl Workspace {
+    /// Computes the boundary.
+    ///
+    /// ```
+    /// use delta_cal::SymmetricRobot;
+    /// use delta_cal::kinematics::JointLimits;
+    /// use delta_cal_host::geometry::reach::Reach;
+    /// use delta_cal_host::workspace::{Options, Workspace};
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
+    ///     .robot()?;
+    /// let limits = JointLimits::new(-60f64.to_radians(), 90f64.to_radians())?;
+    /// let reach = Reach { limits, forearm_limit: None };
+    /// let options = Options { spacing: Some(10.0), ..Options::default() };
+    /// let workspace = Workspace::compute(&robot, &reach, &options)?;
+    /// // Three upper arms straight down: the lowest point of the axis. A line passes within 10/√2 mm of it,
+    /// // where the boundary is up to 164/451 as steep.
+    /// let lowest = -260.0 - (480f64.powi(2) - 164f64.powi(2)).sqrt();
+    /// assert!((workspace.points.iter().map(|p| p.position.z).fold(0.0, f64::min) - lowest).abs() < 3.0);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// A workspace that is empty, or too thin or too large for the lines.
+    pub fn compute(
+        robot: &Robot<f64>,
+        reach: &Reach,
+        options: &Options,
+    ) -> Result<Self, WorkspaceError> {
+        let (mut low, mut high) = grid::swept_box(robot, reach)?;
+        let longest = (high - low).max();
+        let spacing = options.spacing.unwrap_or(longest / grid::LINES);
+        loop {
+            let mut workspace = Self {
+                robot: *robot,
+                reach: *reach,
+                tolerance: options.tolerance,
+                grid: Grid::between(&low, &high, spacing)?,
+                lines: Default::default(),
+                points: Vec::new(),
+            };
+            workspace.lines = [0, 1, 2].map(|axis| workspace.lines_along(axis));
+            let pieces = |axis: usize| workspace.lines[axis].iter().flatten();
+            if [0, 1, 2].map(|axis| pieces(axis).count()) == [0; 3] {
+                return Err(WorkspaceError::Thin { spacing });
+            }
+            // Where the workspace goes on beyond the grid, the sweep missed something.
+            let grow = 4.0 * spacing + 0.1 * longest;
+            let before = (low, high);
+            for axis in 0..3 {
+                let length = workspace.grid.length(axis);
+                low[axis] -= if pieces(axis).any(|at| at.0 <= 0.0) {
+                    grow
+                } else {
+                    0.0
+                };
+                high[axis] += if pieces(axis).any(|at| at.1 >= length) {
+                    grow
+                } else {
+                    0.0
+                };
+            }
+            if (low, high) == before {
+                workspace.points = boundary::points(&workspace);
+                return Ok(workspace);
+            }
+        }
+    }
+
+    /// Whether the platform gets to a position (mm).
+    pub fn contains(&self, x: &Vector3<f64>) -> bool {
+        self.reach.any_joints(&self.robot, x).is_ok()
+    }
+
+    /// Whether the node at these indices is inside, as its line along an axis has it.
+    fn has_node(&self, place: [usize; 3], axis: usize) -> bool {
+        let way = self.grid.way(place[axis]);
+        let pieces = &self.lines[axis][self.grid.line_of(place, axis)];
+        pieces.iter().any(|(from, to)| *from <= way && way <= *to)
+    }
+}

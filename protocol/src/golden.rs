@@ -4,29 +4,19 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::{
-    Adopt, ArmReport, Begin, ControlLoop, Counters, Direction, Fault, GateStatus, Geometry,
-    Identity, LARGEST_FRAME, Origin, ParameterSet, Parameters, Phase, Reader, Receiver, Request,
-    Response, RevertTo, SampleMessage, Scalar, Status, Wire, Writer, encode,
+    Direction, Geometry, LARGEST_FRAME, Reader, Receiver, Request, Response, Wire, Writer, encode,
 };
-use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::robot::GeometryError;
-use delta_cal::samples::SampleError;
-use delta_cal::stream::{Alarm, Estimator, StreamRefusal};
+use delta_cal::stream::{Alarm, StreamRefusal};
 use delta_cal::{ArmIndex, Parameter, Real, Refusal};
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::format;
-use std::string::String;
 use std::vec::Vec;
 
 const SEQUENCE: u16 = 0x1234;
-const SESSION: u32 = 0x0102_0304;
-const GENERATION: u32 = 3;
-const FINGERPRINT: u32 = 0xa1b2_c3d4;
-const ARM: [f64; 8] = [164.0, 0.5, -0.25, 0.0, 0.125, 260.75, 0.5, 480.5];
-const GEAR: [f64; 5] = [0.007_812_5, 0.0, -0.5, 0.25, 0.0];
 
-/// The frames by their names.
+/// The frames by their names; of a message with numbers of the controller's type one for each of them.
 fn golden() -> BTreeMap<&'static str, Vec<u8>> {
     let lines = include_str!("golden.txt").lines();
     lines
@@ -39,206 +29,83 @@ fn golden() -> BTreeMap<&'static str, Vec<u8>> {
         .collect()
 }
 
-fn numbers<T: Real, const N: usize>(values: [f64; N]) -> [T; N] {
-    values.map(T::from_f64)
-}
+/// What the requests are, as `Debug` prints them. 16909060 is session 0x01020304, 2712847316 fingerprint 0xa1b2c3d4.
+const REQUESTS: [(&str, &str); 11] = [
+    ("identify", "Identify"),
+    ("parameters", "Parameters(Nominal)"),
+    (
+        "begin",
+        "Begin(Begin { session: 16909060, tolerance: Some((0.5, 0.0078125)), \
+         noise: Some(([0.0625, 0.0625, 0.125], 0.0)), estimator: Joint, gate: false, forgetting: Some(20.0) })",
+    ),
+    (
+        "sample",
+        "Sample(SampleMessage { session: 16909060, index: 7, joints: [0.5, 0.25, -0.125], \
+         position: [1.5, -2.5, -450.0] })",
+    ),
+    ("solve", "Solve { session: 16909060, samples: 40 }"),
+    ("status", "Status"),
+    ("outcome", "Outcome { session: 16909060, arm: Third }"),
+    (
+        "apply",
+        "Apply { session: 16909060, fingerprint: 2712847316, from: 3 }",
+    ),
+    ("revert", "Revert { from: 3, to: Nominal }"),
+    ("counters", "Counters"),
+    (
+        "adopt",
+        "Adopt(Adopt { from: 3, geometry: Geometry { arms: ARMS, transmissions: Some(GEARS) } })",
+    ),
+];
 
-fn requests<T: Real>(scalar: &str) -> Vec<(String, Request<T>)> {
-    let session = SESSION;
-    let number = T::from_f64;
-    let plain = |name: &str, request| (String::from(name), request);
-    let scaled = |name: &str, request| (format!("{name}_{scalar}"), request);
-    std::vec![
-        plain("identify", Request::Identify),
-        plain("parameters", Request::Parameters(ParameterSet::Nominal)),
-        scaled(
-            "begin",
-            Request::Begin(Begin {
-                session,
-                tolerance: Some((number(0.5), number(0.007_812_5))),
-                noise: Some((numbers([0.0625, 0.0625, 0.125]), number(0.0))),
-                estimator: Estimator::Joint,
-                gate: false,
-                forgetting: Some(number(20.0)),
-            })
-        ),
-        scaled(
-            "sample",
-            Request::Sample(SampleMessage {
-                session,
-                index: 7,
-                joints: numbers([0.5, 0.25, -0.125]),
-                position: numbers([1.5, -2.5, -450.0]),
-            })
-        ),
-        plain(
-            "solve",
-            Request::Solve {
-                session,
-                samples: 40
-            }
-        ),
-        plain("status", Request::Status),
-        plain(
-            "outcome",
-            Request::Outcome {
-                session,
-                arm: ArmIndex::Third
-            }
-        ),
-        plain(
-            "apply",
-            Request::Apply {
-                session,
-                fingerprint: FINGERPRINT,
-                from: GENERATION
-            }
-        ),
-        plain(
-            "revert",
-            Request::Revert {
-                from: GENERATION,
-                to: RevertTo::Nominal
-            }
-        ),
-        plain("counters", Request::Counters),
-        scaled(
-            "adopt",
-            Request::Adopt(Adopt {
-                from: GENERATION,
-                geometry: geometry(true)
-            })
-        ),
-    ]
-}
+/// The same of the responses.
+const RESPONSES: [(&str, &str); 10] = [
+    ("fault_out_of_order", "Fault(OutOfOrder { next: 5 })"),
+    ("fault_sample", "Fault(Sample(JointNonFinite(Second)))"),
+    ("fault_geometry", "Fault(Geometry(NotPositive(Lb)))"),
+    (
+        "identity",
+        "Identity(Identity { firmware: [0, 1, 2], scalar: Single, processor: 1091551809, nominal: 2712847316 })",
+    ),
+    (
+        "parameters",
+        "Parameters(Parameters { origin: Calibration, generation: 3, \
+         geometry: Geometry { arms: ARMS, transmissions: None } })",
+    ),
+    ("taken", "Taken { session: 16909060, next: 8 }"),
+    (
+        "solved",
+        "Status(Status { session: 16909060, phase: Solved { samples: 40, fingerprint: 2712847316 }, gate: None, \
+         control: CONTROL })",
+    ),
+    (
+        "refused",
+        "Status(Status { session: 16909060, phase: CalibrationRefused { samples: 40, refusal: \
+         Calibration(Undetermined { arm: First, parameter: Lb, condition: 2048.0 }) }, gate: Some(GateStatus \
+         { taken: 38, untested: 8, rejected: 2, alarm: Some(RobotChanged { first: 50 }) }), control: CONTROL })",
+    ),
+    (
+        "outcome",
+        "Outcome(ArmReport { arm: Third, parameters: ARM, transmission: None, sigma: Some([0.015625, 0.015625, \
+         0.015625, 0.015625, 0.015625, 0.015625, 0.015625, 0.015625]), residual_rms: 0.03125, estimated_noise: None, \
+         degrees_of_freedom: 96.0, samples: 40, iterations: 5, termination: GradientVanished, start: Nominal, \
+         condition: 9.0, prior_share: [0.25, 0.25, 0.25, 0.25, 0.25, 0.25, 0.25, 0.25] })",
+    ),
+    (
+        "counted",
+        "Counters(Counters { received: 1, damaged: 2, unknown_version: 3, unknown_request: 4, repeated: 5, lost: 6, \
+         refused: 7, overrun: 8 })",
+    ),
+];
 
-fn geometry<T: Real>(gears: bool) -> Geometry<T> {
-    Geometry {
-        arms: [numbers(ARM); 3],
-        transmissions: gears.then(|| [numbers(GEAR); 3]),
-    }
-}
-
-fn status<T: Real>(phase: Phase, gate: Option<GateStatus>) -> Response<T> {
-    Response::Status(Status {
-        session: SESSION,
-        phase,
-        gate,
-        control: ControlLoop {
-            turns: 1000,
-            longest_ticks: 850,
-            longest_ticks_calibrating: 851,
-            ticks_a_second: 25_000_000,
-            late: 0,
-            unreachable: 0,
-            switches: 1,
-            fingerprint: FINGERPRINT,
-            point: numbers([1.5, -2.5, -450.0]),
-            joints: numbers([0.5, 0.25, -0.125]),
-        },
-    })
-}
-
-fn responses<T: Real>(scalar: &str) -> Vec<(String, Response<T>)> {
-    let plain = |name: &str, response| (String::from(name), response);
-    let scaled = |name: &str, response| (format!("{name}_{scalar}"), response);
-    let number = T::from_f64;
-    let late = Fault::OutOfOrder { next: 5 };
-    let joint = Fault::Sample(SampleError::JointNonFinite(ArmIndex::Second));
-    let forearm = Fault::Geometry(GeometryError::NotPositive(Parameter::Lb));
-    std::vec![
-        plain("fault_out_of_order", Response::Fault(late)),
-        plain("fault_sample", Response::Fault(joint)),
-        plain("fault_geometry", Response::Fault(forearm)),
-        plain(
-            "identity",
-            Response::Identity(Identity {
-                firmware: [0, 1, 2],
-                scalar: Scalar::Single,
-                processor: 0x410f_c241,
-                nominal: FINGERPRINT,
-            })
-        ),
-        scaled(
-            "parameters",
-            Response::Parameters(Parameters {
-                origin: Origin::Calibration,
-                generation: GENERATION,
-                geometry: geometry(false),
-            })
-        ),
-        plain(
-            "taken",
-            Response::Taken {
-                session: SESSION,
-                next: 8
-            }
-        ),
-        scaled(
-            "solved",
-            status(
-                Phase::Solved {
-                    samples: 40,
-                    fingerprint: FINGERPRINT
-                },
-                None
-            )
-        ),
-        scaled(
-            "refused",
-            status(
-                Phase::CalibrationRefused {
-                    samples: 40,
-                    refusal: StreamRefusal::Calibration(Refusal::Undetermined {
-                        arm: ArmIndex::First,
-                        parameter: Parameter::Lb,
-                        condition: 2048.0,
-                    }),
-                },
-                Some(GateStatus {
-                    taken: 38,
-                    untested: 8,
-                    rejected: 2,
-                    alarm: Some(Alarm::RobotChanged { first: 50 }),
-                })
-            )
-        ),
-        scaled(
-            "outcome",
-            Response::Outcome(ArmReport {
-                arm: ArmIndex::Third,
-                parameters: numbers(ARM),
-                transmission: None,
-                sigma: Some(numbers([0.015_625; 8])),
-                residual_rms: number(0.031_25),
-                estimated_noise: None,
-                degrees_of_freedom: number(96.0),
-                samples: 40,
-                iterations: 5,
-                termination: Termination::GradientVanished,
-                start: StartUsed::Nominal,
-                condition: number(9.0),
-                prior_share: numbers([0.25; 8]),
-            })
-        ),
-        plain(
-            "counted",
-            Response::Counters(Counters {
-                received: 1,
-                damaged: 2,
-                unknown_version: 3,
-                unknown_request: 4,
-                repeated: 5,
-                lost: 6,
-                refused: 7,
-                overrun: 8,
-            })
-        ),
-    ]
-}
+const ARM: [f64; 8] = [164.0, 0.5, -0.25, 0.0, 0.125, 260.75, 0.5, 480.5];
+const GEAR: [f64; 5] = [0.007_812_5, 0.0, -0.5, 0.25, 0.0];
+const CONTROL: &str = "ControlLoop { turns: 1000, longest_ticks: 850, longest_ticks_calibrating: 851, \
+                       ticks_a_second: 25000000, late: 0, unreachable: 0, switches: 1, fingerprint: 2712847316, \
+                       point: [1.5, -2.5, -450.0], joints: [0.5, 0.25, -0.125] }";
 
 /// As a receiver reads a frame: its one message.
-fn read<M: Wire>(direction: Direction, bytes: &[u8]) -> Option<M> {
+fn read<M: Wire>(direction: Direction, bytes: &[u8]) -> M {
     let mut receiver = Receiver::<LARGEST_FRAME>::new(direction);
     let mut message = None;
     for byte in bytes {
@@ -246,68 +113,53 @@ fn read<M: Wire>(direction: Direction, bytes: &[u8]) -> Option<M> {
             let frame = frame.unwrap();
             assert_eq!(frame.sequence, SEQUENCE);
             assert!(message.is_none());
-            message = frame.message();
+            message = Some(frame.message().unwrap());
         }
     }
-    message
+    message.unwrap()
 }
 
-fn compare<M: Wire + PartialEq + Debug>(
+/// Read from the frame of this name, and written again.
+fn compare<M: Wire + Debug>(
     golden: &mut BTreeMap<&str, Vec<u8>>,
     direction: Direction,
-    messages: Vec<(String, M)>,
-    seen: &mut Vec<String>,
+    scalar: &str,
+    messages: &[(&str, &str)],
 ) {
-    for (name, message) in messages {
-        if seen.contains(&name) {
-            continue;
-        }
-        let bytes = golden.remove(&*name).unwrap();
-        let sent = encode(direction, SEQUENCE, &message).unwrap();
-        assert_eq!(sent[..], bytes, "{name}");
-        assert_eq!(read(direction, &bytes), Some(message), "{name}");
-        // Neither a byte less nor one more is a message.
-        let mut content = [0; LARGEST_FRAME];
-        let written = |message: &M, content: &mut [u8]| {
-            let mut writer = Writer::new(content);
-            message.put(&mut writer);
-            writer.finish()
+    for (name, expected) in messages {
+        let scaled = golden.remove(&*format!("{name}_{scalar}"));
+        let Some(bytes) = scaled.or_else(|| golden.get(name).cloned()) else {
+            panic!("{name}");
         };
-        let message = read::<M>(direction, &bytes).unwrap();
-        let length = written(&message, &mut content).unwrap();
+        let message: M = read(direction, &bytes);
+        let expected = expected
+            .replace("CONTROL", CONTROL)
+            .replace("ARMS", &format!("{:?}", [ARM; 3]))
+            .replace("ARM,", &format!("{ARM:?},"))
+            .replace("GEARS", &format!("{:?}", [GEAR; 3]));
+        assert_eq!(format!("{message:?}"), expected, "{name}");
+        assert_eq!(encode(direction, SEQUENCE, &message).unwrap()[..], bytes);
+        // A byte less is no message.
+        let mut content = [0; LARGEST_FRAME];
+        let mut writer = Writer::new(&mut content);
+        message.put(&mut writer);
+        let length = writer.finish().unwrap();
         assert!(M::get(&mut Reader::new(&content[..length - 1])).is_none());
-        assert_eq!(written(&message, &mut content[..length - 1]), None);
-        seen.push(name);
+        let mut short = Writer::new(&mut content[..length - 1]);
+        message.put(&mut short);
+        assert_eq!(short.finish(), None);
     }
 }
 
 #[test]
 fn every_frame_is_what_the_page_describes() {
-    let (mut golden, mut seen) = (golden(), Vec::new());
-    compare(
-        &mut golden,
-        Direction::Request,
-        requests::<f32>("f32"),
-        &mut seen,
-    );
-    compare(
-        &mut golden,
-        Direction::Request,
-        requests::<f64>("f64"),
-        &mut seen,
-    );
-    compare(
-        &mut golden,
-        Direction::Response,
-        responses::<f32>("f32"),
-        &mut seen,
-    );
-    compare(
-        &mut golden,
-        Direction::Response,
-        responses::<f64>("f64"),
-        &mut seen,
-    );
+    let mut golden = golden();
+    compare::<Request<f32>>(&mut golden, Direction::Request, "f32", &REQUESTS);
+    compare::<Request<f64>>(&mut golden, Direction::Request, "f64", &REQUESTS);
+    compare::<Response<f32>>(&mut golden, Direction::Response, "f32", &RESPONSES);
+    compare::<Response<f64>>(&mut golden, Direction::Response, "f64", &RESPONSES);
+    let all = REQUESTS.iter().chain(&RESPONSES);
+    golden.retain(|name, _| !all.clone().any(|(known, _)| known == name));
     assert!(golden.is_empty(), "{golden:?}");
 }
 
@@ -439,6 +291,17 @@ fn frames_of_every_length_are_received() {
 #[test]
 fn the_fingerprint_is_the_crc_of_all_numbers_as_f64() {
     // CRC-32 by Python's zlib, of ARM three times, and of these and GEAR three times.
-    assert_eq!(geometry::<f64>(false).fingerprint(), 0x625e_7790);
-    assert_eq!(geometry::<f32>(true).fingerprint(), 0x0d17_c36e);
+    fn numbers<T: Real, const N: usize>(values: [f64; N]) -> [[T; N]; 3] {
+        [values.map(T::from_f64); 3]
+    }
+    let plain = Geometry::<f64> {
+        arms: numbers(ARM),
+        transmissions: None,
+    };
+    let geared = Geometry::<f32> {
+        arms: numbers(ARM),
+        transmissions: Some(numbers(GEAR)),
+    };
+    assert_eq!(plain.fingerprint(), 0x625e_7790);
+    assert_eq!(geared.fingerprint(), 0x0d17_c36e);
 }

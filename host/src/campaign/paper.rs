@@ -67,7 +67,7 @@ pub struct Figure {
 /// # Errors
 /// None, as long as the built-in campaigns are in order, which a test assures.
 pub fn simulate(
-    robots: Option<Range<u64>>,
+    robots: Option<&Range<u64>>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<Experiment>, InputError> {
     let mut plans = Vec::with_capacity(EXPERIMENTS.len());
@@ -75,7 +75,7 @@ pub fn simulate(
         let input = InputText::new(format!("built-in {name}.toml"), text);
         let none = |name: &str| Err(InputError::new(name, "the paper's robot is built in"));
         let plan = Plan::read(&input, &none)?;
-        let robots = robots.clone().unwrap_or(0..plan.robots);
+        let robots = robots.map_or(0..plan.robots, Range::clone);
         plans.push((name, plan, robots));
     }
     let of = |plan: &Plan, robots: &Range<u64>| {

@@ -162,7 +162,7 @@ fn of_robot(plan: &Plan, scenario: &Scenario, at: &MeasuredAt, robot: u64) -> Ve
         let calibrated = match calibrated {
             Ok(calibrated) => calibrated,
             Err(status) => {
-                row.status = status.to_owned();
+                status.clone_into(&mut row.status);
                 return row;
             }
         };
@@ -216,7 +216,9 @@ pub fn rows_csv(rows: &[Row]) -> Result<String, csv::Error> {
 }
 
 pub(super) fn text(writer: csv::Writer<Vec<u8>>) -> Result<String, csv::Error> {
-    let bytes = writer.into_inner().map_err(|error| error.into_error())?;
+    let bytes = writer
+        .into_inner()
+        .map_err(csv::IntoInnerError::into_error)?;
     String::from_utf8(bytes).map_err(|error| std::io::Error::other(error).into())
 }
 

@@ -147,9 +147,12 @@ impl CaseSummary {
             robots: robots.len(),
             no_robot: rows.len() - robots.len(),
             accepted: accepted.len(),
-            worse: count(&|row| match is_relative {
-                true => row.relative_after_mm > row.relative_before_mm,
-                false => row.error_after_mm > row.error_before_mm,
+            worse: count(&|row| {
+                if is_relative {
+                    row.relative_after_mm > row.relative_before_mm
+                } else {
+                    row.error_after_mm > row.error_before_mm
+                }
             }),
             returned: count(&|row| row.returned == Some(true)),
             returned_from_nominal: count(&|row| {

@@ -84,7 +84,7 @@ pub(super) fn calibrate(
     match outcome {
         Ok(outcome) => {
             let arms = RobotOutcome::from(&outcome);
-            Ok(of_arms(&arms, outcome.estimate.covariance))
+            Ok(of_arms(&arms, outcome.estimate.covariance.as_ref()))
         }
         Err(refusal) => Err(status(&refusal)),
     }
@@ -176,11 +176,11 @@ fn fkm(
 }
 
 /// `covariance`: of all parameters, or that of the arms.
-fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<Covariance>) -> Calibrated {
+fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<&Covariance>) -> Calibrated {
     let mut arms = outcome.arms.iter();
     Calibrated {
         robot: outcome.robot,
-        covariance: covariance.or_else(|| by_arms(&outcome.arms)),
+        covariance: covariance.copied().or_else(|| by_arms(&outcome.arms)),
         whole: covariance.is_some(),
         from_nominal: arms.all(|arm| arm.start == StartUsed::Nominal),
     }

@@ -55,7 +55,7 @@ pub(crate) enum Command {
     #[command(after_help = plan::HELP)]
     Plan(PlanArguments),
     /// Calibrate many simulated robots, to predict how accurate a calibration will be
-    #[command(after_help = simulate::help())]
+    #[command(after_help = simulate::HELP)]
     Simulate(SimulateArguments),
     /// Compute the workspace: boundary, volume, singularities, effect of errors
     Workspace(WorkspaceArguments),

@@ -1,13 +1,12 @@
 //! `delta-cal import`.
 
 use super::failure::Failure;
+use super::length::Length;
 use super::paths::is_stream;
 use super::print::print;
-use crate::InputText;
 use crate::files::output;
-use crate::import::gcode::{self, Firmware};
-use crate::import::imported::Imported;
-use crate::import::klipper;
+use crate::import::{Firmware, Imported};
+use crate::{InputError, InputText};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
@@ -21,15 +20,12 @@ CONTROLLER is one of:
   reprapfirmware    config.g or config-override.g: M665 and M666
   marlin            what M503 prints: M665 and M666
 
-The program writes robot.toml and, if the configuration holds measurements, samples.csv, both or none. It never changes \
-the configuration, keeps nothing of sections that the geometry does not need, and prints no line of it.
+The program writes robot.toml and, if the configuration holds measurements, samples.csv. It never changes the configuration, \
+keeps nothing of sections that the geometry does not need, and prints no line of it.
 
 Examples:
-  delta-cal import klipper printer.cfg --output mine
   delta-cal import klipper printer.cfg --rods 345 --output mine
   delta-cal import reprapfirmware config.g --output mine
-  delta-cal calibrate mine/robot.toml mine/samples.csv \\
-      --output mine/calibrated.toml
 
 Exit codes:
   0  the files are written
@@ -39,13 +35,11 @@ Exit codes:
 
 With exit codes 2 and 3 no file is written or changed.";
 
-const CONTROLLERS: [&str; 3] = ["klipper", "reprapfirmware", "marlin"];
-
 #[derive(Debug, Args)]
 #[command(after_help = HELP)]
 pub(crate) struct ImportArguments {
     /// Whose configuration it is; the controllers are listed below
-    #[arg(value_name = "CONTROLLER", value_parser = PossibleValuesParser::new(CONTROLLERS), hide_possible_values = true)]
+    #[arg(value_name = "CONTROLLER", value_parser = PossibleValuesParser::new(Firmware::ALL.map(Firmware::name)), hide_possible_values = true)]
     controller: String,
     /// The configuration
     #[arg(value_name = "FILE")]
@@ -53,33 +47,47 @@ pub(crate) struct ImportArguments {
     /// The folder to write to; the program makes it if it does not exist
     #[arg(long, value_name = "FOLDER")]
     output: PathBuf,
-    /// Of a Klipper configuration with towers: how long the rods were made, one length or three, in place of its
-    /// arm_length
-    #[arg(long, value_name = "MM[,MM,MM]", value_delimiter = ',', value_parser = length)]
-    rods: Option<Vec<f64>>,
+    /// How long the rods were made, one length or three, in place of those of the configuration
+    #[arg(long, value_name = "LENGTH[,LENGTH,LENGTH]", value_delimiter = ',')]
+    rods: Option<Vec<Length>>,
     /// Replace files that exist
     #[arg(long)]
     force: bool,
 }
 
-pub(crate) fn length(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("it must be a length above 0, in mm".to_owned()),
-    }
-}
-
 /// One length for all rods, or three.
-pub(crate) fn rods(values: Option<&[f64]>) -> Result<Option<[f64; 3]>, Failure> {
+pub(crate) fn rods(values: Option<&[Length]>) -> Result<Option<[f64; 3]>, Failure> {
     match values {
         None => Ok(None),
-        Some([all]) => Ok(Some([*all; 3])),
-        Some([a, b, c]) => Ok(Some([*a, *b, *c])),
+        Some([Length(all)]) => Ok(Some([*all; 3])),
+        Some([Length(a), Length(b), Length(c)]) => Ok(Some([*a, *b, *c])),
         Some(_) => Err(Failure::Usage {
             cause: "--rods needs one length, or three".to_owned(),
             remedy: "write for example --rods 345 or --rods 345.1,344.9,345.0".to_owned(),
         }),
     }
+}
+
+/// The files that a line of a configuration includes, beside the file with the line; patterns as Python's `glob` has
+/// them.
+pub(crate) fn includes(from: &str, wanted: &str) -> Result<Vec<InputText>, InputError> {
+    let folder = Path::new(from).parent().unwrap_or_else(|| Path::new(""));
+    let literal = folder.join(wanted);
+    if literal.is_file() {
+        return Ok(vec![InputText::from_file(&literal)?]);
+    }
+    let folder = glob::Pattern::escape(&folder.to_string_lossy());
+    let pattern = Path::new(&folder).join(wanted);
+    let options = glob::MatchOptions {
+        require_literal_leading_dot: true,
+        require_literal_separator: true,
+        ..glob::MatchOptions::new()
+    };
+    let Ok(found) = glob::glob_with(&pattern.to_string_lossy(), options) else {
+        return Ok(Vec::new());
+    };
+    let files = found.flatten().filter(|path| path.is_file());
+    files.map(|path| InputText::from_file(&path)).collect()
 }
 
 pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
@@ -91,42 +99,30 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
         });
     }
     let rods = rods(arguments.rods.as_deref())?;
-    let firmware = match arguments.controller.as_str() {
-        "reprapfirmware" => Some(Firmware::RepRapFirmware),
-        "marlin" => Some(Firmware::Marlin),
-        _ => None,
-    };
-    let imported = match firmware {
-        None => klipper::import(&arguments.file, rods)?,
-        Some(_) if rods.is_some() => {
-            return Err(Failure::Usage {
-                cause: "--rods can only be used with klipper".to_owned(),
-                remedy: "edit forearm_mm or lb_mm in the robot file".to_owned(),
-            });
-        }
-        Some(firmware) => gcode::import(&InputText::from_file(&arguments.file)?, firmware)?,
-    };
-    let robot = ("robot.toml", Some(imported.robot_text.as_str()));
-    let samples = ("samples.csv", imported.samples_text.as_deref());
-    let written = write(&arguments.output, &[robot, samples], arguments.force)?;
-    print(&text(
-        &imported,
-        &arguments.controller,
-        &arguments.output,
-        &written,
-    ))
+    let mut all = Firmware::ALL.into_iter();
+    let firmware = all.find(|own| own.name() == arguments.controller);
+    let firmware = firmware.unwrap_or(Firmware::Klipper);
+    let input = InputText::from_file(&arguments.file)?;
+    let imported = firmware.import(&input, rods, &includes)?;
+    let samples = imported.samples_text();
+    let files = [
+        ("robot.toml", Some(imported.robot_text())),
+        ("samples.csv", samples.clone()),
+    ];
+    let written = write(&arguments.output, &files, arguments.force)?;
+    print(&text(&imported, &arguments.output, &written))
 }
 
 /// Writes those files that have a text into a folder, all or none.
 pub(crate) fn write(
     folder: &Path,
-    files: &[(&str, Option<&str>)],
+    files: &[(&str, Option<String>)],
     force: bool,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let files: Vec<(PathBuf, &str)> = files
+    let files = files
         .iter()
-        .filter_map(|(name, text)| Some((folder.join(name), (*text)?)))
-        .collect();
+        .filter_map(|(name, text)| Some((folder.join(name), text.as_deref()?)));
+    let files: Vec<_> = files.collect();
     if let Some((path, _)) = files.iter().find(|(path, _)| !force && path.exists()) {
         return Err(Failure::Output(format!(
             "{}: the file exists, and is only replaced with --force",
@@ -134,7 +130,7 @@ pub(crate) fn write(
         )));
     }
     output::make_folder(folder)?;
-    let texts: Vec<(&Path, &str)> = files
+    let texts: Vec<_> = files
         .iter()
         .map(|(path, text)| (path.as_path(), *text))
         .collect();
@@ -142,7 +138,7 @@ pub(crate) fn write(
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }
 
-fn text(imported: &Imported, controller: &str, folder: &Path, written: &[PathBuf]) -> String {
+fn text(imported: &Imported, folder: &Path, written: &[PathBuf]) -> String {
     let mut text = String::new();
     for note in &imported.notes {
         let _ = writeln!(text, "{note}");
@@ -151,18 +147,15 @@ fn text(imported: &Imported, controller: &str, folder: &Path, written: &[PathBuf
         let _ = writeln!(text, "Written: {}", path.display());
     }
     let folder = folder.display();
-    let [a, b, c] = imported.home;
-    if imported.samples_text.is_some() {
-        let saved = &imported.saved;
+    let [heights, distances] = imported.counts();
+    if heights + distances > 0 {
         let _ = writeln!(
             text,
-            "samples.csv holds {} heights and {} distances.\nNext: delta-cal calibrate {folder}/robot.toml \
-             {folder}/samples.csv --output {folder}/calibrated.toml",
-            saved.heights.len(),
-            saved.distances.len()
+            "samples.csv holds {heights} heights and {distances} distances.\nNext: delta-cal calibrate \
+             {folder}/robot.toml {folder}/samples.csv --output {folder}/calibrated.toml"
         );
     } else {
-        if controller == "klipper" {
+        if imported.firmware == Firmware::Klipper {
             text.push_str(
                 "The configuration holds no saved measurements. Run DELTA_CALIBRATE and SAVE_CONFIG in Klipper and import \
                  the file that it wrote, or plan measurements.\n",
@@ -173,13 +166,13 @@ fn text(imported: &Imported, controller: &str, folder: &Path, written: &[PathBuf
             "Next: delta-cal plan {folder}/robot.toml --measure plane --count 20 --output {folder}/samples.csv"
         );
     }
-    let home = match imported.robot.robot.drive() {
-        Drive::Linear => format!("--home-mm {a:.6},{b:.6},{c:.6}"),
-        Drive::Rotary => {
-            let [a, b, c] = imported.home.map(f64::to_degrees);
-            format!("--home-deg {a:.6},{b:.6},{c:.6}")
-        }
+    let [a, b, c] = match imported.robot.robot.drive() {
+        Drive::Linear => imported.home,
+        Drive::Rotary => imported.home.map(f64::to_degrees),
     };
-    let _ = writeln!(text, "The end stops, for delta-cal export: {home}");
+    let _ = writeln!(
+        text,
+        "The end stops, for delta-cal export: --home {a:.6},{b:.6},{c:.6}"
+    );
     text
 }

@@ -1,19 +1,17 @@
 //! `delta-cal klipper`.
 
 use super::failure::Failure;
-use super::import::{length, rods, write};
+use super::import::{includes, rods, write};
+use super::length::Length;
 use super::outputs;
 use super::paths::is_stream;
-use super::print::print;
-use crate::InputError;
 use crate::files::output;
-use crate::import::imported::Imported;
-use crate::import::klipper;
-use crate::printer::assess::Assessment;
-use crate::printer::error::AssessError;
-use crate::render::json;
+use crate::import::Imported;
+use crate::printer::{self, Assessment};
 use crate::report::calibration::RefusalReport;
-use crate::report::{self, printer};
+use crate::report::json;
+use crate::report::printer as report;
+use crate::{InputError, InputText, Options, calibrate};
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -21,7 +19,7 @@ use std::path::{Path, PathBuf};
 pub(crate) const HELP: &str = "\
 The program imports the configuration (delta-cal import klipper), calibrates, and says what is wrong with this printer, how \
 sure that is, what to measure next and what to paste. It never changes the configuration and prints no line of it. \
-Measurements that no printer within the tolerance explains are refused. docs/klipper.md has the ten steps.
+Measurements that no printer within the tolerance explains are refused. docs/printers.md has the steps.
 
 Examples:
   delta-cal klipper printer.cfg
@@ -46,8 +44,8 @@ pub(crate) struct KlipperArguments {
     #[arg(value_name = "printer.cfg")]
     file: PathBuf,
     /// Of a printer with towers: how long the rods were made, one length or three, in place of arm_length
-    #[arg(long, value_name = "MM[,MM,MM]", value_delimiter = ',', value_parser = length)]
-    rods: Option<Vec<f64>>,
+    #[arg(long, value_name = "LENGTH[,LENGTH,LENGTH]", value_delimiter = ',')]
+    rods: Option<Vec<Length>>,
     /// Write robot, samples, calibrated robot and the lines to paste into this folder
     #[arg(long, value_name = "FOLDER")]
     output: Option<PathBuf>,
@@ -66,77 +64,83 @@ pub(crate) fn run(arguments: &KlipperArguments) -> Result<(), Failure> {
             remedy: "write for example delta-cal klipper printer.cfg --output mine".to_owned(),
         });
     }
+    let json_path = arguments.json.as_deref();
     super::paths::refuse_same(
         "--json",
-        arguments.json.as_deref(),
+        json_path,
         ("the configuration", Some(arguments.file.as_path())),
         "give the output another name",
     )?;
-    let imported = klipper::import(&arguments.file, rods(arguments.rods.as_deref())?)?;
-    if imported.samples_text.is_none() {
-        return Err(nothing_saved(&imported));
+    let input = InputText::from_file(&arguments.file)?;
+    let printer = printer::read(&input, rods(arguments.rods.as_deref())?, &includes)?;
+    if printer.readings.rows.is_empty() {
+        return Err(nothing_saved(&printer));
     }
-    let name = imported.source.clone();
-    let json_path = arguments.json.as_deref();
-    let assessment = Assessment::of(imported).map_err(|error| failure(json_path, &name, error))?;
-    let json = json::text(&printer::json(&assessment));
-    let mut text = printer::text(&assessment);
-    let json_file = arguments.json.as_deref().filter(|path| !is_stream(path));
-    if let Some(path) = json_file {
+    let found = calibrate(&printer.robot, &printer.readings, &Options::default());
+    let found = found.map_err(|error| {
+        let refusal = json(&RefusalReport::from(&error));
+        if error.refused() {
+            outputs::refused(json_path, &refusal, error.into())
+        } else {
+            error.into()
+        }
+    })?;
+    let residuals = printer::lack_of_fit(&found);
+    if residuals > UNEXPLAINED {
+        let worst = printer::worst(&printer, &found).unwrap_or("a measurement");
+        return Err(unexplained(json_path, residuals, worst));
+    }
+    let assessment = Assessment::of(&printer, &found).map_err(|error| {
+        InputError::new(&printer.robot.name, error.to_string()).with_remedy(error.remedy())
+    })?;
+    let json = json(&report::Report::of(&assessment));
+    let mut text = report::text(&assessment);
+    if let Some(path) = json_path.filter(|path| !is_stream(path)) {
         output::check(path)?;
     }
     if let Some(folder) = &arguments.output {
         let comment = format!(
-            "Calibrated by delta-cal {} from the measurements that {name} holds.",
-            env!("CARGO_PKG_VERSION")
+            "Calibrated by delta-cal {} from the measurements that {} holds.",
+            env!("CARGO_PKG_VERSION"),
+            printer.robot.name
         );
-        let calibrated = assessment.report.after.to_toml(&comment);
-        let paste = printer::to_paste(&assessment);
         let files = [
-            ("robot.toml", Some(assessment.imported.robot_text.as_str())),
-            ("samples.csv", assessment.imported.samples_text.as_deref()),
-            ("calibrated.toml", Some(calibrated.as_str())),
-            ("paste.cfg", Some(paste.as_str())),
+            ("robot.toml", Some(printer.robot_text())),
+            ("samples.csv", printer.samples_text()),
+            ("calibrated.toml", Some(found.after.to_toml(&comment))),
+            ("paste.cfg", Some(report::to_paste(&assessment))),
         ];
         text.push('\n');
         for path in write(folder, &files, arguments.force)? {
             let _ = writeln!(text, "Written: {}", path.display());
         }
     }
-    match &arguments.json {
-        Some(path) if is_stream(path) => print(&json),
-        Some(path) => {
-            output::write_all(&[(path.as_path(), &json)])?;
-            print(&text)
-        }
-        None => print(&text),
-    }
+    outputs::deliver(&[(json_path, &json)], text)
+}
+
+/// The calibrated robot explains nothing if the residuals are more than so many times what noise and tolerance
+/// allow.
+const UNEXPLAINED: f64 = 3.0;
+
+fn unexplained(json_path: Option<&Path>, residuals: f64, worst: &str) -> Failure {
+    let cause = format!(
+        "no printer within the tolerance explains these measurements (residuals {residuals:.1} × expected, {worst} most)"
+    );
+    let remedy = format!(
+        "measure {worst} again; check that the rods' length (--rods) and the belts' rotation_distance are right and \
+         that nothing is loose"
+    );
+    let refusal = json(&RefusalReport::new(&cause, &remedy));
+    outputs::refused(json_path, &refusal, Failure::NotDetermined { cause, remedy })
 }
 
 /// Klipper saves what it measured; without it there is nothing to calibrate from.
-fn nothing_saved(imported: &Imported) -> Failure {
+fn nothing_saved(printer: &Imported) -> Failure {
     let cause = "the configuration holds no saved measurements (height0, … in [delta_calibrate])";
-    InputError::new(&imported.source, cause)
+    InputError::new(&printer.robot.name, cause)
         .with_remedy(
-            "run DELTA_CALIBRATE in Klipper, then SAVE_CONFIG, and give the file that it wrote; docs/klipper.md has \
-             the steps",
+            "run DELTA_CALIBRATE in Klipper, then SAVE_CONFIG, and give the file that it wrote; docs/printers.md has the \
+             steps",
         )
         .into()
-}
-
-fn failure(json: Option<&Path>, name: &str, error: AssessError) -> Failure {
-    match error {
-        AssessError::Calibrate(error) if error.refused() => {
-            let refusal = report::json(&RefusalReport::from(error.as_ref()));
-            outputs::refused(json, &refusal, (*error).into())
-        }
-        AssessError::Calibrate(error) => (*error).into(),
-        AssessError::Unexplained { cause, remedy } => {
-            let refusal = report::json(&RefusalReport::new(&cause, &remedy));
-            outputs::refused(json, &refusal, Failure::NotDetermined { cause, remedy })
-        }
-        AssessError::Export(error) => InputError::new(name, error.to_string())
-            .with_remedy(error.remedy())
-            .into(),
-    }
 }

@@ -84,7 +84,7 @@ pub(crate) fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
         return publish(arguments, &summaries, text, Ok(String::new()));
     }
     if arguments.paper {
-        let robots = arguments.robots.clone();
+        let robots = arguments.robots.as_ref();
         let experiments = with_bar(|progress| paper::simulate(robots, progress))?;
         let rows = paper::comparisons(&experiments).map_err(|error| unwritten(&error))?;
         let text = report::campaign::render_paper(&rows);
@@ -161,6 +161,16 @@ fn check_outputs(arguments: &SimulateArguments) -> Result<(), Failure> {
         if let Some(path) = output.filter(|path| !is_stream(path)) {
             output::check(path)?;
         }
+    }
+    let both = [&arguments.output, &arguments.json];
+    if both
+        .iter()
+        .all(|path| path.as_deref().is_some_and(is_stream))
+    {
+        return Err(Failure::Usage {
+            cause: "--output - and --json - both write to standard output".to_owned(),
+            remedy: "give one of them a file".to_owned(),
+        });
     }
     let json = ("--json", arguments.json.as_deref());
     refuse_same("--output", arguments.output.as_deref(), json, remedy)

@@ -1,132 +1,282 @@
-//! A correction table as a target: its lines and what is lost.
+//! Corrections of the commanded position at the nodes of a grid, for any controller.
 
-use super::corrections::between::Region;
-use super::corrections::choice::{Finished, Nodes};
-use super::corrections::kind::{Kind, Pair};
-use super::corrections::table::Node;
 use super::error::ExportError;
-use super::exported::{Content, Export};
-use super::shape::ArmShape;
-use super::target::Written;
-use super::wanted::Wanted;
+use super::positions::{Loss, Wanted, controller_reaches, reached};
+use super::target::{Content, Target};
 use crate::files::robot_file::RobotFile;
-use crate::text::units::degrees;
+use crate::geometry::reach::hangs_below;
 use delta_cal::Robot;
-use delta_cal::robot::Drive;
+use delta_cal::kinematics::SingularityDistance;
+use nalgebra::{Matrix4, RowVector3, SMatrix, Vector3, Vector4};
 use std::fmt::Write;
 
-/// The table of a calibrated robot for a controller that computes with the nominal one, which the user stated or not.
-///
-/// # Errors
-/// Too many nodes, a limit that no spacing keeps to, or no wanted position in a cell with corrections.
-pub(crate) fn export(
-    robot: &RobotFile,
-    (nominal, stated): (&Robot<f64>, bool),
-    wanted: &Wanted,
-    (kind, nodes): (Kind, Nodes),
-) -> Result<Export, ExportError> {
-    let pair = Pair {
-        calibrated: &robot.robot,
-        nominal,
-    };
-    let region = Region::of(robot, wanted);
-    let finished = Finished::of(&pair, kind, nodes, &region)?;
-    let loss = finished.between.wanted;
-    if loss.positions == 0 {
-        return Err(ExportError::Unreached);
-    }
-    let how = match (kind, robot.robot.drive()) {
-        (Kind::Position, _) => {
-            "to be at (x, y, z), command (x + dx, y + dy, z + dz) to a controller whose kinematics is that of the \
-             robot before calibration; between nodes interpolate linearly along x, y and z"
-        }
-        (Kind::Joint, Drive::Rotary) => {
-            "to be at (x, y, z), add dq1, dq2, dq3 to the joint angles that the kinematics of the robot before \
-             calibration has there; between nodes interpolate linearly along x, y and z"
-        }
-        (Kind::Joint, Drive::Linear) => {
-            "to be at (x, y, z), add ds1, ds2, ds3 to the travels that the kinematics of the robot before \
-             calibration has there; between nodes interpolate linearly along x, y and z"
-        }
-    };
-    Ok(Export {
-        name: "correction-table",
-        title: "correction table",
-        comment: "#",
-        written: Written {
-            entries: Vec::new(),
-            lines: lines(&finished, robot.robot.drive()),
-            warnings: nominal_assumed(nominal, stated).into_iter().collect(),
-        },
-        frame: None,
-        loss,
-        uncalibrated: loss,
-        uncalibrated_moved: loss,
-        within: None,
-        controller: None,
-        conventions: vec![
-            "positions in the calibrated robot's frame, mm",
-            how,
-            "node: computed; extrapolated, where the robot reaches nodes beside this one only, or is near a parallel \
-             singularity at this one, which serves positions between them; empty, where there is no correction",
-        ],
-        source: "computed",
-        alternative: "a smaller --spacing, a --limit, or --positions with a file of where the robot works",
-        content: Content::Corrections(Box::new(finished)),
-    })
+/// For a controller whose kinematics is that of the robot before calibration.
+pub(super) const CORRECTION_TABLE: Target = Target {
+    name: "correction-table",
+    title: "correction table",
+    drive: None,
+    content: Content::Corrections,
+    comment: "#",
+    conventions: &[
+        "positions in the calibrated robot's frame, mm",
+        "to be at (x, y, z), command (x + dx, y + dy, z + dz) to a controller whose kinematics is that of the robot \
+         before calibration; interpolate linearly along x, y and z between nodes",
+        "node: computed; extrapolated from the nodes beside it, where the robot does not reach this one or is near a \
+         parallel singularity; empty, where there is no correction",
+    ],
+    source: "computed",
+    alternative: "a smaller --limit, or --positions with a file of where the robot works",
+};
+
+/// Between nodes, mm, if no limit is stated.
+const SPACING: f64 = 25.0;
+/// What is tried for a limit, mm.
+const SPACINGS: [f64; 22] = [
+    200.0, 150.0, 100.0, 80.0, 60.0, 50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 6.0, 5.0,
+    4.0, 3.0, 2.5, 2.0, 1.5, 1.0,
+];
+/// More nodes than this are not tried.
+const MOST_NODES: f64 = 2e5;
+/// Nodes so far away, along each axis, are used to extrapolate.
+const AROUND: usize = 2;
+
+/// What a node holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Node {
+    /// The correction there, mm.
+    Computed(Vector3<f64>),
+    /// The robot does not reach this node, or only near a parallel singularity, but one beside it: the correction
+    /// extrapolated from the nodes around it, so that a position near the edge has all eight nodes of its cell.
+    Extrapolated(Vector3<f64>),
+    /// Nothing: neither the node nor one beside it can be reached.
+    Empty,
 }
 
-/// What to say of a controller's robot that nobody stated.
-fn nominal_assumed(nominal: &Robot<f64>, stated: bool) -> Option<String> {
-    if stated {
+impl Node {
+    /// The correction, if there is one.
+    pub const fn correction(&self) -> Option<Vector3<f64>> {
+        match self {
+            Self::Computed(by) | Self::Extrapolated(by) => Some(*by),
+            Self::Empty => None,
+        }
+    }
+}
+
+/// To be at x the controller adds the correction at x, interpolated between the nodes of a grid of cubes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// The node with the least coordinates, mm. All are at whole multiples of the spacing.
+    pub origin: Vector3<f64>,
+    /// Between two nodes along x, y or z, mm.
+    pub spacing: f64,
+    /// Nodes along x, y and z, two at least.
+    pub counts: [usize; 3],
+    /// Each node, z running fastest, then y.
+    pub nodes: Vec<Node>,
+    /// What interpolation leaves in the middle of the cells, farthest from the nodes.
+    pub centres: Loss,
+}
+
+impl Table {
+    /// Of a calibrated robot for a controller that computes with the nominal one, and what it leaves at the wanted
+    /// positions. The distance of the nodes is the largest with which the error keeps to the limit.
+    pub(super) fn of(
+        robot: &RobotFile,
+        nominal: &Robot<f64>,
+        wanted: &Wanted,
+        limit: Option<f64>,
+    ) -> Result<(Self, Loss), ExportError> {
+        let Some(limit) = limit else {
+            return Self::spaced(robot, nominal, wanted, SPACING).ok_or(ExportError::Unreached);
+        };
+        let mut worst = f64::INFINITY;
+        for spacing in SPACINGS {
+            let Some((table, loss)) = Self::spaced(robot, nominal, wanted, spacing) else {
+                break;
+            };
+            if loss.unreached == 0 {
+                worst = f64::max(loss.worst, table.centres.worst);
+                if worst <= limit {
+                    return Ok((table, loss));
+                }
+            }
+        }
+        Err(ExportError::LimitNotMet { limit, worst })
+    }
+
+    /// `None` if that takes too many nodes.
+    fn spaced(
+        robot: &RobotFile,
+        nominal: &Robot<f64>,
+        wanted: &Wanted,
+        spacing: f64,
+    ) -> Option<(Self, Loss)> {
+        let infinite = Vector3::repeat(f64::INFINITY);
+        let each = wanted.evaluated.iter();
+        let (low, high) = each.fold((infinite, -infinite), |(low, high), at| {
+            (low.inf(at), high.sup(at))
+        });
+        let origin = low.map(|value| (value / spacing).floor() * spacing);
+        let counts = (high - origin).map(|size| (size / spacing).floor() + 2.0);
+        if !(counts.product() <= MOST_NODES) {
+            return None;
+        }
+        let mut table = Self {
+            origin,
+            spacing,
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 2 to 2e5
+            counts: counts.map(|count| count as usize).into(),
+            nodes: Vec::new(),
+            centres: Loss::default(),
+        };
+        let count = table.counts.iter().product();
+        let computed: Vec<_> = (0..count)
+            .map(|node| correction(&robot.robot, nominal, &table.position(node)))
+            .collect();
+        let nodes = computed.iter().enumerate().map(|(node, own)| match own {
+            Some(by) => Node::Computed(*by),
+            None => table
+                .extrapolated(&computed, node)
+                .map_or(Node::Empty, Node::Extrapolated),
+        });
+        table.nodes = nodes.collect();
+        let is = |at: &Vector3<f64>| {
+            let commanded = at + table.interpolated(at)?;
+            reached(&robot.robot, nominal, &commanded)
+        };
+        let inside = |at: &Vector3<f64>| {
+            let in_box = (0..3).all(|axis| (low[axis]..=high[axis]).contains(&at[axis]));
+            let out = wanted.within.is_some_and(|within| at.xy().norm() > within);
+            in_box && !out && controller_reaches(robot, at)
+        };
+        let half = Vector3::repeat(spacing / 2.0);
+        let centres: Vec<_> = (0..count)
+            .map(|node| table.position(node) + half)
+            .filter(inside)
+            .collect();
+        let loss = Loss::of(wanted.evaluated.iter().map(|at| (at, is(at))));
+        let between = Loss::of(centres.iter().map(|at| (at, is(at))));
+        table.centres = between;
+        Some((table, loss))
+    }
+
+    const fn indices(&self, node: usize) -> [usize; 3] {
+        let [_, y, z] = self.counts;
+        [node / z / y, node / z % y, node % z]
+    }
+
+    const fn node(&self, [x, y, z]: [usize; 3]) -> usize {
+        let [_, along_y, along_z] = self.counts;
+        (x * along_y + y) * along_z + z
+    }
+
+    /// Where a node is, mm.
+    #[allow(clippy::cast_precision_loss)] // up to 200,000
+    fn position(&self, node: usize) -> Vector3<f64> {
+        self.origin + Vector3::from(self.indices(node).map(|index| index as f64)) * self.spacing
+    }
+
+    /// The correction at a position; `None` outside, or where a node of the cell has none.
+    fn interpolated(&self, at: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let place = (at - self.origin) / self.spacing;
+        let mut low = [0; 3];
+        for (axis, index) in low.iter_mut().enumerate() {
+            if !(place[axis] >= 0.0) {
+                return None;
+            }
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // not negative
+            let cell = place[axis] as usize;
+            if cell + 1 >= self.counts[axis] {
+                return None;
+            }
+            *index = cell;
+        }
+        let part = place.map(f64::fract);
+        let mut sum = Vector3::zeros();
+        for corner in 0..8_usize {
+            let up = [corner & 1, corner >> 1 & 1, corner >> 2 & 1];
+            let weights = [0, 1, 2].map(|axis| match up[axis] {
+                1 => part[axis],
+                _ => 1.0 - part[axis],
+            });
+            let node = self.node([0, 1, 2].map(|axis| low[axis] + up[axis]));
+            sum += weights.iter().product::<f64>() * self.nodes.get(node)?.correction()?;
+        }
+        Some(sum)
+    }
+
+    /// The correction at a node from those at the nodes around it, by the plane of least squares through them; a node
+    /// counts by the inverse of its squared distance. `None` if no direct neighbour has a correction.
+    fn extrapolated(&self, computed: &[Option<Vector3<f64>>], node: usize) -> Option<Vector3<f64>> {
+        let at = self.indices(node);
+        let mut normal = Matrix4::zeros();
+        let mut right = SMatrix::<f64, 4, 3>::zeros();
+        let (mut beside, mut weights) = (false, 0.0);
+        let range = |axis: usize| {
+            at[axis].saturating_sub(AROUND)..=(at[axis] + AROUND).min(self.counts[axis] - 1)
+        };
+        let columns = range(0).flat_map(|x| range(1).map(move |y| (x, y)));
+        for (x, y) in columns {
+            for z in range(2) {
+                let other = self.node([x, y, z]);
+                let Some(correction) = computed.get(other).copied().flatten() else {
+                    continue;
+                };
+                let off = (self.position(other) - self.position(node)) / self.spacing;
+                beside |= off.amax() < 1.5;
+                let weight = 1.0 / off.norm_squared();
+                let row = Vector4::new(1.0, off.x, off.y, off.z);
+                normal += weight * row * row.transpose();
+                right += weight * row * RowVector3::from(correction.transpose());
+                weights += weight;
+            }
+        }
+        if !beside {
+            return None;
+        }
+        // A slope that the nodes do not determine is none.
+        for axis in 1..4 {
+            normal[(axis, axis)] += 1e-6 * weights;
+        }
+        let solution = normal.cholesky()?.solve(&right);
+        Some(solution.row(0).transpose())
+    }
+
+    /// A row for each node.
+    pub(super) fn lines(&self) -> String {
+        let mut lines = String::from("x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm,node\n");
+        for (node, index) in self.nodes.iter().zip(0..) {
+            let at = self.position(index).map(|value| value + 0.0);
+            let _ = write!(lines, "{},{},{},", at.x, at.y, at.z);
+            let _ = match node {
+                Node::Computed(by) => writeln!(lines, "{},computed", cells(by)),
+                Node::Extrapolated(by) => writeln!(lines, "{},extrapolated", cells(by)),
+                Node::Empty => writeln!(lines, ",,,empty"),
+            };
+        }
+        lines
+    }
+}
+
+fn cells(by: &Vector3<f64>) -> String {
+    // No minus before zero.
+    let [x, y, z] = [by.x, by.y, by.z].map(|value| (value * 1e5).round() / 1e5 + 0.0);
+    format!("{x:.5},{y:.5},{z:.5}")
+}
+
+/// What to add so that the robot is at a position; `None` where there is no such pose, or where it is so near to a
+/// parallel singularity that the correction there says nothing of those around it.
+fn correction(
+    calibrated: &Robot<f64>,
+    nominal: &Robot<f64>,
+    at: &Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    let joints = calibrated.inverse(at).ok()?;
+    let distance = calibrated.singularity_distance(at, &joints);
+    if !hangs_below(calibrated, at, &joints)
+        || distance.parallel < SingularityDistance::<f64>::LEAST_PARALLEL
+    {
         return None;
     }
-    let which = match nominal.drive() {
-        Drive::Rotary => {
-            let [arm, ..] = ArmShape::all(nominal);
-            format!(
-                " (base less platform radius {:.4}, height {:.4}, upper arm {:.4}, forearm {:.4} mm, first arm at \
-                 {:.4}°, joint angles 0 at {:.4}° above horizontal)",
-                arm.radius,
-                arm.height,
-                arm.upper,
-                arm.lower,
-                degrees(arm.azimuth),
-                degrees(arm.zero)
-            )
-        }
-        Drive::Linear => String::new(),
-    };
-    Some(format!(
-        "The table is right only for a controller that computes with the symmetric robot{which}, for --nominal does not \
-         name the controller's own."
-    ))
-}
-
-/// A row for each node.
-fn lines(finished: &Finished, drive: Drive) -> String {
-    let table = &finished.table;
-    // To 1e-5 mm, or to 1e-7°, which are 1e-6 mm half a metre away.
-    let (names, digits) = match (table.kind, drive) {
-        (Kind::Position, _) => ("dx_mm,dy_mm,dz_mm", 5),
-        (Kind::Joint, Drive::Rotary) => ("dq1_deg,dq2_deg,dq3_deg", 7),
-        (Kind::Joint, Drive::Linear) => ("ds1_mm,ds2_mm,ds3_mm", 5),
-    };
-    let number = |value: f64| {
-        let text = format!("{value:.digits$}");
-        match text.strip_prefix('-') {
-            Some(zero) if zero.bytes().all(|byte| matches!(byte, b'0' | b'.')) => zero.to_owned(),
-            _ => text,
-        }
-    };
-    let mut lines = format!("x_mm,y_mm,z_mm,{names},node\n");
-    for (node, index) in table.nodes.iter().zip(0..) {
-        let at = table.grid.position(index).map(|value| value + 0.0);
-        let values = match node {
-            Node::Computed(by) | Node::Extrapolated(by) => [by.x, by.y, by.z].map(number).join(","),
-            Node::Empty => ",,".to_owned(),
-        };
-        let _ = writeln!(lines, "{},{},{},{values},{}", at.x, at.y, at.z, node.name());
-    }
-    lines
+    Some(nominal.forward(&joints).ok()? - at)
 }

@@ -1,9 +1,8 @@
 //! A target's parameters and a frame, fitted so that the robot is where it is wanted.
 
-use super::frame::Frame;
-use super::geometry::{Each, Geometry, Holds};
-use super::loss::reached;
-use super::wanted::Wanted;
+use super::geometry::{Each, Frame, Free, Geometry, Holds};
+use super::positions::{Wanted, reached};
+use delta_cal::robot::Drive;
 use delta_cal::{Robot, Tolerance};
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -13,6 +12,10 @@ use nalgebra::{DMatrix, DVector, Vector3};
 const PRIOR: f64 = 0.002;
 /// The unit of a turn of the frame, radians.
 const TURN: f64 = 1e-2;
+/// Fewer positions determine no fit.
+pub(super) const LEAST_POSITIONS: usize = 20;
+/// An error of a printer's height counts so many times as much as one along x or y: the first layer depends on it.
+const FIRST_LAYER: f64 = 10.0;
 /// A step for derivatives: of a shift in mm, of a turn in its unit, of a parameter in σ.
 const STEP: f64 = 1e-3;
 /// Steps of the fit, at most.
@@ -22,34 +25,16 @@ const CONVERGED: f64 = 1e-10;
 /// Tries with more damping before the fit ends.
 const DAMPED: u32 = 12;
 
-/// The six numbers of the frame that are fitted.
-const fn frame_is_free(holds: &Holds) -> [bool; 6] {
-    let height = matches!(holds.heights, Each::Fixed);
-    // With azimuths of its own the controller can take the robot's x axis.
-    let turn = holds.fixed_azimuths.is_some();
-    [true, true, height, true, true, turn]
-}
-
-/// What is fitted.
-pub(crate) struct Task<'a> {
-    /// The calibrated robot.
-    pub(crate) calibrated: &'a Robot<f64>,
-    /// Where it is wanted.
-    pub(crate) wanted: &'a Wanted,
-    /// The robot whose inverse kinematics is the controller's, at these changes of its parameters in σ.
-    pub(crate) controller: &'a dyn Fn(&[f64]) -> Option<Robot<f64>>,
-    /// How many parameters there are.
-    pub(crate) parameters: usize,
-    /// Where the fit of the frame starts.
-    pub(crate) frame: Frame,
-    /// Which of its shifts and turns are fitted.
-    pub(crate) frame_free: [bool; 6],
-    /// By what an error along z counts more than one along x or y.
-    pub(crate) height_weight: f64,
-}
-
 struct Problem<'a> {
-    task: &'a Task<'a>,
+    calibrated: &'a Robot<f64>,
+    start: Geometry,
+    free: Vec<Free>,
+    /// Where the fit of the frame starts.
+    frame: Frame,
+    /// Which of its shifts and turns are fitted.
+    frame_free: [bool; 6],
+    /// By what an error along z counts more than one along x or y.
+    height_weight: f64,
     /// In the controller's frame.
     commanded: Vec<Vector3<f64>>,
     prior: f64,
@@ -57,9 +42,9 @@ struct Problem<'a> {
 
 impl Problem<'_> {
     fn frame(&self, unknowns: &[f64]) -> Frame {
-        let mut frame = self.task.frame;
-        let mut others = unknowns.iter().skip(self.task.parameters);
-        for (index, free) in self.task.frame_free.into_iter().enumerate() {
+        let mut frame = self.frame;
+        let mut others = unknowns.iter().skip(self.free.len());
+        for (index, free) in self.frame_free.into_iter().enumerate() {
             if !free {
                 continue;
             }
@@ -75,15 +60,15 @@ impl Problem<'_> {
 
     /// Three a position, and one a parameter. `None` where a position is out of reach.
     fn residuals(&self, unknowns: &[f64]) -> Option<DVector<f64>> {
-        let parameters = self.task.parameters;
-        let controller = (self.task.controller)(unknowns.get(..parameters)?)?;
+        let parameters = self.free.len();
+        let controller = self.start.changed(&self.free, unknowns).robot().ok()?;
         let transform = self.frame(unknowns).transform();
         let positions = 3 * self.commanded.len();
         let mut residuals = DVector::zeros(positions + parameters);
         for (index, at) in self.commanded.iter().enumerate() {
-            let is = reached(self.task.calibrated, &controller, at)?;
+            let is = reached(self.calibrated, &controller, at)?;
             let mut off = transform.apply(&is) - at;
-            off.z *= self.task.height_weight;
+            off.z *= self.height_weight;
             residuals.fixed_rows_mut::<3>(3 * index).copy_from(&off);
         }
         for (index, by) in unknowns.iter().take(parameters).enumerate() {
@@ -107,7 +92,9 @@ impl Problem<'_> {
     }
 
     /// Levenberg and Marquardt's method.
-    fn solve(&self, unknowns: usize) -> Option<Vec<f64>> {
+    fn solve(&self) -> Option<Vec<f64>> {
+        let of_frame = self.frame_free.iter().filter(|free| **free).count();
+        let unknowns = self.free.len() + of_frame;
         let mut at = vec![0.0; unknowns];
         let mut residuals = self.residuals(&at)?;
         let mut damping = 1e-6;
@@ -144,64 +131,44 @@ impl Problem<'_> {
     }
 }
 
-/// The changes of the parameters, in σ, and the frame with which the calibrated robot is nearest to where it is
-/// wanted. `None` if the controller's kinematics does not reach the positions from where the fit starts.
-pub(crate) fn solve(task: &Task<'_>) -> Option<(Vec<f64>, Frame)> {
-    let transform = task.frame.transform();
-    let mut unknowns = vec![0.0; task.parameters];
-    let controller = (task.controller)(&unknowns)?;
-    let commanded: Vec<_> = task
-        .wanted
-        .fitted
-        .iter()
-        .map(|at| transform.apply(at))
-        .filter(|at| reached(task.calibrated, &controller, at).is_some())
+/// The parameters and the frame with which the calibrated robot is nearest to where it is wanted, as they are written.
+/// `frame` is where the fit of the frame starts. With a `level` the robot's z is the controller's after that frame.
+/// `None` if the target's kinematics does not reach the positions from where the fit starts.
+pub(super) fn fit(
+    (calibrated, tolerance): (&Robot<f64>, &Tolerance<f64>),
+    (start, holds): (Geometry, &Holds),
+    (frame, level): (Frame, bool),
+    wanted: &Wanted,
+) -> Option<(Geometry, Frame)> {
+    let free = start.free(holds, tolerance);
+    // The heights of the arms hold that of the frame, azimuths of their own its turn about z.
+    let height = holds.heights == Each::Fixed;
+    let turn = holds.fixed_azimuths.is_some();
+    let transform = frame.transform();
+    let controller = start.robot().ok()?;
+    let commanded = wanted.fitted.iter().map(|at| transform.apply(at));
+    let commanded: Vec<_> = commanded
+        .filter(|at| reached(calibrated, &controller, at).is_some())
         .collect();
-    if commanded.len() < 20 {
+    if commanded.len() < LEAST_POSITIONS {
         return None;
     }
     #[allow(clippy::cast_precision_loss)] // some hundreds
     let prior = PRIOR * (commanded.len() as f64).sqrt();
     let problem = Problem {
-        task,
+        calibrated,
+        start,
+        free,
+        frame,
+        frame_free: [true, true, height, !level, !level, turn],
+        height_weight: match start.drive {
+            Drive::Linear => FIRST_LAYER,
+            Drive::Rotary => 1.0,
+        },
         commanded,
         prior,
     };
-    let of_frame = task.frame_free.iter().filter(|free| **free).count();
-    let solution = problem.solve(task.parameters + of_frame)?;
-    let frame = problem.frame(&solution);
-    unknowns.copy_from_slice(solution.get(..task.parameters)?);
-    Some((unknowns, frame))
-}
-
-/// The parameters and the frame with which the calibrated robot is nearest to where it is wanted.
-/// `None` if the target's kinematics does not reach the positions from where the fit starts. `level`: the robot's z
-/// is the controller's.
-pub(crate) fn fit(
-    calibrated: &Robot<f64>,
-    start: Geometry,
-    holds: &Holds,
-    tolerance: &Tolerance<f64>,
-    (height, level): (f64, bool),
-    wanted: &Wanted,
-) -> Option<(Geometry, Frame)> {
-    let free = Geometry::free(holds, tolerance);
-    let [x, y, z, turn_x, turn_y, turn_z] = frame_is_free(holds);
-    let (changes, frame) = solve(&Task {
-        calibrated,
-        wanted,
-        controller: &|by| start.changed(&free, by).robot().ok(),
-        parameters: free.len(),
-        frame: Frame {
-            shift: match holds.heights {
-                Each::Fixed => Vector3::zeros(),
-                _ => Vector3::new(0.0, 0.0, height),
-            },
-            turns: Vector3::new(0.0, 0.0, start.turn),
-        },
-        frame_free: [x, y, z, turn_x && !level, turn_y && !level, turn_z],
-        height_weight: 1.0,
-    })?;
-    let geometry = start.changed(&free, &changes);
-    Some((geometry.rounded(), frame.rounded()))
+    let solution = problem.solve()?;
+    let geometry = start.changed(&problem.free, &solution);
+    Some((geometry.rounded(), problem.frame(&solution).rounded()))
 }

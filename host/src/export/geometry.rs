@@ -1,9 +1,176 @@
-//! What a controller holds: which lengths and angles, for each arm or for all.
+//! An arm or a tower in the terms that controllers use, and what a controller holds of three of them.
 
-use super::nominal::{counter_clockwise, first_azimuth};
-use super::shape::{ArmShape, within_half_turn};
-use delta_cal::robot::{GeometryError, ParameterKind};
-use delta_cal::{Robot, Tolerance};
+use delta_cal::frame::RigidTransform;
+use delta_cal::robot::{Arm, Drive, GeometryError};
+use delta_cal::{ArmIndex, Parameter, Robot, Tolerance};
+use nalgebra::{Rotation3, Vector2, Vector3};
+use std::f64::consts::TAU;
+
+/// Where the towers of a printer usually stand, degrees.
+pub(crate) const USUAL_TOWERS: [f64; 3] = [210.0, 330.0, 90.0];
+/// Towers within this of the usual azimuths are taken to stand there before calibration, radians.
+const USUAL: f64 = 0.1;
+
+/// An arm in cylindrical terms: lengths in mm, angles in radians.
+///
+/// With (r, t) the motor axis' point along and across the azimuth, the elbow stands at radius r + U cos(q − φ), at
+/// the side t and at height h − U sin(q − φ), all tilted by α. Of an upright tower r, h and L count: the rod's upper
+/// end is at radius r and height h + s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shape {
+    /// θ: the azimuth of the arm's plane or of the tower.
+    pub azimuth: f64,
+    /// r: the motor axis or tower from the z axis, platform offset subtracted.
+    pub radius: f64,
+    /// t: the motor axis across the azimuth.
+    pub side: f64,
+    /// h: the height of the motor axis, or of the rod's upper end at travel 0.
+    pub height: f64,
+    /// α: the tilt of the motor axis.
+    pub tilt: f64,
+    /// U: the upper arm.
+    pub upper: f64,
+    /// φ: the joint angle at which the upper arm is level.
+    pub zero: f64,
+    /// L: the forearm or rod.
+    pub lower: f64,
+}
+
+impl Shape {
+    /// Of an arm that a motor turns.
+    fn of_arm(arm: &Arm<f64>) -> Self {
+        let [dx, dy, height, azimuth, tilt, la_x, la_y, lower] = arm.parameters();
+        let (sin, cos) = azimuth.sin_cos();
+        Self {
+            azimuth,
+            radius: dx * cos + dy * sin,
+            side: dy * cos - dx * sin,
+            height,
+            tilt,
+            upper: la_x.hypot(la_y),
+            zero: la_y.atan2(la_x),
+            lower,
+        }
+    }
+
+    /// The three arms of a robot. Towers are taken upright where the carriages are at `joints`; `frame` takes the
+    /// robot's frame to the controller's, and its z axis passes through the centre of the towers.
+    pub fn all(robot: &Robot<f64>, joints: &[f64; 3], frame: &RigidTransform<f64>) -> [Self; 3] {
+        if robot.drive() == Drive::Rotary {
+            return ArmIndex::ALL.map(|index| Self::of_arm(robot.arm(index)));
+        }
+        let carriages =
+            ArmIndex::ALL.map(|index| frame.apply(&robot.arm(index).elbow(joints[index.index()])));
+        let centre = centre(carriages.map(|at| at.xy()));
+        ArmIndex::ALL.map(|index| {
+            let at = carriages[index.index()];
+            let out = at.xy() - centre;
+            Self {
+                azimuth: out.y.atan2(out.x),
+                radius: out.norm(),
+                side: 0.0,
+                height: at.z - joints[index.index()],
+                tilt: 0.0,
+                upper: 0.0,
+                zero: 0.0,
+                lower: robot.arm(index).lb(),
+            }
+        })
+    }
+
+    fn arm(&self, drive: Drive) -> Result<Arm<f64>, GeometryError> {
+        let (sin, cos) = self.azimuth.sin_cos();
+        let x = self.radius * cos - self.side * sin;
+        let y = self.radius * sin + self.side * cos;
+        let (la_y, la_x) = self.zero.sin_cos();
+        let (la_x, la_y) = (self.upper * la_x, self.upper * la_y);
+        match drive {
+            Drive::Linear => Arm::linear([x, y, self.height, 0.0, 0.0, 1.0, self.lower]),
+            Drive::Rotary => Arm::new([
+                x,
+                y,
+                self.height,
+                self.azimuth,
+                self.tilt,
+                la_x,
+                la_y,
+                self.lower,
+            ]),
+        }
+    }
+}
+
+/// The robot with these arms.
+fn robot([a, b, c]: &[Shape; 3], drive: Drive) -> Result<Robot<f64>, GeometryError> {
+    Robot::new([a.arm(drive)?, b.arm(drive)?, c.arm(drive)?])
+}
+
+fn mean(arms: &[Shape; 3], value: fn(&Shape) -> f64) -> f64 {
+    arms.iter().map(value).sum::<f64>() / 3.0
+}
+
+/// Of the circle through three points; their mean if they are on one line.
+fn centre([a, b, c]: [Vector2<f64>; 3]) -> Vector2<f64> {
+    let (u, v) = (b - a, c - a);
+    let twice = 2.0 * u.perp(&v);
+    if !(twice.abs() > 1e-6 * u.norm() * v.norm()) {
+        return (a + b + c) / 3.0;
+    }
+    let (uu, vv) = (u.norm_squared(), v.norm_squared());
+    a + Vector2::new(v.y * uu - u.y * vv, u.x * vv - v.x * uu) / twice
+}
+
+/// The same angle in (−π, π].
+pub(crate) fn within_half_turn(angle: f64) -> f64 {
+    let (sin, cos) = angle.sin_cos();
+    sin.atan2(cos)
+}
+
+/// The angle between consecutive arms of three that are evenly spaced and numbered as these, radians.
+fn spacing(arms: &[Shape; 3]) -> f64 {
+    let [first, second, _] = arms;
+    let counter_clockwise = within_half_turn(second.azimuth - first.azimuth) >= 0.0;
+    (if counter_clockwise { TAU } else { -TAU }) / 3.0
+}
+
+/// The azimuths of the three evenly spaced arms that are nearest to these, radians.
+pub(super) fn even_azimuths(arms: &[Shape; 3]) -> [f64; 3] {
+    let step = spacing(arms);
+    let (mut sine, mut cosine) = (0.0, 0.0);
+    for (number, arm) in [0.0, 1.0, 2.0].into_iter().zip(arms) {
+        let (sin, cos) = (arm.azimuth - number * step).sin_cos();
+        sine += sin;
+        cosine += cos;
+    }
+    [0.0, 1.0, 2.0].map(|number| within_half_turn(sine.atan2(cosine) + number * step))
+}
+
+/// The robot with three equal arms 120° apart that is nearest to these: its lengths are their means. Towers that
+/// stand near 210°, 330° and 90° are taken to stand there.
+///
+/// # Errors
+/// The means are no robot.
+pub fn nearest_symmetric(arms: &[Shape; 3], drive: Drive) -> Result<Robot<f64>, GeometryError> {
+    let usual = USUAL_TOWERS.map(f64::to_radians);
+    let mut pairs = usual.iter().zip(arms);
+    let near = pairs.all(|(usual, arm)| within_half_turn(arm.azimuth - usual).abs() < USUAL);
+    let azimuths = if drive == Drive::Linear && near {
+        usual
+    } else {
+        even_azimuths(arms)
+    };
+    let even = azimuths.map(|azimuth| Shape {
+        azimuth,
+        radius: mean(arms, |arm| arm.radius),
+        side: 0.0,
+        height: mean(arms, |arm| arm.height),
+        tilt: 0.0,
+        upper: mean(arms, |arm| arm.upper),
+        zero: mean(arms, |arm| arm.zero),
+        lower: mean(arms, |arm| arm.lower),
+    });
+    robot(&even, drive)
+}
 
 /// How a controller holds one kind of parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,57 +183,70 @@ pub enum Each {
     Fixed,
 }
 
-/// What a controller holds. What is not named here (the side, the tilt) no controller holds.
+/// What a controller holds. What is not named here (the side, tilts, scales) no controller holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Holds {
     /// The azimuths of the motors, if the controller's source fixes them, in degrees; otherwise it
     /// holds one for each arm.
     pub fixed_azimuths: Option<[f64; 3]>,
-    /// Radii of the motor axes less that of the platform.
+    /// Radii of the motor axes or towers less that of the platform.
     pub radii: Each,
-    /// Heights of the motor axes.
+    /// Heights of the motor axes; of towers the travels' zeros.
     pub heights: Each,
     /// Upper arms.
     pub upper: Each,
-    /// Forearms.
+    /// Forearms or rods.
     pub lower: Each,
     /// Joint zeros.
     pub zeros: Each,
 }
 
+/// Every controller of a robot with towers: one radius, and azimuth, rod and end stop of each tower.
+pub(crate) const TOWERS: Holds = Holds {
+    fixed_azimuths: None,
+    radii: Each::Shared,
+    heights: Each::Arm,
+    upper: Each::Fixed,
+    lower: Each::Arm,
+    zeros: Each::Fixed,
+};
+
 impl Holds {
+    fn fields(&self) -> [(Field, Each); 6] {
+        let azimuths = if self.fixed_azimuths.is_none() {
+            Each::Arm
+        } else {
+            Each::Fixed
+        };
+        [
+            (Field::Azimuth, azimuths),
+            (Field::Radius, self.radii),
+            (Field::Height, self.heights),
+            (Field::Upper, self.upper),
+            (Field::Lower, self.lower),
+            (Field::Zero, self.zeros),
+        ]
+    }
+
     /// How many numbers the fit determines, without the frame.
     pub fn count(&self) -> usize {
-        let azimuths = if self.fixed_azimuths.is_none() { 3 } else { 0 };
-        let others = [self.radii, self.heights, self.upper, self.lower, self.zeros];
-        let of = |each: Each| match each {
+        let counts = self.fields().map(|(_, each)| match each {
             Each::Arm => 3,
             Each::Shared => 1,
             Each::Fixed => 0,
-        };
-        azimuths + others.into_iter().map(of).sum::<usize>()
+        });
+        counts.into_iter().sum()
     }
-}
-
-/// The arms as a controller has them, in the order of the robot's joints.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Geometry {
-    /// Side and tilt are zero.
-    pub arms: [ArmShape; 3],
-    /// `motors[k]` is the arm, counted from 0, that the controller's motor k drives.
-    pub motors: [usize; 3],
-    /// The turn about z from the robot's frame to the controller's, radians.
-    pub turn: f64,
 }
 
 /// A number that the fit may change.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Free {
+pub(super) struct Free {
     field: Field,
     /// `None` for all arms.
     arm: Option<usize>,
     /// One σ: mm or radians.
-    pub(crate) sigma: f64,
+    sigma: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -80,7 +260,7 @@ enum Field {
 }
 
 impl Field {
-    const fn of(self, arm: &mut ArmShape) -> &mut f64 {
+    const fn of(self, arm: &mut Shape) -> &mut f64 {
         match self {
             Self::Azimuth => &mut arm.azimuth,
             Self::Radius => &mut arm.radius,
@@ -90,106 +270,107 @@ impl Field {
             Self::Zero => &mut arm.zero,
         }
     }
+}
 
-    const fn kind(self) -> ParameterKind {
-        match self {
-            Self::Azimuth | Self::Zero => ParameterKind::Angle,
-            _ => ParameterKind::Length,
-        }
-    }
+/// The arms as a controller has them, in the order of the robot's joints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Geometry {
+    /// What moves the elbows.
+    pub drive: Drive,
+    /// Side and tilt are zero.
+    pub arms: [Shape; 3],
+    /// `motors[k]` is the arm, counted from 0, that the controller's motor k drives.
+    pub motors: [usize; 3],
+    /// The turn about z from the robot's frame to the controller's, radians.
+    pub turn: f64,
 }
 
 impl Geometry {
     /// The calibrated arms as far as the controller holds them, the mean where it has one value for all.
     /// `height` is the height of the robot's origin in the controller's frame, mm.
-    pub fn start(arms: &[ArmShape; 3], holds: &Holds, height: f64) -> Self {
+    pub fn start(drive: Drive, arms: &[Shape; 3], holds: &Holds, height: f64) -> Self {
         let mut own = *arms;
         let mut motors = [0, 1, 2];
         let mut turn = 0.0;
-        let first = first_azimuth(arms);
         if let Some(fixed) = holds.fixed_azimuths {
             let fixed = fixed.map(f64::to_radians);
-            let [zeroth, one, _] = fixed;
-            if (within_half_turn(one - zeroth) >= 0.0) != counter_clockwise(arms) {
+            if within_half_turn(fixed[1] - fixed[0]).signum() != spacing(arms).signum() {
                 motors = [0, 2, 1];
             }
-            turn = within_half_turn(zeroth - first);
+            turn = within_half_turn(fixed[0] - even_azimuths(arms)[0]);
             for (azimuth, arm) in fixed.into_iter().zip(motors) {
                 own[arm].azimuth = azimuth;
             }
         }
-        let mean = |value: fn(&ArmShape) -> f64| arms.iter().map(value).sum::<f64>() / 3.0;
-        let held = |each: Each, own: f64, mean: f64, fixed: f64| match each {
+        let held = |each: Each, own: f64, value: fn(&Shape) -> f64| match each {
             Each::Arm => own,
-            Each::Shared => mean,
-            Each::Fixed => fixed,
+            Each::Shared => mean(arms, value),
+            Each::Fixed => 0.0,
         };
         for arm in &mut own {
             arm.side = 0.0;
             arm.tilt = 0.0;
-            arm.radius = held(holds.radii, arm.radius, mean(|arm| arm.radius), 0.0);
-            let at = height + arm.height;
-            arm.height = held(holds.heights, at, height + mean(|arm| arm.height), 0.0);
-            arm.upper = held(holds.upper, arm.upper, mean(|arm| arm.upper), 0.0);
-            arm.lower = held(holds.lower, arm.lower, mean(|arm| arm.lower), 0.0);
-            arm.zero = held(holds.zeros, arm.zero, mean(|arm| arm.zero), 0.0);
+            arm.radius = held(holds.radii, arm.radius, |arm| arm.radius);
+            arm.height = match holds.heights {
+                Each::Fixed => 0.0,
+                each => height + held(each, arm.height, |arm| arm.height),
+            };
+            arm.upper = held(holds.upper, arm.upper, |arm| arm.upper);
+            arm.lower = held(holds.lower, arm.lower, |arm| arm.lower);
+            arm.zero = held(holds.zeros, arm.zero, |arm| arm.zero);
         }
         Self {
+            drive,
             arms: own,
             motors,
             turn,
         }
     }
 
-    /// The robot whose inverse kinematics is the controller's, with the robot's joint angles.
+    /// The robot whose inverse kinematics is the controller's, with the robot's joints.
     ///
     /// # Errors
     /// The lengths and angles are no robot.
     pub fn robot(&self) -> Result<Robot<f64>, GeometryError> {
-        Robot::from_parameters(self.arms.map(|arm| arm.parameters()))
-    }
-
-    /// The arm that the controller's motor drives.
-    pub fn arm_of_motor(&self, motor: usize) -> &ArmShape {
-        let [first, second, third] = &self.arms;
-        match self.motors.get(motor) {
-            Some(0) => first,
-            Some(1) => second,
-            _ => third,
-        }
+        robot(&self.arms, self.drive)
     }
 
     /// The arms in the order of the controller's motors.
-    pub fn by_motor(&self) -> [&ArmShape; 3] {
-        [0, 1, 2].map(|motor| self.arm_of_motor(motor))
+    pub fn by_motor(&self) -> [&Shape; 3] {
+        let [first, second, third] = &self.arms;
+        self.motors.map(|arm| match arm {
+            0 => first,
+            1 => second,
+            _ => third,
+        })
     }
 
-    pub(crate) fn free(holds: &Holds, tolerance: &Tolerance<f64>) -> Vec<Free> {
-        let azimuths = if holds.fixed_azimuths.is_none() {
-            Each::Arm
-        } else {
-            Each::Fixed
-        };
-        let fields = [
-            (Field::Azimuth, azimuths),
-            (Field::Radius, holds.radii),
-            (Field::Height, holds.heights),
-            (Field::Upper, holds.upper),
-            (Field::Lower, holds.lower),
-            (Field::Zero, holds.zeros),
-        ];
+    /// What a controller of towers adds to 210°, 330° and 90°, radians.
+    pub(super) fn tower_corrections(&self) -> [f64; 3] {
+        let mut corrections = self.arms.map(|arm| arm.azimuth);
+        for (own, usual) in corrections.iter_mut().zip(USUAL_TOWERS) {
+            *own = within_half_turn(*own - usual.to_radians());
+        }
+        corrections
+    }
+
+    /// What the fit may change.
+    pub(super) fn free(&self, holds: &Holds, tolerance: &Tolerance<f64>) -> Vec<Free> {
+        let length = tolerance.of(Parameter::Lb);
+        let angle = tolerance.of(Parameter::Theta);
+        let radius = self.arms[0].radius;
         let mut free = Vec::new();
-        for (field, each) in fields {
+        for (field, each) in holds.fields() {
             let arms: &[Option<usize>] = match each {
                 Each::Arm => &[Some(0), Some(1), Some(2)],
                 Each::Shared => &[None],
                 Each::Fixed => &[],
             };
-            let sigma = match field.kind() {
-                ParameterKind::Length => tolerance.of(delta_cal::Parameter::Lb),
-                ParameterKind::Angle | ParameterKind::Ratio => {
-                    tolerance.of(delta_cal::Parameter::Theta)
-                }
+            let sigma = match (field, self.drive) {
+                (Field::Azimuth, Drive::Linear) => length / radius.max(1.0),
+                (Field::Height, Drive::Linear) => tolerance.of(Parameter::Zero),
+                (Field::Azimuth | Field::Zero, _) => angle,
+                _ => length,
             };
             free.extend(arms.iter().map(|arm| Free {
                 field,
@@ -201,7 +382,7 @@ impl Geometry {
     }
 
     /// With these changes, in σ.
-    pub(crate) fn changed(mut self, free: &[Free], by: &[f64]) -> Self {
+    pub(super) fn changed(mut self, free: &[Free], by: &[f64]) -> Self {
         for (own, by) in free.iter().zip(by) {
             for (index, arm) in self.arms.iter_mut().enumerate() {
                 if own.arm.is_none_or(|only| only == index) {
@@ -213,17 +394,66 @@ impl Geometry {
     }
 
     /// As it is written: lengths to 0.0001 mm, angles to 0.0001°.
-    pub(crate) fn rounded(mut self) -> Self {
-        let length = |value: &mut f64| *value = (*value * 1e4).round() / 1e4;
+    pub(super) fn rounded(mut self) -> Self {
         for arm in &mut self.arms {
-            length(&mut arm.radius);
-            length(&mut arm.height);
-            length(&mut arm.upper);
-            length(&mut arm.lower);
+            for length in [
+                &mut arm.radius,
+                &mut arm.height,
+                &mut arm.upper,
+                &mut arm.lower,
+            ] {
+                *length = to_decimals(*length);
+            }
             for angle in [&mut arm.azimuth, &mut arm.zero] {
-                *angle = ((angle.to_degrees() * 1e4).round() / 1e4).to_radians();
+                *angle = to_decimals(angle.to_degrees()).to_radians();
             }
         }
         self
+    }
+}
+
+/// To 4 decimals.
+pub(super) fn to_decimals(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4 + 0.0
+}
+
+/// A rigid motion: a position x in the calibrated robot's frame is at R x + (x, y, z) in the controller's, with
+/// R = Rz Ry Rx.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Frame {
+    /// The shift, mm.
+    pub shift: Vector3<f64>,
+    /// The turns about x, y and z, radians.
+    pub turns: Vector3<f64>,
+}
+
+impl Frame {
+    /// R and the shift.
+    pub fn transform(&self) -> RigidTransform<f64> {
+        let [x, y, z] = [self.turns.x, self.turns.y, self.turns.z];
+        RigidTransform {
+            rotation: Rotation3::from_euler_angles(x, y, z).into_inner(),
+            translation: self.shift,
+        }
+    }
+
+    /// The least turn after which z is the height above a plane, `normal · x − offset`.
+    pub fn on_plane(normal: &Vector3<f64>, offset: f64) -> Self {
+        let turn = Rotation3::rotation_between(normal, &Vector3::z()).unwrap_or_default();
+        let (x, y, z) = turn.euler_angles();
+        Self {
+            shift: Vector3::new(0.0, 0.0, -offset),
+            turns: Vector3::new(x, y, z),
+        }
+    }
+
+    /// As it is stated: to 0.0001 mm and 0.0001°.
+    pub(super) fn rounded(&self) -> Self {
+        Self {
+            shift: self.shift.map(to_decimals),
+            turns: self
+                .turns
+                .map(|turn| to_decimals(turn.to_degrees()).to_radians()),
+        }
     }
 }

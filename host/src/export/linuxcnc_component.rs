@@ -1,17 +1,32 @@
 //! All 24 parameters for LinuxCNC: the pins of the component `deltacalkins` (`c/linuxcnc`).
 
 use super::error::ExportError;
-use super::exported::{Content, Export};
-use super::loss::Loss;
-use super::target::{Entry, Written, decimals};
-use super::wanted::Wanted;
+use super::target::{Content, Entry, Target, Written, decimals};
 use crate::files::robot_file::RobotFile;
 use crate::text::units::degrees;
-use delta_cal::frame::RigidTransform;
-use delta_cal::robot::ParameterKind;
+use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{Parameter, Robot};
 use delta_cal_protocol::Geometry;
 use std::fmt::Write;
+
+/// `deltacalkins`.
+pub(super) const COMPONENT: Target = Target {
+    name: "linuxcnc-component",
+    title: "LinuxCNC deltacalkins",
+    drive: Some(Drive::Rotary),
+    content: Content::Everything,
+    comment: "#",
+    conventions: &[
+        "joints 0, 1 and 2 drive arms 1, 2 and 3, in degrees, as the robot file counts them: 0 where La has it, \
+         positive with the elbow down",
+        "X, Y and Z are those of the platform point in the robot's frame; a calibration in another frame moves the \
+         work offset",
+        "HOME_OFFSET is the joint's angle at its home switch in the same count; a calibration does not change it",
+        "with LINEAR_UNITS = inch: setp deltacalkins.units-per-mm 0.03937007874015748, before the revision",
+    ],
+    source: "c/linuxcnc/deltacalkins.comp and docs/linuxcnc.md of delta-cal",
+    alternative: "a correction table (--for correction-table), which holds transmissions as well",
+};
 
 /// Digits after the decimal point, of mm and degrees: 1e-9° are 1e-8 mm at the end of half a metre.
 const DIGITS: usize = 9;
@@ -19,81 +34,46 @@ const DIGITS: usize = 9;
 /// The pins, in the order of `Parameter::ROTARY`.
 const PINS: [&str; 8] = ["dx", "dy", "dz", "theta", "alpha", "la-x", "la-y", "lb"];
 
-/// A file of `setp` lines. `home`: the joint angle of each arm at its home switch, radians, if it is stated.
-pub(super) fn export(
+/// A file of `setp` lines, and the robot that it holds. `home`: the joint angle of each arm at its home switch,
+/// radians, if it is stated.
+pub(super) fn write(
     robot: &RobotFile,
-    wanted: &Wanted,
     home: Option<[f64; 3]>,
-) -> Result<Export, ExportError> {
-    let mut entries = Vec::new();
-    let mut lines = String::new();
-    let mut written = robot.robot.parameters();
-    for (arm, number) in written.iter_mut().zip(1..) {
+) -> Result<(Written, Robot<f64>), ExportError> {
+    let mut written = Written::default();
+    let mut arms = robot.robot.parameters();
+    for (arm, number) in arms.iter_mut().zip(1..) {
         for ((value, parameter), pin) in arm.iter_mut().zip(Parameter::ROTARY).zip(PINS) {
-            let (text, unit) = match parameter.kind() {
-                ParameterKind::Angle => (text(degrees(*value)), "deg"),
-                ParameterKind::Length | ParameterKind::Ratio => (text(*value), "mm"),
-            };
-            let rounded: f64 = text.parse().unwrap_or(*value);
-            *value = match unit {
-                "deg" => rounded.to_radians(),
-                _ => rounded,
-            };
             let name = format!("deltacalkins.arm{number}.{pin}");
-            let _ = writeln!(lines, "setp {name} {text}");
-            entries.push(Entry {
+            let angle = parameter.kind() == ParameterKind::Angle;
+            let text = text(if angle { degrees(*value) } else { *value });
+            let rounded: f64 = text.parse().unwrap_or(*value);
+            let _ = writeln!(written.lines, "setp {name} {text}");
+            *value = if angle { rounded.to_radians() } else { rounded };
+            written.entries.push(Entry {
                 name,
                 value: rounded,
-                unit,
+                unit: if angle { "deg" } else { "mm" },
             });
         }
     }
-    lines.push_str("# Last: takes over what stands above. Other parameters have another number.\n");
-    let revision = Geometry {
-        arms: written,
+    let geometry = Geometry {
+        arms,
         transmissions: None,
     };
-    let revision = revision.fingerprint().max(1);
-    let _ = writeln!(lines, "setp deltacalkins.revision {revision}");
-    lines.push_str(&ini(robot, home));
-    let written = Robot::from_parameters(written).map_err(|_| ExportError::Unreached)?;
-    let loss = Loss::of_controller(&robot.robot, &written, &RigidTransform::default(), wanted);
-    Ok(Export {
-        name: "linuxcnc-component",
-        title: "LinuxCNC deltacalkins",
-        comment: "#",
-        content: Content::Everything,
-        written: Written {
-            entries,
-            lines,
-            warnings: Vec::new(),
-        },
-        frame: None,
-        loss,
-        uncalibrated: loss,
-        uncalibrated_moved: loss,
-        within: None,
-        controller: None,
-        conventions: vec![
-            "joints 0, 1 and 2 drive arms 1, 2 and 3, in degrees, as the robot file counts their angles: 0 where La \
-             has it, positive with the elbow down",
-            "X, Y and Z are those of the platform point in the robot's frame; a calibration in another frame moves the \
-             work offset",
-            "HOME_OFFSET is the joint's angle at its home switch in the same count; a calibration does not change it",
-            "with LINEAR_UNITS = inch: setp deltacalkins.units-per-mm 0.03937007874015748, before the revision",
-        ],
-        source: "c/linuxcnc/deltacalkins.comp and docs/linuxcnc.md of delta-cal",
-        alternative: if robot
-            .robot
-            .arms()
-            .iter()
-            .all(|arm| arm.transmission().is_none())
-        {
-            "nothing is lost"
-        } else {
-            "the component knows no transmissions; --for correction-table holds them as well"
-        },
-    })
+    let _ = writeln!(
+        written.lines,
+        "# Last: takes over the values above. Other parameters have another number.\nsetp deltacalkins.revision {}",
+        geometry.fingerprint().max(1)
+    );
+    ini(&mut written.lines, robot, home);
+    let mut own = robot.robot.arms().iter();
+    if own.any(|arm| arm.transmission().is_some()) {
+        let warning = "The component has no transmissions: those of the robot file are lost.";
+        written.warnings.push(warning.to_owned());
+    }
+    let held = Robot::from_parameters(arms).map_err(|_| ExportError::Unreached)?;
+    Ok((written, held))
 }
 
 fn text(value: f64) -> String {
@@ -107,17 +87,16 @@ fn text(value: f64) -> String {
 }
 
 /// The lines for the INI file, as comments: the file itself is a HAL file.
-fn ini(robot: &RobotFile, home: Option<[f64; 3]>) -> String {
-    let mut lines = String::from(
+fn ini(lines: &mut String, robot: &RobotFile, home: Option<[f64; 3]>) {
+    lines.push_str(
         "#\n# In the INI file:\n#\n# [KINS]\n# KINEMATICS = deltacalkins\n# JOINTS = 3\n",
     );
-    let [low, high] = [robot.limits.minimum(), robot.limits.maximum()].map(f64::to_degrees);
+    let limits = [robot.limits.minimum(), robot.limits.maximum()];
+    let [low, high] = limits.map(|limit| decimals(limit.to_degrees()));
     for joint in 0..3 {
         let _ = write!(
             lines,
-            "#\n# [JOINT_{joint}]\n# TYPE = ANGULAR\n# MIN_LIMIT = {}\n# MAX_LIMIT = {}\n",
-            decimals(low),
-            decimals(high)
+            "#\n# [JOINT_{joint}]\n# TYPE = ANGULAR\n# MIN_LIMIT = {low}\n# MAX_LIMIT = {high}\n"
         );
         if let Some(home) = home {
             let _ = writeln!(
@@ -127,5 +106,4 @@ fn ini(robot: &RobotFile, home: Option<[f64; 3]>) -> String {
             );
         }
     }
-    lines
 }

@@ -1,8 +1,8 @@
-//! The controllers, one file each.
+//! The controllers: what each holds, its conventions, and its lines.
 
-pub(crate) mod b_and_r;
-pub(crate) mod four_lengths;
-pub(crate) mod klipper;
-pub(crate) mod linuxcnc;
-pub(crate) mod reprapfirmware;
-pub(crate) mod smoothieware;
+pub(super) mod b_and_r;
+pub(super) mod four_lengths;
+pub(super) mod klipper;
+pub(super) mod linuxcnc;
+pub(super) mod marlin;
+pub(super) mod reprapfirmware;

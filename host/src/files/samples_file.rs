@@ -561,32 +561,3 @@ pub fn read_positions(input: &InputText) -> Result<Vec<Row<Vector3<f64>>>, Input
     table.require(&Quantity::COORDINATES)?;
     table.rows(|row| row.numbers(Quantity::COORDINATES).map(Vector3::from))
 }
-
-/// What a row of a path says.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Pose {
-    /// Joint angles, radians.
-    Joints([f64; 3]),
-    /// A position, mm.
-    Position(Vector3<f64>),
-}
-
-/// Reads the joint angles of a file that has them, otherwise its positions.
-///
-/// # Errors
-/// As [`Readings::read`].
-pub(crate) fn read_poses(
-    input: &InputText,
-    limits: &JointLimits<f64>,
-) -> Result<Vec<Row<Pose>>, InputError> {
-    let table = Table::parse(input)?;
-    let joints = table.require(&Quantity::joints(limits.drive()));
-    if joints.is_err() && table.require(&Quantity::COORDINATES).is_ok() {
-        return table.rows(|row| {
-            let position = row.numbers(Quantity::COORDINATES).map(Vector3::from);
-            position.map(Pose::Position)
-        });
-    }
-    joints?;
-    table.rows(|row| row.joints(limits).map(Pose::Joints))
-}

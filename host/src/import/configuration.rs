@@ -1,11 +1,16 @@
 //! A Klipper configuration: the sections that a calibration needs, with those of included files and of the block
 //! that `SAVE_CONFIG` wrote.
 
-use super::pattern::{fits, is_pattern};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+
+/// The files that a line includes, sorted: of the name of the file with the line, and the name or pattern that the
+/// line has.
+pub type Includes<'a> = dyn Fn(&str, &str) -> Result<Vec<InputText>, InputError> + 'a;
+
+/// Files that include each other are not followed further than this.
+const DEEPEST: usize = 64;
 
 /// What is kept of a configuration. Everything else is skipped unread.
 const SECTIONS: [&str; 5] = [
@@ -23,8 +28,9 @@ const SAVED: &str = "#*#";
 pub struct Entry {
     /// As it is written, without comments.
     pub value: String,
+    /// The line in its file.
+    pub line: u64,
     file: String,
-    line: u64,
 }
 
 /// The options of the sections that a calibration needs.
@@ -34,30 +40,29 @@ pub struct Configuration {
     pub name: String,
     entries: BTreeMap<(String, String), Entry>,
     /// Names and lines of includes whose files are not there.
-    missing: Vec<(String, u64)>,
+    pub missing: Vec<(String, u64)>,
 }
 
 impl Configuration {
     /// Reads a file and what it includes.
     ///
     /// # Errors
-    /// A file that cannot be read, files that include each other, or a line of a needed section that is no option.
-    pub fn read(path: &Path) -> Result<Self, InputError> {
-        let text = InputText::from_file(path)?;
+    /// Files that include each other or cannot be read, or a line of a needed section that is no option.
+    pub fn read(text: &InputText, includes: &Includes<'_>) -> Result<Self, InputError> {
         let mut configuration = Self {
             name: text.name().to_owned(),
             entries: BTreeMap::new(),
             missing: Vec::new(),
         };
         let [written, saved] = split(text.text());
-        let mut visited = vec![path.to_owned()];
-        configuration.add(&text, &written, path, &mut visited)?;
+        let mut visited = vec![text.name().to_owned()];
+        configuration.add(text, &written, includes, &mut visited)?;
         // What is written by hand wins over what was saved, as in Klipper.
         let mut of_saved = Self {
             entries: BTreeMap::new(),
             ..configuration.clone()
         };
-        of_saved.add(&text, &saved, path, &mut visited)?;
+        of_saved.add(text, &saved, includes, &mut visited)?;
         for (key, entry) in of_saved.entries {
             configuration.entries.entry(key).or_insert(entry);
         }
@@ -69,8 +74,8 @@ impl Configuration {
         &mut self,
         text: &InputText,
         lines: &[(u64, &str)],
-        path: &Path,
-        visited: &mut Vec<PathBuf>,
+        includes: &Includes<'_>,
+        visited: &mut Vec<String>,
     ) -> Result<(), InputError> {
         let mut section: Option<&str> = None;
         // The option that an indented line continues, and its indentation.
@@ -94,7 +99,7 @@ impl Configuration {
             if let Some(header) = header(value) {
                 last = None;
                 if let Some(wanted) = header.strip_prefix("include ") {
-                    self.include(text, *line, path, wanted.trim(), visited)?;
+                    self.include((text, *line), wanted.trim(), includes, visited)?;
                     section = None;
                 } else {
                     section = SECTIONS.into_iter().find(|own| *own == header);
@@ -127,45 +132,37 @@ impl Configuration {
 
     fn include(
         &mut self,
-        text: &InputText,
-        line: u64,
-        path: &Path,
+        (text, line): (&InputText, u64),
         wanted: &str,
-        visited: &mut Vec<PathBuf>,
+        includes: &Includes<'_>,
+        visited: &mut Vec<String>,
     ) -> Result<(), InputError> {
         let fault = |cause: &str, remedy: &str| {
             InputError::new(text.name(), cause)
                 .at_line(line)
                 .with_remedy(remedy)
         };
-        let found = included(path, wanted);
-        if found.is_empty() && !is_pattern(wanted) {
+        let found = includes(text.name(), wanted).map_err(|_| {
+            fault(
+                "this line includes a file that cannot be read as text",
+                "check the file and its permissions",
+            )
+        })?;
+        if found.is_empty() && !wanted.contains(['*', '?', '[']) {
             self.missing.push((text.name().to_owned(), line));
         }
-        for file in found {
-            if visited.contains(&file) || visited.len() > 64 {
+        for other in found {
+            if visited.iter().any(|name| name == other.name()) || visited.len() > DEEPEST {
                 return Err(fault(
                     "this line includes a file that includes this one again",
                     "remove one of the two includes",
                 ));
             }
-            let other = InputText::from_file(&file).map_err(|_| {
-                fault(
-                    "this line includes a file that cannot be read as text",
-                    "check the file and its permissions",
-                )
-            })?;
-            let lines = numbered(other.text());
-            visited.push(file.clone());
-            self.add(&other, &lines, &file, visited)?;
+            visited.push(other.name().to_owned());
+            self.add(&other, &numbered(other.text()), includes, visited)?;
             visited.pop();
         }
         Ok(())
-    }
-
-    /// Whether an option is there.
-    pub fn has(&self, section: &str, option: &str) -> bool {
-        self.get(section, option).is_some()
     }
 
     /// An option.
@@ -220,6 +217,15 @@ impl Configuration {
         }
     }
 
+    /// A number above 0 that must be there.
+    ///
+    /// # Errors
+    /// It is none, or not there.
+    pub fn require_above_zero(&self, section: &str, option: &str) -> Result<f64, InputError> {
+        let value = self.above_zero(section, option)?;
+        value.ok_or_else(|| self.lacking(section, option))
+    }
+
     /// The fault of an option whose value is not what it must be.
     pub fn damaged(&self, section: &str, option: &str, wanted: &str) -> InputError {
         let place = format!("[{section}] {option}");
@@ -230,11 +236,6 @@ impl Configuration {
         }
         .at_key(place)
         .with_remedy("correct the value; of a saved measurement: measure again in Klipper")
-    }
-
-    /// Includes whose files are not there: file and line.
-    pub fn missing(&self) -> &[(String, u64)] {
-        &self.missing
     }
 }
 
@@ -281,31 +282,4 @@ fn split(text: &str) -> [Vec<(u64, &str)>; 2] {
         (!own.starts_with("DO NOT EDIT")).then_some((*line, own))
     });
     [written.to_vec(), saved.collect()]
-}
-
-/// The files that an include names, sorted. Patterns may stand in the last part of the name.
-fn included(path: &Path, wanted: &str) -> Vec<PathBuf> {
-    let folder = path.parent().unwrap_or_else(|| Path::new(""));
-    let wanted = folder.join(wanted);
-    let name = wanted
-        .file_name()
-        .map(|name| name.to_string_lossy().into_owned());
-    let Some(name) = name.filter(|name| is_pattern(name)) else {
-        return wanted.is_file().then_some(wanted).into_iter().collect();
-    };
-    let folder = match wanted.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        return Vec::new();
-    };
-    let mut found: Vec<_> = entries
-        .flatten()
-        .filter(|entry| fits(&name, &entry.file_name().to_string_lossy()))
-        .map(|entry| wanted.with_file_name(entry.file_name()))
-        .filter(|file| file.is_file())
-        .collect();
-    found.sort();
-    found
 }

@@ -1,35 +1,16 @@
 //! The lines M665 and M666 of RepRapFirmware and Marlin.
 
-use super::imported::Imported;
-use super::linear::LinearPrinter;
-use super::measured::Saved;
-use super::robot_text::{self, Beside};
+use super::Firmware;
+use super::imported::{Imported, Machine, USUAL_TOWERS, rods_note};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
-use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Readings;
 use std::collections::BTreeMap;
-
-/// Which firmware the lines are of: they give letters other meanings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Firmware {
-    /// RepRapFirmware: `M665 L R H B X Y Z`, `M666 X Y Z` upwards.
-    RepRapFirmware,
-    /// Marlin: `M665 L R H X Y Z A B C`, `M666 X Y Z`, 0 or negative, downwards from the end stop.
-    Marlin,
-}
-
-impl Firmware {
-    /// In sentences.
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::RepRapFirmware => "RepRapFirmware",
-            Self::Marlin => "Marlin",
-        }
-    }
-}
 
 /// A rod is off by less than this, mm: RepRapFirmware's B, the bed's radius, is more.
 const LARGEST_TRIM: f64 = 10.0;
+/// Of the bed, as a part of the towers' radius, if it is not stated.
+const USUAL_BED: f64 = 0.6;
 
 const COMMANDS: [&str; 2] = ["M665", "M666"];
 
@@ -53,10 +34,8 @@ impl<'a> Words<'a> {
             let Some(command) = parts.next() else {
                 continue;
             };
-            let known = COMMANDS
-                .into_iter()
-                .find(|known| command.eq_ignore_ascii_case(known));
-            if let Some(command) = known {
+            let mut known = COMMANDS.into_iter();
+            if let Some(command) = known.find(|known| command.eq_ignore_ascii_case(known)) {
                 for word in parts {
                     words.add(line, command, word)?;
                 }
@@ -76,32 +55,35 @@ impl<'a> Words<'a> {
                 self.values.insert((command, letter), (line, values));
                 Ok(())
             }
-            _ => Err(self.fault(
-                Some(line),
-                command,
-                "a word of the line is no letter with a finite number",
-            )),
+            _ => {
+                let cause = "a word is no letter with a finite number";
+                Err(self.fault(command, cause).at_line(line))
+            }
         }
     }
 
-    fn fault(&self, line: Option<u64>, key: &str, cause: &str) -> InputError {
-        let fault = InputError::new(self.input.name(), cause).at_key(key);
-        let fault = match line {
-            Some(line) => fault.at_line(line),
-            None => fault,
-        };
-        fault.with_remedy(
-            "give the line as the controller prints it: M665 without words (RepRapFirmware), M503 (Marlin)",
-        )
+    fn fault(&self, key: &str, cause: &str) -> InputError {
+        InputError::new(self.input.name(), cause)
+            .at_key(key)
+            .with_remedy("correct the line, or let the controller write it again")
     }
 
-    fn all(&self, command: &'static str, letter: char) -> Option<&[f64]> {
-        let (_, values) = self.values.get(&(command, letter))?;
-        Some(values)
+    /// A fault of a word of M665, in its line if it is there.
+    fn fault_of(&self, letter: char, cause: &str) -> InputError {
+        let fault = self.fault(&format!("M665 {letter}"), cause);
+        match self.values.get(&("M665", letter)) {
+            Some((line, _)) => fault.at_line(*line),
+            None => fault,
+        }
+    }
+
+    fn all(&self, command: &'static str, letter: char) -> &[f64] {
+        let own = self.values.get(&(command, letter));
+        own.map_or(&[], |(_, values)| values)
     }
 
     fn one(&self, command: &'static str, letter: char) -> Option<f64> {
-        self.all(command, letter)?.first().copied()
+        self.all(command, letter).first().copied()
     }
 
     fn three(&self, command: &'static str, letters: [char; 3]) -> [f64; 3] {
@@ -109,14 +91,17 @@ impl<'a> Words<'a> {
     }
 
     fn required(&self, letter: char) -> Result<f64, InputError> {
-        let key = format!("M665 {letter}");
         let value = self.one("M665", letter);
-        let value = value.ok_or_else(|| self.fault(None, &key, "the word is missing"))?;
+        value.ok_or_else(|| self.fault_of(letter, "the word is missing"))
+    }
+
+    fn above_zero(&self, letter: char) -> Result<f64, InputError> {
+        let value = self.required(letter)?;
         if value > 0.0 {
-            return Ok(value);
+            Ok(value)
+        } else {
+            Err(self.fault_of(letter, "the value is not above 0"))
         }
-        let line = self.values.get(&("M665", letter)).map(|(line, _)| *line);
-        Err(self.fault(line, &key, "the value is not above 0"))
     }
 }
 
@@ -124,114 +109,81 @@ impl<'a> Words<'a> {
 ///
 /// # Errors
 /// No M665, a word that is missing or damaged, or an impossible geometry.
-pub fn import(input: &InputText, firmware: Firmware) -> Result<Imported, InputError> {
+pub(super) fn import(
+    input: &InputText,
+    firmware: Firmware,
+    stated_rods: Option<[f64; 3]>,
+) -> Result<Imported, InputError> {
     let words = Words::read(input)?;
+    let name = input.name();
     if !words.values.keys().any(|(command, _)| *command == "M665") {
         let cause =
             "no line is an M665 with values, which states the geometry of a Delta with towers";
-        return Err(InputError::new(input.name(), cause).with_remedy(
+        return Err(InputError::new(name, cause).with_remedy(
             "give the file that holds it: config.g or config-override.g of RepRapFirmware, or what M503 prints of \
              Marlin",
         ));
     }
-    let printer = printer(&words, firmware)?;
-    let bed = match firmware {
-        Firmware::RepRapFirmware => words.one("M665", 'B').filter(|radius| *radius > 0.0),
-        Firmware::Marlin => None,
+    let radius = words.above_zero('R')?;
+    let rod = words.above_zero('L')?;
+    let height = words.required('H')?;
+    let corrections = words.three("M665", ['X', 'Y', 'Z']);
+    let azimuths = [0, 1, 2].map(|tower| USUAL_TOWERS[tower] + corrections[tower]);
+    let stops = words.three("M666", ['X', 'Y', 'Z']);
+    let (configured, endstops) = if firmware == Firmware::Marlin {
+        let trims = words.three("M665", ['A', 'B', 'C']);
+        refuse_trims(&words, trims)?;
+        (trims.map(|by| rod + by), stops.map(|by| height - by))
+    } else {
+        let each = words.all("M665", 'L');
+        let rods = [0, 1, 2].map(|tower| each.get(tower).copied().unwrap_or(rod));
+        (rods, stops.map(|by| height + by))
     };
-    let tilts = words.three("M666", ['A', 'B', 'B']);
-    let mut notes = Vec::new();
-    if firmware == Firmware::RepRapFirmware && tilts.iter().any(|tilt| tilt.abs() > 0.0) {
-        notes.push(
-            "The tilt of the bed (M666 A and B) is left out: measure heights above the bed."
-                .to_owned(),
-        );
+    let rods = stated_rods.unwrap_or(configured);
+    if !rods.iter().all(|rod| *rod > radius) {
+        return Err(words.fault_of('L', "a rod is not longer than the radius R"));
     }
-    let high = printer.home().into_iter().fold(f64::MIN, f64::max);
-    let out = bed.unwrap_or(0.6 * printer.radius);
-    let lows = printer.azimuths.map(|azimuth| {
-        let (sine, cosine) = azimuth.to_radians().sin_cos();
-        printer
-            .inverse([-out * cosine, -out * sine, 0.0])
-            .map_or(f64::INFINITY, |carriages| {
-                carriages.into_iter().fold(f64::INFINITY, f64::min)
-            })
-    });
-    let low = lows.into_iter().fold(f64::INFINITY, f64::min);
-    let low = if low.is_finite() { low.floor() } else { 0.0 };
-    let beside = Beside {
-        controller: firmware.title(),
-        source: input.name(),
-        limits: [low, high],
-        heights: false,
-        notes: &notes,
-    };
-    let robot_text = robot_text::linear(&printer, &beside);
-    let robot = RobotFile::read(&InputText::new(input.name(), &robot_text))?;
+    let mut notes = Vec::from_iter(rods_note(rods, configured, stated_rods.is_some()));
+    let mut bed = None;
+    if firmware == Firmware::RepRapFirmware {
+        bed = words.one("M665", 'B').filter(|radius| *radius > 0.0);
+        if words
+            .three("M666", ['A', 'B', 'B'])
+            .iter()
+            .any(|tilt| tilt.abs() > 0.0)
+        {
+            let note =
+                "The tilt of the bed (M666 A and B) is left out: measure heights above the bed.";
+            notes.push(note.to_owned());
+        }
+    }
+    let machine = Machine::towers(name, radius, azimuths, rods, endstops)?;
+    let home = machine.home().map(|home| home.unwrap_or(height));
+    let readings = Readings::of_name(name);
+    let area = (bed.unwrap_or(USUAL_BED * radius), 0.0);
     Ok(Imported {
-        source: input.name().to_owned(),
-        robot,
-        robot_text,
-        samples_text: None,
-        saved: Saved::default(),
-        home: printer.home(),
-        printer: Some(printer),
+        firmware,
+        robot: machine.robot_file(name, home, area, &readings)?,
+        readings,
+        names: Vec::new(),
+        home,
         bed_radius: bed,
         notes,
     })
 }
 
-fn printer(words: &Words<'_>, firmware: Firmware) -> Result<LinearPrinter, InputError> {
-    let radius = words.required('R')?;
-    let rod = words.required('L')?;
-    let height = words.one("M665", 'H');
-    let height = height.ok_or_else(|| words.fault(None, "M665 H", "the word is missing"))?;
-    let corrections = words.three("M665", ['X', 'Y', 'Z']);
-    let mut azimuths = [210.0, 330.0, 90.0];
-    for (azimuth, by) in azimuths.iter_mut().zip(corrections) {
-        *azimuth += by;
-    }
-    let stops = words.three("M666", ['X', 'Y', 'Z']);
-    let (rods, endstops) = match firmware {
-        Firmware::RepRapFirmware => {
-            let each = words.all("M665", 'L').unwrap_or_default();
-            let rods = [0, 1, 2].map(|tower| each.get(tower).copied().unwrap_or(rod));
-            (rods, stops.map(|by| height + by))
-        }
-        Firmware::Marlin => {
-            let trims = words.three("M665", ['A', 'B', 'C']);
-            refuse_trims(words, trims)?;
-            (trims.map(|by| rod + by), stops.map(|by| height - by))
-        }
-    };
-    if !rods.iter().all(|rod| *rod > radius) {
-        let line = words.values.get(&("M665", 'L')).map(|(line, _)| *line);
-        return Err(words.fault(line, "M665 L", "a rod is not longer than the radius R"));
-    }
-    Ok(LinearPrinter {
-        radius,
-        azimuths,
-        rods,
-        endstops,
-    })
-}
-
 /// RepRapFirmware gives the same letter another meaning, so its file would make wrong rods here.
 fn refuse_trims(words: &Words<'_>, trims: [f64; 3]) -> Result<(), InputError> {
-    let trims = ['A', 'B', 'C'].into_iter().zip(trims);
-    let Some((letter, trim)) = trims
-        .into_iter()
-        .find(|(_, trim)| trim.abs() > LARGEST_TRIM)
-    else {
-        return Ok(());
-    };
-    let line = words.values.get(&("M665", letter)).map(|(line, _)| *line);
-    let cause = format!(
-        "{letter} corrects the length of a rod in Marlin, and {trim} mm is too much for that; in RepRapFirmware B is \
-         the radius of the bed"
-    );
-    let key = format!("M665 {letter}");
-    Err(words.fault(line, &key, &cause).with_remedy(
-        "if RepRapFirmware wrote the file, use delta-cal import reprapfirmware; otherwise correct the value",
-    ))
+    for (letter, trim) in ['A', 'B', 'C'].into_iter().zip(trims) {
+        if trim.abs() > LARGEST_TRIM {
+            let cause = format!(
+                "{trim} mm is too much for the correction of a rod that {letter} is in Marlin 2; in RepRapFirmware and \
+                 Marlin 1.1 B is a radius of the bed"
+            );
+            return Err(words.fault_of(letter, &cause).with_remedy(
+                "if B is that radius, remove it; if RepRapFirmware wrote the file, use delta-cal import reprapfirmware",
+            ));
+        }
+    }
+    Ok(())
 }

@@ -1,48 +1,194 @@
-//! A Klipper configuration of a Delta.
+//! A Klipper configuration of a Delta, and the measurements that it saved in `[delta_calibrate]`.
 
-use super::configuration::Configuration;
-use super::imported::Imported;
-use super::linear::LinearPrinter;
-use super::measured::{Saved, Steps};
-use super::robot_text::{self, Beside, is_round};
-use super::rotary::RotaryPrinter;
+use super::Firmware;
+use super::configuration::{Configuration, Includes};
+use super::imported::{Imported, Machine, USUAL_TOWERS, rods_note};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
-use crate::files::robot_file::RobotFile;
-use crate::text::numbers::rounded;
+use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
+use delta_cal::robot::Arm;
 use std::f64::consts::TAU;
-use std::fmt::Write;
-use std::path::Path;
 
 const STEPPERS: [&str; 3] = ["stepper_a", "stepper_b", "stepper_c"];
+const SAVED: &str = "delta_calibrate";
+/// Klipper looks for no more measurements of a kind.
+const MOST: usize = 999;
 /// Of a motor whose section does not say it.
 const FULL_STEPS: f64 = 200.0;
-/// What a joint angle may be at most, degrees: Klipper states no limit.
-const LOWEST_ARM: f64 = 90.0;
+/// The azimuths of arms that motors turn, degrees.
+const USUAL_ARMS: [f64; 3] = [30.0, 150.0, 270.0];
 
 /// Reads a configuration and its saved measurements. `rods` take the place of its `arm_length`.
 ///
 /// # Errors
 /// No Delta, an option that is missing or damaged, or a geometry that is impossible.
-pub fn import(path: &Path, rods: Option<[f64; 3]>) -> Result<Imported, InputError> {
-    let configuration = Configuration::read(path)?;
-    let kinematics = configuration.require("printer", "kinematics")?;
-    let imported = match kinematics.value.as_str() {
-        "delta" => linear(&configuration, rods)?,
-        "rotary_delta" if rods.is_none() => rotary(&configuration)?,
+pub(super) fn import(
+    input: &InputText,
+    rods: Option<[f64; 3]>,
+    includes: &Includes<'_>,
+) -> Result<Imported, InputError> {
+    let configuration = Configuration::read(input, includes)?;
+    match configuration
+        .require("printer", "kinematics")?
+        .value
+        .as_str()
+    {
+        "delta" => linear(&configuration, rods),
+        "rotary_delta" if rods.is_none() => rotary(&configuration),
         "rotary_delta" => {
             let cause = "kinematics: rotary_delta has no arm_length that --rods could replace";
-            return Err(InputError::new(&configuration.name, cause)
-                .with_remedy("leave out --rods, and edit lb_mm in the robot file"));
+            Err(InputError::new(&configuration.name, cause)
+                .with_remedy("leave out --rods, and edit lb_mm in the robot file"))
         }
-        _ => {
-            let cause = "the printer is no Delta: its kinematics is neither delta nor rotary_delta";
-            return Err(configuration
-                .damaged("printer", "kinematics", "delta or rotary_delta")
-                .with_remedy(format!("{cause}; delta-cal calibrates Delta robots only")));
-        }
+        _ => Err(configuration
+            .damaged("printer", "kinematics", "delta or rotary_delta")
+            .with_remedy("delta-cal calibrates Delta robots only")),
+    }
+}
+
+fn linear(configuration: &Configuration, stated: Option<[f64; 3]>) -> Result<Imported, InputError> {
+    let name = &configuration.name;
+    let radius = configuration.require_above_zero("printer", "delta_radius")?;
+    let configured = like_first(configuration, "arm_length", Some(radius));
+    let rods = match stated {
+        Some(rods) => rods,
+        None => configured.clone()?,
     };
-    Ok(imported)
+    if let Some(short) = rods.iter().find(|rod| !(**rod > radius)) {
+        let cause = format!("rods of {short} mm do not reach from delta_radius, {radius} mm");
+        return Err(InputError::new(name, cause)
+            .with_remedy("state with --rods the length between the joints of a rod"));
+    }
+    let endstops = like_first(configuration, "position_endstop", None)?;
+    let azimuths = azimuths(configuration, USUAL_TOWERS)?;
+    let machine = Machine::towers(name, radius, azimuths, rods, endstops)?;
+    let mut notes = missing(configuration);
+    if let Ok(configured) = configured {
+        notes.extend(rods_note(rods, configured, stated.is_some()));
+    }
+    let bed = configuration.above_zero("printer", "print_radius")?;
+    let bed = bed
+        .or(configuration.above_zero(SAVED, "radius")?)
+        .unwrap_or(radius);
+    let lowest = configuration.number("printer", "minimum_z_position")?;
+    let imported = finished(
+        configuration,
+        &machine,
+        false,
+        (bed, lowest.unwrap_or(0.0)),
+        notes,
+    )?;
+    Ok(Imported {
+        bed_radius: Some(bed),
+        ..imported
+    })
+}
+
+fn rotary(configuration: &Configuration) -> Result<Imported, InputError> {
+    let radius = configuration.require_above_zero("printer", "shoulder_radius")?;
+    let height = configuration.require_above_zero("printer", "shoulder_height")?;
+    let azimuths = azimuths(configuration, USUAL_ARMS)?;
+    let upper = like_first(configuration, "upper_arm_length", Some(0.0))?;
+    let lower = like_first(configuration, "lower_arm_length", Some(0.0))?;
+    let endstops = like_first(configuration, "position_endstop", None)?;
+    let arm = |index: usize| {
+        let azimuth = azimuths[index].to_radians();
+        let (sine, cosine) = azimuth.sin_cos();
+        let (x, y) = (radius * cosine, radius * sine);
+        Arm::new([x, y, height, azimuth, 0.0, upper[index], 0.0, lower[index]])
+    };
+    let machine = Machine::of(&configuration.name, [arm(0), arm(1), arm(2)], endstops)?;
+    let notes = missing(configuration);
+    finished(configuration, &machine, true, (0.0, 0.0), notes)
+}
+
+/// The robot with what was measured. Steps lead down from the end stops; down is positive for angles, and not for travels.
+fn finished(
+    configuration: &Configuration,
+    machine: &Machine,
+    rotary: bool,
+    area: (f64, f64),
+    notes: Vec<String>,
+) -> Result<Imported, InputError> {
+    let mut home = [0.0; 3];
+    let mut step_lengths = [0.0; 3];
+    for (index, section) in STEPPERS.into_iter().enumerate() {
+        home[index] = machine.home()[index].ok_or_else(|| {
+            configuration.damaged(section, "position_endstop", "a height that the arm reaches")
+        })?;
+        let length = step_length(configuration, section, rotary)?;
+        step_lengths[index] = if rotary { length } else { -length };
+    }
+    let joints =
+        |steps: [f64; 3]| [0, 1, 2].map(|motor| home[motor] + steps[motor] * step_lengths[motor]);
+    let (readings, names) = measured(configuration, joints)?;
+    Ok(Imported {
+        firmware: Firmware::Klipper,
+        robot: machine.robot_file(&configuration.name, home, area, &readings)?,
+        readings,
+        names,
+        home,
+        bed_radius: configuration.above_zero(SAVED, "radius")?,
+        notes,
+    })
+}
+
+/// Heights by the probe, then those entered by hand, then distances; and what the configuration calls each.
+fn measured(
+    configuration: &Configuration,
+    joints: impl Fn([f64; 3]) -> [f64; 3],
+) -> Result<(Readings, Vec<String>), InputError> {
+    let mut file = Readings::of_name(&configuration.name);
+    let mut names = Vec::new();
+    for prefix in ["height", "manual_height", "distance"] {
+        for index in 0..MOST {
+            let name = format!("{prefix}{index}");
+            let Some(entry) = configuration.get(SAVED, &name) else {
+                break;
+            };
+            let pose =
+                |suffix: &str| Ok(joints(steps(configuration, &format!("{name}_{suffix}"))?));
+            let mut reading = Reading {
+                joints: [0.0; 3],
+                position: [None; 3],
+                height: None,
+                distance: None,
+            };
+            if prefix == "distance" {
+                let distance = configuration.require_above_zero(SAVED, &name)?;
+                reading.joints = pose("pos1")?;
+                reading.distance = Some((ReadingFrom::Pose(pose("pos2")?), distance));
+            } else {
+                let height = configuration.number(SAVED, &name)?.unwrap_or_default();
+                reading.joints = pose("pos")?;
+                reading.height = Some((0, height));
+                file.planes = vec!["plane".to_owned()];
+            }
+            file.rows.push(Row {
+                line: entry.line,
+                value: reading,
+            });
+            names.push(name);
+        }
+    }
+    Ok((file, names))
+}
+
+/// Steps of the three motors from their end stops.
+fn steps(configuration: &Configuration, option: &str) -> Result<[f64; 3], InputError> {
+    let entry = configuration.require(SAVED, option)?;
+    let parts = entry
+        .value
+        .split(',')
+        .map(|part| part.trim().parse::<f64>().ok());
+    let parts: Option<Vec<f64>> = parts.map(|own| own.filter(|own| own.is_finite())).collect();
+    match parts.as_deref() {
+        Some([a, b, c]) => Ok([*a, *b, *c]),
+        _ => {
+            let wanted = "three numbers of steps, separated by commas";
+            Err(configuration.damaged(SAVED, option, wanted))
+        }
+    }
 }
 
 /// The same option of the three motors; the second and the third take the first's where they state none.
@@ -54,16 +200,15 @@ fn like_first(
     let mut values = [0.0; 3];
     let mut first = None;
     for (value, section) in values.iter_mut().zip(STEPPERS) {
-        let own = configuration.number(section, option)?.or(first);
-        *value = own.ok_or_else(|| configuration.lacking(section, option))?;
-        if least.is_some_and(|least| !(*value > least)) {
-            let wanted = format!("above {}", least.unwrap_or_default());
-            let place = if configuration.has(section, option) {
-                section
-            } else {
-                "stepper_a"
-            };
-            return Err(configuration.damaged(place, option, &wanted));
+        let own = configuration.number(section, option)?;
+        let place = if own.is_some() { section } else { STEPPERS[0] };
+        *value = own
+            .or(first)
+            .ok_or_else(|| configuration.lacking(section, option))?;
+        if let Some(least) = least
+            && !(*value > least)
+        {
+            return Err(configuration.damaged(place, option, &format!("above {least}")));
         }
         first = first.or(Some(*value));
     }
@@ -91,24 +236,19 @@ fn azimuths(configuration: &Configuration, usual: [f64; 3]) -> Result<[f64; 3], 
 fn step_length(
     configuration: &Configuration,
     section: &str,
-    in_radians: bool,
+    rotary: bool,
 ) -> Result<f64, InputError> {
-    let turn = if in_radians {
+    let turn = if rotary {
         configuration.require(section, "gear_ratio")?;
         TAU
+    } else if let Some(distance) = configuration.above_zero(section, "rotation_distance")? {
+        distance
     } else {
-        match configuration.above_zero(section, "rotation_distance")? {
-            Some(distance) => distance,
-            // As older versions of Klipper have it.
-            None => {
-                return configuration
-                    .above_zero(section, "step_distance")?
-                    .ok_or_else(|| configuration.lacking(section, "rotation_distance"));
-            }
-        }
+        // As older versions of Klipper have it.
+        let length = configuration.above_zero(section, "step_distance")?;
+        return length.ok_or_else(|| configuration.lacking(section, "rotation_distance"));
     };
-    let microsteps = configuration.above_zero(section, "microsteps")?;
-    let microsteps = microsteps.ok_or_else(|| configuration.lacking(section, "microsteps"))?;
+    let microsteps = configuration.require_above_zero(section, "microsteps")?;
     let full = configuration.above_zero(section, "full_steps_per_rotation")?;
     let full = full.unwrap_or(FULL_STEPS);
     Ok(turn / (full * microsteps * gear_ratio(configuration, section)?))
@@ -139,226 +279,13 @@ fn gear_ratio(configuration: &Configuration, section: &str) -> Result<f64, Input
     Ok(ratio)
 }
 
-fn step_lengths(configuration: &Configuration, in_radians: bool) -> Result<[f64; 3], InputError> {
-    let [a, b, c] = STEPPERS.map(|section| step_length(configuration, section, in_radians));
-    Ok([a?, b?, c?])
-}
-
-fn linear(configuration: &Configuration, rods: Option<[f64; 3]>) -> Result<Imported, InputError> {
-    let radius = configuration.above_zero("printer", "delta_radius")?;
-    let radius = radius.ok_or_else(|| configuration.lacking("printer", "delta_radius"))?;
-    let configured = like_first(configuration, "arm_length", Some(radius));
-    let printer = LinearPrinter {
-        radius,
-        azimuths: azimuths(configuration, [210.0, 330.0, 90.0])?,
-        rods: match rods {
-            Some(rods) => rods,
-            None => configured.clone()?,
-        },
-        endstops: like_first(configuration, "position_endstop", None)?,
-    };
-    if let Some(short) = printer.rods.iter().find(|rod| !(**rod > radius)) {
-        let cause = format!("rods of {short} mm do not reach from delta_radius, {radius} mm");
-        return Err(InputError::new(&configuration.name, cause)
-            .with_remedy("give --rods with the length between the joints of a rod"));
-    }
-    let saved = Saved::read(configuration)?;
-    let steps = step_lengths(configuration, false)?;
-    let carriages = |at: Steps| printer.carriages(at, steps);
-    let mut notes = missing(configuration);
-    notes.extend(rods_note(&printer, configured.ok(), rods.is_some()));
-    let bed = configuration.above_zero("printer", "print_radius")?;
-    let bed = bed.or(configuration.above_zero("delta_calibrate", "radius")?);
-    let lowest = configuration.number("printer", "minimum_z_position")?;
-    let poses = poses(&saved, &carriages);
-    let limits = travel(
-        &printer,
-        bed.unwrap_or(radius),
-        lowest.unwrap_or(0.0),
-        &poses,
-    );
-    let beside = Beside {
-        controller: "Klipper",
-        source: &configuration.name,
-        limits,
-        heights: !saved.heights.is_empty(),
-        notes: &notes,
-    };
-    let robot_text = robot_text::linear(&printer, &beside);
-    let robot = RobotFile::read(&InputText::new(&configuration.name, &robot_text))?;
-    Ok(Imported {
-        source: configuration.name.clone(),
-        robot,
-        robot_text,
-        samples_text: samples(&saved, "s", "mm", &carriages),
-        saved,
-        home: printer.home(),
-        printer: Some(printer),
-        bed_radius: Some(bed.unwrap_or(radius)),
-        notes,
-    })
-}
-
-fn rotary(configuration: &Configuration) -> Result<Imported, InputError> {
-    let length = |option: &str| {
-        let value = configuration.above_zero("printer", option)?;
-        value.ok_or_else(|| configuration.lacking("printer", option))
-    };
-    let printer = RotaryPrinter {
-        radius: length("shoulder_radius")?,
-        height: length("shoulder_height")?,
-        azimuths: azimuths(configuration, [30.0, 150.0, 270.0])?,
-        upper: like_first(configuration, "upper_arm_length", Some(0.0))?,
-        lower: like_first(configuration, "lower_arm_length", Some(0.0))?,
-        endstops: like_first(configuration, "position_endstop", None)?,
-    };
-    let mut home = [0.0; 3];
-    for ((angle, own), section) in printer.home().into_iter().zip(&mut home).zip(STEPPERS) {
-        *own = angle.ok_or_else(|| {
-            configuration.damaged(section, "position_endstop", "a height that the arm reaches")
-        })?;
-    }
-    let saved = Saved::read(configuration)?;
-    let steps = step_lengths(configuration, true)?;
-    // Steps lead down from the end stop, and down is positive in the robot file.
-    let joints = |at: Steps| {
-        let mut joints = home;
-        for ((joint, steps), length) in joints.iter_mut().zip(at).zip(steps) {
-            *joint = (*joint + steps * length).to_degrees();
-        }
-        joints
-    };
-    let poses = poses(&saved, &joints);
-    let angles = || poses.iter().flatten().copied();
-    let highest = home.into_iter().map(f64::to_degrees);
-    let limits = [
-        highest.chain(angles()).fold(f64::INFINITY, f64::min),
-        angles().fold(LOWEST_ARM, f64::max),
-    ];
-    let notes = missing(configuration);
-    let beside = Beside {
-        controller: "Klipper",
-        source: &configuration.name,
-        limits,
-        heights: !saved.heights.is_empty(),
-        notes: &notes,
-    };
-    let robot_text = robot_text::rotary(&printer, &beside);
-    let robot = RobotFile::read(&InputText::new(&configuration.name, &robot_text))?;
-    Ok(Imported {
-        source: configuration.name.clone(),
-        robot,
-        robot_text,
-        samples_text: samples(&saved, "q", "deg", &joints),
-        saved,
-        home,
-        printer: None,
-        bed_radius: configuration.above_zero("delta_calibrate", "radius")?,
-        notes,
-    })
-}
-
 /// Includes that are not there.
 fn missing(configuration: &Configuration) -> Vec<String> {
-    let missing = configuration.missing().iter();
-    missing
-        .map(|(file, line)| {
-            format!(
-                "{file}:{line} includes a file that is not there. If it holds a part of [printer], [stepper_a] to \
-                 [stepper_c] or [delta_calibrate], copy it beside the configuration and import again."
-            )
-        })
-        .collect()
-}
-
-fn rods_note(
-    printer: &LinearPrinter,
-    configured: Option<[f64; 3]>,
-    replaced: bool,
-) -> Option<String> {
-    let of = |rods: [f64; 3]| rods.map(rounded).join(", ");
-    match configured {
-        Some(configured) if replaced => Some(format!(
-            "The rods are {} mm as --rods states; the configuration has {}.",
-            of(printer.rods),
-            of(configured)
-        )),
-        Some(configured) if !configured.into_iter().all(is_round) => Some(format!(
-            "The rods of {} mm are the result of an earlier calibration, for nobody makes them so; they are kept. If \
-             you know how long they were made, give --rods.",
-            of(configured)
-        )),
-        _ => None,
-    }
-}
-
-fn poses(saved: &Saved, joints: &impl Fn(Steps) -> [f64; 3]) -> Vec<[f64; 3]> {
-    let heights = saved.heights.iter().map(|(_, at)| joints(*at));
-    let distances = saved.distances.iter();
-    heights
-        .chain(distances.flat_map(|(_, from, to)| [joints(*from), joints(*to)]))
-        .collect()
-}
-
-/// The travel of the carriages, mm: from the lowest that the printed area or a measurement needs to the highest end
-/// stop.
-fn travel(printer: &LinearPrinter, bed: f64, lowest: f64, poses: &[[f64; 3]]) -> [f64; 2] {
-    let mut low = f64::INFINITY;
-    for azimuth in printer.azimuths {
-        let (sine, cosine) = azimuth.to_radians().sin_cos();
-        // Where the rods do not get that far, as far as they get.
-        let parts = (0..=20).map(|step| bed * (1.0 - 0.05 * f64::from(step)));
-        let mut reached =
-            parts.filter_map(|out| printer.inverse([-out * cosine, -out * sine, lowest]));
-        low = reached.next().into_iter().flatten().fold(low, f64::min);
-    }
-    let all = || poses.iter().flatten().copied();
-    let high = printer
-        .home()
-        .into_iter()
-        .chain(all())
-        .fold(f64::MIN, f64::max);
-    [all().fold(low, f64::min).floor(), high]
-}
-
-/// The samples file.
-fn samples(
-    saved: &Saved,
-    letter: &str,
-    unit: &str,
-    joints: &impl Fn(Steps) -> [f64; 3],
-) -> Option<String> {
-    if saved.is_empty() {
-        return None;
-    }
-    let names = |prefix: &str| {
-        [1, 2, 3]
-            .map(|k| format!("{prefix}{letter}{k}_{unit}"))
-            .join(",")
+    let note = |(file, line): &(String, u64)| {
+        format!(
+            "{file}:{line} includes a file that is not there. If it holds a part of [printer], [stepper_a] to [stepper_c] \
+             or [delta_calibrate], copy it beside the configuration and import again."
+        )
     };
-    let cells = |at: Steps| joints(at).map(rounded).join(",");
-    let distances = !saved.distances.is_empty();
-    let mut text = names("");
-    if !saved.heights.is_empty() {
-        text.push_str(",height_mm");
-    }
-    if distances {
-        let _ = write!(text, ",distance_mm,{}", names("to_"));
-    }
-    text.push('\n');
-    for (height, at) in &saved.heights {
-        let rest = if distances { ",,,," } else { "" };
-        let _ = writeln!(text, "{},{}{rest}", cells(*at), rounded(*height));
-    }
-    for (distance, from, to) in &saved.distances {
-        let height = if saved.heights.is_empty() { "" } else { "," };
-        let _ = writeln!(
-            text,
-            "{}{height},{},{}",
-            cells(*from),
-            rounded(*distance),
-            cells(*to)
-        );
-    }
-    Some(text)
+    configuration.missing.iter().map(note).collect()
 }

@@ -7,7 +7,8 @@ use crate::files::robot_file::RobotFile;
 use crate::fit::covariance::RobotCovariance;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Robot, Sample};
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
+use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Circles of positions around the centre, and positions on each.
@@ -30,8 +31,8 @@ impl Area {
     /// What a robot reaches of the cylinder above its bed.
     pub fn of(file: &RobotFile, radius: f64) -> Self {
         let robot = &file.robot;
-        let lows = file.robot.forward(&[file.limits.maximum(); 3]);
-        let top = lows.map_or(0.0, |at| at.z.max(0.0));
+        let highest = robot.forward(&[file.limits.maximum(); 3]);
+        let top = highest.map_or(0.0, |at| at.z.max(0.0));
         let mut poses = Vec::new();
         for layer in 0..LAYERS {
             let z = UP_TO * top * f64::from(layer) / f64::from(LAYERS);
@@ -84,13 +85,16 @@ pub(super) fn bed(radius: f64, circles: u32, on_a_circle: u32) -> Vec<[f64; 2]> 
 }
 
 /// How far a nozzle is from where its controller believes, over the area.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Off {
     /// Of its height over the bed: rms, mm.
+    #[serde(rename = "height_rms_mm")]
     pub height: f64,
     /// The largest of these.
+    #[serde(rename = "height_worst_mm")]
     pub worst_height: f64,
     /// What 100 mm on the bed become, mm.
+    #[serde(rename = "hundred_mm_become_mm")]
     pub hundred: f64,
 }
 
@@ -118,22 +122,15 @@ impl Off {
         let count = pairs.len() as f64;
         let squares = pairs.iter().map(|(wanted, is)| (is.z - wanted.z).powi(2));
         let worst = pairs.iter().map(|(wanted, is)| (is.z - wanted.z).abs());
-        let mean = pairs
-            .iter()
-            .map(|(_, is)| is.xy())
-            .sum::<nalgebra::Vector2<f64>>()
-            / count;
+        let mean = pairs.iter().map(|(_, is)| is.xy()).sum::<Vector2<f64>>() / count;
         let along = pairs
             .iter()
             .map(|(wanted, is)| wanted.xy().dot(&(is.xy() - mean)));
-        let lengths: f64 = pairs
-            .iter()
-            .map(|(wanted, _)| wanted.xy().norm_squared())
-            .sum();
+        let lengths = pairs.iter().map(|(wanted, _)| wanted.xy().norm_squared());
         Some(Self {
             height: (squares.sum::<f64>() / count).sqrt(),
             worst_height: worst.fold(0.0, f64::max),
-            hundred: 100.0 * along.sum::<f64>() / lengths,
+            hundred: 100.0 * along.sum::<f64>() / lengths.sum::<f64>(),
         })
     }
 }

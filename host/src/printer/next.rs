@@ -6,6 +6,7 @@ use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::fit::options::Frame;
 use crate::planning::covariance_after;
 use nalgebra::Vector3;
+use serde::Serialize;
 
 /// Heights to propose.
 const HEIGHTS: usize = 4;
@@ -21,22 +22,33 @@ const OUTER: f64 = 65.0;
 const RIDGE: f64 = 4.5;
 
 /// What more measurements are expected to leave of the error: one σ, rms over the printed area, mm.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Next {
     /// With what was measured.
+    #[serde(rename = "sigma_now_mm")]
     pub now: f64,
-    /// Where more heights are best measured, mm, and what they leave.
+    /// Where more heights are best measured, mm.
+    #[serde(rename = "heights_at_mm")]
     pub heights: Vec<[f64; 2]>,
     /// What these leave.
+    #[serde(rename = "sigma_with_heights_mm")]
     pub with_heights: Option<f64>,
     /// What the twelve distances on the printed object leave; `None` if it does not fit.
+    #[serde(rename = "sigma_with_printed_object_mm")]
     pub with_object: Option<f64>,
 }
 
-/// Of a calibrated robot and its measurements.
-pub(super) fn next(robot: &RobotFile, file: &Readings, area: &Area) -> Option<Next> {
-    let leaves =
-        |file: &Readings| area.expected(robot, &covariance_after(robot, file, Frame::Base)?);
+/// Of a calibrated robot and its measurements, whose σ are all `widening` times as large as stated.
+pub(super) fn next(
+    robot: &RobotFile,
+    file: &Readings,
+    area: &Area,
+    widening: f64,
+) -> Option<Next> {
+    let leaves = |file: &Readings| {
+        let covariance = covariance_after(robot, file, Frame::Base)?;
+        Some(widening * area.expected(robot, &covariance)?)
+    };
     let now = leaves(file)?;
     let mut with = file.clone();
     let mut heights = Vec::new();

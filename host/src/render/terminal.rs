@@ -58,7 +58,7 @@ fn list(formatter: &mut Formatter<'_>, items: &[String]) -> fmt::Result {
 
 /// Lines of at most [`WIDTH`] columns; all but the first begin with `indent`, and the first is
 /// expected behind as much.
-fn wrapped(text: &str, indent: &str) -> String {
+pub(crate) fn wrapped(text: &str, indent: &str) -> String {
     let mut lines = String::new();
     let mut column = indent.len();
     for word in text.split_whitespace() {

@@ -12,6 +12,8 @@ use serde::Serialize;
 /// Cases of which the reasons are named.
 const REFUSALS_SHOWN: usize = 12;
 
+type Error = Option<Distribution>;
+
 /// A heading, and what a case has under it.
 type Setting = (&'static str, fn(&Case) -> String);
 
@@ -95,14 +97,14 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
     let gain = |of: fn(&Distribution) -> f64| {
         move |summary: &&CaseSummary| or_dash(summary.gain_percent.as_ref().map(of), percent)
     };
-    let error = |of: fn(&CaseSummary) -> [Option<Distribution>; 2]| {
+    let error = |absolute: fn(&CaseSummary) -> Error, relative: fn(&CaseSummary) -> Error| {
         move |summary: &&CaseSummary| {
-            let [absolute, relative] = of(summary);
-            let error = match summary.case.is_relative() {
-                true => relative,
-                false => absolute,
+            let of = if summary.case.is_relative() {
+                relative
+            } else {
+                absolute
             };
-            or_dash(error.map(|error| error.mean), small)
+            or_dash(of(summary).map(|error| error.mean), small)
         }
     };
     let ratio = |value: Option<f64>| or_dash(value, |ratio| format!("{ratio:.2}"));
@@ -115,19 +117,22 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
         .column("\nworse", |summary| summary.worse)
         .column("gain\n5 %", gain(|own| own.p05))
         .column("gain, %\nmedian", gain(|own| own.median))
-        .column("error, mm\nbefore", {
-            error(|own| [own.error_before_mm, own.relative_before_mm])
-        })
-        .column("mean\nafter", {
-            error(|own| [own.error_after_mm, own.relative_after_mm])
-        })
+        .column(
+            "error, mm\nbefore",
+            error(|own| own.error_before_mm, |own| own.relative_before_mm),
+        )
+        .column(
+            "mean\nafter",
+            error(|own| own.error_after_mm, |own| own.relative_after_mm),
+        )
         .column("error/\nbound", |summary| {
             ratio(summary.ratios.error_to_bound)
         })
         .column("error/\nstated", |summary| {
-            ratio(match summary.case.is_relative() {
-                true => summary.ratios.relative_to_stated,
-                false => summary.ratios.error_to_stated,
+            ratio(if summary.case.is_relative() {
+                summary.ratios.relative_to_stated
+            } else {
+                summary.ratios.error_to_stated
             })
         })
         .column("µs\neach", |summary| {
@@ -175,9 +180,10 @@ pub fn render_paper(comparisons: &[Comparison]) -> String {
     let table = Table::of(comparisons)
         .column("\ncase", |row| {
             let method = word(row.here.method);
-            match row.paper.case.starts_with(&method) {
-                true => row.paper.case.clone(),
-                false => format!("{}, {method}", row.paper.case),
+            if row.paper.case.starts_with(&method) {
+                row.paper.case.clone()
+            } else {
+                format!("{}, {method}", row.paper.case)
             }
         })
         .column("\nposes", |row| row.here.poses)

@@ -43,15 +43,20 @@ pub struct Document {
 }
 
 fn as_day<S: Serializer>(seconds: &u64, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&date::of_seconds(*seconds))
+    serializer.serialize_str(&day(*seconds))
+}
+
+/// Of seconds since the beginning of 1970, in UTC.
+fn day(seconds: u64) -> String {
+    let seconds = i64::try_from(seconds).unwrap_or(i64::MAX);
+    let written = Timestamp::from_second(seconds).unwrap_or(Timestamp::MAX);
+    written.strftime("%F").to_string()
 }
 
 impl Document {
     /// The day, in UTC.
     pub(crate) fn date(&self) -> String {
-        let seconds = i64::try_from(self.written).unwrap_or(i64::MAX);
-        let written = Timestamp::from_second(seconds).unwrap_or(Timestamp::MAX);
-        written.strftime("%F").to_string()
+        day(self.written)
     }
 
     /// For the comment of a robot file that was calibrated: the files, and the measurement that is not copied.

@@ -1,18 +1,14 @@
 //! What an export writes: the target's lines below what is lost, and the same for programs.
 
-use crate::export::corrections::between::Between;
-use crate::export::corrections::choice::Finished;
-use crate::export::corrections::table::{Node, Table};
-use crate::export::exported::{Content, Export};
-use crate::export::frame::Frame;
-use crate::export::loss::Loss;
-use crate::render::json::report;
+use crate::export::geometry::Frame;
+use crate::export::positions::Loss;
+use crate::export::target::{Content, Entry};
+use crate::export::{Export, Node, Table};
+use crate::render::terminal::wrapped;
 use crate::text::numbers::millimetres;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::fmt::Write;
 
-/// Columns of a line.
-const WIDTH: usize = 98;
 /// Less than this part of the gain is little.
 const LITTLE: f64 = 0.33;
 /// Less than this part of the gain is only some of it.
@@ -31,97 +27,84 @@ pub struct Files<'a> {
     pub positions: Option<&'a str>,
 }
 
-/// The summary, line by line.
-pub fn summary(export: &Export, files: &Files<'_>) -> Vec<String> {
-    let mut text = Vec::new();
-    let what = match &export.content {
-        Content::Fitted(count) => format!("{count} parameters and a frame fitted"),
-        Content::Everything => "all 24 parameters".to_owned(),
-        Content::Corrections(finished) => format!(
-            "{} corrections, {} mm between the nodes",
-            finished.table.kind.name(),
-            finished.table.grid.spacing
-        ),
+/// What is kept and what is lost, for people.
+pub fn summary(export: &Export, files: &Files<'_>) -> String {
+    let what = match (&export.target.content, &export.table) {
+        (Content::Fitted { holds, .. }, _) => {
+            format!("{} parameters and a frame fitted", holds.count())
+        }
+        (_, Some(table)) => format!("nodes {} mm apart", table.spacing),
+        _ => "all 24 parameters".to_owned(),
     };
-    text.push(format!("{}: {what}, from {}", export.title, files.robot));
-    text.push(String::new());
+    let mut text = format!("{}: {what}, from {}\n\n", export.target.title, files.robot);
+    losses(&mut text, export, files);
+    let _ = writeln!(text, "\n{}", wrapped(&verdict(export), ""));
+    let _ = writeln!(text, "{}", wrapped(&over(export, files), ""));
+    if let Some(frame) = &export.frame {
+        motion(&mut text, frame);
+    }
+    text.push_str("\nConventions\n");
+    for convention in export.target.conventions {
+        item(&mut text, convention);
+    }
+    item(&mut text, &format!("source: {}", export.target.source));
+    if !export.written.warnings.is_empty() {
+        text.push_str("\nWarnings\n");
+    }
+    for warning in &export.written.warnings {
+        item(&mut text, warning);
+    }
+    text
+}
+
+fn item(text: &mut String, item: &str) {
+    let _ = writeln!(text, "- {}", wrapped(item, "  "));
+}
+
+fn losses(text: &mut String, export: &Export, files: &Files<'_>) {
     let nominal = files.nominal.unwrap_or("the nearest symmetric robot");
-    let rows = [
+    let mut rows = vec![
         (format!("not calibrated ({nominal})"), &export.uncalibrated),
         (
             "not calibrated, after its best rigid motion".to_owned(),
             &export.uncalibrated_moved,
         ),
-        (format!("for {}", export.name), &export.loss),
+        (format!("for {}", export.target.name), &export.loss),
     ];
-    let rows: Vec<_> = rows.into_iter().chain(between(export)).collect();
+    // Of positions in one plane the table has no centres.
+    if let Some(table) = &export.table
+        && table.centres.positions > 0
+    {
+        let name = format!("- in the middle of {} cells", table.centres.positions);
+        rows.push((name, &table.centres));
+    }
     let width = rows.iter().map(|(name, _)| name.chars().count()).max();
     let width = width.unwrap_or(0);
-    text.push(format!(
+    let _ = writeln!(
+        text,
         "{:<width$}  {:>8}  {:>8}",
         "position error, mm", "rms", "worst"
-    ));
+    );
     for (name, loss) in rows {
-        text.push(format!(
+        let _ = writeln!(
+            text,
             "{name:<width$}  {:>8.4}  {:>8.4}",
             loss.rms, loss.worst
-        ));
-    }
-    text.push(String::new());
-    text.extend(wrapped(&verdict(export)));
-    text.extend(wrapped(&over(export, files)));
-    if let Some(frame) = &export.frame {
-        text.push(String::new());
-        text.extend(motion(frame));
-    }
-    text.push(String::new());
-    text.push("Conventions".to_owned());
-    for convention in &export.conventions {
-        text.extend(item(convention));
-    }
-    text.extend(item(&format!("source: {}", export.source)));
-    if !export.written.warnings.is_empty() {
-        text.push(String::new());
-        text.push("Heed".to_owned());
-        for warning in &export.written.warnings {
-            text.extend(item(warning));
-        }
-    }
-    text
-}
-
-/// What interpolation between the nodes of a table leaves.
-fn between(export: &Export) -> Vec<(String, &Loss)> {
-    match &export.content {
-        Content::Corrections(finished) => {
-            let Between {
-                centres, random, ..
-            } = &finished.between;
-            let mut rows = vec![
-                (
-                    format!("- in the middle of {} cells", centres.positions),
-                    centres,
-                ),
-                (format!("- at {} random points", random.positions), random),
-            ];
-            // Of positions in one plane the centres are none.
-            rows.retain(|(_, loss)| loss.positions > 0);
-            rows
-        }
-        Content::Fitted(_) | Content::Everything => Vec::new(),
+        );
     }
 }
 
 fn verdict(export: &Export) -> String {
-    let loss = &export.loss;
-    if loss.worst < NOTHING && export.content == Content::Everything {
+    let (loss, alternative) = (&export.loss, export.target.alternative);
+    let nothing = loss.worst < NOTHING;
+    if nothing && matches!(export.target.content, Content::Everything) {
         return "Nothing is lost: the target holds all 24 parameters.".to_owned();
     }
-    let lost = if loss.worst < NOTHING {
+    let lost = if nothing {
         format!("Lost: less than {NOTHING} mm.")
     } else {
         format!(
-            "Lost: {} rms, {} at worst, at x = {:.1}, y = {:.1}, z = {:.1} mm.",
+            "Lost: {} rms, {} worst, at x = {:.1}, y = {:.1}, z = {:.1} mm.",
             millimetres(loss.rms),
             millimetres(loss.worst),
             loss.at.x,
@@ -130,206 +113,175 @@ fn verdict(export: &Export) -> String {
         )
     };
     let Some(kept) = export.kept() else {
-        return format!(
-            "{lost} The calibrated robot is as the nominal one, so that there was nothing to gain."
-        );
+        return format!("{lost} The calibrated robot equals the nominal one: nothing was gained.");
     };
     let percent = 100.0 * kept;
-    let (keep, these) = match export.content {
-        Content::Corrections(_) => ("This table keeps", "this table"),
-        Content::Fitted(_) | Content::Everything => ("These parameters keep", "these parameters"),
-    };
-    let instead = export.alternative;
     if kept <= 0.0 {
         format!(
-            "{lost} Do not use {these}: the robot before calibration, after its best rigid motion, is no worse. Use \
-             instead: {instead}."
+            "{lost} Do not use these values: the robot before calibration, after its best rigid motion, is no worse. \
+             Use instead: {alternative}."
         )
     } else if kept < LITTLE {
         format!(
-            "{lost} {keep} little of what the calibration gains: {percent:.0} %. Use instead: {instead}."
+            "{lost} Keeps little of the calibration's gain: {percent:.0} %. Use instead: {alternative}."
         )
     } else if kept < SOME {
         format!(
-            "{lost} {keep} only {percent:.0} % of what the calibration gains. To keep more, use: {instead}."
+            "{lost} Keeps only {percent:.0} % of the calibration's gain. To keep more, use {alternative}."
         )
     } else {
-        format!("{lost} That keeps {percent:.0} % of what the calibration gains.")
+        format!("{lost} Keeps {percent:.0} % of the calibration's gain.")
     }
 }
 
 fn over(export: &Export, files: &Files<'_>) -> String {
     let loss = &export.loss;
-    let place = match files.positions {
-        Some(name) => format!("of {name}"),
-        None => match export.within {
-            Some(within) => format!("spread over the workspace within {within} mm of the z axis"),
-            None => "spread over the workspace".to_owned(),
-        },
+    let place = match (files.positions, export.within) {
+        (Some(name), _) => format!("of {name}"),
+        (None, Some(within)) => {
+            format!("spread over the workspace within {within} mm of the z axis")
+        }
+        (None, None) => "spread over the workspace".to_owned(),
     };
     let mut text = format!("Over {} positions {place}.", loss.positions);
     if files.nominal.is_none() {
         text.push_str(
-            " The symmetric robot stands for the robot before calibration, because --nominal does not name it; it \
-             has the mean lengths of the calibrated robot.",
+            " The robot before calibration is taken to be the symmetric one with the calibrated robot's mean lengths; \
+             name it with --nominal.",
         );
     }
     if loss.unreached > 0 {
-        let _ = write!(text, " Another {} are left out: ", loss.unreached);
-        text.push_str(if matches!(export.content, Content::Corrections(_)) {
-            "they lie in cells without corrections at all eight nodes."
+        let why = if export.table.is_some() {
+            "their cells lack corrections"
         } else {
-            "the target's kinematics does not reach them."
-        });
+            "the target's kinematics does not reach them"
+        };
+        let _ = write!(text, " {} more are left out: {why}.", loss.unreached);
     }
     text
 }
 
-fn motion(frame: &Frame) -> Vec<String> {
-    let [x, y, z] = [frame.shift.x, frame.shift.y, frame.shift.z];
-    let [rx, ry, rz] = frame.turns.map(f64::to_degrees).data.0[0];
-    let mut text = vec![
-        "The rigid motion that is part of the fit: from the calibrated robot's frame to the controller's".to_owned(),
-        format!("  shift  x {x:.4}  y {y:.4}  z {z:.4} mm"),
-        format!("  turn   about x {rx:.4}  about y {ry:.4}  about z {rz:.4} degrees (R = Rz Ry Rx)"),
-    ];
-    text.extend(wrapped(
-        "A position p of the calibrated robot's frame is R p + shift for the controller. This is your work offset \
-         (shift), your levelling (about x and y) and the direction of your axes (about z): apply it there, or \
-         measure the work frame anew with the new parameters.",
-    ));
-    text
+fn motion(text: &mut String, frame: &Frame) {
+    let shift = frame.shift;
+    let turns = frame.turns.map(f64::to_degrees);
+    let _ = write!(
+        text,
+        "\nThe fit's rigid motion, from the calibrated robot's frame to the controller's\n  shift  x {:.4}  y {:.4}  z \
+         {:.4} mm\n  turn   about x {:.4}  about y {:.4}  about z {:.4} degrees (R = Rz Ry Rx)\n",
+        shift.x, shift.y, shift.z, turns.x, turns.y, turns.z
+    );
+    let _ = writeln!(
+        text,
+        "{}",
+        wrapped(
+            "A position p in the calibrated robot's frame is R p + shift for the controller. Apply this to your work \
+             offset (shift), levelling (about x and y) and axes (about z), or measure the work frame anew.",
+            "",
+        )
+    );
 }
 
 /// The lines to paste, with the summary as their comment.
 pub fn text(export: &Export, files: &Files<'_>) -> String {
+    let comment = export.target.comment;
     let mut text = String::new();
-    let xml = export.comment.is_empty();
-    if xml {
-        text.push_str("<?xml version=\"1.0\"?>\n<!--\n");
+    for line in summary(export, files).lines() {
+        let line = line.replace(char::is_control, "?");
+        let _ = writeln!(text, "{}", format!("{comment} {line}").trim_end());
     }
-    for line in summary(export, files) {
-        // A comment of XML must not hold two hyphens.
-        let line = if xml { line.replace("--", "- -") } else { line };
-        let line: String = line
-            .chars()
-            .map(|c| if c.is_control() { '?' } else { c })
-            .collect();
-        let _ = writeln!(text, "{}", format!("{} {line}", export.comment).trim_end());
-    }
-    if xml {
-        text.push_str("-->\n");
-    } else {
-        let _ = writeln!(text, "{}", export.comment);
-    }
+    let _ = writeln!(text, "{comment}");
     text + &export.written.lines
 }
 
-fn loss(loss: &Loss) -> Value {
-    json!({
-        "rms_mm": loss.rms,
-        "worst_mm": loss.worst,
-        "worst_at_mm": [loss.at.x, loss.at.y, loss.at.z],
-        "positions": loss.positions,
-        "unreached": loss.unreached,
-    })
-}
-
-/// A correction table.
-fn table(finished: &Finished) -> Value {
-    let Table { kind, grid, nodes } = &finished.table;
-    let corrections: Vec<_> = nodes
-        .iter()
-        .map(|node| node.correction().map(|by| [by.x, by.y, by.z]))
-        .collect();
-    let extrapolated = nodes
-        .iter()
-        .zip(0..)
-        .filter_map(|(node, index)| match node {
-            Node::Extrapolated(_) => Some(index),
-            Node::Computed(_) | Node::Empty => None,
-        });
-    let extrapolated: Vec<usize> = extrapolated.collect();
-    json!({
-        "corrections_of": kind.name(),
-        "unit": finished.unit,
-        "origin_mm": [grid.origin.x, grid.origin.y, grid.origin.z],
-        "spacing_mm": grid.spacing,
-        "nodes_along_xyz": grid.counts,
-        "fastest": "z",
-        "corrections": corrections,
-        "extrapolated": extrapolated,
-        "limit_mm": finished.limit,
-        "at_cell_centres": loss(&finished.between.centres),
-        "at_random_points": loss(&finished.between.random),
-    })
-}
-
 /// For programs.
-pub fn json(export: &Export, files: &Files<'_>) -> Value {
-    let parameters: Vec<_> = export
-        .written
-        .entries
-        .iter()
-        .map(|entry| json!({"name": entry.name, "value": entry.value, "unit": entry.unit}))
-        .collect();
-    let frame = export.frame.map(|frame| {
-        let turns = frame.turns.map(f64::to_degrees);
-        json!({
-            "shift_mm": [frame.shift.x, frame.shift.y, frame.shift.z],
-            "turn_deg": [turns.x, turns.y, turns.z],
-        })
-    });
-    report(
-        1,
-        json!({
-            "target": export.name,
-            "robot": files.robot,
-            "nominal": files.nominal,
-            "fitted_parameters": match export.content {
-                Content::Fitted(count) => Some(count),
-                Content::Everything | Content::Corrections(_) => None,
-            },
-            "table": match &export.content {
-                Content::Corrections(finished) => Some(table(finished)),
-                Content::Fitted(_) | Content::Everything => None,
-            },
-            "parameters": parameters,
-            "frame": frame,
-            "loss": loss(&export.loss),
-            "not_calibrated": loss(&export.uncalibrated),
-            "not_calibrated_after_rigid_motion": loss(&export.uncalibrated_moved),
-            "kept": export.kept(),
-            "conventions": export.conventions,
-            "source": export.source,
-            "warnings": export.written.warnings,
-            "lines": export.written.lines,
-        }),
-    )
+#[derive(Debug, Serialize)]
+pub struct Report<'a> {
+    schema_version: u32,
+    program_version: &'static str,
+    target: &'static str,
+    robot: &'a str,
+    nominal: Option<&'a str>,
+    fitted_parameters: Option<usize>,
+    table: Option<TableReport>,
+    parameters: &'a [Entry],
+    frame: Option<Motion>,
+    loss: Loss,
+    not_calibrated: Loss,
+    not_calibrated_after_rigid_motion: Loss,
+    kept: Option<f64>,
+    conventions: &'static [&'static str],
+    source: &'static str,
+    warnings: &'a [String],
+    lines: &'a str,
 }
 
-/// Lines of at most [`WIDTH`] columns.
-pub(super) fn wrapped(text: &str) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        if let Some(line) = lines.last_mut() {
-            if line.is_empty() {
-                line.push_str(word);
-            } else if line.chars().count() + 1 + word.chars().count() <= WIDTH {
-                line.push(' ');
-                line.push_str(word);
-            } else {
-                lines.push(word.to_owned());
-            }
+#[derive(Debug, Serialize)]
+struct Motion {
+    shift_mm: [f64; 3],
+    turn_deg: [f64; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct TableReport {
+    unit: &'static str,
+    origin_mm: [f64; 3],
+    spacing_mm: f64,
+    nodes_along_xyz: [usize; 3],
+    fastest: &'static str,
+    corrections: Vec<Option<[f64; 3]>>,
+    extrapolated: Vec<usize>,
+    at_cell_centres: Loss,
+}
+
+impl TableReport {
+    fn of(table: &Table) -> Self {
+        let nodes = table.nodes.iter();
+        let extrapolated = nodes
+            .clone()
+            .zip(0..)
+            .filter_map(|(node, index)| matches!(node, Node::Extrapolated(_)).then_some(index));
+        Self {
+            unit: "mm",
+            origin_mm: table.origin.into(),
+            spacing_mm: table.spacing,
+            nodes_along_xyz: table.counts,
+            fastest: "z",
+            extrapolated: extrapolated.collect(),
+            corrections: nodes
+                .map(|node| node.correction().map(Into::into))
+                .collect(),
+            at_cell_centres: table.centres,
         }
     }
-    lines
 }
 
-fn item(text: &str) -> Vec<String> {
-    let mut lines = wrapped(text);
-    for (index, line) in lines.iter_mut().enumerate() {
-        line.insert_str(0, if index == 0 { "- " } else { "  " });
+impl<'a> Report<'a> {
+    /// Of an export.
+    pub fn of(export: &'a Export, files: &Files<'a>) -> Self {
+        Self {
+            schema_version: 1,
+            program_version: env!("CARGO_PKG_VERSION"),
+            target: export.target.name,
+            robot: files.robot,
+            nominal: files.nominal,
+            fitted_parameters: match &export.target.content {
+                Content::Fitted { holds, .. } => Some(holds.count()),
+                Content::Everything | Content::Corrections => None,
+            },
+            table: export.table.as_ref().map(TableReport::of),
+            parameters: &export.written.entries,
+            frame: export.frame.map(|frame| Motion {
+                shift_mm: frame.shift.into(),
+                turn_deg: frame.turns.map(f64::to_degrees).into(),
+            }),
+            loss: export.loss,
+            not_calibrated: export.uncalibrated,
+            not_calibrated_after_rigid_motion: export.uncalibrated_moved,
+            kept: export.kept(),
+            conventions: export.target.conventions,
+            source: export.target.source,
+            warnings: &export.written.warnings,
+            lines: &export.written.lines,
+        }
     }
-    lines
 }

@@ -1,298 +1,258 @@
-//! A printer's assessment, in ten lines and the lines to paste, and for programs.
+//! A printer's assessment: some ten lines and the lines to paste, and for programs.
 
-use crate::printer::area::Off;
-use crate::printer::assess::{Assessment, lack_of_fit, worst};
-use crate::render::json::report;
-use crate::report::export::{self, Files, wrapped};
+use crate::printer::{Assessment, Change, Next, Off};
+use crate::render::terminal::wrapped;
+use crate::report::export::{self, Files};
 use crate::text::words::{count, list};
-use serde_json::{Value, json};
+use delta_cal::robot::Drive;
+use serde::Serialize;
 use std::fmt::Write;
 
-const SCHEMA_VERSION: u32 = 1;
-/// A change below this is none, as a part of what remains uncertain.
+/// Measurements that make the expected error smaller by less than this part are not proposed.
 const WORTH: f64 = 0.1;
+/// A change below this is none, mm or degrees.
+const CHANGED: f64 = 0.01;
 
-/// For people: ten statements at most, and what to paste.
-pub fn text(assessment: &Assessment) -> String {
+/// For people: numbered statements, and what to paste.
+pub fn text(assessment: &Assessment<'_>) -> String {
     let mut text = String::new();
     for (number, statement) in (1..).zip(lines(assessment)) {
-        for (index, line) in wrapped(&statement).into_iter().enumerate() {
-            let _ = match index {
-                0 => writeln!(text, "{number:>2}. {line}"),
-                _ => writeln!(text, "    {line}"),
-            };
-        }
+        let _ = writeln!(text, "{number:>2}. {}", wrapped(&statement, "    "));
     }
     text.push('\n');
     text.push_str(&to_paste(assessment));
-    for note in &assessment.imported.notes {
-        let _ = write!(text, "\n{}\n", wrapped(note).join("\n"));
+    for note in &assessment.printer.notes {
+        let _ = write!(text, "\n{}\n", wrapped(note, ""));
     }
     text
 }
 
 /// The lines for the configuration, with what to do with those that it holds.
-pub fn to_paste(assessment: &Assessment) -> String {
+pub fn to_paste(assessment: &Assessment<'_>) -> String {
+    let comment = assessment.export.target.comment;
+    let firmware = assessment.printer.firmware.title();
     format!(
-        "# Delete the same options from the block that SAVE_CONFIG wrote at the end of printer.cfg.\n{}",
+        "{comment} In place of the same parameters of {firmware}, also of those that it saved itself.\n{}",
         assessment.export.written.lines
     )
 }
 
-/// Ten at most.
-pub fn lines(assessment: &Assessment) -> Vec<String> {
-    let report = &assessment.report;
+fn drive(assessment: &Assessment<'_>) -> Drive {
+    assessment.printer.robot.robot.drive()
+}
+
+fn parameters(assessment: &Assessment<'_>) -> usize {
+    match drive(assessment) {
+        Drive::Linear => 21,
+        Drive::Rotary => 24,
+    }
+}
+
+fn lines(assessment: &Assessment<'_>) -> Vec<String> {
+    let calibration = assessment.calibration;
     let mut lines = vec![measured(assessment)];
-    lines.extend(assessment.before.as_ref().map(|off| wrong(assessment, off)));
-    lines.extend(changes(assessment));
-    lines.push(fit(assessment));
-    lines.push(known(assessment));
-    lines.extend(sure(assessment));
-    if !report.determined.scale {
-        let more = if assessment.imported.saved.distances.is_empty() {
-            "that takes distances"
+    if let Some(off) = &assessment.before {
+        // Nothing is said of a size that was not measured.
+        let size = if calibration.determined.scale {
+            format!("; 100 mm come out as {:.2} mm", off.hundred)
         } else {
-            "the saved distances are too inexact or too few to show it"
+            String::new()
         };
         lines.push(format!(
-            "The size of printed parts is known no better than the tolerance says: {more}."
+            "Bed error now: {:.2} mm rms ({:.2} mm worst) within {:.0} mm of the centre{size}.",
+            off.height, off.worst_height, assessment.area.radius
         ));
     }
-    lines.extend(next(assessment));
+    lines.extend(changes(&assessment.changes));
+    lines.push(fit(assessment));
+    lines.push(format!(
+        "The {} readings improve {} of {} parameter combinations; the rest stay at the tolerance.",
+        assessment.printer.readings.readings(),
+        calibration.determined.combinations,
+        parameters(assessment)
+    ));
+    if let Some(next) = &assessment.next {
+        let before = assessment.sigma_before.map_or_else(String::new, |before| {
+            format!(", {before:.2} mm by the tolerance alone")
+        });
+        lines.push(format!(
+            "Expected position error: {:.2} mm rms over the printed area (σ){before}.",
+            next.now
+        ));
+    }
+    if !calibration.determined.scale {
+        lines
+            .push("The size of parts stays at the tolerance: it takes exact distances.".to_owned());
+    }
+    if let Some(next) = &assessment.next {
+        lines.extend(proposals(assessment, next));
+    }
     lines.push(paste(assessment));
-    lines.truncate(10);
     lines
 }
 
-fn measured(assessment: &Assessment) -> String {
-    let saved = &assessment.imported.saved;
-    let kinds: Vec<_> = [
-        (saved.heights.len(), "height"),
-        (saved.distances.len(), "distance"),
-    ]
-    .into_iter()
-    .filter(|(number, _)| *number > 0)
-    .map(|(number, kind)| count(number, kind))
-    .collect();
-    let kind = if assessment.has_towers() {
-        "a Delta with towers"
-    } else {
-        "a Delta whose motors turn its arms"
+fn measured(assessment: &Assessment<'_>) -> String {
+    let [heights, distances] = assessment.printer.counts();
+    let kinds = [(heights, "height"), (distances, "distance")];
+    let kinds = kinds.into_iter().filter(|(number, _)| *number > 0);
+    let kinds: Vec<_> = kinds.map(|(number, kind)| count(number, kind)).collect();
+    let kind = match drive(assessment) {
+        Drive::Linear => "Delta with towers",
+        Drive::Rotary => "Delta with rotary arms",
     };
-    let notes = if assessment.imported.notes.is_empty() {
+    let notes = if assessment.printer.notes.is_empty() {
         ""
     } else {
         " (see the note below)"
     };
-    format!(
-        "{}: {kind}; {}{notes}.",
-        assessment.imported.source,
-        list(&kinds)
-    )
+    let name = &assessment.printer.robot.name;
+    format!("{name}: {kind}, {}{notes}.", list(&kinds))
 }
 
-/// What its configuration is off.
-fn wrong(assessment: &Assessment, off: &Off) -> String {
-    // Nothing is said of a size that was not measured.
-    let size = if assessment.report.determined.scale {
-        format!(", and 100 mm come out as {:.2} mm", off.hundred)
-    } else {
-        String::new()
-    };
-    format!(
-        "Wrong now: over {:.0} mm around the centre the nozzle is {:.2} mm rms ({:.2} at most) off the height that \
-         Klipper believes{size}.",
-        assessment.area.radius, off.height, off.worst_height
-    )
+/// The three largest changes of what the controller is told.
+fn changes(changes: &[Change]) -> Option<String> {
+    let size = |change: &Change| (change.after - change.before).abs();
+    let mut changes: Vec<_> = changes.iter().filter(|own| size(own) >= CHANGED).collect();
+    changes.sort_by(|one, other| size(other).total_cmp(&size(one)));
+    changes.truncate(3);
+    let largest = changes.iter().map(
+        |Change {
+             name,
+             before,
+             after,
+             unit,
+         }| { format!("{name} {:+.2} {unit}", after - before) },
+    );
+    let largest: Vec<_> = largest.collect();
+    (!largest.is_empty()).then(|| format!("Largest changes: {}.", list(&largest)))
 }
 
-/// The three largest changes of what Klipper is told.
-fn changes(assessment: &Assessment) -> Option<String> {
-    let mut changes: Vec<_> = assessment
-        .changes()
-        .into_iter()
-        .filter(|(_, before, after, _)| (after - before).abs() >= 0.01)
-        .collect();
-    changes.sort_by(|one, other| {
-        let size = |own: &(String, f64, f64, &str)| (own.2 - own.1).abs();
-        size(other).total_cmp(&size(one))
-    });
-    let largest: Vec<_> = changes
-        .into_iter()
-        .take(3)
-        .map(|(name, before, after, unit)| format!("{name} {:+.2} {unit}", after - before))
-        .collect();
-    (!largest.is_empty()).then(|| format!("The largest changes: {}.", list(&largest)))
-}
-
-fn fit(assessment: &Assessment) -> String {
-    let report = &assessment.report;
-    if report.sigma_widened_by > 1.0 {
-        let worst = worst(report).and_then(|index| assessment.imported.saved.names.get(index));
+fn fit(assessment: &Assessment<'_>) -> String {
+    let calibration = assessment.calibration;
+    let residuals = assessment.lack_of_fit();
+    if calibration.sigma_widened_by > 1.0 {
+        let worst = assessment.worst();
+        let worst = worst.map_or_else(String::new, |name| format!(", {name} most of all"));
         return format!(
-            "Doubtful: the measurements are {:.1} times further off than noise and tolerance allow, {} most of all; \
-             every uncertainty is widened by that.",
-            lack_of_fit(report),
-            worst.map_or("one", String::as_str)
+            "Warning: residuals are {residuals:.1} × the expected{worst}. All σ are scaled accordingly."
         );
     }
-    format!(
-        "The measurements fit: {:.2} times what noise and tolerance allow, where 1 is usual.",
-        lack_of_fit(report)
-    )
+    format!("Residuals are {residuals:.2} × the expected.")
 }
 
-/// What they determine at most, and what they do.
-fn known(assessment: &Assessment) -> String {
-    let parameters = if assessment.has_towers() { 21 } else { 24 };
-    let readings = assessment.readings();
-    format!(
-        "{readings} measurements determine at most {} combinations of the {parameters} parameters, here {} better \
-         than the tolerance; all others come from the tolerance.",
-        readings.min(parameters),
-        assessment.report.determined.combinations
-    )
-}
-
-fn sure(assessment: &Assessment) -> Option<String> {
-    let next = assessment.next.as_ref()?;
-    let before = assessment.sigma_before.map_or_else(String::new, |before| {
-        format!("; by the tolerance alone {before:.2}")
-    });
-    Some(format!(
-        "How sure: positions are expected to be off by {:.2} mm rms (one sigma) after this calibration{before}.",
-        assessment.report.sigma_widened_by * next.now
-    ))
-}
-
-/// What to measure next.
-fn next(assessment: &Assessment) -> Vec<String> {
-    let Some(next) = &assessment.next else {
-        return Vec::new();
-    };
-    let widening = assessment.report.sigma_widened_by;
-    let mut lines = Vec::new();
+/// What to measure next, the better proposal first.
+fn proposals(assessment: &Assessment<'_>, next: &Next) -> Vec<String> {
     let worthwhile = |error: &f64| *error < (1.0 - WORTH) * next.now;
-    let mut options = Vec::new();
+    let mut proposals = Vec::new();
     if let Some(error) = next.with_object.filter(worthwhile) {
-        let again = if assessment.imported.saved.distances.is_empty() {
-            ""
-        } else {
-            " once more"
-        };
-        options.push((
-            error,
-            format!(
-                "print Klipper's docs/prints/calibrate_size.stl{again}, measure its twelve distances \
-                 (DELTA_ANALYZE): leaves {:.2} mm",
-                widening * error
-            ),
-        ));
+        let proposal = "print Klipper's docs/prints/calibrate_size.stl and measure its twelve distances (DELTA_ANALYZE)";
+        proposals.push((error, proposal.to_owned()));
     }
     if let Some(error) = next.with_heights.filter(worthwhile) {
-        let places: Vec<_> = next
-            .heights
-            .iter()
+        let places = next.heights.iter();
+        let places: Vec<_> = places
             .map(|[x, y]| format!("({}, {})", x.round() + 0.0, y.round() + 0.0))
             .collect();
-        options.push((
-            error,
-            format!(
-                "nozzle on a sheet of paper at x, y = {} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each): leaves {:.2} mm",
-                places.join(" "),
-                widening * error
-            ),
-        ));
-    }
-    options.sort_by(|one, other| one.0.total_cmp(&other.0));
-    for (words, (_, option)) in ["Measure next", "Or"].into_iter().zip(options) {
-        lines.push(format!("{words}: {option}."));
-    }
-    if lines.is_empty() {
-        lines.push(
-            if assessment.report.determined.scale {
-                "Measure next: nothing; heights and distances bring little more."
-            } else {
-                "Measure next: more heights and printed distances bring little; the size takes longer distances, \
-                 measured more exactly."
-            }
-            .to_owned(),
+        let proposal = format!(
+            "nozzle on a sheet of paper at x, y = {} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each)",
+            places.join(" ")
         );
+        proposals.push((error, proposal));
     }
-    lines
+    proposals.sort_by(|one, other| one.0.total_cmp(&other.0));
+    if proposals.is_empty() {
+        let nothing = if assessment.calibration.determined.scale {
+            "Measure next: nothing; heights and printed distances bring little more."
+        } else {
+            "Measure next: longer distances, more exactly; heights and printed distances bring little more."
+        };
+        return vec![nothing.to_owned()];
+    }
+    let proposals = ["Measure next", "Or"].into_iter().zip(proposals);
+    proposals
+        .map(|(words, (error, proposal))| format!("{words}: {proposal}; leaves {error:.2} mm."))
+        .collect()
 }
 
-fn paste(assessment: &Assessment) -> String {
-    let loss = &assessment.export.loss;
-    let before = &assessment.export.uncalibrated;
+fn paste(assessment: &Assessment<'_>) -> String {
+    let (loss, before) = (&assessment.export.loss, &assessment.export.uncalibrated);
     let after = assessment.after.as_ref().map_or_else(String::new, |off| {
-        format!(
-            "; heights over the bed are then {:.2} mm rms off",
-            off.height
-        )
+        format!(" Bed error then: {:.2} mm rms.", off.height)
     });
     format!(
-        "Paste these lines, and delete the same options from the block of SAVE_CONFIG. Klipper cannot hold all: they lose {:.2} mm rms ({:.2} at most), where not calibrating loses \
-         {:.2} ({:.2}){after}.",
-        loss.rms, loss.worst, before.rms, before.worst
+        "Paste the lines below. {} cannot hold everything: they lose {:.2} mm rms ({:.2} mm worst); not calibrating \
+         loses {:.2} mm ({:.2} mm).{after}",
+        assessment.printer.firmware.title(),
+        loss.rms,
+        loss.worst,
+        before.rms,
+        before.worst
     )
 }
 
-/// For programs.
-pub fn json(assessment: &Assessment) -> Value {
-    let off = |off: &Option<Off>| {
-        off.as_ref().map(|off| {
-            json!({
-                "height_rms_mm": off.height,
-                "height_worst_mm": off.worst_height,
-                "hundred_mm_become_mm": off.hundred,
-            })
-        })
-    };
-    let changes: Vec<_> = assessment
-        .changes()
-        .into_iter()
-        .map(|(name, before, after, unit)| {
-            json!({"name": name, "before": before, "after": after, "unit": unit})
-        })
-        .collect();
-    let next = assessment.next.as_ref().map(|next| {
-        json!({
-            "sigma_now_mm": next.now,
-            "heights_at_mm": next.heights,
-            "sigma_with_heights_mm": next.with_heights,
-            "sigma_with_printed_object_mm": next.with_object,
-        })
-    });
-    let own = &assessment.report;
-    let files = Files {
-        robot: &assessment.imported.source,
-        nominal: Some(&assessment.imported.source),
-        positions: None,
-    };
-    report(
-        SCHEMA_VERSION,
-        json!({
-            "configuration": assessment.imported.source,
-            "kinematics": if assessment.has_towers() { "delta" } else { "rotary_delta" },
-            "notes": assessment.imported.notes,
-            "heights": assessment.imported.saved.heights.len(),
-            "distances": assessment.imported.saved.distances.len(),
-            "bed_radius_mm": assessment.area.radius,
-            "lack_of_fit": lack_of_fit(own),
-            "sigma_widened_by": own.sigma_widened_by,
-            "combinations_known": own.determined.combinations,
-            "combinations_at_most": assessment.readings().min(if assessment.has_towers() { 21 } else { 24 }),
-            "scale_known": own.determined.scale,
-            "before": off(&assessment.before),
-            "after": off(&assessment.after),
-            "changes": changes,
-            // One sigma, rms over the printed area, after the best rigid motion; not widened.
-            "sigma_before_mm": assessment.sigma_before,
-            "next": next,
-            "warnings": own.warnings,
-            "export": export::json(&assessment.export, &files),
-            "lines": lines(assessment),
-        }),
-    )
+/// For programs. Every σ is scaled by `sigma_widened_by`, if the residuals are improbably large.
+#[derive(Debug, Serialize)]
+pub struct Report<'a> {
+    schema_version: u32,
+    program_version: &'static str,
+    configuration: &'a str,
+    kinematics: &'static str,
+    notes: &'a [String],
+    heights: usize,
+    distances: usize,
+    bed_radius_mm: f64,
+    lack_of_fit: f64,
+    sigma_widened_by: f64,
+    combinations_known: usize,
+    combinations_at_most: usize,
+    scale_known: bool,
+    before: Option<Off>,
+    after: Option<Off>,
+    changes: &'a [Change],
+    sigma_before_mm: Option<f64>,
+    next: Option<&'a Next>,
+    warnings: &'a [String],
+    export: export::Report<'a>,
+    lines: Vec<String>,
+}
+
+impl<'a> Report<'a> {
+    /// Of an assessment.
+    pub fn of(assessment: &'a Assessment<'_>) -> Self {
+        let printer = assessment.printer;
+        let calibration = assessment.calibration;
+        let name = printer.robot.name.as_str();
+        let files = Files {
+            robot: name,
+            nominal: Some(name),
+            positions: None,
+        };
+        let [heights, distances] = printer.counts();
+        Self {
+            schema_version: 1,
+            program_version: env!("CARGO_PKG_VERSION"),
+            configuration: name,
+            kinematics: match drive(assessment) {
+                Drive::Linear => "delta",
+                Drive::Rotary => "rotary_delta",
+            },
+            notes: &printer.notes,
+            heights,
+            distances,
+            bed_radius_mm: assessment.area.radius,
+            lack_of_fit: assessment.lack_of_fit(),
+            sigma_widened_by: calibration.sigma_widened_by,
+            combinations_known: calibration.determined.combinations,
+            combinations_at_most: printer.readings.readings().min(parameters(assessment)),
+            scale_known: calibration.determined.scale,
+            before: assessment.before,
+            after: assessment.after,
+            changes: &assessment.changes,
+            sigma_before_mm: assessment.sigma_before,
+            next: assessment.next.as_ref(),
+            warnings: &calibration.warnings,
+            export: export::Report::of(&assessment.export, &files),
+            lines: lines(assessment),
+        }
+    }
 }

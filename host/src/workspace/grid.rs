@@ -1,23 +1,19 @@
-//! The nodes of a grid of lines, and which of them are reachable.
+//! A grid of lines through the box that holds the workspace.
 
-use super::error::WorkspaceError;
 use crate::geometry::reach::{Limit, Reach};
 use crate::geometry::sweep::{SWEPT, sweep};
 use delta_cal::Robot;
 use nalgebra::Vector3;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use std::fmt;
 
 /// Lines across the longest side, if no spacing is given.
-const LINES: f64 = 80.0;
+pub(super) const LINES: f64 = 80.0;
 /// Nodes beyond the box that the sweep found, at each side; the sweep may miss a little.
 const MARGIN: f64 = 2.0;
 /// Nodes of the largest grid.
 const LARGEST: f64 = 6e7;
 
-/// Pieces of a line that are reachable: from and to, mm from its beginning, in order.
-pub(super) type Intervals = Vec<(f64, f64)>;
-
-/// A grid of lines parallel to the axes. Its outermost nodes are not reachable.
+/// Lines parallel to the axes, all of the same distance from their neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     /// Its first node, mm.
@@ -26,44 +22,16 @@ pub struct Grid {
     pub spacing: f64,
     /// Nodes along x, y and z.
     pub counts: [usize; 3],
-    reachable: Vec<bool>,
 }
 
 impl Grid {
-    /// The grid that holds the whole workspace.
-    pub(super) fn of(
-        robot: &Robot<f64>,
-        reach: &Reach,
-        spacing: Option<f64>,
-    ) -> Result<Self, WorkspaceError> {
-        let (mut low, mut high) = swept_box(robot, reach)?;
-        let longest = (high - low).max();
-        let spacing = spacing.unwrap_or(longest / LINES);
-        loop {
-            let grid = Self::between(&low, &high, spacing)?;
-            let grid = grid.filled(robot, reach);
-            let Some(sides) = grid.reachable_sides() else {
-                return Err(WorkspaceError::Thin { spacing });
-            };
-            // What the sweep missed.
-            let grow = 4.0 * spacing + 0.1 * longest;
-            for axis in 0..3 {
-                low[axis] -= if sides[axis][0] { grow } else { 0.0 };
-                high[axis] += if sides[axis][1] { grow } else { 0.0 };
-            }
-            if sides == [[false; 2]; 3] {
-                return Ok(grid);
-            }
-        }
-    }
-
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked before
-    fn between(
+    pub(super) fn between(
         low: &Vector3<f64>,
         high: &Vector3<f64>,
         spacing: f64,
     ) -> Result<Self, WorkspaceError> {
-        let counts = (high - low).map(|side| (side / spacing).ceil() + 1.0 + 2.0 * MARGIN);
+        let counts = (high - low).map(|side| (side / spacing).ceil() + 2.0 + 2.0 * MARGIN);
         if !(counts.product() <= LARGEST) {
             let least = ((high - low).product() / LARGEST).cbrt() * 1.1;
             return Err(WorkspaceError::TooFine { spacing, least });
@@ -72,81 +40,58 @@ impl Grid {
         // and its limits in round numbers, do not fall on nodes.
         let odd = Vector3::new(0.317, 0.433, 0.241);
         let first = low.zip_map(&odd, |low, odd| (low / spacing).floor() - odd);
-        let [nx, ny, nz] = counts.data.0[0].map(|count| count as usize + 1);
         Ok(Self {
-            origin: (first.add_scalar(-(MARGIN - 1.0))) * spacing,
+            origin: first.add_scalar(1.0 - MARGIN) * spacing,
             spacing,
-            counts: [nx, ny, nz],
-            reachable: Vec::new(),
+            counts: counts.data.0[0].map(|count| count as usize),
         })
     }
 
-    fn filled(mut self, robot: &Robot<f64>, reach: &Reach) -> Self {
-        let nodes = self.counts.iter().product::<usize>();
-        let grid = &self;
-        self.reachable = (0..nodes)
-            .into_par_iter()
-            .map(|node| {
-                reach
-                    .any_joints(robot, &grid.node(grid.place(node)))
-                    .is_ok()
-            })
-            .collect();
-        self
-    }
-
-    /// Whether any node of the first and last layer of each axis is reachable; `None` if no node is.
-    fn reachable_sides(&self) -> Option<[[bool; 2]; 3]> {
-        let mut sides = [[false; 2]; 3];
-        let mut any = false;
-        for (node, _) in self.reachable.iter().enumerate().filter(|(_, r)| **r) {
-            any = true;
-            let place = self.place(node);
-            for axis in 0..3 {
-                sides[axis][0] |= place[axis] == 0;
-                sides[axis][1] |= place[axis] + 1 == self.counts[axis];
-            }
-        }
-        any.then_some(sides)
-    }
-
-    /// Indices along x, y and z of the node at `index`.
-    pub(super) fn place(&self, index: usize) -> [usize; 3] {
-        let [nx, ny, _] = self.counts;
-        [index % nx, index / nx % ny, index / nx / ny]
-    }
-
-    /// The index of the node at these indices along x, y and z.
-    pub(super) fn index(&self, [i, j, k]: [usize; 3]) -> usize {
-        let [nx, ny, _] = self.counts;
-        i + nx * (j + ny * k)
-    }
-
-    /// Nodes in all.
-    pub fn len(&self) -> usize {
-        self.reachable.len()
-    }
-
-    /// Whether there is no node; there always is.
-    pub fn is_empty(&self) -> bool {
-        self.reachable.is_empty()
-    }
-
     /// A node's position, mm.
-    #[allow(clippy::cast_precision_loss)] // some hundreds
-    pub fn node(&self, [i, j, k]: [usize; 3]) -> Vector3<f64> {
-        self.origin + Vector3::new(i as f64, j as f64, k as f64) * self.spacing
+    pub fn node(&self, place: [usize; 3]) -> Vector3<f64> {
+        self.origin + Vector3::from(place.map(|index| self.way(index)))
     }
 
-    /// Whether a node is reachable; what is outside the grid is not.
-    pub fn is_reachable(&self, place: [usize; 3]) -> bool {
-        let within = place.iter().zip(self.counts).all(|(at, count)| *at < count);
-        within && self.reachable[self.index(place)]
+    /// From a line's beginning to its node of this index, mm.
+    #[allow(clippy::cast_precision_loss)] // some hundreds
+    pub(super) fn way(&self, index: usize) -> f64 {
+        index as f64 * self.spacing
+    }
+
+    /// From the first to the last node along an axis, mm.
+    pub(super) fn length(&self, axis: usize) -> f64 {
+        self.way(self.counts[axis] - 1)
+    }
+
+    /// How many lines there are along an axis.
+    pub(super) fn lines(&self, axis: usize) -> usize {
+        self.counts[(axis + 1) % 3] * self.counts[(axis + 2) % 3]
+    }
+
+    /// Which of the lines along an axis goes through a node.
+    pub(super) fn line_of(&self, place: [usize; 3], axis: usize) -> usize {
+        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+        place[b] + self.counts[b] * place[c]
+    }
+
+    /// The first node of a line along an axis.
+    pub(super) fn beginning(&self, line: usize, axis: usize) -> [usize; 3] {
+        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+        let mut place = [0; 3];
+        (place[b], place[c]) = (line % self.counts[b], line / self.counts[b]);
+        place
+    }
+
+    /// Every `stride`th node along each axis.
+    pub(super) fn places(&self, stride: usize) -> impl Iterator<Item = [usize; 3]> {
+        let [nx, ny, nz] = self.counts;
+        let each = move |count: usize| (0..count).step_by(stride);
+        each(nz).flat_map(move |k| each(ny).flat_map(move |j| each(nx).map(move |i| [i, j, k])))
     }
 }
 
 /// The box of all positions of the forward model swept over the joints' range.
-fn swept_box(
+pub(super) fn swept_box(
     robot: &Robot<f64>,
     reach: &Reach,
 ) -> Result<(Vector3<f64>, Vector3<f64>), WorkspaceError> {
@@ -163,9 +108,72 @@ fn swept_box(
     if low.x <= high.x {
         Ok((low, high))
     } else {
-        Err(WorkspaceError::Empty {
-            poses: SWEPT,
-            forearms_forbid,
-        })
+        Err(WorkspaceError::Empty { forearms_forbid })
+    }
+}
+
+/// Why there is no workspace to speak of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum WorkspaceError {
+    /// No pose of the forward sweep is reachable.
+    Empty {
+        /// How many of them only the ball joints forbid.
+        forearms_forbid: u32,
+    },
+    /// The workspace is so thin that no line meets it.
+    Thin {
+        /// The lines' spacing, mm.
+        spacing: f64,
+    },
+    /// The grid would have too many nodes.
+    TooFine {
+        /// The spacing asked for, mm.
+        spacing: f64,
+        /// The smallest possible, mm.
+        least: f64,
+    },
+}
+
+impl fmt::Display for WorkspaceError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty { forearms_forbid: 0 } => write!(
+                formatter,
+                "the workspace is empty: at none of {SWEPT} poses within the joint limits do the \
+                 forearms meet"
+            ),
+            Self::Empty { forearms_forbid } => write!(
+                formatter,
+                "the workspace is empty: forearm_max_deg forbids all {forearms_forbid} poses at \
+                 which the forearms meet"
+            ),
+            Self::Thin { spacing } => write!(
+                formatter,
+                "the workspace is thinner than the line spacing of {spacing:.3} mm"
+            ),
+            Self::TooFine { spacing, least } => write!(
+                formatter,
+                "--spacing {spacing}mm is too small for this workspace: the minimum is {:.2}mm",
+                // Rounded up, so that it works.
+                (least * 100.0).ceil() / 100.0
+            ),
+        }
+    }
+}
+
+impl std::error::Error for WorkspaceError {}
+
+impl WorkspaceError {
+    /// What to do next.
+    pub const fn remedy(&self) -> &'static str {
+        match self {
+            Self::Empty { forearms_forbid: 0 } => {
+                "check the lengths (in mm), the arms' azimuths and min_deg, max_deg in [joints]"
+            }
+            Self::Empty { .. } => "increase forearm_max_deg in [joints], or delete the line",
+            Self::Thin { .. } => "set a smaller --spacing, or wider limits in [joints]",
+            Self::TooFine { .. } => "set a larger --spacing, or omit it",
+        }
     }
 }

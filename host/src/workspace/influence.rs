@@ -1,74 +1,141 @@
 //! How the boundary moves with the 24 parameters, to first order.
 
-use super::{BoundaryPoint, Workspace};
-use crate::accuracy::information::parameters;
-use delta_cal::{ArmIndex, Parameter};
+use super::Workspace;
+use super::surface::{Surface, Varied};
+use crate::accuracy::information::{parameters, sigma_of_sum};
+use delta_cal::robot::ParameterKind;
+use delta_cal::{ArmIndex, Parameter, Tolerance};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use serde::{Serialize, Serializer};
 
 /// What one parameter does to the boundary. Per mm for a length, per degree for an angle.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ParameterInfluence {
     /// Whose parameter.
+    #[serde(serialize_with = "number")]
     pub arm: ArmIndex,
     /// Which.
+    #[serde(serialize_with = "symbol")]
     pub parameter: Parameter,
-    /// rms displacement of the boundary along its normal, over its area, mm.
-    pub rms: f64,
-    /// The largest outwards, mm.
-    pub outwards: f64,
-    /// The largest inwards, mm (negative).
-    pub inwards: f64,
-    /// Change of the volume: the displacement's integral over the boundary, mm³.
-    pub volume: f64,
+    /// Of what the displacement is for one.
+    pub per: &'static str,
+    /// rms displacement of the boundary along its normal, over its area.
+    pub rms_mm: f64,
+    /// The largest outwards.
+    pub outwards_mm: f64,
+    /// The largest inwards (negative).
+    pub inwards_mm: f64,
+    /// Change of the volume: the displacement's integral over the boundary.
+    pub volume_litres: f64,
 }
 
-/// Displacement of each point along its outward normal for each parameter, arm by arm at its place: mm per mm,
-/// and mm per radian.
-pub fn displacements(workspace: &Workspace, points: &[BoundaryPoint]) -> Vec<Option<[f64; 24]>> {
-    let of = |point: &BoundaryPoint| {
-        let arms = point.displacement(&workspace.robot, &workspace.reach)?;
-        let mut all = [0.0; 24];
-        for (all, value) in all.iter_mut().zip(arms.iter().flat_map(|arm| arm.iter())) {
-            *all = *value;
+fn number<S: Serializer>(arm: &ArmIndex, serializer: S) -> Result<S::Ok, S::Error> {
+    (arm.index() + 1).serialize(serializer)
+}
+
+fn symbol<S: Serializer>(parameter: &Parameter, serializer: S) -> Result<S::Ok, S::Error> {
+    parameter.symbol().serialize(serializer)
+}
+
+/// One standard uncertainty of the boundary for the stated tolerance of the parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ToleranceBand {
+    /// Of the displacement along the normal, rms over the boundary's area.
+    pub sigma_mm: f64,
+    /// At the worst point.
+    pub largest_sigma_mm: f64,
+    /// Of the volume.
+    pub volume_sigma_litres: f64,
+}
+
+/// How the boundary moves with each parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Influence {
+    /// Displacement of each boundary point along its outward normal for each parameter, arm by arm at
+    /// its place: mm per mm, and mm per radian. `None` where the surface has no normal.
+    pub displacements: Vec<Option<[f64; 24]>>,
+}
+
+impl Influence {
+    /// Of the robot's parameters on its workspace's boundary.
+    pub fn of(workspace: &Workspace) -> Self {
+        let Workspace { robot, reach, .. } = workspace;
+        let varied = Varied::of(robot);
+        let points = workspace.points.par_iter();
+        let displacements = points.map(|point| {
+            let surface = Surface::new(robot, reach, point.limit, point.q);
+            surface.displacement(&varied, &point.position)
+        });
+        Self {
+            displacements: displacements.collect(),
         }
-        Some(all)
-    };
-    points.par_iter().map(of).collect()
+    }
+
+    /// The points' areas, mm², and displacements.
+    fn by_area<'a>(
+        &'a self,
+        workspace: &'a Workspace,
+    ) -> impl Iterator<Item = (f64, &'a [f64; 24])> {
+        let points = workspace.points.iter().zip(&self.displacements);
+        points.filter_map(|(point, moved)| Some((point.area, moved.as_ref()?)))
+    }
+
+    /// All 24, arm by arm.
+    pub fn of_parameters(&self, workspace: &Workspace) -> Vec<ParameterInfluence> {
+        let of = |(arm, parameter): (ArmIndex, Parameter)| {
+            let index = 8 * arm.index() + parameter.index();
+            let (mut square, mut volume, mut sum) = (0.0, 0.0, 0.0);
+            let (mut outwards_mm, mut inwards_mm) = (0.0_f64, 0.0_f64);
+            for (area, moved) in self.by_area(workspace) {
+                let moved = moved[index] * unit(parameter);
+                sum += area;
+                square += moved * moved * area;
+                volume += moved * area;
+                outwards_mm = outwards_mm.max(moved);
+                inwards_mm = inwards_mm.min(moved);
+            }
+            ParameterInfluence {
+                arm,
+                parameter,
+                per: match parameter.kind() {
+                    ParameterKind::Length => "mm",
+                    ParameterKind::Ratio => "1",
+                    ParameterKind::Angle => "degree",
+                },
+                rms_mm: (square / sum).sqrt(),
+                outwards_mm,
+                inwards_mm,
+                volume_litres: volume * 1e-6,
+            }
+        };
+        parameters(&workspace.robot).map(of).collect()
+    }
+
+    /// Of a robot whose parameters are known to this tolerance.
+    pub fn within(&self, workspace: &Workspace, tolerance: &Tolerance<f64>) -> ToleranceBand {
+        let sigma_of = |moved: &[f64; 24]| sigma_of_sum(&workspace.robot, tolerance, moved);
+        let (mut square, mut sum, mut largest, mut volume) = (0.0, 0.0, 0.0_f64, [0.0; 24]);
+        for (area, moved) in self.by_area(workspace) {
+            let sigma = sigma_of(moved);
+            square += sigma * sigma * area;
+            sum += area;
+            largest = largest.max(sigma);
+            for (volume, moved) in volume.iter_mut().zip(moved) {
+                *volume += moved * area * 1e-6;
+            }
+        }
+        ToleranceBand {
+            sigma_mm: (square / sum).sqrt(),
+            largest_sigma_mm: largest,
+            volume_sigma_litres: sigma_of(&volume),
+        }
+    }
 }
 
 /// A millimetre, or a degree in radians.
 pub fn unit(parameter: Parameter) -> f64 {
     match parameter.kind() {
-        delta_cal::robot::ParameterKind::Length | delta_cal::robot::ParameterKind::Ratio => 1.0,
-        delta_cal::robot::ParameterKind::Angle => 1f64.to_radians(),
+        ParameterKind::Length | ParameterKind::Ratio => 1.0,
+        ParameterKind::Angle => 1f64.to_radians(),
     }
-}
-
-/// All 24, arm by arm.
-pub fn influence(workspace: &Workspace) -> Vec<ParameterInfluence> {
-    let displacements = displacements(workspace, &workspace.points);
-    parameters(&workspace.robot)
-        .map(|(arm, parameter)| {
-            let index = 8 * arm.index() + parameter.index();
-            let (mut square, mut volume, mut area) = (0.0, 0.0, 0.0);
-            let (mut outwards, mut inwards) = (0.0_f64, 0.0_f64);
-            for (point, moved) in workspace.points.iter().zip(&displacements) {
-                let Some(moved) = moved else { continue };
-                let moved = moved[index] * unit(parameter);
-                area += point.area;
-                square += moved * moved * point.area;
-                volume += moved * point.area;
-                outwards = outwards.max(moved);
-                inwards = inwards.min(moved);
-            }
-            ParameterInfluence {
-                arm,
-                parameter,
-                rms: (square / area).sqrt(),
-                outwards,
-                inwards,
-                volume,
-            }
-        })
-        .collect()
 }

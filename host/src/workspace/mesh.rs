@@ -1,161 +1,92 @@
-//! The boundary as one closed mesh of triangles.
+//! The boundary as a mesh of triangles, by marching cubes over the grid's nodes.
 //!
-//! Dual contouring: a vertex for each sheet of the boundary in each cell of the lattice, and around each of its
-//! crossings two triangles between the four sheets that meet there. Each vertex lies on all surfaces that limit
-//! the workspace in its cell ([`Face::distance`](super::Face::distance)), so that edges and corners stay sharp.
-//!
-//! ```text
-//! Workspace ─→ Lattice ─→ Crossing ─→ Sheets ─→ Vertex, evened ─→ triangles ─→ the largest piece
-//! ```
-
-mod collapse;
-mod lattice;
-mod piece;
-mod sheets;
-mod vertex;
+//! A corner of a triangle lies on an edge of the grid between a node that is inside and one that is
+//! not; there the boundary point is known, and takes the place of the edge's middle. So every corner
+//! is within the tolerance of the boundary, and rims are cut off within a cell.
 
 use super::{BoundaryPoint, Workspace};
-use crate::geometry::reach::Limit;
-use lattice::{Crossing, Lattice};
-use nalgebra::Vector3;
-pub use piece::Piece;
-use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
-use sheets::Sheets;
-use std::collections::BTreeSet;
-use vertex::Vertex;
+use mcubes::{MarchingCubes, MeshSide};
 
-/// Surfaces of a vertex at most.
-const MOST: usize = 4;
-/// Corners nearer than this part of the spacing are one.
-const NEAR: f64 = 0.01;
-/// Edges shorter than this part of the spacing are taken out.
-const SHORTEST: f64 = 0.1;
-/// Vertices at one place are moved by this part of the tolerance.
-const APART: f64 = 0.25;
-/// Times that vertices are moved towards the mean of their neighbours.
-const EVENED: usize = 4;
-
-/// A closed surface; seen from outside, the corners of a triangle run counter-clockwise.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Mesh {
-    /// Corners; the area of each is a third of that of its triangles.
-    pub vertices: Vec<BoundaryPoint>,
-    /// The corners of each triangle.
-    pub triangles: Vec<[usize; 3]>,
-    /// What limits the workspace at each triangle.
-    pub limits: Vec<Limit>,
-    /// What the mesh leaves out: pieces that are not connected with it, largest first.
-    pub left_out: Vec<Piece>,
-}
+/// Boundary points, three a triangle: their numbers in [`Workspace::points`], counter-clockwise as
+/// seen from outside.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Mesh(pub Vec<[usize; 3]>);
 
 impl Mesh {
     /// The mesh of a workspace's boundary.
     pub fn of(workspace: &Workspace) -> Self {
-        let lattice = Lattice::of(workspace);
-        let crossings = lattice.crossings();
-        let sheets = Sheets::of(&lattice, &crossings);
-        let vertices = evened(workspace, vertices(workspace, &crossings, &sheets), &sheets);
-        let positions: Vec<Vector3<f64>> = vertices.iter().map(|vertex| vertex.position).collect();
-        let mut triangles = Vec::with_capacity(2 * crossings.len());
-        let mut limits = Vec::with_capacity(2 * crossings.len());
-        for (crossing, around) in crossings.iter().zip(&sheets.around) {
-            for triangle in halves(&vertices, *around) {
-                let [i, j, k] = triangle;
-                triangles.push(if crossing.leaves {
-                    [i, j, k]
-                } else {
-                    [i, k, j]
-                });
-                limits.push(limit_of(&vertices, triangle, crossing));
+        let grid = &workspace.grid;
+        let [nx, ny, nz] = grid.counts;
+        let nodes = grid.places(1);
+        let values = nodes.map(|place| {
+            if workspace.has_node(place, 2) {
+                1.0
+            } else {
+                -1.0
             }
-        }
-        let ranks: Vec<usize> = vertices
-            .iter()
-            .map(|vertex| vertex.surfaces.len())
-            .collect();
-        let least = SHORTEST * workspace.grid.spacing;
-        let (numbers, triangles): (Vec<usize>, Vec<[usize; 3]>) =
-            collapse::collapsed(&positions, &ranks, &triangles, least)
-                .into_iter()
-                .unzip();
-        let (kept, left_out) = piece::apart(&positions, &triangles);
-        let mut kept_numbers = vec![None; vertices.len()];
-        let mut mesh = Self {
-            vertices: Vec::new(),
-            triangles: Vec::with_capacity(kept.len()),
-            limits: kept.iter().map(|number| limits[numbers[*number]]).collect(),
-            left_out,
+        });
+        let one = (1.0, 1.0, 1.0);
+        let cubes = MarchingCubes::new(
+            (nx, ny, nz),
+            one,
+            one,
+            Default::default(),
+            values.collect(),
+            0.0,
+        );
+        let Ok(cubes) = cubes else {
+            return Self::default();
         };
-        for number in kept {
-            let triangle = triangles[number].map(|corner| {
-                *kept_numbers[corner].get_or_insert_with(|| {
-                    mesh.vertices.push(vertices[corner].point(workspace));
-                    mesh.vertices.len() - 1
-                })
-            });
-            mesh.triangles.push(triangle);
-        }
-        mesh.tell_apart(workspace.tolerance * APART);
-        mesh.weigh();
-        mesh
+        let ends = Ends::of(workspace);
+        let corners = cubes.generate(MeshSide::InsideOnly).vertices;
+        let corner = |triangle: &[mcubes::Vertex], index: usize| {
+            let at = &triangle[index].posit;
+            ends.nearest([at.x, at.y, at.z])
+        };
+        let triangles = corners.chunks_exact(3).filter_map(|triangle| {
+            let triangle = [
+                corner(triangle, 0)?,
+                corner(triangle, 1)?,
+                corner(triangle, 2)?,
+            ];
+            let [a, b, c] = triangle;
+            (a != b && b != c && c != a).then_some(triangle)
+        });
+        Self(triangles.collect())
     }
 
-    /// Moves vertices apart that would be the same point in single precision, as STL files have it.
-    #[allow(clippy::cast_possible_truncation)] // that is what is compared
-    fn tell_apart(&mut self, step: f64) {
-        let mut seen = BTreeSet::new();
-        for vertex in &mut self.vertices {
-            let bits =
-                |at: &Vector3<f64>| -> [u32; 3] { at.map(|at| (at as f32).to_bits()).into() };
-            let positions = [0.0, -1.0, 1.0, -0.5, 0.5];
-            let mut positions =
-                positions.map(|way| vertex.position + vertex.outward * (way * step));
-            if let Some(free) = positions.iter_mut().find(|at| seen.insert(bits(at))) {
-                vertex.position = *free;
-            }
-        }
-    }
-
-    /// Gives each vertex a third of its triangles' areas.
-    fn weigh(&mut self) {
-        for triangle in &self.triangles {
-            let [a, b, c] = triangle.map(|corner| self.vertices[corner].position);
-            for corner in triangle {
-                self.vertices[*corner].area += (b - a).cross(&(c - a)).norm() / 6.0;
-            }
-        }
-    }
-
-    /// The corners of each triangle, mm.
-    pub fn corners(&self) -> impl Iterator<Item = [Vector3<f64>; 3]> + '_ {
-        self.triangles
-            .iter()
-            .map(|triangle| triangle.map(|corner| self.vertices[corner].position))
+    /// The corners of each triangle.
+    pub fn corners<'a>(
+        &'a self,
+        workspace: &'a Workspace,
+    ) -> impl Iterator<Item = [&'a BoundaryPoint; 3]> + 'a {
+        let corners = self.0.iter();
+        corners.map(|triangle| triangle.map(|corner| &workspace.points[corner]))
     }
 
     /// The volume inside, mm³.
-    pub fn volume(&self) -> f64 {
-        piece::volume(self.corners())
+    pub fn volume(&self, workspace: &Workspace) -> f64 {
+        let corners = self
+            .corners(workspace)
+            .map(|corners| corners.map(|corner| corner.position));
+        corners.map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum()
     }
 
     /// As binary STL, in mm.
     #[allow(clippy::cast_possible_truncation)] // the format's numbers are single precision
-    pub fn to_stl(&self) -> Vec<u8> {
-        let mut stl = Vec::with_capacity(84 + 50 * self.triangles.len());
-        let mut header = [b' '; 80];
+    pub fn to_stl(&self, workspace: &Workspace) -> Vec<u8> {
+        let mut stl = Vec::with_capacity(84 + 50 * self.0.len());
         let title = b"delta-cal: boundary of the reachable workspace, millimetres";
-        header[..title.len()].copy_from_slice(title);
-        stl.extend_from_slice(&header);
-        let count = u32::try_from(self.triangles.len()).unwrap_or(u32::MAX);
+        stl.extend_from_slice(title);
+        stl.resize(80, b' ');
+        let count = u32::try_from(self.0.len()).unwrap_or(u32::MAX);
         stl.extend_from_slice(&count.to_le_bytes());
-        for [a, b, c] in self.corners() {
-            let normal = (b - a).cross(&(c - a));
-            let length = normal.norm();
-            let normal = if length > 0.0 {
-                normal / length
-            } else {
-                normal
-            };
+        for corners in self.corners(workspace) {
+            let [a, b, c] = corners.map(|corner| corner.position);
+            let normal = (b - a)
+                .cross(&(c - a))
+                .try_normalize(0.0)
+                .unwrap_or_default();
             for number in [normal, a, b, c].iter().flat_map(|vector| vector.iter()) {
                 stl.extend_from_slice(&(*number as f32).to_le_bytes());
             }
@@ -165,104 +96,41 @@ impl Mesh {
     }
 }
 
-/// The vertex of each sheet. A corner of the workspace belongs to one sheet; the vertices of other sheets near it are
-/// moved onto an edge.
-fn vertices(workspace: &Workspace, crossings: &[Crossing], sheets: &Sheets) -> Vec<Vertex> {
-    let vertex = |sheet: &Vec<usize>, most: usize| {
-        let points: Vec<&BoundaryPoint> = sheet.iter().map(|at| &crossings[*at].point).collect();
-        Vertex::of(workspace, &points, most)
-    };
-    let of_sheets = sheets.crossings.par_iter();
-    let mut vertices: Vec<Vertex> = of_sheets.map(|sheet| vertex(sheet, MOST)).collect();
-    let (mut corners, same) = (BTreeSet::new(), NEAR * workspace.grid.spacing);
-    let at_corners = vertices.iter_mut().zip(&sheets.crossings);
-    for (at_corner, sheet) in at_corners.filter(|(vertex, _)| vertex.surfaces.len() > 2) {
-        #[allow(clippy::cast_possible_truncation)] // some millions
-        let place: [i64; 3] = at_corner
-            .position
-            .map(|at| (at / same).round() as i64)
-            .into();
-        if !corners.insert(place) {
-            *at_corner = vertex(sheet, 2);
-        }
-    }
-    vertices
+/// Where the boundary points of each line are among all.
+struct Ends<'a> {
+    workspace: &'a Workspace,
+    /// The number of each line's first point.
+    first: [Vec<usize>; 3],
 }
 
-/// The vertices, each moved several times towards the mean of its neighbours: vertices at an edge of the workspace move
-/// along it, and those at a corner do not move. So the vertices along a sharp rim are in the right order.
-fn evened(workspace: &Workspace, mut vertices: Vec<Vertex>, sheets: &Sheets) -> Vec<Vertex> {
-    let mut neighbours = vec![Vec::new(); vertices.len()];
-    for around in &sheets.around {
-        for at in 0..4 {
-            let (one, other) = (around[at], around[(at + 1) % 4]);
-            neighbours[one].push(other);
-            neighbours[other].push(one);
-        }
+impl<'a> Ends<'a> {
+    fn of(workspace: &'a Workspace) -> Self {
+        let mut next = 0;
+        let first = workspace.lines.each_ref().map(|lines| {
+            let first = |pieces: &Vec<(f64, f64)>| {
+                let first = next;
+                next += 2 * pieces.len();
+                first
+            };
+            lines.iter().map(first).collect()
+        });
+        Self { workspace, first }
     }
-    let at_edge = |number: &usize| vertices[*number].surfaces.len() > 1;
-    let near_edges: Vec<bool> = (0..vertices.len())
-        .map(|number| at_edge(&number) || neighbours[number].iter().any(at_edge))
-        .collect();
-    for _ in 0..EVENED {
-        vertices = (0..vertices.len())
-            .into_par_iter()
-            .map(|number| {
-                let vertex = &vertices[number];
-                if !near_edges[number] {
-                    return vertex.clone();
-                }
-                let along = neighbours[number].iter().map(|other| &vertices[*other]);
-                let along = along.filter(|other| vertex.limits().all(|limit| other.shares(limit)));
-                let (mut sum, mut count) = (Vector3::zeros(), 0.0);
-                for other in along {
-                    sum += other.position;
-                    count += 1.0;
-                }
-                if vertex.surfaces.len() > 2 || count < 2.0 {
-                    return vertex.clone();
-                }
-                let to = (vertex.position + sum / count) * 0.5;
-                vertex
-                    .moved(workspace, &to)
-                    .unwrap_or_else(|| vertex.clone())
-            })
-            .collect();
-    }
-    vertices
-}
 
-/// The two triangles about a crossing: divided along an edge of the workspace if there is one, and otherwise along the
-/// shorter diagonal.
-fn halves(vertices: &[Vertex], [a, b, c, d]: [usize; 4]) -> [[usize; 3]; 2] {
-    let ways = [[[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]];
-    let flat = ways.map(|way| {
-        way.iter()
-            .filter(|half| shared(vertices, **half).is_some())
-            .count()
-    });
-    let length = |i: usize, j: usize| (vertices[i].position - vertices[j].position).norm_squared();
-    if flat[0] > flat[1] || flat[0] == flat[1] && length(a, c) <= length(b, d) {
-        ways[0]
-    } else {
-        ways[1]
+    /// The boundary point on the edge whose middle is here, in nodes.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // some hundreds
+    fn nearest(&self, middle: [f32; 3]) -> Option<usize> {
+        let grid = &self.workspace.grid;
+        let axis = middle.iter().position(|at| at.fract() > 0.0)?;
+        let place = middle.map(|at| at.floor() as usize);
+        let line = grid.line_of(place, axis);
+        let pieces = &self.workspace.lines[axis][line];
+        let (low, high) = (grid.way(place[axis]), grid.way(place[axis] + 1));
+        let holds = |way: f64| move |piece: &(f64, f64)| piece.0 <= way && way <= piece.1;
+        let end = match pieces.iter().position(holds(low)) {
+            Some(piece) => 2 * piece + 1,
+            None => 2 * pieces.iter().position(holds(high))?,
+        };
+        Some(self.first[axis][line] + end)
     }
-}
-
-/// The surface on which all corners of a triangle lie.
-fn shared(vertices: &[Vertex], [i, j, k]: [usize; 3]) -> Option<Limit> {
-    let mut limits = vertices[i].limits();
-    limits.find(|limit| vertices[j].shares(*limit) && vertices[k].shares(*limit))
-}
-
-/// What limits the workspace at a triangle about a crossing.
-fn limit_of(vertices: &[Vertex], triangle: [usize; 3], crossing: &Crossing) -> Limit {
-    let limit = crossing.point.limit;
-    if triangle
-        .iter()
-        .all(|corner| vertices[*corner].shares(limit))
-    {
-        return limit;
-    }
-    shared(vertices, triangle).unwrap_or(limit)
 }

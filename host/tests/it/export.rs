@@ -3,10 +3,8 @@
 
 mod controllers;
 pub(crate) mod klipper;
-mod models;
 mod refusals;
 mod robots;
 mod round_trip;
-mod table_file;
 mod tables;
 mod towers;

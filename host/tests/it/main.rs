@@ -22,7 +22,6 @@ mod linuxcnc;
 mod pipeline;
 mod plan;
 mod plot;
-mod reach;
 mod simulate;
 mod table_formats;
 mod validate;

@@ -178,7 +178,6 @@ fn every_command_takes_tables_in_any_form() {
         "plan robot.toml --samples",
         "forward robot.toml",
         "inverse robot.toml",
-        "workspace robot.toml --path",
     ] {
         let expected = folder.run(&format!("{command} plain.csv")).ok().stdout;
         let found = folder

@@ -1,10 +1,632 @@
 //! The reachable workspace: every claim against the forward model, closed forms, or a count.
 
-mod boundary;
-mod command;
-mod cylinder;
-mod influence;
-mod mesh;
-mod robots;
-mod singularities;
-mod volume;
+use crate::support::{Folder, KEYS, NOMINAL, TOLERANCE, nominal_arms};
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::{Arm, ParameterKind, SymmetricLinearRobot};
+use delta_cal::{Parameter, Robot, SymmetricRobot, Tolerance};
+use delta_cal_host::geometry::reach::Reach;
+use delta_cal_host::workspace::{Influence, Mesh, Options, Workspace, cylinders};
+use delta_cal_tests::{Spread, perturbed, size, uniform};
+use nalgebra::Vector3;
+use parry3d_f64::math::Vector;
+use parry3d_f64::shape::{TriMesh, TriMeshFlags};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::fmt::Write;
+
+struct Case {
+    name: String,
+    robot: Robot<f64>,
+    reach: Reach,
+}
+
+impl Case {
+    /// On about so many lines across the longest side.
+    fn workspace(&self, lines: f64) -> Workspace {
+        let coarse = Options {
+            tolerance: 1.0,
+            spacing: None,
+        };
+        let coarse = Workspace::compute(&self.robot, &self.reach, &coarse).unwrap();
+        let options = Options {
+            spacing: Some(coarse.grid.spacing * 80.0 / lines),
+            ..Options::default()
+        };
+        Workspace::compute(&self.robot, &self.reach, &options).unwrap()
+    }
+}
+
+fn symmetric(base: f64, upper: f64, fore: f64) -> Robot<f64> {
+    let symmetric = SymmetricRobot {
+        base_radius: base,
+        platform_radius: 0.0,
+        upper_arm: upper,
+        forearm: fore,
+    };
+    symmetric.robot().unwrap()
+}
+
+fn paper() -> Robot<f64> {
+    symmetric(164.0, 260.0, 480.0)
+}
+
+fn reach(low: f64, high: f64, forearm: Option<f64>) -> Reach {
+    Reach {
+        limits: JointLimits::new(low.to_radians(), high.to_radians()).unwrap(),
+        forearm_limit: forearm.map(f64::to_radians),
+    }
+}
+
+/// Robots whose boundaries have faces of every kind.
+fn cases() -> Vec<Case> {
+    let mut rng = Pcg32::seed_from_u64(7);
+    let long = symmetric(100.0, 400.0, 450.0);
+    let mut cases = vec![
+        ("paper", paper(), reach(-60.0, 90.0, None)),
+        ("ball joints", paper(), reach(-60.0, 90.0, Some(30.0))),
+        ("wide", paper(), reach(-90.0, 180.0, None)),
+        ("whole turn", paper(), reach(-180.0, 180.0, None)),
+        ("long arms", long, reach(-60.0, 150.0, None)),
+        ("narrow", paper(), reach(20.0, 20.5, None)),
+    ];
+    for number in 0..size(2, 12) {
+        let robot = perturbed(&paper(), 30.0, 8f64.to_radians(), Spread::Uniform, &mut rng);
+        let (low, high) = (uniform(&mut rng), uniform(&mut rng));
+        let forearm = (number % 2 == 0).then(|| 40.0 + 15.0 * uniform(&mut rng));
+        let limits = reach(-90.0 + 40.0 * low, 90.0 + 60.0 * high, forearm);
+        cases.push(("uneven", robot, limits));
+    }
+    let cases = cases.into_iter().map(|(name, robot, reach)| Case {
+        name: name.to_owned(),
+        robot,
+        reach,
+    });
+    cases.collect()
+}
+
+/// Robots as they are built: with arms, and with towers, the last of which lean and cross above the robot.
+fn built() -> Vec<Case> {
+    let mut built = Vec::new();
+    for [base, platform, upper, fore] in [
+        [194.0, 30.0, 260.0, 480.0],
+        [200.0, 45.0, 235.0, 800.0],
+        [60.0, 40.0, 400.0, 900.0],
+        [60.0, 110.0, 250.0, 520.0],
+        [150.0, 60.0, 250.0, 275.0],
+    ] {
+        let arms = [0.0, 120.0, 240.0].map(|azimuth: f64| {
+            let (sin, cos) = azimuth.to_radians().sin_cos();
+            let (x, y) = ((base - platform) * cos, (base - platform) * sin);
+            Arm::new([x, y, 0.0, azimuth.to_radians(), 0.0, upper, 0.0, fore]).unwrap()
+        });
+        built.push(Case {
+            name: format!("{base}/{platform}/{upper}/{fore}"),
+            robot: Robot::new(arms).unwrap(),
+            reach: reach(-60.0, 90.0, None),
+        });
+    }
+    for (tower_radius, forearm, lean, [low, high]) in [
+        (140.0, 330.0, 0.0, [100.0, 600.0]),
+        (80.0, 180.0, 0.0, [0.0, 200.0]),
+        (100.0, 300.0, -0.3, [0.0, 500.0]),
+    ] {
+        let towers = SymmetricLinearRobot {
+            tower_radius,
+            forearm,
+        };
+        let arms = towers.robot().unwrap().arms().map(|arm| {
+            let mut parameters = arm.parameters();
+            let [x, y, ..] = parameters;
+            parameters[Parameter::LeanX.index()] = lean * x / tower_radius;
+            parameters[Parameter::LeanY.index()] = lean * y / tower_radius;
+            arm.with_parameters(parameters).unwrap()
+        });
+        built.push(Case {
+            name: format!("towers {tower_radius}/{forearm}/{lean}"),
+            robot: Robot::new(arms).unwrap(),
+            reach: Reach {
+                limits: JointLimits::travel(low, high).unwrap(),
+                forearm_limit: None,
+            },
+        });
+    }
+    built
+}
+
+#[test]
+fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
+    let (mut points, mut kinds) = (0, BTreeSet::new());
+    let towers = built().into_iter().skip(5);
+    for case in cases().into_iter().chain(towers) {
+        let workspace = case.workspace(40.0);
+        let mut at_an_edge = 0;
+        for point in &workspace.points {
+            kinds.insert(point.limit.name());
+            let step = point.outward * (2.0 * workspace.tolerance);
+            let (inwards, outwards) = (point.position - step, point.position + step);
+            // The normal is one face's; within some tolerances of an edge it may pass another face.
+            at_an_edge += usize::from(workspace.contains(&outwards));
+            at_an_edge += usize::from(!workspace.contains(&inwards));
+        }
+        let (name, all) = (&case.name, workspace.points.len());
+        println!("{name}: {at_an_edge} of {all}");
+        assert!(at_an_edge * 500 <= all, "{name}: {at_an_edge} of {all}");
+        points += all;
+    }
+    assert!(points > 50_000);
+    // Each of five kinds for each of three arms, and the elbows' plane.
+    assert_eq!(kinds.len(), 16, "{kinds:?}");
+}
+
+/// Whether the forward model leads to a position from joint angles within the limits. Each arm's
+/// joint angles are sought by bisecting its constraint, which goes with the sine and cosine of the joint angle,
+/// between its extremes; the inverse is not asked.
+fn forward_reaches(case: &Case, x: &Vector3<f64>) -> bool {
+    let roots = |arm: &Arm<f64>| {
+        let (low, high) = (case.reach.limits.minimum(), case.reach.limits.maximum());
+        let f = |q: f64| arm.constraint(x, q);
+        let [start, quarter, half] = [0.0, FRAC_PI_2, PI].map(f);
+        let extreme = (quarter - f64::midpoint(start, half)).atan2(0.5 * (start - half));
+        let mut ends = vec![low, high];
+        let extremes = (-3..=3).map(|turn| extreme + PI * f64::from(turn));
+        ends.extend(extremes.filter(|q| *q > low && *q < high));
+        ends.sort_by(f64::total_cmp);
+        let mut roots = Vec::new();
+        for piece in ends.windows(2) {
+            let [a, b] = [piece[0], piece[1]];
+            if (f(a) > 0.0) != (f(b) > 0.0) {
+                roots.push(bisected(|q| (f(q) > 0.0) == (f(a) > 0.0), a, b));
+            }
+        }
+        roots
+    };
+    let [first, second, third] = case.robot.arms().each_ref().map(roots);
+    let leads = |q: [f64; 3]| {
+        let there = case.reach.position(&case.robot, &q);
+        there.is_ok_and(|there| (there - x).norm() < 1e-4)
+    };
+    first.iter().any(|&q1| {
+        let leads = |q2: f64| third.iter().any(|&q3| leads([q1, q2, q3]));
+        second.iter().any(|&q2| leads(q2))
+    })
+}
+
+/// The end of what holds at `a` and not at `b`.
+fn bisected(holds: impl Fn(f64) -> bool, mut a: f64, mut b: f64) -> f64 {
+    for _ in 0..60 {
+        let middle = f64::midpoint(a, b);
+        if holds(middle) {
+            a = middle;
+        } else {
+            b = middle;
+        }
+    }
+    a
+}
+
+#[test]
+fn being_inside_means_that_the_forward_model_leads_there() {
+    for case in cases() {
+        let workspace = case.workspace(20.0);
+        // Some thousand points of each.
+        for point in workspace.points.iter().step_by(29) {
+            for part in [-1.0, -0.05, 0.05, 1.0] {
+                let x = point.position + point.outward * (part * workspace.grid.spacing);
+                let expected = forward_reaches(&case, &x);
+                assert_eq!(workspace.contains(&x), expected, "{}: {x:?}", case.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_position_of_the_forward_model_is_reachable_and_joints_lead_back_to_it() {
+    let mut rng = Pcg32::seed_from_u64(1);
+    let beyond = Case {
+        name: "beyond a half turn".to_owned(),
+        robot: paper(),
+        reach: reach(90.0, 400.0, None),
+    };
+    for Case { name, robot, reach } in cases().into_iter().chain([beyond]) {
+        let mut reached = 0;
+        while reached < 5_000 {
+            let q = [(); 3].map(|()| reach.limits.at(f64::from(rng.next_u32()) / 2f64.powi(32)));
+            let Ok(x) = reach.position(&robot, &q) else {
+                continue;
+            };
+            reached += 1;
+            let joints = reach.any_joints(&robot, &x);
+            let back = joints.and_then(|q| reach.position(&robot, &q));
+            let off = back.map(|back| (back - x).norm());
+            assert!(off.is_ok_and(|off| off < 1e-5), "{name}: {x:?} {off:?}");
+        }
+    }
+}
+
+#[test]
+fn the_z_axis_of_a_symmetric_robot_ends_where_closed_forms_say() {
+    let limits = reach(-60.0, 90.0, None);
+    let workspace = Workspace::compute(&paper(), &limits, &Options::default()).unwrap();
+    let end = |inside: f64, outside: f64| {
+        bisected(
+            |z| workspace.contains(&Vector3::new(0.0, 0.0, z)),
+            inside,
+            outside,
+        )
+    };
+    // Below, the upper arms hang straight down; above, the arms are folded.
+    let lowest = -260.0 - (480f64.powi(2) - 164f64.powi(2)).sqrt();
+    let highest = -((480f64 - 260.0).powi(2) - 164f64.powi(2)).sqrt();
+    assert!((end(-400.0, -800.0) - lowest).abs() < 1e-6);
+    assert!((end(-400.0, -100.0) - highest).abs() < 1e-6);
+}
+
+/// ∫ |det ∂X/∂q| dq over the joints' range, and one σ of it: the volume of what the forward model
+/// sweeps, where no position is reached twice. Nothing of it knows the inverse or the boundary.
+fn swept(case: &Case, draws: u32, rng: &mut Pcg32) -> (f64, f64) {
+    let limits = &case.reach.limits;
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for _ in 0..draws {
+        let q = [(); 3].map(|()| limits.at(f64::from(rng.next_u32()) / 2f64.powi(32)));
+        let value = case.reach.position(&case.robot, &q).map_or(0.0, |x| {
+            let jacobian = case.robot.platform_jacobian(&x, &q).unwrap();
+            jacobian.by_joints.determinant().abs()
+        });
+        sum += value;
+        squares += value * value;
+    }
+    let n = f64::from(draws);
+    let (mean, cube) = (sum / n, (limits.maximum() - limits.minimum()).powi(3));
+    let litres = cube * 1e-6;
+    (
+        litres * mean,
+        litres * ((squares / n - mean * mean) / n).sqrt(),
+    )
+}
+
+#[test]
+fn the_volume_is_that_of_the_forward_sweep() {
+    let mut rng = Pcg32::seed_from_u64(11);
+    for (robot, forearm) in [
+        (paper(), None),
+        (paper(), Some(30.0)),
+        (symmetric(100.0, 200.0, 520.0), None),
+        (
+            perturbed(&paper(), 20.0, 0.1, Spread::Uniform, &mut rng),
+            Some(45.0),
+        ),
+    ] {
+        let case = Case {
+            name: String::new(),
+            robot,
+            reach: reach(-50.0, 80.0, forearm),
+        };
+        let volume = case.workspace(60.0).volume();
+        let (expected, sigma) = swept(&case, size(150_000, 400_000), &mut rng);
+        println!("{volume:?}, swept {expected:.3} ± {sigma:.3} l");
+        let off = (volume.litres - expected).abs();
+        // Four σ: a chance of 6e-5 for each robot.
+        assert!(off <= 4.0 * sigma + volume.uncertainty_litres, "{off}");
+        // The count is worth something.
+        assert!(sigma < 0.003 * expected);
+    }
+}
+
+#[test]
+fn the_stated_uncertainty_is_what_a_finer_grid_changes() {
+    for case in cases() {
+        let [coarse, fine] = [40.0, 80.0].map(|lines| case.workspace(lines).volume());
+        let off = (coarse.litres - fine.litres).abs();
+        println!("{}: {coarse:?}, finer {fine:?}", case.name);
+        let stated = 2.0 * coarse.uncertainty_litres + fine.uncertainty_litres;
+        assert!(off <= stated, "{}: {off}", case.name);
+    }
+}
+
+/// Points of a solid cylinder, its surface included.
+fn solid(diameter: f64, bottom: f64, top: f64) -> impl Iterator<Item = Vector3<f64>> {
+    (0..540 * 7 * 21).map(move |number| {
+        let part = |count: u32, number: u32| f64::from(number) / f64::from(count);
+        let (sin, cos) = (TAU * part(540, number / 147)).sin_cos();
+        let r = 0.5 * diameter * part(6, number / 21 % 7);
+        Vector3::new(
+            r * cos,
+            r * sin,
+            bottom + (top - bottom) * part(20, number % 21),
+        )
+    })
+}
+
+#[test]
+fn every_point_of_a_cylinder_is_inside_and_a_larger_one_is_not() {
+    for case in cases() {
+        let (workspace, name) = (case.workspace(60.0), &case.name);
+        let cylinders = cylinders(&workspace);
+        let size = workspace.grid.spacing * 60.0;
+        assert!(!cylinders.is_empty(), "{name}");
+        for cylinder in cylinders[..1]
+            .iter()
+            .chain(cylinders[1..].iter().step_by(9))
+        {
+            let (d, low, high) = (cylinder.diameter_mm, cylinder.bottom_mm, cylinder.top_mm);
+            let outside = solid(d, low, high)
+                .filter(|x| !workspace.contains(x))
+                .count();
+            assert_eq!(outside, 0, "{name}: {cylinder:?}");
+            // A thousandth of the workspace's size, at both ends, and the tolerance.
+            let more = 1e-3 * size + 3.0 * workspace.tolerance;
+            let mut higher = solid(d, low - more, high + more);
+            assert!(
+                higher.any(|x| !workspace.contains(&x)),
+                "{name}: {cylinder:?}"
+            );
+        }
+        assert!(
+            cylinders
+                .iter()
+                .all(|cylinder| cylinder.litres <= cylinders[0].litres)
+        );
+    }
+}
+
+/// By how much predicted displacements are off those of boundaries that are bisected anew along the normals of
+/// a robot with one parameter changed, by the kind of the surface.
+fn note_errors(case: &Case, all: &mut BTreeMap<String, Vec<f64>>) {
+    let workspace = case.workspace(30.0);
+    let influence = Influence::of(&workspace);
+    let places = case.robot.drive().places();
+    let stride = (workspace.points.len() / 60).max(1);
+    let points = workspace.points.iter().zip(&influence.displacements);
+    for (point, predicted) in points.step_by(stride) {
+        let predicted = predicted.unwrap();
+        for index in 0..24 {
+            let Some(parameter) = places[index % 8] else {
+                continue;
+            };
+            let by = match parameter.kind() {
+                ParameterKind::Length => 1e-3,
+                ParameterKind::Angle | ParameterKind::Ratio => 1e-5,
+            };
+            let rate = predicted[index];
+            let range = 0.02 + 2.0 * (rate * by).abs();
+            let along = |by: f64| {
+                let mut arms = *case.robot.arms();
+                let mut parameters = arms[index / 8].parameters();
+                parameters[index % 8] += by;
+                arms[index / 8] = arms[index / 8].with_parameters(parameters).unwrap();
+                let robot = Robot::new(arms).unwrap();
+                let inside = |way: f64| {
+                    let x = point.position + point.outward * way;
+                    case.reach.any_joints(&robot, &x).is_ok()
+                };
+                (inside(-range) && !inside(range)).then(|| bisected(inside, -range, range))
+            };
+            // At an edge of the workspace there may be another face.
+            let (Some(out), Some(back)) = (along(by), along(-by)) else {
+                continue;
+            };
+            let found = (out - back) / (2.0 * by);
+            // A face's curvature and the inverse's rounding, against lengths of 500 mm per
+            // radian; steep near a parallel singularity, where the boundary moves far.
+            let off = (found - rate).abs() / (1.0 + rate.abs());
+            let name = point.limit.name();
+            let kind = name.split('_').next().unwrap();
+            all.entry(kind.to_owned()).or_default().push(off);
+        }
+    }
+}
+
+#[test]
+fn predicted_displacements_are_those_of_recomputed_boundaries() {
+    let mut all = BTreeMap::new();
+    let towers = built().into_iter().skip(5);
+    for case in cases().into_iter().chain(towers) {
+        note_errors(&case, &mut all);
+    }
+    for (kind, offs) in &mut all {
+        offs.sort_by(f64::total_cmp);
+        let (most, worst) = (offs[offs.len() * 99 / 100], offs[offs.len() - 1]);
+        println!(
+            "{kind}: {} displacements, 99 % within {most:.1e}, all {worst:.1e}",
+            offs.len()
+        );
+        assert!(offs.len() > 200, "{kind}");
+        assert!(most < 1e-3 && worst < 2e-2, "{kind}: {most} {worst}");
+    }
+    assert_eq!(all.len(), 5);
+}
+
+#[test]
+fn the_tolerance_band_is_that_of_robots_drawn_from_it() {
+    let case = &cases()[0];
+    let workspace = case.workspace(30.0);
+    let influence = Influence::of(&workspace);
+    let tolerance = Tolerance::new(0.5, 0.2_f64.to_radians()).unwrap();
+    let band = influence.within(&workspace, &tolerance);
+    let mut rng = Pcg32::seed_from_u64(3);
+    let options = Options {
+        tolerance: 1e-3,
+        spacing: Some(workspace.grid.spacing),
+    };
+    let draws = size(60, 400);
+    let squares = (0..draws).map(|_| {
+        let robot = delta_cal::simulate::made_robot(&case.robot, &tolerance, &mut rng).unwrap();
+        let drawn = Workspace::compute(&robot, &case.reach, &options).unwrap();
+        (drawn.volume().litres - workspace.volume().litres).powi(2)
+    });
+    let sigma = (squares.sum::<f64>() / f64::from(draws)).sqrt();
+    println!("{band:?}, drawn {sigma}");
+    // σ of a standard deviation of n draws is 1/√(2n); three of them.
+    let within = 3.0 / (2.0 * f64::from(draws)).sqrt();
+    assert!((sigma / band.volume_sigma_litres - 1.0).abs() < within);
+    assert!(band.sigma_mm < band.largest_sigma_mm);
+}
+
+/// The triangles of a file of binary STL; corners with the same numbers are one, as other programs read it.
+fn read_stl(stl: &[u8]) -> TriMesh {
+    let word = |at: usize| u32::from_le_bytes(stl[at..at + 4].try_into().unwrap());
+    let (mut numbers, mut vertices) = (BTreeMap::new(), Vec::new());
+    let triangles = (0..word(80) as usize).map(|triangle| {
+        [0, 1, 2].map(|corner| {
+            let at = 84 + 50 * triangle + 12 * (corner + 1);
+            let bits = [at, at + 4, at + 8].map(word);
+            *numbers.entry(bits).or_insert_with(|| {
+                let [x, y, z] = bits.map(|bits| f64::from(f32::from_bits(bits)));
+                vertices.push(Vector::new(x, y, z));
+                u32::try_from(vertices.len() - 1).unwrap()
+            })
+        })
+    });
+    let triangles: Vec<[u32; 3]> = triangles.collect();
+    TriMesh::with_flags(vertices, triangles, TriMeshFlags::HALF_EDGE_TOPOLOGY).unwrap()
+}
+
+#[test]
+fn the_mesh_is_closed_without_branches_and_holds_the_volume() {
+    for case in cases().into_iter().chain(built()) {
+        let (workspace, name) = (case.workspace(40.0), &case.name);
+        let mesh = Mesh::of(&workspace);
+        let stl = mesh.to_stl(&workspace);
+        assert_eq!(stl.len(), 84 + 50 * mesh.0.len());
+        assert!(!stl.starts_with(b"solid"), "that is how ASCII files begin");
+        // parry3d builds half-edges, which fails where an edge has two triangles on one side.
+        let read = read_stl(&stl);
+        let topology = read
+            .topology()
+            .unwrap_or_else(|| panic!("{name}: branches"));
+        let mut edges = topology.half_edges.iter();
+        assert!(edges.all(|edge| edge.twin != u32::MAX), "{name}: open");
+        let (inside, volume) = (mesh.volume(&workspace) * 1e-6, workspace.volume());
+        println!(
+            "{name}: {} triangles, {inside:.4} l, lines {volume:?}",
+            mesh.0.len()
+        );
+        // Rims are cut off within a cell: a wedge of half a cell's section along each of a dozen circles
+        // about the workspace; chords of a sphere of the forearms' radius cut off spacing²/(8 Lb).
+        let (spacing, forearm) = (workspace.grid.spacing, case.robot.arms()[0].lb());
+        let rims = 12.0 * PI * 40.0 * spacing * 0.5 * spacing * spacing * 1e-6;
+        let chords = spacing.powi(2) / (4.0 * forearm) * volume.boundary_m2;
+        let off = volume.litres - inside;
+        assert!(
+            off.abs() <= volume.uncertainty_litres + chords + rims,
+            "{name}: {off}"
+        );
+    }
+}
+
+const FILES: [&str; 9] = [
+    "boundary.csv",
+    "boundary.stl",
+    "influence.csv",
+    "influence.svg",
+    "parallel.svg",
+    "report.html",
+    "serial.svg",
+    "vertical_xz.svg",
+    "view.svg",
+];
+
+#[test]
+fn all_files_are_written_and_the_same_for_any_number_of_threads() {
+    let folder = Folder::new();
+    folder.write("robot.toml", format!("{NOMINAL}{TOLERANCE}"));
+    for threads in ["1", "4"] {
+        let command =
+            format!("workspace robot.toml --spacing 20mm --output {threads} --json {threads}.json");
+        let run = folder.run_where(&command, "", &[("RAYON_NUM_THREADS", threads)]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+    }
+    let names = std::fs::read_dir(folder.path("1")).unwrap();
+    let names = names.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    assert_eq!(
+        names.collect::<BTreeSet<_>>(),
+        FILES.map(str::to_owned).into()
+    );
+    for name in FILES {
+        let read = |run: &str| std::fs::read(folder.path(run).join(name)).unwrap();
+        assert!(read("1") == read("4"), "{name}");
+    }
+    let csv = folder.read("1/boundary.csv");
+    assert!(csv.starts_with("x_mm,y_mm,z_mm,kind\n"), "{csv:.80}");
+    assert!(csv.lines().all(|line| line.split(',').count() == 4));
+    let json: serde_json::Value = serde_json::from_str(&folder.read("1.json")).unwrap();
+    assert_eq!(json["schema_version"], 2);
+    assert_eq!(json["boundary_points"], csv.lines().count() - 1);
+    assert!(json["largest_cylinder"]["litres"].as_f64().unwrap() > 40.0);
+    assert_eq!(json["influence"].as_array().unwrap().len(), 24);
+    assert!(json["tolerance_band"]["sigma_mm"].as_f64().unwrap() > 0.0);
+    // The lowest place, all joints at 90°; and a joint's motor, platform and elbow in line, folded, on the z axis.
+    let [bottom, top] = [0, 1].map(|end| json["extent_mm"]["z"][end].as_f64().unwrap());
+    let below = |reach: f64| -f64::sqrt(reach * reach - 164.0 * 164.0);
+    assert!((bottom - (below(480.0) - 260.0)).abs() < 0.05, "{bottom}");
+    assert!((top - below(480.0 - 260.0)).abs() < 0.05, "{top}");
+    // A figure is XML, the page refers to nothing outside itself.
+    roxmltree::Document::parse(&folder.read("1/view.svg")).unwrap();
+    let page = folder.read("1/report.html");
+    let named = ["http-equiv", "http://www.w3.org/2000/svg"].map(|name| page.matches(name).count());
+    assert_eq!(page.matches("http").count(), named.iter().sum::<usize>());
+}
+
+#[test]
+fn a_workspace_that_is_none_and_wrong_options_are_refused() {
+    // The planes in which the arms move have no line in common.
+    let mut arms = nominal_arms();
+    arms[0][1] = 50.0;
+    let mut tight = String::new();
+    for arm in arms {
+        tight.push_str("[[arm]]\n");
+        for (key, value) in KEYS.iter().zip(arm) {
+            writeln!(tight, "{key} = {value:?}").unwrap();
+        }
+    }
+    tight += "[joints]\nmin_deg = -60\nmax_deg = 90\nforearm_max_deg = 1\n";
+    let short = NOMINAL.replace("480", "80");
+    for (robot, arguments, code, expected) in [
+        (
+            short.as_str(),
+            "--output out",
+            3,
+            ["forearms do not meet", "[joints]"],
+        ),
+        (
+            &tight,
+            "--output out",
+            3,
+            ["the workspace is empty", "forearm_max_deg forbids"],
+        ),
+        (
+            NOMINAL,
+            "--tolerance 0",
+            2,
+            ["--tolerance", "greater than 0"],
+        ),
+        (NOMINAL, "--spacing=-3", 2, ["--spacing", "greater than 0"]),
+        (
+            NOMINAL,
+            "--spacing 0.01",
+            2,
+            ["0.01mm is too small", "minimum"],
+        ),
+        (NOMINAL, "--spacing 5m", 3, ["thinner", "smaller --spacing"]),
+        (NOMINAL, "--output -", 2, ["--output needs", "folder"]),
+        (
+            NOMINAL,
+            "--json robot.toml",
+            2,
+            ["--json robot.toml is the same file", "robot file"],
+        ),
+        (NOMINAL, "--output robot.toml", 4, ["robot.toml", "error"]),
+    ] {
+        let folder = Folder::new();
+        folder.write("robot.toml", robot);
+        let run = folder.run(&format!("workspace robot.toml {arguments}"));
+        assert_eq!(run.code, code, "{}", run.stderr);
+        for part in expected {
+            assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
+        }
+        assert_eq!(run.stdout, "");
+        assert_eq!(folder.names(), ["robot.toml"]);
+    }
+}

@@ -14,20 +14,20 @@
 #![no_std]
 #![no_main]
 
+use core::cell::RefCell;
 use cortex_m_rt as _;
 use delta_cal_firmware_example::{
     Controller, Foreground, Handover, TURNS_A_SECOND, Timer, nominal,
 };
-use embassy_embedded_hal::adapter::BlockingAsync;
-use embassy_embedded_hal::flash::partition::Partition;
+use embassy_embedded_hal::flash::partition::BlockingPartition;
 use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_rp::bind_interrupts;
 use embassy_rp::flash::{Blocking, ERASE_SIZE, Flash};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::peripherals::{FLASH, UART0};
 use embassy_rp::uart::{BufferedInterruptHandler, BufferedUart, Config};
+use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
-use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Instant, Ticker};
 use panic_halt as _;
 use static_cell::{ConstStaticCell, StaticCell};
@@ -39,8 +39,8 @@ const PARAMETERS: u32 = 2 * ERASE_SIZE as u32;
 /// Two halves of 8 KiB.
 const SAMPLES: u32 = 2 * 8 * 1024;
 
-type Chip = BlockingAsync<Flash<'static, FLASH, Blocking, FLASH_SIZE>>;
-type Region = Partition<'static, NoopRawMutex, Chip>;
+type Chip = RefCell<Flash<'static, FLASH, Blocking, FLASH_SIZE>>;
+type Region = BlockingPartition<'static, NoopRawMutex, Flash<'static, FLASH, Blocking, FLASH_SIZE>>;
 
 bind_interrupts!(struct Irqs {
     UART0_IRQ => BufferedInterruptHandler<UART0>;
@@ -88,10 +88,10 @@ async fn main(_spawner: Spawner) {
 
     let board = embassy_rp::init(embassy_rp::config::Config::default());
     let flash = Flash::new_blocking(board.FLASH);
-    let chip = CHIP.init(Mutex::new(BlockingAsync::new(flash)));
+    let chip = CHIP.init(Mutex::new(RefCell::new(flash)));
     let end = FLASH_SIZE as u32;
-    let parameters = Partition::new(chip, end - PARAMETERS, PARAMETERS);
-    let samples = Partition::new(chip, end - PARAMETERS - SAMPLES, SAMPLES);
+    let parameters = BlockingPartition::new(chip, end - PARAMETERS, PARAMETERS);
+    let samples = BlockingPartition::new(chip, end - PARAMETERS - SAMPLES, SAMPLES);
 
     // The robot of the example is one.
     let Ok(robot) = nominal() else { return };

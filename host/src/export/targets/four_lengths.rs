@@ -1,11 +1,13 @@
-//! Controllers that hold the same four lengths, f, e, rf and re, and nothing for each arm.
+//! Controllers that hold the same four lengths, f, e, rf and re; Smoothieware also a zero for each arm.
 
+use crate::export::error::ExportError;
 use crate::export::geometry::{Each, Holds};
-use crate::export::target::{Entry, Fitted, Target, Written, decimals};
+use crate::export::target::{Content, Entry, Fitted, Target, Written, decimals, words};
+use delta_cal::robot::Drive;
 use std::fmt::Write;
 
 /// Of the three motors, degrees.
-pub(crate) const AZIMUTHS: [f64; 3] = [-90.0, 30.0, 150.0];
+const AZIMUTHS: [f64; 3] = [-90.0, 30.0, 150.0];
 
 const HOLDS: Holds = Holds {
     fixed_azimuths: Some(AZIMUTHS),
@@ -16,11 +18,12 @@ const HOLDS: Holds = Holds {
     zeros: Each::Fixed,
 };
 
-const ALTERNATIVE: &str =
+/// What holds more.
+pub(super) const ALTERNATIVE: &str =
     "a correction table (--for correction-table) or a G-code filter with all 24 parameters";
 
 /// The side of the equilateral triangle around a circle, mm.
-pub(crate) fn side_of_triangle(radius: f64) -> f64 {
+fn side_of_triangle(radius: f64) -> f64 {
     2.0 * 3f64.sqrt() * radius
 }
 
@@ -31,51 +34,70 @@ const FLUIDNC_LIMIT: f64 = 500.0;
 pub(crate) const FLUIDNC: Target = Target {
     name: "fluidnc",
     title: "FluidNC parallel_delta",
-    holds: HOLDS,
+    drive: Some(Drive::Rotary),
+    content: Content::Fitted {
+        holds: HOLDS,
+        write: |fitted| {
+            let mut written = four(
+                fitted,
+                "kinematics:\n  parallel_delta:\n",
+                [
+                    "crank_mm",
+                    "linkage_mm",
+                    "base_triangle_mm",
+                    "end_effector_triangle_mm",
+                ],
+                |name, value| format!("    {name}: {value}\n"),
+            );
+            for entry in &written.entries {
+                if entry.value > FLUIDNC_LIMIT {
+                    written.warnings.push(format!(
+                        "FluidNC takes no {} above {FLUIDNC_LIMIT} mm: raise the limit in ParallelDelta.cpp, or the \
+                         stated loss does not hold.",
+                        entry.name
+                    ));
+                }
+            }
+            Ok(written)
+        },
+    },
     comment: "#",
     conventions: &[
         "motors X, Y and Z drive the arms at −90°, 30° and 150°",
-        "the joint angle is 0 with the crank horizontal and positive with the elbow down, in radians; one angle of \
+        "the joint angle is 0 with the crank level and positive with the elbow down, in radians; one angle of \
          homing serves all motors",
         "base_triangle_mm and end_effector_triangle_mm are sides of triangles: 2√3 times the radii",
         "z = 0 is the plane of the motor axes",
     ],
     source: "FluidNC/src/Kinematics/ParallelDelta.cpp of FluidNC",
     alternative: ALTERNATIVE,
-    write: |fitted| {
-        let mut written = four(
-            fitted,
-            "kinematics:\n  parallel_delta:\n",
-            [
-                "crank_mm",
-                "linkage_mm",
-                "base_triangle_mm",
-                "end_effector_triangle_mm",
-            ],
-            |name, value| format!("    {name}: {value}\n"),
-        );
-        for entry in &written.entries {
-            if entry.value > FLUIDNC_LIMIT {
-                written.warnings.push(format!(
-                    "FluidNC takes no {} above {FLUIDNC_LIMIT} mm: raise the limit in ParallelDelta.cpp, or the \
-                     stated loss does not hold.",
-                    entry.name
-                ));
-            }
-        }
-        Ok(written)
-    },
 };
 
 /// grblHAL.
 pub(crate) const GRBLHAL: Target = Target {
     name: "grblhal",
     title: "grblHAL delta",
-    holds: HOLDS,
+    drive: Some(Drive::Rotary),
+    content: Content::Fitted {
+        holds: HOLDS,
+        write: |fitted| {
+            Ok(four(
+                fitted,
+                "",
+                [
+                    "Bicep length",
+                    "Forearm length",
+                    "Base radius",
+                    "End effector radius",
+                ],
+                |name, value| format!("{name} = {value}\n"),
+            ))
+        },
+    },
     comment: ";",
     conventions: &[
         "motors A, B and C (axes X, Y and Z) drive the arms at −90°, 30° and 150°",
-        "the joint angle is 0 with the upper arm horizontal and positive with the elbow down; one home position serves all \
+        "the joint angle is 0 with the upper arm level and positive with the elbow down; one home position serves all \
          motors",
         "\"Base radius\" and \"End effector radius\" are used as sides of triangles, 2√3 times the radii, whatever \
          they are called (kinematics/delta.c, version 0.03)",
@@ -83,30 +105,33 @@ pub(crate) const GRBLHAL: Target = Target {
     ],
     source: "kinematics/delta.c of grblHAL; the numbers of the settings are to be confirmed on the machine",
     alternative: ALTERNATIVE,
-    write: |fitted| {
-        Ok(four(
-            fitted,
-            "",
-            [
-                "Bicep length",
-                "Forearm length",
-                "Base radius",
-                "End effector radius",
-            ],
-            |name, value| format!("{name} = {value}\n"),
-        ))
-    },
 };
 
 /// µCNC.
 pub(crate) const UCNC: Target = Target {
     name: "ucnc",
     title: "µCNC delta",
-    holds: HOLDS,
+    drive: Some(Drive::Rotary),
+    content: Content::Fitted {
+        holds: HOLDS,
+        write: |fitted| {
+            Ok(four(
+                fitted,
+                "",
+                [
+                    "delta_bicep_length",
+                    "delta_forearm_length",
+                    "delta_base_radius",
+                    "delta_effector_radius",
+                ],
+                |name, value| format!("{name} = {value}\n"),
+            ))
+        },
+    },
     comment: ";",
     conventions: &[
         "motors 0, 1 and 2 drive the arms at −90°, 30° and 150°",
-        "the joint angle is 0 with the upper arm horizontal and positive with the elbow down; one homing angle serves \
+        "the joint angle is 0 with the upper arm level and positive with the elbow down; one homing angle serves \
          all motors",
         "delta_base_radius and delta_effector_radius are used as sides of triangles, 2√3 times the radii, whatever \
          they are called",
@@ -115,79 +140,135 @@ pub(crate) const UCNC: Target = Target {
     source: "uCNC/src/hal/kinematics/kinematic_delta.c of µCNC; the numbers of the settings are to be confirmed on \
              the machine",
     alternative: ALTERNATIVE,
-    write: |fitted| {
-        Ok(four(
-            fitted,
-            "",
-            [
-                "delta_bicep_length",
-                "delta_forearm_length",
-                "delta_base_radius",
-                "delta_effector_radius",
-            ],
-            |name, value| format!("{name} = {value}\n"),
-        ))
-    },
 };
 
 /// Delta X.
 pub(crate) const DELTA_X: Target = Target {
     name: "delta-x",
     title: "Delta X firmware",
-    holds: HOLDS,
+    drive: Some(Drive::Rotary),
+    content: Content::Fitted {
+        holds: HOLDS,
+        write: |fitted| {
+            Ok(four(
+                fitted,
+                "// Geometry.h:\n",
+                ["RD_RF", "RD_RE", "RD_F", "RD_E"],
+                |name, value| format!("#define DEFAULT_{name} {value}\n"),
+            ))
+        },
+    },
     comment: "//",
     conventions: &[
         "Theta1, Theta2 and Theta3 drive the arms at −90°, 30° and 150°",
-        "the joint angle is 0 with the upper arm horizontal and positive with the elbow down, in degrees",
+        "the joint angle is 0 with the upper arm level and positive with the elbow down, in degrees",
         "RD_F and RD_E are sides of triangles: 2√3 times the radii",
         "z = 0 is the plane of the motor axes",
     ],
     source: "Delta_Firmware/DeltaKinematics.cpp of Delta-X-Firmware",
     alternative: ALTERNATIVE,
-    write: |fitted| {
-        Ok(four(
-            fitted,
-            "// Geometry.h:\n",
-            ["RD_RF", "RD_RE", "RD_F", "RD_E"],
-            |name, value| format!("#define DEFAULT_{name} {value}\n"),
-        ))
-    },
 };
 
 /// CODESYS.
 pub(crate) const CODESYS: Target = Target {
     name: "codesys",
     title: "CODESYS SoftMotion, tripod with rotary axes",
-    holds: HOLDS,
+    drive: Some(Drive::Rotary),
+    content: Content::Fitted {
+        holds: HOLDS,
+        write: |fitted| {
+            let [arm, ..] = fitted.geometry.by_motor();
+            let platform = fitted.platform_radius;
+            let entries = vec![
+                Entry::length("UpperArm", arm.upper),
+                Entry::length("LowerArm", arm.lower),
+                Entry::length("BaseRadius", arm.radius + platform),
+                Entry::length("PlatformRadius", platform),
+            ];
+            let mut lines = String::new();
+            for entry in &entries {
+                let _ = writeln!(lines, "{} := {}; // mm", entry.name, decimals(entry.value));
+            }
+            Ok(Written {
+                entries,
+                lines,
+                warnings: vec![
+                    "The names and signs are to be confirmed on the machine.".to_owned(),
+                ],
+            })
+        },
+    },
     comment: "//",
     conventions: &[
         "to be confirmed on the machine: the azimuths of the arms; here −90°, 30° and 150°",
         "to be confirmed on the machine: the joint angle is positive with the elbow down, and 0 with the upper \
-         arm horizontal",
+         arm level",
         "to be confirmed on the machine: the names; the radii are radii, not sides of triangles",
     ],
     source: "the controller's documentation; its source is not public, so nothing here is verified against it",
     alternative: "a correction table (--for correction-table) or a kinematics function block of your own with all 24 parameters",
-    write: |fitted| {
-        let arm = fitted.geometry.arm_of_motor(0);
-        let platform = fitted.platform_radius;
-        let entries = vec![
-            Entry::length("UpperArm", arm.upper),
-            Entry::length("LowerArm", arm.lower),
-            Entry::length("BaseRadius", arm.radius + platform),
-            Entry::length("PlatformRadius", platform),
-        ];
-        let mut lines = String::new();
-        for entry in &entries {
-            let _ = writeln!(lines, "{} := {}; // mm", entry.name, decimals(entry.value));
-        }
-        Ok(Written {
-            entries,
-            lines,
-            warnings: vec!["The names and signs are to be confirmed on the machine.".to_owned()],
-        })
-    },
 };
+
+/// Smoothieware.
+pub(crate) const SMOOTHIEWARE: Target = Target {
+    name: "smoothieware",
+    title: "Smoothieware rotary_delta",
+    drive: Some(Drive::Rotary),
+    content: Content::Fitted {
+        holds: Holds {
+            heights: Each::Shared,
+            zeros: Each::Arm,
+            ..HOLDS
+        },
+        write: smoothieware,
+    },
+    comment: "#",
+    conventions: &[
+        "alpha drives the arm at −90°, beta the one at 30°, gamma the one at 150°",
+        "the joint angle is 0 with the upper arm level and positive with the elbow down, in degrees",
+        "delta_f and delta_e are sides of triangles: 2√3 times the radii of base and platform; only their \
+         difference counts",
+        "M206 corrects the angles of the end stops in degrees (rotary_delta_calibration.enable true); add the values \
+         to those that were in force when the samples were measured",
+    ],
+    source: "src/modules/robot/arm_solutions/RotaryDeltaSolution.cpp and \
+             src/modules/tools/rotarydeltacalibration of Smoothieware",
+    alternative: ALTERNATIVE,
+};
+
+#[allow(clippy::unnecessary_wraps)] // the type of every target's function
+fn smoothieware(fitted: &Fitted) -> Result<Written, ExportError> {
+    let motors = fitted.geometry.by_motor();
+    let [first, ..] = motors;
+    let platform = fitted.platform_radius;
+    let mut entries = vec![
+        Entry::length("delta_e", side_of_triangle(platform)),
+        Entry::length("delta_f", side_of_triangle(first.radius + platform)),
+        Entry::length("delta_re", first.lower),
+        Entry::length("delta_rf", first.upper),
+        Entry::length("delta_z_offset", first.height),
+        Entry::length("delta_ee_offs", 0.0),
+        Entry::length("tool_offset", 0.0),
+    ];
+    let mut lines = String::from("arm_solution rotary_delta\n");
+    for Entry { name, value, .. } in &entries {
+        let _ = writeln!(lines, "{name} {}", decimals(*value));
+    }
+    let zeros = ["X", "Y", "Z"].into_iter().zip(motors);
+    let zeros = zeros.map(|(axis, arm)| Entry::degrees(format!("M206 {axis}"), -arm.zero));
+    let zeros: Vec<_> = zeros.collect();
+    let _ = writeln!(
+        lines,
+        "# As a command, stored with M500:\nM206 {}",
+        words(&zeros)
+    );
+    entries.extend(zeros);
+    Ok(Written {
+        entries,
+        lines,
+        warnings: Vec::new(),
+    })
+}
 
 /// Upper arm, forearm, and the triangles of base and platform under these names.
 fn four(
@@ -196,7 +277,7 @@ fn four(
     names: [&str; 4],
     line: fn(&str, &str) -> String,
 ) -> Written {
-    let arm = fitted.geometry.arm_of_motor(0);
+    let [arm, ..] = fitted.geometry.by_motor();
     let platform = fitted.platform_radius;
     let values = [
         arm.upper,

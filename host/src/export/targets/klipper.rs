@@ -1,42 +1,67 @@
 //! Klipper.
 
 use crate::export::error::ExportError;
-use crate::export::geometry::{Each, Holds};
-use crate::export::shape::ArmShape;
-use crate::export::target::{Entry, Fitted, Target, Written, assumed_home, decimals};
+use crate::export::geometry::{Each, Holds, Shape, TOWERS};
+use crate::export::target::{Content, Entry, Fitted, Target, Written};
 use delta_cal::ArmIndex;
+use delta_cal::robot::Drive;
 use std::fmt::Write;
 
 /// `[printer] kinematics: rotary_delta`.
-pub(crate) const KLIPPER: Target = Target {
+pub(crate) const ROTARY: Target = Target {
     name: "klipper",
     title: "Klipper rotary_delta",
-    holds: Holds {
-        fixed_azimuths: None,
-        radii: Each::Shared,
-        heights: Each::Shared,
-        upper: Each::Arm,
-        lower: Each::Arm,
-        zeros: Each::Arm,
+    drive: Some(Drive::Rotary),
+    content: Content::Fitted {
+        holds: Holds {
+            fixed_azimuths: None,
+            radii: Each::Shared,
+            heights: Each::Shared,
+            upper: Each::Arm,
+            lower: Each::Arm,
+            zeros: Each::Arm,
+        },
+        write: rotary,
     },
     comment: "#",
     conventions: &[
         "stepper_a, stepper_b and stepper_c are arms 1, 2 and 3",
-        "the joint angle is 0 with the upper arm horizontal and positive with the elbow up: it is \
-         φ − q of the robot file's angle q, with φ contained in position_endstop",
+        "the joint angle is 0 with the upper arm level and positive with the elbow up: φ − q of the robot file's \
+         angle q; position_endstop contains φ",
         "shoulder_radius is the base's radius less the platform's",
-        "position_endstop is the height of the nozzle at x = y = 0 with that arm at its end stop; each is \
-         computed from the joint angle at the end stop (--home-deg)",
+        "position_endstop is the height of the nozzle at x = y = 0 with that arm at its end stop (--home)",
     ],
     source: "klippy/kinematics/rotary_delta.py and klippy/chelper/kin_rotary_delta.c of Klipper",
     alternative: "a kinematics class of your own with all 24 parameters (in Klipper a Python class with a C function)",
-    write,
 };
 
-/// The height of the platform on the z axis with the upper arm at an angle above horizontal, mm. `None` where it
+/// `[printer] kinematics: delta`.
+pub(crate) const LINEAR: Target = Target {
+    name: "klipper",
+    title: "Klipper delta",
+    drive: Some(Drive::Linear),
+    content: Content::Fitted {
+        holds: TOWERS,
+        write: linear,
+    },
+    comment: "#",
+    conventions: &[
+        "stepper_a, stepper_b and stepper_c are towers 1, 2 and 3",
+        "delta_radius is the distance of the towers from the centre less the platform's radius",
+        "position_endstop is the height of the nozzle at x = y = 0 with that carriage at its end stop (--home)",
+        "delete these options from the block that SAVE_CONFIG wrote at the end of the file: the block's own come \
+         back with the next SAVE_CONFIG",
+    ],
+    source: "klippy/kinematics/delta.py of Klipper",
+    alternative: super::marlin::ALTERNATIVE,
+};
+
+const STEPPERS: [&str; 3] = ["stepper_a", "stepper_b", "stepper_c"];
+
+/// The height of the platform on the z axis with the upper arm at an angle above level, mm. `None` where it
 /// has none, or where Klipper would find the arm on the other side of its line with the forearm: it takes
 /// the elbow that is further out.
-fn height_on_the_axis(arm: &ArmShape, angle: f64) -> Option<f64> {
+fn height_on_the_axis(arm: &Shape, angle: f64) -> Option<f64> {
     let (sin, cos) = angle.sin_cos();
     let out = arm.radius + arm.upper * cos;
     let square = arm.lower * arm.lower - out * out;
@@ -48,11 +73,26 @@ fn height_on_the_axis(arm: &ArmShape, angle: f64) -> Option<f64> {
     (cos > (2.0 * towards - angle).cos()).then_some(arm.height + below)
 }
 
-fn write(fitted: &Fitted) -> Result<Written, ExportError> {
-    let [first, ..] = fitted.geometry.by_motor();
+/// The sections that the entries name, each with its options.
+fn sections(entries: &[Entry], first: &str) -> String {
+    let mut lines = first.to_owned();
+    let mut above = "";
+    for Entry { name, value, .. } in entries {
+        let (section, option) = name.split_once(' ').unwrap_or(("", name));
+        if section != above {
+            let _ = write!(lines, "\n[{section}]\n");
+            above = section;
+        }
+        let _ = writeln!(lines, "{option}: {value:.6}");
+    }
+    lines
+}
+
+fn rotary(fitted: &Fitted) -> Result<Written, ExportError> {
+    let [first, ..] = &fitted.geometry.arms;
     if !(first.radius > 0.0) {
         let cause = format!(
-            "the motor axis stands {:.3} mm from the middle, the platform's radius taken off, and Klipper takes only a \
+            "its motor axis is {:.3} mm from the z axis less the platform's radius; Klipper takes only a \
              shoulder_radius above 0",
             first.radius
         );
@@ -66,50 +106,45 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
         Entry::length("shoulder_radius", first.radius),
         Entry::length("shoulder_height", first.height),
     ];
-    let mut lines = format!(
-        "[printer]\nkinematics: rotary_delta\nshoulder_radius: {}\nshoulder_height: {}\n",
-        decimals(first.radius),
-        decimals(first.height)
-    );
-    for (index, letter) in ArmIndex::ALL.into_iter().zip(["a", "b", "c"]) {
+    for (index, stepper) in ArmIndex::ALL.into_iter().zip(STEPPERS) {
         let arm = &fitted.geometry.arms[index.index()];
         let home = fitted.home[index.index()];
-        let Some(endstop) = height_on_the_axis(arm, arm.zero - home) else {
-            let cause = format!(
-                "with its end stop at a joint angle of {:.3}°, Klipper's position_endstop has no value: on the z axis \
-                 the elbow would not stand outwards there",
-                home.to_degrees()
-            );
-            return Err(ExportError::Home { arm: index, cause });
-        };
-        let name = |key: &str| format!("stepper_{letter} {key}");
-        let azimuth = arm.azimuth.to_degrees().rem_euclid(360.0);
+        let endstop = height_on_the_axis(arm, arm.zero - home).ok_or(ExportError::Home {
+            arm: index,
+            degrees: home.to_degrees(),
+        })?;
         entries.extend([
-            Entry {
-                name: name("angle"),
-                value: azimuth,
-                unit: "deg",
-            },
-            Entry::length(name("upper_arm_length"), arm.upper),
-            Entry::length(name("lower_arm_length"), arm.lower),
-            Entry::length(name("position_endstop"), endstop),
+            Entry::azimuth(format!("{stepper} angle"), arm.azimuth),
+            Entry::length(format!("{stepper} upper_arm_length"), arm.upper),
+            Entry::length(format!("{stepper} lower_arm_length"), arm.lower),
+            Entry::length(format!("{stepper} position_endstop"), endstop),
         ]);
-        let _ = write!(
-            lines,
-            "\n[stepper_{letter}]\nangle: {}\nupper_arm_length: {}\nlower_arm_length: {}\n\
-             position_endstop: {endstop:.6}\n",
-            decimals(azimuth),
-            decimals(arm.upper),
-            decimals(arm.lower),
-        );
     }
-    let mut warnings: Vec<_> = assumed_home(fitted).into_iter().collect();
+    let mut warnings = fitted.assumptions();
     if !(first.height > 0.0) {
         warnings.push("Klipper takes no shoulder_height of 0 or below.".to_owned());
     }
     Ok(Written {
+        lines: sections(&entries, "[printer]\nkinematics: rotary_delta\n"),
         entries,
-        lines,
         warnings,
+    })
+}
+
+#[allow(clippy::unnecessary_wraps)] // the type of every target's function
+fn linear(fitted: &Fitted) -> Result<Written, ExportError> {
+    let towers = &fitted.geometry.arms;
+    let mut entries = vec![Entry::length("delta_radius", towers[0].radius)];
+    for ((tower, stepper), endstop) in towers.iter().zip(STEPPERS).zip(fitted.tower_endstops()) {
+        entries.extend([
+            Entry::azimuth(format!("{stepper} angle"), tower.azimuth),
+            Entry::length(format!("{stepper} arm_length"), tower.lower),
+            Entry::length(format!("{stepper} position_endstop"), endstop),
+        ]);
+    }
+    Ok(Written {
+        lines: sections(&entries, "[printer]\n"),
+        entries,
+        warnings: fitted.assumptions(),
     })
 }

@@ -2,55 +2,55 @@
 
 use crate::export::error::ExportError;
 use crate::export::geometry::{Each, Holds};
-use crate::export::target::{Entry, Fitted, Target, Written, assumed_home, decimals};
+use crate::export::target::{Content, Entry, Fitted, Target, Written, decimals};
+use delta_cal::robot::Drive;
 use std::fmt::Write;
 
 /// `rotarydeltakins`.
 pub(crate) const LINUXCNC: Target = Target {
     name: "linuxcnc",
     title: "LinuxCNC rotarydeltakins",
-    holds: Holds {
-        fixed_azimuths: Some([-90.0, 150.0, 30.0]),
-        radii: Each::Shared,
-        heights: Each::Fixed,
-        upper: Each::Shared,
-        lower: Each::Shared,
-        zeros: Each::Arm,
+    drive: Some(Drive::Rotary),
+    content: Content::Fitted {
+        holds: Holds {
+            fixed_azimuths: Some([-90.0, 150.0, 30.0]),
+            radii: Each::Shared,
+            heights: Each::Fixed,
+            upper: Each::Shared,
+            lower: Each::Shared,
+            zeros: Each::Arm,
+        },
+        write,
     },
     comment: "#",
     conventions: &[
         "joint 0 drives the arm at −y, joint 1 the one at 150° (−x), joint 2 the one at 30° (+x)",
-        "the joint angle is 0 with the thigh horizontal and positive with the knee down, in degrees",
+        "the joint angle is 0 with the thigh level and positive with the knee down, in degrees",
         "z = 0 is the plane of the hips; only platformradius − footradius counts",
-        "HOME_OFFSET is the joint's angle at its home switch; it is computed from --home-deg and replaces the \
-         home offset that was in force",
+        "HOME_OFFSET is the joint's angle at its home switch (--home) and replaces the one in force",
     ],
     source: "src/emc/kinematics/rotarydeltakins-common.h of LinuxCNC",
     alternative: "the kinematics component deltacalkins with all 24 parameters (--for linuxcnc-component)",
-    write,
 };
 
 #[allow(clippy::unnecessary_wraps)] // the type of every target's function
 fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     let geometry = &fitted.geometry;
-    let first = geometry.arm_of_motor(0);
+    let [first, ..] = geometry.by_motor();
     let foot = fitted.platform_radius;
-    let pins = [
-        ("platformradius", first.radius + foot),
-        ("thighlength", first.upper),
-        ("shinlength", first.lower),
-        ("footradius", foot),
+    let mut entries = vec![
+        Entry::length("platformradius", first.radius + foot),
+        Entry::length("thighlength", first.upper),
+        Entry::length("shinlength", first.lower),
+        Entry::length("footradius", foot),
     ];
-    let mut entries = Vec::new();
     let mut lines = String::from("# In the HAL file:\n");
-    for (name, value) in pins {
-        entries.push(Entry::length(name, value));
-        let _ = writeln!(lines, "setp rotarydeltakins.{name} {}", decimals(value));
+    for Entry { name, value, .. } in &entries {
+        let _ = writeln!(lines, "setp rotarydeltakins.{name} {}", decimals(*value));
     }
     lines.push_str("# In the INI file:\n");
     for (joint, arm) in geometry.motors.into_iter().enumerate() {
-        let own = &geometry.arms[arm];
-        let offset = fitted.home[arm] - own.zero;
+        let offset = fitted.home[arm] - geometry.arms[arm].zero;
         entries.push(Entry::degrees(format!("JOINT_{joint} HOME_OFFSET"), offset));
         let _ = writeln!(
             lines,
@@ -62,6 +62,6 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     Ok(Written {
         entries,
         lines,
-        warnings: assumed_home(fitted).into_iter().collect(),
+        warnings: fitted.assumptions(),
     })
 }

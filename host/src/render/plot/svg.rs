@@ -22,6 +22,8 @@ const GAP: f64 = 8.0;
 const BAND: f64 = 0.2;
 /// More discs than this are drawn smaller.
 const MANY: usize = 250;
+/// Width of lines.
+const LINE: f64 = 1.75;
 /// Radius of rings.
 const RING: f64 = 6.0;
 /// Lines behind the data.
@@ -68,9 +70,8 @@ impl Figure {
             "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
              xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"{TEXT}\">\n"
         ));
-        for (series, (x, y)) in entries {
-            svg.key(series, (x, y));
-            svg.text((x + KEY + GAP, y), "start", Colour::Ink, &series.name);
+        for (series, place) in entries {
+            svg.entry(series, place);
         }
         if self.axes_shown {
             frame.axes(&mut svg);
@@ -162,93 +163,89 @@ impl Frame<'_> {
         let upright = |at: f64| [(at, top), (at, bottom)];
         let level = |at: f64| [(left, at), (right, at)];
         for at in figure.x.minor(self.x) {
-            svg.line("polyline", &upright(self.across(at)), &light);
+            svg.line(&upright(self.across(at)), &light);
         }
         for at in figure.y.minor(self.y) {
-            svg.line("polyline", &level(self.down(at)), &light);
+            svg.line(&level(self.down(at)), &light);
         }
         for (at, text) in &x_ticks {
             let x = self.across(*at);
-            svg.line("polyline", &upright(x), &bold);
-            svg.line("polyline", &[(x, bottom), (x, bottom + 4.0)], &ink);
+            svg.line(&upright(x), &bold);
+            svg.line(&[(x, bottom), (x, bottom + 4.0)], &ink);
             svg.text((x, bottom + 13.0), "middle", Colour::Ink, text);
         }
         for (at, text) in &y_ticks {
             let y = self.down(*at);
-            svg.line("polyline", &level(y), &bold);
-            svg.line("polyline", &[(left - 4.0, y), (left, y)], &ink);
+            svg.line(&level(y), &bold);
+            svg.line(&[(left - 4.0, y), (left, y)], &ink);
             svg.text((left - 7.0, y), "end", Colour::Ink, text);
         }
-        svg.line(
-            "polyline",
-            &[(left, top), (left, bottom), (right, bottom)],
-            &ink,
-        );
+        svg.line(&[(left, top), (left, bottom), (right, bottom)], &ink);
         let middle = (left + width / 2.0, top + height / 2.0);
         svg.text((middle.0, bottom + 34.0), "middle", Colour::Ink, x_label);
-        svg.turned_text((12.0, middle.1), y_label);
+        // From below, about its middle.
+        let _ = writeln!(svg.0, "<g transform=\"rotate(-90 12 {})\">", middle.1);
+        svg.text((12.0, middle.1), "middle", Colour::Ink, y_label);
+        svg.0.push_str("</g>\n");
     }
 
     fn draw(&self, series: &Series, svg: &mut Svg) {
-        let colour = series.colour;
+        let style = series.style();
         match &series.shape {
-            Shape::Line(points) => svg.line("polyline", &self.all(points), &stroke(colour)),
-            Shape::Dashed(points) => {
-                let dashed = stroke(colour) + " stroke-dasharray=\"8 6\"";
-                svg.line("polyline", &self.all(points), &dashed);
+            Shape::Line(points) | Shape::Dashed(points) => svg.line(&self.all(points), &style),
+            Shape::Segments(segments) | Shape::Hairlines(segments) => {
+                for segment in segments {
+                    svg.line(&self.all(segment), &style);
+                }
             }
-            Shape::Region(outline) => {
-                svg.line("polygon", &self.all(outline), &fill(colour, BAND));
-            }
+            Shape::Region(outline) => svg.area(&self.all(outline), &style),
             Shape::Band(band) => {
                 let upper = band.iter().map(|&(x, _, upper)| (x, upper));
                 let lower = band.iter().rev().map(|&(x, lower, _)| (x, lower));
                 let outline: Vec<_> = upper.chain(lower).collect();
-                svg.line("polygon", &self.all(&outline), &fill(colour, BAND));
+                svg.area(&self.all(&outline), &style);
             }
-            Shape::Tiles(tiles, opacity) => {
+            Shape::Tiles(tiles, _) => {
                 for &[(x1, y1), (x2, y2)] in tiles {
                     let corners = [(x1, y1), (x2, y1), (x2, y2), (x1, y2)];
-                    svg.line("polygon", &self.all(&corners), &fill(colour, *opacity));
+                    svg.area(&self.all(&corners), &style);
                 }
             }
             Shape::Patches(patches) => {
-                for (outline, fill) in patches {
-                    let fill = format!("fill=\"{}\"", hex(*fill));
-                    svg.line("polygon", &self.all(outline), &fill);
+                for (outline, shade) in patches {
+                    svg.area(&self.all(outline), &format!("fill=\"{}\"", hex(*shade)));
                 }
             }
-            Shape::Segments(segments) => {
-                for segment in segments {
-                    svg.line("polyline", &self.all(segment), &stroke(colour));
-                }
-            }
-            Shape::Hairlines(segments) => {
-                for segment in segments {
-                    svg.line("polyline", &self.all(segment), &hairline(colour));
-                }
-            }
-            Shape::Points(points) => {
+            Shape::Points(points) | Shape::Rings(points) | Shape::Diamonds(points) => {
                 for at in self.within(points) {
-                    svg.circle(at, radius(points.len()), &fill(colour, 1.0));
-                }
-            }
-            Shape::Rings(points) => {
-                for at in self.within(points) {
-                    svg.circle(at, RING, &stroke(colour));
-                }
-            }
-            Shape::Diamonds(points) => {
-                for at in self.within(points) {
-                    svg.diamond(at, colour);
+                    svg.mark(series, at);
                 }
             }
             Shape::Labels(labels) => {
                 for (at, text) in labels {
                     for (x, y) in self.within([at]) {
-                        svg.text((x + 9.0, y), "start", colour, text);
+                        svg.text((x + 9.0, y), "start", series.colour, text);
                     }
                 }
+            }
+        }
+    }
+}
+
+impl Series {
+    /// The attributes of what is drawn.
+    fn style(&self) -> String {
+        let hex = self.colour.hex();
+        let line = |width: f64| format!("fill=\"none\" stroke=\"{hex}\" stroke-width=\"{width}\"");
+        let filled = |opacity: f64| format!("fill=\"{hex}\" opacity=\"{}\"", rounded(opacity));
+        match &self.shape {
+            Shape::Line(_) | Shape::Segments(_) | Shape::Rings(_) => line(LINE),
+            Shape::Dashed(_) => line(LINE) + " stroke-dasharray=\"8 6\"",
+            Shape::Hairlines(_) => line(1.0) + " opacity=\"0.4\"",
+            Shape::Band(_) | Shape::Region(_) => filled(BAND),
+            Shape::Tiles(_, opacity) => filled(*opacity),
+            Shape::Patches(_) | Shape::Points(_) | Shape::Diamonds(_) | Shape::Labels(_) => {
+                format!("fill=\"{hex}\"")
             }
         }
     }
@@ -258,105 +255,76 @@ impl Frame<'_> {
 struct Svg(String);
 
 impl Svg {
-    /// A `polyline` or a `polygon`; none if it has no corner.
-    fn line(&mut self, element: &str, points: &[Place], style: &str) {
-        if points.is_empty() {
-            return;
-        }
-        let points: Vec<_> = points
-            .iter()
-            .map(|(x, y)| format!("{},{}", rounded(*x), rounded(*y)))
-            .collect();
-        let points = points.join(" ");
-        let _ = writeln!(self.0, "<{element} points=\"{points}\" {style}/>");
+    fn line(&mut self, points: &[Place], style: &str) {
+        self.through("polyline", points, style);
     }
 
-    fn circle(&mut self, (x, y): Place, radius: f64, style: &str) {
-        let (x, y) = (rounded(x), rounded(y));
+    fn area(&mut self, corners: &[Place], style: &str) {
+        self.through("polygon", corners, style);
+    }
+
+    fn through(&mut self, element: &str, points: &[Place], style: &str) {
+        let point = |(x, y): &Place| format!("{},{}", rounded(*x), rounded(*y));
+        let points: Vec<_> = points.iter().map(point).collect();
+        if !points.is_empty() {
+            let points = points.join(" ");
+            let _ = writeln!(self.0, "<{element} points=\"{points}\" {style}/>");
+        }
+    }
+
+    /// A disc, a ring or a diamond.
+    fn mark(&mut self, series: &Series, (x, y): Place) {
+        let radius = match &series.shape {
+            Shape::Diamonds(_) => {
+                let corners = [(x - 5.0, y), (x, y - 5.0), (x + 5.0, y), (x, y + 5.0)];
+                return self.area(&corners, &series.style());
+            }
+            Shape::Points(points) if points.len() > MANY => 1.75,
+            Shape::Points(_) => 2.75,
+            _ => RING,
+        };
+        let (x, y, style) = (rounded(x), rounded(y), series.style());
         let _ = writeln!(
             self.0,
             "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" {style}/>"
         );
     }
 
-    fn diamond(&mut self, (x, y): Place, colour: Colour) {
-        let corners = [(x - 5.0, y), (x, y - 5.0), (x + 5.0, y), (x, y + 5.0)];
-        self.line("polygon", &corners, &fill(colour, 1.0));
-    }
-
     /// Centred on its line.
     fn text(&mut self, (x, y): Place, anchor: &str, colour: Colour, text: &str) {
-        let (x, y, fill) = (rounded(x), rounded(y), fill(colour, 1.0));
+        let (x, y, fill) = (rounded(x), rounded(y), colour.hex());
         let text = html! { (text) }.into_string();
         let _ = writeln!(
             self.0,
-            "<text x=\"{x}\" y=\"{y}\" dy=\"0.35em\" text-anchor=\"{anchor}\" {fill}>{text}</text>"
+            "<text x=\"{x}\" y=\"{y}\" dy=\"0.35em\" text-anchor=\"{anchor}\" fill=\"{fill}\">{text}</text>"
         );
     }
 
-    /// From below, about its middle.
-    fn turned_text(&mut self, (x, y): Place, text: &str) {
-        let _ = writeln!(
-            self.0,
-            "<g transform=\"rotate(-90 {} {})\">",
-            rounded(x),
-            rounded(y)
-        );
-        self.text((x, y), "middle", Colour::Ink, text);
-        self.0.push_str("</g>\n");
-    }
-
-    /// A legend's sample of a series, from here to the right.
-    fn key(&mut self, series: &Series, (x, y): Place) {
-        let (colour, middle) = (series.colour, (x + KEY / 2.0, y));
-        let line = [(x, y), (x + KEY, y)];
-        let (low, high, right) = (y - 6.0, y + 6.0, x + KEY);
-        let plate = [(x, low), (right, low), (right, high), (x, high)];
+    /// A legend's sample of a series, from here to the right, and its name.
+    fn entry(&mut self, series: &Series, (x, y): Place) {
+        let (low, high, right, style) = (y - 6.0, y + 6.0, x + KEY, series.style());
         match &series.shape {
-            Shape::Line(_) | Shape::Segments(_) => self.line("polyline", &line, &stroke(colour)),
-            Shape::Hairlines(_) => self.line("polyline", &line, &hairline(colour)),
-            Shape::Dashed(_) => {
-                let dashed = stroke(colour) + " stroke-dasharray=\"8 6\"";
-                self.line("polyline", &line, &dashed);
+            Shape::Line(_) | Shape::Segments(_) | Shape::Hairlines(_) | Shape::Dashed(_) => {
+                self.line(&[(x, y), (right, y)], &style);
             }
-            Shape::Band(_) | Shape::Region(_) => self.line("polygon", &plate, &fill(colour, BAND)),
-            Shape::Tiles(_, opacity) => self.line("polygon", &plate, &fill(colour, *opacity)),
-            Shape::Patches(patches) => {
-                let shade = patches.first().map_or(colour.channels(), |(_, fill)| *fill);
-                self.line("polygon", &plate, &format!("fill=\"{}\"", hex(shade)));
+            Shape::Points(_) | Shape::Rings(_) | Shape::Diamonds(_) => {
+                self.mark(series, (x + KEY / 2.0, y));
             }
-            Shape::Points(points) => self.circle(middle, radius(points.len()), &fill(colour, 1.0)),
-            Shape::Rings(_) => self.circle(middle, RING, &stroke(colour)),
-            Shape::Diamonds(_) => self.diamond(middle, colour),
             Shape::Labels(_) => {}
+            shape => {
+                let shade = match shape {
+                    Shape::Patches(patches) => patches.first().map(|(_, shade)| hex(*shade)),
+                    _ => None,
+                };
+                let style = shade.map_or(style, |shade| format!("fill=\"{shade}\""));
+                self.area(&[(x, low), (right, low), (right, high), (x, high)], &style);
+            }
         }
+        self.text((right + GAP, y), "start", Colour::Ink, &series.name);
     }
 }
 
-/// Radius of one of so many discs.
-fn radius(count: usize) -> f64 {
-    if count > MANY { 1.75 } else { 2.75 }
-}
-
-fn stroke(colour: Colour) -> String {
-    format!(
-        "fill=\"none\" stroke=\"{}\" stroke-width=\"1.75\"",
-        colour.hex()
-    )
-}
-
-fn hairline(colour: Colour) -> String {
-    let hex = colour.hex();
-    format!("fill=\"none\" stroke=\"{hex}\" stroke-width=\"1\" opacity=\"0.4\"")
-}
-
-fn fill(colour: Colour, opacity: f64) -> String {
-    match opacity {
-        1.0.. => format!("fill=\"{}\"", colour.hex()),
-        _ => format!("fill=\"{}\" opacity=\"{}\"", colour.hex(), rounded(opacity)),
-    }
-}
-
+/// As in `#0072B2`.
 pub(super) fn hex([red, green, blue]: [u8; 3]) -> String {
     format!("#{red:02X}{green:02X}{blue:02X}")
 }

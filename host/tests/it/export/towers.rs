@@ -132,7 +132,7 @@ fn export(folder: &Folder, target: &str) -> (Delta, Value) {
     let [a, b, c] = HOME;
     folder
         .run(&format!(
-            "export calibrated.toml --nominal robot.toml --for {target} --home-mm {a},{b},{c} --positions wanted.csv \
+            "export calibrated.toml --nominal robot.toml --for {target} --home {a},{b},{c} --positions wanted.csv \
              --output lines.txt --json report.json"
         ))
         .ok();
@@ -243,7 +243,7 @@ fn the_bed_of_measured_heights_is_z_0() {
     }
     folder.write("heights.csv", samples);
     let [a, b, c] = HOME;
-    let home = format!("--home-mm {a},{b},{c}");
+    let home = format!("--home {a},{b},{c}");
     folder
         .run(&format!(
             "export calibrated.toml --for klipper {home} --bed heights.csv --positions wanted.csv --output lines.txt \
@@ -269,24 +269,15 @@ fn the_bed_of_measured_heights_is_z_0() {
 #[test]
 fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
     let (folder, _) = prepared(&upright());
-    for target in ["b-and-r", "linuxcnc", "smoothieware", "codesys", "sdf"] {
+    for target in ["b-and-r", "linuxcnc", "smoothieware", "codesys"] {
         let run = folder.run(&format!("export calibrated.toml --for {target}"));
         assert_eq!(run.code, 3, "{}", run.stderr);
-        let names =
-            "this robot can be exported for klipper, reprapfirmware, marlin and correction-table";
+        let names = "this robot: it can be exported for klipper, reprapfirmware, marlin and correction-table";
         assert!(run.stderr.contains(names), "{}", run.stderr);
     }
     folder
-        .run("export calibrated.toml --for correction-table --positions wanted.csv --spacing 40")
+        .run("export calibrated.toml --for correction-table --positions wanted.csv")
         .ok();
-    let run = folder.run("export calibrated.toml --for klipper --home-deg 12");
-    assert_eq!(run.code, 2);
-    assert!(
-        run.stderr
-            .contains("--home-deg cannot be used: carriages drive this robot"),
-        "{}",
-        run.stderr
-    );
     let run = folder.run("export calibrated.toml --for klipper --bed wanted.csv");
     assert_eq!(run.code, 3, "{}", run.stderr);
     let rotary = Folder::new();
@@ -294,65 +285,25 @@ fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
     let run = rotary.run("export calibrated.toml --for marlin");
     assert_eq!(run.code, 3);
     assert!(
-        run.stderr
-            .contains("motors that turn its arms drive this robot")
+        run.stderr.contains("motors turn the arms of this robot")
             && run
                 .stderr
                 .contains("klipper, reprapfirmware, b-and-r, linuxcnc"),
         "{}",
         run.stderr
     );
-    for option in ["--home-mm 3", "--bed samples.csv"] {
-        let run = rotary.run(&format!("export calibrated.toml --for klipper {option}"));
-        assert_eq!(run.code, 2, "{}", run.stderr);
-    }
+    let run = rotary.run("export calibrated.toml --for klipper --bed samples.csv");
+    assert_eq!(run.code, 2, "{}", run.stderr);
 }
 
-/// Travels of the printer as drawn, by Klipper's equations, and what a table adds to them.
-#[test]
-fn a_table_of_travels_takes_the_printer_where_it_is_wanted() {
-    let (folder, robot) = prepared(&leaning());
-    folder
-        .run(
-            "export calibrated.toml --nominal robot.toml --for correction-table --corrections joint --spacing 10 \
-             --positions wanted.csv --output table.csv",
-        )
-        .ok();
-    let drawn = Delta {
-        radius: 140.6,
-        angles: [210.4, 329.7, 90.2],
-        arms: [330.0; 3],
-        endstops: HOME,
-        step_lengths: [1.0; 3],
-    };
-    let table = folder.read("table.csv");
-    let mut rows = table.lines().filter(|line| !line.starts_with('#'));
-    assert_eq!(
-        rows.next(),
-        Some("x_mm,y_mm,z_mm,ds1_mm,ds2_mm,ds3_mm,node")
-    );
-    let mut count = 0;
-    for row in rows.filter(|row| row.ends_with("computed")) {
-        let fields: Vec<f64> = row.split(',').take(6).map(|n| n.parse().unwrap()).collect();
-        let at = [fields[0], fields[1], fields[2]];
-        let carriages = drawn.carriages(at);
-        let travels = [0, 1, 2].map(|k| carriages[k] + fields[3 + k]);
-        let is = robot.robot.forward(&travels).unwrap();
-        // Written to 0.00001 mm.
-        assert!(distance([is.x, is.y, is.z], at) < 5e-5, "{row}");
-        count += 1;
-    }
-    assert!(count > 1000, "{count}");
-}
-
-/// Without --home-mm, --bed and --positions the command says what it assumes.
+/// Without --home, --bed and --positions the command says what it assumes.
 #[test]
 fn assumptions_are_stated() {
     let (folder, _) = prepared(&leaning());
     let run = folder.run("export calibrated.toml --for marlin").ok();
     for part in [
-        "--home-mm does not",
-        "--bed names no",
+        "assumed at a travel of 715.000 mm",
+        "with --bed",
         "within 119 mm of the",
         "M665 L",
     ] {

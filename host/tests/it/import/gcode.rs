@@ -54,7 +54,7 @@ fn the_lines_of_both_firmwares_are_the_printer_that_they_describe() {
             );
         }
         let [a, b, c] = own.absolute_endstops();
-        let home = format!("--home-mm {a:.6},{b:.6},{c:.6}");
+        let home = format!("--home {a:.6},{b:.6},{c:.6}");
         assert!(run.stdout.contains(&home), "{}", run.stdout);
         run_next(&folder, &run.stdout);
     }
@@ -91,13 +91,13 @@ fn lines_that_cannot_be_read_are_refused() {
         (
             "reprapfirmware",
             REPRAPFIRMWARE.replace("L330.1:", "Lhunter2:"),
-            "config.g:4: M665: a word of the line",
+            "config.g:4: M665: a word is no letter",
         ),
         // RepRapFirmware's bed of 120 mm would make the second rod 450 mm long.
         (
             "marlin",
             REPRAPFIRMWARE.to_owned(),
-            "config.g:4: M665 B: B corrects the length of a rod in Marlin, and 120 mm is too much",
+            "config.g:4: M665 B: 120 mm is too much for the correction of a rod",
         ),
     ];
     for (controller, text, cause) in cases {

@@ -91,7 +91,7 @@ pub(crate) fn drive(folder: &Folder, display: &str, change: impl Fn(String) -> S
 
     let run = private()
         .arg("sh")
-        .arg(manifest("tests/linuxcnc/private.sh"))
+        .arg(manifest("tests/it/linuxcnc/private.sh"))
         .args([component(), build, folder.path("")])
         .output()
         .unwrap();

@@ -1,0 +1,210 @@
+//! The smooth surfaces of which the boundary consists, one a limit.
+//!
+//! | limit of arm i | the surface g(X, P) = 0, g > 0 outside |
+//! | --- | --- |
+//! | a joint at its end q̄ | sphere of radius Lb about B(q̄): ± (\|w\| − Lb), w = X − B, the sign of w·B′ |
+//! | serial singularity | envelope of these spheres over q: w·B′ = 0, about a tower a cylinder |
+//! | forearm at its largest angle β | planes \|(X − D)·ey\| = Lb sin β |
+//! | parallel singularity | det(w₁, w₂, w₃) = 0, qᵢ(X) on their branches |
+//! | elbows' plane upright | ((B₂ − B₁) × (B₃ − B₁))·up = 0, the same |
+//!
+//! Derivatives are central differences: over lengths of some 100 mm, steps of 1e-4 mm leave nine digits.
+
+use crate::geometry::reach::{Limit, Reach, other_elbow};
+use delta_cal::robot::{Drive, ParameterKind};
+use delta_cal::{ArmIndex, Parameter, Robot};
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+
+/// mm.
+const STEP: f64 = 1e-4;
+/// Radians; on an arm of 100 mm the same.
+const TURN: f64 = 1e-6;
+
+/// The boundary's surface near a pose.
+pub(super) struct Surface<'a> {
+    reach: &'a Reach,
+    limit: Limit,
+    /// Joint angles nearby (radians): they tell the branches of the inverse apart.
+    q: [f64; 3],
+    /// The sign outside of what vanishes at the last two limits.
+    sign: f64,
+}
+
+impl<'a> Surface<'a> {
+    /// The surface of a limit at joint angles of a pose inside.
+    pub(super) fn new(robot: &Robot<f64>, reach: &'a Reach, limit: Limit, q: [f64; 3]) -> Self {
+        // Inside, the elbows' plane has the right side, and the platform is below it:
+        // det(w₁, w₂, w₃) = ((B₂ − B₁) × (B₃ − B₁))·(X − B₁).
+        let side = upright(robot, &q).signum();
+        let sign = if matches!(limit, Limit::Assembly(_)) {
+            -side
+        } else {
+            side
+        };
+        Self {
+            reach,
+            limit,
+            q,
+            sign,
+        }
+    }
+
+    /// How far a position is outside, mm: exactly for the first three limits; for the others a volume or
+    /// an area that vanishes on the surface. `None` where the surface has no meaning.
+    pub(super) fn outside(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> Option<f64> {
+        let arm = robot.arm(self.limit.arm());
+        let w = x - arm.d();
+        let (q, sign) = match self.limit {
+            Limit::JointMinimum(_) | Limit::JointMaximum(_) => {
+                let (q, sign) = match self.limit {
+                    Limit::JointMinimum(_) => (self.reach.limits.minimum(), -1.0),
+                    _ => (self.reach.limits.maximum(), 1.0),
+                };
+                let along = (x - arm.elbow(q)).dot(&arm.elbow_derivative(q));
+                (q, sign * along.signum())
+            }
+            Limit::Forearm(_) => {
+                let out = w.dot(&arm.basis().ey).abs();
+                return Some(out - arm.lb() * self.reach.forearm_limit?.sin());
+            }
+            Limit::Parallel(_) | Limit::Assembly(_) => {
+                let q = branch(robot, x, &self.q)?;
+                let value = match self.limit {
+                    Limit::Assembly(_) => upright(robot, &q),
+                    _ => {
+                        let [w1, w2, w3] = forearms(robot, x, &q);
+                        w1.dot(&w2.cross(&w3))
+                    }
+                };
+                return value.is_finite().then_some(self.sign * value);
+            }
+            _ => {
+                let (u, v) = (arm.basis().u.dot(&w), arm.basis().v.dot(&w));
+                let stretched = match arm.drive() {
+                    Drive::Linear => v / arm.basis().v.norm_squared(),
+                    Drive::Rotary => v.atan2(u),
+                };
+                let folded = arm.drive() == Drive::Rotary
+                    && apart(stretched, self.q[self.limit.arm().index()]) > PI / 2.0;
+                if folded {
+                    (stretched + PI, -1.0)
+                } else {
+                    (stretched, 1.0)
+                }
+            }
+        };
+        Some(sign * ((x - arm.elbow(q)).norm() - arm.lb()))
+    }
+
+    fn gradient(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let mut gradient = Vector3::zeros();
+        for axis in 0..3 {
+            let step = Vector3::ith(axis, STEP);
+            let [ahead, back] = [x + step, x - step].map(|x| self.outside(robot, &x));
+            gradient[axis] = (ahead? - back?) / (2.0 * STEP);
+        }
+        (gradient.norm() > 0.0).then_some(gradient)
+    }
+
+    /// The outward normal.
+    pub(super) fn normal(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> Option<Vector3<f64>> {
+        self.gradient(robot, x).map(|gradient| gradient.normalize())
+    }
+
+    /// How far the surface moves along its outward normal at `x` for each of the 24 parameters, mm per mm
+    /// and mm per radian: −∂g/∂p / |∂g/∂X|. `x` must be on the surface.
+    pub(super) fn displacement(&self, varied: &Varied, x: &Vector3<f64>) -> Option<[f64; 24]> {
+        let steep = self.gradient(&varied.robot, x)?.norm();
+        let own = self.limit.arm().index();
+        let of_all = matches!(self.limit, Limit::Parallel(_) | Limit::Assembly(_));
+        let mut moved = [0.0; 24];
+        for (number, variation) in varied.variations.iter().enumerate() {
+            let Some((step, robots)) = variation else {
+                continue;
+            };
+            if of_all || number / 8 == own {
+                let [more, less] = robots.each_ref().map(|robot| self.outside(robot, x));
+                moved[number] = (less? - more?) / (2.0 * step * steep);
+            }
+        }
+        Some(moved)
+    }
+}
+
+/// A robot, and with each parameter a step more and a step less.
+pub(super) struct Varied {
+    robot: Robot<f64>,
+    variations: Vec<Option<(f64, [Robot<f64>; 2])>>,
+}
+
+impl Varied {
+    pub(super) fn of(robot: &Robot<f64>) -> Self {
+        let places = robot.drive().places();
+        let variation = |number: usize| {
+            let step = match places[number % 8].map(Parameter::kind)? {
+                ParameterKind::Length => STEP,
+                ParameterKind::Angle | ParameterKind::Ratio => TURN,
+            };
+            let [more, less] = [step, -step].map(|step| {
+                let mut arms = *robot.arms();
+                let mut parameters = arms[number / 8].parameters();
+                parameters[number % 8] += step;
+                arms[number / 8] = arms[number / 8].with_parameters(parameters).ok()?;
+                Robot::new(arms).ok()
+            });
+            Some((step, [more?, less?]))
+        };
+        Self {
+            robot: *robot,
+            variations: (0..24).map(variation).collect(),
+        }
+    }
+}
+
+/// The distance between two angles, 0 to π.
+fn apart(a: f64, b: f64) -> f64 {
+    let turn = (a - b).rem_euclid(TAU);
+    turn.min(TAU - turn)
+}
+
+/// The joint angles at `x` on the branches nearest to those of `near`.
+pub(super) fn branch(robot: &Robot<f64>, x: &Vector3<f64>, near: &[f64; 3]) -> Option<[f64; 3]> {
+    let mut q = robot.inverse(x).ok()?;
+    for ((arm, q), near) in robot.arms().iter().zip(&mut q).zip(near) {
+        let other = other_elbow(arm, x, *q);
+        if apart(other, *near) < apart(*q, *near) {
+            *q = other;
+        }
+    }
+    Some(q)
+}
+
+fn forearms(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> [Vector3<f64>; 3] {
+    ArmIndex::ALL.map(|arm| x - robot.arm(arm).elbow(q[arm.index()]))
+}
+
+/// The area that the elbows span, seen from above, mm²: 0 where their plane stands upright.
+fn upright(robot: &Robot<f64>, q: &[f64; 3]) -> f64 {
+    let [w1, w2, w3] = forearms(robot, &Vector3::zeros(), q);
+    (w2 - w1).cross(&(w3 - w1)).dot(&robot.up())
+}
+
+/// Whether the elbows' plane has another side up at the first joint angles than at the second.
+pub(super) fn elbows_turned_over(robot: &Robot<f64>, q: &[f64; 3], other: &[f64; 3]) -> bool {
+    (upright(robot, q) > 0.0) != (upright(robot, other) > 0.0)
+}
+
+/// The arm whose forearm lies nearest to the plane of the other two.
+pub(super) fn flattest(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> ArmIndex {
+    let w = forearms(robot, x, q);
+    let flatness = |arm: &ArmIndex| {
+        let index = arm.index();
+        let plane = w[(index + 1) % 3].cross(&w[(index + 2) % 3]);
+        plane.norm() * robot.arm(*arm).lb()
+    };
+    ArmIndex::ALL
+        .into_iter()
+        .max_by(|a, b| flatness(a).total_cmp(&flatness(b)))
+        .unwrap_or(ArmIndex::First)
+}

@@ -4,9 +4,9 @@
 use super::error::PlanError;
 use super::setup::Setup;
 use crate::files::robot_file::RobotFile;
+use crate::fit::covariance::{RobotCovariance, WITH_TRANSMISSIONS};
 use crate::fit::observations::levels;
 use crate::fit::options::Frame;
-use crate::fit::covariance::{RobotCovariance, WITH_TRANSMISSIONS};
 use delta_cal::calibration::Problem;
 use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane, Point,

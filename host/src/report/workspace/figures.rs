@@ -22,7 +22,7 @@ const RISE: f64 = 0.3;
 /// Lines of the view are so many times further apart than those of the boundary.
 const COARSER: f64 = 3.0;
 /// By how much the faces of the view overlap, in parts of the spacing of its lines.
-const OVERLAP: f64 = 0.04;
+const OVERLAP: f64 = 0.1;
 /// Upper ends of the classes of a map; the last one is open.
 const CLASSES: [f64; 5] = [0.05, 0.1, 0.25, 0.5, 0.75];
 

@@ -8,7 +8,7 @@
 //! A configuration may hold secrets: nothing of a section that is not needed is kept, and no message quotes a
 //! line.
 
-mod configuration;
+pub mod configuration;
 mod gcode;
 mod imported;
 mod klipper;

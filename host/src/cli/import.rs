@@ -104,10 +104,9 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
     let firmware = firmware.unwrap_or(Firmware::Klipper);
     let input = InputText::from_file(&arguments.file)?;
     let imported = firmware.import(&input, rods, &includes)?;
-    let samples = imported.samples_text();
     let files = [
         ("robot.toml", Some(imported.robot_text())),
-        ("samples.csv", samples.clone()),
+        ("samples.csv", imported.samples_text()),
     ];
     let written = write(&arguments.output, &files, arguments.force)?;
     print(&text(&imported, &arguments.output, &written))

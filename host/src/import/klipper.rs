@@ -146,8 +146,10 @@ fn measured(
             let Some(entry) = configuration.get(SAVED, &name) else {
                 break;
             };
-            let pose =
-                |suffix: &str| Ok(joints(steps(configuration, &format!("{name}_{suffix}"))?));
+            let pose = |suffix: &str| -> Result<[f64; 3], InputError> {
+                let steps = steps(configuration, &format!("{name}_{suffix}"))?;
+                Ok(joints(steps))
+            };
             let mut reading = Reading {
                 joints: [0.0; 3],
                 position: [None; 3],

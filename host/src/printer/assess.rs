@@ -9,6 +9,8 @@ use crate::export::target::Entry;
 use crate::export::{Case, Export, Settings, held, target};
 use crate::import::Imported;
 use crate::report::calibration::Report;
+use delta_cal::Robot;
+use delta_cal::frame::RigidTransform;
 use serde::Serialize;
 
 /// The printed area of a robot that states none, as a part of the upper arm's or tower's radius.
@@ -98,7 +100,9 @@ impl<'a> Assessment<'a> {
             after: after.value,
             unit,
         });
-        let off = |controller, frame: &_| Off::of(&file.robot, controller, frame, radius);
+        let off = |controller: &Robot<f64>, frame: &RigidTransform<f64>| {
+            Off::of(&file.robot, controller, frame, radius)
+        };
         let after = export.controller.as_ref().zip(export.frame);
         Ok(Self {
             before: off(&robot.robot, &level.transform()),

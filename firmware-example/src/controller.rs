@@ -154,7 +154,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     pub fn calibrating(&self) -> bool {
         matches!(
             self.session.phase(),
-            Phase::Collecting { .. } | Phase::Solving { .. }
+            Phase::Collecting { .. } | Phase::Solving
         )
     }
 

@@ -18,6 +18,7 @@ pub use imported::Imported;
 
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
+use std::path::Path;
 
 /// Whose configuration it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +71,10 @@ impl Firmware {
             return Err(InputError::new(input.name(), cause)
                 .with_remedy("give printer.cfg, config.g, what M503 prints, or a robot file"));
         }
-        if input.name().ends_with(".g") {
+        if Path::new(input.name())
+            .extension()
+            .is_some_and(|own| own == "g")
+        {
             return Ok(Self::RepRapFirmware);
         }
         if text.contains("echo:") {

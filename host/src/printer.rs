@@ -6,8 +6,8 @@ mod assess;
 mod next;
 
 pub use area::{Area, Off};
-pub(crate) use assess::{lack_of_fit, worst};
 pub use assess::{Assessment, Change};
+pub(crate) use assess::{lack_of_fit, worst};
 pub use next::Next;
 
 use crate::files::input_error::InputError;

@@ -157,9 +157,9 @@ pub struct Frame<'a> {
     body: &'a [u8],
 }
 
-impl<'a> Frame<'a> {
+impl Frame<'_> {
     #[cfg(test)]
-    pub(crate) const fn body(&self) -> &'a [u8] {
+    pub(crate) const fn body(&self) -> &[u8] {
         self.body
     }
 

@@ -69,18 +69,16 @@ pub(crate) struct Calibrated<'a> {
     /// Of an estimated noise; `None` if it is stated.
     pub(crate) degrees_of_freedom: Option<f64>,
     /// What of the positions counts.
-    pub(crate) judged: Judged<'a>,
+    pub(crate) judged: Judged,
 }
 
 /// What of the positions decides whether a robot becomes better.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Judged<'a> {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Judged {
     /// The positions in the frame of the base, over the workspace.
     Absolute,
     /// The positions after the best rigid motion, over the workspace.
     Relative,
-    /// Of a printer whose bed alone was touched, the heights over these places of it, after the best plane.
-    Bed(&'a [Vector3<f64>]),
 }
 
 impl WorkspaceComparison {
@@ -128,15 +126,8 @@ impl WorkspaceComparison {
         };
         let whole_change = (change_squared / f64::from(poses)).sqrt();
         let whole_sigma = covariance.component_mul(&absolute).sum().sqrt();
-        let bed = match calibrated.judged {
-            Judged::Bed(places) => heights(&uncertainty, places, reach),
-            _ => None,
-        };
-        let relative = !matches!(calibrated.judged, Judged::Absolute);
-        let (size, change) = if let Some(heights) = bed {
-            let change = of(heights);
-            (change.size(), change)
-        } else if relative {
+        let relative = calibrated.judged == Judged::Relative;
+        let (size, change) = if relative {
             let motions = RigidMotions::of(jacobians.iter().map(|(position, _)| *position))?;
             let explained = motions.explaining(jacobians.iter().copied());
             for (position, jacobian) in &mut jacobians {
@@ -189,40 +180,6 @@ impl WorkspaceComparison {
     pub fn unchanged(&self) -> bool {
         self.judged.change <= UNCHANGED * self.judged.scatter
     }
-}
-
-/// The mean of hᵀh over places of a bed, h being how a height changes with the parameters, less the plane that explains most
-/// of that.
-fn heights(
-    uncertainty: &PositionUncertainty<'_, 24>,
-    places: &[Vector3<f64>],
-    reach: &Reach,
-) -> Option<SMatrix<f64, 24, 24>> {
-    let rows = places.iter().filter_map(|place| {
-        let joints = reach.joints(uncertainty.robot, place).ok()?;
-        let jacobian = uncertainty.jacobian(place, &joints)?;
-        Some((
-            Vector3::new(1.0, place.x, place.y),
-            jacobian.row(2).into_owned(),
-        ))
-    });
-    let rows: Vec<_> = rows.collect();
-    let (mut normal, mut mixed) = (
-        SMatrix::<f64, 3, 3>::zeros(),
-        SMatrix::<f64, 3, 24>::zeros(),
-    );
-    for (plane, height) in &rows {
-        normal += plane * plane.transpose();
-        mixed += plane * height;
-    }
-    let explained = normal.cholesky()?.solve(&mixed);
-    let (mut sum, mut count) = (SMatrix::<f64, 24, 24>::zeros(), 0.0);
-    for (plane, height) in &rows {
-        let left = height - plane.transpose() * explained;
-        sum += left.transpose() * left;
-        count += 1.0;
-    }
-    Some(sum / count)
 }
 
 /// The mean of JᵀJ.

@@ -21,9 +21,6 @@ use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample};
 use nalgebra::Vector3;
 
-/// Places of a bed are this many to either side of its middle.
-const BED_STEPS: i32 = 6;
-
 /// A solution that was judged good.
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
@@ -132,34 +129,19 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     let solution = solution.widened(widening);
     let error_before = error(case, &case.before.robot, &solution.places_before, &solution);
     let error_after = error(case, &solution.robot, &solution.places, &solution);
-    // A stated tolerance already keeps what is not known near where it was.
-    if !has_tolerance && let Some(change) = plausibility::implausible(&robot.robot, &solution.robot)
-    {
-        return Err(Objection::Implausible(change));
-    }
-    if let Some(error) = &error_after
-        && error.lies_elsewhere(&solution.robot)
-    {
-        return Err(Objection::NotReproduced(error.median));
-    }
-    if !has_tolerance && solution.degrees_of_freedom() < 1.0 {
-        return Err(Objection::UnknownError);
-    }
     let tolerance = robot.tolerance.as_ref();
     let prior_test = tolerance.and_then(|own| PriorTest::of(&robot.robot, own, &solution));
-    if let (Some(test), Some(tolerance)) = (&prior_test, tolerance)
-        && test.contradicts()
-        && !(case.is_on_controller() && test.samples_decide())
-    {
-        let statement = test.statement(robot.robot.drive(), Some(tolerance));
-        return Err(Objection::BeyondTolerance(*test, statement));
-    }
-    if let Some((sigma, tolerated)) = beyond_tolerance(case, &noise) {
-        return Err(Objection::NoiseBeyondTolerance(sigma, tolerated));
-    }
+    contradiction(
+        case,
+        &solution,
+        error_after.as_ref(),
+        prior_test.as_ref(),
+        &noise,
+    )?;
     let parameters = solution.of_parameters();
-    let bed = bed(case, &solution);
-    let workspace = WorkspaceComparison::of(
+    // A printer's firmware was calibrated from the same heights: of the rest of it they say nothing that could be judged.
+    let bed_alone = robot.robot.drive() == Drive::Linear && !case.readings.holds(Kind::Position);
+    let mut workspace = WorkspaceComparison::of(
         &Calibrated {
             before: &case.before.robot,
             after: &solution.robot,
@@ -168,15 +150,17 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
             degrees_of_freedom: solution.estimated_freedom(),
             judged: if solution.is_absolute() {
                 JudgedBy::Absolute
-            } else if bed.is_empty() {
-                JudgedBy::Relative
             } else {
-                JudgedBy::Bed(&bed)
+                JudgedBy::Relative
             },
         },
         &robot.reach(),
     );
+    if bed_alone && let Some(own) = &mut workspace {
+        own.chance_of_harm = None;
+    }
     match &workspace {
+        _ if bed_alone => {}
         Some(comparison) if comparison.is_harmful(has_tolerance) => {
             let chance = comparison.chance_of_harm.unwrap_or(1.0);
             return Err(Objection::Worse(chance, comparison.judged));
@@ -212,42 +196,47 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     })
 }
 
+/// What readings, robot and result contradict each other in.
+fn contradiction(
+    case: &Case<'_>,
+    solution: &Solution,
+    error: Option<&PositionError>,
+    prior_test: Option<&PriorTest>,
+    noise: &[NoiseTest],
+) -> Result<(), Objection> {
+    let robot = case.robot;
+    // A stated tolerance already keeps what is not known near where it was.
+    if robot.tolerance.is_none() {
+        if let Some(change) = plausibility::implausible(&robot.robot, &solution.robot) {
+            return Err(Objection::Implausible(change));
+        }
+        if solution.degrees_of_freedom() < 1.0 {
+            return Err(Objection::UnknownError);
+        }
+    }
+    if let Some(error) = error
+        && error.lies_elsewhere(&solution.robot)
+    {
+        return Err(Objection::NotReproduced(error.median));
+    }
+    if let (Some(test), Some(tolerance)) = (prior_test, &robot.tolerance)
+        && test.contradicts()
+        && !(case.is_on_controller() && test.samples_decide())
+    {
+        let statement = test.statement(robot.robot.drive(), Some(tolerance));
+        return Err(Objection::BeyondTolerance(*test, statement));
+    }
+    match beyond_tolerance(case, noise) {
+        Some((sigma, tolerated)) => Err(Objection::NoiseBeyondTolerance(sigma, tolerated)),
+        None => Ok(()),
+    }
+}
+
 impl Case<'_> {
     /// Whether the robot in use is not the one of the file.
     fn is_on_controller(&self) -> bool {
         !std::ptr::eq(self.robot, self.before) && self.robot.robot != self.before.robot
     }
-}
-
-/// Places over the touched part of a printer's bed, where it is all that was measured; otherwise none.
-fn bed(case: &Case<'_>, solution: &Solution) -> Vec<Vector3<f64>> {
-    let heights_alone = !case.readings.holds(Kind::Position);
-    let (Drive::Linear, true, [plane]) = (
-        solution.robot.drive(),
-        heights_alone,
-        solution.places.planes.as_slice(),
-    ) else {
-        return Vec::new();
-    };
-    let touched = case
-        .readings
-        .rows
-        .iter()
-        .filter(|row| row.value.height.is_some());
-    let touched = touched.filter_map(|row| solution.robot.forward(&row.value.joints).ok());
-    let radius = touched.fold(0.0, |most: f64, own| most.max(own.xy().norm()));
-    let steps = -BED_STEPS..=BED_STEPS;
-    steps
-        .clone()
-        .flat_map(|row| steps.clone().map(move |column| (row, column)))
-        .map(|(row, column)| {
-            let step = radius / f64::from(BED_STEPS);
-            let (x, y) = (step * f64::from(row), step * f64::from(column));
-            let z = (plane.offset - plane.normal.x * x - plane.normal.y * y) / plane.normal.z;
-            Vector3::new(x, y, z)
-        })
-        .filter(|place| place.xy().norm() <= radius)
-        .collect()
 }
 
 /// The covariance of the parameters before any measurement; `None` without a tolerance.

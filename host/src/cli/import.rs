@@ -24,7 +24,7 @@ The program writes robot.toml and, if the configuration holds measurements, samp
 keeps nothing of sections that the geometry does not need, and prints no line of it.
 
 Examples:
-  delta-cal import klipper printer.cfg --rods 345 --output mine
+  delta-cal import klipper printer.cfg --rods 345mm --output mine
   delta-cal import reprapfirmware config.g --output mine
 
 Exit codes:
@@ -63,7 +63,7 @@ pub(crate) fn rods(values: Option<&[Length]>) -> Result<Option<[f64; 3]>, Failur
         Some([Length(a), Length(b), Length(c)]) => Ok(Some([*a, *b, *c])),
         Some(_) => Err(Failure::Usage {
             cause: "--rods needs one length, or three".to_owned(),
-            remedy: "write for example --rods 345 or --rods 345.1,344.9,345.0".to_owned(),
+            remedy: "write for example --rods 345mm or --rods 345.1mm,344.9mm,345.0mm".to_owned(),
         }),
     }
 }

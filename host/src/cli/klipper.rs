@@ -23,7 +23,7 @@ Measurements that no printer within the tolerance explains are refused. docs/pri
 
 Examples:
   delta-cal klipper printer.cfg
-  delta-cal klipper printer.cfg --rods 345
+  delta-cal klipper printer.cfg --rods 345mm
   delta-cal klipper printer.cfg --output mine
       writes mine/robot.toml, samples.csv, calibrated.toml and paste.cfg
   delta-cal klipper printer.cfg --json -
@@ -131,7 +131,11 @@ fn unexplained(json_path: Option<&Path>, residuals: f64, worst: &str) -> Failure
          that nothing is loose"
     );
     let refusal = json(&RefusalReport::new(&cause, &remedy));
-    outputs::refused(json_path, &refusal, Failure::NotDetermined { cause, remedy })
+    outputs::refused(
+        json_path,
+        &refusal,
+        Failure::NotDetermined { cause, remedy },
+    )
 }
 
 /// Klipper saves what it measured; without it there is nothing to calibrate from.

@@ -324,6 +324,10 @@ impl Display for Status {
 
 /// A calibration by the controller.
 #[derive(Debug, Serialize)]
+#[expect(
+    clippy::struct_field_names,
+    reason = "the names are the keys of the JSON"
+)]
 pub struct Calibration {
     /// As `delta-cal calibrate` reports the same files.
     calibration: Value,

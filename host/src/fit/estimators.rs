@@ -198,7 +198,7 @@ impl Task<'_> {
             .collect();
         let start = problem.start_unknowns();
         let end = match given {
-            Some(given) => End::of_closures(robot, given, unknowns, start),
+            Some(given) => End::of_closures(robot, &given, unknowns, start),
             None => match robust {
                 Some(outcome) => End::of_outcome(&outcome, &units, start),
                 None => End::of_outcome(&problem.solve::<M, E>(settings)?, &units, start),
@@ -348,7 +348,7 @@ impl<const N: usize> End<N> {
 
     fn of_closures(
         before: &Robot<f64>,
-        given: FromClosures,
+        given: &FromClosures,
         unknowns: usize,
         start: &[f64; N],
     ) -> Self {
@@ -434,7 +434,7 @@ fn looked_at<const N: usize, const M: usize>(
             }
         }
         let own = by_unknowns.columns(0, units.len());
-        let product = &own * covariance;
+        let product = own * covariance;
         let leverage = std::array::from_fn(|reading| product.row(reading).dot(&own.row(reading)));
         let fit = RowFit {
             whitened: whitened.unwrap_or_default(),

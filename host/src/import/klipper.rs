@@ -184,13 +184,10 @@ fn steps(configuration: &Configuration, option: &str) -> Result<[f64; 3], InputE
         .split(',')
         .map(|part| part.trim().parse::<f64>().ok());
     let parts: Option<Vec<f64>> = parts.map(|own| own.filter(|own| own.is_finite())).collect();
-    match parts.as_deref() {
-        Some([a, b, c]) => Ok([*a, *b, *c]),
-        _ => {
-            let wanted = "three numbers of steps, separated by commas";
-            Err(configuration.damaged(SAVED, option, wanted))
-        }
-    }
+    parts.and_then(|own| own.try_into().ok()).ok_or_else(|| {
+        let wanted = "three numbers of steps, separated by commas";
+        configuration.damaged(SAVED, option, wanted)
+    })
 }
 
 /// The same option of the three motors; the second and the third take the first's where they state none.

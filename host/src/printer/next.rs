@@ -39,12 +39,7 @@ pub struct Next {
 }
 
 /// Of a calibrated robot and its measurements, whose σ are all `widening` times as large as stated.
-pub(super) fn next(
-    robot: &RobotFile,
-    file: &Readings,
-    area: &Area,
-    widening: f64,
-) -> Option<Next> {
+pub(super) fn next(robot: &RobotFile, file: &Readings, area: &Area, widening: f64) -> Option<Next> {
     let leaves = |file: &Readings| {
         let covariance = covariance_after(robot, file, Frame::Base)?;
         Some(widening * area.expected(robot, &covariance)?)

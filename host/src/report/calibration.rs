@@ -9,8 +9,8 @@ use crate::accuracy::coverage::{Acceptance, CoverageFactor, ExpandedUncertainty}
 use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::sampled::{MANY, shown};
-use crate::accuracy::uncertainty_map::{Plane, UncertaintyMap};
-use crate::calibration::causes::{CauseKind, Causes};
+use crate::accuracy::uncertainty_map::{Plane, Slice, UncertaintyMap};
+use crate::calibration::causes::{Cause, CauseKind, Causes};
 use crate::calibration::diagnosis::Diagnosis;
 use crate::calibration::judge::{Case, Judged, distance};
 use crate::calibration::known::Known;
@@ -24,11 +24,11 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
 use crate::fit::Solution;
 use crate::fit::options::{Frame, Method};
-use crate::fit::solution::{Kind, READINGS};
+use crate::fit::solution::{Kind, PlaneFound, PointFound, READINGS};
 use crate::report::document::Document;
 use crate::text::units::{degrees, in_unit, unit};
 use delta_cal::Parameter;
-use delta_cal::robot::ParameterKind;
+use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::robust::Loss;
 use serde::Serialize;
 
@@ -401,6 +401,58 @@ impl<'a> From<&'a CalibrateError> for RefusalReport<'a> {
     }
 }
 
+fn causes(found: &[Cause], drive: Drive) -> Vec<CauseReport> {
+    let of_cause = |cause: &Cause| CauseReport {
+        kind: cause.kind.name(),
+        arm: cause.arm.map(|arm| arm.index() + 1),
+        size: cause.size,
+        unit: cause.kind.unit(drive),
+        sigma: cause.sigma,
+        p: cause.probability,
+        alternatives: cause.alternatives.iter().map(ToString::to_string).collect(),
+        text: cause.to_string(),
+        remedy: cause.remedy(),
+    };
+    found.iter().map(of_cause).collect()
+}
+
+fn slices(map: &UncertaintyMap) -> Vec<SliceReport> {
+    let of_slice = |slice: &Slice| {
+        let (rms_mm, max_mm) = slice.rms_and_max()?;
+        let z_mm = match slice.plane {
+            Plane::Horizontal(z) => Some(z),
+            Plane::Vertical => None,
+        };
+        Some(SliceReport {
+            z_mm,
+            rms_mm,
+            max_mm,
+        })
+    };
+    map.slices.iter().filter_map(of_slice).collect()
+}
+
+fn planes(readings: &Readings, solution: &Solution) -> Vec<PlaneReport> {
+    let found = readings.planes.iter().zip(&solution.places.planes);
+    let of_plane = |(name, plane): (&String, &PlaneFound)| PlaneReport {
+        name: name.clone(),
+        normal: plane.normal.data.0[0],
+        z_mm: plane.offset / plane.normal.z,
+        tilt_deg: degrees(plane.normal.xy().norm().atan2(plane.normal.z)),
+    };
+    found.map(of_plane).collect()
+}
+
+fn points(readings: &Readings, solution: &Solution) -> Vec<PointReport> {
+    let found = readings.points.iter().zip(&solution.places.points);
+    let of_point = |(name, point): (&String, &PointFound)| PointReport {
+        name: name.clone(),
+        place_mm: point.place.data.0[0],
+        offset_mm: point.offset,
+    };
+    found.map(of_point).collect()
+}
+
 impl Report {
     pub(crate) fn new(case: &Case<'_>, judged: Judged, findings: Vec<Finding>) -> Self {
         let (before, readings) = (case.before, case.readings);
@@ -426,7 +478,6 @@ impl Report {
         };
         let findings: Vec<_> = findings.into_iter().map(text_of).collect();
         let warnings = findings.iter().filter(|own| own.level == Level::Warning);
-        let drive = before.robot.drive();
         Self {
             schema_version: SCHEMA_VERSION,
             robot_file: before.name.clone(),
@@ -448,22 +499,7 @@ impl Report {
             residuals: residuals(case, solution),
             samples: samples(case, solution),
             noise: judged.noise.clone(),
-            causes: judged
-                .causes
-                .found
-                .iter()
-                .map(|cause| CauseReport {
-                    kind: cause.kind.name(),
-                    arm: cause.arm.map(|arm| arm.index() + 1),
-                    size: cause.size,
-                    unit: cause.kind.unit(drive),
-                    sigma: cause.sigma,
-                    p: cause.probability,
-                    alternatives: cause.alternatives.iter().map(ToString::to_string).collect(),
-                    text: cause.to_string(),
-                    remedy: cause.remedy(),
-                })
-                .collect(),
+            causes: causes(&judged.causes.found, before.robot.drive()),
             causes_not_tested: judged.causes.not_tested,
             causes_position_error_mm: judged.causes.position_error,
             sigma_widened_by: judged.widening,
@@ -479,48 +515,14 @@ impl Report {
                 position_sigma_mm: own.sigma,
                 chance_of_harm: own.chance_of_harm,
             }),
-            position_uncertainty: map
-                .iter()
-                .flat_map(|map| &map.slices)
-                .filter_map(|slice| {
-                    let (rms_mm, max_mm) = slice.rms_and_max()?;
-                    let z_mm = match slice.plane {
-                        Plane::Horizontal(z) => Some(z),
-                        Plane::Vertical => None,
-                    };
-                    Some(SliceReport {
-                        z_mm,
-                        rms_mm,
-                        max_mm,
-                    })
-                })
-                .collect(),
+            position_uncertainty: map.as_ref().map(slices).unwrap_or_default(),
             determined: judged.known,
             sensor_frame: solution.places.frame.map(|frame| FrameReport {
                 rotation: frame.rotation.transpose().data.0,
                 translation_mm: frame.translation.data.0[0],
             }),
-            planes: readings
-                .planes
-                .iter()
-                .zip(&solution.places.planes)
-                .map(|(name, plane)| PlaneReport {
-                    name: name.clone(),
-                    normal: plane.normal.data.0[0],
-                    z_mm: plane.offset / plane.normal.z,
-                    tilt_deg: degrees(plane.normal.xy().norm().atan2(plane.normal.z)),
-                })
-                .collect(),
-            points: readings
-                .points
-                .iter()
-                .zip(&solution.places.points)
-                .map(|(name, point)| PointReport {
-                    name: name.clone(),
-                    place_mm: point.place.data.0[0],
-                    offset_mm: point.offset,
-                })
-                .collect(),
+            planes: planes(readings, solution),
+            points: points(readings, solution),
             transmissions: transmissions(solution),
             suspected_samples: suspected,
             shift: findings.iter().find_map(|own| match own.finding {

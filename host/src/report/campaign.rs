@@ -84,7 +84,7 @@ pub fn render(summaries: &[CaseSummary]) -> String {
         ""
     };
     let notes = Section::new("").note(format!(
-        "gain: of the parameters, (4.1); error: of positions, rms over {HELD_OUT_POSES} poses that were not \
+        "gain: of the parameters, (4.1); error: of positions, mm, rms over {HELD_OUT_POSES} poses that were not \
          measured.{relative} Gain and errors are over all robots; a refused robot keeps its error. \
          worse: accepted robots whose error grew. bound, stated: √(Σ error² / Σ σ²) of the accepted robots' \
          parameters with σ of the Cramér–Rao bound, and of their positions with the stated σ."
@@ -118,7 +118,7 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
         .column("gain\n5 %", gain(|own| own.p05))
         .column("gain, %\nmedian", gain(|own| own.median))
         .column(
-            "error, mm\nbefore",
+            "error\nbefore",
             error(|own| own.error_before_mm, |own| own.relative_before_mm),
         )
         .column(
@@ -134,10 +134,6 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
             } else {
                 summary.ratios.error_to_stated
             })
-        })
-        .column("µs\neach", |summary| {
-            let seconds = summary.seconds_per_calibration;
-            or_dash(seconds, |seconds| format!("{:.0}", seconds * 1e6))
         })
         .table()
 }
@@ -195,19 +191,16 @@ pub fn render_paper(comparisons: &[Comparison]) -> String {
         })
         .column("here\nLM", gain(|row| row.levenberg_marquardt_percent))
         .column("\nGN", gain(|row| row.gauss_newton_percent))
-        .column(
-            "+ noise,\ntolerance",
-            gain(|row| row.noise_and_tolerance_percent),
-        )
-        .column("+ planned\nposes", gain(|row| row.planned_percent))
-        .column("seconds\npaper", |row| {
+        .column("\nprior", gain(|row| row.noise_and_tolerance_percent))
+        .column("planned\nposes", gain(|row| row.planned_percent))
+        .column("s\npaper", |row| {
             or_dash(row.paper.seconds, |seconds| format!("{seconds:.1}"))
         })
-        .column("\nhere", |row| {
-            or_dash(row.seconds, |seconds| format!("{seconds:.5}"))
+        .column("ms\nhere", |row| {
+            or_dash(row.seconds, |seconds| format!("{:.2}", 1e3 * seconds))
         })
         .table();
     let note = "gain: (4.1), of the median robot; a refused robot has gain 0. LM, GN: least squares by \
-                Levenberg–Marquardt and Gauss–Newton, as in the paper. + noise, tolerance: with both known.";
+                Levenberg–Marquardt and Gauss–Newton, as in the paper. prior: with noise and tolerance known; planned poses: and with poses from plan.";
     terminal::text([Section::new("").table(table).note(note)])
 }

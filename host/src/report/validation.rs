@@ -263,7 +263,7 @@ pub fn report(found: &Validation, document: &Document) -> Value {
             rotation: frame.rotation.transpose().data.0,
             translation_mm: frame.translation.data.0[0],
         }),
-        sampled: (some.len() < row_count).then(|| SampledJson {
+        sampled: (some.len() < row_count).then_some(SampledJson {
             shown: some.len(),
             of: row_count,
         }),

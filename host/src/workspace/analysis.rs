@@ -218,7 +218,9 @@ fn singularities(workspace: &Workspace, litres: f64) -> Singularities {
             .filter(|place| workspace.has_node(*place, 2))
             .collect::<Vec<_>>()
     };
-    let strided = (1..).map(inside).find(|places| places.len() <= POSITIONS);
+    let strided = (1..=workspace.grid.counts.into_iter().max().unwrap_or(1))
+        .map(inside)
+        .find(|places| places.len() <= POSITIONS);
     let places = strided.unwrap_or_default().into_par_iter();
     let found: Vec<SingularityDistance<f64>> = places
         .filter_map(|place| workspace.conditioning(&workspace.grid.node(place)))

@@ -14,6 +14,10 @@ pub struct Mesh(pub Vec<[usize; 3]>);
 
 impl Mesh {
     /// The mesh of a workspace's boundary.
+    #[expect(
+        clippy::default_trait_access,
+        reason = "mcubes does not export the type of its offset"
+    )]
     pub fn of(workspace: &Workspace) -> Self {
         let grid = &workspace.grid;
         let [nx, ny, nz] = grid.counts;

@@ -70,12 +70,11 @@ impl<'a> Surface<'a> {
             }
             Limit::Parallel(_) | Limit::Assembly(_) => {
                 let q = branch(robot, x, &self.q)?;
-                let value = match self.limit {
-                    Limit::Assembly(_) => upright(robot, &q),
-                    _ => {
-                        let [w1, w2, w3] = forearms(robot, x, &q);
-                        w1.dot(&w2.cross(&w3))
-                    }
+                let value = if let Limit::Assembly(_) = self.limit {
+                    upright(robot, &q)
+                } else {
+                    let [w1, w2, w3] = forearms(robot, x, &q);
+                    w1.dot(&w2.cross(&w3))
                 };
                 return value.is_finite().then_some(self.sign * value);
             }

@@ -305,7 +305,7 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
             2,
             "no reachable pose",
         ),
-        ("blocks.toml --count 12", 3, "gauge blocks"),
+        ("blocks.toml --count 12", 3, "a gauge block is 0 mm"),
         ("lengths.toml --count 12", 3, "length_mm"),
         (
             "bare.toml --count 12 --within x=0..1,y=0..1,z=-401..-400",
@@ -350,7 +350,7 @@ fn instruments_come_from_the_robot_file() {
     let instruments = "[planes.table]\nz_mm = -520\nsigma_mm = 5\nblocks_mm = [0, 50]\n\
                        [points.A]\nlength_mm = [250, 250]\n[points.B]\n[distances]\nlength_mm = [80, 150]\n";
     folder.write("robot.toml", format!("{TO_MEASURE}{instruments}"));
-    let plan = "plan robot.toml --measure plane,point,distance=6 --count 24 --output plan.csv --json plan.json";
+    let plan = "plan robot.toml --measure plane=8,point,distance=6 --count 24 --output plan.csv --json plan.json";
     let run = folder.run(plan).ok();
     assert!(
         run.stdout.contains("Put table at z = -520 mm"),
@@ -626,7 +626,27 @@ fn calibrated(plan: &Plan, rows: &[Observation<f64>]) -> Robot<f64> {
     let setup = &plan.setup;
     let facts = &setup.robot.instruments;
     let planes: Vec<_> = setup.planes.iter().map(|own| own.known).collect();
-    let points: Vec<_> = setup.points.iter().map(|own| own.known).collect();
+    // A point that the plan does without is no unknown of the calibration.
+    let is_from = |row: &Observation<f64>, point: u8| {
+        let from = row.distance.map(|own| own.from);
+        matches!(from, Some(DistanceFrom::Point(own)) if own == point)
+    };
+    let mut rows = rows.to_vec();
+    let mut points = Vec::new();
+    for (index, own) in (0..).zip(&setup.points) {
+        let of_point = |row: &&mut Observation<f64>| is_from(row, index);
+        let place = u8::try_from(points.len()).unwrap();
+        let mut used = false;
+        for row in rows.iter_mut().filter(of_point) {
+            used = true;
+            if let Some(distance) = &mut row.distance {
+                distance.from = DistanceFrom::Point(place);
+            }
+        }
+        if used {
+            points.push(own.known);
+        }
+    }
     let instruments = Instruments {
         frame: match setup.frame {
             Frame::Base => PositionFrame::Base,

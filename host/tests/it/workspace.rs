@@ -613,14 +613,19 @@ fn a_workspace_that_is_none_and_wrong_options_are_refused() {
         ),
         (
             NOMINAL,
-            "--tolerance 0",
+            "--tolerance 0mm",
             2,
             ["--tolerance", "greater than 0"],
         ),
-        (NOMINAL, "--spacing=-3", 2, ["--spacing", "greater than 0"]),
         (
             NOMINAL,
-            "--spacing 0.01",
+            "--spacing=-3mm",
+            2,
+            ["--spacing", "greater than 0"],
+        ),
+        (
+            NOMINAL,
+            "--spacing 0.01mm",
             2,
             ["0.01mm is too small", "minimum"],
         ),

@@ -56,14 +56,23 @@ pub fn calibration(data: &[u8]) {
         Ok(both) => both,
     };
     finite_robot(&report.after.robot);
-    assert!(report.solution.covariance.iter().all(|entry| entry.is_finite()));
+    assert!(
+        report
+            .solution
+            .covariance
+            .iter()
+            .all(|entry| entry.is_finite())
+    );
     let lines = report.samples.iter().map(|sample| sample.line);
     assert!(lines.eq(readings.rows.iter().map(|row| row.line)));
     report.document = Some(document);
     let report = report.with_limit(LIMIT);
     if page {
         let html = report.to_html();
-        assert!(!html.contains("cannot be drawn"), "every figure can be drawn");
+        assert!(
+            !html.contains("cannot be drawn"),
+            "every figure can be drawn"
+        );
     }
     shown(&report.to_text(), data);
     parsed(&report.to_json());

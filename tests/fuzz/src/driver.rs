@@ -10,7 +10,7 @@ use delta_cal_host::device::{
     self, Client, DeviceError, Patience, Transport, apply, calibrate, robot,
 };
 use delta_cal_host::files::example;
-use delta_cal_host::{InputText, RobotFile, Readings};
+use delta_cal_host::{InputText, Readings, RobotFile};
 use delta_cal_protocol::{
     ControlLoop, Direction, LARGEST_FRAME, Request, Response, RevertTo, Wire, Writer,
 };

@@ -6,7 +6,7 @@ use delta_cal::Parameter;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use delta_cal_host::campaign::Plan;
-use delta_cal_host::{InputError, InputText, RobotFile, Readings, read_joints, read_positions};
+use delta_cal_host::{InputError, InputText, Readings, RobotFile, read_joints, read_positions};
 use std::fmt::Write;
 
 pub(crate) fn text(name: &str, data: &[u8]) -> Option<InputText> {

@@ -31,7 +31,9 @@ fn covered(rows: usize, stated: bool, files: u64) -> f64 {
         };
         robot.nominal = found.after.robot;
         robots += 1.0;
-        within += f64::from(u8::from(error_anywhere(&robot, &mut rng) <= expanded.rms_mm));
+        within += f64::from(u8::from(
+            error_anywhere(&robot, &mut rng) <= expanded.rms_mm,
+        ));
     }
     100.0 * within / robots
 }

@@ -89,7 +89,7 @@ fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
         ..InstrumentFacts::default()
     };
     let noise = match &toml.noise {
-        Some(own) => section(input, own, |own| noise(K::noise(own), &mut instruments))?,
+        Some(own) => section(input, own, |own| noise(&K::noise(own), &mut instruments))?,
         None => None,
     };
     for (name, spanned) in toml.planes {
@@ -191,7 +191,7 @@ fn impossible(error: GeometryError) -> String {
 }
 
 /// Of positions; `None` if the file states it of other readings only.
-fn noise(toml: NoiseToml, facts: &mut InstrumentFacts) -> Result<Option<Noise<f64>>, String> {
+fn noise(toml: &NoiseToml, facts: &mut InstrumentFacts) -> Result<Option<Noise<f64>>, String> {
     facts.height_noise = toml.height;
     facts.distance_noise = toml.distance;
     // The joints' is checked in either case.

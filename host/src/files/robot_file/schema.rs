@@ -185,6 +185,10 @@ pub(super) const fn arm_key(parameter: Parameter) -> &'static str {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[expect(
+    clippy::struct_field_names,
+    reason = "the names are the keys of the file"
+)]
 pub(super) struct RotaryJoints {
     min_deg: Number,
     max_deg: Number,
@@ -227,6 +231,10 @@ pub(super) struct RotaryNoise {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[expect(
+    clippy::struct_field_names,
+    reason = "the names are the keys of the file"
+)]
 pub(super) struct LinearNoise {
     position_mm: Option<ByAxis>,
     height_mm: Option<Positive>,

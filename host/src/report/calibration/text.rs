@@ -68,11 +68,11 @@ fn heading(report: &Report) -> Section {
 }
 
 pub(super) fn parameters(report: &Report) -> Section {
+    type Row<'a> = (&'a ArmReport, &'a ParameterReport);
     let rows = report
         .arms
         .iter()
         .flat_map(|arm| arm.parameters.iter().map(move |own| (arm, own)));
-    type Row<'a> = (&'a ArmReport, &'a ParameterReport);
     let each = report.arms.first().map_or(8, |arm| arm.parameters.len());
     let table = Table::of(rows)
         .column("arm", |(arm, _): &Row<'_>| arm.arm)

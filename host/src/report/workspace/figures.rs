@@ -81,9 +81,11 @@ fn plain(report: &WorkspaceReport) -> Figure {
         .with_equal_scales()
 }
 
+type Segments = Vec<[(f64, f64); 2]>;
+
 /// Where the mesh meets that plane, by what limits it, and the largest cylinder.
 fn section(analysis: &Analysis) -> Figure {
-    let mut kinds: BTreeMap<&str, (Colour, Vec<[(f64, f64); 2]>)> = BTreeMap::new();
+    let mut kinds: BTreeMap<&str, (Colour, Segments)> = BTreeMap::new();
     for corners in analysis.mesh.corners(&analysis.workspace) {
         let mut crossings = Vec::with_capacity(2);
         for (a, b) in [(0, 1), (1, 2), (2, 0)] {

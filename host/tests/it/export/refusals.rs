@@ -58,7 +58,7 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
             "arm 1: position_endstop has no value for an end stop at -60.000°",
         ),
         (
-            "calibrated.toml --for correction-table --limit 0",
+            "calibrated.toml --for correction-table --limit 0mm",
             2,
             "a length greater than 0 is needed",
         ),

@@ -97,7 +97,7 @@ fn the_stated_loss_is_that_of_the_lines_for_the_example() {
     // So does another height or platform.
     let others = round_trip(
         &folder,
-        &format!("{HOME} --height 800 --platform-radius 40"),
+        &format!("{HOME} --height 800mm --platform-radius 40mm"),
         [-40.0; 3],
     );
     for (a, b) in losses.iter().zip(others) {

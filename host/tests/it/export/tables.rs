@@ -195,7 +195,7 @@ fn a_limit_that_no_table_keeps_is_refused_and_a_robot_that_is_assumed_is_stated(
     let wanted = wanted.map(|[x, y, z]| [x, y, z - 40].map(|c| 10.0 * f64::from(c)));
     folder.write("wanted.csv", csv(&wanted.collect::<Vec<_>>()));
     let run = folder.run(
-        "export calibrated.toml --for correction-table --positions wanted.csv --limit 1e-6nm --output table.csv",
+        "export calibrated.toml --for correction-table --positions wanted.csv --limit 1e-12mm --output table.csv",
     );
     assert_eq!(run.code, 3, "{}", run.stderr);
     let cause = "keeps the error below 0.000000000001 mm; the finest leaves";

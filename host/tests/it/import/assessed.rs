@@ -121,7 +121,7 @@ fn a_refusal_keeps_its_own_remedy_and_names_the_line() {
     let run = folder.run("klipper printer.cfg");
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert_eq!(run.stdout, "");
-    let named = format!("ine {} disagrees with all others", line.unwrap() + 1);
+    let named = format!("ine {} does not", line.unwrap() + 1);
     assert!(run.stderr.contains(&named), "{named}: {}", run.stderr);
     folder.run("import klipper printer.cfg --output mine").ok();
     let other = folder.run("calibrate mine/robot.toml mine/samples.csv");

@@ -206,11 +206,11 @@ fn the_command_line_is_checked() {
             "[possible values: klipper, reprapfirmware, marlin]",
         ),
         (
-            "import klipper printer.cfg --rods 1,2 --output mine",
+            "import klipper printer.cfg --rods 1mm,2mm --output mine",
             "--rods needs one length, or three",
         ),
         (
-            "import klipper printer.cfg --rods=-1 --output mine",
+            "import klipper printer.cfg --rods=-1mm --output mine",
             "a length greater than 0 is needed",
         ),
         (

@@ -1,7 +1,7 @@
 //! Frames of every message, bit by bit. `golden.txt` is what `tests/goldens/generate_frames.py` makes of them from the page
 //! docs/protocol.md, without this crate.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::panic, clippy::unwrap_used)]
 
 use crate::{
     Direction, Geometry, LARGEST_FRAME, Reader, Receiver, Request, Response, Wire, Writer, encode,
@@ -128,9 +128,8 @@ fn compare<M: Wire + Debug>(
 ) {
     for (name, expected) in messages {
         let scaled = golden.remove(&*format!("{name}_{scalar}"));
-        let Some(bytes) = scaled.or_else(|| golden.get(name).cloned()) else {
-            panic!("{name}");
-        };
+        let bytes = scaled.or_else(|| golden.get(name).cloned());
+        let bytes = bytes.unwrap_or_else(|| panic!("{name}"));
         let message: M = read(direction, &bytes);
         let expected = expected
             .replace("CONTROL", CONTROL)

@@ -37,10 +37,10 @@ fn keys_that_are_wrong_are_named_with_their_line() {
     );
     check(
         TOWERS,
-        r#"
+        r"
         forearm_mm ⇒ upper_arm_mm = 3\nforearm_mm ⇒ robot.toml:4: unknown field `upper_arm_mm`
         scale = 0.001\n ⇒ ⇒ robot.toml:10: missing field `scale`
-        "#,
+        ",
     );
 }
 
@@ -91,13 +91,13 @@ fn three_arms_or_a_nominal_robot_are_needed() {
     );
     check(
         &format!("{joints}{}", arm.repeat(3)),
-        r#"
+        r"
         la_x_mm = 260.0 ⇒ la_x_mm = 0 ⇒ robot.toml:4: | la_x_mm must be above 0
         lb_mm = 480.0 ⇒ lb_mm = 0 ⇒ robot.toml:4: | lb_mm must be above 0
         alpha_deg = 0.0 ⇒ alpha_deg = 90 ⇒ robot.toml:4: | alpha
         theta_deg = 0.0 ⇒ theta_deg = 361 ⇒ robot.toml:4: | theta
         dx_mm ⇒ dx_m ⇒ robot.toml:5: unknown field `dx_m` | `dx_mm`
-        "#,
+        ",
     );
 }
 

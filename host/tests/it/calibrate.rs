@@ -5,6 +5,7 @@ use crate::support::{
     nominal_arms, robot_toml, true_arms,
 };
 use serde_json::Value;
+use std::fmt::Write;
 
 fn folder(robot: &str, samples: &str) -> Folder {
     let folder = Folder::new();
@@ -126,11 +127,14 @@ fn the_schema_of_the_json_holds_every_key() {
     }
 }
 
+/// Joint angles and position.
+type Sample = ([f64; 3], [f64; 3]);
+
 /// Samples, options, exit code, and what is said; the robot file states tolerance and noise.
 #[test]
 fn what_cannot_be_right_is_refused_with_its_cause_and_nothing_is_written() {
     let good = exact(&true_arms(), 20);
-    let with = |change: &dyn Fn(usize, &mut ([f64; 3], [f64; 3]))| {
+    let with = |change: &dyn Fn(usize, &mut Sample)| {
         let mut rows = good.clone();
         rows.iter_mut()
             .enumerate()
@@ -161,7 +165,7 @@ fn what_cannot_be_right_is_refused_with_its_cause_and_nothing_is_written() {
         (
             with(&|index, row| {
                 if index == 7 {
-                    row.1[0] += 3.0
+                    row.1[0] += 3.0;
                 }
             }),
             "",
@@ -270,11 +274,12 @@ fn copies_count_once_and_repeats_show_the_repeatability() {
 fn blanks_that_whole_groups_of_rows_have_are_meant() {
     let mut text = HEADER.to_owned();
     for (index, ([q1, q2, q3], [x, y, z])) in exact(&true_arms(), 40).into_iter().enumerate() {
-        text += &if index % 2 == 0 {
-            format!("{q1},{q2},{q3},{x},{y},\n")
+        let written = if index % 2 == 0 {
+            writeln!(text, "{q1},{q2},{q3},{x},{y},")
         } else {
-            format!("{q1},{q2},{q3},,,{z}\n")
+            writeln!(text, "{q1},{q2},{q3},,,{z}")
         };
+        written.unwrap();
     }
     let folder = folder(&stated(), &text);
     let json = folder
@@ -289,7 +294,9 @@ fn blanks_that_whole_groups_of_rows_have_are_meant() {
 #[test]
 fn a_refusal_on_standard_output_is_json() {
     let mut rows = exact(&true_arms(), 20);
-    rows.iter_mut().for_each(|row| row.0.swap(0, 1));
+    for row in &mut rows {
+        row.0.swap(0, 1);
+    }
     let folder = folder(&robot_toml(&nominal_arms()), &csv(&rows));
     let run = folder.run("calibrate robot.toml samples.csv --json -");
     assert_eq!(run.code, 1);

@@ -299,9 +299,9 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
         let file = robot_file(geometry, true);
         let (_, mut readings) = measured(&file, Instrument::Positions, 40, 11 + place as u64);
         let wrong = [3, 17, 29];
-        for (index, row) in wrong.into_iter().enumerate() {
-            let coordinate = &mut readings.rows[row].value.position[index];
-            *coordinate = coordinate.map(|value| value + 1.0 + 0.5 * index as f64);
+        for (axis, (row, off)) in wrong.into_iter().zip([1.0, 1.5, 2.0]).enumerate() {
+            let coordinate = &mut readings.rows[row].value.position[axis];
+            *coordinate = coordinate.map(|value| value + off);
         }
         let options = Options {
             loss: Some(delta_cal::robust::Loss::Tukey),

@@ -2,10 +2,9 @@
 
 use crate::outcomes::{SIGMA, calibrate, case, sums};
 use delta_cal::calibration::ArmSolver;
-use delta_cal::robot::Arm;
 use delta_cal::samples::{ArmFactor, NominalArm};
 use delta_cal::{ArmIndex, Noise, Parameter, Progress, Settings, Tolerance};
-use delta_cal_tests::{generator, measurements, paper_robot};
+use delta_cal_tests::paper_robot;
 use nalgebra::{SMatrix, Vector3};
 
 fn same(found: f64, expected: f64) -> bool {

@@ -136,7 +136,8 @@ fn checked(
                 "{}: the measured points lie {how}, so the sensor's frame is not determined.",
                 readings.name
             );
-            return Err(Refused::new(cause, "Measure poses all over the workspace.").into());
+            let refused = Refused::new(cause, "Measure poses all over the workspace.");
+            return Err(refused.explained(diagnose(robot, readings, options)).into());
         }
     }
     let Some(target) = robot.instruments.target else {

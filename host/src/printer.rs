@@ -7,6 +7,7 @@ mod next;
 
 pub use area::{Area, Off};
 pub use assess::{Assessment, Change};
+#[cfg(feature = "cli")]
 pub(crate) use assess::{lack_of_fit, worst};
 pub use next::Next;
 

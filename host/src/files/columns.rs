@@ -178,6 +178,7 @@ impl Unit {
     }
 
     /// The unit of length that this word names.
+    #[cfg(feature = "cli")]
     pub(crate) fn of_length(word: &str) -> Option<Self> {
         let (unit, kind) = Self::of(word)?;
         (kind == Kind::Length).then_some(unit)

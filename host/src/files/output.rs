@@ -102,6 +102,7 @@ impl Prepared {
             let cause = format!("there is no folder {}", folder.display());
             return Err(io::Error::other(cause));
         }
+        #[cfg_attr(not(unix), expect(unused_mut, reason = "only Unix has a mode"))]
         let mut builder = hidden();
         #[cfg(unix)]
         if replaced.is_none() {

@@ -92,7 +92,7 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
         },
         Stage {
             name: "features",
-            about: "the core with none, each and all of its features",
+            about: "the core with none, each and all of its features; the host without its command, also for a browser",
             commands: &[
                 "cargo check --quiet --package delta-cal --target-dir target/features",
                 "cargo check --quiet --package delta-cal --target-dir target/features --features defmt",
@@ -101,6 +101,9 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
                 "cargo check --quiet --package delta-cal --target-dir target/features --features simulate",
                 "cargo check --quiet --package delta-cal --target-dir target/features --features transmission",
                 "cargo check --quiet --package delta-cal --target-dir target/features --all-features",
+                "cargo check --quiet --package delta-cal-host --no-default-features --features device --target-dir target/features",
+                "cargo check --quiet --package delta-cal-host --no-default-features --target wasm32-unknown-unknown \
+                 --target-dir target/features",
             ],
         },
         Stage {
@@ -143,10 +146,11 @@ const PROGRAMS: [(&str, &str); 5] = [
     ("cmake", "cmake"),
     ("pkg-config", "pkg-config"),
 ];
-const TARGETS: [&str; 5] = [
+const TARGETS: [&str; 6] = [
     "thumbv7em-none-eabihf",
     "thumbv7em-none-eabi",
     "thumbv6m-none-eabi",
+    "wasm32-unknown-unknown",
     "thumbv8m.main-none-eabihf",
     "riscv32imac-unknown-none-elf",
 ];

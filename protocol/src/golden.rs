@@ -127,8 +127,12 @@ fn compare<M: Wire + Debug>(
     messages: &[(&str, &str)],
 ) {
     for (name, expected) in messages {
-        let scaled = golden.remove(&*format!("{name}_{scalar}"));
-        let bytes = scaled.or_else(|| golden.get(name).cloned());
+        // `parameters` is a request without numbers, and a response with them.
+        let (plain, scaled) = (golden.get(name).cloned(), format!("{name}_{scalar}"));
+        let bytes = match direction {
+            Direction::Request => plain.or_else(|| golden.remove(&*scaled)),
+            Direction::Response => golden.remove(&*scaled).or(plain),
+        };
         let bytes = bytes.unwrap_or_else(|| panic!("{name}"));
         let message: M = read(direction, &bytes);
         let expected = expected

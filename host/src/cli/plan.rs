@@ -34,7 +34,7 @@ r=200,z=-500..-400, in mm in the robot's frame; z is negative below the base.
 Examples:
   delta-cal plan robot.toml --count 20 --output poses.csv
   delta-cal plan robot.toml --accuracy 0.05mm --output poses.csv
-  delta-cal plan robot.toml --measure plane,distance=8 --count 40 \
+  delta-cal plan robot.toml --measure plane,distance=8 --count 40 \\
       --output touches.csv
   delta-cal plan robot.toml --samples samples.csv
   delta-cal plan robot.toml --compare

@@ -363,8 +363,8 @@ fn instruments_come_from_the_robot_file() {
     assert_eq!(
         folder.read("plan.csv").lines().next(),
         Some(
-            "q1_deg,q2_deg,q3_deg,height_mm,plane,distance_mm,point,to_q1_deg,to_q2_deg,to_q3_deg,\
-             _nominal_x_mm,_nominal_y_mm,_nominal_z_mm,_block_mm,_nominal_distance_mm"
+            "q1_deg,q2_deg,q3_deg,distance_mm,point,to_q1_deg,to_q2_deg,to_q3_deg,\
+             _nominal_x_mm,_nominal_y_mm,_nominal_z_mm,_nominal_distance_mm"
         )
     );
     let json: Value = serde_json::from_str(&folder.read("plan.json")).unwrap();
@@ -758,7 +758,7 @@ fn what_a_plan_states_is_achieved() {
                     *sum += error;
                 }
             }
-            assert!(20 * lost <= trials, "{case}: {lost} of {trials}");
+            assert!(10 * lost <= trials, "{case}: {lost} of {trials}");
             let [relative, absolute] = sums.map(|sum| (sum / f64::from(trials - lost)).sqrt());
             let ratios = [
                 relative / plan.after.relative,

@@ -6,7 +6,7 @@ use super::noise_test::NoiseTest;
 use super::prior_test::PriorTest;
 use super::wrong_rows::Shift;
 use crate::accuracy::workspace_comparison::Moved;
-use crate::fit::solution::Kind;
+use crate::files::samples_file::Kind;
 use crate::text::numbers::{probability, significant};
 use crate::text::words::{count, in_lines};
 use serde::Serialize;

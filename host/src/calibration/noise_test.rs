@@ -1,7 +1,8 @@
 //! What the residuals say of the noise of each kind of reading: χ² against a stated one, and an estimate.
 
 use crate::accuracy::chi_square::quantile;
-use crate::fit::solution::{Kind, KindNoise};
+use crate::files::samples_file::Kind;
+use crate::fit::solution::KindNoise;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 

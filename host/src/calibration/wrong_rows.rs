@@ -1,8 +1,8 @@
 //! What explains readings that do not fit: rows that disagree, a sensor that was moved, or one mistake in all rows.
 
 use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Kind;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
-use crate::fit::solution::Kind;
 use crate::fit::{Options, Solution, solve};
 use crate::text::numbers::significant;
 use crate::text::words::{count, in_lines};

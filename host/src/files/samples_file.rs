@@ -11,15 +11,62 @@ pub use planned::Planned;
 use crate::files::columns::{Quantity, Unit};
 use crate::files::input_error::InputError;
 use crate::files::input_text::InputText;
-use crate::fit::solution::{Kind, READINGS};
 use crate::text::units::degrees;
 use crate::text::words::list;
 use delta_cal::Sample;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use nalgebra::Vector3;
+use serde::Serialize;
 use std::collections::BTreeMap;
 use table::{Table, TableRow};
+
+/// Readings of a row: x, y, z, height, distance.
+pub const READINGS: usize = 5;
+
+/// Kinds of readings, each with a noise of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// A coordinate: x, y or z.
+    Position,
+    /// A height above a plane.
+    Height,
+    /// A distance from a point or between two poses.
+    Distance,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Position, Self::Height, Self::Distance];
+
+    /// Of the reading at a place of a row.
+    pub const fn of_place(place: usize) -> Self {
+        match place {
+            0..3 => Self::Position,
+            3 => Self::Height,
+            _ => Self::Distance,
+        }
+    }
+
+    /// Its key in the section `[noise]`.
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Position => "position_mm",
+            Self::Height => "height_mm",
+            Self::Distance => "distance_mm",
+        }
+    }
+
+    /// "coordinates", "heights", "distances".
+    pub const fn plural(self) -> &'static str {
+        match self {
+            Self::Position => "coordinates",
+            Self::Height => "heights",
+            Self::Distance => "distances",
+        }
+    }
+}
 
 /// Degrees and millimetres that are all below this look like radians and metres…
 const OTHER_UNIT: f64 = 2.0;

@@ -4,11 +4,11 @@ use super::covariance::PARAMETERS;
 use super::observations::{COLUMNS, ENTRIES, PARAMETERS as MOST, Unsolved, with_rows};
 use super::options::{Frame, Method};
 use super::solution::{
-    Kind, KindNoise, Levels, Places, PlaneFound, PointFound, READINGS, RowFit, Sensitivity,
-    Solution,
+    KindNoise, Levels, Places, PlaneFound, PointFound, RowFit, Sensitivity, Solution,
 };
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
+use crate::files::samples_file::{Kind, READINGS};
 use delta_cal::calibration::{JointCalibrator, Problem, StartUsed, Termination};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{

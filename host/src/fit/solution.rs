@@ -2,59 +2,11 @@
 
 use super::covariance::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use super::options::{Frame, Method};
-use crate::files::samples_file::{Reading, ReadingFrom};
+use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom};
 use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Noise, Robot};
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
-use serde::Serialize;
-
-/// Readings of a row: x, y, z, height, distance.
-pub const READINGS: usize = 5;
-
-/// Kinds of readings, each with a noise of its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    /// A coordinate: x, y or z.
-    Position,
-    /// A height above a plane.
-    Height,
-    /// A distance from a point or between two poses.
-    Distance,
-}
-
-impl Kind {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Position, Self::Height, Self::Distance];
-
-    /// Of the reading at a place of a row.
-    pub const fn of_place(place: usize) -> Self {
-        match place {
-            0..3 => Self::Position,
-            3 => Self::Height,
-            _ => Self::Distance,
-        }
-    }
-
-    /// Its key in the section `[noise]`.
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::Position => "position_mm",
-            Self::Height => "height_mm",
-            Self::Distance => "distance_mm",
-        }
-    }
-
-    /// "coordinates", "heights", "distances".
-    pub const fn plural(self) -> &'static str {
-        match self {
-            Self::Position => "coordinates",
-            Self::Height => "heights",
-            Self::Distance => "distances",
-        }
-    }
-}
 
 /// σ of each kind of reading as the fit weighs it: mm, radians.
 #[derive(Debug, Clone, Copy, PartialEq)]

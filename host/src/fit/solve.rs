@@ -3,8 +3,9 @@
 use super::estimators::Task;
 use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, Unsolved, levels};
 use super::options::{Frame, Method, Options};
-use super::solution::{Kind, KindNoise, Levels, Solution};
+use super::solution::{KindNoise, Levels, Solution};
 use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Kind;
 use crate::files::samples_file::Readings;
 use delta_cal::{Noise, Refusal, Tolerance};
 

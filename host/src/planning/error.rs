@@ -1,7 +1,6 @@
 //! Why there is no plan.
 
-use super::kind::Kind;
-use super::plan::{LEAST, MOST};
+use super::kind::{Kind, LEAST, MOST};
 use super::region::Region;
 use crate::text::numbers::small;
 use crate::text::words::in_file_units;

@@ -4,6 +4,11 @@ use crate::text::words::list;
 use std::fmt;
 use std::str::FromStr;
 
+/// Fewer measurements are not planned.
+pub const LEAST: usize = 4;
+/// As many as a plan may have.
+pub const MOST: usize = 500;
+
 /// What a measurement reads at a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {

@@ -4,7 +4,7 @@ use super::candidates::Candidates;
 use super::error::PlanError;
 use super::information::Information;
 use super::judge::{Judge, Precision, expected};
-use super::kind::Wishes;
+use super::kind::{LEAST, MOST, Wishes};
 use super::order::{Order, ordered};
 use super::region::Region;
 use super::search::{Effort, Search};
@@ -21,10 +21,6 @@ use delta_cal::{ArmIndex, Parameter, Robot};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
-/// Fewer measurements are not planned.
-pub const LEAST: usize = 4;
-/// As many as a plan may have.
-pub const MOST: usize = 500;
 /// Poses that a region is judged over.
 const REGION_POSES: usize = 300;
 /// Measurements that an accuracy is first tried with.

@@ -3,9 +3,10 @@
 use super::cause::{Cause, CauseKind};
 use super::hypotheses::{self, Place};
 use super::regression::{Regression, Rows};
+use crate::files::samples_file::READINGS;
 use crate::files::samples_file::{ReadingFrom, Readings};
 use crate::fit::Solution;
-use crate::fit::solution::{READINGS, Sensitivity};
+use crate::fit::solution::Sensitivity;
 use crate::geometry::directions::Directions;
 use delta_cal::{ArmIndex, Robot, Sample};
 use nalgebra::{DVector, Matrix3, SVector, Vector3};

@@ -11,7 +11,7 @@ mod estimators;
 pub mod observations;
 pub mod options;
 pub mod solution;
-mod solve;
+pub(crate) mod solve;
 
 pub use observations::Unsolved;
 pub use options::{Frame, Method, Options};

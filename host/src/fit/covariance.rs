@@ -6,6 +6,11 @@ use nalgebra::SMatrix;
 pub(crate) const PARAMETERS: usize = 24;
 /// With the numbers of the transmissions.
 pub(crate) const WITH_TRANSMISSIONS: usize = PARAMETERS + 15;
+/// The robot's parameters and the unknowns of as many instruments as a file may have: a frame and 14
+/// points, for example.
+pub(crate) const MOST: usize = 72;
+pub(crate) const COLUMNS: usize = MOST + 1;
+pub(crate) const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
 
 /// Covariance of the parameters, arm by arm, and of the numbers of the transmissions: mm, radians and their
 /// products. That of what is known is 0.

@@ -1,7 +1,7 @@
 //! The core's three estimators on readings whose noise is given, and what is left of every row.
 
-use super::covariance::PARAMETERS;
-use super::observations::{COLUMNS, ENTRIES, PARAMETERS as MOST, Unsolved, with_rows};
+use super::covariance::{COLUMNS, ENTRIES, MOST, PARAMETERS};
+use super::observations::{Unsolved, with_rows};
 use super::options::{Frame, Method};
 use super::solution::{
     KindNoise, Levels, Places, PlaneFound, PointFound, RowFit, Sensitivity, Solution,

@@ -11,12 +11,6 @@ use delta_cal::observations::{
 use delta_cal::robust::RobustRefusal;
 use delta_cal::{Noise, Refusal};
 
-/// The robot's parameters and the unknowns of as many instruments as a file may have: a frame and 14
-/// points, for example.
-pub(crate) const PARAMETERS: usize = 72;
-pub(crate) const COLUMNS: usize = PARAMETERS + 1;
-pub(crate) const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
-
 /// σ that a height or a distance usually has where the robot file states none, mm, and what that is worth in degrees of
 /// freedom: a factor of 3 either way.
 pub(crate) const USUAL_HEIGHT: f64 = 0.02;

@@ -1,6 +1,6 @@
 //! What an estimator found.
 
-use super::covariance::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
+use super::covariance::{MOST, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use super::options::{Frame, Method};
 use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom};
 use delta_cal::calibration::{StartUsed, Termination};
@@ -130,7 +130,7 @@ pub(crate) struct Sensitivity {
     /// The place of the row among all.
     pub(crate) row: usize,
     /// ∂h/∂u of all unknowns u, in mm, radians or no unit.
-    pub(crate) by_unknowns: SMatrix<f64, READINGS, { super::observations::PARAMETERS }>,
+    pub(crate) by_unknowns: SMatrix<f64, READINGS, MOST>,
     /// ∂h/∂X where the platform is, and where a distance between two poses begins.
     pub(crate) by_positions: [[Vector3<f64>; READINGS]; 2],
 }

@@ -4,9 +4,12 @@
 use super::error::PlanError;
 use super::setup::Setup;
 use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::READINGS;
+use crate::fit::covariance::{COLUMNS, ENTRIES, MOST, PARAMETERS};
 use crate::fit::covariance::{RobotCovariance, WITH_TRANSMISSIONS};
 use crate::fit::observations::levels;
 use crate::fit::options::Frame;
+use crate::fit::solve::{GAUGE_ANGLE, GAUGE_LENGTH};
 use delta_cal::calibration::Problem;
 use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane, Point,
@@ -14,18 +17,6 @@ use delta_cal::observations::{
 };
 use delta_cal::{Settings, Tolerance};
 use nalgebra::{DMatrix, DVector};
-
-/// The robot's parameters and the unknowns of as many instruments as there may be.
-const MOST: usize = 72;
-const COLUMNS: usize = MOST + 1;
-const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
-/// Readings of a row: x, y, z, height, distance.
-const READINGS: usize = 5;
-/// The robot's own parameters.
-const OF_ROBOT: usize = 24;
-/// Where nothing says where the robot stands in an unknown frame, so wide a tolerance does: this part of the
-/// forearm, and radians.
-const GAUGE: (f64, f64) = (0.02, 0.035);
 
 /// What rows say of all unknowns, in the units of the core's problem.
 #[derive(Debug, Clone)]
@@ -61,7 +52,7 @@ impl Information {
             row
         }));
         let instruments = instruments(&setup.robot, setup.frame, &planes, &points)?;
-        let unknowns = OF_ROBOT + instruments.unknowns();
+        let unknowns = PARAMETERS + instruments.unknowns();
         if unknowns > MOST {
             return Err(PlanError::TooManyInstruments);
         }
@@ -90,7 +81,7 @@ impl Information {
             units: DVector::from_fn(unknowns, unit),
             of_robot: match file.transmission {
                 Some(_) => WITH_TRANSMISSIONS,
-                None => OF_ROBOT,
+                None => PARAMETERS,
             },
         })
     }
@@ -156,6 +147,6 @@ fn tolerance(file: &RobotFile, frame: Frame) -> Option<Tolerance<f64>> {
         Frame::Base => file.tolerance,
         Frame::Sensor => file
             .tolerance
-            .or_else(|| Tolerance::new(GAUGE.0 * arm.lb(), GAUGE.1).ok()),
+            .or_else(|| Tolerance::new(GAUGE_LENGTH * arm.lb(), GAUGE_ANGLE).ok()),
     }
 }

@@ -1,16 +1,16 @@
 //! `delta-cal plan`: as a user runs it, and whether calibrations achieve what it states.
 
 use crate::support::{Folder, TO_MEASURE, distance, nominal_arms, platform, true_arms};
+use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
-use delta_cal::observations::{
-    DistanceFrom, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow,
-    PositionFrame,
-};
+use delta_cal::observations::{DistanceFrom, Observation};
 use delta_cal::simulate::standard_normal;
-use delta_cal::{Robot, Settings};
 use delta_cal_host::accuracy::workspace_poses::WorkspacePoses;
 use delta_cal_host::planning::{Kind, Order, Plan, PlanRequest, Planned, Setup, plan};
-use delta_cal_host::{Frame, InputText, RobotFile};
+use delta_cal_host::{
+    Frame, InputText, Options, PositionUnit, Reading, ReadingFrom, Readings, RobotFile, Row,
+    calibrate,
+};
 use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::{Spread, generator, perturbed, size};
 use nalgebra::{Rotation3, Vector3};
@@ -623,65 +623,64 @@ fn measured(plan: &Plan, built: &Robot<f64>, rng: &mut Pcg32) -> Vec<Observation
     plan.measurements.iter().map(read).collect()
 }
 
-/// The core's calibration.
-fn calibrated(plan: &Plan, rows: &[Observation<f64>]) -> Robot<f64> {
-    const UNKNOWNS: usize = 48;
+/// The calibration of what was read; `None` if it is refused.
+fn calibrated(plan: &Plan, rows: &[Observation<f64>]) -> Option<Robot<f64>> {
     let setup = &plan.setup;
-    let facts = &setup.robot.instruments;
-    let planes: Vec<_> = setup.planes.iter().map(|own| own.known).collect();
-    // A point that the plan does without is no unknown of the calibration.
-    let is_from = |row: &Observation<f64>, point: u8| {
-        let from = row.distance.map(|own| own.from);
-        matches!(from, Some(DistanceFrom::Point(own)) if own == point)
-    };
-    let mut rows = rows.to_vec();
-    let mut points = Vec::new();
-    for (index, own) in (0..).zip(&setup.points) {
-        let of_point = |row: &&mut Observation<f64>| is_from(row, index);
-        let place = u8::try_from(points.len()).unwrap();
-        let mut used = false;
-        for row in rows.iter_mut().filter(of_point) {
-            used = true;
-            if let Some(distance) = &mut row.distance {
-                distance.from = DistanceFrom::Point(place);
-            }
-        }
-        if used {
-            points.push(own.known);
-        }
-    }
-    let instruments = Instruments {
-        frame: match setup.frame {
-            Frame::Base => PositionFrame::Base,
-            Frame::Sensor => PositionFrame::Sensor,
+    // A file does not name a point that the plan does without.
+    let used: Vec<_> = (0..setup.points.len())
+        .filter(|point| {
+            plan.measurements
+                .iter()
+                .any(|own| own.point == Some(*point))
+        })
+        .collect();
+    let place = |point: u8| used.iter().position(|own| *own == usize::from(point));
+    let row = |(line, own): (u64, &Observation<f64>)| Row {
+        line,
+        value: Reading {
+            joints: own.joints,
+            position: own.position,
+            height: own.height.map(|own| (usize::from(own.plane), own.height)),
+            distance: own.distance.map(|own| {
+                let from = match own.from {
+                    DistanceFrom::Point(point) => ReadingFrom::Point(place(point).unwrap()),
+                    DistanceFrom::Pose(joints) => ReadingFrom::Pose(joints),
+                };
+                (from, own.distance)
+            }),
         },
-        planes: &planes,
-        points: &points,
-        noise: ObservationNoise::new(
-            setup.robot.noise.unwrap(),
-            facts.height_noise.unwrap(),
-            facts.distance_noise.unwrap(),
-        )
-        .unwrap(),
-        transmission: None,
     };
-    let mut rows: Vec<_> = rows.iter().map(|row| ObservationRow::new(*row)).collect();
-    let nominal = setup.robot.robot;
-    let problem = ObservationProblem::<f64, UNKNOWNS>::prepare(&nominal, &instruments, &mut rows);
-    let settings = Settings::new().with_tolerance(setup.robot.tolerance);
-    let solved = problem
-        .unwrap()
-        .solve::<{ UNKNOWNS + 1 }, { (UNKNOWNS + 1) * (UNKNOWNS + 2) / 2 }>(&settings);
-    solved.unwrap().robot
+    let readings = Readings {
+        name: "measured.csv".to_owned(),
+        rows: (2..).zip(rows).map(row).collect(),
+        planes: setup.planes.iter().map(|own| own.name.clone()).collect(),
+        points: used
+            .iter()
+            .map(|own| setup.points[*own].name.clone())
+            .collect(),
+        copies: Vec::new(),
+        in_degrees: true,
+        positions_in: PositionUnit::Millimetre,
+    };
+    let options = Options {
+        frame: setup.frame,
+        ..Options::default()
+    };
+    let report = calibrate(&setup.robot, &readings, &options);
+    report.ok().map(|report| report.after.robot)
 }
 
 /// Mean squares of a robot's position error over its workspace: after the best rigid motion, and absolute.
 fn errors(file: &RobotFile, built: &Robot<f64>, found: &Robot<f64>) -> [f64; 2] {
     let there = WorkspacePoses::within(built, &file.reach()).inside;
+    let [arm, ..] = built.arms();
     let pairs: Vec<_> = there
         .iter()
         .filter_map(|pose| Some((found.forward(&pose.joints).ok()?, pose.position)))
+        // Where both assemblies are equally low, one model may take the other one.
+        .filter(|(found, built)| (found - built).norm() < 0.1 * arm.lb())
         .collect();
+    assert!(1000 * pairs.len() > 999 * there.len() - 1000);
     let motion = RigidTransform::align(pairs.iter().copied()).unwrap();
     let count = f64::from(u32::try_from(pairs.len()).unwrap());
     let relative = pairs
@@ -693,7 +692,7 @@ fn errors(file: &RobotFile, built: &Robot<f64>, found: &Robot<f64>) -> [f64; 2] 
     [relative.sum::<f64>() / count, absolute.sum::<f64>() / count]
 }
 
-/// Robots that are drawn from the tolerance, measured as planned and calibrated by the core: their position errors,
+/// Robots that are drawn from the tolerance, measured as planned and calibrated: their position errors,
 /// relative and absolute, are what the plan says. Every kind on another robot; x, y and z on all in the long run.
 #[test]
 fn what_a_plan_states_is_achieved() {
@@ -731,7 +730,7 @@ fn what_a_plan_states_is_achieved() {
             let case = format!("{count} {kinds} {frame:?}, {name}: {:?}", plan.after);
             let before = plan.before.unwrap();
             assert!(plan.after.relative < before.relative, "{case}");
-            let (mut sums, mut lost) = ([0.0; 2], 0);
+            let (mut sums, mut refused) = ([0.0; 2], 0);
             for own in 0..trials {
                 let mut rng = generator(700 + index as u64, u64::from(own));
                 let tolerance = file.tolerance.unwrap();
@@ -747,25 +746,23 @@ fn what_a_plan_states_is_achieved() {
                         &mut rng,
                     ),
                 };
-                let found = calibrated(&plan, &measured(&plan, &built, &mut rng));
-                let errors = errors(file, &built, &found);
-                // The core alone does not notice an end point in another assembly; the host refuses it.
-                if errors[0].sqrt() > before.relative {
-                    lost += 1;
+                let Some(found) = calibrated(&plan, &measured(&plan, &built, &mut rng)) else {
+                    refused += 1;
                     continue;
-                }
+                };
+                let errors = errors(file, &built, &found);
                 for (sum, error) in sums.iter_mut().zip(errors) {
                     *sum += error;
                 }
             }
-            assert!(10 * lost <= trials, "{case}: {lost} of {trials}");
-            let [relative, absolute] = sums.map(|sum| (sum / f64::from(trials - lost)).sqrt());
+            assert!(10 * refused <= trials, "{case}: {refused} of {trials}");
+            let [relative, absolute] = sums.map(|sum| (sum / f64::from(trials - refused)).sqrt());
             let ratios = [
                 relative / plan.after.relative,
                 absolute / plan.after.absolute,
             ];
             eprintln!(
-                "{case}: achieved/stated relative {:.3} absolute {:.3}",
+                "{case}: achieved/stated relative {:.3} absolute {:.3}, {refused} refused",
                 ratios[0], ratios[1]
             );
             // Three σ of an rms over 40 robots, each worth some six independent errors, and 3 % of the

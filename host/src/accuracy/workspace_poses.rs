@@ -5,7 +5,7 @@ use crate::geometry::reach::Reach;
 use delta_cal::{Robot, Sample};
 
 /// Poses inside. Near the edges the position's σ changes several times within a few degrees.
-const INSIDE: usize = 2000;
+pub(crate) const INSIDE: usize = 2000;
 /// Joint angles that are tried for them; a robot may get to few of them.
 const TRIED: u32 = 100_000;
 /// Parts of each joint's range between which the edge is looked for.
@@ -46,10 +46,15 @@ impl WorkspacePoses {
 
 /// See [`WorkspacePoses::inside`].
 pub(crate) fn inside(robot: &Robot<f64>, reach: &Reach) -> Vec<Sample<f64>> {
+    first_inside(robot, reach, INSIDE)
+}
+
+/// So many of them.
+pub(crate) fn first_inside(robot: &Robot<f64>, reach: &Reach, count: usize) -> Vec<Sample<f64>> {
     (1..=TRIED)
         .map(|index| spread_evenly(index).map(|part| reach.limits.at(part)))
         .filter_map(|joints| clear_pose(robot, reach, joints))
-        .take(INSIDE)
+        .take(count)
         .collect()
 }
 

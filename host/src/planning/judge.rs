@@ -8,7 +8,7 @@ use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::information::prior_with_transmissions;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
-use crate::accuracy::workspace_poses::WorkspacePoses;
+use crate::accuracy::workspace_poses::{INSIDE, WorkspacePoses, first_inside};
 use crate::files::robot_file::RobotFile;
 use crate::fit::covariance::RobotCovariance;
 use delta_cal::Sample;
@@ -67,19 +67,31 @@ pub(super) struct Judge {
 }
 
 impl Judge {
-    /// `poses`: of the nominal robot; the positions that count.
+    /// `region`: poses of the nominal robot where alone positions count; `None`: all over each robot's workspace.
     pub(super) fn new(
         file: &RobotFile,
-        poses: &[Sample<f64>],
+        region: Option<&[Sample<f64>]>,
         rng: &mut Pcg32,
     ) -> Result<Self, PlanError> {
-        let nominal = Place::new(file.clone(), poses).ok_or(PlanError::NoPose)?;
-        let stride = poses.len().div_ceil(EACH).max(1);
-        let few: Vec<_> = poses.iter().step_by(stride).copied().collect();
+        // A made robot's own workspace: where its edges differ from the nominal robot's, they are steep.
+        let place = |file: RobotFile, region: Option<&[Sample<f64>]>, count| {
+            let poses = match region {
+                Some(poses) => poses,
+                None => &first_inside(&file.robot, &file.reach(), count),
+            };
+            Place::new(file, poses)
+        };
+        let few: Option<Vec<_>> = region.map(|poses| {
+            let stride = poses.len().div_ceil(EACH).max(1);
+            poses.iter().step_by(stride).copied().collect()
+        });
+        let nominal = place(file.clone(), region, INSIDE).ok_or(PlanError::NoPose)?;
         let made = made_to_tolerance(file, rng).into_par_iter();
         Ok(Self {
             nominal,
-            made: made.filter_map(|file| Place::new(file, &few)).collect(),
+            made: made
+                .filter_map(|file| place(file, few.as_deref(), EACH))
+                .collect(),
         })
     }
 

@@ -11,7 +11,6 @@ use super::search::{Effort, Search};
 use super::selection::Selection;
 use super::setup::{Planned, Setup};
 use crate::accuracy::expected_error::ExpectedError;
-use crate::accuracy::workspace_poses::inside;
 use crate::files::robot_file::RobotFile;
 use crate::fit::covariance::RobotCovariance;
 use crate::fit::options::Frame;
@@ -151,13 +150,13 @@ impl<'a> Bench<'a> {
     pub(super) fn new(request: &'a PlanRequest<'_>) -> Result<Self, PlanError> {
         let mut rng = Pcg32::seed_from_u64(request.seed);
         let selection = Selection::new(request.robot, request.region.as_ref());
-        let judged = match request.region {
-            Some(_) => selection.draw_many(REGION_POSES, &mut rng)?,
-            None => inside(&request.robot.robot, &request.robot.reach()),
+        let within = match request.region {
+            Some(_) => Some(selection.draw_many(REGION_POSES, &mut rng)?),
+            None => None,
         };
         Ok(Self {
             selection,
-            judge: Judge::new(request.robot, &judged, &mut rng)?,
+            judge: Judge::new(request.robot, within.as_deref(), &mut rng)?,
         })
     }
 

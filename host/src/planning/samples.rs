@@ -151,8 +151,7 @@ impl Determined {
         let mut rng = Pcg32::seed_from_u64(SEED);
         let kinds = kinds(setup, rows);
         let selection = Selection::new(&setup.robot, request.region.as_ref());
-        let poses = inside(&setup.robot.robot, &setup.robot.reach());
-        let judge = Judge::new(&setup.robot, &poses, &mut rng)?;
+        let judge = Judge::new(&setup.robot, None, &mut rng)?;
         let candidates = Candidates::new(setup, &selection, &mut rng)?;
         let mut anchors = rows.to_vec();
         let more = candidates.anchors(&kinds, &mut rng)?;

@@ -11,7 +11,6 @@ mod failure;
 mod import;
 mod init;
 mod kinematics;
-mod klipper;
 mod length;
 mod outputs;
 mod paths;
@@ -38,7 +37,6 @@ pub fn run() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Import(arguments) => import::run(&arguments),
-        Command::Klipper(arguments) => klipper::run(&arguments),
         Command::Workspace(arguments) => workspace::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),

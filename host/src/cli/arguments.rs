@@ -8,7 +8,6 @@ use super::export::ExportArguments;
 use super::import::ImportArguments;
 use super::init::{self, InitArguments};
 use super::kinematics::{self, KinematicsArguments};
-use super::klipper::KlipperArguments;
 use super::plan::{self, PlanArguments};
 use super::simulate::{self, SimulateArguments};
 use super::validate::{self, ValidateArguments};
@@ -40,7 +39,7 @@ pub(crate) enum Command {
     #[command(after_help = init::HELP)]
     Init(InitArguments),
     /// Find the robot's geometric parameters from measurements
-    #[command(after_help = format!("{}\n\n{EXIT_CODES}", calibrate::HELP))]
+    #[command(after_help = calibrate::HELP)]
     Calibrate(CalibrateArguments),
     /// Check a calibrated robot against independent measurements and a limit
     #[command(after_help = validate::HELP)]
@@ -63,8 +62,6 @@ pub(crate) enum Command {
     Export(ExportArguments),
     /// Read another controller's configuration and its saved measurements into files for calibrate
     Import(ImportArguments),
-    /// Say what is wrong with a Klipper printer, what to measure next, and what to paste
-    Klipper(KlipperArguments),
     /// Let a controller calibrate its robot over a serial link
     Device(DeviceArguments),
     /// Print a script that completes commands in a shell

@@ -2,81 +2,98 @@
 
 use super::choices::{FrameArgument, MethodArgument};
 use super::failure::Failure;
+use super::import::{includes, rods};
 use super::length::Length;
 use super::outputs::{self, deliver};
 use super::paths::{ColumnsArgument, read, refuse_same, robot_path};
 use super::progress::Waiting;
 use super::record::document;
 use crate::files::example;
+use crate::import::{Firmware, Imported};
 use crate::report;
 use crate::report::calibration::{RefusalReport, comment};
 use crate::report::document::Source;
-use crate::{CalibrateError, InputText, Options, Readings, RobotFile, calibrate, read_samples};
+use crate::{
+    CalibrateError, InputError, InputText, Options, Readings, RobotFile, calibrate, read_samples,
+};
 use clap::Args;
 use delta_cal::robust::Loss;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
-ROBOT.toml describes the robot; delta-cal init writes a commented one. SAMPLES.csv holds joint angles and what was \
-measured there, in any mixture and in any order of columns:
+SAMPLES.csv, in any mixture and any order of columns:
   q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm         positions
   q1_deg,q2_deg,q3_deg,height_mm,plane        touches of a plate, gauge blocks
   q1_deg,q2_deg,q3_deg,distance_mm,point      a ball bar, a wire
   q1_deg,q2_deg,q3_deg,distance_mm,to_q1_deg,to_q2_deg,to_q3_deg
                                               a calliper, between two poses
-With linear drives s1_mm,s2_mm,s3_mm. Units may be _rad, _m, _cm, _um, _in. Columns whose name begins with _ are ignored, \
-# begins a comment, --columns q1_deg=A1,x_mm=X reads columns of other names.
+Linear drives: s1_mm,s2_mm,s3_mm. Units: also _rad, _m, _cm, _um, _in.
 
-A blank x, y or z is an error with its line unless at least 3 rows, and one row in 10, have the same cells blank. Rows that \
-are equal to the last digit count once; repeats that differ show the repeatability.
+A blank x, y or z is an error unless at least 3 rows, and one in 10, have the same cells blank. Equal rows count once. σ that \
+[noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 
-Where [noise] states no σ of a kind of reading, it is estimated from the residuals. Without x, y and z a [tolerance] is \
-needed. With --frame sensor the sensor's frame is found with the parameters, and every σ contains its uncertainty.
+A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or would make the robot \
+worse with a chance above 5 %.
 
-A result is refused, and nothing is written, if the samples do not determine the robot, contradict the [noise] or \
-[tolerance], or would make the robot worse with a chance above 5 %.
+A printer's configuration (printer.cfg, config.g, M503) stands for both files if it holds heights: docs/printers.md.
 
 Examples:
   delta-cal calibrate
       the built-in, simulated example
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
-  delta-cal calibrate robot.toml tracker.csv --frame sensor --report report.html
-  delta-cal calibrate robot.toml touches.csv --robust --json report.json
-  delta-cal calibrate robot.toml samples.csv --limit 0.1mm";
+  delta-cal calibrate robot.toml tracker.csv --frame sensor
+  delta-cal calibrate robot.toml samples.csv --limit 0.1mm
+  delta-cal calibrate printer.cfg --rods 345mm --paste paste.cfg
+
+Exit codes:
+  0  done
+  1  refused: the measurements cannot calibrate this robot
+  2  the command line is wrong
+  3  an input file is wrong
+  4  a file could not be written
+  6  the --limit is not met; the output files are written
+
+With exit codes 1, 2 and 3 no file is written or changed.";
 
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArguments {
-    /// The robot before calibration. Without files the program calibrates its built-in example
-    #[arg(value_name = "ROBOT.toml", requires = "samples", value_parser = robot_path())]
+    /// The robot before calibration, or a printer's configuration
+    #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     robot: Option<PathBuf>,
     /// Joint angles and what was measured there; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     samples: Option<PathBuf>,
     #[command(flatten)]
     columns: ColumnsArgument,
-    /// The estimator [default: joint for complete positions in the robot's frame, otherwise fkm]
-    #[arg(long, value_enum)]
+    /// joint or ikm (each arm alone) for positions in the robot's frame, fkm for any readings
+    #[arg(long, value_enum, hide_possible_values = true)]
     method: Option<MethodArgument>,
-    /// Leave out samples that disagree with the others, and name them (Tukey's loss function)
+    /// Leave out samples that disagree, and name them (Tukey's loss function)
     #[arg(long)]
     robust: bool,
-    /// The frame of the coordinates
-    #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
+    /// The frame of x, y and z: base, or sensor, which is found with the parameters
+    #[arg(long, value_enum, hide_possible_values = true, default_value_t = FrameArgument::Base)]
     frame: FrameArgument,
-    /// Largest expanded uncertainty (rms over the workspace), such as 0.1mm; above it the exit code is 6
+    /// Largest expanded uncertainty (rms over the workspace); above it the exit code is 6
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Option<Length>,
+    /// How long a printer's rods were made, one length or three
+    #[arg(long, value_name = "LENGTH[,LENGTH,LENGTH]", value_delimiter = ',')]
+    rods: Option<Vec<Length>>,
     /// Write the calibrated robot to this file; - is standard output
     #[arg(long, value_name = "CALIBRATED.toml")]
     output: Option<PathBuf>,
-    /// Write the report, or the refusal, as JSON; - is standard output
+    /// Write the lines to paste into a printer's configuration
+    #[arg(long, value_name = "FILE")]
+    paste: Option<PathBuf>,
+    /// Write the report, or the refusal, as JSON
     #[arg(long, value_name = "REPORT.json")]
     json: Option<PathBuf>,
-    /// Write the report with figures as one HTML file; - is standard output
+    /// Write the report with figures as one HTML file
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
     /// Let --output replace ROBOT.toml itself
-    #[arg(long, requires = "output")]
+    #[arg(long)]
     force: bool,
 }
 
@@ -85,6 +102,8 @@ struct Inputs {
     robot: RobotFile,
     readings: Readings,
     sources: [Source; 2],
+    /// The robot, if it is a printer.
+    printer: Option<Imported>,
 }
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
@@ -106,9 +125,13 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         robot,
         readings,
         sources: [robot_file, samples_file],
-    } = inputs(arguments, &options).map_err(refused)?;
+        printer,
+    } = inputs(arguments, &options)?;
     let waiting = Waiting::for_rows("calibrating from", readings.rows.len());
     let mut report = calibrate(&robot, &readings, &options).map_err(refused)?;
+    if let Some(printer) = &printer {
+        report = report.for_printer(printer).map_err(refused)?;
+    }
     drop(waiting);
     report.document = Some(document(&robot, robot_file, samples_file)?);
     if arguments.robot.is_none() {
@@ -123,8 +146,10 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         .report
         .as_ref()
         .map_or_else(String::new, |_| report.to_html());
+    let paste = report.printer.as_ref().map_or("", |own| own.lines.as_str());
     let outputs = [
         (arguments.output.as_deref(), toml.as_str()),
+        (arguments.paste.as_deref(), paste),
         (arguments.json.as_deref(), json.as_str()),
         (arguments.report.as_deref(), page.as_str()),
     ];
@@ -141,18 +166,24 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
 fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let robot = ("the robot file", arguments.robot.as_deref());
     let samples = ("the samples file", arguments.samples.as_deref());
-    let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
+    let output = ("--output", arguments.output.as_deref());
     if !arguments.force {
         let remedy = "give the output another name, or --force to replace the robot file";
-        refuse_same("--output", output, robot, remedy)?;
+        refuse_same(output.0, output.1, robot, remedy)?;
     }
-    let (json, report) = (("--json", json), ("--report", arguments.report.as_deref()));
-    outputs::check(&[robot], &[json, report])?;
-    outputs::check(&[samples], &[("--output", output), json, report])
+    let others = [
+        ("--paste", arguments.paste.as_deref()),
+        ("--json", arguments.json.as_deref()),
+        ("--report", arguments.report.as_deref()),
+    ];
+    outputs::check(&[robot], &others)?;
+    let [paste, json, report] = others;
+    outputs::check(&[samples], &[output, paste, json, report])
 }
 
-fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, CalibrateError> {
-    let (Some(robot), Some(samples)) = (&arguments.robot, &arguments.samples) else {
+fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, Failure> {
+    let Some(path) = &arguments.robot else {
+        no_printer(arguments)?;
         let (robot, readings) = example::load()?;
         let sources = [
             InputText::new(&robot.name, example::ROBOT_TOML),
@@ -162,17 +193,71 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, C
             robot,
             readings,
             sources: sources.each_ref().map(Source::from),
+            printer: None,
         });
     };
-    let robot_text = InputText::from_file(robot)?;
-    let robot = RobotFile::read(&robot_text)?;
-    let waiting = Waiting::for_file(samples);
-    let samples = read(samples, &arguments.columns)?;
-    let readings = read_samples(&samples, &robot, options)?;
-    drop(waiting);
+    let text = InputText::from_file(path)?;
+    let samples = || match &arguments.samples {
+        Some(samples) => {
+            let _waiting = Waiting::for_file(samples);
+            Ok(Some(read(samples, &arguments.columns)?))
+        }
+        None => Ok::<_, InputError>(None),
+    };
+    if !is_configuration(path, &text) {
+        no_printer(arguments)?;
+        let robot = RobotFile::read(&text)?;
+        let Some(samples) = samples()? else {
+            return Err(Failure::Usage {
+                cause: format!("{} is given without its samples", path.display()),
+                remedy: "write for example delta-cal calibrate robot.toml samples.csv".to_owned(),
+            });
+        };
+        return Ok(Inputs {
+            readings: read_samples(&samples, &robot, options)?,
+            robot,
+            sources: [&text, &samples].map(Source::from),
+            printer: None,
+        });
+    }
+    let rods = rods(arguments.rods.as_deref())?;
+    let mut printer = Firmware::of(&text)?.import(&text, rods, &includes)?;
+    let mut source = Source::from(&text);
+    if let Some(samples) = samples()? {
+        let readings = read_samples(&samples, &printer.robot, options)?;
+        printer = printer.with_readings(readings);
+        source = Source::from(&samples);
+    }
+    if printer.readings.rows.is_empty() {
+        return Err(printer.without_readings().into());
+    }
     Ok(Inputs {
-        robot,
-        readings,
-        sources: [Source::from(&robot_text), Source::from(&samples)],
+        robot: printer.robot.clone(),
+        readings: printer.readings.clone(),
+        sources: [Source::from(&text), source],
+        printer: Some(printer),
     })
+}
+
+/// Whether it is a printer's, and no robot file.
+fn is_configuration(path: &Path, text: &InputText) -> bool {
+    let is_toml = path.extension().is_some_and(|own| own == "toml");
+    !is_toml && Firmware::of(text).is_ok()
+}
+
+/// What only a printer has is not asked of another robot.
+fn no_printer(arguments: &CalibrateArguments) -> Result<(), Failure> {
+    let given = [
+        ("--rods", arguments.rods.is_some()),
+        ("--paste", arguments.paste.is_some()),
+    ];
+    match given.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(Failure::Usage {
+            cause: format!("{option} needs a printer's configuration"),
+            remedy: format!(
+                "write for example delta-cal calibrate printer.cfg {option} …, or see delta-cal export"
+            ),
+        }),
+    }
 }

@@ -29,9 +29,8 @@ TARGET is one of:
                       four lengths, of which 3 count
   correction-table    CSV of position corrections on a grid, for any controller
 
-No controller's own kinematics holds all parameters. The program fits the target's parameters and a rigid motion so that \
-the calibrated robot goes where it is wanted, states what is lost, and writes the lines to paste. docs/export.md has the \
-conventions of each controller.
+Few controllers hold all parameters: those of the target and a rigid motion are fitted, and the loss is stated. \
+docs/export.md has the conventions.
 
 Examples:
   delta-cal export calibrated.toml --for klipper --output delta.cfg
@@ -46,9 +45,7 @@ Exit codes:
   2  the command line is wrong
   3  an input file is wrong, the target cannot hold this robot, or no correction
      table keeps to --limit
-  4  a file could not be written
-
-With exit codes 2 and 3 no output file is written or changed.";
+  4  a file could not be written";
 
 #[derive(Debug, Args)]
 #[command(after_help = HELP)]
@@ -59,18 +56,17 @@ pub(crate) struct ExportArguments {
     /// What to export for; the targets are listed below
     #[arg(long = "for", value_name = "TARGET", value_parser = PossibleValuesParser::new(names()), hide_possible_values = true)]
     target: String,
-    /// The robot before its calibration, which the controller of a correction table computes with [default: the
-    /// nearest symmetric robot]
+    /// The robot before its calibration, with which a correction table's controller computes [default: the nearest
+    /// symmetric robot]
     #[arg(long, value_name = "ROBOT.toml", value_parser = robot_path())]
     nominal: Option<PathBuf>,
-    /// Fit and state the loss at these positions, x_mm,y_mm,z_mm in the calibrated robot's frame [default:
-    /// spread over the workspace]
+    /// Positions to fit at, x_mm,y_mm,z_mm in the robot's frame [default: all over the workspace]
     #[arg(long, value_name = "FILE.csv")]
     positions: Option<PathBuf>,
     #[command(flatten)]
     columns: ColumnsArgument,
-    /// The joints at the end stops as in the robot file, degrees or mm of travel: one for all arms, or three
-    /// [default: the smallest angle or the largest travel that all can have]
+    /// The joints at the end stops, degrees or mm of travel: one for all arms, or three [default: the
+    /// smallest angle or the largest travel that all can have]
     #[arg(
         long,
         value_name = "Q[,Q,Q]",
@@ -79,14 +75,14 @@ pub(crate) struct ExportArguments {
         allow_hyphen_values = true
     )]
     home: Option<Vec<f64>>,
-    /// With towers: the samples file whose heights were measured above the bed, which becomes z = 0 and level
+    /// With towers: the samples file with the heights of the bed, which becomes z = 0
     #[arg(long, value_name = "SAMPLES.csv")]
     bed: Option<PathBuf>,
-    /// The height of the robot's origin above the controller's z = 0, where the controller holds a height
-    /// [default: the least whole number of mm with which no position is below 0]
+    /// The height of the robot's origin above the controller's z = 0 [default: the least whole number
+    /// of mm with no position below 0]
     #[arg(long, value_name = "LENGTH")]
     height: Option<Length>,
-    /// The platform's radius, for controllers that hold it beside the base's; only the difference counts
+    /// The platform's radius; only its difference from the base's counts
     #[arg(long, value_name = "LENGTH", default_value = "25mm")]
     platform_radius: Length,
     /// The largest error between the nodes of a correction table [default: nodes 25 mm apart]
@@ -95,7 +91,7 @@ pub(crate) struct ExportArguments {
     /// Write the lines to this file instead of standard output
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Write parameters, frame and loss as JSON to this file, or with - to standard output in place of the lines
+    /// Write parameters, frame and loss as JSON; - is standard output
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
 }

@@ -25,9 +25,7 @@ pub(crate) fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
 /// What the columns of a table hold.
 #[derive(Debug, Args)]
 pub(crate) struct ColumnsArgument {
-    /// Read these columns of the CSV file, where their names do not say what they hold. Before each =
-    /// stands what the column holds and its unit, as q1_deg or x_in; after it the column's name in the
-    /// file. The program ignores other columns that it does not know
+    /// Columns of other names: before each = what the column holds, after it its name in the file
     #[arg(long, value_name = "q1_deg=A1,x_mm=X,...")]
     columns: Option<ColumnMapping>,
 }

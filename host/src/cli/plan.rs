@@ -16,20 +16,13 @@ use clap::{ArgGroup, Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
-POSES.csv is a samples file to fill in. Drive to the joint angles of each row, in the order of the \
-file, and write what you read into the empty columns. Columns that begin with _ say what the nominal \
-robot would read; delta-cal calibrate ignores them. The poses come in random order, and the last row \
-repeats the first: a drift then shows, and is not mistaken for a parameter.
+POSES.csv is a samples file to fill in: drive to each row's joint angles, in this order, and write what you read into the empty \
+columns. Columns that begin with _ say what the nominal robot would read. The order is random, and the last \
+row repeats the first, so that a drift shows.
 
-Noise, tolerance and instruments come from ROBOT.toml: [noise], [tolerance], [planes.NAME] with its \
-gauge blocks (blocks_mm), [points.NAME] and [distances] with the lengths that can be measured \
-(length_mm). The report says what is assumed where the file says nothing.
+ROBOT.toml states [noise], [tolerance], [planes.NAME] with blocks_mm, [points.NAME] and [distances] with length_mm.
 
-The poses minimise the expected error of relative positions over the workspace (after the best rigid \
-motion), with --absolute that in the frame of the robot's base.
-
---within takes a box x=-100..100,y=-100..100,z=-500..-400 or a cylinder about the z axis \
-r=200,z=-500..-400, in mm in the robot's frame; z is negative below the base.
+--within takes a box x=-100..100,y=-100..100,z=-500..-400 or a cylinder r=200,z=-500..-400, mm in the robot's frame.
 
 Examples:
   delta-cal plan robot.toml --count 20 --output poses.csv
@@ -41,8 +34,8 @@ Examples:
 
 Exit codes:
   0  done
-  1  the measurements do not determine the robot; with --samples: a
-     calibration is not expected to halve the position error
+  1  the measurements do not determine the robot or, with --samples, are
+     not expected to halve the position error
   2  the command line is wrong
   3  an input file is wrong, or its limits exclude everything
   4  a file could not be written";
@@ -59,40 +52,40 @@ pub(crate) struct PlanArguments {
     /// The robot as it is known before the measurement
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     robot: PathBuf,
-    /// The number of measurements, 4 to 500; with --samples the number to add, 4 if not given
+    /// The number of measurements, 4 to 500; with --samples the number to add
     #[arg(long, value_name = "N", value_parser = whole_number, allow_negative_numbers = true)]
     count: Option<usize>,
-    /// Plan as few measurements as bring the expected error, rms, down to this length
+    /// As few measurements as bring the expected rms error down to this length
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, conflicts_with_all = ["count", "samples"])]
     accuracy: Option<Length>,
-    /// Say what the rows of this file determine, measured already or not, and which to add
+    /// Say what the rows of this file determine, and which to add
     #[arg(long, value_name = "SAMPLES.csv", conflicts_with_all = ["measure", "compare"])]
     samples: Option<PathBuf>,
     #[command(flatten)]
     columns: ColumnsArgument,
-    /// What is measured: xyz, or some of its letters, plane (heights above it), distance (between two
-    /// poses), point (distances from fixed points); several with commas, distance=8 for eight at most
+    /// xyz or some of its letters, plane (heights), distance (between poses), point (from fixed points);
+    /// several with commas, distance=8 for eight at most
     #[arg(long, value_name = "KINDS", default_value = "xyz")]
     measure: Wishes,
-    /// The frame of x, y and z
-    #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
+    /// The frame of x, y and z: base, or sensor, which is found with the parameters
+    #[arg(long, value_enum, hide_possible_values = true, default_value_t = FrameArgument::Base)]
     frame: FrameArgument,
-    /// Choose only poses within this box or cylinder
+    /// Only poses within this box or cylinder
     #[arg(long, value_name = "BOX|CYLINDER")]
     within: Option<Region>,
-    /// Minimise the error in the frame of the robot's base, and not the relative one
+    /// Minimise the absolute error (in the frame of the base), not the relative one
     #[arg(long)]
     absolute: bool,
-    /// The order of the measurements
-    #[arg(long, value_enum, default_value_t = OrderArgument::Random)]
+    /// random, or shortest: the shortest way of the joints
+    #[arg(long, value_enum, hide_possible_values = true, default_value_t = OrderArgument::Random)]
     order: OrderArgument,
-    /// Compare what 12, 20 and 40 planned measurements with each of many instruments bring
+    /// Compare what 12, 20 and 40 measurements with each of many instruments bring
     #[arg(long, conflicts_with_all = ["measure", "count", "accuracy", "output", "frame"])]
     compare: bool,
-    /// Write the measurements to this file, or with - to standard output in place of the report
+    /// Write the measurements to this file; - is standard output
     #[arg(long, value_name = "POSES.csv")]
     output: Option<PathBuf>,
-    /// Write the result as JSON to this file, or with - to standard output in place of the report
+    /// Write the result as JSON; - is standard output
     #[arg(long, value_name = "PLAN.json")]
     json: Option<PathBuf>,
     /// Replace POSES.csv even if it holds measurements

@@ -137,14 +137,6 @@ impl Machine {
         if !reaches_anywhere(&robot, &limits) {
             return Err(impossible(&"the forearms do not meet anywhere"));
         }
-        let plane = KnownPlane {
-            name: "plane".to_owned(),
-            line: 0,
-            height: 0.0,
-            sigma: BED,
-            tilt: Some(BED.to_radians()),
-            blocks: Vec::new(),
-        };
         Ok(RobotFile {
             name: name.to_owned(),
             robot,
@@ -158,11 +150,23 @@ impl Machine {
                 height_noise: Some(HEIGHT),
                 distance_noise: Some(DISTANCE),
                 joint_noise: Some(0.0),
-                planes: Vec::from_iter((!readings.planes.is_empty()).then_some(plane)),
+                planes: readings.planes.iter().map(|name| level_bed(name)).collect(),
                 ..InstrumentFacts::default()
             },
             record: Record::default(),
         })
+    }
+}
+
+/// The bed: z = 0 and level.
+fn level_bed(name: &str) -> KnownPlane {
+    KnownPlane {
+        name: name.to_owned(),
+        line: 0,
+        height: 0.0,
+        sigma: BED,
+        tilt: Some(BED.to_radians()),
+        blocks: Vec::new(),
     }
 }
 
@@ -202,6 +206,33 @@ pub(super) fn rods_note(rods: [f64; 3], configured: [f64; 3], stated: bool) -> O
 }
 
 impl Imported {
+    /// With these readings in place of those of the configuration, their only plane being the bed.
+    #[must_use]
+    pub fn with_readings(mut self, readings: Readings) -> Self {
+        let line = |line| format!("line {line} of {}", readings.name);
+        self.names = readings.rows.iter().map(|row| line(row.line)).collect();
+        let planes = readings.planes.iter();
+        self.robot.instruments.planes = planes.map(|name| level_bed(name)).collect();
+        self.readings = readings;
+        self
+    }
+
+    /// That there is nothing to calibrate from, and how to get it.
+    pub fn without_readings(&self) -> InputError {
+        let (cause, remedy) = match self.firmware {
+            Firmware::Klipper => (
+                "the configuration holds no saved measurements (height0, … in [delta_calibrate])",
+                "run DELTA_CALIBRATE in Klipper, then SAVE_CONFIG, and give the file that it wrote; docs/printers.md has the \
+                 steps",
+            ),
+            Firmware::RepRapFirmware | Firmware::Marlin => (
+                "this firmware saves no measurements",
+                "give a samples file as well; delta-cal import and delta-cal plan --measure plane write one to fill in",
+            ),
+        };
+        InputError::new(&self.robot.name, cause).with_remedy(remedy)
+    }
+
     /// Heights, and distances.
     pub fn counts(&self) -> [usize; 2] {
         let rows = || self.readings.rows.iter();

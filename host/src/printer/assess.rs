@@ -4,13 +4,15 @@ use super::area::{Area, Off};
 use super::next::{Next, next};
 use crate::calibration::judge::prior;
 use crate::export::error::ExportError;
-use crate::export::positions::{Wanted, bed};
+use crate::export::positions::{Loss, Wanted, bed};
 use crate::export::target::Entry;
-use crate::export::{Case, Export, Settings, held, target};
+use crate::export::{Case, Settings, held, target};
+use crate::files::robot_file::RobotFile;
+use crate::fit::Solution;
 use crate::import::Imported;
-use crate::report::calibration::Report;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
+use delta_cal::robot::Drive;
 use serde::Serialize;
 
 /// The printed area of a robot that states none, as a part of the upper arm's or tower's radius.
@@ -34,39 +36,58 @@ pub struct Change {
 }
 
 /// What is known of a printer.
-#[derive(Debug, Clone)]
-pub struct Assessment<'a> {
-    /// Its configuration.
-    pub printer: &'a Imported,
-    /// The calibration.
-    pub calibration: &'a Report,
-    /// Where it prints.
-    pub area: Area,
-    /// What its configuration is off; `None` if it does not reach its bed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Printer {
+    /// Whose configuration it is, as `delta-cal import` names it.
+    pub firmware: &'static str,
+    /// `delta` or `rotary_delta`.
+    pub kinematics: &'static str,
+    /// What the import has to say.
+    pub notes: Vec<String>,
+    /// How many heights there are.
+    pub heights: usize,
+    /// How many distances.
+    pub distances: usize,
+    /// The radius of the printed area.
+    pub bed_radius_mm: f64,
+    /// √ of the mean square residual in σ of what noise and tolerance allow: 1 is expected.
+    pub lack_of_fit: f64,
+    /// What the configuration calls the reading that fits worst.
+    pub fits_worst: Option<String>,
+    /// What the configuration is off; `None` if its robot does not reach the bed.
     pub before: Option<Off>,
     /// What the lines to paste are off.
     pub after: Option<Off>,
-    /// The expected error before any measurement, one σ, rms over the printed area, mm.
-    pub sigma_before: Option<f64>,
-    /// What to measure next; `None` if it cannot be told.
-    pub next: Option<Next>,
     /// What the controller is told, and what it would be told.
     pub changes: Vec<Change>,
+    /// The expected error before any measurement, one σ, rms over the printed area.
+    pub sigma_before_mm: Option<f64>,
+    /// What to measure next; `None` if it cannot be told.
+    pub next: Option<Next>,
+    /// What the lines lose, because the controller holds fewer parameters.
+    pub loss: Loss,
+    /// What not calibrating loses.
+    pub not_calibrated: Loss,
     /// The lines to paste.
-    pub export: Export,
+    pub lines: String,
 }
 
-impl<'a> Assessment<'a> {
-    /// Of a configuration and the calibration from its readings.
+impl Printer {
+    /// Of a configuration, what was found from its readings, and by what every σ was multiplied.
     ///
     /// # Errors
     /// The controller cannot hold the calibrated robot.
-    pub fn of(printer: &'a Imported, calibration: &'a Report) -> Result<Self, ExportError> {
-        let (robot, file) = (&printer.robot, &calibration.after);
+    pub fn of(
+        imported: &Imported,
+        calibrated: &RobotFile,
+        solution: &Solution,
+        widening: f64,
+    ) -> Result<Self, ExportError> {
+        let robot = &imported.robot;
         let arms = robot.robot.arms().iter().map(|arm| arm.d().xy().norm());
         let usual = USUAL_AREA * arms.fold(f64::INFINITY, f64::min);
-        let radius = printer.bed_radius.unwrap_or(usual);
-        let area = Area::of(file, radius);
+        let radius = imported.bed_radius.unwrap_or(usual);
+        let area = Area::of(calibrated, radius);
         let positions = area.positions();
         let mut fitted = positions.clone();
         let lowest = positions.iter().filter(|at| at.z.abs() < ON_THE_BED);
@@ -78,21 +99,21 @@ impl<'a> Assessment<'a> {
             fitted,
             evaluated: positions,
         };
-        let level = bed(&file.robot, &printer.readings).unwrap_or_default();
-        let target = target(printer.firmware.name(), robot.robot.drive())?;
+        let level = bed(&calibrated.robot, &imported.readings).unwrap_or_default();
+        let target = target(imported.firmware.name(), robot.robot.drive())?;
         let export = Case {
-            robot: file,
+            robot: calibrated,
             nominal: Some(&robot.robot),
             wanted: &wanted,
             settings: Settings {
-                home: Some(printer.home),
+                home: Some(imported.home),
                 level: Some(level),
                 height: Some(0.0),
                 ..Settings::default()
             },
         }
         .export(target)?;
-        let held = held(robot, printer.home, target)?.entries;
+        let held = held(robot, imported.home, target)?.entries;
         let pairs = held.into_iter().zip(&export.written.entries);
         let changes = pairs.map(|(Entry { name, value, unit }, after)| Change {
             name,
@@ -101,45 +122,49 @@ impl<'a> Assessment<'a> {
             unit,
         });
         let off = |controller: &Robot<f64>, frame: &RigidTransform<f64>| {
-            Off::of(&file.robot, controller, frame, radius)
+            Off::of(&calibrated.robot, controller, frame, radius)
         };
         let after = export.controller.as_ref().zip(export.frame);
+        let [heights, distances] = imported.counts();
         Ok(Self {
+            firmware: imported.firmware.name(),
+            kinematics: match robot.robot.drive() {
+                Drive::Linear => "delta",
+                Drive::Rotary => "rotary_delta",
+            },
+            notes: imported.notes.clone(),
+            heights,
+            distances,
+            bed_radius_mm: radius,
+            lack_of_fit: lack_of_fit(solution),
+            fits_worst: worst(imported, solution),
             before: off(&robot.robot, &level.transform()),
             after: after.and_then(|(controller, frame)| off(controller, &frame.transform())),
-            sigma_before: prior(robot).and_then(|covariance| area.expected(file, &covariance)),
-            next: next(file, &printer.readings, &area, calibration.sigma_widened_by),
             changes: changes.collect(),
-            printer,
-            calibration,
-            area,
-            export,
+            sigma_before_mm: prior(robot)
+                .and_then(|covariance| area.expected(calibrated, &covariance)),
+            next: next(calibrated, &imported.readings, &area, widening),
+            loss: export.loss,
+            not_calibrated: export.uncalibrated,
+            lines: format!(
+                "{} In place of the same parameters of {}, also of those that it saved itself.\n{}",
+                export.target.comment,
+                imported.firmware.title(),
+                export.written.lines
+            ),
         })
     }
-
-    /// How many times what noise and tolerance allow the residuals are: 1 is expected.
-    pub fn lack_of_fit(&self) -> f64 {
-        lack_of_fit(self.calibration)
-    }
-
-    /// What the configuration calls the reading that fits worst.
-    pub fn worst(&self) -> Option<&str> {
-        worst(self.printer, self.calibration)
-    }
 }
 
-/// How many times what noise and tolerance allow the residuals are: 1 is expected.
-pub(crate) fn lack_of_fit(calibration: &Report) -> f64 {
-    let noise = &calibration.solution.noise;
-    let squares: f64 = noise.iter().map(|own| own.squares).sum();
-    let freedom = calibration.solution.degrees_of_freedom();
-    (squares / freedom.max(1.0)).sqrt()
+fn lack_of_fit(solution: &Solution) -> f64 {
+    let squares: f64 = solution.noise.iter().map(|own| own.squares).sum();
+    (squares / solution.degrees_of_freedom().max(1.0)).sqrt()
 }
 
-/// What the configuration calls the reading that fits worst.
-pub(crate) fn worst<'a>(printer: &'a Imported, calibration: &Report) -> Option<&'a str> {
-    let sizes = calibration.samples.iter().map(|own| own.error_after_sigma);
-    let named = printer.names.iter().zip(sizes);
-    let (name, _) = named.max_by(|(_, one), (_, other)| one.total_cmp(other))?;
-    Some(name)
+fn worst(imported: &Imported, solution: &Solution) -> Option<String> {
+    let size = |whitened: &[f64]| whitened.iter().map(|own| own * own).sum::<f64>();
+    let named = imported.names.iter().zip(&solution.rows);
+    let (name, _) = named
+        .max_by(|(_, one), (_, other)| size(&one.whitened).total_cmp(&size(&other.whitened)))?;
+    Some(name.clone())
 }

@@ -17,15 +17,18 @@ use crate::calibration::known::Known;
 use crate::calibration::next::{NextPose, next_poses};
 use crate::calibration::noise_test::NoiseTest;
 use crate::calibration::prior_test::PriorTest;
-use crate::calibration::refusal::CalibrateError;
+use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::calibration::wrong_rows::Shift;
 use crate::calibration::{Finding, Level};
+use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
 use crate::files::samples_file::{Kind, READINGS};
 use crate::fit::Solution;
 use crate::fit::options::{Frame, Method};
 use crate::fit::solution::{PlaneFound, PointFound};
+use crate::import::Imported;
+use crate::printer::Printer;
 use crate::report::document::Document;
 use crate::text::units::{degrees, in_unit, unit};
 use delta_cal::Parameter;
@@ -35,6 +38,9 @@ use serde::Serialize;
 
 /// Changes whenever a field changes its name or meaning or is removed.
 pub const SCHEMA_VERSION: u32 = 2;
+
+/// A calibrated printer explains nothing if the residuals are so many times what noise and tolerance allow.
+const UNEXPLAINED: f64 = 3.0;
 
 /// A calibration, and everything there is to know of it.
 #[derive(Debug, Clone, Serialize)]
@@ -109,6 +115,8 @@ pub struct Report {
     pub warnings: Vec<String>,
     /// Everything that was found, warnings and notes, with figures.
     pub findings: Vec<FindingReport>,
+    /// Of a printer: what its configuration is off, what to measure next, what to paste.
+    pub printer: Option<Printer>,
     /// Robot, measurement, files and date.
     pub document: Option<Document>,
     /// What the result itself cannot know: that the samples are simulated, or where it was computed.
@@ -537,6 +545,7 @@ impl Report {
             }),
             warnings: warnings.map(|own| own.text.clone()).collect(),
             findings,
+            printer: None,
             document: None,
             origin: None,
             before: before.clone(),
@@ -565,8 +574,36 @@ impl Report {
         self
     }
 
+    /// With what it means for the printer whose configuration this is.
+    ///
+    /// # Errors
+    /// Readings that no printer within the tolerance explains; a robot that its controller cannot hold.
+    pub fn for_printer(mut self, imported: &Imported) -> Result<Self, CalibrateError> {
+        let printer = Printer::of(imported, &self.after, &self.solution, self.sigma_widened_by);
+        let printer = printer.map_err(|error| {
+            InputError::new(&imported.robot.name, error.to_string()).with_remedy(error.remedy())
+        })?;
+        if printer.lack_of_fit > UNEXPLAINED {
+            let worst = printer.fits_worst.as_deref().unwrap_or("the worst reading");
+            let cause = format!(
+                "no printer within the tolerance explains these measurements (residuals {:.1} × expected, {worst} most)",
+                printer.lack_of_fit
+            );
+            let remedy = format!(
+                "Measure {worst} again. Check that the rods' length (--rods) and the belts' rotation_distance are right \
+                 and that nothing is loose."
+            );
+            return Err(Refused::new(cause, remedy).into());
+        }
+        self.printer = Some(printer);
+        Ok(self)
+    }
+
     /// For a terminal.
     pub fn to_text(&self) -> String {
+        if let Some(printer) = &self.printer {
+            return super::printer::text(self, printer);
+        }
         text::render(self)
     }
 

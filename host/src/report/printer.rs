@@ -1,11 +1,10 @@
-//! A printer's assessment: some ten lines and the lines to paste, and for programs.
+//! What the report of a printer says first: some ten statements and the lines to paste.
 
-use crate::printer::{Assessment, Change, Next, Off};
+use crate::calibration::Level;
+use crate::printer::{Change, Next, Printer};
 use crate::render::terminal::wrapped;
-use crate::report::export::{self, Files};
+use crate::report::calibration::Report;
 use crate::text::words::{count, list};
-use delta_cal::robot::Drive;
-use serde::Serialize;
 use std::fmt::Write;
 
 /// Measurements that make the expected error smaller by less than this part are not proposed.
@@ -13,66 +12,49 @@ const WORTH: f64 = 0.1;
 /// A change below this is none, mm or degrees.
 const CHANGED: f64 = 0.01;
 
-/// For people: numbered statements, and what to paste.
-pub fn text(assessment: &Assessment<'_>) -> String {
+/// For a terminal: numbered statements, warnings, what to paste.
+pub(crate) fn text(report: &Report, printer: &Printer) -> String {
     let mut text = String::new();
-    for (number, statement) in (1..).zip(lines(assessment)) {
+    for (number, statement) in (1..).zip(statements(report, printer)) {
         let _ = writeln!(text, "{number:>2}. {}", wrapped(&statement, "    "));
     }
-    text.push('\n');
-    text.push_str(&to_paste(assessment));
-    for note in &assessment.printer.notes {
+    let warnings = report.findings.iter();
+    for own in warnings.filter(|own| own.level == Level::Warning) {
+        let _ = write!(text, "\nWarning: {}\n", wrapped(&own.text, ""));
+    }
+    let _ = write!(text, "\n{}", printer.lines);
+    for note in &printer.notes {
         let _ = write!(text, "\n{}\n", wrapped(note, ""));
     }
     text
 }
 
-/// The lines for the configuration, with what to do with those that it holds.
-pub fn to_paste(assessment: &Assessment<'_>) -> String {
-    let comment = assessment.export.target.comment;
-    let firmware = assessment.printer.firmware.title();
-    format!(
-        "{comment} In place of the same parameters of {firmware}, also of those that it saved itself.\n{}",
-        assessment.export.written.lines
-    )
-}
-
-fn drive(assessment: &Assessment<'_>) -> Drive {
-    assessment.printer.robot.robot.drive()
-}
-
-fn parameters(assessment: &Assessment<'_>) -> usize {
-    match drive(assessment) {
-        Drive::Linear => 21,
-        Drive::Rotary => 24,
-    }
-}
-
-fn lines(assessment: &Assessment<'_>) -> Vec<String> {
-    let calibration = assessment.calibration;
-    let mut lines = vec![measured(assessment)];
-    if let Some(off) = &assessment.before {
+/// What is wrong, how sure that is, what to measure next, what the lines to paste do.
+pub(crate) fn statements(report: &Report, printer: &Printer) -> Vec<String> {
+    let mut lines = vec![measured(report, printer)];
+    let scale = report.determined.scale;
+    if let Some(off) = &printer.before {
         // Nothing is said of a size that was not measured.
-        let size = if calibration.determined.scale {
+        let size = if scale {
             format!("; 100 mm come out as {:.2} mm", off.hundred)
         } else {
             String::new()
         };
         lines.push(format!(
             "Bed error now: {:.2} mm rms ({:.2} mm worst) within {:.0} mm of the centre{size}.",
-            off.height, off.worst_height, assessment.area.radius
+            off.height, off.worst_height, printer.bed_radius_mm
         ));
     }
-    lines.extend(changes(&assessment.changes));
-    lines.push(fit(assessment));
+    lines.extend(changes(&printer.changes));
+    lines.push(fit(report, printer));
     lines.push(format!(
         "The {} readings improve {} of {} parameter combinations; the rest stay at the tolerance.",
-        assessment.printer.readings.readings(),
-        calibration.determined.combinations,
-        parameters(assessment)
+        report.reading_count,
+        report.determined.combinations,
+        report.before.robot.drive().parameters().len() * report.arms.len()
     ));
-    if let Some(next) = &assessment.next {
-        let before = assessment.sigma_before.map_or_else(String::new, |before| {
+    if let Some(next) = &printer.next {
+        let before = printer.sigma_before_mm.map_or_else(String::new, |before| {
             format!(", {before:.2} mm by the tolerance alone")
         });
         lines.push(format!(
@@ -80,33 +62,31 @@ fn lines(assessment: &Assessment<'_>) -> Vec<String> {
             next.now
         ));
     }
-    if !calibration.determined.scale {
+    if !scale {
         lines
             .push("The size of parts stays at the tolerance: it takes exact distances.".to_owned());
     }
-    if let Some(next) = &assessment.next {
-        lines.extend(proposals(assessment, next));
+    if let Some(next) = &printer.next {
+        lines.extend(proposals(scale, next));
     }
-    lines.push(paste(assessment));
+    lines.push(paste(printer));
     lines
 }
 
-fn measured(assessment: &Assessment<'_>) -> String {
-    let [heights, distances] = assessment.printer.counts();
-    let kinds = [(heights, "height"), (distances, "distance")];
+fn measured(report: &Report, printer: &Printer) -> String {
+    let kinds = [(printer.heights, "height"), (printer.distances, "distance")];
     let kinds = kinds.into_iter().filter(|(number, _)| *number > 0);
     let kinds: Vec<_> = kinds.map(|(number, kind)| count(number, kind)).collect();
-    let kind = match drive(assessment) {
-        Drive::Linear => "Delta with towers",
-        Drive::Rotary => "Delta with rotary arms",
+    let kind = match printer.kinematics {
+        "delta" => "Delta with towers",
+        _ => "Delta with rotary arms",
     };
-    let notes = if assessment.printer.notes.is_empty() {
+    let notes = if printer.notes.is_empty() {
         ""
     } else {
         " (see the note below)"
     };
-    let name = &assessment.printer.robot.name;
-    format!("{name}: {kind}, {}{notes}.", list(&kinds))
+    format!("{}: {kind}, {}{notes}.", report.robot_file, list(&kinds))
 }
 
 /// The three largest changes of what the controller is told.
@@ -127,11 +107,10 @@ fn changes(changes: &[Change]) -> Option<String> {
     (!largest.is_empty()).then(|| format!("Largest changes: {}.", list(&largest)))
 }
 
-fn fit(assessment: &Assessment<'_>) -> String {
-    let calibration = assessment.calibration;
-    let residuals = assessment.lack_of_fit();
-    if calibration.sigma_widened_by > 1.0 {
-        let worst = assessment.worst();
+fn fit(report: &Report, printer: &Printer) -> String {
+    let residuals = printer.lack_of_fit;
+    if report.sigma_widened_by > 1.0 {
+        let worst = printer.fits_worst.as_ref();
         let worst = worst.map_or_else(String::new, |name| format!(", {name} most of all"));
         return format!(
             "Warning: residuals are {residuals:.1} × the expected{worst}. All σ are scaled accordingly."
@@ -141,7 +120,7 @@ fn fit(assessment: &Assessment<'_>) -> String {
 }
 
 /// What to measure next, the better proposal first.
-fn proposals(assessment: &Assessment<'_>, next: &Next) -> Vec<String> {
+fn proposals(scale: bool, next: &Next) -> Vec<String> {
     let worthwhile = |error: &f64| *error < (1.0 - WORTH) * next.now;
     let mut proposals = Vec::new();
     if let Some(error) = next.with_object.filter(worthwhile) {
@@ -161,7 +140,7 @@ fn proposals(assessment: &Assessment<'_>, next: &Next) -> Vec<String> {
     }
     proposals.sort_by(|one, other| one.0.total_cmp(&other.0));
     if proposals.is_empty() {
-        let nothing = if assessment.calibration.determined.scale {
+        let nothing = if scale {
             "Measure next: nothing; heights and printed distances bring little more."
         } else {
             "Measure next: longer distances, more exactly; heights and printed distances bring little more."
@@ -174,85 +153,14 @@ fn proposals(assessment: &Assessment<'_>, next: &Next) -> Vec<String> {
         .collect()
 }
 
-fn paste(assessment: &Assessment<'_>) -> String {
-    let (loss, before) = (&assessment.export.loss, &assessment.export.uncalibrated);
-    let after = assessment.after.as_ref().map_or_else(String::new, |off| {
+fn paste(printer: &Printer) -> String {
+    let (loss, before) = (&printer.loss, &printer.not_calibrated);
+    let after = printer.after.as_ref().map_or_else(String::new, |off| {
         format!(" Bed error then: {:.2} mm rms.", off.height)
     });
     format!(
-        "Paste the lines below. {} cannot hold everything: they lose {:.2} mm rms ({:.2} mm worst); not calibrating \
-         loses {:.2} mm ({:.2} mm).{after}",
-        assessment.printer.firmware.title(),
-        loss.rms,
-        loss.worst,
-        before.rms,
-        before.worst
+        "Paste the lines below. The controller cannot hold everything: they lose {:.2} mm rms ({:.2} mm worst); not \
+         calibrating loses {:.2} mm ({:.2} mm).{after}",
+        loss.rms, loss.worst, before.rms, before.worst
     )
-}
-
-/// For programs. Every σ is scaled by `sigma_widened_by`, if the residuals are improbably large.
-#[derive(Debug, Serialize)]
-pub struct Report<'a> {
-    schema_version: u32,
-    program_version: &'static str,
-    configuration: &'a str,
-    kinematics: &'static str,
-    notes: &'a [String],
-    heights: usize,
-    distances: usize,
-    bed_radius_mm: f64,
-    lack_of_fit: f64,
-    sigma_widened_by: f64,
-    combinations_known: usize,
-    combinations_at_most: usize,
-    scale_known: bool,
-    before: Option<Off>,
-    after: Option<Off>,
-    changes: &'a [Change],
-    sigma_before_mm: Option<f64>,
-    next: Option<&'a Next>,
-    warnings: &'a [String],
-    export: export::Report<'a>,
-    lines: Vec<String>,
-}
-
-impl<'a> Report<'a> {
-    /// Of an assessment.
-    pub fn of(assessment: &'a Assessment<'_>) -> Self {
-        let printer = assessment.printer;
-        let calibration = assessment.calibration;
-        let name = printer.robot.name.as_str();
-        let files = Files {
-            robot: name,
-            nominal: Some(name),
-            positions: None,
-        };
-        let [heights, distances] = printer.counts();
-        Self {
-            schema_version: 1,
-            program_version: env!("CARGO_PKG_VERSION"),
-            configuration: name,
-            kinematics: match drive(assessment) {
-                Drive::Linear => "delta",
-                Drive::Rotary => "rotary_delta",
-            },
-            notes: &printer.notes,
-            heights,
-            distances,
-            bed_radius_mm: assessment.area.radius,
-            lack_of_fit: assessment.lack_of_fit(),
-            sigma_widened_by: calibration.sigma_widened_by,
-            combinations_known: calibration.determined.combinations,
-            combinations_at_most: printer.readings.readings().min(parameters(assessment)),
-            scale_known: calibration.determined.scale,
-            before: assessment.before,
-            after: assessment.after,
-            changes: &assessment.changes,
-            sigma_before_mm: assessment.sigma_before,
-            next: assessment.next.as_ref(),
-            warnings: &calibration.warnings,
-            export: export::Report::of(&assessment.export, &files),
-            lines: lines(assessment),
-        }
-    }
 }

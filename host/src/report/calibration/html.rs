@@ -1,5 +1,6 @@
 //! The report as one HTML file that opens from disk: everything it needs is in it.
 
+use super::super::printer;
 use super::{Report, figures, text};
 use crate::fit::options::Frame;
 use crate::render::page::{self, figure, tile};
@@ -39,6 +40,11 @@ pub(super) fn render(report: &Report) -> String {
         @if let Some(document) = &report.document { (document.page()) }
         (tiles(report))
         @if let Some(limit) = text::limit(report) { (limit) }
+        @if let Some(printer) = &report.printer {
+            ol { @for statement in printer::statements(report, printer) { li { (statement) } } }
+            pre { (printer.lines) }
+            @for note in &printer.notes { p.note { (note) } }
+        }
         (text::findings(report))
         @for part in &parts { (part) }
     };

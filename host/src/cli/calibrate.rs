@@ -74,7 +74,7 @@ pub(crate) struct CalibrateArguments {
     /// The frame of x, y and z: base, or sensor, which is found with the parameters
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = FrameArgument::Base)]
     frame: FrameArgument,
-    /// Largest expanded uncertainty (rms over the workspace); above it the exit code is 6
+    /// Largest expanded uncertainty, rms over the workspace
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Option<Length>,
     /// How long a printer's rods were made, one length or three

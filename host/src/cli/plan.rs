@@ -55,7 +55,7 @@ pub(crate) struct PlanArguments {
     /// The number of measurements, 4 to 500; with --samples the number to add
     #[arg(long, value_name = "N", value_parser = whole_number, allow_negative_numbers = true)]
     count: Option<usize>,
-    /// As few measurements as bring the expected rms error down to this length
+    /// As few measurements as bring the expected error down to this
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, conflicts_with_all = ["count", "samples"])]
     accuracy: Option<Length>,
     /// Say what the rows of this file determine, and which to add
@@ -73,7 +73,7 @@ pub(crate) struct PlanArguments {
     /// Only poses within this box or cylinder
     #[arg(long, value_name = "BOX|CYLINDER")]
     within: Option<Region>,
-    /// Minimise the absolute error (in the frame of the base), not the relative one
+    /// Minimise the absolute error, not the relative one
     #[arg(long)]
     absolute: bool,
     /// random, or shortest: the shortest way of the joints

@@ -1,4 +1,4 @@
-//! `delta-cal import` and `delta-cal klipper`: configurations made of the numbers of ten printers, and kinematics
+//! `delta-cal import` and `delta-cal calibrate`: configurations made of the numbers of ten printers, and kinematics
 //! that are written from Klipper's source.
 
 mod agreement;

@@ -83,7 +83,7 @@ fn wrong_configurations_are_refused_with_place_and_cause() {
         let folder = folder(&text);
         for command in [
             "import klipper printer.cfg --output mine",
-            "klipper printer.cfg --output mine",
+            "calibrate printer.cfg --output c.toml",
         ] {
             let run = folder.run(command);
             assert_eq!(run.code, 3, "{cause}: {}", run.stderr);
@@ -102,7 +102,7 @@ fn a_configuration_without_measurements_gives_a_robot_file_only() {
     let good = printer("20").configuration();
     let saved = good.find("#*# [delta_calibrate]").unwrap();
     let folder = folder(&good[..saved]);
-    let run = folder.run("klipper printer.cfg --output mine");
+    let run = folder.run("calibrate printer.cfg --output c.toml");
     assert_eq!(run.code, 3, "{}", run.stderr);
     let cause = "printer.cfg: the configuration holds no saved measurements";
     assert!(run.stderr.contains(cause), "{}", run.stderr);
@@ -214,8 +214,8 @@ fn the_command_line_is_checked() {
             "a length greater than 0 is needed",
         ),
         (
-            "klipper printer.cfg --json printer.cfg",
-            "--json printer.cfg is the same file as the configuration",
+            "calibrate printer.cfg --json printer.cfg",
+            "--json printer.cfg is the same file as the robot file",
         ),
     ];
     for (command, cause) in cases {

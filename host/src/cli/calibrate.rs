@@ -146,10 +146,13 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         .report
         .as_ref()
         .map_or_else(String::new, |_| report.to_html());
-    let paste = report.printer.as_ref().map_or("", |own| own.lines.as_str());
+    let lines = report.printer.as_ref().and_then(|own| own.lines.as_deref());
     let outputs = [
         (arguments.output.as_deref(), toml.as_str()),
-        (arguments.paste.as_deref(), paste),
+        (
+            arguments.paste.as_deref().filter(|_| lines.is_some()),
+            lines.unwrap_or_default(),
+        ),
         (arguments.json.as_deref(), json.as_str()),
         (arguments.report.as_deref(), page.as_str()),
     ];

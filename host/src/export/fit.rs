@@ -35,8 +35,8 @@ struct Problem<'a> {
     frame_free: [bool; 6],
     /// By what an error along z counts more than one along x or y.
     height_weight: f64,
-    /// In the controller's frame.
-    commanded: Vec<Vector3<f64>>,
+    /// In the controller's frame, with how many times each counts.
+    commanded: Vec<(Vector3<f64>, f64)>,
     prior: f64,
 }
 
@@ -65,9 +65,9 @@ impl Problem<'_> {
         let transform = self.frame(unknowns).transform();
         let positions = 3 * self.commanded.len();
         let mut residuals = DVector::zeros(positions + parameters);
-        for (index, at) in self.commanded.iter().enumerate() {
+        for (index, (at, times)) in self.commanded.iter().enumerate() {
             let is = reached(self.calibrated, &controller, at)?;
-            let mut off = transform.apply(&is) - at;
+            let mut off = (transform.apply(&is) - at) * times.sqrt();
             off.z *= self.height_weight;
             residuals.fixed_rows_mut::<3>(3 * index).copy_from(&off);
         }
@@ -146,15 +146,16 @@ pub(super) fn fit(
     let turn = holds.fixed_azimuths.is_some();
     let transform = frame.transform();
     let controller = start.robot().ok()?;
-    let commanded = wanted.fitted.iter().map(|at| transform.apply(at));
+    let commanded = wanted.fitted.iter();
     let commanded: Vec<_> = commanded
-        .filter(|at| reached(calibrated, &controller, at).is_some())
+        .map(|(at, times)| (transform.apply(at), *times))
+        .filter(|(at, _)| reached(calibrated, &controller, at).is_some())
         .collect();
     if commanded.len() < LEAST_POSITIONS {
         return None;
     }
-    #[allow(clippy::cast_precision_loss)] // some hundreds
-    let prior = PRIOR * (commanded.len() as f64).sqrt();
+    let all = commanded.iter().map(|(_, times)| times).sum::<f64>();
+    let prior = PRIOR * all.sqrt();
     let problem = Problem {
         calibrated,
         start,

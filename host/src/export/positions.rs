@@ -20,8 +20,8 @@ const LEAST_HEIGHTS: usize = 3;
 /// Wanted positions in the calibrated robot's frame, mm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
-    /// Those of the fit.
-    pub fitted: Vec<Vector3<f64>>,
+    /// Those of the fit, and how many times each counts.
+    pub fitted: Vec<(Vector3<f64>, f64)>,
     /// Those of the stated loss, the fitted ones among them.
     pub evaluated: Vec<Vector3<f64>>,
     /// Within so far of the z axis, if that was not the whole workspace, mm.
@@ -55,7 +55,11 @@ impl Wanted {
     pub fn of(positions: Vec<Vector3<f64>>) -> Self {
         let step = positions.len().div_ceil(FITTED).max(1);
         Self {
-            fitted: positions.iter().copied().step_by(step).collect(),
+            fitted: positions
+                .iter()
+                .step_by(step)
+                .map(|at| (*at, 1.0))
+                .collect(),
             evaluated: positions,
             within: None,
         }

@@ -17,13 +17,12 @@ use std::fmt::Write;
 pub(super) const USUAL_TOWERS: [f64; 3] = [210.0, 330.0, 90.0];
 /// The lowest that a motor turns an arm, degrees: Klipper states no limit.
 const LOWEST_ARM: f64 = 90.0;
-/// One σ of a height and of a distance on a printed object, mm.
-const HEIGHT: f64 = 0.1;
-const DISTANCE: f64 = 0.2;
 /// One σ of the bed, which is z = 0 and level: mm and degrees.
 const BED: f64 = 0.001;
 /// Of a printer that nobody calibrated: a place or a rod in mm, a lean in degrees, an end stop in mm, the scale.
 const TOWERS: (f64, f64, f64, f64) = (0.5, 0.17, 5.0, 0.001);
+/// Of the radius that all towers have in common, mm: owners seldom measure it.
+const COMMON_RADIUS: f64 = 1.0;
 /// Of arms that motors turn, mm and degrees.
 const ARMS: (f64, f64) = (0.5, 0.2);
 /// Rods whose length is no whole number of these were not made so, mm.
@@ -130,7 +129,8 @@ impl Machine {
             Drive::Linear => (
                 JointLimits::travel(low.min(lowest_travel(&robot, bed)).floor(), high),
                 Tolerance::new(TOWERS.0, TOWERS.1.to_radians())
-                    .and_then(|own| own.with_linear(TOWERS.2, TOWERS.3)),
+                    .and_then(|own| own.with_linear(TOWERS.2, TOWERS.3))
+                    .and_then(|own| own.with_radius(COMMON_RADIUS)),
             ),
         };
         let limits = limits.map_err(|error| impossible(&error))?;
@@ -147,8 +147,6 @@ impl Machine {
             noise: None,
             sensor_frame: None,
             instruments: InstrumentFacts {
-                height_noise: Some(HEIGHT),
-                distance_noise: Some(DISTANCE),
                 joint_noise: Some(0.0),
                 planes: readings.planes.iter().map(|name| level_bed(name)).collect(),
                 ..InstrumentFacts::default()
@@ -262,8 +260,7 @@ impl Imported {
             }
         });
         comment.push_str(
-            "Noise, one sigma: of a height by probe or paper above a bed that is not flat; of a distance by calliper on \
-             a printed object.\n",
+            "The noise of heights and distances is estimated from them. If you know it, state height_mm and distance_mm.\n",
         );
         if !self.readings.planes.is_empty() {
             comment.push_str("z = 0 is the bed, and level.\n");

@@ -1,13 +1,12 @@
 //! Where a printer prints, and how far off it is there.
 
-use crate::accuracy::expected_error::ExpectedError;
 use crate::accuracy::position_uncertainty::PositionUncertainty;
-use crate::accuracy::workspace_poses::WorkspacePoses;
+use crate::accuracy::rigid_motion::RigidMotions;
 use crate::files::robot_file::RobotFile;
-use crate::fit::covariance::RobotCovariance;
+use crate::fit::covariance::{RobotCovariance, WITH_TRANSMISSIONS};
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Robot, Sample};
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{SMatrix, Vector3};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -17,6 +16,10 @@ const ON_A_CIRCLE: u32 = 12;
 /// Layers, from the bed up to this part of the height that the carriages allow.
 const LAYERS: u32 = 4;
 const UP_TO: f64 = 0.6;
+/// Lower than this above the bed a position is on it, mm.
+pub(super) const ON_THE_BED: f64 = 0.5;
+/// Less than this part of an error is clearly better.
+const BETTER: f64 = 0.95;
 
 /// A grid of poses over the printed area.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,20 +58,51 @@ impl Area {
         self.poses.iter().map(|pose| pose.position).collect()
     }
 
-    /// The position error that a robot with this covariance of its parameters is expected to have, one σ, rms, mm:
-    /// after the best rigid motion.
-    pub fn expected(&self, file: &RobotFile, covariance: &RobotCovariance) -> Option<f64> {
+    /// W of the mean squares tr(W C), C being the covariance of the parameters.
+    pub(super) fn uncertain(&self, file: &RobotFile) -> Option<Uncertain> {
         let uncertainty = PositionUncertainty {
             robot: &file.robot,
-            covariance,
+            covariance: &RobotCovariance::zeros(),
         };
-        let poses = WorkspacePoses {
-            inside: self.poses.clone(),
-            edge: Vec::new(),
+        let at = |pose: &Sample<f64>| {
+            let jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
+            Some((pose.position, jacobian))
         };
-        let error = ExpectedError::of(&uncertainty, &file.reach(), &poses)?;
-        Some(error.intrinsic.rms)
+        let all: Vec<_> = self.poses.iter().filter_map(at).collect();
+        let motions = RigidMotions::of(all.iter().map(|(position, _)| *position))?;
+        let explained = motions.explaining(all.iter().copied());
+        let bed = |(position, _): &&(Vector3<f64>, _)| position.z.abs() < ON_THE_BED;
+        let count = |number: usize| f64::from(u32::try_from(number).unwrap_or(u32::MAX));
+        let on_bed = count(all.iter().filter(bed).count());
+        let sum = all.iter().filter(bed).map(|(_, jacobian)| *jacobian);
+        let mean = sum.sum::<SMatrix<f64, 3, WITH_TRANSMISSIONS>>() / on_bed;
+        let mut found = Uncertain {
+            relative: RobotCovariance::zeros(),
+            height: RobotCovariance::zeros(),
+            across: RobotCovariance::zeros(),
+        };
+        for (position, jacobian) in &all {
+            let left = jacobian - motions.at(position) * explained;
+            found.relative += left.tr_mul(&left) / count(all.len());
+        }
+        for (_, jacobian) in all.iter().filter(bed) {
+            let left = jacobian - mean;
+            let (across, height) = (left.fixed_rows::<2>(0), left.fixed_rows::<1>(2));
+            found.height += height.tr_mul(&height) / on_bed;
+            found.across += across.tr_mul(&across) / on_bed;
+        }
+        Some(found)
     }
+}
+
+/// W of mean squares tr(W C), C being the covariance of the parameters.
+pub(super) struct Uncertain {
+    /// Of positions after the best rigid motion, over the printed volume.
+    pub(super) relative: RobotCovariance,
+    /// Of heights over the bed about their mean.
+    pub(super) height: RobotCovariance,
+    /// Of x and y on the bed about their mean.
+    pub(super) across: RobotCovariance,
 }
 
 /// The centre and circles around it, the largest of this radius.
@@ -84,27 +118,36 @@ pub(super) fn bed(radius: f64, circles: u32, on_a_circle: u32) -> Vec<[f64; 2]> 
     places
 }
 
-/// How far a nozzle is from where its controller believes, over the area.
+/// How far a nozzle is expected to be from where its controller believes, over the bed: what is known to be off, and
+/// what is not known.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Off {
-    /// Of its height over the bed: rms, mm.
+    /// Of its height about the mean, rms, mm.
     #[serde(rename = "height_rms_mm")]
     pub height: f64,
-    /// The largest of these.
+    /// The part of it that is not known, one σ.
+    #[serde(rename = "height_sigma_mm")]
+    pub height_sigma: f64,
+    /// The largest that is known.
     #[serde(rename = "height_worst_mm")]
     pub worst_height: f64,
+    /// Of x and y about their mean, rms, mm.
+    #[serde(rename = "xy_rms_mm")]
+    pub across: f64,
     /// What 100 mm on the bed become, mm.
     #[serde(rename = "hundred_mm_become_mm")]
     pub hundred: f64,
 }
 
 impl Off {
-    /// Of a controller with these kinematics, whose frame is this one of the calibrated robot's.
+    /// Of a controller with these kinematics, whose frame is this one of the calibrated robot's. `sigmas`: of heights and
+    /// of x and y.
     pub(super) fn of(
         calibrated: &Robot<f64>,
         controller: &Robot<f64>,
         frame: &RigidTransform<f64>,
         radius: f64,
+        sigmas: [f64; 2],
     ) -> Option<Self> {
         let mut pairs = Vec::new();
         for [x, y] in bed(radius, CIRCLES, ON_A_CIRCLE) {
@@ -120,17 +163,31 @@ impl Off {
         }
         #[allow(clippy::cast_precision_loss)] // some dozens
         let count = pairs.len() as f64;
-        let squares = pairs.iter().map(|(wanted, is)| (is.z - wanted.z).powi(2));
-        let worst = pairs.iter().map(|(wanted, is)| (is.z - wanted.z).abs());
-        let mean = pairs.iter().map(|(_, is)| is.xy()).sum::<Vector2<f64>>() / count;
+        let mean = pairs.iter().map(|(_, is)| is).sum::<Vector3<f64>>() / count;
+        let heights = || pairs.iter().map(|(_, is)| is.z - mean.z);
+        let worst = heights().fold(0.0, |worst: f64, own| worst.max(own.abs()));
+        let known = heights().map(|own| own * own).sum::<f64>() / count;
+        let across = pairs
+            .iter()
+            .map(|(wanted, is)| (is - mean - wanted).xy().norm_squared());
+        let across = across.sum::<f64>() / count;
         let along = pairs
             .iter()
-            .map(|(wanted, is)| wanted.xy().dot(&(is.xy() - mean)));
+            .map(|(wanted, is)| wanted.xy().dot(&(is - mean).xy()));
         let lengths = pairs.iter().map(|(wanted, _)| wanted.xy().norm_squared());
+        let [height_sigma, across_sigma] = sigmas;
         Some(Self {
-            height: (squares.sum::<f64>() / count).sqrt(),
-            worst_height: worst.fold(0.0, f64::max),
+            height: known.sqrt().hypot(height_sigma),
+            height_sigma,
+            worst_height: worst,
+            across: across.sqrt().hypot(across_sigma),
             hundred: 100.0 * along.sum::<f64>() / lengths.sum::<f64>(),
         })
+    }
+
+    /// Whether it prints clearly better than another one: higher or wider, and not worse in the other.
+    pub(super) fn is_better_than(&self, other: &Self) -> bool {
+        let [height, across] = [self.height / other.height, self.across / other.across];
+        height.min(across) < BETTER && height.max(across) < 1.0 / BETTER
     }
 }

@@ -1,6 +1,6 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
-use super::area::{Area, Off};
+use super::area::{Area, ON_THE_BED, Off};
 use super::next::{Next, next};
 use crate::calibration::judge::prior;
 use crate::export::error::ExportError;
@@ -13,14 +13,13 @@ use crate::import::Imported;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
+use nalgebra::Vector3;
 use serde::Serialize;
 
 /// The printed area of a robot that states none, as a part of the upper arm's or tower's radius.
 const USUAL_AREA: f64 = 0.7;
 /// What is fitted on the bed counts so many times, for the first layer depends on it.
-const FIRST_LAYER: usize = 5;
-/// Lower than this above the bed a position is on it, mm.
-const ON_THE_BED: f64 = 0.5;
+const FIRST_LAYER: f64 = 50.0;
 
 /// A parameter of the controller.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -68,8 +67,8 @@ pub struct Printer {
     pub loss: Loss,
     /// What not calibrating loses.
     pub not_calibrated: Loss,
-    /// The lines to paste.
-    pub lines: String,
+    /// The lines to paste; `None` if the printer prints as well with its configuration.
+    pub lines: Option<String>,
 }
 
 impl Printer {
@@ -89,14 +88,13 @@ impl Printer {
         let radius = imported.bed_radius.unwrap_or(usual);
         let area = Area::of(calibrated, radius);
         let positions = area.positions();
-        let mut fitted = positions.clone();
-        let lowest = positions.iter().filter(|at| at.z.abs() < ON_THE_BED);
-        for at in lowest {
-            fitted.extend([*at; FIRST_LAYER - 1]);
-        }
+        let times = |at: &Vector3<f64>| match at.z.abs() < ON_THE_BED {
+            true => FIRST_LAYER,
+            false => 1.0,
+        };
         let wanted = Wanted {
             within: Some(radius),
-            fitted,
+            fitted: positions.iter().map(|at| (*at, times(at))).collect(),
             evaluated: positions,
         };
         let level = bed(&calibrated.robot, &imported.readings).unwrap_or_default();
@@ -121,10 +119,21 @@ impl Printer {
             after: after.value,
             unit,
         });
+        let uncertain = area
+            .uncertain(calibrated)
+            .ok_or(ExportError::TooFewPositions(0))?;
+        let covariance = solution.of_robot();
+        let sigmas = [&uncertain.height, &uncertain.across].map(|own| own.dot(&covariance).sqrt());
         let off = |controller: &Robot<f64>, frame: &RigidTransform<f64>| {
-            Off::of(&calibrated.robot, controller, frame, radius)
+            Off::of(&calibrated.robot, controller, frame, radius, sigmas)
         };
+        let before = off(&robot.robot, &level.transform());
         let after = export.controller.as_ref().zip(export.frame);
+        let after = after.and_then(|(controller, frame)| off(controller, &frame.transform()));
+        let better = match (&before, &after) {
+            (Some(before), Some(after)) => after.is_better_than(before),
+            _ => true,
+        };
         let [heights, distances] = imported.counts();
         Ok(Self {
             firmware: imported.firmware.name(),
@@ -138,20 +147,21 @@ impl Printer {
             bed_radius_mm: radius,
             lack_of_fit: lack_of_fit(solution),
             fits_worst: worst(imported, solution),
-            before: off(&robot.robot, &level.transform()),
-            after: after.and_then(|(controller, frame)| off(controller, &frame.transform())),
+            before,
+            after,
             changes: changes.collect(),
-            sigma_before_mm: prior(robot)
-                .and_then(|covariance| area.expected(calibrated, &covariance)),
-            next: next(calibrated, &imported.readings, &area, widening),
+            sigma_before_mm: prior(robot).map(|own| uncertain.relative.dot(&own).sqrt()),
+            next: next(calibrated, &imported.readings, (radius, &uncertain.relative), widening),
             loss: export.loss,
             not_calibrated: export.uncalibrated,
-            lines: format!(
-                "{} In place of the same parameters of {}, also of those that it saved itself.\n{}",
-                export.target.comment,
-                imported.firmware.title(),
-                export.written.lines
-            ),
+            lines: better.then(|| {
+                format!(
+                    "{} In place of the same parameters of {}, also of those that it saved itself.\n{}",
+                    export.target.comment,
+                    imported.firmware.title(),
+                    export.written.lines
+                )
+            }),
         })
     }
 }

@@ -1,8 +1,9 @@
 //! What to measure next.
 
-use super::area::{Area, bed};
+use super::area::bed;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
+use crate::fit::covariance::RobotCovariance;
 use crate::fit::options::Frame;
 use crate::planning::covariance_after;
 use nalgebra::Vector3;
@@ -38,17 +39,23 @@ pub struct Next {
     pub with_object: Option<f64>,
 }
 
-/// Of a calibrated robot and its measurements, whose σ are all `widening` times as large as stated.
-pub(super) fn next(robot: &RobotFile, file: &Readings, area: &Area, widening: f64) -> Option<Next> {
+/// Of a calibrated robot and its measurements over a bed of this radius; tr(W C) is the mean square that counts, and
+/// all σ are `widening` times as large as stated.
+pub(super) fn next(
+    robot: &RobotFile,
+    file: &Readings,
+    (radius, weights): (f64, &RobotCovariance),
+    widening: f64,
+) -> Option<Next> {
     let leaves = |file: &Readings| {
         let covariance = covariance_after(robot, file, Frame::Base)?;
-        Some(widening * area.expected(robot, &covariance)?)
+        Some(widening * weights.dot(&covariance).sqrt())
     };
     let now = leaves(file)?;
     let mut with = file.clone();
     let mut heights = Vec::new();
     let mut with_heights = None;
-    let places: Vec<_> = bed(OUT * area.radius, CIRCLES, ON_A_CIRCLE)
+    let places: Vec<_> = bed(OUT * radius, CIRCLES, ON_A_CIRCLE)
         .into_iter()
         .filter_map(|place| Some((place, height(robot, file, place)?)))
         .collect();

@@ -22,7 +22,9 @@ pub(crate) fn text(report: &Report, printer: &Printer) -> String {
     for own in warnings.filter(|own| own.level == Level::Warning) {
         let _ = write!(text, "\nWarning: {}\n", wrapped(&own.text, ""));
     }
-    let _ = write!(text, "\n{}", printer.lines);
+    if let Some(lines) = &printer.lines {
+        let _ = write!(text, "\n{lines}");
+    }
     for note in &printer.notes {
         let _ = write!(text, "\n{}\n", wrapped(note, ""));
     }
@@ -45,7 +47,9 @@ pub(crate) fn statements(report: &Report, printer: &Printer) -> Vec<String> {
             off.height, off.worst_height, printer.bed_radius_mm
         ));
     }
-    lines.extend(changes(&printer.changes));
+    if printer.lines.is_some() {
+        lines.extend(changes(&printer.changes));
+    }
     lines.push(fit(report, printer));
     lines.push(format!(
         "The {} readings improve {} of {} parameter combinations; the rest stay at the tolerance.",
@@ -154,6 +158,10 @@ fn proposals(scale: bool, next: &Next) -> Vec<String> {
 }
 
 fn paste(printer: &Printer) -> String {
+    if printer.lines.is_none() {
+        return "Nothing to change: other parameters of this controller would print no better."
+            .to_owned();
+    }
     let (loss, before) = (&printer.loss, &printer.not_calibrated);
     let after = printer.after.as_ref().map_or_else(String::new, |off| {
         format!(" Bed error then: {:.2} mm rms.", off.height)

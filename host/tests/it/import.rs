@@ -3,6 +3,7 @@
 
 mod agreement;
 mod assessed;
+mod campaign;
 mod fixtures;
 mod gcode;
 mod refusals;

@@ -42,7 +42,7 @@ pub(super) fn render(report: &Report) -> String {
         @if let Some(limit) = text::limit(report) { (limit) }
         @if let Some(printer) = &report.printer {
             ol { @for statement in printer::statements(report, printer) { li { (statement) } } }
-            pre { (printer.lines) }
+            @if let Some(lines) = &printer.lines { pre { (lines) } }
             @for note in &printer.notes { p.note { (note) } }
         }
         (text::findings(report))

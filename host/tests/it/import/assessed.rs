@@ -141,7 +141,9 @@ fn the_lines_to_paste_improve_a_printer_that_was_not_calibrated() {
     // Round radius and angles: nobody calibrated it.
     let own = printer("13");
     let folder = folder(&own.configuration());
-    let run = folder.run("calibrate printer.cfg --output c.toml --paste paste.cfg").ok();
+    let run = folder
+        .run("calibrate printer.cfg --output c.toml --paste paste.cfg")
+        .ok();
     let lines = folder.read("paste.cfg");
     assert!(run.stdout.contains(&lines), "{}", run.stdout);
     let pasted = pasted(&lines, own.klipper.step_lengths);
@@ -193,8 +195,12 @@ fn a_printer_made_wrong_is_found_again() {
     assert_eq!(report["printer"]["distances"], 0);
     assert_eq!(report["reading_count"], 7);
     assert!(report["printer"]["lack_of_fit"].as_f64().unwrap() < 1.5);
-    let before = report["printer"]["before"]["height_rms_mm"].as_f64().unwrap();
-    let after = report["printer"]["after"]["height_rms_mm"].as_f64().unwrap();
+    let before = report["printer"]["before"]["height_rms_mm"]
+        .as_f64()
+        .unwrap();
+    let after = report["printer"]["after"]["height_rms_mm"]
+        .as_f64()
+        .unwrap();
     assert!(before > 0.3 && after < 0.03, "{before} {after}");
     let lines = report["printer"]["lines"].as_str().unwrap();
     let pasted = pasted(lines, own.klipper.step_lengths);
@@ -259,8 +265,12 @@ fn a_robot_whose_motors_turn_its_arms_is_assessed_too() {
         lines.contains("shoulder_radius: ") && lines.contains("upper_arm_length: "),
         "{lines}"
     );
-    let before = report["printer"]["before"]["height_rms_mm"].as_f64().unwrap();
-    let after = report["printer"]["after"]["height_rms_mm"].as_f64().unwrap();
+    let before = report["printer"]["before"]["height_rms_mm"]
+        .as_f64()
+        .unwrap();
+    let after = report["printer"]["after"]["height_rms_mm"]
+        .as_f64()
+        .unwrap();
     assert!(before > 0.2 && after < 0.25 * before, "{before} {after}");
     // What the configuration states, beside what to paste.
     let changes = report["printer"]["changes"].as_array().unwrap();

@@ -1,0 +1,429 @@
+//! Simulated printers, calibrated from what Klipper saves: the lines to paste print better than Klipper's own
+//! least squares of the same readings.
+
+use crate::export::klipper::Delta;
+use crate::import::fixtures::{Printer, block};
+use crate::support::Point;
+use delta_cal::Robot;
+use delta_cal::robot::Arm;
+use delta_cal::simulate::standard_normal;
+use delta_cal_host::import::Firmware;
+use delta_cal_host::{InputText, Options, calibrate};
+use delta_cal_tests::{generator, size};
+use nalgebra::{DMatrix, DVector, Vector3};
+use rand_pcg::Pcg32;
+
+const RADIUS: f64 = 120.0;
+const STEP: f64 = 0.0125;
+
+/// What a set of printers has in common.
+struct Set {
+    name: &'static str,
+    /// The bed's roughness and one touch's error, mm.
+    bed: (f64, f64),
+    touch: (f64, f64),
+    /// One σ of a calliper on a printed part, mm; without any, nothing was printed.
+    calliper: Option<f64>,
+    /// Whether Klipper has fitted its parameters to the heights.
+    saved: bool,
+    /// What the configured rods are too long, mm.
+    rods: f64,
+    /// What prints shrink by.
+    shrink: f64,
+    /// Whether the rods as configured are stated as made.
+    stated: bool,
+}
+
+const A: Set = Set {
+    name: "A1",
+    bed: (0.005, 0.03),
+    touch: (0.005, 0.015),
+    calliper: None,
+    saved: false,
+    rods: 0.0,
+    shrink: 0.0,
+    stated: false,
+};
+
+/// A printer as it was built; steps count down from its end stops.
+struct Made {
+    robot: Robot<f64>,
+    high: Point,
+    steps: Point,
+    bed: [f64; 6],
+    touch: f64,
+}
+
+fn normal(rng: &mut Pcg32) -> f64 {
+    standard_normal::<f64, _>(rng)
+}
+
+fn between((low, high): (f64, f64), rng: &mut Pcg32) -> f64 {
+    low + (high - low) * f64::from(rand_core::Rng::next_u32(rng)) / f64::from(u32::MAX)
+}
+
+/// As drawn: what the owner writes.
+fn drawn() -> Delta {
+    Delta {
+        radius: 140.0,
+        angles: [210.0, 330.0, 90.0],
+        arms: [330.0; 3],
+        endstops: [300.0; 3],
+        step_lengths: [STEP; 3],
+    }
+}
+
+impl Made {
+    fn new(set: &Set, rng: &mut Pcg32) -> Self {
+        let drawn = drawn();
+        let radius = drawn.radius + 0.5 * normal(rng);
+        let leaning = (rand_core::Rng::next_u32(rng) % 3) as usize;
+        let mut high = [0.0; 3];
+        let arms = [0, 1, 2].map(|k| {
+            let angle = (drawn.angles[k] + 0.3 * normal(rng)).to_radians();
+            let rod = drawn.arms[k] - set.rods + 0.3 * normal(rng);
+            let place = [radius * angle.cos(), radius * angle.sin()];
+            let [x, y] = place.map(|own| own + 0.2 * normal(rng));
+            let lean = if k == leaning { 0.3f64 } else { 0.03 }.to_radians();
+            let around = between((0.0, std::f64::consts::TAU), rng);
+            high[k] = drawn.endstops[k] + (rod * rod - radius * radius).sqrt() + normal(rng);
+            let lean = [lean * around.cos(), lean * around.sin()];
+            Arm::linear([x, y, 0.0, lean[0], lean[1], 1.0, rod]).unwrap()
+        });
+        let uneven = between(set.bed, rng);
+        Self {
+            robot: Robot::new(arms).unwrap(),
+            high,
+            steps: [0, 1, 2].map(|_| STEP * (1.0 + 0.0002 * normal(rng))),
+            bed: [0; 6].map(|_| uneven * normal(rng)),
+            touch: between(set.touch, rng),
+        }
+    }
+
+    fn position(&self, steps: Point) -> Vector3<f64> {
+        let travel = [0, 1, 2].map(|k| self.high[k] - steps[k] * self.steps[k]);
+        self.robot.forward(&travel).unwrap()
+    }
+
+    fn bed(&self, x: f64, y: f64) -> f64 {
+        let (x, y) = (3.0 * x / RADIUS, 3.0 * y / RADIUS);
+        let waves = [
+            x.sin(),
+            y.sin(),
+            (x + y).sin(),
+            x.cos(),
+            y.cos(),
+            (x - y).cos(),
+        ];
+        waves
+            .iter()
+            .zip(self.bed)
+            .map(|(own, size)| own * size)
+            .sum::<f64>()
+            / 1.7
+    }
+
+    /// Steps at which the nozzle, sent down at a place by a controller, touches the bed: the mean of three touches.
+    fn touched(&self, controller: &Delta, [x, y]: [f64; 2], rng: &mut Pcg32) -> Point {
+        let mut z = 0.0;
+        for _ in 0..20 {
+            let at = self.position(controller.steps([x, y, z]));
+            z -= at.z - self.bed(at.x, at.y);
+        }
+        controller.steps([x, y, z + self.touch * normal(rng) / 3f64.sqrt()])
+    }
+}
+
+fn towards(degrees: f64, out: f64) -> [f64; 2] {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    [out * cosine, out * sine]
+}
+
+/// Where Klipper probes.
+fn probed() -> Vec<[f64; 2]> {
+    let scatter = [0.95, 0.9, 0.85, 0.7, 0.75, 0.8];
+    let around = (0..6).map(|k| towards(90.0 + 60.0 * f64::from(k), RADIUS * scatter[k as usize]));
+    std::iter::once([0.0, 0.0]).chain(around).collect()
+}
+
+/// Ends of the twelve distances of docs/prints/calibrate_size.stl.
+fn printed() -> Vec<[[f64; 2]; 2]> {
+    let directions = [210.0, 270.0, 330.0, 30.0, 90.0, 150.0];
+    let plus = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
+    let mut ends = Vec::new();
+    for (index, direction) in directions.into_iter().enumerate() {
+        let across = directions[(index + 2) % 6];
+        let pillar = towards(direction, 65.0);
+        ends.push([towards(direction, 4.5), towards(direction, 69.5)]);
+        ends.push([
+            plus(pillar, towards(across, 4.5)),
+            plus(pillar, towards(across, 69.5)),
+        ]);
+    }
+    ends
+}
+
+/// The readings as Klipper saves them: steps from the end stops.
+struct Saved {
+    heights: Vec<Point>,
+    distances: Vec<([Point; 2], f64)>,
+}
+
+fn measured(made: &Made, set: &Set, controller: &Delta, rng: &mut Pcg32) -> Saved {
+    let heights = probed()
+        .into_iter()
+        .map(|at| made.touched(controller, at, rng))
+        .collect();
+    let distances = set.calliper.map_or_else(Vec::new, |sigma| {
+        let one = |ends: [[f64; 2]; 2]| {
+            let steps = ends.map(|[x, y]| controller.steps([x, y, 2.0]));
+            let [from, to] = steps.map(|own| made.position(own));
+            let length = (to - from).xy().norm() * (1.0 - set.shrink);
+            (steps, length + sigma * normal(rng))
+        };
+        printed().into_iter().map(one).collect()
+    });
+    Saved { heights, distances }
+}
+
+/// Klipper's parameters, in the order radius, two angles, three end stops, three rods.
+fn changed(own: &Delta, by: &DVector<f64>) -> Delta {
+    let get = |index: usize| by.get(index).copied().unwrap_or(0.0);
+    Delta {
+        radius: own.radius + get(0),
+        angles: [
+            own.angles[0] + get(1),
+            own.angles[1] + get(2),
+            own.angles[2],
+        ],
+        arms: [0, 1, 2].map(|k| own.arms[k] + get(6 + k)),
+        endstops: [0, 1, 2].map(|k| own.endstops[k] + get(3 + k)),
+        step_lengths: own.step_lengths,
+    }
+}
+
+/// Least squares of six parameters, or of nine with distances.
+fn fitted(start: &Delta, saved: &Saved) -> Delta {
+    let count = if saved.distances.is_empty() { 6 } else { 9 };
+    let residuals = |by: &DVector<f64>| {
+        let own = changed(start, by);
+        let heights = saved.heights.iter().map(|steps| own.position(*steps)[2]);
+        let distances = saved.distances.iter().map(|(ends, length)| {
+            let [from, to] = ends.map(|steps| Vector3::from(own.position(steps)));
+            0.3 * ((to - from).norm() - length)
+        });
+        DVector::from_vec(heights.chain(distances).collect())
+    };
+    let mut at = DVector::zeros(count);
+    for _ in 0..10 {
+        let now = residuals(&at);
+        let mut jacobian = DMatrix::zeros(now.len(), count);
+        for column in 0..count {
+            let mut moved = at.clone();
+            moved[column] += 1e-4;
+            jacobian.set_column(column, &((residuals(&moved) - &now) / 1e-4));
+        }
+        at -= jacobian.svd(true, true).solve(&now, 1e-9).unwrap();
+    }
+    changed(start, &at)
+}
+
+/// How a printer prints with a configuration: height about its mean, rms; size; x and y, rms after a shift.
+fn prints(made: &Made, controller: &Delta) -> [f64; 3] {
+    let places = (0..300).map(|index| {
+        let part = (f64::from(index) + 0.5) / 300.0;
+        towards(137.507_764 * f64::from(index), RADIUS * part.sqrt())
+    });
+    let places: Vec<_> = places.collect();
+    let there = places
+        .iter()
+        .map(|[x, y]| made.position(controller.steps([*x, *y, 0.0])));
+    let there: Vec<_> = there.collect();
+    let count = 300.0;
+    let mean = there.iter().sum::<Vector3<f64>>() / count;
+    let height = there
+        .iter()
+        .map(|own| (own.z - mean.z).powi(2))
+        .sum::<f64>();
+    let pairs = || places.iter().zip(&there);
+    let along = pairs().map(|([x, y], is)| x * (is.x - mean.x) + y * (is.y - mean.y));
+    let size = along.sum::<f64>() / places.iter().map(|[x, y]| x * x + y * y).sum::<f64>();
+    let off = pairs().map(|([x, y], is)| (is.x - mean.x - x).powi(2) + (is.y - mean.y - y).powi(2));
+    [
+        (height / count).sqrt(),
+        (size - 1.0).abs(),
+        (off.sum::<f64>() / count).sqrt(),
+    ]
+}
+
+/// The configuration that Klipper has after this set's readings.
+fn configuration(controller: &Delta, saved: &Saved) -> String {
+    let own = Printer {
+        number: String::new(),
+        klipper: Delta { ..*controller },
+        rows: Vec::new(),
+    };
+    let text = own.configuration();
+    let steps = |steps: &Point| steps.map(|own| format!("{own:.6}")).join(",");
+    let mut rows = String::new();
+    for (index, at) in saved.heights.iter().enumerate() {
+        rows += &format!("height{index} = 0.0\nheight{index}_pos = {}\n", steps(at));
+    }
+    for (index, ([from, to], length)) in saved.distances.iter().enumerate() {
+        rows += &format!(
+            "distance{index} = {length:.3}\ndistance{index}_pos1 = {}\ndistance{index}_pos2 = {}\n",
+            steps(from),
+            steps(to)
+        );
+    }
+    let block_of_rows = block(&rows);
+    let lines: Vec<_> = block_of_rows.lines().skip(3).collect();
+    format!("{text}{}\n", lines.join("\n"))
+}
+
+fn pasted(lines: &str, controller: &Delta) -> Delta {
+    let of = |key: &str| -> Vec<f64> {
+        lines
+            .lines()
+            .filter_map(|line| line.strip_prefix(key)?.strip_prefix(": ")?.parse().ok())
+            .collect()
+    };
+    let three = |key: &str| Point::try_from(of(key)).unwrap();
+    Delta {
+        radius: of("delta_radius")[0],
+        angles: three("angle"),
+        arms: three("arm_length"),
+        endstops: three("position_endstop"),
+        step_lengths: controller.step_lengths,
+    }
+}
+
+#[test]
+fn pasted_lines_print_better_than_klippers_own() {
+    let sets = [
+        A,
+        Set {
+            name: "A2",
+            saved: true,
+            ..A
+        },
+        Set {
+            name: "A3",
+            calliper: Some(0.05),
+            stated: true,
+            ..A
+        },
+        Set {
+            name: "A4",
+            calliper: Some(0.05),
+            ..A
+        },
+        Set {
+            name: "B1",
+            bed: (0.08, 0.08),
+            touch: (0.05, 0.05),
+            ..A
+        },
+        Set {
+            name: "B3",
+            bed: (0.08, 0.08),
+            touch: (0.05, 0.05),
+            calliper: Some(0.1),
+            stated: true,
+            ..A
+        },
+        Set {
+            name: "R1",
+            rods: 1.0,
+            ..A
+        },
+        Set {
+            name: "R3",
+            rods: 1.0,
+            calliper: Some(0.05),
+            stated: true,
+            ..A
+        },
+        Set {
+            name: "S3",
+            shrink: 0.003,
+            calliper: Some(0.05),
+            stated: true,
+            ..A
+        },
+    ];
+    for (index, set) in (0..).zip(&sets) {
+        if let Ok(own) = std::env::var("SETS") { if !own.contains(set.name) { continue; } }
+        let (mut logs, mut worse, mut sums) = ([0.0; 3], 0, [[0.0; 3]; 2]);
+        let (mut stated, mut within, mut refused, mut kept) = (0.0, 0, 0, 0);
+        let count = size(20_u32, 100);
+        for own in 0..count {
+            let mut rng = generator(900 + index, u64::from(own));
+            let made = Made::new(set, &mut rng);
+            let mut controller = drawn();
+            let mut saved = measured(&made, set, &controller, &mut rng);
+            let peer = fitted(&controller, &saved);
+            if set.saved {
+                controller = peer;
+                saved = measured(&made, set, &controller, &mut rng);
+            }
+            let peer = fitted(&controller, &saved);
+            let text = configuration(&controller, &saved);
+            let input = InputText::new("printer.cfg", &text);
+            let rods = set.stated.then_some(drawn().arms);
+            let printer = Firmware::Klipper
+                .import(&input, rods, &|_, _| Ok(Vec::new()))
+                .unwrap();
+            let report = calibrate(&printer.robot, &printer.readings, &Options::default());
+            let report = report.and_then(|own| own.for_printer(&printer));
+            let report = match report {
+                Ok(report) => report,
+                Err(error) => {
+                    eprintln!("{}: {error}", set.name);
+                    refused += 1;
+                    continue;
+                }
+            };
+            let found = report.printer.unwrap();
+            let [theirs, ours] = [
+                prints(&made, &peer),
+                match &found.lines {
+                    Some(lines) => prints(&made, &pasted(lines, &controller)),
+                    None => {
+                        kept += 1;
+                        prints(&made, &controller)
+                    }
+                },
+            ];
+            for k in 0..3 {
+                logs[k] += (ours[k] / theirs[k]).ln();
+                sums[0][k] += theirs[k].powi(2);
+                sums[1][k] += ours[k].powi(2);
+            }
+            worse += u32::from(ours[0] > 1.05 * theirs[0]);
+            let says = if found.lines.is_some() {
+                found.after
+            } else {
+                found.before
+            }
+            .unwrap()
+            .height;
+            stated += says.powi(2);
+            within += u32::from((says / ours[0]).ln().abs() < 1.5f64.ln());
+        }
+        let used = f64::from(count - refused);
+        let rms = |sum: f64| (sum / used).sqrt();
+        eprintln!(
+            "{}: height {:.4} → {:.4}, ratio {:.3} ({worse} worse), size ratio {:.2} xy {:.2} ({:.3} → {:.3}); stated {:.4}, {within} within 1.5; {refused} refused, {kept} kept",
+            set.name,
+            rms(sums[0][0]),
+            rms(sums[1][0]),
+            (logs[0] / used).exp(),
+            (logs[1] / used).exp(),
+            (logs[2] / used).exp(),
+            rms(sums[0][2]),
+            rms(sums[1][2]),
+            rms(stated)
+        );
+    }
+}

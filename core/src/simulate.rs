@@ -93,6 +93,16 @@ pub fn made_robot<T: Real, R: Rng + ?Sized>(
             }
         }
     }
+    #[cfg(feature = "linear")]
+    if tolerance.forearm() > T::ZERO {
+        let common = tolerance.forearm() * standard_normal::<T, R>(rng);
+        for (values, arm) in parameters.iter_mut().zip(nominal.arms()) {
+            let places = arm.drive().places().into_iter().zip(values);
+            for (_, value) in places.filter(|(place, _)| *place == Some(crate::Parameter::Lb)) {
+                *value += common;
+            }
+        }
+    }
     nominal.with_parameters(parameters)
 }
 

@@ -131,7 +131,7 @@ impl<T: Real> Settings<T> {
         }));
         #[cfg(feature = "linear")]
         if drive == Drive::Linear {
-            fingerprint.optional(self.tolerance.map(|tolerance| [tolerance.radius()]));
+            fingerprint.optional(self.tolerance.map(|own| [own.radius(), own.forearm()]));
         }
         fingerprint.byte(match self.solver {
             Solver::GaussNewton => 0,

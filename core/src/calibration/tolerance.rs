@@ -18,6 +18,8 @@ pub struct Tolerance<T> {
     scale: T,
     #[cfg(feature = "linear")]
     radius: T,
+    #[cfg(feature = "linear")]
+    forearm: T,
 }
 
 /// Why two numbers are not a tolerance.
@@ -35,6 +37,8 @@ pub enum ToleranceError {
     Scale,
     /// The tolerance of the towers' common radius must be a finite number, 0 or greater.
     Radius,
+    /// The tolerance of the forearms' common length must be a finite number, 0 or greater.
+    Forearm,
 }
 
 impl fmt::Display for ToleranceError {
@@ -48,6 +52,9 @@ impl fmt::Display for ToleranceError {
             Self::Scale => "the tolerance of scales must be a finite number greater than 0",
             Self::Radius => {
                 "the tolerance of the towers' common radius must be a finite number, 0 or greater"
+            }
+            Self::Forearm => {
+                "the tolerance of the forearms' common length must be a finite number, 0 or greater"
             }
         })
     }
@@ -77,6 +84,8 @@ impl<T: Real> Tolerance<T> {
             scale: angle,
             #[cfg(feature = "linear")]
             radius: T::ZERO,
+            #[cfg(feature = "linear")]
+            forearm: T::ZERO,
         })
     }
 
@@ -120,7 +129,30 @@ impl<T: Real> Tolerance<T> {
         self.radius
     }
 
-    /// By how much that moves D of a tower, along x and y. Length.
+    /// The same with one σ of the length common to all forearms, beside each one's own; 0 for none. As with the
+    /// radius, an arm calibrated by itself has the σ of both.
+    ///
+    /// # Errors
+    /// A number that is not finite or is negative.
+    #[cfg(feature = "linear")]
+    pub fn with_forearm(mut self, forearm: T) -> Result<Self, ToleranceError> {
+        if !(forearm >= T::ZERO && forearm.finite()) {
+            return Err(ToleranceError::Forearm);
+        }
+        self.forearm = forearm;
+        Ok(self)
+    }
+
+    /// One σ of the length common to all forearms of towers. Length.
+    #[cfg(feature = "linear")]
+    pub const fn forearm(&self) -> T
+    where
+        T: Copy,
+    {
+        self.forearm
+    }
+
+    /// By how much the common radius moves D of a tower, along x and y. Length.
     #[cfg(feature = "linear")]
     pub fn outwards(&self, arm: &Arm<T>) -> [T; 2] {
         match arm.drive() {
@@ -156,14 +188,17 @@ impl<T: Real> Tolerance<T> {
     pub fn of_arm(&self, arm: &Arm<T>, parameter: Parameter) -> T {
         let own = self.of(parameter);
         #[cfg(feature = "linear")]
-        if self.radius > T::ZERO {
+        if arm.drive() == Drive::Linear {
             let [x, y] = self.outwards(arm);
             let common = match parameter {
                 Parameter::Dx => x,
                 Parameter::Dy => y,
-                _ => return own,
+                Parameter::Lb => self.forearm,
+                _ => T::ZERO,
             };
-            return (own.squared() + common.squared()).square_root();
+            if common != T::ZERO {
+                return (own.squared() + common.squared()).square_root();
+            }
         }
         own
     }
@@ -177,7 +212,8 @@ impl<T: Real> Tolerance<T> {
         if let Some(tolerance) = tolerance {
             let places = nominal.arm().drive().places();
             for (weight, parameter) in weights.iter_mut().zip(places) {
-                if let Some(parameter @ (Parameter::Dx | Parameter::Dy)) = parameter {
+                if let Some(parameter @ (Parameter::Dx | Parameter::Dy | Parameter::Lb)) = parameter
+                {
                     *weight =
                         nominal.unit_of(parameter) / tolerance.of_arm(nominal.arm(), parameter);
                 }

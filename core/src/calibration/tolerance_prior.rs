@@ -11,26 +11,27 @@ use crate::samples::Triangle;
 const OF_ROBOT: usize = 24;
 
 /// What is known of N parameters beside the samples: one σ of each, and of towers one σ of their
-/// [common radius](Tolerance::radius), which correlates where they stand. The first 24 are the robot's.
+/// [common radius](Tolerance::radius) and of their [common forearm](Tolerance::forearm), which correlate where
+/// they stand and how long the forearms are. The first 24 are the robot's.
 ///
 /// ```text
-/// |U δ|² = δᵀ W (I − γ v vᵀ) W δ,   γ = ρ/(1 + ρ)      covariance   W⁻¹ (I + ρ v vᵀ) W⁻¹
+/// |U δ|² = δᵀ W (I − Σ γ v vᵀ) W δ,   γ = ρ/(1 + ρ)      covariance   W⁻¹ (I + Σ ρ v vᵀ) W⁻¹
 /// ```
 ///
-/// W holds 1/σ, v is the unit vector along W times the direction in which all towers move outwards, and
-/// ρ = 3 (σ of the common radius/σ of a length)².
+/// W holds 1/σ, v is the unit vector along W times the direction in which all towers move outwards, or all
+/// forearms lengthen, and ρ = 3 (σ of what is common/σ of a length)². No parameter is in both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TolerancePrior<T, const N: usize> {
     weights: [T; N],
     #[cfg(feature = "linear")]
-    radius: Option<CommonRadius<T>>,
+    common: [Option<Common<T>>; 2],
 }
 
 #[cfg(feature = "linear")]
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct CommonRadius<T> {
-    /// v at Dx and Dy of each tower; 0 elsewhere.
-    direction: [[T; 2]; 3],
+struct Common<T> {
+    /// v at Dx, Dy and Lb of each tower; 0 elsewhere.
+    direction: [[T; 3]; 3],
     rho: T,
 }
 
@@ -66,7 +67,7 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         Self {
             weights,
             #[cfg(feature = "linear")]
-            radius: tolerance.and_then(|tolerance| CommonRadius::of(arms, tolerance)),
+            common: tolerance.map_or([None; 2], |tolerance| Common::of(arms, tolerance)),
         }
     }
 
@@ -82,14 +83,13 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         };
         let own = if row == column { T::ONE } else { T::ZERO };
         #[cfg(feature = "linear")]
-        let own = match &self.radius {
-            Some(radius) => own - radius.gamma() * radius.at(row) * radius.at(column),
-            None => own,
-        };
+        let own = self.common.iter().flatten().fold(own, |own, common| {
+            own - common.gamma() * common.at(row) * common.at(column)
+        });
         *one * *other * own
     }
 
-    /// (I − γ v vᵀ)^½ W δ of W δ: what is in tolerances each by itself, in those of all.
+    /// (I − Σ γ v vᵀ)^½ W δ of W δ: what is in tolerances each by itself, in those of all.
     #[cfg_attr(
         not(feature = "linear"),
         allow(
@@ -100,47 +100,50 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
     )]
     pub(super) fn uncorrelate(&self, weighed: &mut [T; N]) {
         #[cfg(feature = "linear")]
-        if let Some(radius) = &self.radius {
+        for common in self.common.iter().flatten() {
             let mut along = T::ZERO;
             for (index, entry) in weighed.iter().enumerate() {
-                along += radius.at(index) * *entry;
+                along += common.at(index) * *entry;
             }
-            let part = along * (T::ONE - T::ONE / (T::ONE + radius.rho).square_root());
+            let part = along * (T::ONE - T::ONE / (T::ONE + common.rho).square_root());
             for (index, entry) in weighed.iter_mut().enumerate() {
-                *entry -= part * radius.at(index);
+                *entry -= part * common.at(index);
             }
         }
     }
 
     /// v · W δ.
     #[cfg(feature = "linear")]
-    fn along(&self, radius: &CommonRadius<T>, correction: &[T; N]) -> T {
+    fn along(&self, common: &Common<T>, correction: &[T; N]) -> T {
         let mut sum = T::ZERO;
         for (index, (weight, delta)) in self.weights.iter().zip(correction).enumerate() {
-            sum += radius.at(index) * *weight * *delta;
+            sum += common.at(index) * *weight * *delta;
         }
         sum
     }
 }
 
 #[cfg(feature = "linear")]
-impl<T: Real> CommonRadius<T> {
-    /// `None` where there is none.
-    fn of(arms: [&Arm<T>; 3], tolerance: &Tolerance<T>) -> Option<Self> {
+impl<T: Real> Common<T> {
+    /// Of the towers' radius and of their forearms, where there is one.
+    fn of(arms: [&Arm<T>; 3], tolerance: &Tolerance<T>) -> [Option<Self>; 2] {
         use crate::robot::{Drive, Parameter};
-        let sigma = tolerance.radius();
         let [first, ..] = arms;
-        if first.drive() != Drive::Linear || !(sigma > T::ZERO) {
-            return None;
-        }
         let three = T::from_f64(3.0);
         let part = T::ONE / three.square_root();
-        let direction = arms.map(|arm| {
+        let outwards = arms.map(|arm| {
             let [x, y] = arm.outwards();
-            [part * x, part * y]
+            [part * x, part * y, T::ZERO]
         });
-        let rho = three * (sigma / tolerance.of(Parameter::Dx)).squared();
-        Some(Self { direction, rho })
+        let longer = [[T::ZERO, T::ZERO, part]; 3];
+        let common = |direction, sigma: T| {
+            let rho = three * (sigma / tolerance.of(Parameter::Lb)).squared();
+            (first.drive() == Drive::Linear && sigma > T::ZERO).then_some(Self { direction, rho })
+        };
+        [
+            common(outwards, tolerance.radius()),
+            common(longer, tolerance.forearm()),
+        ]
     }
 
     fn gamma(&self) -> T {
@@ -149,9 +152,18 @@ impl<T: Real> CommonRadius<T> {
 
     /// v at a parameter.
     fn at(&self, index: usize) -> T {
-        let arm = self.direction.get(index / 8);
-        let entry = arm.and_then(|arm| arm.get(index % 8));
-        entry.copied().unwrap_or(T::ZERO)
+        use crate::robot::Parameter;
+        const LB: usize = Parameter::Lb.index();
+        let [x, y, forearm] = match self.direction.get(index / 8) {
+            Some(arm) => *arm,
+            None => return T::ZERO,
+        };
+        match index % 8 {
+            0 => x,
+            1 => y,
+            LB => forearm,
+            _ => T::ZERO,
+        }
     }
 
     /// Puts the rows of σ U beside a diagonal σ W: the Cholesky factor of I − γ v vᵀ is
@@ -199,22 +211,25 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
 {
     fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E> {
         #[cfg(feature = "linear")]
-        if let Some(radius) = &self.radius {
+        {
             let weights = self.weights.map(|weight| weight * sigma);
             let mut rows = Prior::<T, N, M, E>::rows(&self.weights, sigma, correction);
-            radius.couple(&mut rows, &weights, correction);
-            return rows;
+            for common in self.common.iter().flatten() {
+                common.couple(&mut rows, &weights, correction);
+            }
+            rows
         }
+        #[cfg(not(feature = "linear"))]
         Prior::<T, N, M, E>::rows(&self.weights, sigma, correction)
     }
 
     fn cost(&self, correction: &[T; N]) -> T {
         let own = Prior::<T, N, M, E>::cost(&self.weights, correction);
         #[cfg(feature = "linear")]
-        if let Some(radius) = &self.radius {
-            let common = radius.gamma() * self.along(radius, correction).squared();
-            return (own - common).larger(T::ZERO);
-        }
+        let own = self.common.iter().flatten().fold(own, |own, common| {
+            let less = common.gamma() * self.along(common, correction).squared();
+            (own - less).larger(T::ZERO)
+        });
         own
     }
 
@@ -222,10 +237,10 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
         #[allow(unused_mut)] // without linear drives
         let mut gradient = Prior::<T, N, M, E>::gradient(&self.weights, correction);
         #[cfg(feature = "linear")]
-        if let Some(radius) = &self.radius {
-            let common = radius.gamma() * self.along(radius, correction);
+        for common in self.common.iter().flatten() {
+            let along = common.gamma() * self.along(common, correction);
             for (index, (entry, weight)) in gradient.iter_mut().zip(&self.weights).enumerate() {
-                *entry -= common * radius.at(index) * *weight;
+                *entry -= along * common.at(index) * *weight;
             }
         }
         gradient
@@ -238,27 +253,27 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
     fn distance(&self, correction: &[T; N], parameter: usize) -> T {
         let own = Prior::<T, N, M, E>::distance(&self.weights, correction, parameter);
         #[cfg(feature = "linear")]
-        if let Some(radius) = &self.radius {
-            let variance = T::ONE + radius.rho * radius.at(parameter).squared();
-            return own / variance.square_root();
-        }
+        let own = self.common.iter().flatten().fold(own, |own, common| {
+            let variance = T::ONE + common.rho * common.at(parameter).squared();
+            own / variance.square_root()
+        });
         own
     }
 
     fn share(&self, covariance: &[T], parameter: usize) -> T {
         let own = Prior::<T, N, M, E>::share(&self.weights, covariance, parameter);
         #[cfg(feature = "linear")]
-        if let (Some(radius), Some(column), Some(weight)) = (
-            &self.radius,
-            covariance.chunks_exact(N.max(1)).nth(parameter),
-            self.weights.get(parameter),
-        ) {
-            let mut common = T::ZERO;
+        let own = self.common.iter().flatten().fold(own, |own, common| {
+            let column = covariance.chunks_exact(N.max(1)).nth(parameter);
+            let (Some(column), Some(weight)) = (column, self.weights.get(parameter)) else {
+                return own;
+            };
+            let mut along = T::ZERO;
             for (index, (entry, other)) in column.iter().zip(&self.weights).enumerate() {
-                common += radius.at(index) * *other * *entry;
+                along += common.at(index) * *other * *entry;
             }
-            return own - radius.gamma() * radius.at(parameter) * *weight * common;
-        }
+            own - common.gamma() * common.at(parameter) * *weight * along
+        });
         own
     }
 }

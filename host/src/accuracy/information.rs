@@ -41,8 +41,12 @@ pub(crate) fn prior_covariance(
     let own = SVector::<f64, PARAMETERS>::from_fn(|index, _| {
         places[index % ARM].map_or(0.0, |parameter| tolerance.of(parameter).powi(2))
     });
-    let common = common_radius(robot, tolerance);
-    SMatrix::from_diagonal(&own) + common * common.transpose()
+    let radius = common_radius(robot, tolerance);
+    let forearm = SVector::<f64, PARAMETERS>::from_fn(|index, _| match places[index % ARM] {
+        Some(Parameter::Lb) => tolerance.forearm(),
+        _ => 0.0,
+    });
+    SMatrix::from_diagonal(&own) + radius * radius.transpose() + forearm * forearm.transpose()
 }
 
 /// How the parameters change if all towers are one σ of their common radius further out: mm.

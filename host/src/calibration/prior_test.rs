@@ -116,6 +116,7 @@ impl PriorTest {
         Tolerance::new(of(Parameter::Lb), of(Parameter::Theta))
             .and_then(|own| own.with_linear(of(Parameter::Zero), of(Parameter::Scale)))
             .and_then(|own| own.with_radius(self.ratio * tolerance.radius()))
+            .and_then(|own| own.with_forearm(self.ratio * tolerance.forearm()))
             .ok()
     }
 
@@ -133,10 +134,14 @@ impl PriorTest {
                     Drive::Linear => format!(
                         "length_mm = {length}, angle_deg = {angle}, zero_mm = {}{} and scale = {}",
                         own(tolerance.of(Parameter::Zero)),
-                        match tolerance.radius() {
-                            radius if radius > 0.0 => format!(", radius_mm = {}", own(radius)),
-                            _ => String::new(),
-                        },
+                        [
+                            ("radius", tolerance.radius()),
+                            ("forearm", tolerance.forearm())
+                        ]
+                        .into_iter()
+                        .filter(|(_, sigma)| *sigma > 0.0)
+                        .map(|(key, sigma)| format!(", {key}_mm = {}", own(sigma)))
+                        .collect::<String>(),
                         own(tolerance.of(Parameter::Scale))
                     ),
                 }

@@ -21,8 +21,8 @@ const LOWEST_ARM: f64 = 90.0;
 const BED: f64 = 0.001;
 /// Of a printer that nobody calibrated: a place or a rod in mm, a lean in degrees, an end stop in mm, the scale.
 const TOWERS: (f64, f64, f64, f64) = (0.5, 0.17, 5.0, 0.001);
-/// Of the radius that all towers have in common, mm: owners seldom measure it.
-const COMMON_RADIUS: f64 = 1.0;
+/// Of the radius and of the rods' length that all towers have in common, mm: owners seldom measure them.
+const COMMON: f64 = 1.0;
 /// Of arms that motors turn, mm and degrees.
 const ARMS: (f64, f64) = (0.5, 0.2);
 /// Rods whose length is no whole number of these were not made so, mm.
@@ -130,7 +130,8 @@ impl Machine {
                 JointLimits::travel(low.min(lowest_travel(&robot, bed)).floor(), high),
                 Tolerance::new(TOWERS.0, TOWERS.1.to_radians())
                     .and_then(|own| own.with_linear(TOWERS.2, TOWERS.3))
-                    .and_then(|own| own.with_radius(COMMON_RADIUS)),
+                    .and_then(|own| own.with_radius(COMMON))
+                    .and_then(|own| own.with_forearm(COMMON)),
             ),
         };
         let limits = limits.map_err(|error| impossible(&error))?;

@@ -15,12 +15,15 @@ pub fn in_words(drive: Drive, tolerance: &Tolerance<f64>) -> String {
                 tolerance.of(Parameter::Zero),
                 tolerance.of(Parameter::Scale),
             );
-            let own = format!("{length} mm, {angle}°, end stops {zero} mm, scale {scale}");
-            if tolerance.radius() > 0.0 {
-                format!("{own}, common radius {} mm", tolerance.radius())
-            } else {
-                own
+            let mut own = format!("{length} mm, {angle}°, end stops {zero} mm, scale {scale}");
+            let common = [
+                ("radius", tolerance.radius()),
+                ("forearm", tolerance.forearm()),
+            ];
+            for (what, sigma) in common.into_iter().filter(|(_, sigma)| *sigma > 0.0) {
+                own += &format!(", common {what} {sigma} mm");
             }
+            own
         }
     }
 }

@@ -218,6 +218,7 @@ pub(super) struct LinearTolerance {
     scale: Positive,
     zero_mm: Option<Positive>,
     radius_mm: Option<Number>,
+    forearm_mm: Option<Number>,
 }
 
 #[derive(Deserialize)]
@@ -360,10 +361,12 @@ impl Kind for Linear {
     fn tolerance(tolerance: &LinearTolerance) -> Result<Tolerances, String> {
         let zero = tolerance.zero_mm.unwrap_or(tolerance.length_mm).0;
         let radius = tolerance.radius_mm.unwrap_or_default().0;
+        let forearm = tolerance.forearm_mm.unwrap_or_default().0;
         let geometry = Tolerance::new(tolerance.length_mm.0, tolerance.angle_deg.radians())
             .and_then(|own| {
                 own.with_linear(zero, tolerance.scale.0)?
-                    .with_radius(radius)
+                    .with_radius(radius)?
+                    .with_forearm(forearm)
             })
             .map_err(|error| error.to_string())?;
         Ok((geometry, None))

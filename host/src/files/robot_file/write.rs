@@ -56,6 +56,9 @@ impl RobotFile {
                 if tolerance.radius() > 0.0 {
                     entry(&mut text, "radius_mm", tolerance.radius());
                 }
+                if tolerance.forearm() > 0.0 {
+                    entry(&mut text, "forearm_mm", tolerance.forearm());
+                }
             }
             if let Some(transmission) = &self.transmission {
                 entry(&mut text, "transmission_deg", degrees(transmission.sigma()));

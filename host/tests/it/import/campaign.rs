@@ -353,7 +353,11 @@ fn pasted_lines_print_better_than_klippers_own() {
         },
     ];
     for (index, set) in (0..).zip(&sets) {
-        if let Ok(own) = std::env::var("SETS") { if !own.contains(set.name) { continue; } }
+        if let Ok(own) = std::env::var("SETS") {
+            if !own.contains(set.name) {
+                continue;
+            }
+        }
         let (mut logs, mut worse, mut sums) = ([0.0; 3], 0, [[0.0; 3]; 2]);
         let (mut stated, mut within, mut refused, mut kept) = (0.0, 0, 0, 0);
         let count = size(20_u32, 100);

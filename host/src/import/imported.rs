@@ -20,7 +20,7 @@ const LOWEST_ARM: f64 = 90.0;
 /// One σ of the bed, which is z = 0 and level: mm and degrees.
 const BED: f64 = 0.001;
 /// Of a printer that nobody calibrated: a place or a rod in mm, a lean in degrees, an end stop in mm, the scale.
-const TOWERS: (f64, f64, f64, f64) = (0.5, 0.17, 5.0, 0.001);
+const TOWERS: (f64, f64, f64, f64) = (0.3, 0.1, 5.0, 0.0005);
 /// Of the radius and of the rods' length that all towers have in common, mm: owners seldom measure them.
 const COMMON: f64 = 1.0;
 /// Of arms that motors turn, mm and degrees.

@@ -13,6 +13,7 @@ mod init;
 mod kinematics;
 mod klipper;
 mod length;
+mod output;
 mod outputs;
 mod paths;
 mod plan;

@@ -5,6 +5,5 @@ pub mod example;
 pub mod input_error;
 pub mod input_text;
 pub mod kinematics;
-pub mod output;
 pub mod robot_file;
 pub mod samples_file;

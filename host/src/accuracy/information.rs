@@ -159,21 +159,6 @@ pub(crate) fn closure_rows(
     })
 }
 
-/// Of each arm (∂f/∂X) σx/σf: what the position's noise has of its closure error. The dot product of two
-/// is the correlation of their errors.
-pub(crate) fn closures_by_position(
-    robot: &Robot<f64>,
-    pose: &Sample<f64>,
-    noise: &Noise<f64>,
-) -> [Vector3<f64>; 3] {
-    ArmIndex::ALL.map(|index| {
-        let arm = robot.arm(index);
-        let (x, q) = (&pose.position, pose.joints[index.index()]);
-        let gradient = arm.constraint_by_position(x, q);
-        gradient * noise.position() / closure_sigma(arm, x, q, noise)
-    })
-}
-
 fn closure_sigma(arm: &Arm<f64>, x: &Vector3<f64>, q: f64, noise: &Noise<f64>) -> f64 {
     let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
     let by_joint = arm.constraint_by_joint(x, q) * noise.joint();

@@ -1,6 +1,5 @@
 //! How uncertain the platform's position is where the parameters are: J C Jᵀ, anywhere.
 
-use crate::accuracy::workspace_poses::WorkspacePoses;
 use crate::fit::covariance::{PARAMETERS, WITH_TRANSMISSIONS};
 use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -67,19 +66,6 @@ impl<const P: usize> PositionUncertainty<'_, P> {
             max,
             max_at,
             poses: count,
-        })
-    }
-
-    /// Over the workspace: the rms inside, the largest also on the edge.
-    pub fn over_workspace(&self, poses: &WorkspacePoses) -> Option<PositionSigma> {
-        let inside = self.over(&poses.inside)?;
-        Some(match self.over(&poses.edge) {
-            Some(edge) if edge.max > inside.max => PositionSigma {
-                max: edge.max,
-                max_at: edge.max_at,
-                ..inside
-            },
-            _ => inside,
         })
     }
 }

@@ -1,5 +1,5 @@
+use super::output::OutputError;
 use crate::device::DeviceError;
-use crate::files::output::OutputError;
 use crate::render::plot::PlotError;
 use crate::{CalibrateError, InputError};
 use anstyle::{AnsiColor, Style};

@@ -3,9 +3,9 @@
 use super::failure::Failure;
 use super::import::{includes, rods, write};
 use super::length::Length;
+use super::output;
 use super::outputs;
 use super::paths::is_stream;
-use crate::files::output;
 use crate::import::Imported;
 use crate::printer::{self, Assessment};
 use crate::report::calibration::RefusalReport;

@@ -2,9 +2,9 @@
 
 use super::failure::Failure;
 use super::length::Length;
+use super::output;
 use super::paths::{is_stream, refuse_same, robot_path};
 use super::print::print;
-use crate::files::output;
 use crate::render::json;
 use crate::report::workspace;
 use crate::workspace::{Analysis, Options, WorkspaceError};

@@ -33,6 +33,16 @@ impl InputError {
         }
     }
 
+    /// A file that cannot be read.
+    pub(crate) fn unreadable(file: &str, error: &std::io::Error) -> Self {
+        Self::new(file, format!("cannot be read: {error}"))
+            .with_remedy("check the file's name and its permissions")
+    }
+
+    pub(super) fn file(&self) -> &str {
+        &self.file
+    }
+
     /// The line at fault, counted from 1.
     #[must_use]
     pub fn at_line(mut self, line: u64) -> Self {

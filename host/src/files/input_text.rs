@@ -48,13 +48,29 @@ impl InputText {
     /// # Errors
     /// A stream that cannot be read, is longer than 4 GB, or is no text.
     pub fn from_reader(name: impl Into<String>, reader: impl Read) -> Result<Self, InputError> {
-        let name = name.into();
-        let bytes = read(reader, LARGEST_TABLE).map_err(|error| unreadable(&name, &error))?;
-        if bytes.len() as u64 > LARGEST_TABLE {
-            return Err(InputError::new(name, "the file is larger than 4 GB")
-                .with_remedy("give fewer rows: some hundred calibrate a robot"));
+        let larger = InputError::new(name, "the file is larger than 4 GB")
+            .with_remedy("give fewer rows: some hundred calibrate a robot");
+        Self::limited(reader, LARGEST_TABLE, larger)
+    }
+
+    /// Reads the text of a robot or a campaign to the end of a stream.
+    ///
+    /// # Errors
+    /// A stream that cannot be read, is larger than such a text is, or is no text.
+    pub fn of_settings(name: impl Into<String>, reader: impl Read) -> Result<Self, InputError> {
+        let cause = "the file is larger than 1 MB, and no robot file or campaign is";
+        let larger = InputError::new(name, cause)
+            .with_remedy("check the name: a robot file is a short text, see delta-cal init");
+        Self::limited(reader, LARGEST_SETTINGS, larger)
+    }
+
+    fn limited(reader: impl Read, most: u64, larger: InputError) -> Result<Self, InputError> {
+        let bytes =
+            read(reader, most).map_err(|error| InputError::unreadable(larger.file(), &error))?;
+        if bytes.len() as u64 > most {
+            return Err(larger);
         }
-        Self::from_bytes(name, &bytes)
+        Self::from_bytes(larger.file(), &bytes)
     }
 
     fn of(name: String, text: &str, bytes: &[u8]) -> Self {
@@ -124,37 +140,6 @@ impl InputText {
     }
 }
 
-impl InputText {
-    /// Reads the file of a robot or a campaign.
-    ///
-    /// # Errors
-    /// A file that cannot be read, is larger than such a file is, or is no text.
-    pub fn from_file(path: &std::path::Path) -> Result<Self, InputError> {
-        let name = path.display().to_string();
-        let bytes = std::fs::File::open(path)
-            .and_then(|file| read(file, LARGEST_SETTINGS))
-            .map_err(|error| unreadable(&name, &error))?;
-        if bytes.len() as u64 > LARGEST_SETTINGS {
-            let cause = "the file is larger than 1 MB, and no robot file or campaign is";
-            return Err(InputError::new(name, cause)
-                .with_remedy("check the name: a robot file is a short text, see delta-cal init"));
-        }
-        Self::from_bytes(name, &bytes)
-    }
-
-    /// Reads a table: samples, joint angles, positions.
-    ///
-    /// # Errors
-    /// A file that cannot be read, is larger than 4 GB, or is no text.
-    pub fn from_table(path: &std::path::Path) -> Result<Self, InputError> {
-        let name = path.display().to_string();
-        match std::fs::File::open(path) {
-            Ok(file) => Self::from_reader(name, file),
-            Err(error) => Err(unreadable(&name, &error)),
-        }
-    }
-}
-
 /// At most one byte more than `most`, and only the first of what is no text: it may never end.
 fn read(mut reader: impl Read, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
@@ -165,11 +150,6 @@ fn read(mut reader: impl Read, most: u64) -> io::Result<Vec<u8>> {
         reader.take(more).read_to_end(&mut bytes)?;
     }
     Ok(bytes)
-}
-
-fn unreadable(name: &str, error: &io::Error) -> InputError {
-    InputError::new(name, format!("cannot be read: {error}"))
-        .with_remedy("check the file's name and its permissions")
 }
 
 /// Why bytes are no text.

@@ -19,19 +19,10 @@ pub fn capitalised(text: &str) -> String {
 
 /// "a", "a and b", "a, b and c".
 pub fn list(items: &[String]) -> String {
-    joined(items, "and")
-}
-
-/// "a", "a or b", "a, b or c".
-pub fn list_or(items: &[String]) -> String {
-    joined(items, "or")
-}
-
-fn joined(items: &[String], last_by: &str) -> String {
     match items {
         [] => String::new(),
         [one] => one.clone(),
-        [first @ .., last] => format!("{} {last_by} {last}", first.join(", ")),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
     }
 }
 

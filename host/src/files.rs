@@ -2,8 +2,7 @@
 
 pub mod columns;
 pub mod example;
-pub mod input_error;
-pub mod input_text;
+pub mod input;
 pub mod kinematics;
 pub mod robot_file;
 pub mod samples_file;

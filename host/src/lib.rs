@@ -62,13 +62,12 @@ pub mod text;
 pub mod validation;
 pub mod workspace;
 
-pub use accuracy::expected_error::ExpectedError;
+pub use accuracy::improvement::WorkspaceComparison;
 pub use accuracy::position_error::PositionError;
-pub use accuracy::workspace_comparison::WorkspaceComparison;
+pub use accuracy::uncertainty::ExpectedError;
 pub use calibration::{CalibrateError, Finding, Level, Refused, calibrate, read_samples};
 pub use files::columns::ColumnMapping;
-pub use files::input_error::InputError;
-pub use files::input_text::InputText;
+pub use files::input::{InputError, InputText};
 pub use files::robot_file::{InstrumentFacts, Record, RobotFile};
 pub use files::samples_file::{
     Planned, PositionUnit, Reading, ReadingFrom, Readings, Row, read_joints, read_positions,

@@ -7,12 +7,13 @@ mod next;
 
 pub use area::{Area, Off};
 pub use assess::{Assessment, Change};
+
 #[cfg(feature = "cli")]
 pub(crate) use assess::{lack_of_fit, worst};
 pub use next::Next;
 
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::InputError;
+use crate::files::input::InputText;
 use crate::import::{Firmware, Imported, Includes};
 
 /// The printer of a configuration, whoever wrote it. `rods`, mm, take the place of its own.

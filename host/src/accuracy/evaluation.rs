@@ -3,12 +3,12 @@
 //! Parameters of different kinds are compared in one unit, the length's: angles are multiplied by
 //! the true upper arm's length.
 
-use crate::accuracy::information::{
+use super::information::{
     ARM, PARAMETERS, closure_rows, is_empty, position_rows, rows_of_prior, tolerance_prior, units,
     weights_by_arm,
 };
-use crate::accuracy::rigid_motion::RigidMotions;
-use crate::fit::options::Method;
+use super::rigid_motion::RigidMotions;
+use crate::fit::Method;
 use delta_cal::{Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 

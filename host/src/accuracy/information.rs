@@ -3,13 +3,13 @@
 //! Every parameter is in mm, angles times the upper arm's length, and every row in σ of its own
 //! noise: a row `g` adds `g gᵀ` to the information of the parameters.
 
-use crate::fit::covariance::{RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
+pub(crate) use crate::fit::solution::PARAMETERS;
+use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
 use delta_cal::calibration::{JointNormal, Prior, TolerancePrior};
 use delta_cal::robot::{Arm, ParameterKind, TransmissionTolerance};
 use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-pub(crate) use crate::fit::covariance::PARAMETERS;
 /// Of one arm.
 pub const ARM: usize = 8;
 /// Which of the parameters that is; `None` at a place that the arms leave empty.

@@ -1,21 +1,17 @@
 //! From a robot file and readings to a report, or to the reason why there is none.
 
+use super::credibility::{NoiseVerdict, PriorTest, doubtful};
 use super::diagnosis::{Diagnosis, diagnose};
 use super::findings::Finding;
 use super::judge::{Case, Judged, attempt};
-use super::noise_test::NoiseVerdict;
-use super::plausibility::doubtful;
 use super::refusal::{CalibrateError, Objection, Refused, explained};
-use super::target::beside_the_platform_point;
-use super::wrong_rows::{Shift, explanations};
+use super::wrong_rows::{Shift, beside_the_platform_point, explanations};
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::rigid_motion::degenerate;
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, READINGS};
-use crate::files::samples_file::{Reading, ReadingFrom, Readings};
-use crate::fit::options::{Frame, Method, Options};
+use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
+use crate::fit::{Frame, Method, Options};
 use crate::report::calibration::Report;
 use crate::text::joint;
 use delta_cal::Robot;
@@ -410,10 +406,7 @@ fn of_noise(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
 fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     let (robot, solution, readings) = (case.robot, &judged.solution, case.readings);
     let drive = robot.robot.drive();
-    if let Some(test) = judged
-        .prior_test
-        .filter(super::prior_test::PriorTest::contradicts)
-    {
+    if let Some(test) = judged.prior_test.filter(PriorTest::contradicts) {
         let used = judged
             .widened
             .then(|| test.statement(drive, robot.tolerance.as_ref()));

@@ -1,14 +1,12 @@
 //! What there is to say of a calibration beside its figures: data, and one sentence each.
 
 use super::causes::Cause;
+use super::credibility::{NoiseTest, PriorTest};
 use super::diagnosis::Diagnosis;
-use super::noise_test::NoiseTest;
-use super::prior_test::PriorTest;
 use super::wrong_rows::Shift;
-use crate::accuracy::workspace_comparison::Moved;
+use crate::accuracy::improvement::Moved;
 use crate::files::samples_file::Kind;
-use crate::text::numbers::{probability, significant};
-use crate::text::words::{count, in_lines};
+use crate::text::{count, in_lines, probability, significant};
 use serde::Serialize;
 use std::fmt;
 

@@ -1,22 +1,16 @@
 //! Whether a solution is good: credible, reproduced by the robot, and expected to improve it.
 
 use super::causes::{Causes, Subject, causes};
+use super::credibility::{self, NoiseTest, PriorTest};
 use super::known::Known;
-use super::noise_test::NoiseTest;
-use super::plausibility;
-use super::prior_test::PriorTest;
 use super::refusal::Objection;
-use crate::accuracy::expected_error::ExpectedError;
+use crate::accuracy::improvement::{Calibrated, Judged as JudgedBy, WorkspaceComparison};
 use crate::accuracy::information::prior_with_transmissions;
 use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
-use crate::accuracy::position_uncertainty::PositionUncertainty;
-use crate::accuracy::workspace_comparison::{Calibrated, Judged as JudgedBy, WorkspaceComparison};
-use crate::accuracy::workspace_poses::{WorkspacePoses, inside};
+use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty, WorkspacePoses, inside};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Kind;
-use crate::files::samples_file::Readings;
-use crate::fit::covariance::RobotCovariance;
-use crate::fit::solution::Places;
+use crate::files::samples_file::{Kind, Readings};
+use crate::fit::solution::{Places, RobotCovariance};
 use crate::fit::{Options, Solution, solve};
 use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample};
@@ -76,7 +70,7 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
     };
     let free = solve(&free_file, case.readings, &case.options).ok()?;
     // Larger differences are wrong samples rather than a robot.
-    if plausibility::is_another_robot(&case.robot.robot, &free.robot) {
+    if credibility::is_another_robot(&case.robot.robot, &free.robot) {
         return None;
     }
     let test = PriorTest::of(&case.robot.robot, tolerance, &free)?;
@@ -208,7 +202,7 @@ fn contradiction(
     let robot = case.robot;
     // A stated tolerance already keeps what is not known near where it was.
     if robot.tolerance.is_none() {
-        if let Some(change) = plausibility::implausible(&robot.robot, &solution.robot) {
+        if let Some(change) = credibility::implausible(&robot.robot, &solution.robot) {
             return Err(Objection::Implausible(change));
         }
         if solution.degrees_of_freedom() < 1.0 {

@@ -6,8 +6,7 @@
 use super::plan::{CampaignSolver, Case, Method, Plan};
 use super::row::{run, text};
 use super::summary::{CaseSummary, summarize};
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::{InputError, InputText};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 

@@ -1,12 +1,11 @@
 //! One simulated robot calibrated one way, and what came of it.
 
-use super::instruments::{Read as Readings, known};
+use super::instruments::{InstrumentReadings, Read, SimulatedRobot, known};
 use super::plan::{Case, Method, Plan, Scenario};
-use super::simulation::{Read, SimulatedRobot};
 use crate::accuracy::evaluation::CramerRaoBound;
 use crate::accuracy::information::units;
-use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
+use crate::accuracy::uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
 use crate::fit::{self, Options, Unsolved};
 use crate::planning::covariance_after;
@@ -95,7 +94,7 @@ fn of_readings(
     plan: &Plan,
     scenario: &Scenario,
     case: &Case,
-    readings: &Readings,
+    readings: &InstrumentReadings,
 ) -> Result<Calibrated, Status> {
     let robot = known(plan, scenario, case.prior);
     let options = Options {

@@ -1,13 +1,10 @@
 //! Forward and inverse kinematics of whole files.
 
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Row, read_joints, read_positions};
-use crate::geometry::joint_limits::outside_limits;
-use crate::geometry::reach::hangs_below;
-use crate::text::joint;
-use crate::text::numbers::rounded;
+use super::input::{InputError, InputText};
+use super::robot_file::RobotFile;
+use super::samples_file::{Row, read_joints, read_positions};
+use crate::geometry::{hangs_below, outside_limits};
+use crate::text::{joint, rounded};
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Sample};

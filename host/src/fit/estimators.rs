@@ -1,14 +1,13 @@
 //! The core's three estimators on readings whose noise is given, and what is left of every row.
 
-use super::covariance::{COLUMNS, ENTRIES, MOST, PARAMETERS};
 use super::observations::{Unsolved, with_rows};
-use super::options::{Frame, Method};
 use super::solution::{
-    KindNoise, Levels, Places, PlaneFound, PointFound, RowFit, Sensitivity, Solution,
+    COLUMNS, ENTRIES, KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit,
+    Sensitivity, Solution,
 };
+use super::{Frame, Method};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Readings;
-use crate::files::samples_file::{Kind, READINGS};
+use crate::files::samples_file::{Kind, READINGS, Readings};
 use delta_cal::calibration::{JointCalibrator, Problem, StartUsed, Termination};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{

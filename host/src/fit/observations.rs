@@ -1,6 +1,6 @@
 //! Readings as rows of the core's problem: instruments, weights, and what the rows say before they are fitted.
 
-use super::options::Frame;
+use super::Frame;
 use super::solution::Levels;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};

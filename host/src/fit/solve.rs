@@ -2,11 +2,10 @@
 
 use super::estimators::Task;
 use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, Unsolved, levels};
-use super::options::{Frame, Method, Options};
 use super::solution::{KindNoise, Levels, Solution};
+use super::{Frame, Method, Options};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Kind;
-use crate::files::samples_file::Readings;
+use crate::files::samples_file::{Kind, Readings};
 use delta_cal::{Noise, Refusal, Tolerance};
 
 /// Without a stated tolerance nothing says where the robot stands in an unknown frame. So wide a one about the robot of the

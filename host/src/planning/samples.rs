@@ -1,26 +1,21 @@
 //! What the rows of a file determine, measured already or not, and which to add: with the instruments of the
 //! file, where they are.
 
+use super::PlanError;
 use super::candidates::Candidates;
-use super::error::PlanError;
-use super::information::Information;
-use super::judge::{Judge, expected, prior};
-use super::kind::{Kind, Wish, Wishes};
+use super::judge::{Information, Judge, expected, prior};
 use super::plan::unknown_parameter;
-use super::region::Region;
+use super::request::{Kind, Region, Wish, Wishes};
 use super::search::Search;
 use super::selection::Selection;
 use super::setup::{PlaneAt, Planned, PointAt, Setup, blocks_or_usual, place, with_noise};
-use crate::accuracy::expected_error::ExpectedError;
-use crate::accuracy::workspace_poses::inside;
+use crate::accuracy::uncertainty::{ExpectedError, inside};
 use crate::calibration::known::Known;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Kind as ReadingKind;
-use crate::files::samples_file::Readings;
-use crate::fit::covariance::{RobotCovariance, of_parameters};
+use crate::files::samples_file::{Kind as ReadingKind, Readings};
 use crate::fit::observations::{observation, places};
-use crate::fit::options::Frame;
-use crate::fit::{Options, solve};
+use crate::fit::solution::{RobotCovariance, of_parameters};
+use crate::fit::{Frame, Options, solve};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{DistanceFrom, Observation};
 use delta_cal::{ArmIndex, Parameter};

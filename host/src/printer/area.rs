@@ -1,10 +1,8 @@
 //! Where a printer prints, and how far off it is there.
 
-use crate::accuracy::expected_error::ExpectedError;
-use crate::accuracy::position_uncertainty::PositionUncertainty;
-use crate::accuracy::workspace_poses::WorkspacePoses;
+use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty, WorkspacePoses};
 use crate::files::robot_file::RobotFile;
-use crate::fit::covariance::RobotCovariance;
+use crate::fit::solution::RobotCovariance;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Robot, Sample};
 use nalgebra::{Vector2, Vector3};

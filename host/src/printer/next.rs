@@ -3,7 +3,7 @@
 use super::area::{Area, bed};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
-use crate::fit::options::Frame;
+use crate::fit::Frame;
 use crate::planning::covariance_after;
 use nalgebra::Vector3;
 use serde::Serialize;

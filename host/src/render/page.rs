@@ -1,9 +1,8 @@
 //! What every HTML report has: one file that opens from disk, with everything it needs in it.
 
-use super::section::{Part, Section};
-use super::table::{Column, Table};
-use crate::render::plot::{Figure, PlotError};
-use crate::text::words::capitalised;
+use super::plot::{Figure, PlotError};
+use super::{Column, Part, Section, Table, page};
+use crate::text::capitalised;
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 const STYLE: &str = include_str!("page/style.css");
@@ -148,4 +147,36 @@ fn cell(column: &Column, row: usize, first: bool) -> Markup {
             td.words[column.is_words()].much[column.standing_out.binary_search(&row).is_ok()] { (cell) }
         }
     }
+}
+
+/// A figure, the name of its files, and what is to be seen in it.
+#[derive(Debug, Clone)]
+pub struct NamedFigure {
+    /// Such as `fig2a`.
+    pub name: &'static str,
+    /// What is drawn.
+    pub figure: Figure,
+    /// One or two sentences.
+    pub caption: String,
+}
+
+impl NamedFigure {
+    pub(crate) fn new(name: &'static str, figure: Figure, caption: impl Into<String>) -> Self {
+        Self {
+            name,
+            figure,
+            caption: caption.into(),
+        }
+    }
+}
+
+/// Those of these names, in their order, in a page.
+pub(crate) fn shown(figures: &[NamedFigure], names: &[&str]) -> Result<Markup, PlotError> {
+    Ok(html! {
+        @for name in names {
+            @for named in figures.iter().filter(|named| named.name == *name) {
+                (page::figure(&named.figure, &named.caption)?)
+            }
+        }
+    })
 }

@@ -1,8 +1,7 @@
 //! Reports on a terminal: plain lines of at most 100 columns, with colour as ANSI codes that the
 //! printer strips where they are not wanted.
 
-use super::section::{Part, Section};
-use super::table::{Column, Table};
+use super::{Column, Part, Section, Table};
 use anstyle::{AnsiColor, Style};
 use std::fmt::{self, Display, Formatter};
 

@@ -1,6 +1,6 @@
 //! What makes a report a document: whose it is, of which robot and files, and when it was written.
 
-use crate::files::input_text::InputText;
+use crate::files::input::InputText;
 use crate::files::robot_file::Record;
 use jiff::Timestamp;
 use maud::{Markup, html};

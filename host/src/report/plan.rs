@@ -1,21 +1,17 @@
 //! Planned measurements, what the rows of a file determine, and a comparison of instruments: for people, for
 //! programs, and as a samples file to fill in.
 
-use crate::accuracy::expected_error::ExpectedError;
-use crate::accuracy::position_uncertainty::PositionSigma;
-use crate::fit::options::Frame;
+use super::calibration::{ExpectedReport, expected_report};
+use crate::accuracy::uncertainty::{ExpectedError, PositionSigma};
+use crate::fit::Frame;
 use crate::planning::{
     COUNTS, Comparison, Determined, Kind, Order, Plan, PlanRequest, Planned, Precision, Region,
     Setup,
 };
-use crate::render::section::Section;
-use crate::render::table::Table;
-use crate::render::terminal;
-use crate::report::calibration::{ExpectedReport, expected_report};
-use crate::text::joint;
-use crate::text::numbers::{rounded, small, small_or};
-use crate::text::tolerance::in_words;
-use crate::text::words::{count, in_file_units, in_lines, list};
+use crate::render::{Section, Table, terminal};
+use crate::text::{
+    count, in_file_units, in_lines, in_words, joint, list, rounded, small, small_or,
+};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::fmt::Write;

@@ -1,9 +1,9 @@
 //! A printer's assessment: some ten lines and the lines to paste, and for programs.
 
+use super::export::{self, Files};
 use crate::printer::{Assessment, Change, Next, Off};
 use crate::render::terminal::wrapped;
-use crate::report::export::{self, Files};
-use crate::text::words::{count, list};
+use crate::text::{count, list};
 use delta_cal::robot::Drive;
 use serde::Serialize;
 use std::fmt::Write;

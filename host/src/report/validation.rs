@@ -1,16 +1,12 @@
 //! A [`Validation`] for a terminal, as a certificate that prints on one page, and for programs.
 
-use crate::accuracy::sampled::{MANY, MANY_ON_A_PAGE, shown};
-use crate::fit::options::Frame;
-use crate::render::json;
+use super::document::Document;
+use super::{MANY, MANY_ON_A_PAGE, shown};
+use crate::fit::Frame;
 use crate::render::page::{self, figure};
 use crate::render::plot::{Axis, Colour, Figure, PlotError, Shape};
-use crate::render::section::{Part, Section};
-use crate::render::table::Table;
-use crate::render::terminal;
-use crate::report::document::Document;
-use crate::text::numbers::{confidence, significant};
-use crate::text::words::count;
+use crate::render::{Part, Section, Table, json, terminal};
+use crate::text::{confidence, count, significant};
 use crate::validation::{Bounded, Validation, Verdict};
 use maud::{Markup, html};
 use serde::Serialize;
@@ -199,7 +195,7 @@ fn deviations(found: &Validation) -> Result<Markup, PlotError> {
         .into_iter()
         .map(|index| (found.rows[index].line as f64, found.rows[index].distance))
         .collect();
-    let (left, right) = crate::geometry::range::range(points.iter().map(|point| point.0));
+    let (left, right) = crate::geometry::range(points.iter().map(|point| point.0));
     let margin = 0.03 * (right - left) + 0.5;
     let (left, right) = (left - margin, right + margin);
     let limit = found.request.limit;

@@ -8,7 +8,7 @@ use delta_cal::observations::{
 };
 use delta_cal::simulate::standard_normal;
 use delta_cal::{Robot, Settings};
-use delta_cal_host::accuracy::workspace_poses::WorkspacePoses;
+use delta_cal_host::accuracy::uncertainty::WorkspacePoses;
 use delta_cal_host::planning::{Kind, Order, Plan, PlanRequest, Planned, Setup, plan};
 use delta_cal_host::{Frame, InputText, RobotFile};
 use delta_cal_tests::geometries::geometries;

@@ -1,13 +1,12 @@
 //! A solution and its residuals, as rows of a regression.
 
 use super::cause::{Cause, CauseKind};
-use super::hypotheses::{self, Place};
 use super::regression::{Regression, Rows};
-use crate::files::samples_file::READINGS;
-use crate::files::samples_file::{ReadingFrom, Readings};
+use super::{Place, columns, movements};
+use crate::files::samples_file::{READINGS, ReadingFrom, Readings};
 use crate::fit::Solution;
 use crate::fit::solution::Sensitivity;
-use crate::geometry::directions::Directions;
+use crate::geometry::Directions;
 use delta_cal::{ArmIndex, Robot, Sample};
 use nalgebra::{DVector, Matrix3, SVector, Vector3};
 
@@ -144,13 +143,12 @@ impl<'a> Subject<'a> {
         let unknowns = solution.covariance.nrows();
         let drive = solution.robot.drive();
         let ranges = self.ranges();
-        let mut rows = Rows::new(unknowns, hypotheses::columns(drive));
+        let mut rows = Rows::new(unknowns, columns(drive));
         let largest = LARGEST_RESIDUAL * scale(counted);
         for c in counted {
-            let movements = |at: &At| {
-                hypotheses::movements(drive, &at.by_joints, &at.joints, &ranges, &c.place)
-            };
-            let (own, other) = (movements(&c.at), c.other.as_ref().map(movements));
+            let movements_at =
+                |at: &At| movements(drive, &at.by_joints, &at.joints, &ranges, &c.place);
+            let (own, other) = (movements_at(&c.at), c.other.as_ref().map(movements_at));
             for reading in 0..READINGS {
                 let [by_own, by_other] = c.sensitivity.by_positions.map(|all| all[reading]);
                 let read = c.sensitivity.by_unknowns.row(reading);

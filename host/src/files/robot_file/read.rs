@@ -5,10 +5,9 @@ use super::schema::{
     Words, arm_key,
 };
 use super::{InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile};
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
-use crate::geometry::sweep::reaches_anywhere;
-use crate::text::words::count;
+use crate::files::input::{InputError, InputText};
+use crate::geometry::reaches_anywhere;
+use crate::text::count;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Drive, GeometryError};
 use delta_cal::{Noise, Robot};

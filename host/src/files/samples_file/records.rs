@@ -1,8 +1,7 @@
 //! The header and the records of a table, each with its line, however its fields are separated.
 
 use crate::files::columns::ColumnName;
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::{InputError, InputText};
 use csv::{ReaderBuilder, StringRecord};
 use std::borrow::Cow;
 

@@ -1,12 +1,10 @@
 //! The figures of the page.
 
 use super::{ParameterReport, Report, SampleReport};
-use crate::accuracy::uncertainty_map::{Plane, Slice, UncertaintyMap};
-use crate::geometry::range::range;
+use crate::accuracy::uncertainty::{Plane, Slice, UncertaintyMap};
+use crate::geometry::range;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
-use crate::text::joint;
-use crate::text::numbers::{significant, small};
-use crate::text::units::in_unit;
+use crate::text::{in_unit, joint, significant, small};
 use delta_cal::Tolerance;
 use delta_cal::calibration::limits::chi_square_quantile;
 

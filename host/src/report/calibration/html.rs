@@ -1,14 +1,11 @@
 //! The report as one HTML file that opens from disk: everything it needs is in it.
 
 use super::{Report, figures, text};
-use crate::fit::options::Frame;
+use crate::fit::Frame;
 use crate::render::page::{self, figure, tile};
 use crate::render::plot::{Figure, PlotError};
-use crate::render::section::Section;
-use crate::render::table::Table;
-use crate::text::numbers::{probability, significant, small_or};
-use crate::text::words::capitalised;
-use crate::text::{joint, tolerance};
+use crate::render::{Section, Table};
+use crate::text::{capitalised, in_words, joint, probability, significant, small_or};
 use maud::{Markup, html};
 
 /// So many samples or fewer are shown without being asked for.
@@ -49,7 +46,7 @@ fn stated(report: &Report) -> String {
     let drive = report.before.robot.drive();
     let tolerance = report.before.tolerance.as_ref();
     let tolerance = tolerance.map_or_else(String::new, |own| {
-        format!(" Tolerance: {}.", tolerance::in_words(drive, own))
+        format!(" Tolerance: {}.", in_words(drive, own))
     });
     let frame = match report.frame {
         Frame::Base => "",

@@ -13,7 +13,7 @@ mod summary;
 mod trial;
 
 pub use instruments::HELD_OUT_POSES;
-pub use plan::{CampaignSolver, Case, Method, Plan, Spread};
+pub use plan::{CampaignSolver, Case, Plan, Spread};
 pub use row::{RobotResult, Row, read_rows, rows_csv, run};
 pub use summary::{CaseSummary, Distribution, Ratios, join, summarize};
 

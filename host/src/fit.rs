@@ -13,18 +13,19 @@ pub(crate) mod solve;
 
 use delta_cal::robust::Loss;
 pub use observations::Unsolved;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 pub use solution::Solution;
 pub use solve::solve;
 
 /// The estimator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// All parameters at once from the closures of the three arms, weighted together. Needs complete positions in
     /// the robot's frame.
     Joint,
     /// Each arm's eight parameters from the closure of its own kinematic chain (paper, 3.2). Needs the same.
+    #[default]
     Ikm,
     /// All parameters and the instruments' unknowns at once from any readings (paper, 3.1).
     Fkm,

@@ -11,6 +11,25 @@ pub mod workspace;
 
 use serde::Serialize;
 
+/// What reports for programs have in common, before their contents.
+#[derive(Debug, Serialize)]
+pub(crate) struct Versioned<T> {
+    schema_version: u32,
+    program_version: &'static str,
+    #[serde(flatten)]
+    contents: T,
+}
+
+impl<T: Serialize> Versioned<T> {
+    pub(crate) const fn new(schema_version: u32, contents: T) -> Self {
+        Self {
+            schema_version,
+            program_version: env!("CARGO_PKG_VERSION"),
+            contents,
+        }
+    }
+}
+
 /// A report for programs: indented, ending in a new line.
 pub fn json(report: &impl Serialize) -> String {
     let text = serde_json::to_string_pretty(report);

@@ -19,7 +19,7 @@ use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
 pub use interval::{Bounded, RmsError, Verdict};
 use interval::{FRAME, RowDeviation, deviations, largest, poses_to_decide};
-use nalgebra::Vector3;
+use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
 
@@ -40,14 +40,12 @@ pub struct Request {
 }
 
 /// One row of the measurements.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deviation {
     /// In the samples file.
     pub line: u64,
-    /// Where it was measured, in the robot's frame, mm.
-    pub position: Vector3<f64>,
-    /// Distance between measured and computed position, mm, with the instrument's noise in it.
-    pub distance: f64,
+    /// Between measured and computed position, with the instrument's noise in it.
+    pub deviation_mm: f64,
 }
 
 /// What measurements say of a calibrated robot.
@@ -157,8 +155,7 @@ pub fn validate(
     );
     let largest = largest(&rows).unwrap_or(Bounded {
         value: f64::NAN,
-        lower: 0.0,
-        upper: None,
+        interval: (0.0, None),
     });
     let rms = error.bounded();
     let verdict = Verdict::of(&rms, request.limit);
@@ -187,8 +184,7 @@ pub fn validate(
 fn shown(row: &RowDeviation) -> Deviation {
     Deviation {
         line: row.line,
-        position: row.measured.position,
-        distance: row.length(),
+        deviation_mm: row.length(),
     }
 }
 

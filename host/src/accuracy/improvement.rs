@@ -421,18 +421,23 @@ pub struct Moved {
 /// How far the calibration moves the platform over poses evenly spread in joint space
 /// ([`inside`](crate::accuracy::uncertainty::WorkspacePoses::inside)), and how uncertain the
 /// calibrated positions are there.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WorkspaceComparison {
     /// Poses that both robots reach.
+    #[serde(skip)]
     pub poses: u32,
     /// rms distance between the calibrated and the original robot's positions, mm.
+    #[serde(rename = "change_mm")]
     pub change: f64,
     /// rms standard deviation of the calibrated positions, mm: √ of the mean of tr(J C Jᵀ) over all
     /// poses that the calibrated robot reaches.
+    #[serde(rename = "position_sigma_mm")]
     pub sigma: f64,
     /// `change` and `sigma`; with `--frame sensor` those of the positions relative to each other.
+    #[serde(skip)]
     pub judged: Moved,
     /// A `judged.sigma` up to this does not count, mm.
+    #[serde(skip)]
     pub negligible: f64,
     /// The probability that the rms position error is larger after the calibration than before; with `--frame sensor`
     /// that of the positions relative to each other.

@@ -3,8 +3,9 @@
 //! Every parameter is in mm, angles times the upper arm's length, and every row in σ of its own
 //! noise: a row `g` adds `g gᵀ` to the information of the parameters.
 
+use crate::files::robot_file::RobotFile;
 pub(crate) use crate::fit::solution::PARAMETERS;
-use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
+use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
 use delta_cal::calibration::{JointNormal, Prior, TolerancePrior};
 use delta_cal::robot::{Arm, ParameterKind, TransmissionTolerance};
 use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
@@ -66,18 +67,22 @@ pub fn sigma_of_sum(
     weights.dot(&(covariance * weights)).sqrt()
 }
 
-/// The same with the transmissions, if they are to be found.
-pub(crate) fn prior_with_transmissions(
-    robot: &Robot<f64>,
-    tolerance: &Tolerance<f64>,
-    transmission: Option<&TransmissionTolerance<f64>>,
-) -> RobotCovariance {
-    let mut covariance = with_exact_transmissions(&prior_covariance(robot, tolerance));
-    let sigma = transmission.map_or(0.0, TransmissionTolerance::sigma);
+/// The covariance of a robot's parameters, and of its transmissions if they are to be found, before any measurement;
+/// `None` without a tolerance.
+pub(crate) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
+    let mut covariance = RobotCovariance::zeros();
+    let parameters = prior_covariance(&file.robot, file.tolerance.as_ref()?);
+    covariance
+        .fixed_view_mut::<PARAMETERS, PARAMETERS>(0, 0)
+        .copy_from(&parameters);
+    let sigma = file
+        .transmission
+        .as_ref()
+        .map_or(0.0, TransmissionTolerance::sigma);
     for number in PARAMETERS..WITH_TRANSMISSIONS {
         covariance[(number, number)] = sigma.powi(2);
     }
-    covariance
+    Some(covariance)
 }
 
 /// What a parameter is multiplied by: 1, or the upper arm's length; with linear drives the forearm's.

@@ -2,10 +2,11 @@
 
 use super::rigid_motion::RigidMotions;
 use crate::files::robot_file::RobotFile;
-use crate::fit::solution::{PARAMETERS, WITH_TRANSMISSIONS};
-use crate::geometry::Reach;
+use crate::fit::solution::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
+use crate::geometry::{Reach, range};
 use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, SMatrix, Vector3};
+use serde::Serialize;
 
 /// A robot and the covariance of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -233,6 +234,17 @@ pub struct ExpectedError {
 }
 
 impl ExpectedError {
+    /// Of a robot with this covariance of its parameters, within the limits of a file.
+    pub(crate) fn of_robot(
+        file: &RobotFile,
+        robot: &Robot<f64>,
+        covariance: &RobotCovariance,
+    ) -> Option<Self> {
+        let reach = file.reach();
+        let poses = WorkspacePoses::within(robot, &reach);
+        Self::of(&PositionUncertainty { robot, covariance }, &reach, &poses)
+    }
+
     /// `None` if no pose is clear of singularities.
     pub fn of<const P: usize>(
         uncertainty: &PositionUncertainty<'_, P>,
@@ -357,93 +369,64 @@ const SLICES: u32 = 3;
 /// Cells of a slice, along its longer side.
 const CELLS: u32 = 40;
 
-/// A plane through the workspace.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Plane {
-    /// Of this z, mm.
-    Horizontal(f64),
-    /// y = 0.
-    Vertical,
-}
-
-/// σ of the position in a plane.
-#[derive(Debug, Clone, PartialEq)]
+/// σ of the position in a plane through the workspace, mm.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Slice {
-    /// Which plane.
-    pub plane: Plane,
+    /// The plane's height; `None` of the vertical plane y = 0.
+    pub z_mm: Option<f64>,
+    /// √ of the mean of σ².
+    pub rms_mm: f64,
+    /// The largest σ.
+    pub max_mm: f64,
     /// Width and height of a cell, mm.
+    #[serde(skip)]
     pub step: f64,
     /// Middles of the cells that the robot reaches clear of singularities, and σ there, mm.
+    #[serde(skip)]
     pub cells: Vec<(Vector3<f64>, f64)>,
 }
 
-impl Slice {
-    /// √ of the mean of σ², and the largest σ.
-    pub fn rms_and_max(&self) -> Option<(f64, f64)> {
-        let squares: f64 = self.cells.iter().map(|(_, sigma)| sigma * sigma).sum();
-        let max = self
-            .cells
-            .iter()
-            .map(|(_, sigma)| *sigma)
-            .fold(0.0, f64::max);
+/// A map of the uncertainty of the robot of a file: horizontal slices from below to above, and a vertical one.
+/// `covariance` as in [`PositionUncertainty`]. A slice without a cell is left out.
+pub fn slices(file: &RobotFile, covariance: &SMatrix<f64, 24, 24>) -> Vec<Slice> {
+    let uncertainty = PositionUncertainty {
+        robot: &file.robot,
+        covariance,
+    };
+    let (poses, reach) = (WorkspacePoses::of(file), file.reach());
+    let range = |axis: usize| range(poses.all().map(|pose| pose.position[axis]));
+    let (x, y, z) = (range(0), range(1), range(2));
+    let heights = (1..=SLICES).map(|slice| {
+        let part = f64::from(slice) / f64::from(SLICES + 1);
+        Some((z.0 + (z.1 - z.0) * part).round())
+    });
+    let slices = heights.chain([None]).filter_map(|z_mm| {
+        let across = if z_mm.is_none() { z } else { y };
+        let step = (x.1 - x.0).max(across.1 - across.0) / f64::from(CELLS);
+        let cells = cells(x, across, step).filter_map(|(u, v)| {
+            let position = match z_mm {
+                Some(z) => Vector3::new(u, v, z),
+                None => Vector3::new(u, 0.0, v),
+            };
+            let joints = reach.joints(&file.robot, &position).ok()?;
+            reach.clear_position(&file.robot, &joints).ok()?;
+            Some((position, uncertainty.sigma(&position, &joints)?))
+        });
+        let cells: Vec<_> = cells.collect();
+        let sigmas = || cells.iter().map(|(_, sigma)| *sigma);
         #[allow(clippy::cast_precision_loss)] // a few thousand
-        let count = self.cells.len() as f64;
-        (!self.cells.is_empty()).then(|| ((squares / count).sqrt(), max))
-    }
-}
-
-/// σ of the position over the workspace, its worst place, and a map of it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UncertaintyMap {
-    /// Over the whole workspace.
-    pub expected: ExpectedError,
-    /// Horizontal slices from below to above, and a vertical one. A slice without a cell is left out.
-    pub slices: Vec<Slice>,
-}
-
-impl UncertaintyMap {
-    /// Of the robot of a file; `covariance` as in [`PositionUncertainty`]. `None` if no pose is clear
-    /// of singularities.
-    pub fn new(file: &RobotFile, covariance: &SMatrix<f64, 24, 24>) -> Option<Self> {
-        let uncertainty = PositionUncertainty {
-            robot: &file.robot,
-            covariance,
-        };
-        let poses = WorkspacePoses::of(file);
-        let expected = ExpectedError::of(&uncertainty, &file.reach(), &poses)?;
-        let range = |of: fn(&Vector3<f64>) -> f64| {
-            let values = poses.all().map(|pose| of(&pose.position));
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                (low.min(value), high.max(value))
-            })
-        };
-        let (x, y, z) = (range(|x| x.x), range(|x| x.y), range(|x| x.z));
-        let heights = (1..=SLICES).map(|slice| {
-            let part = f64::from(slice) / f64::from(SLICES + 1);
-            Plane::Horizontal((z.0 + (z.1 - z.0) * part).round())
-        });
-        let slices = heights.chain([Plane::Vertical]).map(|plane| {
-            let across = if plane == Plane::Vertical { z } else { y };
-            let step = (x.1 - x.0).max(across.1 - across.0) / f64::from(CELLS);
-            let cells = cells(x, across, step).filter_map(|(u, v)| {
-                let position = match plane {
-                    Plane::Horizontal(z) => Vector3::new(u, v, z),
-                    Plane::Vertical => Vector3::new(u, 0.0, v),
-                };
-                let reach = file.reach();
-                let joints = reach.joints(&file.robot, &position).ok()?;
-                reach.clear_position(&file.robot, &joints).ok()?;
-                Some((position, uncertainty.sigma(&position, &joints)?))
-            });
-            Slice {
-                plane,
-                step,
-                cells: cells.collect(),
-            }
-        });
-        let slices = slices.filter(|slice| !slice.cells.is_empty()).collect();
-        Some(Self { expected, slices })
-    }
+        let count = cells.len() as f64;
+        let mean_square = sigmas().map(|sigma| sigma * sigma).sum::<f64>() / count;
+        let max_mm = sigmas().fold(0.0, f64::max);
+        (!cells.is_empty()).then_some(Slice {
+            z_mm,
+            rms_mm: mean_square.sqrt(),
+            max_mm,
+            step,
+            cells,
+        })
+    });
+    slices.collect()
 }
 
 /// Middles of square cells over a rectangle and a little beyond.

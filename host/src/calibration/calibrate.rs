@@ -92,7 +92,6 @@ pub fn calibrate(
 fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>) -> CalibrateError {
     let mut hints = Vec::new();
     if objection.may_be_wrong_rows() && diagnosis.is_none() {
-        hints.extend(case.readings.unit_hint());
         let target = beside_the_platform_point(case.robot, case.readings, case.options.frame);
         match target {
             Some(target) => hints.push(target.to_string()),

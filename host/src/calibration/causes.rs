@@ -17,7 +17,6 @@ use delta_cal::{ArmIndex, Sample};
 use nalgebra::{DVector, Matrix3, Vector3};
 use regression::{Regression, Solution};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
-pub use subject::ArmResiduals;
 pub(crate) use subject::Subject;
 
 /// A cause that moves the positions by less, mm rms, is one of the arithmetic.
@@ -30,13 +29,9 @@ pub struct Causes {
     pub found: Vec<Cause>,
     /// Why nothing was looked for, if that is so.
     pub not_tested: Option<&'static str>,
-    /// The part of the residuals' sum of squares that the causes explain together, 0 to 1.
-    pub explained: f64,
     /// By how much the causes put the calibrated robot's positions off, rms over the workspace, mm: by
     /// themselves and by what the parameters have taken up of them. 0 if none was found.
     pub position_error: f64,
-    /// What is left of each arm's closure error, over its joint angle.
-    pub arms: [ArmResiduals; 3],
 }
 
 /// Tests every hypothesis; `poses` are all over the workspace.
@@ -45,9 +40,7 @@ pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
     let mut causes = Causes {
         found: Vec::new(),
         not_tested: None,
-        explained: 0.0,
         position_error: 0.0,
-        arms: subject.arms(&counted, &[], None),
     };
     let solution = subject.solution;
     let least = solution
@@ -67,10 +60,8 @@ pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
         Err(why) => causes.not_tested = Some(why),
         Ok(None) => {}
         Ok(Some(selection)) => {
-            causes.explained = selection.explained;
             causes.position_error =
                 subject.discrepancy(&selection.found, &selection.coefficients, poses);
-            causes.arms = subject.arms(&counted, &selection.found, Some(&selection.coefficients));
             causes.found = selection.found;
         }
     }
@@ -160,8 +151,6 @@ struct Selection {
     pub(super) found: Vec<Cause>,
     /// Of the columns that always take part, with the causes beside them.
     pub(super) coefficients: DVector<f64>,
-    /// See [`Causes::explained`](super::Causes::explained).
-    pub(super) explained: f64,
 }
 
 struct Search<'a> {
@@ -209,7 +198,7 @@ fn select(
         .solve(&chosen)
         .filter(|_| !chosen.is_empty())
         .filter(|solution| search.effect(&chosen, solution) > negligible)
-        .map(|solution| search.selection(&chosen, &solution, &without)))
+        .map(|solution| search.selection(&chosen, &solution)))
 }
 
 impl Search<'_> {
@@ -345,7 +334,7 @@ impl Search<'_> {
         (squares / self.regression.worth()).sqrt()
     }
 
-    fn selection(&self, chosen: &[usize], solution: &Solution, without: &Solution) -> Selection {
+    fn selection(&self, chosen: &[usize], solution: &Solution) -> Selection {
         let columns = self.columns(chosen);
         let mut next = solution.coefficients.len() - columns.len();
         let variance = self.unit(solution.variance());
@@ -379,7 +368,6 @@ impl Search<'_> {
         });
         Selection {
             found: found.collect(),
-            explained: 1.0 - solution.squares / without.squares,
             coefficients: solution.coefficients.clone(),
         }
     }

@@ -1,9 +1,10 @@
 //! The campaign file.
 
-use super::plan::{CampaignSolver, Case, Measure, Method, Plan, Scenario, Spread, fingerprint};
+use super::plan::{CampaignSolver, Case, Measure, Plan, Scenario, Spread, fingerprint};
 use crate::files::example;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
+use crate::fit::Method;
 use crate::text::decimal_comma;
 use delta_cal::robot::Drive;
 use delta_cal::{Noise, Tolerance};

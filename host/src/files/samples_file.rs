@@ -7,7 +7,7 @@ mod table;
 use super::columns::{Quantity, Unit};
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
-use crate::text::{degrees, list};
+use crate::text::list;
 use delta_cal::Sample;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
@@ -63,10 +63,6 @@ impl Kind {
     }
 }
 
-/// Degrees and millimetres that are all below this look like radians and metres…
-const OTHER_UNIT: f64 = 2.0;
-/// …if there are so many rows.
-const ROWS_TO_TELL_UNITS: usize = 8;
 /// The name of the plane of a file that names none.
 const ONLY_PLANE: &str = "plane";
 /// A blank coordinate is meant if so many rows, and one in so many of the file, have the same cells blank.
@@ -355,29 +351,6 @@ impl Readings {
             .map(bits)
             .collect::<std::collections::BTreeSet<_>>()
             .len()
-    }
-
-    /// Whether the numbers look like another unit than the header states, in words.
-    pub(crate) fn unit_hint(&self) -> Option<String> {
-        let samples: Vec<_> = self.samples().collect();
-        if samples.len() < ROWS_TO_TELL_UNITS {
-            return None;
-        }
-        let angles = samples.iter().flat_map(|row| row.value.joints);
-        let radians = self.in_degrees && angles.map(degrees).all(|q| q.abs() < OTHER_UNIT);
-        let positions = samples.iter().flat_map(|row| row.value.position.data.0[0]);
-        let in_millimetres = self.positions_in == PositionUnit::Millimetre;
-        let metres = in_millimetres && positions.into_iter().all(|x| x.abs() < OTHER_UNIT);
-        let angles = "the joint angles are all below 2° and look like radians: then name their \
-                      columns q1_rad,q2_rad,q3_rad";
-        let positions = "the positions are all below 2 mm and look like metres: then name their \
-                         columns x_m,y_m,z_m";
-        match (radians, metres) {
-            (true, true) => Some(format!("{angles}; {positions}")),
-            (true, false) => Some(angles.to_owned()),
-            (false, true) => Some(positions.to_owned()),
-            (false, false) => None,
-        }
     }
 
     /// With every measured position moved, mm.

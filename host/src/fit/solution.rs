@@ -242,17 +242,6 @@ pub(crate) const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
 /// products. That of what is known is 0.
 pub type RobotCovariance = SMatrix<f64, WITH_TRANSMISSIONS, WITH_TRANSMISSIONS>;
 
-/// Where the transmissions are known.
-pub(crate) fn with_exact_transmissions(
-    of_parameters: &SMatrix<f64, PARAMETERS, PARAMETERS>,
-) -> RobotCovariance {
-    let mut covariance = RobotCovariance::zeros();
-    covariance
-        .fixed_view_mut::<PARAMETERS, PARAMETERS>(0, 0)
-        .copy_from(of_parameters);
-    covariance
-}
-
 /// The part of the parameters alone.
 pub(crate) fn of_parameters(covariance: &RobotCovariance) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
     covariance

@@ -3,9 +3,9 @@
 
 use super::PlanError;
 use super::setup::Setup;
-use crate::accuracy::information::prior_with_transmissions;
+use crate::accuracy::information::prior;
 use crate::accuracy::rigid_motion::RigidMotions;
-use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty, WorkspacePoses};
+use crate::accuracy::uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::READINGS;
 use crate::fit::Frame;
@@ -193,27 +193,6 @@ impl Place {
         let found = Information::of(&self.file, setup, &read(rows), &read(anchors)).ok()?;
         Some(found.of_robot(&found.covariance()?))
     }
-}
-
-/// The covariance of a robot's parameters before any measurement; `None` without a tolerance.
-pub(super) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
-    let tolerance = file.tolerance.as_ref()?;
-    let transmission = file.transmission.as_ref();
-    Some(prior_with_transmissions(
-        &file.robot,
-        tolerance,
-        transmission,
-    ))
-}
-
-/// The position error of a robot with this covariance of its parameters over its whole workspace, with the worst
-/// places.
-pub(super) fn expected(file: &RobotFile, covariance: &RobotCovariance) -> Option<ExpectedError> {
-    let uncertainty = PositionUncertainty {
-        robot: &file.robot,
-        covariance,
-    };
-    ExpectedError::of(&uncertainty, &file.reach(), &WorkspacePoses::of(file))
 }
 
 /// Files of robots as they may have been made.

@@ -2,7 +2,7 @@
 
 use super::PlanError;
 use super::candidates::Candidates;
-use super::judge::{Information, Judge, Precision, expected};
+use super::judge::{Information, Judge, Precision};
 use super::request::{Kind, LEAST, MOST, Region, Wishes, below};
 use super::search::{Effort, Search};
 use super::selection::Selection;
@@ -199,7 +199,8 @@ impl<'a> Bench<'a> {
         Ok(Plan {
             before: self.judge.before(),
             after: after.ok_or(PlanError::Singular)?,
-            expected: expected(&setup.robot, &covariance).ok_or(PlanError::NoPose)?,
+            expected: ExpectedError::of_robot(&setup.robot, &setup.robot.robot, &covariance)
+                .ok_or(PlanError::NoPose)?,
             measurements,
             count,
             setup,

@@ -3,12 +3,13 @@
 
 use super::PlanError;
 use super::candidates::Candidates;
-use super::judge::{Information, Judge, expected, prior};
+use super::judge::{Information, Judge};
 use super::plan::unknown_parameter;
 use super::request::{Kind, Region, Wish, Wishes};
 use super::search::Search;
 use super::selection::Selection;
 use super::setup::{PlaneAt, Planned, PointAt, Setup, blocks_or_usual, place, with_noise};
+use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::{ExpectedError, inside};
 use crate::calibration::known::Known;
 use crate::files::robot_file::RobotFile;
@@ -97,7 +98,7 @@ impl Determined {
         })?;
         let covariance = found.covariance().ok_or(PlanError::Singular)?;
         let of_robot = found.of_robot(&covariance);
-        let error = |of: &RobotCovariance| expected(&setup.robot, of);
+        let error = |of: &RobotCovariance| ExpectedError::of_robot(&setup.robot, &robot, of);
         let before = prior(&setup.robot).and_then(|own| error(&own));
         let now = error(&of_robot);
         let unchecked = |rows: &nalgebra::DMatrix<f64>| {
@@ -169,7 +170,9 @@ impl Determined {
         all.extend(next.iter().map(|own| setup.row(own)));
         let with_next = Information::of(&setup.robot, setup, &all, &anchors)?;
         let covariance = with_next.covariance().ok_or(PlanError::Singular)?;
-        self.with_next = expected(&setup.robot, &with_next.of_robot(&covariance));
+        let robot = &setup.robot;
+        self.with_next =
+            ExpectedError::of_robot(robot, &robot.robot, &with_next.of_robot(&covariance));
         Ok(next)
     }
 

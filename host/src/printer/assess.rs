@@ -2,7 +2,7 @@
 
 use super::area::{Area, Off};
 use super::next::{Next, next};
-use crate::calibration::judge::prior;
+use crate::accuracy::information::prior;
 use crate::export::error::ExportError;
 use crate::export::positions::{Wanted, bed};
 use crate::export::target::Entry;

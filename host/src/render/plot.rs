@@ -1,4 +1,4 @@
-//! Figures made to be read: axes with units, a legend, quantile bands, reference points, log axes.
+//! Figures made to be read: axes with units, a legend, log axes.
 //!
 //! A [`Figure`] says what is to be seen; [`Figure::to_svg`] draws it. The same figure gives the same
 //! bytes.
@@ -6,13 +6,11 @@
 //! ```
 //! use delta_cal_host::render::plot::{Axis, Colour, Figure, Shape};
 //! let median = vec![(8.0, 52.0), (20.0, 61.0), (40.0, 68.0), (60.0, 69.0)];
-//! let band = median.iter().map(|&(x, y)| (x, y - 9.0, y + 6.0)).collect();
 //! let figure = Figure::new(
 //!     Axis::linear("poses", 0.0, 64.0),
 //!     Axis::linear("gain, %", -50.0, 100.0),
 //! )
-//! .with("5 % to 95 %", Colour::Blue, Shape::Band(band))
-//! .with("median", Colour::Blue, Shape::Line(median));
+//! .with("median", Colour::Blue, Shape::Points(median));
 //! let svg = figure.to_svg()?;
 //! assert!(svg.contains("gain, %") && svg.ends_with("</svg>\n"));
 //! # Ok::<(), delta_cal_host::render::plot::PlotError>(())
@@ -100,26 +98,18 @@ pub const STEPS: [[u8; 3]; 6] = [
 /// logarithmic axis, is left out.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// Points (x, y) joined.
-    Line(Vec<(f64, f64)>),
-    /// The same, dashed.
+    /// Points (x, y) joined by a dashed line.
     Dashed(Vec<(f64, f64)>),
-    /// (x, lower, upper): a quantile band.
-    Band(Vec<(f64, f64, f64)>),
     /// The inside of a polygon.
     Region(Vec<(f64, f64)>),
     /// Rectangles between two corners, all of this opacity, 0 to 1: one shade of a map.
     Tiles(Vec<[(f64, f64); 2]>, f64),
     /// Lines between (x, y) and (x, y), each by itself.
     Segments(Vec<[(f64, f64); 2]>),
-    /// The same, thin and pale: what leads the eye.
-    Hairlines(Vec<[(f64, f64); 2]>),
     /// Discs.
     Points(Vec<(f64, f64)>),
     /// Rings, larger than discs: what stands out.
     Rings(Vec<(f64, f64)>),
-    /// Diamonds: what others published.
-    Diamonds(Vec<(f64, f64)>),
     /// Polygons, each filled with a colour of its own (red, green, blue), the first undermost.
     Patches(Vec<Patch>),
     /// Text to the right of points.

@@ -7,10 +7,11 @@ mod text;
 
 use super::document::Document;
 use super::{MANY, shown};
+use crate::accuracy::improvement::WorkspaceComparison;
 use crate::accuracy::position_error::PositionError;
-use crate::accuracy::quantiles::{Acceptance, CoverageFactor, ExpandedUncertainty};
-use crate::accuracy::uncertainty::{ExpectedError, Plane, Slice, UncertaintyMap};
-use crate::calibration::causes::{Cause, CauseKind, Causes};
+use crate::accuracy::quantiles::coverage_factor;
+use crate::accuracy::uncertainty::{ExpectedError, Slice, slices};
+use crate::calibration::causes::{Cause, CauseKind};
 use crate::calibration::credibility::{NoiseTest, PriorTest};
 use crate::calibration::diagnosis::Diagnosis;
 use crate::calibration::judge::{Case, Judged, distance};
@@ -24,6 +25,7 @@ use crate::fit::solution::{PlaneFound, PointFound};
 use crate::fit::{Frame, Method, Solution};
 use crate::text::{degrees, in_unit, unit};
 use delta_cal::Parameter;
+use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::robust::Loss;
 use serde::Serialize;
@@ -79,9 +81,9 @@ pub struct Report {
     /// What the robot says of the stated tolerance.
     pub tolerance: Option<ToleranceReport>,
     /// What the calibration means over the workspace.
-    pub workspace: Option<WorkspaceReport>,
+    pub workspace: Option<WorkspaceComparison>,
     /// σ of the position in planes through the workspace.
-    pub position_uncertainty: Vec<SliceReport>,
+    pub position_uncertainty: Vec<Slice>,
     /// What the readings determine.
     pub determined: Known,
     /// X_sensor = rotation · X_robot + translation.
@@ -118,10 +120,6 @@ pub struct Report {
     /// The solution, every σ widened.
     #[serde(skip)]
     pub solution: Solution,
-    #[serde(skip)]
-    residuals_of_arms: Causes,
-    #[serde(skip)]
-    map: Option<UncertaintyMap>,
 }
 
 /// The same with the parameters before and after.
@@ -279,28 +277,6 @@ pub struct ToleranceReport {
     pub widened: bool,
 }
 
-/// Over poses within the limits.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct WorkspaceReport {
-    /// rms distance by which the calibration moved the positions.
-    pub change_mm: f64,
-    /// rms standard uncertainty of the calibrated positions.
-    pub position_sigma_mm: f64,
-    /// The probability that the robot is worse after the calibration; of relative positions where no reading tells its place.
-    pub chance_of_harm: Option<f64>,
-}
-
-/// σ of the position in a plane.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct SliceReport {
-    /// `null` of the vertical plane y = 0.
-    pub z_mm: Option<f64>,
-    /// √ of the mean square.
-    pub rms_mm: f64,
-    /// The largest.
-    pub max_mm: f64,
-}
-
 /// X_sensor = rotation · X_robot + translation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FrameReport {
@@ -308,6 +284,15 @@ pub struct FrameReport {
     pub rotation: [[f64; 3]; 3],
     /// mm.
     pub translation_mm: [f64; 3],
+}
+
+impl FrameReport {
+    pub(crate) fn of(frame: &RigidTransform<f64>) -> Self {
+        Self {
+            rotation: frame.rotation.transpose().data.0,
+            translation_mm: frame.translation.data.0[0],
+        }
+    }
 }
 
 /// A plane: a height above it is `normal · X − offset`.
@@ -412,22 +397,6 @@ fn causes(found: &[Cause], drive: Drive) -> Vec<CauseReport> {
     found.iter().map(of_cause).collect()
 }
 
-fn slices(map: &UncertaintyMap) -> Vec<SliceReport> {
-    let of_slice = |slice: &Slice| {
-        let (rms_mm, max_mm) = slice.rms_and_max()?;
-        let z_mm = match slice.plane {
-            Plane::Horizontal(z) => Some(z),
-            Plane::Vertical => None,
-        };
-        Some(SliceReport {
-            z_mm,
-            rms_mm,
-            max_mm,
-        })
-    };
-    map.slices.iter().filter_map(of_slice).collect()
-}
-
 fn planes(readings: &Readings, solution: &Solution) -> Vec<PlaneReport> {
     let found = readings.planes.iter().zip(&solution.places.planes);
     let of_plane = |(name, plane): (&String, &PlaneFound)| PlaneReport {
@@ -459,8 +428,6 @@ impl Report {
             record: before.record.of_the_robot(),
             ..before.clone()
         };
-        let parameters = solution.of_parameters();
-        let map = UncertaintyMap::new(&after, &parameters);
         let expected = judged.expected.as_ref();
         let lines = readings.rows.iter().zip(&solution.rows);
         let suspected = lines
@@ -506,17 +473,10 @@ impl Report {
                 test,
                 widened: judged.widened,
             }),
-            workspace: judged.workspace.map(|own| WorkspaceReport {
-                change_mm: own.change,
-                position_sigma_mm: own.sigma,
-                chance_of_harm: own.chance_of_harm,
-            }),
-            position_uncertainty: map.as_ref().map(slices).unwrap_or_default(),
+            workspace: judged.workspace,
+            position_uncertainty: slices(&after, &solution.of_parameters()),
             determined: judged.known,
-            sensor_frame: solution.places.frame.map(|frame| FrameReport {
-                rotation: frame.rotation.transpose().data.0,
-                translation_mm: frame.translation.data.0[0],
-            }),
+            sensor_frame: solution.places.frame.as_ref().map(FrameReport::of),
             planes: planes(readings, solution),
             points: points(readings, solution),
             transmissions: transmissions(solution),
@@ -536,8 +496,6 @@ impl Report {
             origin: None,
             before: before.clone(),
             after,
-            residuals_of_arms: judged.causes,
-            map,
             solution: judged.solution,
         }
     }
@@ -545,17 +503,11 @@ impl Report {
     /// With a limit of the expanded uncertainty (rms over the workspace), mm.
     #[must_use]
     pub fn with_limit(mut self, limit: f64) -> Self {
-        let own = self.expanded_uncertainty;
-        let relative = own.is_some_and(|own| own.of == "relative");
-        let acceptance = Acceptance {
-            limit,
-            expanded: own.map(|own| own.rms_mm),
-            relative,
-        };
+        let expanded = self.expanded_uncertainty.map(|own| own.rms_mm);
         self.acceptance = Some(AcceptanceReport {
             limit_mm: limit,
-            expanded_mm: acceptance.expanded,
-            passed: acceptance.passed(),
+            expanded_mm: expanded,
+            passed: expanded.is_some_and(|expanded| expanded <= limit),
         });
         self
     }
@@ -726,26 +678,19 @@ pub(crate) fn expected_report(expected: &ExpectedError) -> ExpectedReport {
 }
 
 fn expanded(solution: &Solution, expected: &ExpectedError) -> Option<ExpandedReport> {
-    let coverage = match solution.estimated_freedom() {
-        None => CoverageFactor::STATED,
-        Some(freedom) => CoverageFactor::estimated(freedom)?,
-    };
+    let degrees_of_freedom = solution.estimated_freedom();
+    let factor = coverage_factor(degrees_of_freedom)?;
     let (of, sigma) = if solution.is_absolute() {
         ("absolute", &expected.absolute)
     } else {
         ("relative", &expected.intrinsic)
     };
-    let ExpandedUncertainty {
-        coverage,
-        rms,
-        worst,
-    } = coverage.expanded(sigma.rms, sigma.max);
     Some(ExpandedReport {
         of,
-        coverage_factor: coverage.factor,
-        degrees_of_freedom: coverage.degrees_of_freedom,
-        rms_mm: rms,
-        worst_mm: worst,
+        coverage_factor: factor,
+        degrees_of_freedom,
+        rms_mm: factor * sigma.rms,
+        worst_mm: factor * sigma.max,
     })
 }
 

@@ -1,6 +1,7 @@
 //! Planned measurements, what the rows of a file determine, and a comparison of instruments: for people, for
 //! programs, and as a samples file to fill in.
 
+use super::Versioned;
 use super::calibration::{ExpectedReport, expected_report};
 use crate::accuracy::uncertainty::{ExpectedError, PositionSigma};
 use crate::fit::Frame;
@@ -19,26 +20,20 @@ use std::fmt::Write;
 /// Changes whenever a field changes its name or meaning or is removed.
 const SCHEMA_VERSION: u32 = 2;
 
-/// A report for programs: lengths in millimetres, angles in degrees; `null` where a figure is unknown.
+/// Lengths in millimetres, angles in degrees; `null` where a figure is unknown.
 #[derive(Debug, Serialize)]
-struct Report<T> {
-    schema_version: u32,
-    program_version: &'static str,
-    robot_file: String,
+struct Report<'a, T> {
+    robot_file: &'a str,
     #[serde(flatten)]
     contents: T,
 }
 
-/// As text, indented, ending in a new line.
 fn in_json<T: Serialize>(robot_file: &str, contents: T) -> String {
     let report = Report {
-        schema_version: SCHEMA_VERSION,
-        program_version: env!("CARGO_PKG_VERSION"),
-        robot_file: robot_file.to_owned(),
+        robot_file,
         contents,
     };
-    // Nothing in it cannot be written.
-    serde_json::to_string_pretty(&report).unwrap_or_default() + "\n"
+    super::json(&Versioned::new(SCHEMA_VERSION, report))
 }
 
 /// A measurement to take.

@@ -1,10 +1,11 @@
 //! What is written of a workspace: text for a terminal, JSON, CSV, mesh, figures, and a page.
 
+use super::Versioned;
 use crate::accuracy::information::parameters;
 use crate::geometry::{Limit, range};
 use crate::render::page::{self, NamedFigure, shown};
 use crate::render::plot::{Axis, Colour, Figure, Patch, PlotError, STEPS, Shape};
-use crate::render::{Section, Table, json, terminal};
+use crate::render::{Section, Table, terminal};
 use crate::text::count;
 use crate::workspace::{
     Analysis, BoundaryPoint, Cylinder, LimitShare, Mesh, Options, ParameterInfluence,
@@ -15,7 +16,6 @@ use delta_cal::{ArmIndex, Parameter};
 use maud::{Markup, html};
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
-use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -53,11 +53,8 @@ pub fn files(analysis: &Analysis) -> Result<Vec<(String, Vec<u8>)>, PlotError> {
 }
 
 /// As JSON.
-pub fn to_json(report: &WorkspaceReport) -> Value {
-    json::report(
-        SCHEMA_VERSION,
-        serde_json::to_value(report).unwrap_or_default(),
-    )
+pub fn to_json(report: &WorkspaceReport) -> String {
+    super::json(&Versioned::new(SCHEMA_VERSION, report))
 }
 
 /// `x_mm,y_mm,z_mm,kind`: every point of the boundary and what limits it.

@@ -38,14 +38,14 @@ const IN_SENSOR: Beforehand = Beforehand {
 pub(super) const FRAME: f64 = 6.0;
 
 /// A figure with its 95 % confidence limits, mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bounded {
     /// The estimate.
+    #[serde(rename = "estimate_mm")]
     pub value: f64,
-    /// The lower limit; 0 if the noise is not known.
-    pub lower: f64,
-    /// The upper limit; `None` if the noise is not known and it has none.
-    pub upper: Option<f64>,
+    /// From, 0 if the noise is not known, to; `None` if the noise is not known and there is no upper limit.
+    #[serde(rename = "interval_mm")]
+    pub interval: (f64, Option<f64>),
 }
 
 /// The rms position error over the region that the poses are a sample of.
@@ -122,8 +122,7 @@ impl RmsError {
         };
         Bounded {
             value: self.without_noise(self.mean_square),
-            lower: lower.unwrap_or(0.0),
-            upper: limit(self.at_least_noise(), TAIL),
+            interval: (lower.unwrap_or(0.0), limit(self.at_least_noise(), TAIL)),
         }
     }
 
@@ -159,8 +158,7 @@ pub(super) fn largest(rows: &[RowDeviation]) -> Option<Bounded> {
     let Some(known) = known else {
         return Some(Bounded {
             value: worst.length(),
-            lower: 0.0,
-            upper: None,
+            interval: (0.0, None),
         });
     };
     let along = Normal::standard().inverse_cdf(1.0 - TAIL);
@@ -181,8 +179,10 @@ pub(super) fn largest(rows: &[RowDeviation]) -> Option<Bounded> {
         .fold(0.0, f64::max);
     Some(Bounded {
         value: value.sqrt(),
-        lower: over(&|length, sigma| length - anywhere * sigma),
-        upper: Some(over(&|length, sigma| length + along * sigma)),
+        interval: (
+            over(&|length, sigma| length - anywhere * sigma),
+            Some(over(&|length, sigma| length + along * sigma)),
+        ),
     })
 }
 
@@ -203,9 +203,9 @@ pub enum Verdict {
 
 impl Verdict {
     pub(super) fn of(figure: &Bounded, limit: f64) -> Self {
-        if figure.upper.is_some_and(|upper| upper <= limit) {
+        if figure.interval.1.is_some_and(|upper| upper <= limit) {
             Self::Pass
-        } else if figure.lower > limit {
+        } else if figure.interval.0 > limit {
             Self::Fail
         } else {
             Self::Undecided
@@ -245,13 +245,13 @@ mod tests {
         let noise = 4e-4;
         let of = |square: f64| RmsError::of(&[square; 20], noise, false);
         let (less, expected) = (of(0.25 * noise), of(noise));
-        let upper = less.bounded().upper;
+        let upper = less.bounded().interval.1;
         assert!(upper > Some(0.1 * f64::sqrt(noise)), "{upper:?}");
-        assert_eq!(upper, expected.bounded().upper);
-        assert!((less.bounded().lower, less.bounded().value) == (0.0, 0.0));
+        assert_eq!(upper, expected.bounded().interval.1);
+        assert!((less.bounded().interval.0, less.bounded().value) == (0.0, 0.0));
         let confidence = |own: &RmsError| own.confidence_below(0.005).to_bits();
         assert_eq!(confidence(&less), confidence(&expected));
-        assert!(of(2.0 * noise).bounded().upper > upper);
+        assert!(of(2.0 * noise).bounded().interval.1 > upper);
     }
 }
 

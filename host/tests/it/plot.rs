@@ -90,7 +90,7 @@ fn axes_legend_and_labels_are_written_and_escaped() {
     .with(
         "the <paper>",
         Colour::Vermilion,
-        Shape::Diamonds(vec![(5.0, 1.0)]),
+        Shape::Rings(vec![(5.0, 1.0)]),
     );
     let texts = texts(&figure.to_svg().unwrap());
     for expected in [

@@ -18,8 +18,8 @@ const ROW: f64 = 20.0;
 const KEY: f64 = 22.0;
 /// Between the sample and its name, and twice that between two entries.
 const GAP: f64 = 8.0;
-/// Opacity of bands and regions.
-const BAND: f64 = 0.2;
+/// Opacity of regions.
+const REGION: f64 = 0.2;
 /// More discs than this are drawn smaller.
 const MANY: usize = 250;
 /// Width of lines.
@@ -192,19 +192,13 @@ impl Frame<'_> {
     fn draw(&self, series: &Series, svg: &mut Svg) {
         let style = series.style();
         match &series.shape {
-            Shape::Line(points) | Shape::Dashed(points) => svg.line(&self.all(points), &style),
-            Shape::Segments(segments) | Shape::Hairlines(segments) => {
+            Shape::Dashed(points) => svg.line(&self.all(points), &style),
+            Shape::Segments(segments) => {
                 for segment in segments {
                     svg.line(&self.all(segment), &style);
                 }
             }
             Shape::Region(outline) => svg.area(&self.all(outline), &style),
-            Shape::Band(band) => {
-                let upper = band.iter().map(|&(x, _, upper)| (x, upper));
-                let lower = band.iter().rev().map(|&(x, lower, _)| (x, lower));
-                let outline: Vec<_> = upper.chain(lower).collect();
-                svg.area(&self.all(&outline), &style);
-            }
             Shape::Tiles(tiles, _) => {
                 for &[(x1, y1), (x2, y2)] in tiles {
                     let corners = [(x1, y1), (x2, y1), (x2, y2), (x1, y2)];
@@ -216,7 +210,7 @@ impl Frame<'_> {
                     svg.area(&self.all(outline), &format!("fill=\"{}\"", hex(*shade)));
                 }
             }
-            Shape::Points(points) | Shape::Rings(points) | Shape::Diamonds(points) => {
+            Shape::Points(points) | Shape::Rings(points) => {
                 for at in self.within(points) {
                     svg.mark(series, at);
                 }
@@ -239,12 +233,11 @@ impl Series {
         let line = |width: f64| format!("fill=\"none\" stroke=\"{hex}\" stroke-width=\"{width}\"");
         let filled = |opacity: f64| format!("fill=\"{hex}\" opacity=\"{}\"", rounded(opacity));
         match &self.shape {
-            Shape::Line(_) | Shape::Segments(_) | Shape::Rings(_) => line(LINE),
+            Shape::Segments(_) | Shape::Rings(_) => line(LINE),
             Shape::Dashed(_) => line(LINE) + " stroke-dasharray=\"8 6\"",
-            Shape::Hairlines(_) => line(1.0) + " opacity=\"0.4\"",
-            Shape::Band(_) | Shape::Region(_) => filled(BAND),
+            Shape::Region(_) => filled(REGION),
             Shape::Tiles(_, opacity) => filled(*opacity),
-            Shape::Patches(_) | Shape::Points(_) | Shape::Diamonds(_) | Shape::Labels(_) => {
+            Shape::Patches(_) | Shape::Points(_) | Shape::Labels(_) => {
                 format!("fill=\"{hex}\"")
             }
         }
@@ -272,13 +265,9 @@ impl Svg {
         }
     }
 
-    /// A disc, a ring or a diamond.
+    /// A disc or a ring.
     fn mark(&mut self, series: &Series, (x, y): Place) {
         let radius = match &series.shape {
-            Shape::Diamonds(_) => {
-                let corners = [(x - 5.0, y), (x, y - 5.0), (x + 5.0, y), (x, y + 5.0)];
-                return self.area(&corners, &series.style());
-            }
             Shape::Points(points) if points.len() > MANY => 1.75,
             Shape::Points(_) => 2.75,
             _ => RING,
@@ -304,10 +293,10 @@ impl Svg {
     fn entry(&mut self, series: &Series, (x, y): Place) {
         let (low, high, right, style) = (y - 6.0, y + 6.0, x + KEY, series.style());
         match &series.shape {
-            Shape::Line(_) | Shape::Segments(_) | Shape::Hairlines(_) | Shape::Dashed(_) => {
+            Shape::Segments(_) | Shape::Dashed(_) => {
                 self.line(&[(x, y), (right, y)], &style);
             }
-            Shape::Points(_) | Shape::Rings(_) | Shape::Diamonds(_) => {
+            Shape::Points(_) | Shape::Rings(_) => {
                 self.mark(series, (x + KEY / 2.0, y));
             }
             Shape::Labels(_) => {}

@@ -20,14 +20,11 @@ pub(super) fn render(report: &Report) -> String {
         with_figure(text::parameters(report), figures::parameters(report)),
         residuals(report),
         text::noise(report),
-        unmodelled(report),
+        text::causes(report).unwrap_or_else(|| text::no_causes(report)),
     ];
     parts.push(uncertain(report));
     parts.extend(text::places(report));
-    parts.extend(text::next(report).map(|next| {
-        let caption = "Joint positions of the samples within the joint limits.";
-        with_figure(next, Some((figures::joints(report), caption)))
-    }));
+    parts.extend(text::next(report));
     parts.push(glossary());
     let body = html! {
         h1 { (title) }
@@ -113,11 +110,6 @@ fn residuals(report: &Report) -> Section {
         let caption = "Distance of each position, or the largest residual of other readings, before and after.";
         section = section.in_page(drawn(&residuals, caption));
     }
-    if let Some(in_sigmas) = figures::residuals_in_sigmas(report) {
-        let caption = "Residuals after the calibration in σ of their noise; 1 is expected. Beyond the upper line is one sample in \
-                       three million, if the noise is right.";
-        section = section.in_page(drawn(&in_sigmas, caption));
-    }
     section.table(samples(report))
 }
 
@@ -156,28 +148,13 @@ fn samples(report: &Report) -> Table {
         )
 }
 
-fn unmodelled(report: &Report) -> Section {
-    let section = text::causes(report).unwrap_or_else(|| text::no_causes(report));
-    let figures = figures::closures(report);
-    if figures.is_empty() {
-        return section;
-    }
-    let panels = html! {
-        div.views { @for (panel, caption) in &figures { (drawn(panel, caption)) } }
-    };
-    section.in_page(panels).note(
-        "What is left of each arm's closure error along its forearm, over its joint. A curve in these points is an error of the \
-         joint that the model cannot represent; a line shows the causes found.",
-    )
-}
-
 fn uncertain(report: &Report) -> Section {
     let section = text::expected(report).note(text::contents());
-    let Some(map) = &report.map else {
+    if report.position_uncertainty.is_empty() {
         return section;
-    };
+    }
     let slices = html! {
-        div.views { @for (slice, caption) in figures::slices(map) { (drawn(&slice, &caption)) } }
+        div.views { @for (slice, caption) in figures::slices(&report.position_uncertainty) { (drawn(&slice, &caption)) } }
     };
     section.in_page(slices).note(
         "Shades: absolute σ of the position at that place, in mm; the same shades in all figures.",

@@ -223,7 +223,7 @@ pub(super) fn expected(report: &Report) -> Section {
     {
         section = section.text(format!(
             "The calibration moves positions by {} mm rms. Chance that it makes the robot worse: {}.",
-            significant(own.change_mm, 2),
+            significant(own.change, 2),
             probability(chance)
         ));
     }

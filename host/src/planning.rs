@@ -26,7 +26,7 @@ use delta_cal::{ArmIndex, Parameter};
 pub use instrument::{COUNTS, Comparison, Instrument, compare};
 pub use judge::Precision;
 pub use plan::{Order, Plan, PlanRequest, plan, plan_for};
-pub use request::{Kind, LEAST, MOST, Region, RegionError, Wish, Wishes};
+pub use request::{Kind, LEAST, MOST, Region, Wish, Wishes};
 pub(crate) use samples::covariance_after;
 pub use samples::{Determined, SamplesRequest};
 pub use setup::{PLANE, PlaneAt, Planned, PointAt, Setup};

@@ -29,7 +29,6 @@ pub(crate) enum Part {
 #[derive(Debug, Default)]
 pub(crate) struct Section {
     pub(super) title: String,
-    pub(super) lead: String,
     pub(super) parts: Vec<Part>,
 }
 
@@ -82,8 +81,6 @@ pub(crate) struct Column {
     pub(super) heading: String,
     pub(super) cells: Vec<String>,
     pub(super) only_in_page: bool,
-    /// The rows in which the cell stands out.
-    pub(super) standing_out: Vec<usize>,
 }
 
 /// Columns of cells that are formatted already. The first column names the rows.
@@ -94,8 +91,6 @@ pub(crate) struct Table {
     pub(super) standing_out: Vec<usize>,
     /// So many rows belong together.
     pub(super) group: Option<usize>,
-    /// So many rows are shown on a terminal, and where the others are.
-    pub(super) most: Option<(usize, &'static str)>,
     /// What a page shows in place of the table until it is asked for, and whether it is.
     pub(super) folded: Option<(String, bool)>,
 }
@@ -172,7 +167,6 @@ impl Column {
             heading: heading.into(),
             cells,
             only_in_page: false,
-            standing_out: Vec::new(),
         }
     }
 
@@ -236,16 +230,10 @@ impl<T> Rows<T> {
 
     /// The rows that stand out in a page.
     pub(crate) fn rows_standing_out(mut self, stands_out: impl Fn(&T) -> bool) -> Self {
-        self.table.standing_out = self.which(stands_out);
-        self
-    }
-
-    fn which(&self, stands_out: impl Fn(&T) -> bool) -> Vec<usize> {
         let numbered = self.items.iter().enumerate();
-        numbered
-            .filter(|(_, item)| stands_out(item))
-            .map(|(row, _)| row)
-            .collect()
+        let those = numbered.filter(|(_, item)| stands_out(item));
+        self.table.standing_out = those.map(|(row, _)| row).collect();
+        self
     }
 
     /// The table.

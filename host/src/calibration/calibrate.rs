@@ -153,35 +153,35 @@ fn check_method(
     if !closures {
         return Ok(());
     }
-    let fault = |file: &str, cause: &str, remedy: &str| {
-        Err(InputError::new(file, cause).with_remedy(remedy.to_owned()))
-    };
-    if options.frame == Frame::Sensor {
-        fault(
+    let faults = [
+        (
+            options.frame == Frame::Sensor,
             &readings.name,
             "--method joint and ikm need positions in the robot's frame",
             "use --method fkm",
-        )
-    } else if options.loss.is_some() {
-        fault(
+        ),
+        (
+            options.loss.is_some(),
             &readings.name,
             "--robust is a loss function of the FKM method",
             "use --method fkm",
-        )
-    } else if robot.transmission.is_some() {
-        fault(
+        ),
+        (
+            robot.transmission.is_some(),
             &robot.name,
             "only the FKM method finds transmissions",
             "use --method fkm, or delete transmission_deg",
-        )
-    } else if !readings.is_complete() {
-        fault(
+        ),
+        (
+            !readings.is_complete(),
             &readings.name,
             "--method joint and ikm need x, y and z in every row",
             "use --method fkm",
-        )
-    } else {
-        Ok(())
+        ),
+    ];
+    match faults.into_iter().find(|(faulty, ..)| *faulty) {
+        Some((_, file, cause, remedy)) => Err(InputError::new(file, cause).with_remedy(remedy)),
+        None => Ok(()),
     }
 }
 

@@ -84,7 +84,7 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
     let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     if let Some(folder) = &arguments.output {
         bar.set_message("figures and report");
-        let contents = workspace::files(&analysis)?.into_iter();
+        let contents = workspace::files(&analysis).into_iter();
         files.extend(contents.map(|(name, bytes)| (folder.join(name), bytes)));
     }
     bar.finish_and_clear();

@@ -59,40 +59,20 @@ impl fmt::Display for Port {
     }
 }
 
-/// Why a text names no port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PortError {
-    /// `tcp:` and not `HOST:PORT`.
-    NoTcpPort,
-    /// No text.
-    Empty,
-}
-
-impl fmt::Display for PortError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::NoTcpPort => "tcp: needs a host and a port number, as in tcp:192.168.0.7:4000",
-            Self::Empty => "a port is needed: /dev/ttyACM0 or tcp:HOST:PORT",
-        })
-    }
-}
-
-impl Error for PortError {}
-
 impl FromStr for Port {
-    type Err = PortError;
+    type Err = &'static str;
 
-    fn from_str(text: &str) -> Result<Self, PortError> {
+    fn from_str(text: &str) -> Result<Self, &'static str> {
         if let Some(address) = text.strip_prefix("tcp:") {
             return match address.rsplit_once(':') {
                 Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
                     Ok(Self::Tcp(address.to_owned()))
                 }
-                _ => Err(PortError::NoTcpPort),
+                _ => Err("tcp: needs a host and a port number, as in tcp:192.168.0.7:4000"),
             };
         }
         if text.is_empty() {
-            return Err(PortError::Empty);
+            return Err("a port is needed: /dev/ttyACM0 or tcp:HOST:PORT");
         }
         Ok(Self::Serial(text.into()))
     }

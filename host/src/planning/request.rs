@@ -4,7 +4,6 @@ use crate::text::list;
 use delta_cal::Real;
 use nalgebra::Vector3;
 use rand_core::Rng;
-use std::error::Error;
 use std::fmt;
 use std::str::FromStr;
 
@@ -193,23 +192,6 @@ pub enum Region {
     },
 }
 
-/// Why a text is no [`Region`].
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct RegionError(String);
-
-impl fmt::Display for RegionError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            formatter,
-            "{}; a box is written x=-100..100,y=-100..100,z=-500..-400 and a cylinder \
-             r=200,z=-500..-400, both in mm",
-            self.0
-        )
-    }
-}
-
-impl Error for RegionError {}
-
 impl Region {
     /// Whether a position is inside or on the boundary.
     pub fn contains(&self, x: &Vector3<f64>) -> bool {
@@ -272,13 +254,24 @@ impl fmt::Display for Region {
 }
 
 impl FromStr for Region {
-    type Err = RegionError;
+    type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, RegionError> {
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::parsed(text).map_err(|cause| {
+            format!(
+                "{cause}; a box is written x=-100..100,y=-100..100,z=-500..-400 and a cylinder \
+                 r=200,z=-500..-400, both in mm"
+            )
+        })
+    }
+}
+
+impl Region {
+    fn parsed(text: &str) -> Result<Self, String> {
         let (mut coordinates, mut radius) = ([None; 3], None);
         for part in text.split(',') {
             let Some((name, value)) = part.split_once('=') else {
-                return Err(RegionError(format!("'{}' has no =", part.trim())));
+                return Err(format!("'{}' has no =", part.trim()));
             };
             let name = name.trim();
             let taken = if name == "r" {
@@ -287,43 +280,41 @@ impl FromStr for Region {
                 let index = ["x", "y", "z"].iter().position(|axis| *axis == name);
                 let coordinate = index.and_then(|index| coordinates.get_mut(index));
                 let Some(coordinate) = coordinate else {
-                    return Err(RegionError(format!("'{name}' is not one of x, y, z and r")));
+                    return Err(format!("'{name}' is not one of x, y, z and r"));
                 };
                 coordinate.replace(range(name, value)?).is_some()
             };
             if taken {
-                return Err(RegionError(format!("{name} is given twice")));
+                return Err(format!("{name} is given twice"));
             }
         }
         match (coordinates, radius) {
             ([Some(x), Some(y), Some(z)], None) => Ok(Self::Box([x, y, z])),
             ([None, None, Some(z)], Some(radius)) => Ok(Self::Cylinder { radius, z }),
-            (_, Some(_)) => Err(RegionError(
-                "a cylinder has r and z and nothing else".to_owned(),
-            )),
+            (_, Some(_)) => Err("a cylinder has r and z and nothing else".to_owned()),
             (coordinates, None) => {
                 let missing = ["x", "y", "z"].into_iter().zip(coordinates);
                 let missing: Vec<_> = missing
                     .filter_map(|(axis, range)| range.is_none().then_some(axis))
                     .collect();
-                Err(RegionError(format!("{} missing", missing.join(" and "))))
+                Err(format!("{} missing", missing.join(" and ")))
             }
         }
     }
 }
 
-fn positive(text: &str) -> Result<f64, RegionError> {
+fn positive(text: &str) -> Result<f64, String> {
     let value = number(text)?;
     if value > 0.0 {
         return Ok(value);
     }
     let cause = format!("the radius {} must be greater than 0", text.trim());
-    Err(RegionError(cause))
+    Err(cause)
 }
 
-fn range(name: &str, text: &str) -> Result<(f64, f64), RegionError> {
+fn range(name: &str, text: &str) -> Result<(f64, f64), String> {
     let text = text.trim();
-    let fault = |cause: &str| RegionError(format!("{name}={text} {cause}"));
+    let fault = |cause: &str| format!("{name}={text} {cause}");
     let (low, high) = text
         .split_once("..")
         .ok_or_else(|| fault("is not a range such as -100..100"))?;
@@ -336,7 +327,7 @@ fn range(name: &str, text: &str) -> Result<(f64, f64), RegionError> {
 }
 
 /// A length, in mm where it has no unit.
-fn number(text: &str) -> Result<f64, RegionError> {
+fn number(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let units = [("mm", 1.0), ("cm", 10.0), ("m", 1e3)];
     let (number, factor) = units
@@ -345,7 +336,7 @@ fn number(text: &str) -> Result<f64, RegionError> {
         .unwrap_or((text, 1.0));
     match number.trim_end().parse::<f64>() {
         Ok(value) if (value * factor).is_finite() => Ok(value * factor),
-        _ => Err(RegionError(format!("'{text}' is not a number"))),
+        _ => Err(format!("'{text}' is not a number")),
     }
 }
 

@@ -11,35 +11,11 @@
 //!     Axis::linear("gain, %", -50.0, 100.0),
 //! )
 //! .with("median", Colour::Blue, Shape::Points(median));
-//! let svg = figure.to_svg()?;
+//! let svg = figure.to_svg();
 //! assert!(svg.contains("gain, %") && svg.ends_with("</svg>\n"));
-//! # Ok::<(), delta_cal_host::render::plot::PlotError>(())
 //! ```
 
 mod svg;
-
-use std::error::Error;
-use std::fmt;
-
-/// A figure that could not be drawn.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum PlotError {
-    /// An axis is not finite or empty, or is logarithmic and not positive.
-    Range(String),
-    /// The figure is too small for its labels.
-    Size,
-}
-
-impl fmt::Display for PlotError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Range(axis) => write!(formatter, "the axis \"{axis}\" has no usable range"),
-            Self::Size => formatter.write_str("the figure is too small for its labels"),
-        }
-    }
-}
-
-impl Error for PlotError {}
 
 /// The colours of Okabe and Ito that differ for the colour-blind and stand out from white and from
 /// black (their yellow does not), and two that are part of no comparison.
@@ -244,11 +220,12 @@ impl Axis {
         place.is_finite().then_some(place)
     }
 
-    /// The ends of the axis on the paper.
-    pub(super) fn ends(&self) -> Result<(f64, f64), PlotError> {
+    /// The ends of the axis on the paper; 0 and 1 of one that is not finite or empty, or is logarithmic and not
+    /// positive.
+    pub(super) fn ends(&self) -> (f64, f64) {
         match (self.place(self.low), self.place(self.high)) {
-            (Some(low), Some(high)) if (high - low).abs() > 0.0 => Ok((low, high)),
-            _ => Err(PlotError::Range(self.label.clone())),
+            (Some(low), Some(high)) if (high - low).abs() > 0.0 => (low, high),
+            _ => (0.0, 1.0),
         }
     }
 

@@ -5,7 +5,7 @@ use super::document::Document;
 use super::{MANY, MANY_ON_A_PAGE, Versioned, shown};
 use crate::fit::Frame;
 use crate::render::page::{self, figure};
-use crate::render::plot::{Axis, Colour, Figure, PlotError, Shape};
+use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::{Part, Section, Table, terminal};
 use crate::text::{confidence, count, significant};
 use crate::validation::{Bounded, Deviation, Validation, Verdict};
@@ -29,10 +29,7 @@ pub fn text(found: &Validation) -> String {
 }
 
 /// The certificate, one HTML file.
-///
-/// # Errors
-/// A figure that cannot be drawn; none is known.
-pub fn certificate(found: &Validation, document: &Document) -> Result<String, PlotError> {
+pub fn certificate(found: &Validation, document: &Document) -> String {
     let robot = document.record.name.as_deref();
     let heading = format!("Validation of {}", robot.unwrap_or(&found.robot.name));
     let class = match found.verdict {
@@ -50,13 +47,13 @@ pub fn certificate(found: &Validation, document: &Document) -> Result<String, Pl
             (document.page())
             div.scroll { (figures(found)) }
             p { (measured(found)) }
-            (deviations(found)?)
+            (deviations(found))
             @if let Some(warnings) = warnings(found) { (warnings) }
             p.note { (CONTENTS) }
             div.signature { span { "Date" } span { "Signature" } }
         }
     };
-    Ok(page::render(&heading, &body))
+    page::render(&heading, &body)
 }
 
 /// What the figures contain.
@@ -190,7 +187,7 @@ fn warnings(found: &Validation) -> Option<Part> {
 }
 
 /// Every row's deviation, over its line.
-fn deviations(found: &Validation) -> Result<Markup, PlotError> {
+fn deviations(found: &Validation) -> Markup {
     #[allow(clippy::cast_precision_loss)] // lines of a file
     let points: Vec<_> = indices(found, MANY_ON_A_PAGE)
         .into_iter()

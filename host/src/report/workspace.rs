@@ -3,8 +3,8 @@
 use super::Versioned;
 use crate::accuracy::information::parameters;
 use crate::geometry::{Limit, range};
-use crate::render::page::{self, NamedFigure, shown};
-use crate::render::plot::{Axis, Colour, Figure, Patch, PlotError, STEPS, Shape};
+use crate::render::page::{self, figure};
+use crate::render::plot::{Axis, Colour, Figure, Patch, STEPS, Shape};
 use crate::render::{Section, Table, terminal};
 use crate::text::count;
 use crate::workspace::{
@@ -35,21 +35,20 @@ pub fn names() -> impl Iterator<Item = String> {
 }
 
 /// Names and contents of the files of an output folder.
-///
-/// # Errors
-/// A figure that cannot be drawn; none is known.
-pub fn files(analysis: &Analysis) -> Result<Vec<(String, Vec<u8>)>, PlotError> {
+pub fn files(analysis: &Analysis) -> Vec<(String, Vec<u8>)> {
     let figures = figures(analysis);
     let mut contents = vec![
         boundary_csv(analysis).into_bytes(),
         analysis.mesh.to_stl(&analysis.workspace),
         influence_csv(analysis).into_bytes(),
-        page(&analysis.report, &figures)?.into_bytes(),
+        page(&analysis.report, &figures).into_bytes(),
     ];
-    for NamedFigure { figure, .. } in &figures {
-        contents.push(figure.to_svg()?.into_bytes());
-    }
-    Ok(names().zip(contents).collect())
+    contents.extend(
+        figures
+            .iter()
+            .map(|(figure, _)| figure.to_svg().into_bytes()),
+    );
+    names().zip(contents).collect()
 }
 
 /// As JSON.
@@ -103,24 +102,18 @@ pub fn to_text(report: &WorkspaceReport) -> String {
 }
 
 /// As one HTML file that opens from disk: everything it needs is in it.
-fn page(report: &WorkspaceReport, figures: &[NamedFigure]) -> Result<String, PlotError> {
-    // Drawn before, so that the sections cannot fail.
-    let drawn = figures
-        .iter()
-        .map(|of| Ok((of.name, shown(figures, &[of.name])?)));
-    let drawn: Vec<(&str, Markup)> = drawn.collect::<Result<_, PlotError>>()?;
+fn page(report: &WorkspaceReport, figures: &[(Figure, String)]) -> String {
     let beside = |names: &[&str]| {
-        let chosen = drawn.iter().filter(|(name, _)| names.contains(name));
-        html! { div.views { @for (_, figure) in chosen { (figure) } } }
+        let named = NAMES.iter().zip(figures);
+        let chosen = named.filter(|(name, _)| names.contains(name));
+        html! { div.views { @for (_, (drawn, caption)) in chosen { (figure(drawn, caption)) } } }
     };
+    let title = format!("Workspace of {}", report.robot_file);
     let body = html! {
-        h1 { "Workspace of " (report.robot_file) }
+        h1 { (title) }
         @for section in sections(report, &beside, 16) { (section) }
     };
-    Ok(page::render(
-        &format!("Workspace of {}", report.robot_file),
-        &body,
-    ))
+    page::render(&title, &body)
 }
 
 /// What the terminal and the page show; `figures` are seen in a page only. So many cylinders.
@@ -266,8 +259,8 @@ const fn class_of(limit: Limit) -> (Colour, &'static str) {
     }
 }
 
-/// All of them, in the order of their names.
-pub fn figures(analysis: &Analysis) -> Vec<NamedFigure> {
+/// All of them with their captions, in the order of their names.
+fn figures(analysis: &Analysis) -> Vec<(Figure, String)> {
     let serial = |at: &SingularityDistance<f64>| at.serial.into_iter().fold(1.0, f64::min);
     let drawn = [
         view(&analysis.workspace),
@@ -291,10 +284,7 @@ pub fn figures(analysis: &Analysis) -> Vec<NamedFigure> {
          range and rms (dot)."
             .to_owned(),
     ];
-    let figures = NAMES.into_iter().zip(drawn).zip(captions);
-    figures
-        .map(|((name, figure), caption)| NamedFigure::new(name, figure, caption))
-        .collect()
+    drawn.into_iter().zip(captions).collect()
 }
 
 /// The plane y = 0.

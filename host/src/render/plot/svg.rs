@@ -1,6 +1,6 @@
 //! Figures as SVG.
 
-use super::{Colour, Figure, PlotError, Series, Shape};
+use super::{Colour, Figure, Series, Shape};
 use maud::html;
 use std::fmt::Write;
 
@@ -33,12 +33,9 @@ type Place = (f64, f64);
 
 impl Figure {
     /// As SVG. Colours are attributes, so that a style sheet can change them for a dark page.
-    ///
-    /// # Errors
-    /// An axis without a usable range, or a figure too small for its labels.
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub fn to_svg(&self) -> String {
         let (width, height) = (f64::from(self.width), f64::from(self.height));
-        let (x, y) = (self.x.ends()?, self.y.ends()?);
+        let (x, y) = (self.x.ends(), self.y.ends());
         let y_ticks = self.y.ticks(y, most(height, BETWEEN_LABELS.1));
         let widest = y_ticks.iter().map(|(_, text)| text_width(text));
         let beside = if self.y.label.is_empty() { 14.0 } else { 34.0 };
@@ -50,9 +47,6 @@ impl Figure {
         let (entries, above) = self.legend(left, width - MARGIN);
         let top = MARGIN + above;
         let size = (width - left - MARGIN - 8.0, height - top - below);
-        if size.0 < BETWEEN_LABELS.0 || size.1 < BETWEEN_LABELS.1 {
-            return Err(PlotError::Size);
-        }
         let (x, y) = if self.equal_scales {
             equal(x, y, size)
         } else {
@@ -80,7 +74,7 @@ impl Figure {
             frame.draw(series, &mut svg);
         }
         svg.0.push_str("</svg>\n");
-        Ok(svg.0)
+        svg.0
     }
 
     /// Where each named series goes in the legend, and the legend's height.

@@ -3,7 +3,7 @@
 use super::{Report, figures, text};
 use crate::fit::Frame;
 use crate::render::page::{self, figure, tile};
-use crate::render::plot::{Figure, PlotError};
+use crate::render::plot::Figure;
 use crate::render::{Section, Table};
 use crate::text::{capitalised, in_words, joint, probability, significant, small_or};
 use maud::{Markup, html};
@@ -52,21 +52,9 @@ fn stated(report: &Report) -> String {
     format!("{tolerance}{frame}")
 }
 
-/// A figure, or why there is none; no figure is known that cannot be drawn.
-fn drawn(drawing: &Figure, caption: &str) -> Markup {
-    match figure(drawing, caption) {
-        Ok(markup) => markup,
-        Err(error) => of_error(&error),
-    }
-}
-
-fn of_error(error: &PlotError) -> Markup {
-    html! { p.note { "This figure cannot be drawn: " (error.to_string()) "." } }
-}
-
-fn with_figure(section: Section, figure: Option<(Figure, &str)>) -> Section {
-    match figure {
-        Some((figure, caption)) => section.after(drawn(&figure, caption)),
+fn with_figure(section: Section, drawing: Option<(Figure, &str)>) -> Section {
+    match drawing {
+        Some((drawing, caption)) => section.after(figure(&drawing, caption)),
         None => section,
     }
 }
@@ -108,7 +96,7 @@ fn residuals(report: &Report) -> Section {
     let mut section = text::errors(report);
     if let Some(residuals) = figures::residuals(report) {
         let caption = "Distance of each position, or the largest residual of other readings, before and after.";
-        section = section.in_page(drawn(&residuals, caption));
+        section = section.in_page(figure(&residuals, caption));
     }
     section.table(samples(report))
 }
@@ -154,7 +142,7 @@ fn uncertain(report: &Report) -> Section {
         return section;
     }
     let slices = html! {
-        div.views { @for (slice, caption) in figures::slices(&report.position_uncertainty) { (drawn(&slice, &caption)) } }
+        div.views { @for (slice, caption) in figures::slices(&report.position_uncertainty) { (figure(&slice, &caption)) } }
     };
     section.in_page(slices).note(
         "Shades: absolute σ of the position at that place, in mm; the same shades in all figures.",

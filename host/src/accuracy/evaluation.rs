@@ -148,11 +148,15 @@ impl CramerRaoBound {
                 })
             })
             .collect::<Option<Vec<_>>>()?;
-        let covariance = match method {
+        let mut covariance = match method {
             Method::Ikm => of_separate_arms(truth, &poses, noise, tolerance)?,
             Method::Joint | Method::Fkm => of_all_arms(truth, &poses, noise, tolerance)?,
         };
-        Some(Self { covariance })
+        for place in (0..PARAMETERS).filter(|place| is_empty(truth, *place)) {
+            covariance[(place, place)] = 0.0;
+        }
+        let finite = covariance.iter().all(|entry| entry.is_finite());
+        finite.then_some(Self { covariance })
     }
 
     /// √ of the trace, mm: the least rms of ‖Pr − Pc‖.
@@ -183,14 +187,7 @@ fn of_all_arms(
         .into_owned();
     let inverse =
         triangle.solve_upper_triangular(&SMatrix::<f64, PARAMETERS, PARAMETERS>::identity())?;
-    let mut covariance = inverse * inverse.transpose();
-    for place in (0..PARAMETERS).filter(|place| is_empty(truth, *place)) {
-        covariance[(place, place)] = 0.0;
-    }
-    covariance
-        .iter()
-        .all(|entry| entry.is_finite())
-        .then_some(covariance)
+    Some(inverse * inverse.transpose())
 }
 
 /// The inverse of each arm's information Σ (∂f/∂P)ᵀ(∂f/∂P)/σf², by the triangle of its rows.
@@ -221,13 +218,5 @@ fn of_separate_arms(
             .fixed_view_mut::<8, 8>(first, first)
             .copy_from(&(inverse * inverse.transpose()));
     }
-    for place in 0..PARAMETERS {
-        if is_empty(truth, place) {
-            covariance[(place, place)] = 0.0;
-        }
-    }
-    covariance
-        .iter()
-        .all(|entry| entry.is_finite())
-        .then_some(covariance)
+    Some(covariance)
 }

@@ -137,6 +137,25 @@ pub struct PriorTest {
     pub probability: f64,
 }
 
+/// The places that the arms use, rows that count their parameters in tolerances, and a covariance counted so.
+pub(super) fn in_tolerances(
+    robot: &Robot<f64>,
+    tolerance: &Tolerance<f64>,
+    covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+) -> Option<(Vec<usize>, DMatrix<f64>, DMatrix<f64>)> {
+    let places = 0..PARAMETERS;
+    let used: Vec<usize> = places.filter(|place| !is_empty(robot, *place)).collect();
+    let pick = |matrix: &SMatrix<f64, PARAMETERS, PARAMETERS>| {
+        DMatrix::from_fn(used.len(), used.len(), |row, column| {
+            matrix[(used[row], used[column])]
+        })
+    };
+    let root = pick(&prior_covariance(robot, tolerance)).cholesky()?.l();
+    let inverse = root.try_inverse()?;
+    let scaled = &inverse * pick(covariance) * inverse.transpose();
+    Some((used, inverse, scaled))
+}
+
 impl PriorTest {
     /// `None` if the samples determine nothing better than the tolerance.
     pub(crate) fn of(
@@ -145,18 +164,7 @@ impl PriorTest {
         solution: &Solution,
     ) -> Option<Self> {
         let drive = nominal.drive();
-        let used: Vec<usize> = (0..PARAMETERS)
-            .filter(|place| !is_empty(nominal, *place))
-            .collect();
-        let all = prior_covariance(nominal, tolerance);
-        let pick = |matrix: &SMatrix<f64, PARAMETERS, PARAMETERS>| {
-            DMatrix::from_fn(used.len(), used.len(), |row, column| {
-                matrix[(used[row], used[column])]
-            })
-        };
-        let root = pick(&all).cholesky()?.l();
-        let inverse = root.clone().try_inverse()?;
-        let scaled = &inverse * pick(&solution.of_parameters()) * inverse.transpose();
+        let (used, inverse, scaled) = in_tolerances(nominal, tolerance, &solution.of_parameters())?;
         let moved = DVector::from_fn(used.len(), |row, _| solution.moved[used[row]]);
         let eigen = scaled.symmetric_eigen();
         let along = eigen.eigenvectors.tr_mul(&(&inverse * moved));

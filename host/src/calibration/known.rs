@@ -1,7 +1,8 @@
 //! What readings determine, what they leave to the tolerance, and which poses would help most.
 
+use super::credibility::in_tolerances;
 use super::judge::Judged;
-use crate::accuracy::information::{is_empty, parameter_at, prior_covariance};
+use crate::accuracy::information::parameter_at;
 use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty, inside};
 use crate::files::robot_file::RobotFile;
 use crate::fit::solution::PARAMETERS;
@@ -52,31 +53,20 @@ impl Known {
         before: Option<&ExpectedError>,
         after: Option<&ExpectedError>,
     ) -> Self {
-        let used: Vec<usize> = (0..PARAMETERS)
-            .filter(|place| !is_empty(robot, *place))
-            .collect();
-        let of = used.len() - PLACE_IN_SPACE;
+        let parameters = 3 * robot.drive().parameters().len();
+        let of = parameters - PLACE_IN_SPACE;
         let everything = Self {
             of,
-            combinations: used.len(),
+            combinations: parameters,
             place: true,
             scale: true,
         };
         let Some(tolerance) = tolerance else {
             return everything;
         };
-        let pick = |matrix: &SMatrix<f64, PARAMETERS, PARAMETERS>| {
-            DMatrix::from_fn(used.len(), used.len(), |row, column| {
-                matrix[(used[row], used[column])]
-            })
-        };
-        let inverses = || {
-            let root = pick(&prior_covariance(robot, tolerance)).cholesky()?.l();
-            let inverse = root.try_inverse()?;
-            let scaled = &inverse * pick(covariance) * inverse.transpose();
-            Some((inverse, scaled.try_inverse()?))
-        };
-        let Some((rows, information)) = inverses() else {
+        let found = in_tolerances(robot, tolerance, covariance);
+        let found = found.and_then(|(used, rows, own)| Some((used, rows, own.try_inverse()?)));
+        let Some((used, rows, information)) = found else {
             return everything;
         };
         // In tolerances: what the readings alone say, beside 1 of the tolerance.

@@ -197,7 +197,7 @@ impl Readings {
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
             let joints = row.numbers(Quantity::joints(drive))?;
-            Ok::<_, InputError>(Named {
+            Ok(Named {
                 joints,
                 position: row.numbers(Quantity::COORDINATES)?.map(Some),
                 height: None,
@@ -605,7 +605,7 @@ impl Planned {
             } else {
                 to_measure(&table, row, robot)?
             };
-            Ok::<_, InputError>((measured, value))
+            Ok((measured, value))
         })? {
             let (measured, value) = row.value;
             if !measured {

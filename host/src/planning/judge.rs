@@ -8,19 +8,14 @@ use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::READINGS;
-use crate::fit::Frame;
-use crate::fit::observations::levels;
+use crate::fit::observations::{instruments, levels, tolerance};
 use crate::fit::solution::{
     COLUMNS, ENTRIES, MOST, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS,
 };
-use crate::fit::solve::{GAUGE_ANGLE, GAUGE_LENGTH};
 use delta_cal::calibration::Problem;
-use delta_cal::observations::{
-    Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane, Point,
-    PositionFrame,
-};
+use delta_cal::observations::{Observation, ObservationProblem, ObservationRow};
 use delta_cal::simulate::made_robot;
-use delta_cal::{Sample, Settings, Tolerance};
+use delta_cal::{Sample, Settings};
 use nalgebra::{DMatrix, DVector};
 use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
@@ -243,7 +238,9 @@ impl Information {
             row.set_weight(0.0);
             row
         }));
-        let instruments = instruments(&setup.robot, setup.frame, &planes, &points)?;
+        let levels = levels(&setup.robot).ok_or(PlanError::Singular)?;
+        let instruments = instruments(&setup.robot, setup.frame, &planes, &points, &levels)
+            .map_err(|_| PlanError::Singular)?;
         let unknowns = PARAMETERS + instruments.unknowns();
         if unknowns > MOST {
             return Err(PlanError::TooManyInstruments);
@@ -309,36 +306,5 @@ impl Information {
                 0.0
             }
         })
-    }
-}
-
-fn instruments<'a>(
-    robot: &RobotFile,
-    frame: Frame,
-    planes: &'a [Plane<f64>],
-    points: &'a [Point<f64>],
-) -> Result<Instruments<'a, f64>, PlanError> {
-    let sigma = levels(robot).ok_or(PlanError::Singular)?;
-    let noise = ObservationNoise::new(sigma.position, sigma.height, sigma.distance);
-    Ok(Instruments {
-        frame: match frame {
-            Frame::Base => PositionFrame::Base,
-            Frame::Sensor => PositionFrame::Sensor,
-        },
-        planes,
-        points,
-        noise: noise.map_err(|_| PlanError::Singular)?,
-        transmission: robot.transmission,
-    })
-}
-
-/// What is known of the robot; in a sensor's frame something always is.
-fn tolerance(file: &RobotFile, frame: Frame) -> Option<Tolerance<f64>> {
-    let [arm, ..] = file.robot.arms();
-    match frame {
-        Frame::Base => file.tolerance,
-        Frame::Sensor => file
-            .tolerance
-            .or_else(|| Tolerance::new(GAUGE_LENGTH * arm.lb(), GAUGE_ANGLE).ok()),
     }
 }

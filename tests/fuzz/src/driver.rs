@@ -9,7 +9,9 @@ use delta_cal_firmware_example::ParameterFlash;
 use delta_cal_host::device::{self, Client, DeviceError, Patience, Transport, apply, calibrate};
 use delta_cal_host::files::example;
 use delta_cal_host::{InputText, Readings, RobotFile};
-use delta_cal_protocol::{ControlLoop, Direction, LARGEST_FRAME, Request, Response, RevertTo, Wire, Writer};
+use delta_cal_protocol::{
+    ControlLoop, Direction, LARGEST_FRAME, Request, Response, RevertTo, Wire, Writer,
+};
 use std::collections::VecDeque;
 use std::io;
 use std::sync::LazyLock;

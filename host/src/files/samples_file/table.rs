@@ -90,46 +90,28 @@ impl<'a> Table<'a> {
     }
 
     /// Every row; there must be one.
-    pub(super) fn rows<T, E: From<InputError>>(
+    pub(super) fn rows<T>(
         &self,
-        read: impl Fn(&TableRow<'_>) -> Result<T, E>,
-    ) -> Result<Vec<Row<T>>, E> {
+        read: impl Fn(&TableRow<'_>) -> Result<T, InputError>,
+    ) -> Result<Vec<Row<T>>, InputError> {
         let mut rows = Vec::new();
-        self.each(read, |row| {
-            rows.push(row);
-            Ok(())
-        })?;
-        Ok(rows)
-    }
-
-    /// The same, one after the other.
-    pub(super) fn each<T, E: From<InputError>>(
-        &self,
-        read: impl Fn(&TableRow<'_>) -> Result<T, E>,
-        mut take: impl FnMut(Row<T>) -> Result<(), E>,
-    ) -> Result<(), E> {
-        let mut empty = true;
         let numbers = Numbers::default();
         self.records.each(|line, record| {
             self.header.check_length(&self.records, line, record)?;
-            let row = TableRow {
+            let value = read(&TableRow {
                 table: self,
                 numbers: &numbers,
                 line,
                 record,
-            };
-            empty = false;
-            take(Row {
-                line,
-                value: read(&row)?,
-            })
+            })?;
+            rows.push(Row { line, value });
+            Ok(())
         })?;
-        if empty {
+        if rows.is_empty() {
             let cause = "the file has a header and no rows";
             return Err(InputError::new(self.input.name(), cause)
                 .at_line(self.records.header_line)
-                .with_remedy("add one row for each measured pose below the header")
-                .into());
+                .with_remedy("add one row for each measured pose below the header"));
         }
         if let Some((line, column, cause)) = numbers.doubtful_comma(self.records.separator()) {
             return Err(InputError::new(self.input.name(), cause)
@@ -137,13 +119,12 @@ impl<'a> Table<'a> {
                 .at_column(self.header.name(column))
                 .with_remedy(
                     "write all numbers with a decimal point and without a separator of thousands",
-                )
-                .into());
+                ));
         }
         if !numbers.must_be_degrees() {
             self.header.check_angles()?;
         }
-        Ok(())
+        Ok(rows)
     }
 }
 

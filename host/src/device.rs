@@ -19,7 +19,7 @@ use delta_cal::robot::ParameterKind;
 use delta_cal::stream::Estimator;
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
 use delta_cal_protocol::{Begin, Geometry, Wire};
-pub use link::{DeviceError, Port, Serial, Tcp, Transport};
+pub use link::{DeviceError, Port, Transport};
 pub use session::{Finished, adopt, apply, calibrate, in_use};
 
 /// A number as it goes over the wire: `f32` or `f64`.

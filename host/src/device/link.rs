@@ -8,7 +8,7 @@ use std::error::Error;
 use std::fmt;
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
@@ -78,69 +78,59 @@ impl FromStr for Port {
     }
 }
 
-/// A serial port: 8 data bits, no parity, one stop bit, no flow control.
-#[derive(Debug)]
-pub struct Serial(SerialPort);
-
-impl Serial {
-    /// Opens the port; what it had received before is dropped.
+impl Port {
+    /// Opens it: a serial port with 8 data bits, no parity, one stop bit and no flow control, where what was received
+    /// before is dropped; or the first address of a host that answers. `baud` is a serial port's.
     ///
     /// # Errors
-    /// There is none of this name, it is in use or not permitted, or the rate is not supported.
-    pub fn open(name: &Path, baud: u32) -> io::Result<Self> {
-        let mut port = SerialPort::open(name, baud)?;
-        port.set_write_timeout(TIMEOUT)?;
-        port.discard_input_buffer()?;
-        Ok(Self(port))
+    /// There is no such port or host, it is in use or not permitted, the rate is not supported, or nobody answers.
+    pub fn open(&self, baud: u32) -> io::Result<Box<dyn Transport>> {
+        match self {
+            Self::Serial(path) => {
+                let mut port = SerialPort::open(path, baud)?;
+                port.set_write_timeout(TIMEOUT)?;
+                port.discard_input_buffer()?;
+                Ok(Box::new(port))
+            }
+            Self::Tcp(address) => {
+                let mut last = io::Error::new(io::ErrorKind::NotFound, "the host has no address");
+                for address in address.to_socket_addrs()? {
+                    match TcpStream::connect_timeout(&address, TIMEOUT) {
+                        Ok(stream) => {
+                            stream.set_nodelay(true)?;
+                            stream.set_write_timeout(Some(TIMEOUT))?;
+                            return Ok(Box::new(stream));
+                        }
+                        Err(error) => last = error,
+                    }
+                }
+                Err(last)
+            }
+        }
     }
 }
 
-impl Transport for Serial {
+impl Transport for SerialPort {
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.0.write_all(bytes)
+        self.write_all(bytes)
     }
 
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
-        self.0.set_read_timeout(timeout)?;
-        received(self.0.read(buffer))
+        self.set_read_timeout(timeout)?;
+        received(Read::read(self, buffer))
     }
 }
 
-/// A TCP connection to a serial server or an emulator.
-#[derive(Debug)]
-pub struct Tcp(TcpStream);
-
-impl Tcp {
-    /// Connects to `HOST:PORT`; the first address that answers.
-    ///
-    /// # Errors
-    /// No such host, or nobody answers there.
-    pub fn connect(address: &str) -> io::Result<Self> {
-        let mut last = io::Error::new(io::ErrorKind::NotFound, "the host has no address");
-        for address in address.to_socket_addrs()? {
-            match TcpStream::connect_timeout(&address, TIMEOUT) {
-                Ok(stream) => {
-                    stream.set_nodelay(true)?;
-                    stream.set_write_timeout(Some(TIMEOUT))?;
-                    return Ok(Self(stream));
-                }
-                Err(error) => last = error,
-            }
-        }
-        Err(last)
-    }
-}
-
-impl Transport for Tcp {
+impl Transport for TcpStream {
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.0.write_all(bytes)
+        self.write_all(bytes)
     }
 
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
         // A timeout of zero would be none.
         let timeout = timeout.max(Duration::from_millis(1));
-        self.0.set_read_timeout(Some(timeout))?;
-        received(self.0.read(buffer))
+        self.set_read_timeout(Some(timeout))?;
+        received(Read::read(self, buffer))
     }
 }
 

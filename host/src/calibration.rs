@@ -14,8 +14,10 @@ pub mod findings;
 pub(crate) mod judge;
 pub mod known;
 pub mod refusal;
+pub mod report;
 pub mod wrong_rows;
 
 pub use calibrate::{calibrate, read_samples};
 pub use findings::{Finding, Level};
 pub use refusal::{CalibrateError, Refused};
+pub use report::Report;

@@ -3,12 +3,12 @@
 use super::area::{Area, Off};
 use super::next::{Next, next};
 use crate::accuracy::information::prior;
+use crate::calibration::Report;
 use crate::export::error::ExportError;
 use crate::export::positions::{Wanted, bed};
 use crate::export::target::Entry;
 use crate::export::{Case, Export, Settings, held, target};
 use crate::import::Imported;
-use crate::report::calibration::Report;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use serde::Serialize;

@@ -1,8 +1,9 @@
 //! A [`Validation`] for a terminal, as a certificate that prints on one page, and for programs.
 
+use super::Versioned;
 use super::calibration::FrameReport;
-use super::document::Document;
-use super::{MANY, MANY_ON_A_PAGE, Versioned, shown};
+use crate::calibration::report::{MANY, shown};
+use crate::files::document::Document;
 use crate::fit::Frame;
 use crate::render::page::{self, figure};
 use crate::render::plot::{Axis, Colour, Figure, Shape};
@@ -14,6 +15,8 @@ use serde::Serialize;
 
 /// Changes whenever a field of the JSON changes its name or meaning or is removed.
 pub const SCHEMA_VERSION: u32 = 2;
+/// Of more rows the page's figure shows some.
+const MANY_ON_A_PAGE: usize = 2_500;
 
 /// For a terminal.
 pub fn text(found: &Validation) -> String {

@@ -124,18 +124,6 @@ pub fn in_unit(parameter: Parameter, value: f64) -> f64 {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::degrees;
-
-    #[test]
-    fn round_numbers_of_degrees_come_back_round() {
-        for written in [-60.0, 90.0, 0.2, 0.002, 120.0, 240.0, 33.3, 0.0] {
-            assert!((degrees(f64::to_radians(written)) - written).abs() < f64::MIN_POSITIVE);
-        }
-    }
-}
-
 /// "1 sample", "2 samples".
 pub fn count(number: usize, singular: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
@@ -216,6 +204,18 @@ pub fn in_words(drive: Drive, tolerance: &Tolerance<f64>) -> String {
             } else {
                 own
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::degrees;
+
+    #[test]
+    fn round_numbers_of_degrees_come_back_round() {
+        for written in [-60.0, 90.0, 0.2, 0.002, 120.0, 240.0, 33.3, 0.0] {
+            assert!((degrees(f64::to_radians(written)) - written).abs() < f64::MIN_POSITIVE);
         }
     }
 }

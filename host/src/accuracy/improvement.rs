@@ -251,149 +251,6 @@ fn harm(gain: f64, variance: f64) -> f64 {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::{Change, SMALLEST};
-    use delta_cal::simulate::standard_normal;
-    use nalgebra::{DMatrix, DVector};
-    use rand_core::{Rng, SeedableRng};
-    use rand_pcg::Pcg32;
-
-    /// A robot of 24 parameters with differences of this size, measured well along some and badly along others, as `spread`
-    /// says. What a tolerance of 0.7 in every parameter makes of that, if one is stated; and whether the robot became worse.
-    fn made(size: f64, spread: f64, stated: bool, rng: &mut Pcg32) -> (Change, bool) {
-        let mut normal = || standard_normal::<f64, _>(rng);
-        let sigma = DVector::from_fn(24, |_, _| 0.1 * 10_f64.powf(0.5 * spread * normal()));
-        let own = DVector::from_fn(24, |_, _| size * normal());
-        let noise = DVector::from_fn(24, |index, _| sigma[index] * normal());
-        let squares = sigma.component_mul(&sigma);
-        let prior = DVector::from_element(24, 0.7 * 0.7);
-        let (difference, variances) = if stated {
-            let part = prior.zip_map(&squares, |prior, own| prior / (prior + own));
-            (
-                (&own + &noise).component_mul(&part),
-                squares.component_mul(&part),
-            )
-        } else {
-            (&own + &noise, squares)
-        };
-        let harmed = (&difference - &own).norm() > own.norm();
-        let change = Change {
-            difference,
-            covariance: DMatrix::from_diagonal(&variances),
-            sensitivity: DMatrix::identity(24, 24),
-            prior: stated.then(|| DMatrix::from_diagonal(&prior)),
-            degrees_of_freedom: None,
-        };
-        (change, harmed)
-    }
-
-    /// The size of the differences is not told. Of robots with a stated tolerance it is any from twice the tolerance down:
-    /// some were calibrated before.
-    #[test]
-    fn as_many_become_worse_as_the_chances_say() {
-        let spreads = [1.0, 2.0, 3.0];
-        for (spread, stated) in spreads.iter().flat_map(|own| [(*own, false), (*own, true)]) {
-            let (mut said, mut variance, mut all) = (0.0, 0.0, 0.0);
-            let mut rng = Pcg32::seed_from_u64(1);
-            for _ in 0..1000 {
-                let part = f64::from(rng.next_u32()) / f64::from(u32::MAX);
-                let size = if stated {
-                    1.4 * SMALLEST.powf(part)
-                } else {
-                    0.7
-                };
-                let (change, harmed) = made(size, spread, stated, &mut rng);
-                let chance = change.chance_of_harm().unwrap_or(f64::NAN);
-                said += chance;
-                variance += chance * (1.0 - chance);
-                all += f64::from(u8::from(harmed));
-            }
-            // Four standard deviations; 1 % more because τ is not known exactly.
-            let limit = 4.0 * f64::sqrt(variance) + 0.01 * said;
-            println!("{spread} {stated}: {all} {said:.1} {limit:.1}");
-            assert!(
-                f64::abs(all - said) < limit,
-                "{spread} {stated}: {all} {said}"
-            );
-        }
-    }
-
-    /// With the tolerance P, and the samples' own variances S: C = SP/(S + P), and what noise alone makes u scatter by is
-    /// C²/S.
-    #[test]
-    fn a_tolerance_leaves_less_scatter() {
-        let mut rng = Pcg32::seed_from_u64(3);
-        let (change, _) = made(0.7, 1.0, true, &mut rng);
-        let mut expected = 0.0;
-        for own in change.covariance.diagonal().iter() {
-            expected += own * own * (1.0 / own - 1.0 / 0.49);
-        }
-        assert!((change.scatter() - f64::sqrt(expected)).abs() < 1e-12);
-    }
-
-    /// Six of 24 combinations move the robot as a whole, by whatever the search for the sensor's frame left of that: the
-    /// chance is that of the 18 others by themselves.
-    #[test]
-    fn motions_of_the_whole_robot_do_not_count() {
-        let mut rng = Pcg32::seed_from_u64(2);
-        for number in 0..100 {
-            let mut normal = || standard_normal::<f64, _>(&mut rng);
-            let sigma = DVector::from_fn(18, |_, _| 0.3 * 10_f64.powf(normal()));
-            let own = DVector::from_fn(18, |index, _| 0.5 * normal() + sigma[index] * normal());
-            let motion = DVector::from_fn(6, |_, _| 30.0 * normal());
-            // Any orthogonal axes.
-            let axes = DMatrix::from_fn(24, 24, |_, _| normal()).qr().q();
-            let turned = |diagonal: DVector<f64>| {
-                &axes * DMatrix::from_diagonal(&diagonal) * axes.transpose()
-            };
-            let with = |others: f64, rest: &DVector<f64>| {
-                DVector::from_fn(24, |index, _| if index < 18 { rest[index] } else { others })
-            };
-            let variances = sigma.component_mul(&sigma);
-            let weights =
-                DVector::from_fn(18, |index, _| 1.0 + f64::from(u8::from(index % 2 == 0)));
-            // With a tolerance in every second case, twice as large for every third parameter.
-            let stated = number % 2 == 0;
-            let prior = DVector::from_fn(18, |index, _| {
-                variances.amax() * if index % 3 == 0 { 6.0 } else { 3.0 }
-            });
-            let alone = Change {
-                difference: own.clone(),
-                covariance: DMatrix::from_diagonal(&variances),
-                sensitivity: DMatrix::from_diagonal(&weights),
-                prior: stated.then(|| DMatrix::from_diagonal(&prior)),
-                degrees_of_freedom: None,
-            };
-            let joined = DVector::from_fn(24, |index, _| {
-                if index < 18 {
-                    own[index]
-                } else {
-                    motion[index - 18]
-                }
-            });
-            let whole = Change {
-                difference: &axes * joined,
-                covariance: turned(with(1e-4, &variances)),
-                sensitivity: turned(with(0.0, &weights)),
-                prior: stated.then(|| turned(with(prior[1], &prior))),
-                ..alone.clone()
-            };
-            let expected = [
-                alone.chance_of_harm().unwrap_or(f64::NAN),
-                own.component_mul(&own).dot(&weights).sqrt(),
-                variances.dot(&weights).sqrt(),
-            ];
-            let found = whole.without_kernel(6);
-            let chance = found.chance_of_harm().unwrap_or(f64::NAN);
-            for (found, expected) in [chance, found.size(), found.sigma()].iter().zip(expected) {
-                // Roundings of numbers up to 1e3, squared.
-                assert!((found - expected).abs() < 1e-8, "{found} {expected}");
-            }
-        }
-    }
-}
-
 /// A change of less than this part of what noise alone makes it scatter is none.
 const UNCHANGED: f64 = 0.3;
 /// An uncertainty below this part of the forearms is less than any instrument resolves: 2 µm of 480 mm.
@@ -578,4 +435,147 @@ fn mean_square(jacobians: &[(Vector3<f64>, SMatrix<f64, 3, 24>)]) -> SMatrix<f64
         count += 1.0;
     }
     sum / count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Change, SMALLEST};
+    use delta_cal::simulate::standard_normal;
+    use nalgebra::{DMatrix, DVector};
+    use rand_core::{Rng, SeedableRng};
+    use rand_pcg::Pcg32;
+
+    /// A robot of 24 parameters with differences of this size, measured well along some and badly along others, as `spread`
+    /// says. What a tolerance of 0.7 in every parameter makes of that, if one is stated; and whether the robot became worse.
+    fn made(size: f64, spread: f64, stated: bool, rng: &mut Pcg32) -> (Change, bool) {
+        let mut normal = || standard_normal::<f64, _>(rng);
+        let sigma = DVector::from_fn(24, |_, _| 0.1 * 10_f64.powf(0.5 * spread * normal()));
+        let own = DVector::from_fn(24, |_, _| size * normal());
+        let noise = DVector::from_fn(24, |index, _| sigma[index] * normal());
+        let squares = sigma.component_mul(&sigma);
+        let prior = DVector::from_element(24, 0.7 * 0.7);
+        let (difference, variances) = if stated {
+            let part = prior.zip_map(&squares, |prior, own| prior / (prior + own));
+            (
+                (&own + &noise).component_mul(&part),
+                squares.component_mul(&part),
+            )
+        } else {
+            (&own + &noise, squares)
+        };
+        let harmed = (&difference - &own).norm() > own.norm();
+        let change = Change {
+            difference,
+            covariance: DMatrix::from_diagonal(&variances),
+            sensitivity: DMatrix::identity(24, 24),
+            prior: stated.then(|| DMatrix::from_diagonal(&prior)),
+            degrees_of_freedom: None,
+        };
+        (change, harmed)
+    }
+
+    /// The size of the differences is not told. Of robots with a stated tolerance it is any from twice the tolerance down:
+    /// some were calibrated before.
+    #[test]
+    fn as_many_become_worse_as_the_chances_say() {
+        let spreads = [1.0, 2.0, 3.0];
+        for (spread, stated) in spreads.iter().flat_map(|own| [(*own, false), (*own, true)]) {
+            let (mut said, mut variance, mut all) = (0.0, 0.0, 0.0);
+            let mut rng = Pcg32::seed_from_u64(1);
+            for _ in 0..1000 {
+                let part = f64::from(rng.next_u32()) / f64::from(u32::MAX);
+                let size = if stated {
+                    1.4 * SMALLEST.powf(part)
+                } else {
+                    0.7
+                };
+                let (change, harmed) = made(size, spread, stated, &mut rng);
+                let chance = change.chance_of_harm().unwrap_or(f64::NAN);
+                said += chance;
+                variance += chance * (1.0 - chance);
+                all += f64::from(u8::from(harmed));
+            }
+            // Four standard deviations; 1 % more because τ is not known exactly.
+            let limit = 4.0 * f64::sqrt(variance) + 0.01 * said;
+            println!("{spread} {stated}: {all} {said:.1} {limit:.1}");
+            assert!(
+                f64::abs(all - said) < limit,
+                "{spread} {stated}: {all} {said}"
+            );
+        }
+    }
+
+    /// With the tolerance P, and the samples' own variances S: C = SP/(S + P), and what noise alone makes u scatter by is
+    /// C²/S.
+    #[test]
+    fn a_tolerance_leaves_less_scatter() {
+        let mut rng = Pcg32::seed_from_u64(3);
+        let (change, _) = made(0.7, 1.0, true, &mut rng);
+        let mut expected = 0.0;
+        for own in change.covariance.diagonal().iter() {
+            expected += own * own * (1.0 / own - 1.0 / 0.49);
+        }
+        assert!((change.scatter() - f64::sqrt(expected)).abs() < 1e-12);
+    }
+
+    /// Six of 24 combinations move the robot as a whole, by whatever the search for the sensor's frame left of that: the
+    /// chance is that of the 18 others by themselves.
+    #[test]
+    fn motions_of_the_whole_robot_do_not_count() {
+        let mut rng = Pcg32::seed_from_u64(2);
+        for number in 0..100 {
+            let mut normal = || standard_normal::<f64, _>(&mut rng);
+            let sigma = DVector::from_fn(18, |_, _| 0.3 * 10_f64.powf(normal()));
+            let own = DVector::from_fn(18, |index, _| 0.5 * normal() + sigma[index] * normal());
+            let motion = DVector::from_fn(6, |_, _| 30.0 * normal());
+            // Any orthogonal axes.
+            let axes = DMatrix::from_fn(24, 24, |_, _| normal()).qr().q();
+            let turned = |diagonal: DVector<f64>| {
+                &axes * DMatrix::from_diagonal(&diagonal) * axes.transpose()
+            };
+            let with = |others: f64, rest: &DVector<f64>| {
+                DVector::from_fn(24, |index, _| if index < 18 { rest[index] } else { others })
+            };
+            let variances = sigma.component_mul(&sigma);
+            let weights =
+                DVector::from_fn(18, |index, _| 1.0 + f64::from(u8::from(index % 2 == 0)));
+            // With a tolerance in every second case, twice as large for every third parameter.
+            let stated = number % 2 == 0;
+            let prior = DVector::from_fn(18, |index, _| {
+                variances.amax() * if index % 3 == 0 { 6.0 } else { 3.0 }
+            });
+            let alone = Change {
+                difference: own.clone(),
+                covariance: DMatrix::from_diagonal(&variances),
+                sensitivity: DMatrix::from_diagonal(&weights),
+                prior: stated.then(|| DMatrix::from_diagonal(&prior)),
+                degrees_of_freedom: None,
+            };
+            let joined = DVector::from_fn(24, |index, _| {
+                if index < 18 {
+                    own[index]
+                } else {
+                    motion[index - 18]
+                }
+            });
+            let whole = Change {
+                difference: &axes * joined,
+                covariance: turned(with(1e-4, &variances)),
+                sensitivity: turned(with(0.0, &weights)),
+                prior: stated.then(|| turned(with(prior[1], &prior))),
+                ..alone.clone()
+            };
+            let expected = [
+                alone.chance_of_harm().unwrap_or(f64::NAN),
+                own.component_mul(&own).dot(&weights).sqrt(),
+                variances.dot(&weights).sqrt(),
+            ];
+            let found = whole.without_kernel(6);
+            let chance = found.chance_of_harm().unwrap_or(f64::NAN);
+            for (found, expected) in [chance, found.size(), found.sigma()].iter().zip(expected) {
+                // Roundings of numbers up to 1e3, squared.
+                assert!((found - expected).abs() < 1e-8, "{found} {expected}");
+            }
+        }
+    }
 }

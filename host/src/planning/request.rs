@@ -1,5 +1,6 @@
 //! What is wished of a plan: kinds of measurements, and where the platform may be.
 
+use crate::files::columns::length;
 use crate::text::list;
 use delta_cal::Real;
 use nalgebra::Vector3;
@@ -328,16 +329,8 @@ fn range(name: &str, text: &str) -> Result<(f64, f64), String> {
 
 /// A length, in mm where it has no unit.
 fn number(text: &str) -> Result<f64, String> {
-    let text = text.trim();
-    let units = [("mm", 1.0), ("cm", 10.0), ("m", 1e3)];
-    let (number, factor) = units
-        .into_iter()
-        .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)))
-        .unwrap_or((text, 1.0));
-    match number.trim_end().parse::<f64>() {
-        Ok(value) if (value * factor).is_finite() => Ok(value * factor),
-        _ => Err(format!("'{text}' is not a number")),
-    }
+    let length = length(text).map(|(length, _)| length);
+    length.ok_or_else(|| format!("'{}' is not a number", text.trim()))
 }
 
 /// A number from [0, 1).

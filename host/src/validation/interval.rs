@@ -235,26 +235,6 @@ pub(super) fn poses_to_decide(error: &RmsError, measured: usize, limit: f64) -> 
     Some(enough as usize)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::RmsError;
-
-    /// Deviations smaller than the noise are chance: they leave as much room for an error as deviations of its size.
-    #[test]
-    fn deviations_below_the_noise_do_not_prove_that_there_is_no_error() {
-        let noise = 4e-4;
-        let of = |square: f64| RmsError::of(&[square; 20], noise, false);
-        let (less, expected) = (of(0.25 * noise), of(noise));
-        let upper = less.bounded().interval.1;
-        assert!(upper > Some(0.1 * f64::sqrt(noise)), "{upper:?}");
-        assert_eq!(upper, expected.bounded().interval.1);
-        assert!((less.bounded().interval.0, less.bounded().value) == (0.0, 0.0));
-        let confidence = |own: &RmsError| own.confidence_below(0.005).to_bits();
-        assert_eq!(confidence(&less), confidence(&expected));
-        assert!(of(2.0 * noise).bounded().interval.1 > upper);
-    }
-}
-
 /// The instrument's and the joints' noise in one deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RowNoise {
@@ -357,4 +337,24 @@ fn row_noise(
         largest: covariance.symmetric_eigenvalues().max().max(0.0).sqrt(),
         squares: (whitening * deviation).norm_squared(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::RmsError;
+
+    /// Deviations smaller than the noise are chance: they leave as much room for an error as deviations of its size.
+    #[test]
+    fn deviations_below_the_noise_do_not_prove_that_there_is_no_error() {
+        let noise = 4e-4;
+        let of = |square: f64| RmsError::of(&[square; 20], noise, false);
+        let (less, expected) = (of(0.25 * noise), of(noise));
+        let upper = less.bounded().interval.1;
+        assert!(upper > Some(0.1 * f64::sqrt(noise)), "{upper:?}");
+        assert_eq!(upper, expected.bounded().interval.1);
+        assert!((less.bounded().interval.0, less.bounded().value) == (0.0, 0.0));
+        let confidence = |own: &RmsError| own.confidence_below(0.005).to_bits();
+        assert_eq!(confidence(&less), confidence(&expected));
+        assert!(of(2.0 * noise).bounded().interval.1 > upper);
+    }
 }

@@ -8,18 +8,16 @@
 
 mod calibrate;
 pub mod causes;
+pub mod credibility;
 pub mod diagnosis;
 pub mod findings;
 pub(crate) mod judge;
 pub mod known;
-pub mod next;
-pub mod noise_test;
-mod plausibility;
-pub mod prior_test;
 pub mod refusal;
-mod target;
+pub mod report;
 pub mod wrong_rows;
 
 pub use calibrate::{calibrate, read_samples};
 pub use findings::{Finding, Level};
 pub use refusal::{CalibrateError, Refused};
+pub use report::Report;

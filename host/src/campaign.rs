@@ -9,13 +9,12 @@ mod instruments;
 pub mod paper;
 mod plan;
 mod row;
-mod simulation;
 mod summary;
 mod trial;
 
-pub use plan::{CampaignSolver, Case, Method, Plan, Spread};
+pub use instruments::HELD_OUT_POSES;
+pub use plan::{CampaignSolver, Case, Plan, Spread};
 pub use row::{RobotResult, Row, read_rows, rows_csv, run};
-pub use simulation::HELD_OUT_POSES;
 pub use summary::{CaseSummary, Distribution, Ratios, join, summarize};
 
 /// A small campaign with every key, and what it means.

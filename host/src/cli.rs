@@ -12,6 +12,7 @@ mod import;
 mod init;
 mod kinematics;
 mod length;
+mod output;
 mod outputs;
 mod paths;
 mod plan;

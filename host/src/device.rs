@@ -5,22 +5,169 @@
 //! ```
 
 mod client;
-mod error;
+mod link;
 pub mod report;
-mod robot;
 mod session;
-mod transport;
 
+use crate::accuracy::uncertainty::WorkspacePoses;
+use crate::files::input::InputError;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Readings;
+use crate::text::{in_file_units, small};
 pub use client::{Client, Patience};
-pub use error::DeviceError;
-pub use robot::{begin, check_calibrated, check_nominal, difference, robot, samples};
+use delta_cal::robot::ParameterKind;
+use delta_cal::stream::Estimator;
+use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
+use delta_cal_protocol::{Begin, Geometry, Wire};
+pub use link::{DeviceError, Port, Transport};
 pub use session::{Finished, adopt, apply, calibrate, in_use};
-pub use transport::{Port, PortError, Serial, Tcp, Transport};
-
-use delta_cal::Real;
-use delta_cal_protocol::Wire;
 
 /// A number as it goes over the wire: `f32` or `f64`.
 pub trait Number: Real + Wire {}
 
 impl<T: Real + Wire> Number for T {}
+
+/// Rounding errors by which a nominal parameter may differ.
+const ROUNDINGS: f64 = 4.0;
+/// Positions that differ by more than this part of the forearm are of another robot.
+const ANOTHER_ROBOT: f64 = 0.05;
+/// How many parameters a message names.
+const NAMED: usize = 3;
+
+/// How a session begins: the tolerance and noise of a robot file, rounded to the controller's numbers. The session is 0: it is
+/// drawn when it begins.
+pub fn begin<T: Number>(robot: &RobotFile, estimator: Estimator) -> Begin<T> {
+    let rounded = T::from_f64;
+    Begin {
+        session: 0,
+        tolerance: robot.tolerance.map(|tolerance| {
+            (
+                rounded(tolerance.of(Parameter::Lb)),
+                rounded(tolerance.of(Parameter::Theta)),
+            )
+        }),
+        noise: robot.noise.map(|noise| {
+            (
+                noise.position_by_axis().map(rounded),
+                rounded(noise.joint()),
+            )
+        }),
+        estimator,
+        gate: false,
+        forgetting: None,
+    }
+}
+
+/// The samples of a file, rounded to the controller's numbers.
+pub fn samples<T: Number>(file: &Readings) -> Vec<Sample<T>> {
+    file.samples()
+        .map(|row| Sample {
+            joints: row.value.joints.map(T::from_f64),
+            position: row.value.position.map(T::from_f64),
+        })
+        .collect()
+}
+
+/// The robot of these numbers, in another type.
+///
+/// # Errors
+/// They are not the geometry of a robot.
+pub fn robot<T: Real, U: Real>(geometry: &Geometry<T>) -> Result<Robot<U>, DeviceError> {
+    let number = |value: T| U::from_f64(value.to_f64());
+    let transmissions = geometry.transmissions.as_ref();
+    let converted = Geometry {
+        arms: geometry.arms.map(|arm| arm.map(number)),
+        transmissions: transmissions.map(|all| all.map(|own| own.map(number))),
+    };
+    converted
+        .robot()
+        .map_err(|_| DeviceError::ImpossibleGeometry)
+}
+
+/// By how much the positions of two robots differ at these joint angles, rms, mm. Joint angles that one of them does not reach
+/// do not count.
+pub fn difference(
+    one: &Robot<f64>,
+    other: &Robot<f64>,
+    joints: impl Iterator<Item = [f64; 3]>,
+) -> f64 {
+    let squares = joints.filter_map(|joints| {
+        let distance = one.forward(&joints).ok()? - other.forward(&joints).ok()?;
+        Some(distance.norm_squared())
+    });
+    let (count, sum) = squares.fold((0.0, 0.0), |(count, sum), own| (count + 1.0, sum + own));
+    f64::sqrt(sum / count)
+}
+
+/// A calibrated robot must be the controller's: its positions near those of the nominal one. By how much they differ over the
+/// workspace, rms, mm.
+///
+/// # Errors
+/// Positions that are elsewhere, as those of another robot.
+pub fn check_calibrated(file: &RobotFile, nominal: &Robot<f64>) -> Result<f64, InputError> {
+    let poses = WorkspacePoses::of(file);
+    let joints = poses.inside.iter().map(|pose| pose.joints);
+    let rms = difference(&file.robot, nominal, joints);
+    let [arm, ..] = nominal.arms();
+    if rms <= ANOTHER_ROBOT * arm.lb() {
+        return Ok(rms);
+    }
+    let cause = format!(
+        "not the controller's robot: its positions differ by {} mm rms from the nominal ones",
+        small(rms)
+    );
+    Err(InputError::new(&file.name, cause).with_remedy(
+        "delta-cal device --port PORT parameters --nominal writes the controller's nominal robot",
+    ))
+}
+
+/// The robot file of a calibration must hold the controller's nominal geometry: the same numbers, or different
+/// by no more than the rounding of a controller that computed them itself.
+///
+/// # Errors
+/// The parameters that differ.
+pub fn check_nominal<T: Number>(file: &RobotFile, nominal: &Geometry<T>) -> Result<(), InputError> {
+    let mut different = Vec::new();
+    let arms = ArmIndex::ALL.into_iter().zip(file.robot.parameters());
+    for ((index, own), device) in arms.zip(nominal.arms) {
+        let longest = own.into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        for ((parameter, own), device) in Parameter::ROTARY.into_iter().zip(own).zip(device) {
+            let size = match parameter.kind() {
+                ParameterKind::Length => longest,
+                ParameterKind::Angle | ParameterKind::Ratio => std::f64::consts::TAU,
+            };
+            let device = device.to_f64();
+            if !((own - device).abs() <= ROUNDINGS * T::EPSILON.to_f64() * size) {
+                different.push(format!(
+                    "{parameter} of {index} is {} in the file and {} in the controller",
+                    in_file_units(parameter, own),
+                    in_file_units(parameter, device)
+                ));
+            }
+        }
+    }
+    let exact = [[T::ZERO; 5]; 3];
+    let transmissions = file.robot.transmissions().map(|own| own.numbers());
+    let transmissions = transmissions.map(|numbers| numbers.map(T::from_f64));
+    let arms = ArmIndex::ALL.into_iter().zip(transmissions);
+    for ((index, own), device) in arms.zip(nominal.transmissions.unwrap_or(exact)) {
+        if own != device {
+            different.push(format!("the transmission of {index} differs"));
+        }
+    }
+    if different.is_empty() {
+        return Ok(());
+    }
+    let more = match different.len().checked_sub(NAMED) {
+        Some(more) if more > 0 => format!("; and {more} more"),
+        _ => String::new(),
+    };
+    different.truncate(NAMED);
+    let cause = format!(
+        "not the controller's nominal robot: {}{more}",
+        different.join("; ")
+    );
+    Err(InputError::new(&file.name, cause).with_remedy(
+        "write it with delta-cal device --port PORT parameters --nominal --output ROBOT.toml",
+    ))
+}

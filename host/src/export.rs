@@ -17,10 +17,9 @@ pub mod positions;
 pub mod target;
 mod targets;
 
-pub use correction_table::{Node, Table};
-
 use crate::files::robot_file::RobotFile;
-use crate::text::units::degrees;
+use crate::text::degrees;
+pub use correction_table::{Node, Table};
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot, Tolerance};

@@ -1,10 +1,9 @@
 //! What is read and written: the robot file, the samples file, and the faults that they can have.
 
 pub mod columns;
+pub mod document;
 pub mod example;
-pub mod input_error;
-pub mod input_text;
+pub mod input;
 pub mod kinematics;
-pub mod output;
 pub mod robot_file;
 pub mod samples_file;

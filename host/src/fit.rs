@@ -6,14 +6,60 @@
 //!                                       └─────────────────────────────────────────┘
 //! ```
 
-pub mod covariance;
 mod estimators;
 pub mod observations;
-pub mod options;
 pub mod solution;
 pub(crate) mod solve;
 
+use delta_cal::robust::Loss;
 pub use observations::Unsolved;
-pub use options::{Frame, Method, Options};
+use serde::{Deserialize, Serialize};
 pub use solution::Solution;
 pub use solve::solve;
+
+/// The estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// All parameters at once from the closures of the three arms, weighted together. Needs complete positions in
+    /// the robot's frame.
+    Joint,
+    /// Each arm's eight parameters from the closure of its own kinematic chain (paper, 3.2). Needs the same.
+    #[default]
+    Ikm,
+    /// All parameters and the instruments' unknowns at once from any readings (paper, 3.1).
+    Fkm,
+}
+
+impl Method {
+    /// In a sentence: "{} method".
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Joint => "joint",
+            Self::Ikm => "IKM",
+            Self::Fkm => "FKM",
+        }
+    }
+}
+
+/// The frame in which coordinates are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Frame {
+    /// The robot's own.
+    #[default]
+    Base,
+    /// The sensor's, which stands anywhere: six more unknowns.
+    Sensor,
+}
+
+/// How to calibrate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Options {
+    /// `None` chooses [`Method::Joint`] for complete positions in the robot's frame, otherwise [`Method::Fkm`].
+    pub method: Option<Method>,
+    /// The loss function of a robust fit; `None` is least squares.
+    pub loss: Option<Loss>,
+    /// The frame of the coordinates.
+    pub frame: Frame,
+}

@@ -1,7 +1,359 @@
-//! Where a robot may be: limits of the joints and of the ball joints.
+//! Where a robot may be: limits of the joints and of the ball joints, which poses it may take and what forbids the others,
+//! the sweep of the forward model.
 
-pub(crate) mod directions;
-pub(crate) mod joint_limits;
-pub mod range;
-pub mod reach;
-pub(crate) mod sweep;
+use crate::text::joint::{in_file, mark};
+use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity, SingularityDistance};
+use delta_cal::robot::{Arm, Drive};
+use delta_cal::{ArmIndex, Real, Robot};
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+use std::fmt;
+
+/// What keeps the platform from a pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Limit {
+    /// A joint would be below its smallest angle.
+    JointMinimum(ArmIndex),
+    /// A joint would be above its largest angle.
+    JointMaximum(ArmIndex),
+    /// The forearm would stand further out of its arm's plane than its ball joints allow.
+    Forearm(ArmIndex),
+    /// Type 1: upper arm and forearm are in line, or do not reach that far.
+    Serial(ArmIndex),
+    /// Type 2: the forearms lie in one plane.
+    Parallel(ArmIndex),
+    /// The plane of the elbows would stand upright: beyond, the platform would be above it, and
+    /// [`Robot::forward`] finds it elsewhere. Only with very wide joint limits; no singularity. The
+    /// arm is the first, for it concerns all of them.
+    Assembly(ArmIndex),
+    /// The forearms do not meet.
+    Unreachable(ArmIndex),
+    /// A number is not finite.
+    NonFinite(ArmIndex),
+}
+
+impl Limit {
+    /// The arm at fault.
+    pub const fn arm(self) -> ArmIndex {
+        match self {
+            Self::JointMinimum(arm)
+            | Self::JointMaximum(arm)
+            | Self::Forearm(arm)
+            | Self::Serial(arm)
+            | Self::Parallel(arm)
+            | Self::Assembly(arm)
+            | Self::Unreachable(arm)
+            | Self::NonFinite(arm) => arm,
+        }
+    }
+
+    /// As in the files: `joint_minimum_1`; [`Assembly`](Self::Assembly) has no number.
+    pub fn name(self) -> String {
+        let kind = match self {
+            Self::JointMinimum(_) => "joint_minimum",
+            Self::JointMaximum(_) => "joint_maximum",
+            Self::Forearm(_) => "forearm_angle",
+            Self::Serial(_) => "serial_singularity",
+            Self::Parallel(_) => "parallel_singularity",
+            Self::Assembly(_) => return "elbows_upright".to_owned(),
+            Self::Unreachable(_) => "unreachable",
+            Self::NonFinite(_) => "not_finite",
+        };
+        format!("{kind}_{}", self.arm().index() + 1)
+    }
+}
+
+impl fmt::Display for Limit {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let arm = self.arm();
+        match self {
+            Self::JointMinimum(_) => write!(formatter, "the joint of {arm} is below its limit"),
+            Self::JointMaximum(_) => write!(formatter, "the joint of {arm} is above its limit"),
+            Self::Forearm(_) => write!(
+                formatter,
+                "the forearm of {arm} stands further out of its arm's plane than the ball joints allow"
+            ),
+            Self::Serial(_) => KinematicsError::Singular(arm, Singularity::Serial).fmt(formatter),
+            Self::Parallel(_) => {
+                KinematicsError::Singular(arm, Singularity::Parallel).fmt(formatter)
+            }
+            Self::Assembly(_) => formatter.write_str("the plane of the elbows would stand upright"),
+            Self::Unreachable(_) => KinematicsError::Unreachable(arm).fmt(formatter),
+            Self::NonFinite(_) => KinematicsError::NonFinite(arm).fmt(formatter),
+        }
+    }
+}
+
+impl From<KinematicsError> for Limit {
+    fn from(error: KinematicsError) -> Self {
+        match error {
+            KinematicsError::Singular(arm, Singularity::Serial) => Self::Serial(arm),
+            KinematicsError::Singular(arm, Singularity::Parallel) => Self::Parallel(arm),
+            KinematicsError::Unreachable(arm) => Self::Unreachable(arm),
+            error => Self::NonFinite(error.arm()),
+        }
+    }
+}
+
+/// The limits of the joints and of the ball joints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// The range of every joint.
+    pub limits: JointLimits<f64>,
+    /// The largest angle of a forearm out of its arm's plane, radians; `None` for any.
+    pub forearm_limit: Option<f64>,
+}
+
+impl Reach {
+    /// Where the platform is at these joint angles (radians), mm.
+    ///
+    /// # Errors
+    /// What keeps it from there.
+    pub fn position(&self, robot: &Robot<f64>, q: &[f64; 3]) -> Result<Vector3<f64>, Limit> {
+        self.within_joints(q)?;
+        let x = robot.forward(q)?;
+        self.within_forearms(robot, &x, q)?;
+        if robot.has_carriages_above(&x, q) {
+            Ok(x)
+        } else {
+            Err(Limit::Serial(ArmIndex::First))
+        }
+    }
+
+    /// The joint angles (radians) with which the platform is at a position (mm), elbows out.
+    ///
+    /// # Errors
+    /// What keeps it from there. The position may have joint angles at which the platform would be
+    /// elsewhere, beyond a parallel singularity: that is an error too.
+    pub fn joints(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> Result<[f64; 3], Limit> {
+        let q = robot.inverse(x)?.map(|q| self.in_turn(q));
+        self.allows(robot, x, &q)?;
+        Ok(q)
+    }
+
+    /// The same with elbows out or in, whichever the limits allow: some joint angles within the
+    /// limits with which [`Robot::forward`] is at the position, if there are any. Elbows out come
+    /// first.
+    ///
+    /// # Errors
+    /// What keeps the platform from there with its elbows out.
+    pub fn any_joints(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> Result<[f64; 3], Limit> {
+        let out = robot.inverse(x)?.map(|q| self.in_turn(q));
+        let fault = match self.allows(robot, x, &out) {
+            Ok(()) => return Ok(out),
+            Err(fault) => fault,
+        };
+        self.within_forearms(robot, x, &out)?;
+        let within = |q: f64| q >= self.limits.minimum() && q <= self.limits.maximum();
+        let mut elbows = [[None; 2]; 3];
+        for (arm, (elbow, q)) in robot.arms().iter().zip(elbows.iter_mut().zip(out)) {
+            let mirrored = self.in_turn(other_elbow(arm, x, q));
+            *elbow = [q, mirrored].map(|q| within(q).then_some(q));
+            if *elbow == [None; 2] {
+                return Err(fault);
+            }
+        }
+        let [first, second, third] = elbows;
+        for q1 in first.into_iter().flatten() {
+            for q2 in second.into_iter().flatten() {
+                for q3 in third.into_iter().flatten() {
+                    let q = [q1, q2, q3];
+                    if hangs_below(robot, x, &q) {
+                        return Ok(q);
+                    }
+                }
+            }
+        }
+        Err(fault)
+    }
+
+    /// What keeps the platform from a position (mm) at joint angles (radians) that satisfy the
+    /// constraints.
+    ///
+    /// # Errors
+    /// What keeps it from there.
+    pub fn allows(&self, robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> Result<(), Limit> {
+        self.within_joints(q)?;
+        self.within_forearms(robot, x, q)?;
+        if hangs_below(robot, x, q) {
+            Ok(())
+        } else {
+            Err(Limit::Parallel(ArmIndex::First))
+        }
+    }
+
+    /// The same angle within half a turn of the middle of the joints' range. A travel stays as it is.
+    pub fn in_turn(&self, q: f64) -> f64 {
+        if self.limits.drive() == Drive::Linear {
+            return q;
+        }
+        let middle = self.limits.at(0.5);
+        if (q - middle).abs() <= PI {
+            q
+        } else {
+            middle + (q - middle + PI).rem_euclid(TAU) - PI
+        }
+    }
+
+    /// The same, and clear of singularities ([`SingularityDistance::is_clear`]).
+    ///
+    /// # Errors
+    /// What keeps it from there, or which singularity is too near.
+    pub fn clear_position(&self, robot: &Robot<f64>, q: &[f64; 3]) -> Result<Vector3<f64>, Limit> {
+        let x = self.position(robot, q)?;
+        let conditioning = robot.singularity_distance(&x, q);
+        let nearest = ArmIndex::ALL
+            .into_iter()
+            .min_by(|a, b| {
+                conditioning.serial[a.index()].total_cmp(&conditioning.serial[b.index()])
+            })
+            .unwrap_or(ArmIndex::First);
+        if conditioning.is_clear() {
+            Ok(x)
+        } else if conditioning.parallel > SingularityDistance::<f64>::LEAST_PARALLEL {
+            Err(Limit::Serial(nearest))
+        } else {
+            Err(Limit::Parallel(nearest))
+        }
+    }
+
+    fn within_joints(&self, q: &[f64; 3]) -> Result<(), Limit> {
+        for (q, arm) in q.iter().zip(ArmIndex::ALL) {
+            if !(*q >= self.limits.minimum()) {
+                return Err(Limit::JointMinimum(arm));
+            }
+            if !(*q <= self.limits.maximum()) {
+                return Err(Limit::JointMaximum(arm));
+            }
+        }
+        Ok(())
+    }
+
+    fn within_forearms(
+        &self,
+        robot: &Robot<f64>,
+        x: &Vector3<f64>,
+        q: &[f64; 3],
+    ) -> Result<(), Limit> {
+        let Some(limit) = self.forearm_limit else {
+            return Ok(());
+        };
+        for (q, arm) in q.iter().zip(ArmIndex::ALL) {
+            if !(forearm_angle(robot, arm, x, *q) <= limit) {
+                return Err(Limit::Forearm(arm));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The platform is this part of the forearm away from the plane of the elbows, at least: nearer,
+/// [`Robot::forward`] finds the pose singular.
+const LEAST_HEIGHT: f64 = 6e-8;
+
+/// The joint angle with the elbow on the other side of the line from the motor to the platform, of
+/// an arm whose forearm reaches `x` with joint angle `q`, radians; with linear drives the travel with the carriage
+/// below the platform, mm.
+pub fn other_elbow(arm: &Arm<f64>, x: &Vector3<f64>, q: f64) -> f64 {
+    let basis = arm.basis();
+    let w = x - arm.d();
+    match arm.drive() {
+        Drive::Rotary => 2.0 * basis.v.dot(&w).atan2(basis.u.dot(&w)) - q,
+        Drive::Linear => 2.0 * basis.v.dot(&w) / basis.v.norm_squared() - q,
+    }
+}
+
+/// Whether the platform is on the side of the elbows' plane on which [`Robot::forward`] finds it,
+/// and not in that plane, at the pose (`x`, `q`), which must satisfy the constraints.
+pub fn hangs_below(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> bool {
+    let [arm1, arm2, arm3] = robot.arms();
+    let [q1, q2, q3] = *q;
+    let elbow = arm1.elbow(q1);
+    let normal = (arm2.elbow(q2) - elbow).cross(&(arm3.elbow(q3) - elbow));
+    let height = (x - elbow).dot(&normal) * normal.dot(&robot.up()).signum();
+    height < -LEAST_HEIGHT * arm1.lb() * normal.norm()
+}
+
+/// The angle of an arm's forearm out of the plane in which its upper arm moves, radians, 0 to π/2.
+pub fn forearm_angle(robot: &Robot<f64>, arm: ArmIndex, x: &Vector3<f64>, q: f64) -> f64 {
+    let arm = robot.arm(arm);
+    let sine = (x - arm.elbow(q)).dot(&arm.basis().ey) / arm.lb();
+    let sine = sine.abs().min(1.0);
+    // The platform's arcsine has other bits on another system.
+    sine.angle_over(((1.0 - sine) * (1.0 + sine)).square_root())
+}
+
+/// −1 or 1 for each joint: the direction of its last move; 0 before its first.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Directions {
+    before: Option<[f64; 3]>,
+    directions: [f64; 3],
+}
+
+impl Directions {
+    /// After a move to these joint angles or travels.
+    pub(crate) fn next(&mut self, joints: &[f64; 3]) -> [f64; 3] {
+        let before = self.before.replace(*joints).unwrap_or(*joints);
+        for ((direction, to), from) in self.directions.iter_mut().zip(joints).zip(before) {
+            if (to - from).abs() > 0.0 {
+                *direction = (to - from).signum();
+            }
+        }
+        self.directions
+    }
+}
+
+/// A joint may be this many degrees or millimetres outside the limits: encoder zeros differ.
+const LIMIT_MARGIN: f64 = 1.0;
+
+/// Whether a joint is further outside the limits than that, and how to say so.
+pub(crate) fn outside_limits(angle: f64, limits: &JointLimits<f64>) -> Option<String> {
+    let drive = limits.drive();
+    let (margin, what) = match drive {
+        Drive::Rotary => (LIMIT_MARGIN.to_radians(), "joint limits"),
+        Drive::Linear => (LIMIT_MARGIN, "limits of the travel"),
+    };
+    (angle < limits.minimum() - margin || angle > limits.maximum() + margin).then(|| {
+        format!(
+            "{:.3}{mark} is more than {LIMIT_MARGIN}{mark} outside the {what} of {}{mark} to {}{mark}",
+            in_file(drive, angle),
+            in_file(drive, limits.minimum()),
+            in_file(drive, limits.maximum()),
+            mark = mark(drive),
+        )
+    })
+}
+
+/// The least and the greatest value; infinite, and the wrong way round, of none.
+pub fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    values
+        .into_iter()
+        .fold(none, |(low, high), value| (low.min(value), high.max(value)))
+}
+
+/// Joint angles on each joint, both ends included.
+const SWEEP: u32 = 33;
+/// How many combinations there are.
+pub(crate) const SWEPT: u32 = SWEEP.pow(3);
+
+/// Whether the forearms meet at any pose of the sweep, whatever the ball joints.
+pub(crate) fn reaches_anywhere(robot: &Robot<f64>, limits: &JointLimits<f64>) -> bool {
+    let reach = Reach {
+        limits: *limits,
+        forearm_limit: None,
+    };
+    sweep(&reach).any(|q| robot.forward(&q).is_ok())
+}
+
+/// All combinations of evenly spaced joint angles within the limits, ends included.
+pub(crate) fn sweep(reach: &Reach) -> impl Iterator<Item = [f64; 3]> + '_ {
+    let angle = |part: u32| reach.limits.at(f64::from(part) / f64::from(SWEEP - 1));
+    (0..SWEPT).map(move |cell| {
+        [
+            angle(cell / SWEEP / SWEEP),
+            angle(cell / SWEEP % SWEEP),
+            angle(cell % SWEEP),
+        ]
+    })
+}

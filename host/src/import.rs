@@ -13,11 +13,9 @@ mod gcode;
 mod imported;
 mod klipper;
 
+use crate::files::input::{InputError, InputText};
 pub use configuration::Includes;
 pub use imported::Imported;
-
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
 use std::path::Path;
 
 /// Whose configuration it is.

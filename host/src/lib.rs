@@ -6,7 +6,7 @@
 //! ```text
 //! text         numbers and lists in sentences
 //! geometry     where a robot may be: limits, the sweep of the forward model
-//! files        robot file, samples file, their faults, output files
+//! files        robot file, samples file, their faults, what identifies a document
 //! import       configurations of other controllers, read into a robot and samples
 //! fit          readings to parameters, by any of three estimators; no judgement
 //! accuracy     how well positions and parameters are known
@@ -62,16 +62,14 @@ pub mod text;
 pub mod validation;
 pub mod workspace;
 
-pub use accuracy::expected_error::ExpectedError;
+pub use accuracy::improvement::WorkspaceComparison;
 pub use accuracy::position_error::PositionError;
-pub use accuracy::workspace_comparison::WorkspaceComparison;
-pub use calibration::{CalibrateError, Finding, Level, Refused, calibrate, read_samples};
+pub use accuracy::uncertainty::ExpectedError;
+pub use calibration::{CalibrateError, Finding, Level, Refused, Report, calibrate, read_samples};
 pub use files::columns::ColumnMapping;
-pub use files::input_error::InputError;
-pub use files::input_text::InputText;
+pub use files::input::{InputError, InputText};
 pub use files::robot_file::{InstrumentFacts, Record, RobotFile};
 pub use files::samples_file::{
     Planned, PositionUnit, Reading, ReadingFrom, Readings, Row, read_joints, read_positions,
 };
 pub use fit::{Frame, Method, Options, Solution};
-pub use report::calibration::Report;

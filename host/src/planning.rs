@@ -10,29 +10,158 @@
 //! or absolute.
 
 mod candidates;
-mod clearance;
-mod error;
 mod exchange;
-mod information;
 mod instrument;
 mod judge;
-mod kind;
-mod order;
 mod plan;
-mod region;
+mod request;
 mod samples;
 mod search;
 mod selection;
 mod setup;
 
+use crate::text::{in_file_units, small};
 pub use candidates::random_measurements;
-pub use error::PlanError;
+use delta_cal::{ArmIndex, Parameter};
 pub use instrument::{COUNTS, Comparison, Instrument, compare};
 pub use judge::Precision;
-pub use kind::{Kind, LEAST, MOST, Wish, Wishes};
-pub use order::Order;
-pub use plan::{Plan, PlanRequest, plan, plan_for};
-pub use region::{Region, RegionError};
+pub use plan::{Order, Plan, PlanRequest, plan, plan_for};
+pub use request::{Kind, LEAST, MOST, Region, Wish, Wishes};
 pub(crate) use samples::covariance_after;
 pub use samples::{Determined, SamplesRequest};
 pub use setup::{PLANE, PlaneAt, Planned, PointAt, Setup};
+use std::error::Error;
+use std::fmt;
+
+/// Why there is no plan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// Fewer than [`LEAST`] or more than [`MOST`].
+    Count(usize),
+    /// The kinds that are wanted may be measured only so often.
+    TooFewOfAKind(usize),
+    /// Such measurements cannot be taken anywhere.
+    NoMeasurement(Kind),
+    /// More unknowns of instruments than a calibration has room for.
+    TooManyInstruments,
+    /// The limits leave no pose that is clear of singularities.
+    NoPose,
+    /// The region holds no pose that the robot can take, or next to none.
+    OutsideWorkspace {
+        /// The region.
+        region: Region,
+        /// Smallest and largest x, y and z that random poses without it reach, mm.
+        reached: [(f64, f64); 3],
+    },
+    /// The measurements that are allowed do not determine the robot.
+    Singular,
+    /// The best measurements still leave a parameter unknown: a calibration from them would be refused.
+    NotDetermined {
+        /// Its arm.
+        arm: ArmIndex,
+        /// The one known worst.
+        parameter: Parameter,
+        /// One σ of it, mm or radians.
+        sigma: f64,
+    },
+    /// No number of measurements up to [`MOST`] is expected to reach an accuracy.
+    TooAccurate {
+        /// What was asked for, mm.
+        wanted: f64,
+        /// What [`MOST`] measurements are expected to reach, mm.
+        reached: f64,
+    },
+}
+
+impl PlanError {
+    /// What to do next.
+    pub const fn remedy(&self) -> &'static str {
+        match self {
+            Self::Count(count) if *count > MOST => {
+                "plan fewer: beyond a hundred each further measurement adds hardly anything"
+            }
+            Self::Count(_) => "plan 12 or more",
+            Self::TooFewOfAKind(_) => "give a smaller --count, or allow more of a kind",
+            Self::NoMeasurement(_) => {
+                "check the planes, points and lengths in the robot file: the robot must get there within its limits \
+                 and clear of singularities"
+            }
+            Self::TooManyInstruments => "plan with fewer points",
+            Self::NoPose => {
+                "check [joints] in the robot file: min_deg, max_deg, forearm_max_deg; a positive \
+                 angle swings the arm towards the platform"
+            }
+            Self::OutsideWorkspace { .. } => {
+                "move the region into the workspace; its z is negative below the base"
+            }
+            Self::Singular | Self::NotDetermined { .. } => {
+                "allow a larger region or more poses, or state [noise] and [tolerance] in the robot file"
+            }
+            Self::TooAccurate { .. } => {
+                "ask for less, or measure with less noise and state it in [noise]"
+            }
+        }
+    }
+}
+
+impl fmt::Display for PlanError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Count(count) => {
+                write!(
+                    formatter,
+                    "{count} measurements cannot be planned, only {LEAST} to {MOST}"
+                )
+            }
+            Self::TooFewOfAKind(count) => {
+                write!(
+                    formatter,
+                    "--measure allows only {count} measurements in all"
+                )
+            }
+            Self::NoMeasurement(kind) => {
+                write!(
+                    formatter,
+                    "no reachable pose allows this measurement: {}",
+                    kind.title()
+                )
+            }
+            Self::TooManyInstruments => {
+                formatter.write_str("frame, planes and points have too many unknowns together")
+            }
+            Self::NoPose => formatter.write_str(
+                "no usable pose: within the limits no pose is reachable and clear of singularities",
+            ),
+            Self::OutsideWorkspace { region, reached } => {
+                let [x, y, z] = reached;
+                write!(
+                    formatter,
+                    "no usable pose within {region}, or next to none: the robot reaches x {:.0} to \
+                     {:.0}, y {:.0} to {:.0}, z {:.0} to {:.0} mm, and not all of that",
+                    x.0, x.1, y.0, y.1, z.0, z.1
+                )
+            }
+            Self::Singular => {
+                formatter.write_str("the poses that are allowed do not determine the parameters")
+            }
+            Self::NotDetermined {
+                arm,
+                parameter,
+                sigma,
+            } => write!(
+                formatter,
+                "the poses that are allowed do not determine the robot: {parameter} of {arm} \
+                 would be known only to {} (σ)",
+                in_file_units(*parameter, *sigma)
+            ),
+            Self::TooAccurate { wanted, reached } => write!(
+                formatter,
+                "no number of measurements up to {MOST} reaches {wanted} mm: {MOST} are expected to reach {} mm",
+                small(*reached)
+            ),
+        }
+    }
+}
+
+impl Error for PlanError {}

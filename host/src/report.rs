@@ -2,18 +2,54 @@
 
 pub mod calibration;
 pub mod campaign;
-pub mod document;
 pub mod export;
 pub mod plan;
 pub mod printer;
 pub mod validation;
 pub mod workspace;
 
+pub use crate::files::document;
+use document::Document;
+use maud::{Markup, html};
 use serde::Serialize;
+
+/// What reports for programs have in common, before their contents.
+#[derive(Debug, Serialize)]
+pub(crate) struct Versioned<T> {
+    schema_version: u32,
+    program_version: &'static str,
+    #[serde(flatten)]
+    contents: T,
+}
+
+impl<T: Serialize> Versioned<T> {
+    pub(crate) const fn new(schema_version: u32, contents: T) -> Self {
+        Self {
+            schema_version,
+            program_version: env!("CARGO_PKG_VERSION"),
+            contents,
+        }
+    }
+}
 
 /// A report for programs: indented, ending in a new line.
 pub fn json(report: &impl Serialize) -> String {
     let text = serde_json::to_string_pretty(report);
     // A report is a struct of numbers and texts, which always can be written.
     text.unwrap_or_default() + "\n"
+}
+
+impl Document {
+    /// For a page.
+    fn page(&self) -> Markup {
+        html! {
+            dl.document {
+                @for (name, value) in self.entries() { dt { (name) } dd { (value) } }
+                @for (kind, source) in [("Robot file", &self.robot), ("Samples file", &self.samples)] {
+                    dt { (kind) }
+                    dd { (source.name) br; span.hash { "SHA-256 " (source.sha256) } }
+                }
+            }
+        }
+    }
 }

@@ -1,7 +1,224 @@
-//! Numbers and lists in sentences.
+//! Numbers, units and lists in sentences.
 
 pub mod joint;
-pub mod numbers;
-pub mod tolerance;
-pub mod units;
-pub mod words;
+
+use delta_cal::robot::{Drive, ParameterKind};
+use delta_cal::{Parameter, Tolerance};
+
+/// Four decimals, or two digits of a number that is tiny.
+pub fn small(value: f64) -> String {
+    if value == 0.0 || value >= 1e-3 {
+        format!("{value:.4}")
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
+/// The same of a number that may not be known: then it is `otherwise`.
+pub fn small_or(otherwise: &str, value: Option<f64>) -> String {
+    value.map_or_else(|| otherwise.to_owned(), small)
+}
+
+/// A length, or that it is not known.
+pub fn millimetres(value: f64) -> String {
+    if value.is_finite() {
+        format!("{} mm", small(value))
+    } else {
+        "unknown".to_owned()
+    }
+}
+
+/// So many significant digits, without an exponent where that is readable.
+pub fn significant(value: f64, digits: u8) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !(value.abs() >= 1e-6 && value.is_finite()) {
+        return format!("{value:.1e}");
+    }
+    let decimals = f64::from(digits) - 1.0 - value.abs().log10().floor();
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 12
+    let decimals = decimals.clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// A probability as people say it: "80 %", "0.3 %", "less than 1 in 10 000".
+pub fn probability(value: f64) -> String {
+    let percent = 100.0 * value;
+    if value < 1e-4 {
+        "less than 1 in 10 000".to_owned()
+    } else if percent < 0.1 {
+        format!("{percent:.2} %")
+    } else if percent < 2.0 {
+        format!("{percent:.1} %")
+    } else if percent > 99.0 && percent < 100.0 {
+        "more than 99 %".to_owned()
+    } else {
+        format!("{percent:.0} %")
+    }
+}
+
+/// A confidence, never rounded up: "97 %", "99.8 %", "more than 99.99 %".
+pub fn confidence(value: f64) -> String {
+    let percent = 100.0 * value;
+    if percent > 99.99 {
+        "more than 99.99 %".to_owned()
+    } else if percent > 99.0 {
+        format!("{:.2} %", (percent * 100.0).floor() / 100.0)
+    } else {
+        format!("{:.0} %", percent.floor())
+    }
+}
+
+/// Percent, with two decimals near 100, where they matter.
+pub fn percent(value: f64) -> String {
+    let text = if (99.0..99.995).contains(&value) {
+        format!("{value:.2}")
+    } else {
+        format!("{:.0}", value.round() + 0.0) // −0 is 0
+    };
+    text.replace('-', "−")
+}
+
+/// Percent of all, never rounded up to all.
+pub fn share(value: f64) -> String {
+    if value > 99.0 && value < 100.0 {
+        format!("{:.1}", value.min(99.9))
+    } else {
+        format!("{value:.0}")
+    }
+}
+
+/// To 9 decimals, without trailing zeros.
+pub fn rounded(value: f64) -> String {
+    let text = format!("{value:.9}");
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0" } else { short }.to_owned()
+}
+
+/// The angle in degrees that reads back as exactly these radians if there is one, and the shortest
+/// to write if there are several.
+pub fn degrees(radians: f64) -> f64 {
+    let plain = radians.to_degrees();
+    let short = (plain * 1e12).round() / 1e12;
+    [short, plain, plain.next_up(), plain.next_down()]
+        .into_iter()
+        .find(|candidate| candidate.to_radians().to_bits() == radians.to_bits())
+        .unwrap_or(plain)
+}
+
+/// The unit of a parameter in files and reports.
+pub const fn unit(parameter: Parameter) -> &'static str {
+    match parameter.kind() {
+        ParameterKind::Length => "mm",
+        ParameterKind::Angle => "deg",
+        ParameterKind::Ratio => "",
+    }
+}
+
+/// A difference or σ of a parameter in that unit.
+pub fn in_unit(parameter: Parameter, value: f64) -> f64 {
+    match parameter.kind() {
+        ParameterKind::Length | ParameterKind::Ratio => value,
+        ParameterKind::Angle => value.to_degrees(),
+    }
+}
+
+/// "1 sample", "2 samples".
+pub fn count(number: usize, singular: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {singular}{plural}")
+}
+
+/// With a large first letter.
+pub fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+/// "a", "a and b", "a, b and c".
+pub fn list(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// Lines that a sentence names.
+const LINES_NAMED: usize = 8;
+
+/// "line 7", "lines 7 and 9", "lines 7, 9, ... and 24 (and 3 more)".
+pub fn in_lines(lines: &[u64]) -> String {
+    in_lines_of(lines, lines.len())
+}
+
+/// The same of so many lines, of which some are known.
+pub(crate) fn in_lines_of(lines: &[u64], count: usize) -> String {
+    let named = lines.iter().take(LINES_NAMED).map(u64::to_string);
+    let others = match count.saturating_sub(lines.len().min(LINES_NAMED)) {
+        0 => String::new(),
+        others => format!(" (and {others} more)"),
+    };
+    let noun = if count == 1 { "line" } else { "lines" };
+    format!("{noun} {}{others}", list(&named.collect::<Vec<_>>()))
+}
+
+/// Millimetres, degrees or a ratio, of a parameter in millimetres, radians or no unit.
+pub fn in_file_units(parameter: Parameter, value: f64) -> String {
+    match parameter.kind() {
+        ParameterKind::Length => format!("{value:.3} mm"),
+        ParameterKind::Angle => format!("{:.3}°", value.to_degrees()),
+        ParameterKind::Ratio => format!("{value:.5}"),
+    }
+}
+
+/// The number that a text like `-12,5` means.
+pub(crate) fn decimal_comma(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    let (whole, fraction) = text.split_once(',')?;
+    let unsigned = whole.trim_start_matches(['-', '+']);
+    if !(digits(unsigned) && fraction.starts_with(|c: char| c.is_ascii_digit())) {
+        return None;
+    }
+    format!("{whole}.{fraction}").parse().ok()
+}
+
+/// "0.5 mm, 0.2°", of linear drives "0.5 mm, 0.2°, end stops 5 mm, scale 0.001".
+pub fn in_words(drive: Drive, tolerance: &Tolerance<f64>) -> String {
+    let length = tolerance.of(Parameter::Lb);
+    let angle = degrees(tolerance.of(Parameter::Theta));
+    match drive {
+        Drive::Rotary => format!("{length} mm, {angle}°"),
+        Drive::Linear => {
+            let (zero, scale) = (
+                tolerance.of(Parameter::Zero),
+                tolerance.of(Parameter::Scale),
+            );
+            let mut own = format!("{length} mm, {angle}°, end stops {zero} mm, scale {scale}");
+            let common = [
+                ("radius", tolerance.radius()),
+                ("forearm", tolerance.forearm()),
+            ];
+            for (what, sigma) in common.into_iter().filter(|(_, sigma)| *sigma > 0.0) {
+                own += &format!(", common {what} {sigma} mm");
+            }
+            own
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::degrees;
+
+    #[test]
+    fn round_numbers_of_degrees_come_back_round() {
+        for written in [-60.0, 90.0, 0.2, 0.002, 120.0, 240.0, 33.3, 0.0] {
+            assert!((degrees(f64::to_radians(written)) - written).abs() < f64::MIN_POSITIVE);
+        }
+    }
+}

@@ -7,7 +7,7 @@ mod robots;
 use delta_cal::Robot;
 use delta_cal::simulate::simulate_sample;
 use delta_cal_host::Frame;
-use delta_cal_host::validation::{Request, Validation, Verdict, validate};
+use delta_cal_host::validation::{self, Request, Validation, Verdict};
 use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::{generator, uniform};
 use robots::{Made, intrinsic, largest, made, noise, position_error, robot_file, samples_file};

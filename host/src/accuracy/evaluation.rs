@@ -3,12 +3,12 @@
 //! Parameters of different kinds are compared in one unit, the length's: angles are multiplied by
 //! the true upper arm's length.
 
-use crate::accuracy::information::{
-    ARM, PARAMETERS, closure_rows, closures_by_position, is_empty, position_rows, rows_of_prior,
-    tolerance_prior, units, weights_by_arm,
+use super::information::{
+    ARM, PARAMETERS, closure_rows, is_empty, position_rows, rows_of_prior, tolerance_prior, units,
+    weights_by_arm,
 };
-use crate::accuracy::rigid_motion::RigidMotions;
-use crate::fit::options::Method;
+use super::rigid_motion::RigidMotions;
+use crate::fit::Method;
 use delta_cal::{Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 
@@ -43,19 +43,6 @@ impl Evaluation<'_> {
     /// true one.
     pub fn gain(&self) -> f64 {
         gain(self.error_before(), self.error_after())
-    }
-
-    /// The same of every parameter by itself, at its place. NaN
-    /// where the parameter was right before.
-    pub fn parameter_gains(&self) -> [[f64; 8]; 3] {
-        let before = differences(self.before, self.truth);
-        let after = differences(self.after, self.truth);
-        [0, 1, 2].map(|arm| {
-            [0, 1, 2, 3, 4, 5, 6, 7].map(|parameter| {
-                let index = 8 * arm + parameter;
-                gain(before[index].abs(), after[index].abs())
-            })
-        })
     }
 
     /// ‖Pr − Pn‖, mm.
@@ -161,53 +148,15 @@ impl CramerRaoBound {
                 })
             })
             .collect::<Option<Vec<_>>>()?;
-        let covariance = match method {
+        let mut covariance = match method {
             Method::Ikm => of_separate_arms(truth, &poses, noise, tolerance)?,
             Method::Joint | Method::Fkm => of_all_arms(truth, &poses, noise, tolerance)?,
         };
-        Some(Self { covariance })
-    }
-
-    /// The same with the covariance between the arms that estimates of separate arms have, because their
-    /// closure errors share the noise of the position:
-    ///
-    /// ```text
-    /// Cᵢⱼ = Cᵢ (Σ gᵢ ρᵢⱼ gⱼᵀ) Cⱼ,   ρᵢⱼ = (∂fᵢ/∂X)(∂fⱼ/∂X)ᵀ σx² / (σfᵢ σfⱼ),   g = (∂f/∂P)/σf.
-    /// ```
-    ///
-    /// The arms' own covariances stay as they are. `None` if the true robot does not reach a pose.
-    pub fn with_shared_noise(
-        &self,
-        truth: &Robot<f64>,
-        joints: &[[f64; 3]],
-        noise: &Noise<f64>,
-    ) -> Option<Self> {
-        let mut shared = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
-        for q in joints {
-            let position = truth.forward(q).ok()?;
-            let pose = Sample {
-                joints: *q,
-                position,
-            };
-            let rows = closure_rows(truth, &pose, noise);
-            let by_position = closures_by_position(truth, &pose, noise);
-            for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-                let correlation = by_position[i].dot(&by_position[j]);
-                let mut block = shared.fixed_view_mut::<ARM, ARM>(ARM * i, ARM * j);
-                block += rows[i] * rows[j].transpose() * correlation;
-            }
+        for place in (0..PARAMETERS).filter(|place| is_empty(truth, *place)) {
+            covariance[(place, place)] = 0.0;
         }
-        let shared = shared + shared.transpose();
-        Some(Self {
-            covariance: self.covariance + self.covariance * shared * self.covariance,
-        })
-    }
-
-    /// The covariance of the parameters as they are: mm, radians and their products. `truth` is the
-    /// robot that the bound is of.
-    pub fn of_parameters(&self, truth: &Robot<f64>) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
-        let units = units(truth);
-        self.covariance.component_div(&(units * units.transpose()))
+        let finite = covariance.iter().all(|entry| entry.is_finite());
+        finite.then_some(Self { covariance })
     }
 
     /// √ of the trace, mm: the least rms of ‖Pr − Pc‖.
@@ -238,14 +187,7 @@ fn of_all_arms(
         .into_owned();
     let inverse =
         triangle.solve_upper_triangular(&SMatrix::<f64, PARAMETERS, PARAMETERS>::identity())?;
-    let mut covariance = inverse * inverse.transpose();
-    for place in (0..PARAMETERS).filter(|place| is_empty(truth, *place)) {
-        covariance[(place, place)] = 0.0;
-    }
-    covariance
-        .iter()
-        .all(|entry| entry.is_finite())
-        .then_some(covariance)
+    Some(inverse * inverse.transpose())
 }
 
 /// The inverse of each arm's information Σ (∂f/∂P)ᵀ(∂f/∂P)/σf², by the triangle of its rows.
@@ -276,13 +218,5 @@ fn of_separate_arms(
             .fixed_view_mut::<8, 8>(first, first)
             .copy_from(&(inverse * inverse.transpose()));
     }
-    for place in 0..PARAMETERS {
-        if is_empty(truth, place) {
-            covariance[(place, place)] = 0.0;
-        }
-    }
-    covariance
-        .iter()
-        .all(|entry| entry.is_finite())
-        .then_some(covariance)
+    Some(covariance)
 }

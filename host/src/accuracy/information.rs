@@ -3,13 +3,14 @@
 //! Every parameter is in mm, angles times the upper arm's length, and every row in σ of its own
 //! noise: a row `g` adds `g gᵀ` to the information of the parameters.
 
-use crate::fit::covariance::{RobotCovariance, WITH_TRANSMISSIONS, with_exact_transmissions};
+use crate::files::robot_file::RobotFile;
+pub(crate) use crate::fit::solution::PARAMETERS;
+use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
 use delta_cal::calibration::{JointNormal, Prior, TolerancePrior};
 use delta_cal::robot::{Arm, ParameterKind, TransmissionTolerance};
 use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-pub(crate) use crate::fit::covariance::PARAMETERS;
 /// Of one arm.
 pub const ARM: usize = 8;
 /// Which of the parameters that is; `None` at a place that the arms leave empty.
@@ -70,18 +71,22 @@ pub fn sigma_of_sum(
     weights.dot(&(covariance * weights)).sqrt()
 }
 
-/// The same with the transmissions, if they are to be found.
-pub(crate) fn prior_with_transmissions(
-    robot: &Robot<f64>,
-    tolerance: &Tolerance<f64>,
-    transmission: Option<&TransmissionTolerance<f64>>,
-) -> RobotCovariance {
-    let mut covariance = with_exact_transmissions(&prior_covariance(robot, tolerance));
-    let sigma = transmission.map_or(0.0, TransmissionTolerance::sigma);
+/// The covariance of a robot's parameters, and of its transmissions if they are to be found, before any measurement;
+/// `None` without a tolerance.
+pub(crate) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
+    let mut covariance = RobotCovariance::zeros();
+    let parameters = prior_covariance(&file.robot, file.tolerance.as_ref()?);
+    covariance
+        .fixed_view_mut::<PARAMETERS, PARAMETERS>(0, 0)
+        .copy_from(&parameters);
+    let sigma = file
+        .transmission
+        .as_ref()
+        .map_or(0.0, TransmissionTolerance::sigma);
     for number in PARAMETERS..WITH_TRANSMISSIONS {
         covariance[(number, number)] = sigma.powi(2);
     }
-    covariance
+    Some(covariance)
 }
 
 /// What a parameter is multiplied by: 1, or the upper arm's length; with linear drives the forearm's.
@@ -160,21 +165,6 @@ pub(crate) fn closure_rows(
         let own_units = units.fixed_rows::<ARM>(ARM * index.index());
         let gradient = arm.constraint_by_parameters(x, q).component_div(&own_units);
         gradient / closure_sigma(arm, x, q, noise)
-    })
-}
-
-/// Of each arm (∂f/∂X) σx/σf: what the position's noise has of its closure error. The dot product of two
-/// is the correlation of their errors.
-pub(crate) fn closures_by_position(
-    robot: &Robot<f64>,
-    pose: &Sample<f64>,
-    noise: &Noise<f64>,
-) -> [Vector3<f64>; 3] {
-    ArmIndex::ALL.map(|index| {
-        let arm = robot.arm(index);
-        let (x, q) = (&pose.position, pose.joints[index.index()]);
-        let gradient = arm.constraint_by_position(x, q);
-        gradient * noise.position() / closure_sigma(arm, x, q, noise)
     })
 }
 

@@ -1,7 +1,7 @@
 //! How far the measured positions are from where a geometry says they are.
 
-use crate::accuracy::information::prior_covariance;
-use crate::accuracy::position_uncertainty::PositionUncertainty;
+use super::information::prior_covariance;
+use super::uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
 use delta_cal::Robot;
 use serde::Serialize;

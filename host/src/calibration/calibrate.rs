@@ -1,22 +1,18 @@
 //! From a robot file and readings to a report, or to the reason why there is none.
 
+use super::credibility::{NoiseVerdict, PriorTest, doubtful};
 use super::diagnosis::{Diagnosis, diagnose};
 use super::findings::Finding;
 use super::judge::{Case, Judged, attempt};
-use super::noise_test::NoiseVerdict;
-use super::plausibility::doubtful;
 use super::refusal::{CalibrateError, Objection, Refused, explained};
-use super::target::beside_the_platform_point;
-use super::wrong_rows::{Shift, explanations};
+use super::report::Report;
+use super::wrong_rows::{Shift, beside_the_platform_point, explanations};
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::rigid_motion::degenerate;
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, READINGS};
-use crate::files::samples_file::{Reading, ReadingFrom, Readings};
-use crate::fit::options::{Frame, Method, Options};
-use crate::report::calibration::Report;
+use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
+use crate::fit::{Frame, Method, Options};
 use crate::text::joint;
 use delta_cal::Robot;
 use delta_cal::calibration::StartUsed;
@@ -96,7 +92,6 @@ pub fn calibrate(
 fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>) -> CalibrateError {
     let mut hints = Vec::new();
     if objection.may_be_wrong_rows() && diagnosis.is_none() {
-        hints.extend(case.readings.unit_hint());
         let target = beside_the_platform_point(case.robot, case.readings, case.options.frame);
         match target {
             Some(target) => hints.push(target.to_string()),
@@ -158,35 +153,35 @@ fn check_method(
     if !closures {
         return Ok(());
     }
-    let fault = |file: &str, cause: &str, remedy: &str| {
-        Err(InputError::new(file, cause).with_remedy(remedy.to_owned()))
-    };
-    if options.frame == Frame::Sensor {
-        fault(
+    let faults = [
+        (
+            options.frame == Frame::Sensor,
             &readings.name,
             "--method joint and ikm need positions in the robot's frame",
             "use --method fkm",
-        )
-    } else if options.loss.is_some() {
-        fault(
+        ),
+        (
+            options.loss.is_some(),
             &readings.name,
             "--robust is a loss function of the FKM method",
             "use --method fkm",
-        )
-    } else if robot.transmission.is_some() {
-        fault(
+        ),
+        (
+            robot.transmission.is_some(),
             &robot.name,
             "only the FKM method finds transmissions",
             "use --method fkm, or delete transmission_deg",
-        )
-    } else if !readings.is_complete() {
-        fault(
+        ),
+        (
+            !readings.is_complete(),
             &readings.name,
             "--method joint and ikm need x, y and z in every row",
             "use --method fkm",
-        )
-    } else {
-        Ok(())
+        ),
+    ];
+    match faults.into_iter().find(|(faulty, ..)| *faulty) {
+        Some((_, file, cause, remedy)) => Err(InputError::new(file, cause).with_remedy(remedy)),
+        None => Ok(()),
     }
 }
 
@@ -410,10 +405,7 @@ fn of_noise(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
 fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     let (robot, solution, readings) = (case.robot, &judged.solution, case.readings);
     let drive = robot.robot.drive();
-    if let Some(test) = judged
-        .prior_test
-        .filter(super::prior_test::PriorTest::contradicts)
-    {
+    if let Some(test) = judged.prior_test.filter(PriorTest::contradicts) {
         let used = judged
             .widened
             .then(|| test.statement(drive, robot.tolerance.as_ref()));

@@ -3,10 +3,165 @@
 //! faults without which they agree clearly better are named. Nothing is ever corrected.
 
 mod evidence;
-mod explanation;
-mod hypothesis;
-mod search;
-mod words;
+mod fault;
 
-pub use explanation::{Diagnosis, Explanation};
-pub(crate) use search::diagnose;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Readings;
+use crate::fit::{Frame, Options};
+use evidence::{Evidence, Scored, calibrated};
+use fault::{Fault, Words};
+use serde::Serialize;
+use std::fmt;
+
+/// No robot has forearms below this, mm: then the file's lengths are in a larger unit.
+const LEAST_FOREARM: f64 = 10.0;
+
+/// Of samples that are in a file, whether a calibration accepts them or not; `None` if nothing is
+/// wrong with the file as a whole, or no fault explains what is.
+pub(crate) fn diagnose(
+    robot: &RobotFile,
+    readings: &Readings,
+    options: &Options,
+) -> Option<Diagnosis> {
+    let evidence = Evidence::new(robot, readings, options)?;
+    let as_they_are = evidence.median(&[]);
+    let found = evidence.explanations(as_they_are);
+    if found.is_empty() {
+        return None;
+    }
+    let explain = |scored: &Scored| explanation(robot, readings, options, scored);
+    Some(Diagnosis {
+        as_they_are,
+        explanations: found.iter().map(explain).collect(),
+    })
+}
+
+fn explanation(
+    robot: &RobotFile,
+    readings: &Readings,
+    options: &Options,
+    scored: &Scored,
+) -> Explanation {
+    let [arm, ..] = robot.robot.arms();
+    let robot_in_metres = arm.lb() < LEAST_FOREARM;
+    let words = Words {
+        robot: &robot.name,
+        samples: readings,
+        frame: if scored.faults.contains(&Fault::Elsewhere) {
+            Frame::Sensor
+        } else {
+            options.frame
+        },
+        robot_in_metres,
+    };
+    // What is told as millimetres are the file's lengths as they stand.
+    let unit = if robot_in_metres {
+        of_robot(&scored.faults)
+    } else {
+        1.0
+    };
+    let all = |of: &dyn Fn(&Fault) -> String, between: &str| {
+        let parts: Vec<_> = scored.faults.iter().map(of).collect();
+        parts.join(between)
+    };
+    Explanation {
+        cause: all(&|fault| words.cause(fault), " and "),
+        remedy: all(&|fault| words.remedy(fault), ", and "),
+        without: unit * scored.median,
+        calibrated: calibrated(robot, readings, options, &scored.faults)
+            .map(|median| unit * median),
+    }
+}
+
+/// How many millimetres the unit of the robot file's lengths has, if that is the fault.
+fn of_robot(faults: &[Fault]) -> f64 {
+    let lengths = faults.iter().filter_map(|fault| match fault {
+        Fault::Length(unit) if unit.robot.is_some() => Some(1.0 / unit.factor),
+        _ => None,
+    });
+    lengths.product()
+}
+
+/// Explanations that are named; others that are as good are counted.
+const NAMED: usize = 4;
+
+/// What would explain samples that cannot be right as a whole.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// Half of the measured points are within this distance of where the robot of the file would be,
+    /// mm; infinite if it does not reach them or they are in one spot.
+    pub as_they_are: f64,
+    /// What explains the samples, the best first, all about equally well. At least one.
+    pub explanations: Vec<Explanation>,
+}
+
+/// One fault, or two together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Explanation {
+    /// What is wrong, in words.
+    pub cause: String,
+    /// What to do about it.
+    pub remedy: String,
+    /// [`Diagnosis::as_they_are`] without the faults, mm.
+    pub without: f64,
+    /// The same after a calibration without the faults; `None` if that is refused.
+    pub calibrated: Option<f64>,
+}
+
+impl fmt::Display for Diagnosis {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [best, others @ ..] = &self.explanations[..] else {
+            return Ok(());
+        };
+        write!(
+            formatter,
+            "Probably {}. Without it half of the points are within {} mm of the robot file",
+            best.cause,
+            figures(best.without),
+        )?;
+        if let Some(calibrated) = best.calibrated {
+            let calibrated = figures(calibrated);
+            write!(formatter, " ({calibrated} mm after calibration)")?;
+        }
+        if self.as_they_are.is_finite() {
+            write!(
+                formatter,
+                "; as they are, {} mm. ",
+                figures(self.as_they_are)
+            )?;
+        } else {
+            formatter.write_str(". ")?;
+        }
+        for other in others.iter().take(NAMED - 1) {
+            write!(formatter, "Equally likely: {}. ", other.cause)?;
+        }
+        if let Some(more) = others.len().checked_sub(NAMED - 1).filter(|more| *more > 0) {
+            write!(formatter, "{more} more are as likely. ")?;
+        }
+        formatter.write_str("Nothing was corrected")
+    }
+}
+
+/// Three significant digits.
+fn figures(value: f64) -> String {
+    match value {
+        value if value >= 100.0 => format!("{value:.0}"),
+        value if value >= 10.0 => format!("{value:.1}"),
+        value if value >= 1.0 => format!("{value:.2}"),
+        value if value >= 1e-3 => format!("{value:.4}"),
+        value => format!("{value:.0e}"),
+    }
+}
+
+impl Diagnosis {
+    /// What to do about the first explanation, or the others.
+    pub fn remedy(&self) -> String {
+        let mut remedies: Vec<_> = Vec::new();
+        for explanation in self.explanations.iter().take(NAMED) {
+            if !remedies.contains(&explanation.remedy.as_str()) {
+                remedies.push(&explanation.remedy);
+            }
+        }
+        remedies.join("; or ")
+    }
+}

@@ -1,14 +1,12 @@
 //! What there is to say of a calibration beside its figures: data, and one sentence each.
 
 use super::causes::Cause;
+use super::credibility::{NoiseTest, PriorTest};
 use super::diagnosis::Diagnosis;
-use super::noise_test::NoiseTest;
-use super::prior_test::PriorTest;
 use super::wrong_rows::Shift;
-use crate::accuracy::workspace_comparison::Moved;
+use crate::accuracy::improvement::Moved;
 use crate::files::samples_file::Kind;
-use crate::text::numbers::{probability, significant};
-use crate::text::words::{count, in_lines};
+use crate::text::{count, in_lines, probability, significant};
 use serde::Serialize;
 use std::fmt;
 
@@ -217,10 +215,6 @@ impl Finding {
     }
 }
 
-fn kind_of(kind: Kind) -> &'static str {
-    kind.plural()
-}
-
 impl fmt::Display for Finding {
     #[allow(clippy::too_many_lines)] // a sentence each
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -289,14 +283,14 @@ impl fmt::Display for Finding {
             Self::Repeatability { of, sigma_mm, degrees_of_freedom } => write!(
                 f,
                 "Repeatability of {}: {} mm (σ, {degrees_of_freedom:.0} degrees of freedom).",
-                kind_of(*of),
+                of.plural(),
                 mm(*sigma_mm)
             ),
             Self::NoiseUnderstated { test, widened_by } => write!(
                 f,
                 "Residuals of {} are {:.1} × the stated noise ({} mm, 95 % CI {}–{}). All σ are multiplied by {widened_by:.1}. \
                  Look for outliers and play; if there are none, set {} = {}.",
-                kind_of(test.kind),
+                test.kind.plural(),
                 test.ratio,
                 mm(test.sigma_mm),
                 mm(test.limits_mm[0]),
@@ -308,7 +302,7 @@ impl fmt::Display for Finding {
                 f,
                 "Residuals of {} are only {:.2} × the stated noise ({} mm). If these rows were measured and not computed, set \
                  {} = {}.",
-                kind_of(test.kind),
+                test.kind.plural(),
                 test.ratio,
                 mm(test.sigma_mm),
                 test.kind.key(),

@@ -1,21 +1,15 @@
 //! Whether a solution is good: credible, reproduced by the robot, and expected to improve it.
 
 use super::causes::{Causes, Subject, causes};
+use super::credibility::{self, NoiseTest, PriorTest};
 use super::known::Known;
-use super::noise_test::NoiseTest;
-use super::plausibility;
-use super::prior_test::PriorTest;
 use super::refusal::Objection;
-use crate::accuracy::expected_error::ExpectedError;
-use crate::accuracy::information::prior_with_transmissions;
+use crate::accuracy::improvement::{Calibrated, Judged as JudgedBy, WorkspaceComparison};
+use crate::accuracy::information::prior;
 use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
-use crate::accuracy::position_uncertainty::PositionUncertainty;
-use crate::accuracy::workspace_comparison::{Calibrated, Judged as JudgedBy, WorkspaceComparison};
-use crate::accuracy::workspace_poses::{WorkspacePoses, inside};
+use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty, inside};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Kind;
-use crate::files::samples_file::Readings;
-use crate::fit::covariance::RobotCovariance;
+use crate::files::samples_file::{Kind, Readings};
 use crate::fit::solution::Places;
 use crate::fit::{Options, Solution, solve};
 use delta_cal::robot::Drive;
@@ -41,7 +35,7 @@ pub(crate) struct Judged {
     pub(crate) error_after: Option<PositionError>,
 }
 
-/// What is to be calibrated from what. `before` is the robot in use; of a controller it may be calibrated already.
+/// What is to be calibrated from what. `before` is the robot file as it is, `robot` may have a wider tolerance.
 #[derive(Clone, Copy)]
 pub(crate) struct Case<'a> {
     pub(crate) robot: &'a RobotFile,
@@ -76,7 +70,7 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
     };
     let free = solve(&free_file, case.readings, &case.options).ok()?;
     // Larger differences are wrong samples rather than a robot.
-    if plausibility::is_another_robot(&case.robot.robot, &free.robot) {
+    if credibility::is_another_robot(&case.robot.robot, &free.robot) {
         return None;
     }
     let test = PriorTest::of(&case.robot.robot, tolerance, &free)?;
@@ -172,9 +166,9 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
         _ => {}
     }
     let covariance = solution.of_robot();
-    let expected = expected(robot, &solution.robot, &covariance);
+    let expected = ExpectedError::of_robot(robot, &solution.robot, &covariance);
     let expected_before =
-        prior(robot).and_then(|prior| self::expected(robot, &robot.robot, &prior));
+        prior(robot).and_then(|prior| ExpectedError::of_robot(robot, &robot.robot, &prior));
     let known = Known::of(
         &robot.robot,
         tolerance,
@@ -208,7 +202,7 @@ fn contradiction(
     let robot = case.robot;
     // A stated tolerance already keeps what is not known near where it was.
     if robot.tolerance.is_none() {
-        if let Some(change) = plausibility::implausible(&robot.robot, &solution.robot) {
+        if let Some(change) = credibility::implausible(&robot.robot, &solution.robot) {
             return Err(Objection::Implausible(change));
         }
         if solution.degrees_of_freedom() < 1.0 {
@@ -222,7 +216,6 @@ fn contradiction(
     }
     if let (Some(test), Some(tolerance)) = (prior_test, &robot.tolerance)
         && test.contradicts()
-        && !(case.is_on_controller() && test.samples_decide())
     {
         let statement = test.statement(robot.robot.drive(), Some(tolerance));
         return Err(Objection::BeyondTolerance(*test, statement));
@@ -231,37 +224,6 @@ fn contradiction(
         Some((sigma, tolerated)) => Err(Objection::NoiseBeyondTolerance(sigma, tolerated)),
         None => Ok(()),
     }
-}
-
-impl Case<'_> {
-    /// Whether the robot in use is not the one of the file.
-    fn is_on_controller(&self) -> bool {
-        !std::ptr::eq(self.robot, self.before) && self.robot.robot != self.before.robot
-    }
-}
-
-/// The covariance of the parameters before any measurement; `None` without a tolerance.
-pub(crate) fn prior(robot: &RobotFile) -> Option<RobotCovariance> {
-    let (tolerance, transmission) = (robot.tolerance.as_ref()?, robot.transmission.as_ref());
-    Some(prior_with_transmissions(
-        &robot.robot,
-        tolerance,
-        transmission,
-    ))
-}
-
-/// The position error that a robot with this covariance of its parameters is expected to have.
-pub(crate) fn expected(
-    file: &RobotFile,
-    robot: &Robot<f64>,
-    covariance: &RobotCovariance,
-) -> Option<ExpectedError> {
-    let reach = file.reach();
-    ExpectedError::of(
-        &PositionUncertainty { robot, covariance },
-        &reach,
-        &WorkspacePoses::within(robot, &reach),
-    )
 }
 
 /// Distances of the rows with x, y and z from where a robot is.

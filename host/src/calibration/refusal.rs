@@ -1,15 +1,13 @@
 //! Why there is no calibration: what was found, and what to do.
 
+use super::credibility::PriorTest;
 use super::diagnosis::Diagnosis;
-use super::prior_test::PriorTest;
-use crate::accuracy::workspace_comparison::Moved;
-use crate::files::input_error::InputError;
+use crate::accuracy::improvement::Moved;
+use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
-use crate::fit::Unsolved;
-use crate::fit::options::Frame;
-use crate::text::numbers::{probability, significant};
-use crate::text::words::{count, in_file_units};
+use crate::fit::{Frame, Unsolved};
+use crate::text::{count, in_file_units, probability, significant};
 use delta_cal::observations::Instrument;
 use delta_cal::robust::RobustRefusal;
 use delta_cal::{ArmIndex, Refusal};

@@ -1,11 +1,11 @@
 //! The campaign file.
 
-use super::plan::{CampaignSolver, Case, Measure, Method, Plan, Scenario, Spread, fingerprint};
+use super::plan::{CampaignSolver, Case, Measure, Plan, Scenario, Spread, fingerprint};
 use crate::files::example;
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
-use crate::text::words::decimal_comma;
+use crate::fit::Method;
+use crate::text::decimal_comma;
 use delta_cal::robot::Drive;
 use delta_cal::{Noise, Tolerance};
 use serde::Deserialize;

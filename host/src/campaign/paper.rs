@@ -3,11 +3,11 @@
 //! The paper: T. Bentaleb, J. Iqbal, "On the improvement of calibration accuracy of parallel robots –
 //! modeling and optimization", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
 
-use super::plan::{CampaignSolver, Case, Method, Plan};
+use super::plan::{CampaignSolver, Case, Plan};
 use super::row::{run, text};
 use super::summary::{CaseSummary, summarize};
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::{InputError, InputText};
+use crate::fit::Method;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 

@@ -1,24 +1,12 @@
 //! What a campaign computes: every combination of the lists in its file is a case.
 
 use crate::files::robot_file::RobotFile;
+use crate::fit::Method;
 use crate::planning::Instrument;
 use delta_cal::calibration::Solver;
 use delta_cal::robot::Arm;
 use delta_cal::{Noise, Tolerance};
 use serde::{Deserialize, Serialize};
-
-/// How a simulated robot is calibrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Method {
-    /// Each arm by itself, from complete positions.
-    #[default]
-    Ikm,
-    /// All arms together by their closures, from complete positions.
-    Joint,
-    /// All parameters together from readings of any kind.
-    Fkm,
-}
 
 /// How the equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -1,11 +1,11 @@
 //! The rows of a campaign: one robot, calibrated one way.
 
-use super::instruments::{MeasuredAt, measured_at};
-use super::plan::{Case, Method, Plan, Scenario};
-use super::simulation::simulate;
+use super::instruments::{MeasuredAt, measured_at, simulate};
+use super::plan::{Case, Plan, Scenario};
 use super::trial::{ACCEPTED, NO_ROBOT, bound, calibrate};
 use crate::accuracy::evaluation::{Evaluation, HeldOutError};
-use crate::files::input_error::InputError;
+use crate::files::input::InputError;
+use crate::fit::Method;
 use csv::ReaderBuilder;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};

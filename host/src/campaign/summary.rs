@@ -2,7 +2,7 @@
 
 use super::plan::Case;
 use super::row::{RobotResult, Row};
-use crate::files::input_error::InputError;
+use crate::files::input::InputError;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap, HashSet};
 

@@ -1,14 +1,13 @@
 //! One simulated robot calibrated one way, and what came of it.
 
-use super::instruments::{Read as Readings, known};
-use super::plan::{Case, Method, Plan, Scenario};
-use super::simulation::{Read, SimulatedRobot};
+use super::instruments::{InstrumentReadings, Read, SimulatedRobot, known};
+use super::plan::{Case, Plan, Scenario};
 use crate::accuracy::evaluation::CramerRaoBound;
 use crate::accuracy::information::units;
-use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
+use crate::accuracy::uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
-use crate::fit::{self, Options, Unsolved};
+use crate::fit::{self, Method, Options, Unsolved};
 use crate::planning::covariance_after;
 use delta_cal::calibration::{ArmOutcome, JointCalibrator, JointOutcome, StartUsed};
 use delta_cal::observations::{
@@ -95,11 +94,11 @@ fn of_readings(
     plan: &Plan,
     scenario: &Scenario,
     case: &Case,
-    readings: &Readings,
+    readings: &InstrumentReadings,
 ) -> Result<Calibrated, Status> {
     let robot = known(plan, scenario, case.prior);
     let options = Options {
-        method: Some(fit::Method::Fkm),
+        method: Some(Method::Fkm),
         frame: readings.frame,
         ..Options::default()
     };
@@ -247,14 +246,9 @@ pub(super) fn bound(
 ) -> Option<f64> {
     match &robot.read {
         Read::Positions(_, joints) => {
-            // The other methods use all that the measurements hold.
-            let method = match case.method {
-                Method::Ikm => fit::Method::Ikm,
-                Method::Joint | Method::Fkm => fit::Method::Joint,
-            };
             let tolerance = scenario.tolerance.as_ref().filter(|_| case.prior);
             let noise = scenario.noise.as_ref()?;
-            CramerRaoBound::new(method, &robot.truth, joints, noise, tolerance)
+            CramerRaoBound::new(case.method, &robot.truth, joints, noise, tolerance)
                 .map(|bound| bound.error())
         }
         Read::Readings(readings) => {

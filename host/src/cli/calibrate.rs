@@ -13,6 +13,7 @@ use crate::import::{Firmware, Imported};
 use crate::report;
 use crate::report::calibration::{RefusalReport, comment};
 use crate::report::document::Source;
+use crate::report::printer::PrinterReport;
 use crate::{
     CalibrateError, InputError, InputText, Options, Readings, RobotFile, calibrate, read_samples,
 };
@@ -129,9 +130,6 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     } = inputs(arguments, &options)?;
     let waiting = Waiting::for_rows("calibrating from", readings.rows.len());
     let mut report = calibrate(&robot, &readings, &options).map_err(refused)?;
-    if let Some(printer) = &printer {
-        report = report.for_printer(printer).map_err(refused)?;
-    }
     drop(waiting);
     report.document = Some(document(&robot, robot_file, samples_file)?);
     if arguments.robot.is_none() {
@@ -141,23 +139,39 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         report = report.with_limit(limit);
     }
     let toml = report.after.to_toml(&comment(&report, &readings));
-    let json = report.to_json();
-    let page = arguments
-        .report
-        .as_ref()
-        .map_or_else(String::new, |_| report.to_html());
-    let lines = report.printer.as_ref().and_then(|own| own.lines.as_deref());
+    let acceptance = report.acceptance;
+    let wants_page = arguments.report.is_some();
+    let page = |page: &dyn Fn() -> String| wants_page.then(page).unwrap_or_default();
+    let (text, json, page, lines) = match &printer {
+        None => (
+            report.to_text(),
+            report.to_json(),
+            page(&|| report.to_html()),
+            None,
+        ),
+        Some(printer) => {
+            let report = PrinterReport::of(printer, report).map_err(refused)?;
+            let page = page(&|| report.to_html());
+            (
+                report.to_text(),
+                report.to_json(),
+                page,
+                report.printer.lines,
+            )
+        }
+    };
+    let paste = arguments.paste.as_deref().zip(lines.as_deref());
     let outputs = [
         (arguments.output.as_deref(), toml.as_str()),
         (
-            arguments.paste.as_deref().filter(|_| lines.is_some()),
-            lines.unwrap_or_default(),
+            paste.map(|(path, _)| path),
+            lines.as_deref().unwrap_or_default(),
         ),
         (arguments.json.as_deref(), json.as_str()),
         (arguments.report.as_deref(), page.as_str()),
     ];
-    deliver(&outputs, report.to_text())?;
-    match report.acceptance {
+    deliver(&outputs, text)?;
+    match acceptance {
         Some(acceptance) if !acceptance.passed => Err(Failure::NotPassed(format!(
             "the expanded uncertainty exceeds {} mm",
             acceptance.limit_mm

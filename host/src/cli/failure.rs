@@ -1,6 +1,5 @@
+use super::output::OutputError;
 use crate::device::DeviceError;
-use crate::files::output::OutputError;
-use crate::render::plot::PlotError;
 use crate::{CalibrateError, InputError};
 use anstyle::{AnsiColor, Style};
 use std::io::Write;
@@ -60,12 +59,6 @@ impl From<DeviceError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         Self::Output(error.to_string())
-    }
-}
-
-impl From<PlotError> for Failure {
-    fn from(error: PlotError) -> Self {
-        Self::Output(format!("the report: {error}"))
     }
 }
 

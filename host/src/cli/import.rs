@@ -2,9 +2,9 @@
 
 use super::failure::Failure;
 use super::length::Length;
+use super::output;
 use super::paths::is_stream;
 use super::print::print;
-use crate::files::output;
 use crate::import::{Firmware, Imported};
 use crate::{InputError, InputText};
 use clap::Args;

@@ -1,10 +1,11 @@
 //! `delta-cal forward` and `delta-cal inverse`.
 
 use super::failure::Failure;
+use super::output;
 use super::outputs;
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::print::print;
-use crate::files::{kinematics, output};
+use crate::files::kinematics;
 use crate::{InputError, InputText, RobotFile};
 use clap::Args;
 use delta_cal::Sample;

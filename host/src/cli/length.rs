@@ -1,6 +1,6 @@
 //! A length as an option states it: `0.1mm`, `0.1 mm`, `0.3 m`, `250um`, `0.5 in`.
 
-use crate::files::columns::Unit;
+use crate::files::columns::length;
 use std::fmt;
 use std::str::FromStr;
 
@@ -12,22 +12,15 @@ impl FromStr for Length {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let text = text.trim();
-        let (number, unit) = text.split_at(text.trim_end_matches(char::is_alphabetic).len());
-        let number = number.trim_end().parse::<f64>();
-        let length = match (Unit::of_length(unit), &number) {
-            (Some(unit), Ok(number)) => unit.to_internal(*number),
-            (None, Ok(_)) if unit.is_empty() => {
-                return Err(format!(
+        match length(text) {
+            Some((length, true)) if length > 0.0 => Ok(Self(length)),
+            Some((_, false)) => {
+                let text = text.trim();
+                Err(format!(
                     "a length needs a unit: {text}mm, {text}um or {text}in"
-                ));
+                ))
             }
-            _ => f64::NAN,
-        };
-        if length > 0.0 && length.is_finite() {
-            Ok(Self(length))
-        } else {
-            Err("a length greater than 0 is needed, as 0.1mm, 50um, 0.3m or 0.5in".to_owned())
+            _ => Err("a length greater than 0 is needed, as 0.1mm, 50um, 0.3m or 0.5in".to_owned()),
         }
     }
 }

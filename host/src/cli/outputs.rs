@@ -1,9 +1,9 @@
 //! What a command writes: files, all or none, and one of its outputs to standard output in place of its report.
 
 use super::failure::Failure;
+use super::output;
 use super::paths::{is_stream, refuse_same};
 use super::print::print;
-use crate::files::output;
 use std::fmt::Write;
 use std::path::Path;
 

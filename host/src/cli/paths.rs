@@ -3,6 +3,7 @@ use crate::{ColumnMapping, InputError, InputText, RobotFile};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use delta_cal::robot::Drive;
+use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -28,6 +29,28 @@ pub(crate) struct ColumnsArgument {
     /// Columns of other names: before each = what the column holds, after it its name in the file
     #[arg(long, value_name = "q1_deg=A1,x_mm=X,...")]
     columns: Option<ColumnMapping>,
+}
+
+impl InputText {
+    /// Reads the file of a robot or a campaign.
+    ///
+    /// # Errors
+    /// As [`of_settings`](Self::of_settings).
+    pub fn from_file(path: &Path) -> Result<Self, InputError> {
+        Self::of_settings(path.display().to_string(), opened(path)?)
+    }
+
+    /// Reads a table: samples, joint angles, positions.
+    ///
+    /// # Errors
+    /// As [`from_reader`](Self::from_reader).
+    pub fn from_table(path: &Path) -> Result<Self, InputError> {
+        Self::from_reader(path.display().to_string(), opened(path)?)
+    }
+}
+
+fn opened(path: &Path) -> Result<File, InputError> {
+    File::open(path).map_err(|error| InputError::unreadable(&path.display().to_string(), &error))
 }
 
 /// A table in a file, or in standard input for `-`.

@@ -1,11 +1,11 @@
 //! `delta-cal simulate`.
 
 use super::failure::Failure;
+use super::output;
 use super::paths::{is_stream, refuse_same};
 use super::print::print;
 use super::progress::Bar;
 use crate::campaign::{self, CaseSummary, EXAMPLE, Plan, paper, summarize};
-use crate::files::output;
 use crate::report;
 use crate::{InputError, InputText};
 use clap::Args;

@@ -6,7 +6,6 @@ use super::length::Length;
 use super::outputs::{self, deliver};
 use super::paths::{ColumnsArgument, read, robot_path};
 use super::record;
-use crate::render::json;
 use crate::report::document::Source;
 use crate::report::validation as report;
 use crate::validation::{Request, Verdict, check_independent, validate};
@@ -81,9 +80,9 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
         frame: arguments.frame.frame(),
     };
     let found = validate(&robot, &samples, request)?;
-    let json = json::text(&report::report(&found, &document));
+    let json = report::json(&found, &document);
     let page = match arguments.report {
-        Some(_) => report::certificate(&found, &document)?,
+        Some(_) => report::certificate(&found, &document),
         None => String::new(),
     };
     deliver(

@@ -2,10 +2,9 @@
 
 use super::failure::Failure;
 use super::length::Length;
+use super::output;
 use super::paths::{is_stream, refuse_same, robot_path};
 use super::print::print;
-use crate::files::output;
-use crate::render::json;
 use crate::report::workspace;
 use crate::workspace::{Analysis, Options, WorkspaceError};
 use crate::{InputError, InputText, RobotFile};
@@ -85,11 +84,11 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
     let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     if let Some(folder) = &arguments.output {
         bar.set_message("figures and report");
-        let contents = workspace::files(&analysis)?.into_iter();
+        let contents = workspace::files(&analysis).into_iter();
         files.extend(contents.map(|(name, bytes)| (folder.join(name), bytes)));
     }
     bar.finish_and_clear();
-    let json = json::text(&workspace::to_json(&analysis.report));
+    let json = workspace::to_json(&analysis.report);
     let json_file = arguments.json.as_ref().filter(|path| !is_stream(path));
     files.extend(json_file.map(|path| (path.clone(), json.clone().into_bytes())));
     if let Some(folder) = &arguments.output {

@@ -1,8 +1,7 @@
 //! One request at a time: sent again until its answer comes.
 
 use super::Number;
-use super::error::DeviceError;
-use super::transport::Transport;
+use super::link::{DeviceError, Transport};
 use delta_cal_protocol::{
     Counters, Direction, Fault, FrameError, Identity, LARGEST_FRAME, ParameterSet, Parameters,
     Receiver, Request, Response, RevertTo, Status, UNKNOWN_SEQUENCE, encode,

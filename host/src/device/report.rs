@@ -1,7 +1,7 @@
 //! What a controller says, for people and for programs. Lengths in millimetres, angles in degrees.
 
 use super::Number;
-use crate::text::numbers::small;
+use crate::text::small;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{Parameter, Real};
 use delta_cal_protocol as protocol;

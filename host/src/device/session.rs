@@ -2,8 +2,7 @@
 
 use super::Number;
 use super::client::{Client, unexpected};
-use super::error::DeviceError;
-use super::transport::Transport;
+use super::link::{DeviceError, Transport};
 use delta_cal::stream::StreamRefusal;
 use delta_cal::{ArmIndex, Robot, Sample};
 use delta_cal_protocol::{

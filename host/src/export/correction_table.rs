@@ -4,7 +4,7 @@ use super::error::ExportError;
 use super::positions::{Loss, Wanted, controller_reaches, reached};
 use super::target::{Content, Target};
 use crate::files::robot_file::RobotFile;
-use crate::geometry::reach::hangs_below;
+use crate::geometry::hangs_below;
 use delta_cal::Robot;
 use delta_cal::kinematics::SingularityDistance;
 use nalgebra::{Matrix4, RowVector3, SMatrix, Vector3, Vector4};

@@ -1,6 +1,6 @@
 //! Why a robot cannot be exported.
 
-use crate::text::words::list;
+use crate::text::list;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
 use std::error::Error;

@@ -3,7 +3,7 @@
 use super::error::ExportError;
 use super::target::{Content, Entry, Target, Written, decimals};
 use crate::files::robot_file::RobotFile;
-use crate::text::units::degrees;
+use crate::text::degrees;
 use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{Parameter, Robot};
 use delta_cal_protocol::Geometry;

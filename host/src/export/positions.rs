@@ -1,7 +1,7 @@
 //! Where the robot is wanted, and how far it is from there.
 
 use super::geometry::Frame;
-use crate::accuracy::workspace_poses::inside;
+use crate::accuracy::uncertainty::inside;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
 use delta_cal::Robot;

@@ -177,13 +177,6 @@ impl Unit {
         Some((unit, kind))
     }
 
-    /// The unit of length that this word names.
-    #[cfg(feature = "cli")]
-    pub(crate) fn of_length(word: &str) -> Option<Self> {
-        let (unit, kind) = Self::of(word)?;
-        (kind == Kind::Length).then_some(unit)
-    }
-
     /// The unit with which a name ends that is otherwise any: `Pos X [mm]`.
     pub(crate) fn at_end_of(name: &str, quantity: Quantity) -> Option<Self> {
         let words = words(name);
@@ -191,6 +184,18 @@ impl Unit {
         let (unit, kind) = Self::of(last)?;
         (!before.is_empty() && kind == quantity.entry().1).then_some(unit)
     }
+}
+
+/// `0.1mm`, `300 mm`, `0.3 m`: a length in mm, and whether its unit is stated.
+pub(crate) fn length(text: &str) -> Option<(f64, bool)> {
+    let text = text.trim();
+    let (number, word) = text.split_at(text.trim_end_matches(char::is_alphabetic).len());
+    let (unit, kind) = match word {
+        "" => (Unit::Millimetre, Kind::Length),
+        word => Unit::of(word)?,
+    };
+    let length = unit.to_internal(number.trim_end().parse().ok()?);
+    (kind == Kind::Length && length.is_finite()).then_some((length, !word.is_empty()))
 }
 
 impl ColumnName {

@@ -1,10 +1,9 @@
 //! The example built into the program: a simulated robot, so that the command can be tried without
 //! files. `cargo run -p delta-cal-host --example generate_example` writes both files anew.
 
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Readings;
+use super::input::{InputError, InputText};
+use super::robot_file::RobotFile;
+use super::samples_file::Readings;
 
 /// `robot.toml` of the example.
 pub const ROBOT_TOML: &str = include_str!("../../examples/paper-robot/robot.toml");

@@ -1,13 +1,10 @@
 //! Forward and inverse kinematics of whole files.
 
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Row, read_joints, read_positions};
-use crate::geometry::joint_limits::outside_limits;
-use crate::geometry::reach::hangs_below;
-use crate::text::joint;
-use crate::text::numbers::rounded;
+use super::input::{InputError, InputText};
+use super::robot_file::RobotFile;
+use super::samples_file::{Row, read_joints, read_positions};
+use crate::geometry::{hangs_below, outside_limits};
+use crate::text::{joint, rounded};
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Sample};
@@ -61,21 +58,6 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
             })
         })
         .collect()
-}
-
-/// A samples file to fill in, in degrees and millimetres: joint angles or travels, empty positions, and in columns
-/// that are ignored where the nominal robot is then.
-pub fn to_fill_in(drive: Drive, samples: &[Sample<f64>]) -> String {
-    let mut csv = format!(
-        "{},x_mm,y_mm,z_mm,_nominal_x_mm,_nominal_y_mm,_nominal_z_mm\n",
-        joint::columns(drive)
-    );
-    for sample in samples {
-        let [q1, q2, q3] = sample.joints.map(|q| rounded(joint::in_file(drive, q)));
-        let [x, y, z] = sample.position.data.0[0].map(rounded);
-        let _ = writeln!(csv, "{q1},{q2},{q3},,,,{x},{y},{z}");
-    }
-    csv
 }
 
 /// The columns of a samples file, in degrees and millimetres, rounded to 9 decimals.

@@ -4,7 +4,7 @@ mod read;
 mod schema;
 mod write;
 
-use crate::geometry::reach::Reach;
+use crate::geometry::Reach;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, TransmissionTolerance};

@@ -1,18 +1,13 @@
 //! The samples file: joint angles, and what was measured there, one row a pose.
 
 mod header;
-mod number;
-mod planned;
 mod records;
 mod table;
 
-pub use planned::Planned;
-
-use crate::files::columns::{Quantity, Unit};
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
-use crate::text::units::degrees;
-use crate::text::words::list;
+use super::columns::{Quantity, Unit};
+use super::input::{InputError, InputText};
+use super::robot_file::RobotFile;
+use crate::text::list;
 use delta_cal::Sample;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
@@ -68,10 +63,6 @@ impl Kind {
     }
 }
 
-/// Degrees and millimetres that are all below this look like radians and metres…
-const OTHER_UNIT: f64 = 2.0;
-/// …if there are so many rows.
-const ROWS_TO_TELL_UNITS: usize = 8;
 /// The name of the plane of a file that names none.
 const ONLY_PLANE: &str = "plane";
 /// A blank coordinate is meant if so many rows, and one in so many of the file, have the same cells blank.
@@ -206,7 +197,7 @@ impl Readings {
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
             let joints = row.numbers(Quantity::joints(drive))?;
-            Ok::<_, InputError>(Named {
+            Ok(Named {
                 joints,
                 position: row.numbers(Quantity::COORDINATES)?.map(Some),
                 height: None,
@@ -360,29 +351,6 @@ impl Readings {
             .map(bits)
             .collect::<std::collections::BTreeSet<_>>()
             .len()
-    }
-
-    /// Whether the numbers look like another unit than the header states, in words.
-    pub(crate) fn unit_hint(&self) -> Option<String> {
-        let samples: Vec<_> = self.samples().collect();
-        if samples.len() < ROWS_TO_TELL_UNITS {
-            return None;
-        }
-        let angles = samples.iter().flat_map(|row| row.value.joints);
-        let radians = self.in_degrees && angles.map(degrees).all(|q| q.abs() < OTHER_UNIT);
-        let positions = samples.iter().flat_map(|row| row.value.position.data.0[0]);
-        let in_millimetres = self.positions_in == PositionUnit::Millimetre;
-        let metres = in_millimetres && positions.into_iter().all(|x| x.abs() < OTHER_UNIT);
-        let angles = "the joint angles are all below 2° and look like radians: then name their \
-                      columns q1_rad,q2_rad,q3_rad";
-        let positions = "the positions are all below 2 mm and look like metres: then name their \
-                         columns x_m,y_m,z_m";
-        match (radians, metres) {
-            (true, true) => Some(format!("{angles}; {positions}")),
-            (true, false) => Some(angles.to_owned()),
-            (false, true) => Some(positions.to_owned()),
-            (false, false) => None,
-        }
     }
 
     /// With every measured position moved, mm.
@@ -607,4 +575,103 @@ pub fn read_positions(input: &InputText) -> Result<Vec<Row<Vector3<f64>>>, Input
     let table = Table::parse(input)?;
     table.require(&Quantity::COORDINATES)?;
     table.rows(|row| row.numbers(Quantity::COORDINATES).map(Vector3::from))
+}
+
+/// A samples file of which some rows, or all, may still be unmeasured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Planned {
+    /// Every row. What an unmeasured one reads does not matter: its heights are 0, its coordinates the robot's
+    /// own, its distances 1 mm.
+    pub readings: Readings,
+    /// The lines in which nothing was measured.
+    pub unmeasured: Vec<u64>,
+}
+
+impl Planned {
+    /// Reads the samples file of a robot.
+    ///
+    /// # Errors
+    /// As [`Readings::read`]; an unmeasured row is none.
+    pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
+        let table = Table::parse(input)?;
+        table.require(&Quantity::joints(robot.limits.drive()))?;
+        table.require_units()?;
+        let mut unmeasured = Vec::new();
+        let mut rows = Vec::new();
+        for row in table.rows(|row| {
+            let measured = has_reading(row);
+            let value = if measured {
+                named(row, &robot.limits)?
+            } else {
+                to_measure(&table, row, robot)?
+            };
+            Ok((measured, value))
+        })? {
+            let (measured, value) = row.value;
+            if !measured {
+                unmeasured.push(row.line);
+            }
+            rows.push(Row {
+                line: row.line,
+                value,
+            });
+        }
+        Ok(Self {
+            readings: Readings::with_indices(input, rows),
+            unmeasured,
+        })
+    }
+
+    /// Whether nothing was measured yet.
+    pub fn is_unmeasured(&self) -> bool {
+        self.unmeasured.len() == self.readings.rows.len()
+    }
+}
+
+fn has_reading(row: &TableRow<'_>) -> bool {
+    let readings = [
+        Quantity::X,
+        Quantity::Y,
+        Quantity::Z,
+        Quantity::Height,
+        Quantity::Distance,
+    ];
+    readings.iter().any(|own| row.text(*own).is_some())
+}
+
+/// What is to be measured in a row that has no reading: a distance if it says where one begins, a height if it
+/// names a plane, otherwise what the header has columns for.
+fn to_measure(
+    table: &Table<'_>,
+    row: &TableRow<'_>,
+    robot: &RobotFile,
+) -> Result<Named, InputError> {
+    let mut own = Named {
+        joints: row.joints(&robot.limits)?,
+        position: [None; 3],
+        height: None,
+        distance: None,
+    };
+    let to_joints = Quantity::to_joints(robot.limits.drive());
+    let height = |plane: &str| Some((plane.to_owned(), 0.0));
+    if let Some(point) = row.text(Quantity::Point) {
+        own.distance = Some((NamedFrom::Point(point.to_owned()), 1.0));
+    } else if row.text(to_joints[0]).is_some() {
+        let to = row.joints_in(to_joints, &robot.limits)?;
+        own.distance = Some((NamedFrom::Pose(to), 1.0));
+    } else if let Some(plane) = row.text(Quantity::Plane) {
+        own.height = height(plane);
+    } else if table.has_any(&Quantity::COORDINATES) {
+        let there = robot.robot.forward(&own.joints).unwrap_or_default();
+        for (axis, quantity) in Quantity::COORDINATES.into_iter().enumerate() {
+            own.position[axis] = table.has_any(&[quantity]).then(|| there[axis]);
+        }
+    } else if table.has_any(&[Quantity::Height]) {
+        own.height = height(ONLY_PLANE);
+    } else {
+        return Err(row
+            .fault_of_row("the row does not say what is to be measured")
+            .with_remedy("name a point, a plane or a second pose, or delete the row"));
+    }
+    Ok(own)
 }

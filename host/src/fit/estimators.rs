@@ -1,14 +1,13 @@
 //! The core's three estimators on readings whose noise is given, and what is left of every row.
 
-use super::covariance::{COLUMNS, ENTRIES, MOST, PARAMETERS};
-use super::observations::{Unsolved, with_rows};
-use super::options::{Frame, Method};
+use super::observations::{Unsolved, instruments, observation, places as known_places};
 use super::solution::{
-    KindNoise, Levels, Places, PlaneFound, PointFound, RowFit, Sensitivity, Solution,
+    COLUMNS, ENTRIES, KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit,
+    Sensitivity, Solution,
 };
+use super::{Frame, Method};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Readings;
-use crate::files::samples_file::{Kind, READINGS};
+use crate::files::samples_file::{Kind, READINGS, Readings};
 use delta_cal::calibration::{JointCalibrator, Problem, StartUsed, Termination};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
@@ -66,31 +65,18 @@ impl Task<'_> {
     /// A solution from what is given, or by the FKM method.
     fn complete(&self, levels: &Levels, given: Option<FromClosures>) -> Result<Solution, Unsolved> {
         let settings = Settings::new().with_tolerance(self.tolerance);
-        with_rows(
-            self.robot,
-            self.readings,
-            self.frame,
-            levels,
-            |instruments, rows| {
-                if PARAMETERS + instruments.unknowns() <= FEW {
-                    self.with_room::<FEW, FEW_COLUMNS, FEW_ENTRIES>(
-                        instruments,
-                        rows,
-                        &settings,
-                        levels,
-                        given,
-                    )
-                } else {
-                    self.with_room::<MOST, COLUMNS, ENTRIES>(
-                        instruments,
-                        rows,
-                        &settings,
-                        levels,
-                        given,
-                    )
-                }
-            },
-        )
+        let (planes, points) = known_places(self.robot, self.readings);
+        let instruments = instruments(self.robot, self.frame, &planes, &points, levels)?;
+        let rows = self.readings.rows.iter();
+        let mut rows = rows
+            .map(|row| Ok(ObservationRow::new(observation(&row.value)?)))
+            .collect::<Result<Vec<_>, Unsolved>>()?;
+        let (own, rows) = (&instruments, rows.as_mut_slice());
+        if PARAMETERS + instruments.unknowns() <= FEW {
+            self.with_room::<FEW, FEW_COLUMNS, FEW_ENTRIES>(own, rows, &settings, levels, given)
+        } else {
+            self.with_room::<MOST, COLUMNS, ENTRIES>(own, rows, &settings, levels, given)
+        }
     }
 
     fn samples(&self) -> Vec<Sample<f64>> {

@@ -1,20 +1,24 @@
 //! Readings as rows of the core's problem: instruments, weights, and what the rows say before they are fitted.
 
-use super::options::Frame;
+use super::Frame;
 use super::solution::Levels;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
 use delta_cal::observations::{
-    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationRow,
-    Plane, Point, PositionFrame, PrepareError, RobustObservationError,
+    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, Plane, Point,
+    PositionFrame, PrepareError, RobustObservationError,
 };
 use delta_cal::robust::RobustRefusal;
-use delta_cal::{Noise, Refusal};
+use delta_cal::{Noise, Refusal, Tolerance};
 
 /// σ that a height or a distance usually has where the robot file states none, mm, and what that is worth in degrees of
 /// freedom: a factor of 3 either way.
 pub(crate) const USUAL_HEIGHT: f64 = 0.02;
 pub(crate) const USUAL_DISTANCE: f64 = 0.05;
+/// Without a stated tolerance nothing says where the robot stands in an unknown frame. So wide a one about the robot of the
+/// file decides that, and nothing else: this part of the forearm, and radians.
+const GAUGE_LENGTH: f64 = 0.02;
+const GAUGE_ANGLE: f64 = 0.035;
 /// Coordinates begin at this part of the forearm; nothing is known of trackers and cameras alike.
 const FIRST_POSITION: f64 = 1e-4;
 
@@ -60,31 +64,36 @@ impl From<PrepareError> for Unsolved {
     }
 }
 
-/// Hands the rows and instruments of a file to `then`, weighted with these σ.
-pub(crate) fn with_rows<T>(
+/// The instruments of a robot's readings, weighted with these σ.
+pub(crate) fn instruments<'a>(
     robot: &RobotFile,
-    file: &Readings,
     frame: Frame,
+    planes: &'a [Plane<f64>],
+    points: &'a [Point<f64>],
     levels: &Levels,
-    then: impl FnOnce(&Instruments<'_, f64>, &mut [ObservationRow<f64>]) -> Result<T, Unsolved>,
-) -> Result<T, Unsolved> {
-    let (planes, points) = places(robot, file);
+) -> Result<Instruments<'a, f64>, Refusal> {
     let noise = ObservationNoise::new(levels.position, levels.height, levels.distance);
-    let instruments = Instruments {
+    Ok(Instruments {
         frame: match frame {
             Frame::Base => PositionFrame::Base,
             Frame::Sensor => PositionFrame::Sensor,
         },
-        planes: &planes,
-        points: &points,
+        planes,
+        points,
         noise: noise.map_err(|_| Refusal::Unfinished)?,
         transmission: robot.transmission,
-    };
-    let mut rows = Vec::with_capacity(file.rows.len());
-    for row in &file.rows {
-        rows.push(ObservationRow::new(observation(&row.value)?));
+    })
+}
+
+/// What a fit assumes of a robot: the stated tolerance, or in a sensor's frame a wide one, because nothing else says where
+/// the robot stands there.
+pub(crate) fn tolerance(robot: &RobotFile, frame: Frame) -> Option<Tolerance<f64>> {
+    let [arm, ..] = robot.robot.arms();
+    let gauge = || Tolerance::new(GAUGE_LENGTH * arm.lb(), GAUGE_ANGLE).ok();
+    match frame {
+        Frame::Sensor => robot.tolerance.or_else(gauge),
+        Frame::Base => robot.tolerance,
     }
-    then(&instruments, &mut rows)
 }
 
 /// σ of each kind of reading as the robot file states it, and where it does not, as it begins to be estimated.

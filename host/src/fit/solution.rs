@@ -1,7 +1,6 @@
 //! What an estimator found.
 
-use super::covariance::{MOST, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
-use super::options::{Frame, Method};
+use super::{Frame, Method};
 use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom};
 use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::frame::RigidTransform;
@@ -227,4 +226,25 @@ impl Solution {
         self.covariance *= factor * factor;
         self
     }
+}
+
+/// Number of parameters of Model 24.
+pub(crate) const PARAMETERS: usize = 24;
+/// With the numbers of the transmissions.
+pub(crate) const WITH_TRANSMISSIONS: usize = PARAMETERS + 15;
+/// The robot's parameters and the unknowns of as many instruments as a file may have: a frame and 14
+/// points, for example.
+pub(crate) const MOST: usize = 72;
+pub(crate) const COLUMNS: usize = MOST + 1;
+pub(crate) const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
+
+/// Covariance of the parameters, arm by arm, and of the numbers of the transmissions: mm, radians and their
+/// products. That of what is known is 0.
+pub type RobotCovariance = SMatrix<f64, WITH_TRANSMISSIONS, WITH_TRANSMISSIONS>;
+
+/// The part of the parameters alone.
+pub(crate) fn of_parameters(covariance: &RobotCovariance) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+    covariance
+        .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
+        .into_owned()
 }

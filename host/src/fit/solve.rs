@@ -1,18 +1,13 @@
 //! From readings to a solution: which estimator, and the noise that the robot file does not state.
 
 use super::estimators::Task;
-use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, Unsolved, levels};
-use super::options::{Frame, Method, Options};
+use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, Unsolved, levels, tolerance};
 use super::solution::{KindNoise, Levels, Solution};
+use super::{Frame, Method, Options};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Kind;
-use crate::files::samples_file::Readings;
-use delta_cal::{Noise, Refusal, Tolerance};
+use crate::files::samples_file::{Kind, Readings};
+use delta_cal::{Noise, Refusal};
 
-/// Without a stated tolerance nothing says where the robot stands in an unknown frame. So wide a one about the robot of the
-/// file decides that, and nothing else: this part of the forearm, and radians.
-pub(crate) const GAUGE_LENGTH: f64 = 0.02;
-pub(crate) const GAUGE_ANGLE: f64 = 0.035;
 /// What the usual noise of heights and distances is worth, in degrees of freedom: a factor of 3 either way.
 const USUAL_FREEDOM: f64 = 3.0;
 /// Fewer degrees of freedom do not tell a noise of which nothing else is known.
@@ -57,10 +52,6 @@ pub fn solve(
 fn task<'a>(robot: &'a RobotFile, readings: &'a Readings, options: &Options) -> Task<'a> {
     let complete = readings.is_complete() && options.frame == Frame::Base;
     let closures = complete && robot.transmission.is_none() && options.loss.is_none();
-    let gauge = || {
-        let [arm, ..] = robot.robot.arms();
-        Tolerance::new(GAUGE_LENGTH * arm.lb(), GAUGE_ANGLE).ok()
-    };
     Task {
         robot,
         readings,
@@ -71,10 +62,7 @@ fn task<'a>(robot: &'a RobotFile, readings: &'a Readings, options: &Options) -> 
         },
         frame: options.frame,
         loss: options.loss,
-        tolerance: match options.frame {
-            Frame::Sensor => robot.tolerance.or_else(gauge),
-            Frame::Base => robot.tolerance,
-        },
+        tolerance: tolerance(robot, options.frame),
     }
 }
 

@@ -1,8 +1,7 @@
 //! A Klipper configuration: the sections that a calibration needs, with those of included files and of the block
 //! that `SAVE_CONFIG` wrote.
 
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::{InputError, InputText};
 use std::collections::BTreeMap;
 
 /// The files that a line includes, sorted: of the name of the file with the line, and the name or pattern that the

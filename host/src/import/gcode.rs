@@ -2,8 +2,7 @@
 
 use super::Firmware;
 use super::imported::{Imported, Machine, USUAL_TOWERS, rods_note};
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::Readings;
 use std::collections::BTreeMap;
 

@@ -1,12 +1,11 @@
 //! What an import gives.
 
 use super::Firmware;
-use crate::files::input_error::InputError;
+use crate::files::input::InputError;
 use crate::files::robot_file::{InstrumentFacts, KnownPlane, Record, RobotFile};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
-use crate::geometry::sweep::reaches_anywhere;
-use crate::text::joint;
-use crate::text::numbers::rounded;
+use crate::geometry::reaches_anywhere;
+use crate::text::{joint, rounded};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{Robot, Tolerance};

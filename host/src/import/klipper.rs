@@ -3,8 +3,7 @@
 use super::Firmware;
 use super::configuration::{Configuration, Includes};
 use super::imported::{Imported, Machine, USUAL_TOWERS, rods_note};
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use delta_cal::robot::Arm;
 use std::f64::consts::TAU;

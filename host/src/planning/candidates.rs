@@ -1,8 +1,7 @@
 //! Measurements that may be chosen: at poses that may be taken, with the instruments where they are.
 
-use super::error::PlanError;
-use super::kind::{Kind, Wishes};
-use super::region::below;
+use super::PlanError;
+use super::request::{Kind, Wishes, below};
 use super::selection::Selection;
 use super::setup::{Planned, Setup};
 use delta_cal::{Parameter, Robot, Sample};

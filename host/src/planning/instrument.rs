@@ -1,14 +1,14 @@
 //! What people have, or may buy or borrow, and what each would bring.
 
-use super::error::PlanError;
+use super::PlanError;
 use super::judge::Precision;
-use super::kind::{Kind, Wishes};
 use super::plan::{Bench, PlanRequest};
+use super::request::{Kind, Wishes};
 use super::search::Effort;
 use super::setup::{JOINT_DEGREES, PLANE, broadest};
-use crate::accuracy::workspace_poses::inside;
+use crate::accuracy::uncertainty::inside;
 use crate::files::robot_file::{InstrumentFacts, KnownPlane, NamedPoint, RobotFile};
-use crate::fit::options::Frame;
+use crate::fit::Frame;
 use delta_cal::Noise;
 use serde::Serialize;
 

@@ -1,19 +1,22 @@
-//! How well a robot is known after measurements: the variance of its positions over the workspace, from the
-//! Cramér–Rao bound with the tolerance as prior.
+//! What measurements say before they are taken, and how well a robot is known after them: the variance of its positions
+//! over the workspace, from the Cramér–Rao bound with the tolerance as prior.
 
-use super::error::PlanError;
-use super::information::Information;
+use super::PlanError;
 use super::setup::Setup;
-use crate::accuracy::expected_error::ExpectedError;
-use crate::accuracy::information::prior_with_transmissions;
-use crate::accuracy::position_uncertainty::PositionUncertainty;
+use crate::accuracy::information::prior;
 use crate::accuracy::rigid_motion::RigidMotions;
-use crate::accuracy::workspace_poses::{INSIDE, WorkspacePoses, first_inside};
+use crate::accuracy::uncertainty::{INSIDE, PositionUncertainty, first_inside};
 use crate::files::robot_file::RobotFile;
-use crate::fit::covariance::RobotCovariance;
-use delta_cal::Sample;
-use delta_cal::observations::Observation;
+use crate::files::samples_file::READINGS;
+use crate::fit::observations::{instruments, levels, tolerance};
+use crate::fit::solution::{
+    COLUMNS, ENTRIES, MOST, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS,
+};
+use delta_cal::calibration::Problem;
+use delta_cal::observations::{Observation, ObservationProblem, ObservationRow};
 use delta_cal::simulate::made_robot;
+use delta_cal::{Sample, Settings};
+use nalgebra::{DMatrix, DVector};
 use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
@@ -199,27 +202,6 @@ impl Place {
     }
 }
 
-/// The covariance of a robot's parameters before any measurement; `None` without a tolerance.
-pub(super) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
-    let tolerance = file.tolerance.as_ref()?;
-    let transmission = file.transmission.as_ref();
-    Some(prior_with_transmissions(
-        &file.robot,
-        tolerance,
-        transmission,
-    ))
-}
-
-/// The position error of a robot with this covariance of its parameters over its whole workspace, with the worst
-/// places.
-pub(super) fn expected(file: &RobotFile, covariance: &RobotCovariance) -> Option<ExpectedError> {
-    let uncertainty = PositionUncertainty {
-        robot: &file.robot,
-        covariance,
-    };
-    ExpectedError::of(&uncertainty, &file.reach(), &WorkspacePoses::of(file))
-}
-
 /// Files of robots as they may have been made.
 fn made_to_tolerance(file: &RobotFile, rng: &mut Pcg32) -> Vec<RobotFile> {
     let Some(tolerance) = &file.tolerance else {
@@ -233,4 +215,108 @@ fn made_to_tolerance(file: &RobotFile, rng: &mut Pcg32) -> Vec<RobotFile> {
         })
     };
     (0..MADE).filter_map(|_| one()).collect()
+}
+
+/// What rows say of all unknowns, in the units of the core's problem.
+#[derive(Debug, Clone)]
+pub(super) struct Information {
+    /// Of each row how its readings change with the unknowns, in σ: a column a reading.
+    pub(super) rows: Vec<DMatrix<f64>>,
+    /// Before any measurement: what is known, and that no parameter is off by more than a forearm, so that
+    /// there always is some.
+    pub(super) prior: DMatrix<f64>,
+    /// What an unknown is counted in: mm or radians.
+    pub(super) units: DVector<f64>,
+    /// How many of the unknowns are the robot's: with its transmissions, if they are to be found.
+    pub(super) of_robot: usize,
+}
+
+impl Information {
+    /// Of rows that a robot is measured in, whatever was read but for where it shows the instruments. `anchors`
+    /// show that as well and say nothing else.
+    pub(super) fn of(
+        file: &RobotFile,
+        setup: &Setup,
+        rows: &[Observation<f64>],
+        anchors: &[Observation<f64>],
+    ) -> Result<Self, PlanError> {
+        let (planes, points): (Vec<_>, Vec<_>) = (
+            setup.planes.iter().map(|plane| plane.known).collect(),
+            setup.points.iter().map(|point| point.known).collect(),
+        );
+        let mut all: Vec<_> = rows.iter().map(|own| ObservationRow::new(*own)).collect();
+        all.extend(anchors.iter().map(|own| {
+            let mut row = ObservationRow::new(*own);
+            row.set_weight(0.0);
+            row
+        }));
+        let levels = levels(&setup.robot).ok_or(PlanError::Singular)?;
+        let instruments = instruments(&setup.robot, setup.frame, &planes, &points, &levels)
+            .map_err(|_| PlanError::Singular)?;
+        let unknowns = PARAMETERS + instruments.unknowns();
+        if unknowns > MOST {
+            return Err(PlanError::TooManyInstruments);
+        }
+        let problem = ObservationProblem::<f64, MOST>::prepare(&file.robot, &instruments, &mut all)
+            .map_err(|_| PlanError::Singular)?;
+        let settings = Settings::new().with_tolerance(tolerance(file, setup.frame));
+        let prior = problem.prior(&settings);
+        let [arm, ..] = file.robot.arms();
+        let least = (arm.upper_arm_length() / arm.lb()).powi(2);
+        let row = |index: usize| {
+            let columns = problem.linearized::<COLUMNS>(index);
+            let columns = columns.unwrap_or([[0.0; READINGS]; COLUMNS]);
+            DMatrix::from_fn(unknowns, READINGS, |unknown, reading| {
+                columns[unknown][reading]
+            })
+        };
+        let unit = |unknown: usize, _: usize| {
+            Problem::<f64, MOST, COLUMNS, ENTRIES>::unit_of(&problem, unknown)
+        };
+        Ok(Self {
+            rows: (0..rows.len()).map(row).collect(),
+            prior: DMatrix::from_fn(unknowns, unknowns, |row, column| {
+                let least = if row == column { least } else { 0.0 };
+                prior.information(row, column) + least
+            }),
+            units: DVector::from_fn(unknowns, unit),
+            of_robot: match file.transmission {
+                Some(_) => WITH_TRANSMISSIONS,
+                None => PARAMETERS,
+            },
+        })
+    }
+
+    /// Of all unknowns after these rows.
+    pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
+        let prior = self.prior.clone();
+        let information = self
+            .rows
+            .iter()
+            .fold(prior, |sum, rows| sum + rows * rows.transpose());
+        Some(information.cholesky()?.inverse())
+    }
+
+    /// The part of the robot's own parameters, in mm and radians.
+    pub(super) fn of_robot(&self, covariance: &DMatrix<f64>) -> RobotCovariance {
+        RobotCovariance::from_fn(|row, column| {
+            if row.max(column) < self.of_robot {
+                covariance[(row, column)] * self.units[row] * self.units[column]
+            } else {
+                0.0
+            }
+        })
+    }
+
+    /// W of tr W C for the robot's own parameters in mm and radians, in the units and of the size of all unknowns.
+    pub(super) fn weights(&self, of_robot: &RobotCovariance) -> DMatrix<f64> {
+        let unknowns = self.units.len();
+        DMatrix::from_fn(unknowns, unknowns, |row, column| {
+            if row.max(column) < self.of_robot {
+                of_robot[(row, column)] * self.units[row] * self.units[column]
+            } else {
+                0.0
+            }
+        })
+    }
 }

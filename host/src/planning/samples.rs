@@ -1,26 +1,22 @@
 //! What the rows of a file determine, measured already or not, and which to add: with the instruments of the
 //! file, where they are.
 
+use super::PlanError;
 use super::candidates::Candidates;
-use super::error::PlanError;
-use super::information::Information;
-use super::judge::{Judge, expected, prior};
-use super::kind::{Kind, Wish, Wishes};
+use super::judge::{Information, Judge};
 use super::plan::unknown_parameter;
-use super::region::Region;
+use super::request::{Kind, Region, Wish, Wishes};
 use super::search::Search;
 use super::selection::Selection;
 use super::setup::{PlaneAt, Planned, PointAt, Setup, blocks_or_usual, place, with_noise};
-use crate::accuracy::expected_error::ExpectedError;
-use crate::accuracy::workspace_poses::inside;
+use crate::accuracy::information::prior;
+use crate::accuracy::uncertainty::{ExpectedError, inside};
 use crate::calibration::known::Known;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Kind as ReadingKind;
-use crate::files::samples_file::Readings;
-use crate::fit::covariance::{RobotCovariance, of_parameters};
+use crate::files::samples_file::{Kind as ReadingKind, Readings};
 use crate::fit::observations::{observation, places};
-use crate::fit::options::Frame;
-use crate::fit::{Options, solve};
+use crate::fit::solution::{RobotCovariance, of_parameters};
+use crate::fit::{Frame, Options, solve};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{DistanceFrom, Observation};
 use delta_cal::{ArmIndex, Parameter};
@@ -102,7 +98,7 @@ impl Determined {
         })?;
         let covariance = found.covariance().ok_or(PlanError::Singular)?;
         let of_robot = found.of_robot(&covariance);
-        let error = |of: &RobotCovariance| expected(&setup.robot, of);
+        let error = |of: &RobotCovariance| ExpectedError::of_robot(&setup.robot, &robot, of);
         let before = prior(&setup.robot).and_then(|own| error(&own));
         let now = error(&of_robot);
         let unchecked = |rows: &nalgebra::DMatrix<f64>| {
@@ -173,7 +169,9 @@ impl Determined {
         all.extend(next.iter().map(|own| setup.row(own)));
         let with_next = Information::of(&setup.robot, setup, &all, &anchors)?;
         let covariance = with_next.covariance().ok_or(PlanError::Singular)?;
-        self.with_next = expected(&setup.robot, &with_next.of_robot(&covariance));
+        let robot = &setup.robot;
+        self.with_next =
+            ExpectedError::of_robot(robot, &robot.robot, &with_next.of_robot(&covariance));
         Ok(next)
     }
 

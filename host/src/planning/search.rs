@@ -1,14 +1,13 @@
 //! From candidates all over to a set, then the same among candidates ever nearer to it; from several
 //! random sets, and the best of what they lead to.
 
+use super::PlanError;
 use super::candidates::Candidates;
-use super::error::PlanError;
 use super::exchange::{Pool, Rows, Set};
-use super::information::Information;
-use super::kind::Wishes;
-use super::region::below;
+use super::judge::Information;
+use super::request::{Wishes, below};
 use super::setup::{Planned, Setup};
-use crate::fit::covariance::RobotCovariance;
+use crate::fit::solution::RobotCovariance;
 use delta_cal::observations::Observation;
 use nalgebra::DMatrix;
 use rand_core::{Rng, SeedableRng};

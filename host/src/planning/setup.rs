@@ -1,10 +1,10 @@
 //! Where the instruments stand and how good they are, and what they read of a robot.
 
 use super::PlanRequest;
-use super::kind::Kind;
-use crate::accuracy::workspace_poses::inside;
+use super::request::Kind;
+use crate::accuracy::uncertainty::inside;
 use crate::files::robot_file::RobotFile;
-use crate::fit::options::Frame;
+use crate::fit::Frame;
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Distance, DistanceFrom, Height, Observation, Plane, Point};
 use delta_cal::{Noise, Real, Robot, Sample};

@@ -1,9 +1,9 @@
 //! Where a printer prints, and how far off it is there.
 
-use crate::accuracy::position_uncertainty::PositionUncertainty;
 use crate::accuracy::rigid_motion::RigidMotions;
+use crate::accuracy::uncertainty::PositionUncertainty;
 use crate::files::robot_file::RobotFile;
-use crate::fit::covariance::{RobotCovariance, WITH_TRANSMISSIONS};
+use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, Vector3};

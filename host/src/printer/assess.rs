@@ -2,13 +2,15 @@
 
 use super::area::{Area, ON_THE_BED, Off};
 use super::next::{Next, next};
-use crate::calibration::judge::prior;
+use crate::accuracy::information::prior;
 use crate::export::error::ExportError;
 use crate::export::positions::{Loss, Wanted, bed};
 use crate::export::target::Entry;
 use crate::export::{Case, Settings, held, target};
 use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Kind;
 use crate::fit::Solution;
+use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT};
 use crate::import::Imported;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
@@ -49,7 +51,7 @@ pub struct Printer {
     pub distances: usize,
     /// The radius of the printed area.
     pub bed_radius_mm: f64,
-    /// √ of the mean square residual in σ of what noise and tolerance allow: 1 is expected.
+    /// The largest noise of the kinds of readings, in usual ones: 1 is expected.
     pub lack_of_fit: f64,
     /// What the configuration calls the reading that fits worst.
     pub fits_worst: Option<String>,
@@ -145,8 +147,8 @@ impl Printer {
             heights,
             distances,
             bed_radius_mm: radius,
-            lack_of_fit: lack_of_fit(solution),
-            fits_worst: worst(imported, solution),
+            lack_of_fit: Self::noise(solution),
+            fits_worst: Self::worst(imported, solution),
             before,
             after,
             changes: changes.collect(),
@@ -164,17 +166,27 @@ impl Printer {
             }),
         })
     }
-}
 
-fn lack_of_fit(solution: &Solution) -> f64 {
-    let squares: f64 = solution.noise.iter().map(|own| own.squares).sum();
-    (squares / solution.degrees_of_freedom().max(1.0)).sqrt()
-}
+    /// The largest noise of the kinds of readings, in usual ones.
+    pub(crate) fn noise(solution: &Solution) -> f64 {
+        let kinds = solution.noise.iter().filter_map(|own| {
+            let usual = match own.kind {
+                Kind::Position => return None,
+                Kind::Height => USUAL_HEIGHT,
+                Kind::Distance => USUAL_DISTANCE,
+            };
+            let widening = (own.squares / own.freedom.max(1.0)).sqrt().max(1.0);
+            Some(own.sigma * widening / usual)
+        });
+        kinds.fold(0.0, f64::max)
+    }
 
-fn worst(imported: &Imported, solution: &Solution) -> Option<String> {
-    let size = |whitened: &[f64]| whitened.iter().map(|own| own * own).sum::<f64>();
-    let named = imported.names.iter().zip(&solution.rows);
-    let (name, _) = named
-        .max_by(|(_, one), (_, other)| size(&one.whitened).total_cmp(&size(&other.whitened)))?;
-    Some(name.clone())
+    /// What the configuration calls the reading that fits worst.
+    pub(crate) fn worst(imported: &Imported, solution: &Solution) -> Option<String> {
+        let size = |whitened: &[f64]| whitened.iter().map(|own| own * own).sum::<f64>();
+        let named = imported.names.iter().zip(&solution.rows);
+        let worst = named
+            .max_by(|(_, one), (_, other)| size(&one.whitened).total_cmp(&size(&other.whitened)));
+        worst.map(|(name, _)| name.clone())
+    }
 }

@@ -3,8 +3,8 @@
 use super::area::bed;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
-use crate::fit::covariance::RobotCovariance;
-use crate::fit::options::Frame;
+use crate::fit::Frame;
+use crate::fit::solution::RobotCovariance;
 use crate::planning::covariance_after;
 use nalgebra::Vector3;
 use serde::Serialize;

@@ -1,9 +1,7 @@
 //! What every HTML report has: one file that opens from disk, with everything it needs in it.
 
-use super::section::{Part, Section};
-use super::table::{Column, Table};
-use crate::render::plot::{Figure, PlotError};
-use crate::text::words::capitalised;
+use super::plot::Figure;
+use super::{Column, Part, Section, Table};
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 const STYLE: &str = include_str!("page/style.css");
@@ -36,14 +34,13 @@ pub(crate) fn render(title: &str, body: &Markup) -> String {
 }
 
 /// A figure with what is to be seen in it.
-pub(crate) fn figure(figure: &Figure, caption: &str) -> Result<Markup, PlotError> {
-    let svg = figure.to_svg()?;
-    Ok(html! {
+pub(crate) fn figure(figure: &Figure, caption: &str) -> Markup {
+    html! {
         figure {
-            div.scroll { (PreEscaped(svg)) }
+            div.scroll { (PreEscaped(figure.to_svg())) }
             figcaption { (caption) }
         }
-    })
+    }
 }
 
 /// The drawing of an arm and its parameters.
@@ -67,7 +64,6 @@ impl Render for Section {
         html! {
             section {
                 h2 { (self.title) }
-                @if !self.lead.is_empty() { p { (capitalised(&self.lead)) "." } }
                 @for part in &self.parts { (part) }
             }
         }
@@ -145,7 +141,7 @@ fn cell(column: &Column, row: usize, first: bool) -> Markup {
         @if first {
             th scope="row" { (cell) }
         } @else {
-            td.words[column.is_words()].much[column.standing_out.binary_search(&row).is_ok()] { (cell) }
+            td.words[column.is_words()] { (cell) }
         }
     }
 }

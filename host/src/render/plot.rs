@@ -1,4 +1,4 @@
-//! Figures made to be read: axes with units, a legend, quantile bands, reference points, log axes.
+//! Figures made to be read: axes with units, a legend, log axes.
 //!
 //! A [`Figure`] says what is to be seen; [`Figure::to_svg`] draws it. The same figure gives the same
 //! bytes.
@@ -6,44 +6,16 @@
 //! ```
 //! use delta_cal_host::render::plot::{Axis, Colour, Figure, Shape};
 //! let median = vec![(8.0, 52.0), (20.0, 61.0), (40.0, 68.0), (60.0, 69.0)];
-//! let band = median.iter().map(|&(x, y)| (x, y - 9.0, y + 6.0)).collect();
 //! let figure = Figure::new(
 //!     Axis::linear("poses", 0.0, 64.0),
 //!     Axis::linear("gain, %", -50.0, 100.0),
 //! )
-//! .with("5 % to 95 %", Colour::Blue, Shape::Band(band))
-//! .with("median", Colour::Blue, Shape::Line(median));
-//! let svg = figure.to_svg()?;
+//! .with("median", Colour::Blue, Shape::Points(median));
+//! let svg = figure.to_svg();
 //! assert!(svg.contains("gain, %") && svg.ends_with("</svg>\n"));
-//! # Ok::<(), delta_cal_host::render::plot::PlotError>(())
 //! ```
 
-mod axis;
 mod svg;
-
-pub use axis::Axis;
-use std::error::Error;
-use std::fmt;
-
-/// A figure that could not be drawn.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum PlotError {
-    /// An axis is not finite or empty, or is logarithmic and not positive.
-    Range(String),
-    /// The figure is too small for its labels.
-    Size,
-}
-
-impl fmt::Display for PlotError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Range(axis) => write!(formatter, "the axis \"{axis}\" has no usable range"),
-            Self::Size => formatter.write_str("the figure is too small for its labels"),
-        }
-    }
-}
-
-impl Error for PlotError {}
 
 /// The colours of Okabe and Ito that differ for the colour-blind and stand out from white and from
 /// black (their yellow does not), and two that are part of no comparison.
@@ -102,26 +74,18 @@ pub const STEPS: [[u8; 3]; 6] = [
 /// logarithmic axis, is left out.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// Points (x, y) joined.
-    Line(Vec<(f64, f64)>),
-    /// The same, dashed.
+    /// Points (x, y) joined by a dashed line.
     Dashed(Vec<(f64, f64)>),
-    /// (x, lower, upper): a quantile band.
-    Band(Vec<(f64, f64, f64)>),
     /// The inside of a polygon.
     Region(Vec<(f64, f64)>),
     /// Rectangles between two corners, all of this opacity, 0 to 1: one shade of a map.
     Tiles(Vec<[(f64, f64); 2]>, f64),
     /// Lines between (x, y) and (x, y), each by itself.
     Segments(Vec<[(f64, f64); 2]>),
-    /// The same, thin and pale: what leads the eye.
-    Hairlines(Vec<[(f64, f64); 2]>),
     /// Discs.
     Points(Vec<(f64, f64)>),
     /// Rings, larger than discs: what stands out.
     Rings(Vec<(f64, f64)>),
-    /// Diamonds: what others published.
-    Diamonds(Vec<(f64, f64)>),
     /// Polygons, each filled with a colour of its own (red, green, blue), the first undermost.
     Patches(Vec<Patch>),
     /// Text to the right of points.
@@ -193,4 +157,167 @@ impl Figure {
         self.axes_shown = false;
         self
     }
+}
+
+/// Decades of a logarithmic axis that have lines between them, at most.
+const DIVIDED_DECADES: f64 = 9.0;
+/// Decades of a logarithmic axis with a label each, at most.
+const LABELLED_DECADES: usize = 10;
+
+/// Place and text of a label.
+pub(super) type Tick = (f64, String);
+
+#[derive(Debug, Clone, PartialEq)]
+enum Scale {
+    Linear,
+    Logarithmic,
+    Named(Vec<String>),
+}
+
+/// What an axis shows: its label with the unit, its range, its scale.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    pub(super) label: String,
+    low: f64,
+    high: f64,
+    scale: Scale,
+}
+
+impl Axis {
+    /// A linear axis.
+    pub fn linear(label: impl Into<String>, low: f64, high: f64) -> Self {
+        Self {
+            label: label.into(),
+            low,
+            high,
+            scale: Scale::Linear,
+        }
+    }
+
+    /// A logarithmic axis; both ends are positive.
+    pub fn logarithmic(label: impl Into<String>, low: f64, high: f64) -> Self {
+        Self {
+            scale: Scale::Logarithmic,
+            ..Self::linear(label, low, high)
+        }
+    }
+
+    /// A linear axis with names at 0, 1, 2…, the first one at the far end.
+    pub fn named(label: impl Into<String>, names: Vec<String>) -> Self {
+        let count = u32::try_from(names.len()).map_or(f64::INFINITY, f64::from);
+        Self {
+            scale: Scale::Named(names),
+            ..Self::linear(label, count - 0.5, -0.5)
+        }
+    }
+
+    /// Where a value is on the paper, before it is scaled; `None` for what has no place.
+    pub(super) fn place(&self, value: f64) -> Option<f64> {
+        let place = match self.scale {
+            Scale::Logarithmic => value.log10(),
+            Scale::Linear | Scale::Named(_) => value,
+        };
+        place.is_finite().then_some(place)
+    }
+
+    /// The ends of the axis on the paper; 0 and 1 of one that is not finite or empty, or is logarithmic and not
+    /// positive.
+    pub(super) fn ends(&self) -> (f64, f64) {
+        match (self.place(self.low), self.place(self.high)) {
+            (Some(low), Some(high)) if (high - low).abs() > 0.0 => (low, high),
+            _ => (0.0, 1.0),
+        }
+    }
+
+    /// Places and texts of the labels between two places, at most about `most` of a linear axis.
+    pub(super) fn ticks(&self, (low, high): (f64, f64), most: f64) -> Vec<Tick> {
+        match &self.scale {
+            Scale::Named(names) => (0..).map(f64::from).zip(names.iter().cloned()).collect(),
+            Scale::Linear => steps(low.min(high), low.max(high), most),
+            Scale::Logarithmic => decades(low, high),
+        }
+    }
+
+    /// Places between the labels of a logarithmic axis: 2, 3… 9 times a power of ten.
+    pub(super) fn minor(&self, (low, high): (f64, f64)) -> Vec<f64> {
+        if self.scale != Scale::Logarithmic || high - low > DIVIDED_DECADES {
+            return Vec::new();
+        }
+        let multiples = (2..10).map(f64::from).map(f64::log10);
+        whole(low - 1.0, high)
+            .flat_map(|decade| multiples.clone().map(move |part| f64::from(decade) + part))
+            .filter(|place| (low..=high).contains(place))
+            .collect()
+    }
+}
+
+/// The whole numbers between two places.
+#[allow(clippy::cast_possible_truncation)] // exponents of f64, or some dozens of steps
+fn whole(low: f64, high: f64) -> std::ops::RangeInclusive<i32> {
+    low.ceil() as i32..=high.floor() as i32
+}
+
+/// Multiples of 1, 2 or 5 times a power of ten.
+fn steps(low: f64, high: f64, most: f64) -> Vec<Tick> {
+    let least = (high - low) / most;
+    let mut exponent = least.log10().floor();
+    let factors = [1.0, 2.0, 5.0];
+    let factor = factors
+        .into_iter()
+        .find(|factor| factor * 10f64.powf(exponent) >= least);
+    let factor = factor.unwrap_or_else(|| {
+        exponent += 1.0;
+        1.0
+    });
+    let step = factor * 10f64.powf(exponent);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 308
+    let decimals = (-exponent).max(0.0) as usize;
+    let first = (low / step).ceil();
+    let places = (0..=100).map(|index| (first + f64::from(index)) * step);
+    places
+        .take_while(|place| *place <= high)
+        .map(|place| (place, number(place, decimals)))
+        .collect()
+}
+
+fn decades(low: f64, high: f64) -> Vec<Tick> {
+    let every = (whole(low, high).count() / LABELLED_DECADES).max(1);
+    let decades: Vec<_> = whole(low, high)
+        .step_by(every)
+        .map(|decade| (f64::from(decade), power_of_ten(decade)))
+        .collect();
+    if decades.len() > 1 {
+        return decades;
+    }
+    // Less than two decades: 1, 2 and 5.
+    let parts = |decade: i32| [1.0, 2.0, 5.0].map(|part: f64| (decade, part));
+    whole(low - 1.0, high)
+        .flat_map(parts)
+        .map(|(decade, part)| {
+            let decimals = usize::try_from(-decade).unwrap_or(0);
+            let text = number(part * 10f64.powi(decade), decimals);
+            (f64::from(decade) + part.log10(), text)
+        })
+        .filter(|(place, _)| (low..=high).contains(place))
+        .collect()
+}
+
+/// 0.01, 1000, or 1e-7 where that is shorter.
+fn power_of_ten(decade: i32) -> String {
+    match decade {
+        -4..=5 => number(10f64.powi(decade), usize::try_from(-decade).unwrap_or(0)),
+        _ => format!("1e{decade}").replace('-', "\u{2212}"),
+    }
+}
+
+fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    // −0 has a sign, and so has what is rounded to it.
+    let zero = text.parse::<f64>().is_ok_and(|value| value.abs() <= 0.0);
+    let text = if zero {
+        text.trim_start_matches('-')
+    } else {
+        &text
+    };
+    text.replace('-', "\u{2212}")
 }

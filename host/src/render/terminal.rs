@@ -1,8 +1,7 @@
 //! Reports on a terminal: plain lines of at most 100 columns, with colour as ANSI codes that the
 //! printer strips where they are not wanted.
 
-use super::section::{Part, Section};
-use super::table::{Column, Table};
+use super::{Column, Part, Section, Table};
 use anstyle::{AnsiColor, Style};
 use std::fmt::{self, Display, Formatter};
 
@@ -22,13 +21,12 @@ pub(crate) fn text(sections: impl IntoIterator<Item = Section>) -> String {
 
 impl Display for Section {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        let heading = match (self.title.as_str(), self.lead.as_str()) {
-            ("", lead) => lead.to_owned(),
-            (title, "") => title.to_owned(),
-            (title, lead) => format!("{title}: {lead}"),
-        };
-        if !heading.is_empty() {
-            writeln!(formatter, "{HEADING}{}{HEADING:#}", wrapped(&heading, ""))?;
+        if !self.title.is_empty() {
+            writeln!(
+                formatter,
+                "{HEADING}{}{HEADING:#}",
+                wrapped(&self.title, "")
+            )?;
         }
         self.parts.iter().try_for_each(|part| part.fmt(formatter))
     }
@@ -109,17 +107,13 @@ impl Display for Table {
             });
             writeln!(formatter, "{HEADING}{heading}{HEADING:#}")?;
         }
-        let (most, where_else) = self.most.unwrap_or((usize::MAX, ""));
-        for row in 0..self.rows().min(most) {
+        for row in 0..self.rows() {
             if row > 0 && self.group.is_some_and(|rows| row.is_multiple_of(rows)) {
                 writeln!(formatter)?;
             }
             writeln!(formatter, "{}", line(&|column| column.cells[row].clone()))?;
         }
-        match self.rows().saturating_sub(most) {
-            0 => Ok(()),
-            others => writeln!(formatter, "and {others} more; {where_else}"),
-        }
+        Ok(())
     }
 }
 

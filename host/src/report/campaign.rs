@@ -3,10 +3,8 @@
 
 use crate::campaign::paper::Comparison;
 use crate::campaign::{Case, CaseSummary, Distribution, HELD_OUT_POSES};
-use crate::render::section::Section;
-use crate::render::table::Table;
-use crate::render::terminal;
-use crate::text::numbers::{percent, small};
+use crate::render::{Section, Table, terminal};
+use crate::text::{percent, small};
 use serde::Serialize;
 
 /// Cases of which the reasons are named.

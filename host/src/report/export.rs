@@ -5,7 +5,7 @@ use crate::export::positions::Loss;
 use crate::export::target::{Content, Entry};
 use crate::export::{Export, Node, Table};
 use crate::render::terminal::wrapped;
-use crate::text::numbers::millimetres;
+use crate::text::millimetres;
 use serde::Serialize;
 use std::fmt::Write;
 

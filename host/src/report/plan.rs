@@ -1,21 +1,18 @@
 //! Planned measurements, what the rows of a file determine, and a comparison of instruments: for people, for
 //! programs, and as a samples file to fill in.
 
-use crate::accuracy::expected_error::ExpectedError;
-use crate::accuracy::position_uncertainty::PositionSigma;
-use crate::fit::options::Frame;
+use super::Versioned;
+use super::calibration::{ExpectedReport, expected_report};
+use crate::accuracy::uncertainty::{ExpectedError, PositionSigma};
+use crate::fit::Frame;
 use crate::planning::{
     COUNTS, Comparison, Determined, Kind, Order, Plan, PlanRequest, Planned, Precision, Region,
     Setup,
 };
-use crate::render::section::Section;
-use crate::render::table::Table;
-use crate::render::terminal;
-use crate::report::calibration::{ExpectedReport, expected_report};
-use crate::text::joint;
-use crate::text::numbers::{rounded, small, small_or};
-use crate::text::tolerance::in_words;
-use crate::text::words::{count, in_file_units, in_lines, list};
+use crate::render::{Section, Table, terminal};
+use crate::text::{
+    count, in_file_units, in_lines, in_words, joint, list, rounded, small, small_or,
+};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::fmt::Write;
@@ -23,26 +20,20 @@ use std::fmt::Write;
 /// Changes whenever a field changes its name or meaning or is removed.
 const SCHEMA_VERSION: u32 = 2;
 
-/// A report for programs: lengths in millimetres, angles in degrees; `null` where a figure is unknown.
+/// Lengths in millimetres, angles in degrees; `null` where a figure is unknown.
 #[derive(Debug, Serialize)]
-struct Report<T> {
-    schema_version: u32,
-    program_version: &'static str,
-    robot_file: String,
+struct Report<'a, T> {
+    robot_file: &'a str,
     #[serde(flatten)]
     contents: T,
 }
 
-/// As text, indented, ending in a new line.
 fn in_json<T: Serialize>(robot_file: &str, contents: T) -> String {
     let report = Report {
-        schema_version: SCHEMA_VERSION,
-        program_version: env!("CARGO_PKG_VERSION"),
-        robot_file: robot_file.to_owned(),
+        robot_file,
         contents,
     };
-    // Nothing in it cannot be written.
-    serde_json::to_string_pretty(&report).unwrap_or_default() + "\n"
+    super::json(&Versioned::new(SCHEMA_VERSION, report))
 }
 
 /// A measurement to take.
@@ -342,72 +333,59 @@ fn expected(request: &PlanRequest<'_>, plan: &Plan) -> Section {
 /// The samples file to fill in: joint angles, empty cells for what is to be read, and in columns that are
 /// ignored what the nominal robot would read.
 pub fn csv(planned: &[Planned], setup: &Setup) -> String {
+    type Cell<'a> = Box<dyn Fn(&Planned) -> Option<String> + 'a>;
     let has = |of: &dyn Fn(&Planned) -> bool| planned.iter().any(of);
     let drive = setup.robot.robot.drive();
-    let own_columns = joint::columns(drive);
-    let own_columns: Vec<_> = own_columns.split(',').collect();
+    let names = joint::columns(drive);
+    let joints: Vec<_> = names.split(',').enumerate().collect();
     let written = |q: f64| rounded(joint::in_file(drive, q));
-    let mut columns: Vec<String> = own_columns.iter().map(ToString::to_string).collect();
-    let axes = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate();
-    let read = axes.filter(|(axis, _)| has(&|own| own.kind.coordinates()[*axis]));
-    columns.extend(read.map(|(_, name)| name.to_owned()));
     let heights = has(&|own| own.kind == Kind::Plane);
-    if heights {
-        columns.push("height_mm".to_owned());
-        if has(&|own| own.kind != Kind::Plane) || !setup.has_only_usual_plane() {
-            columns.push("plane".to_owned());
-        }
+    let named = heights && (has(&|own| own.kind != Kind::Plane) || !setup.has_only_usual_plane());
+    let points = has(&|own| own.point.is_some());
+    let poses = has(&|own| own.other.is_some());
+    let length = |own: &Planned| {
+        let other = own.other.map(|other| other.position);
+        let begin = other.or(point_of(own, setup).map(|(_, place)| place))?;
+        Some(format!("{:.3}", (own.pose.position - begin).norm()))
+    };
+    let mut columns: Vec<(String, Cell<'_>)> = Vec::new();
+    let mut column = |shown: bool, name: String, cell| {
+        columns.extend(shown.then_some((name, cell)));
+    };
+    let empty = || Box::new(|_: &Planned| None);
+    for (joint, name) in joints.iter().copied() {
+        let own = move |own: &Planned| Some(written(own.pose.joints[joint]));
+        column(true, name.to_owned(), Box::new(own));
     }
-    let (points, poses) = (
-        has(&|own| own.point.is_some()),
-        has(&|own| own.other.is_some()),
-    );
-    if points || poses {
-        columns.push("distance_mm".to_owned());
+    for (axis, name) in ["x_mm", "y_mm", "z_mm"].into_iter().enumerate() {
+        let read = has(&|own| own.kind.coordinates()[axis]);
+        column(read, name.to_owned(), empty());
     }
-    if points {
-        columns.push("point".to_owned());
+    column(heights, "height_mm".to_owned(), empty());
+    let plane = |own: &Planned| Some(plane_of(own, setup)?.0.to_owned());
+    column(named, "plane".to_owned(), Box::new(plane));
+    column(points || poses, "distance_mm".to_owned(), empty());
+    let point = |own: &Planned| Some(point_of(own, setup)?.0.to_owned());
+    column(points, "point".to_owned(), Box::new(point));
+    for (joint, name) in joints.iter().copied() {
+        let to = move |own: &Planned| Some(written(own.other?.joints[joint]));
+        column(poses, format!("to_{name}"), Box::new(to));
     }
-    if poses {
-        columns.extend(own_columns.iter().map(|name| format!("to_{name}")));
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let at = move |own: &Planned| Some(rounded(own.pose.position[axis]));
+        column(true, format!("_nominal_{name}_mm"), Box::new(at));
     }
-    columns.extend(["x", "y", "z"].map(|axis| format!("_nominal_{axis}_mm")));
-    if heights {
-        columns.push("_block_mm".to_owned());
-    }
-    if points || poses {
-        columns.push("_nominal_distance_mm".to_owned());
-    }
-    let mut text = columns.join(",") + "\n";
+    let block = |own: &Planned| Some(rounded(plane_of(own, setup)?.1));
+    column(heights, "_block_mm".to_owned(), Box::new(block));
+    let nominal = "_nominal_distance_mm".to_owned();
+    column(points || poses, nominal, Box::new(length));
+    let header: Vec<_> = columns.iter().map(|(name, _)| name.as_str()).collect();
+    let mut text = header.join(",") + "\n";
     for own in planned {
-        let plane = plane_of(own, setup);
-        let point = point_of(own, setup);
-        let begin = own
-            .other
-            .map(|other| other.position)
-            .or(point.map(|(_, place)| place));
-        let joints = own.pose.joints.into_iter();
-        let to = own.other.iter().flat_map(|other| other.joints);
-        let nominal = own.pose.position.iter();
-        let mut cells: Vec<(String, String)> = Vec::new();
-        let names = own_columns.iter().map(ToString::to_string);
-        cells.extend(names.zip(joints.map(written)));
-        let names = own_columns.iter().map(|name| format!("to_{name}"));
-        cells.extend(names.zip(to.map(written)));
-        let names = ["x", "y", "z"].map(|axis| format!("_nominal_{axis}_mm"));
-        cells.extend(names.into_iter().zip(nominal.map(|own| rounded(*own))));
-        let mut cell =
-            |name: &str, own: Option<String>| cells.extend(own.map(|own| (name.to_owned(), own)));
-        cell("plane", plane.map(|(name, _)| name.to_owned()));
-        cell("_block_mm", plane.map(|(_, block)| rounded(block)));
-        cell("point", point.map(|(name, _)| name.to_owned()));
-        let distance = begin.map(|begin| format!("{:.3}", (own.pose.position - begin).norm()));
-        cell("_nominal_distance_mm", distance);
-        let row = columns.iter().map(|column| {
-            let own = cells.iter().find(|(name, _)| name == column);
-            own.map_or("", |(_, cell)| cell.as_str())
-        });
-        let row: Vec<_> = row.collect();
+        let row: Vec<_> = columns
+            .iter()
+            .map(|(_, cell)| cell(own).unwrap_or_default())
+            .collect();
         let _ = writeln!(text, "{}", row.join(","));
     }
     text

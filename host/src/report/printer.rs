@@ -1,19 +1,90 @@
 //! What the report of a printer says first: some ten statements and the lines to paste.
 
+use super::calibration::Report;
 use crate::calibration::Level;
+use crate::calibration::refusal::{CalibrateError, Refused};
+use crate::files::input::InputError;
+use crate::import::Imported;
 use crate::printer::{Change, Next, Printer};
 use crate::render::terminal::wrapped;
-use crate::report::calibration::Report;
-use crate::text::words::{count, list};
+use crate::text::{count, list, significant};
+use maud::html;
+use serde::Serialize;
 use std::fmt::Write;
 
 /// Measurements that make the expected error smaller by less than this part are not proposed.
 const WORTH: f64 = 0.1;
 /// A change below this is none, mm or degrees.
 const CHANGED: f64 = 0.01;
+/// Noise so many times the usual is worth a look at the worst reading.
+const DOUBTFUL: f64 = 3.0;
 
-/// For a terminal: numbered statements, warnings, what to paste.
-pub(crate) fn text(report: &Report, printer: &Printer) -> String {
+/// Readings that are so many times noisier than usual are no printer's.
+const UNEXPLAINED: f64 = 15.0;
+
+/// The calibration of a printer and what it means for its configuration.
+#[derive(Debug, Clone, Serialize)]
+pub struct PrinterReport {
+    /// The calibration.
+    #[serde(flatten)]
+    pub calibration: Report,
+    /// What the configuration is off, what to measure next, what to paste.
+    pub printer: Printer,
+}
+
+impl PrinterReport {
+    /// Of the printer whose configuration this is.
+    ///
+    /// # Errors
+    /// Readings that no printer within the tolerance explains; a robot that its controller cannot hold.
+    pub fn of(imported: &Imported, calibration: Report) -> Result<Self, CalibrateError> {
+        let worst = Printer::noise(&calibration.solution);
+        if worst > UNEXPLAINED {
+            let cause = format!(
+                "No printer within the tolerance explains these measurements (residuals {worst:.0} × the usual)."
+            );
+            let remedy = match Printer::worst(imported, &calibration.solution) {
+                Some(worst) => format!(
+                    "Measure {worst} again. Check the rods' length (--rods) and the belts' rotation_distance, and that \
+                     nothing is loose."
+                ),
+                None => "Measure again.".to_owned(),
+            };
+            return Err(Refused::new(cause, remedy).into());
+        }
+        let (after, solution) = (&calibration.after, &calibration.solution);
+        let printer = Printer::of(imported, after, solution, calibration.sigma_widened_by);
+        let printer = printer.map_err(|error| {
+            InputError::new(&imported.robot.name, error.to_string()).with_remedy(error.remedy())
+        })?;
+        Ok(Self {
+            calibration,
+            printer,
+        })
+    }
+
+    /// For a terminal: numbered statements, warnings, what to paste.
+    pub fn to_text(&self) -> String {
+        text(&self.calibration, &self.printer)
+    }
+
+    /// For programs.
+    pub fn to_json(&self) -> String {
+        super::json(self)
+    }
+
+    /// The same first, then the whole calibration.
+    pub fn to_html(&self) -> String {
+        let printer = &self.printer;
+        self.calibration.to_html_below(&html! {
+            ol { @for own in statements(&self.calibration, printer) { li { (own) } } }
+            @if let Some(lines) = &printer.lines { pre { (lines) } }
+            @for note in &printer.notes { p.note { (note) } }
+        })
+    }
+}
+
+fn text(report: &Report, printer: &Printer) -> String {
     let mut text = String::new();
     for (number, statement) in (1..).zip(statements(report, printer)) {
         let _ = writeln!(text, "{number:>2}. {}", wrapped(&statement, "    "));
@@ -32,7 +103,7 @@ pub(crate) fn text(report: &Report, printer: &Printer) -> String {
 }
 
 /// What is wrong, how sure that is, what to measure next, what the lines to paste do.
-pub(crate) fn statements(report: &Report, printer: &Printer) -> Vec<String> {
+fn statements(report: &Report, printer: &Printer) -> Vec<String> {
     let mut lines = vec![measured(report, printer)];
     let scale = report.determined.scale;
     if let Some(off) = &printer.before {
@@ -50,7 +121,7 @@ pub(crate) fn statements(report: &Report, printer: &Printer) -> Vec<String> {
     if printer.lines.is_some() {
         lines.extend(changes(&printer.changes));
     }
-    lines.push(fit(report, printer));
+    lines.push(noise(report, printer));
     lines.push(format!(
         "The {} readings improve {} of {} parameter combinations; the rest stay at the tolerance.",
         report.reading_count,
@@ -111,16 +182,22 @@ fn changes(changes: &[Change]) -> Option<String> {
     (!largest.is_empty()).then(|| format!("Largest changes: {}.", list(&largest)))
 }
 
-fn fit(report: &Report, printer: &Printer) -> String {
-    let residuals = printer.lack_of_fit;
-    if report.sigma_widened_by > 1.0 {
-        let worst = printer.fits_worst.as_ref();
-        let worst = worst.map_or_else(String::new, |name| format!(", {name} most of all"));
-        return format!(
-            "Warning: residuals are {residuals:.1} × the expected{worst}. All σ are scaled accordingly."
-        );
-    }
-    format!("Residuals are {residuals:.2} × the expected.")
+/// The noise that the readings show.
+fn noise(report: &Report, printer: &Printer) -> String {
+    let kinds = report.solution.noise.iter().map(|own| {
+        let from = if own.stated { "stated" } else { "estimated" };
+        format!(
+            "{} {} mm ({from})",
+            own.kind.plural(),
+            significant(own.sigma, 2)
+        )
+    });
+    let kinds: Vec<_> = kinds.collect();
+    let worst = match &printer.fits_worst {
+        Some(name) if printer.lack_of_fit > DOUBTFUL => format!("; {name} fits worst"),
+        _ => String::new(),
+    };
+    format!("Noise of {}{worst}.", list(&kinds))
 }
 
 /// What to measure next, the better proposal first.

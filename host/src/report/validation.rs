@@ -1,23 +1,22 @@
 //! A [`Validation`] for a terminal, as a certificate that prints on one page, and for programs.
 
-use crate::accuracy::sampled::{MANY, MANY_ON_A_PAGE, shown};
-use crate::fit::options::Frame;
-use crate::render::json;
+use super::Versioned;
+use super::calibration::FrameReport;
+use crate::calibration::report::{MANY, shown};
+use crate::files::document::Document;
+use crate::fit::Frame;
 use crate::render::page::{self, figure};
-use crate::render::plot::{Axis, Colour, Figure, PlotError, Shape};
-use crate::render::section::{Part, Section};
-use crate::render::table::Table;
-use crate::render::terminal;
-use crate::report::document::Document;
-use crate::text::numbers::{confidence, significant};
-use crate::text::words::count;
-use crate::validation::{Bounded, Validation, Verdict};
+use crate::render::plot::{Axis, Colour, Figure, Shape};
+use crate::render::{Part, Section, Table, terminal};
+use crate::text::{confidence, count, significant};
+use crate::validation::{Bounded, Deviation, Validation, Verdict};
 use maud::{Markup, html};
 use serde::Serialize;
-use serde_json::Value;
 
 /// Changes whenever a field of the JSON changes its name or meaning or is removed.
 pub const SCHEMA_VERSION: u32 = 2;
+/// Of more rows the page's figure shows some.
+const MANY_ON_A_PAGE: usize = 2_500;
 
 /// For a terminal.
 pub fn text(found: &Validation) -> String {
@@ -33,10 +32,7 @@ pub fn text(found: &Validation) -> String {
 }
 
 /// The certificate, one HTML file.
-///
-/// # Errors
-/// A figure that cannot be drawn; none is known.
-pub fn certificate(found: &Validation, document: &Document) -> Result<String, PlotError> {
+pub fn certificate(found: &Validation, document: &Document) -> String {
     let robot = document.record.name.as_deref();
     let heading = format!("Validation of {}", robot.unwrap_or(&found.robot.name));
     let class = match found.verdict {
@@ -54,13 +50,13 @@ pub fn certificate(found: &Validation, document: &Document) -> Result<String, Pl
             (document.page())
             div.scroll { (figures(found)) }
             p { (measured(found)) }
-            (deviations(found)?)
+            (deviations(found))
             @if let Some(warnings) = warnings(found) { (warnings) }
             p.note { (CONTENTS) }
             div.signature { span { "Date" } span { "Signature" } }
         }
     };
-    Ok(page::render(&heading, &body))
+    page::render(&heading, &body)
 }
 
 /// What the figures contain.
@@ -143,7 +139,7 @@ fn figures(found: &Validation) -> Table {
 /// "0.019 to 0.052", "below 0.052".
 fn interval(figure: &Bounded) -> String {
     let decimals = decimals(figure);
-    match (figure.lower, figure.upper) {
+    match (figure.interval.0, figure.interval.1) {
         (0.0, None) => "unknown".to_owned(),
         (lower, None) => format!("above {lower:.decimals$}"),
         (0.0, Some(upper)) => format!("below {upper:.decimals$}"),
@@ -154,8 +150,9 @@ fn interval(figure: &Bounded) -> String {
 /// As many as show two digits of the interval's half width.
 fn decimals(figure: &Bounded) -> usize {
     let half = figure
-        .upper
-        .map_or(figure.value, |upper| upper - figure.lower)
+        .interval
+        .1
+        .map_or(figure.value, |upper| upper - figure.interval.0)
         / 2.0;
     let digits = (1.0 - half.log10().floor()).clamp(0.0, 9.0);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 9
@@ -193,13 +190,18 @@ fn warnings(found: &Validation) -> Option<Part> {
 }
 
 /// Every row's deviation, over its line.
-fn deviations(found: &Validation) -> Result<Markup, PlotError> {
+fn deviations(found: &Validation) -> Markup {
     #[allow(clippy::cast_precision_loss)] // lines of a file
     let points: Vec<_> = indices(found, MANY_ON_A_PAGE)
         .into_iter()
-        .map(|index| (found.rows[index].line as f64, found.rows[index].distance))
+        .map(|index| {
+            (
+                found.rows[index].line as f64,
+                found.rows[index].deviation_mm,
+            )
+        })
         .collect();
-    let (left, right) = crate::geometry::range::range(points.iter().map(|point| point.0));
+    let (left, right) = crate::geometry::range(points.iter().map(|point| point.0));
     let margin = 0.03 * (right - left) + 0.5;
     let (left, right) = (left - margin, right + margin);
     let limit = found.request.limit;
@@ -226,30 +228,27 @@ fn deviations(found: &Validation) -> Result<Markup, PlotError> {
 /// All rows, or of very many those farthest off and others spread evenly.
 fn indices(found: &Validation, most: usize) -> Vec<usize> {
     let rows = found.rows.len();
-    shown(rows, most, |index| found.rows[index].distance).unwrap_or_else(|| (0..rows).collect())
+    shown(rows, most, |index| found.rows[index].deviation_mm).unwrap_or_else(|| (0..rows).collect())
 }
 
 /// For programs: lengths in millimetres, `null` where a figure is unknown.
-pub fn report(found: &Validation, document: &Document) -> Value {
+pub fn json(found: &Validation, document: &Document) -> String {
     let (row_count, some) = (found.rows.len(), indices(found, MANY));
     let contents = Contents {
         robot_file: &found.robot.name,
         samples_file: &found.samples_file,
-        frame: match found.request.frame {
-            Frame::Base => "base",
-            Frame::Sensor => "sensor",
-        },
+        frame: found.request.frame,
         verdict: found.verdict,
         passed: found.verdict == Verdict::Pass,
         text: verdict(found),
         rms_error: RmsErrorJson {
-            error: ErrorJson::of(&found.rms),
+            error: found.rms,
             degrees_of_freedom: found.error.degrees_of_freedom(),
             limit_mm: found.request.limit,
             confidence_below_limit: found.confidence(),
             poses_to_decide: found.poses_to_decide,
         },
-        largest_error: ErrorJson::of(&found.largest),
+        largest_error: found.largest,
         deviation_mm: DeviationJson {
             rms: found.deviation.rms,
             max: found.deviation.max,
@@ -259,35 +258,23 @@ pub fn report(found: &Validation, document: &Document) -> Value {
         row_count,
         pose_count: found.poses,
         region_mm: found.region,
-        sensor_frame: found.sensor_frame.as_ref().map(|frame| FrameJson {
-            rotation: frame.rotation.transpose().data.0,
-            translation_mm: frame.translation.data.0[0],
-        }),
+        sensor_frame: found.sensor_frame.as_ref().map(FrameReport::of),
         sampled: (some.len() < row_count).then_some(SampledJson {
             shown: some.len(),
             of: row_count,
         }),
-        rows: some
-            .into_iter()
-            .map(|index| RowJson {
-                line: found.rows[index].line,
-                deviation_mm: found.rows[index].distance,
-            })
-            .collect(),
+        rows: some.into_iter().map(|index| found.rows[index]).collect(),
         warnings: &found.warnings,
         document,
     };
-    json::report(
-        SCHEMA_VERSION,
-        serde_json::to_value(contents).unwrap_or_default(),
-    )
+    super::json(&Versioned::new(SCHEMA_VERSION, contents))
 }
 
 #[derive(Serialize)]
 struct Contents<'a> {
     robot_file: &'a str,
     samples_file: &'a str,
-    frame: &'static str,
+    frame: Frame,
     verdict: Verdict,
     passed: bool,
     /// The verdict in one sentence.
@@ -295,7 +282,7 @@ struct Contents<'a> {
     /// Over the measured region, without the noise.
     rms_error: RmsErrorJson,
     /// At the measured poses, without the noise.
-    largest_error: ErrorJson,
+    largest_error: Bounded,
     /// As measured, with the noise.
     deviation_mm: DeviationJson,
     /// rms of the noise that was removed.
@@ -306,34 +293,18 @@ struct Contents<'a> {
     /// From and to, of x, y and z in the robot's frame.
     region_mm: [(f64, f64); 3],
     /// `null` with `--frame base`.
-    sensor_frame: Option<FrameJson>,
+    sensor_frame: Option<FrameReport>,
     /// Of more than 10,000 rows, how many `rows` holds.
     sampled: Option<SampledJson>,
-    rows: Vec<RowJson>,
+    rows: Vec<Deviation>,
     warnings: &'a [String],
     document: &'a Document,
 }
 
 #[derive(Serialize)]
-struct ErrorJson {
-    estimate_mm: f64,
-    /// With 95 % confidence, from and to.
-    interval_mm: (f64, Option<f64>),
-}
-
-impl ErrorJson {
-    const fn of(figure: &Bounded) -> Self {
-        Self {
-            estimate_mm: figure.value,
-            interval_mm: (figure.lower, figure.upper),
-        }
-    }
-}
-
-#[derive(Serialize)]
 struct RmsErrorJson {
     #[serde(flatten)]
-    error: ErrorJson,
+    error: Bounded,
     /// Effective ones, of the interval.
     degrees_of_freedom: f64,
     limit_mm: f64,
@@ -349,22 +320,8 @@ struct DeviationJson {
     max_at_line: Option<u64>,
 }
 
-/// `X_sensor` = rotation · `X_robot` + translation.
-#[derive(Serialize)]
-struct FrameJson {
-    rotation: [[f64; 3]; 3],
-    translation_mm: [f64; 3],
-}
-
 #[derive(Serialize)]
 struct SampledJson {
     shown: usize,
     of: usize,
-}
-
-#[derive(Serialize)]
-struct RowJson {
-    line: u64,
-    /// Between measured and computed position, with the noise.
-    deviation_mm: f64,
 }

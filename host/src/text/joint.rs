@@ -1,6 +1,6 @@
 //! Joints in words and units: the angle of a motor, or the travel of a carriage.
 
-use super::units::degrees;
+use super::degrees;
 use delta_cal::robot::Drive;
 
 /// The unit of a joint in files and reports.

@@ -1,7 +1,14 @@
-//! The rms and the largest position error with their confidence intervals, and what these say of a limit.
+//! How far each measured position is from where the robot of the file says it is, the rms and the largest position error
+//! with their confidence intervals, and what these say of a limit.
 
-use super::deviations::RowDeviation;
-use crate::accuracy::chi_square::quantile;
+use crate::accuracy::information::whitening;
+use crate::accuracy::quantiles::quantile;
+use crate::accuracy::rigid_motion::RigidMotions;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Row;
+use delta_cal::frame::RigidTransform;
+use delta_cal::{Noise, Robot, Sample};
+use nalgebra::Vector3;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
@@ -31,14 +38,14 @@ const IN_SENSOR: Beforehand = Beforehand {
 pub(super) const FRAME: f64 = 6.0;
 
 /// A figure with its 95 % confidence limits, mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bounded {
     /// The estimate.
+    #[serde(rename = "estimate_mm")]
     pub value: f64,
-    /// The lower limit; 0 if the noise is not known.
-    pub lower: f64,
-    /// The upper limit; `None` if the noise is not known and it has none.
-    pub upper: Option<f64>,
+    /// From, 0 if the noise is not known, to; `None` if the noise is not known and there is no upper limit.
+    #[serde(rename = "interval_mm")]
+    pub interval: (f64, Option<f64>),
 }
 
 /// The rms position error over the region that the poses are a sample of.
@@ -115,8 +122,7 @@ impl RmsError {
         };
         Bounded {
             value: self.without_noise(self.mean_square),
-            lower: lower.unwrap_or(0.0),
-            upper: limit(self.at_least_noise(), TAIL),
+            interval: (lower.unwrap_or(0.0), limit(self.at_least_noise(), TAIL)),
         }
     }
 
@@ -152,8 +158,7 @@ pub(super) fn largest(rows: &[RowDeviation]) -> Option<Bounded> {
     let Some(known) = known else {
         return Some(Bounded {
             value: worst.length(),
-            lower: 0.0,
-            upper: None,
+            interval: (0.0, None),
         });
     };
     let along = Normal::standard().inverse_cdf(1.0 - TAIL);
@@ -174,8 +179,10 @@ pub(super) fn largest(rows: &[RowDeviation]) -> Option<Bounded> {
         .fold(0.0, f64::max);
     Some(Bounded {
         value: value.sqrt(),
-        lower: over(&|length, sigma| length - anywhere * sigma),
-        upper: Some(over(&|length, sigma| length + along * sigma)),
+        interval: (
+            over(&|length, sigma| length - anywhere * sigma),
+            Some(over(&|length, sigma| length + along * sigma)),
+        ),
     })
 }
 
@@ -196,9 +203,9 @@ pub enum Verdict {
 
 impl Verdict {
     pub(super) fn of(figure: &Bounded, limit: f64) -> Self {
-        if figure.upper.is_some_and(|upper| upper <= limit) {
+        if figure.interval.1.is_some_and(|upper| upper <= limit) {
             Self::Pass
-        } else if figure.lower > limit {
+        } else if figure.interval.0 > limit {
             Self::Fail
         } else {
             Self::Undecided
@@ -228,6 +235,110 @@ pub(super) fn poses_to_decide(error: &RmsError, measured: usize, limit: f64) -> 
     Some(enough as usize)
 }
 
+/// The instrument's and the joints' noise in one deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RowNoise {
+    /// The trace of its covariance, mm².
+    pub(super) mean_square: f64,
+    /// The largest standard deviation along any direction, mm.
+    pub(super) largest: f64,
+    /// |L⁻¹ d|² of the deviation, L Lᵀ the covariance.
+    pub(super) squares: f64,
+}
+
+/// One row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RowDeviation {
+    pub(super) line: u64,
+    /// In the robot's frame.
+    pub(super) measured: Sample<f64>,
+    /// Measured less computed, mm.
+    pub(super) deviation: Vector3<f64>,
+    /// How much of the row's own deviation the adjustment of a frame took up, 0 to 1.
+    pub(super) leverage: f64,
+    /// `None` if it is not stated.
+    pub(super) noise: Option<RowNoise>,
+}
+
+impl RowDeviation {
+    pub(super) fn length(&self) -> f64 {
+        self.deviation.norm()
+    }
+
+    /// Whether the stated noise explains the deviation: without any error of the robot one of so many rows deviates more
+    /// in one file of a hundred.
+    pub(super) fn is_noise(&self, rows: usize) -> bool {
+        #[allow(clippy::cast_precision_loss)] // rows of a file
+        let tail = 0.01 / rows as f64;
+        let limit = ChiSquared::new(3.0).map(|chi_squared| chi_squared.inverse_cdf(1.0 - tail));
+        self.noise
+            .zip(limit.ok())
+            .is_some_and(|(noise, limit)| noise.squares < limit)
+    }
+
+    /// The squared deviation that the row would have without the adjustment of a frame, mm².
+    pub(super) fn square(&self) -> f64 {
+        self.deviation.norm_squared() / (1.0 - self.leverage).max(f64::EPSILON)
+    }
+}
+
+/// Of every row; `Err` with the index of a row whose joint angles the robot does not reach. `frame` is that of the
+/// sensor, if it was adjusted.
+pub(super) fn deviations(
+    robot: &RobotFile,
+    samples: &[Row<Sample<f64>>],
+    frame: Option<&RigidTransform<f64>>,
+) -> Result<Vec<RowDeviation>, usize> {
+    let to_robot = frame.map(RigidTransform::inverse);
+    let mut rows = Vec::with_capacity(samples.len());
+    for (index, row) in samples.iter().enumerate() {
+        let position = row.value.position;
+        let measured = Sample {
+            position: to_robot
+                .as_ref()
+                .map_or(position, |own| own.apply(&position)),
+            ..row.value
+        };
+        let expected = robot.robot.forward(&measured.joints).map_err(|_| index)?;
+        let deviation = measured.position - expected;
+        rows.push(RowDeviation {
+            line: row.line,
+            measured,
+            deviation,
+            leverage: 0.0,
+            noise: robot
+                .noise
+                .as_ref()
+                .and_then(|noise| row_noise(&robot.robot, &measured, &deviation, noise)),
+        });
+    }
+    if frame.is_some() {
+        let points: Vec<_> = rows.iter().map(|row| row.measured.position).collect();
+        if let Some(motions) = RigidMotions::of(points.into_iter()) {
+            for row in &mut rows {
+                row.leverage = motions.leverage(&row.measured.position);
+            }
+        }
+    }
+    Ok(rows)
+}
+
+fn row_noise(
+    robot: &Robot<f64>,
+    measured: &Sample<f64>,
+    deviation: &Vector3<f64>,
+    noise: &Noise<f64>,
+) -> Option<RowNoise> {
+    let whitening = whitening(robot, measured, noise)?;
+    let factor = whitening.try_inverse()?;
+    let covariance = factor * factor.transpose();
+    Some(RowNoise {
+        mean_square: covariance.trace(),
+        largest: covariance.symmetric_eigenvalues().max().max(0.0).sqrt(),
+        squares: (whitening * deviation).norm_squared(),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::RmsError;
@@ -238,12 +349,12 @@ mod tests {
         let noise = 4e-4;
         let of = |square: f64| RmsError::of(&[square; 20], noise, false);
         let (less, expected) = (of(0.25 * noise), of(noise));
-        let upper = less.bounded().upper;
+        let upper = less.bounded().interval.1;
         assert!(upper > Some(0.1 * f64::sqrt(noise)), "{upper:?}");
-        assert_eq!(upper, expected.bounded().upper);
-        assert!((less.bounded().lower, less.bounded().value) == (0.0, 0.0));
+        assert_eq!(upper, expected.bounded().interval.1);
+        assert!((less.bounded().interval.0, less.bounded().value) == (0.0, 0.0));
         let confidence = |own: &RmsError| own.confidence_below(0.005).to_bits();
         assert_eq!(confidence(&less), confidence(&expected));
-        assert!(of(2.0 * noise).bounded().upper > upper);
+        assert!(of(2.0 * noise).bounded().interval.1 > upper);
     }
 }

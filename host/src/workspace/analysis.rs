@@ -5,7 +5,7 @@ use super::{
     WorkspaceError, cylinders,
 };
 use crate::files::robot_file::RobotFile;
-use crate::geometry::reach::Limit;
+use crate::geometry::Limit;
 use delta_cal::kinematics::SingularityDistance;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};

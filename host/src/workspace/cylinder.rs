@@ -5,8 +5,8 @@
 //! cylinder of that radius can stand.
 
 use super::Workspace;
-use super::line::{Intervals, intersection};
-use crate::geometry::range::range;
+use super::grid::{Intervals, intersection};
+use crate::geometry::range;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;

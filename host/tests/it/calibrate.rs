@@ -68,23 +68,6 @@ fn the_report_has_the_same_parts_in_text_json_and_html() {
         assert!(run.stdout.contains(part), "text: {part}");
         assert!(html.contains(part), "page: {part}");
     }
-    for key in [
-        "arms",
-        "position_error_mm",
-        "expected_error",
-        "noise",
-        "causes",
-        "warnings",
-        "planes",
-        "points",
-        "sensor_frame",
-        "determined",
-        "workspace",
-        "next_poses",
-        "findings",
-    ] {
-        assert!(json.get(key).is_some(), "{key}");
-    }
     let parameter = &json["arms"][1]["parameters"][7];
     assert_eq!(parameter["symbol"], "Lb");
     let shown = format!("{:.4}", parameter["after"].as_f64().unwrap());

@@ -1,9 +1,167 @@
 //! Errors that the model cannot represent: how often they are found and named, and how often where there are none.
 
-mod simulated;
-
+use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::JointLimits;
+use delta_cal::simulate::{random_pose, standard_normal};
+use delta_cal::{Noise, Robot, Sample, SymmetricRobot, Tolerance};
 use delta_cal_host::{Frame, Options, Report, calibrate};
-use simulated::{Fault, GEOMETRIES, Setting, Simulated, simulate};
+use delta_cal_host::{InstrumentFacts, Readings, Record, RobotFile};
+use delta_cal_tests::{Spread, generator, perturbed};
+use nalgebra::{Rotation3, Vector3};
+use rand_pcg::Pcg32;
+
+/// Base radius, platform radius, upper arm and forearm, mm.
+const GEOMETRIES: [[f64; 4]; 6] = [
+    [194.0, 30.0, 260.0, 480.0],
+    [200.0, 45.0, 235.0, 800.0],
+    [60.0, 40.0, 400.0, 900.0],
+    [60.0, 110.0, 250.0, 520.0],
+    [150.0, 60.0, 250.0, 275.0],
+    [60.0, 25.0, 80.0, 180.0],
+];
+
+/// One σ of each coordinate, mm, and of each joint angle, degrees.
+const NOISE: (f64, f64) = (0.02, 0.002);
+
+/// What is wrong with a robot; of a joint's error also which joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Fault {
+    Nothing,
+    /// Degrees.
+    Eccentricity(f64),
+    Gear(f64),
+    /// Degrees.
+    TwiceATurn(f64),
+    /// Degrees, to either side.
+    Backlash(f64),
+    /// At 300 mm for an upper arm of 260 mm, in proportion for others; mm.
+    Sag(f64),
+    /// From the first row to the last, along x; mm.
+    Drift(f64),
+}
+
+/// A robot, and what it does with the joint angles that it reports.
+struct Faulty {
+    truth: Robot<f64>,
+    fault: Fault,
+    joint: usize,
+    phase: f64,
+    size: f64,
+}
+
+impl Faulty {
+    /// The positions of reported joint angles; `None` out of reach.
+    fn position(&self, reported: &[f64; 3], directions: &[f64; 3]) -> Option<Vector3<f64>> {
+        let mut joints = *reported;
+        let q = joints[self.joint];
+        joints[self.joint] += match self.fault {
+            Fault::Eccentricity(amplitude) => amplitude.to_radians() * (q + self.phase).cos(),
+            Fault::TwiceATurn(amplitude) => amplitude.to_radians() * (2.0 * q + self.phase).cos(),
+            Fault::Gear(ratio) => ratio * q,
+            Fault::Backlash(half) => half.to_radians() * directions[self.joint],
+            Fault::Nothing | Fault::Sag(_) | Fault::Drift(_) => 0.0,
+        };
+        let mut position = self.truth.forward(&joints).ok()?;
+        if let Fault::Sag(sag) = self.fault {
+            let radius = position.xy().norm() / (300.0 / 260.0 * self.size);
+            position.z -= sag * radius * radius;
+        }
+        Some(position)
+    }
+}
+
+/// What a simulated calibration begins with.
+#[derive(Debug, Clone, Copy)]
+struct Setting {
+    geometry: [f64; 4],
+    rows: u32,
+    noise_stated: bool,
+    tolerance_stated: bool,
+    in_sensor_frame: bool,
+}
+
+struct Simulated {
+    robot: RobotFile,
+    readings: Readings,
+    faulty: Faulty,
+}
+
+/// A robot made to a tolerance of 0.5 mm and 0.2°, with lengths in proportion to the upper arm where
+/// that is small, measured at random poses in random order.
+fn simulate(setting: &Setting, fault: Fault, campaign: u64, seed: u64) -> Simulated {
+    let mut rng = generator(campaign, seed);
+    let [base_radius, platform_radius, upper_arm, forearm] = setting.geometry;
+    let nominal = SymmetricRobot {
+        base_radius,
+        platform_radius,
+        upper_arm,
+        forearm,
+    };
+    let nominal = nominal.robot().unwrap();
+    let (length, angle) = (0.5, 0.2_f64.to_radians());
+    let truth = perturbed(&nominal, length, angle, Spread::Normal, &mut rng);
+    let limits = JointLimits::new((-60_f64).to_radians(), 90_f64.to_radians()).unwrap();
+    let faulty = Faulty {
+        truth,
+        fault,
+        joint: usize::try_from(seed % 3).unwrap(),
+        phase: std::f64::consts::PI * standard_normal::<f64, _>(&mut rng),
+        size: upper_arm,
+    };
+    let frame = sensor_frame(setting.in_sensor_frame, &mut rng);
+    let mut before: Option<[f64; 3]> = None;
+    let mut rows = Vec::new();
+    while rows.len() < usize::try_from(setting.rows).unwrap() {
+        let joints = random_pose(&truth, &limits, &mut rng).unwrap().joints;
+        let from = before.unwrap_or(joints);
+        let directions = std::array::from_fn(|arm| (joints[arm] - from[arm]).signum());
+        let Some(mut position) = faulty.position(&joints, &directions) else {
+            continue;
+        };
+        let part = f64::from(u32::try_from(rows.len()).unwrap()) / f64::from(setting.rows - 1);
+        if let Fault::Drift(drift) = fault {
+            position.x += drift * part;
+        }
+        let measured = position.map(|c| c + NOISE.0 * standard_normal::<f64, _>(&mut rng));
+        let noise = NOISE.1.to_radians();
+        rows.push(Sample {
+            joints: joints.map(|q| q + noise * standard_normal::<f64, _>(&mut rng)),
+            position: frame.apply(&measured),
+        });
+        before = Some(joints);
+    }
+    Simulated {
+        robot: RobotFile {
+            name: "robot.toml".to_owned(),
+            robot: nominal,
+            limits,
+            forearm_limit: None,
+            tolerance: setting
+                .tolerance_stated
+                .then(|| Tolerance::new(length, angle).unwrap()),
+            noise: setting
+                .noise_stated
+                .then(|| Noise::new(NOISE.0, NOISE.1.to_radians()).unwrap()),
+            sensor_frame: None,
+            transmission: None,
+            instruments: InstrumentFacts::default(),
+            record: Record::default(),
+        },
+        readings: Readings::of_samples("samples.csv", &rows),
+        faulty,
+    }
+}
+
+fn sensor_frame(asked: bool, rng: &mut Pcg32) -> RigidTransform<f64> {
+    if !asked {
+        return RigidTransform::identity();
+    }
+    let mut vector = || Vector3::from_fn(|_, _| standard_normal::<f64, _>(rng));
+    RigidTransform {
+        rotation: *Rotation3::from_scaled_axis(vector()).matrix(),
+        translation: 500.0 * vector(),
+    }
+}
 
 fn calibrated(simulated: &Simulated, setting: &Setting) -> Option<Report> {
     let frame = if setting.in_sensor_frame {

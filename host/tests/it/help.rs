@@ -1,5 +1,7 @@
-//! The help of every command.
+//! What a new user meets: the help of every command, the template of a robot file, completions.
 
+use crate::support::{Folder, NOMINAL, TOLERANCE};
+use delta_cal_host::{InputText, RobotFile};
 use std::process::Command;
 
 fn help(command: &str, columns: usize) -> String {
@@ -68,6 +70,88 @@ fn every_command_has_examples_and_a_short_help_that_fits_the_terminal() {
         let examples = wide.lines().filter(|line| line.starts_with("  delta-cal "));
         for line in examples {
             assert!(narrow.contains(line), "{command}: {line}");
+        }
+    }
+}
+
+const ROTARY_NOISE: &str = "[noise]\nposition_mm = 0.02\njoint_deg = 0.002\n";
+const LINEAR: &str = "[nominal]\nkind = \"linear\"\ntower_radius_mm = 140\nforearm_mm = 330\n\
+                      [joints]\nmin_mm = 100\nmax_mm = 600\n\
+                      [tolerance]\nlength_mm = 0.5\nangle_deg = 0.17\nscale = 0.001\nzero_mm = 5\n\
+                      [noise]\nposition_mm = 0.02\njoint_mm = 0.01\n";
+
+fn read(text: &str) -> RobotFile {
+    RobotFile::read(&InputText::new("robot.toml", text)).unwrap()
+}
+
+/// The template with the keys in its comments; `arms` has three arms in place of `[nominal]`.
+fn whole(template: &str, arms: bool) -> String {
+    let (head, rest) = template.split_once("[nominal]").unwrap();
+    let (nominal, rest) = rest.split_once("# In place of").unwrap();
+    let (arm, rest) = rest.split_once("\n\n").unwrap();
+    let uncommented = |text: &str| text.replace("\n# ", "\n");
+    if arms {
+        let (_, arm) = arm.split_once('\n').unwrap();
+        let arm = uncommented(&format!("\n{arm}\n"));
+        head.to_owned() + &arm.repeat(3) + &uncommented(&format!("\n\n{rest}"))
+    } else {
+        format!(
+            "{head}[nominal]{}{}",
+            uncommented(nominal),
+            uncommented(&format!("\n\n{rest}"))
+        )
+    }
+}
+
+#[test]
+fn the_template_is_a_robot_file_with_every_key() {
+    let rotary = format!("{NOMINAL}{TOLERANCE}{ROTARY_NOISE}");
+    for (kind, same) in [("rotary", rotary.as_str()), ("linear", LINEAR)] {
+        let folder = Folder::new();
+        let run = folder.run(&format!("init --kind {kind}")).ok();
+        assert!(run.stdout.contains("Written: robot.toml"), "{}", run.stdout);
+        let text = folder.read("robot.toml");
+        assert_eq!(read(&text), read(same));
+        assert!(text.lines().all(|line| line.chars().count() <= 120));
+
+        let full = read(&whole(&text, false));
+        assert_eq!(full.instruments.planes.len(), 1);
+        assert_eq!(full.instruments.points.len(), 1);
+        assert!(full.instruments.target.is_some() && full.record.date.is_some());
+        // Arms that are all alike have no common centre, but are read: nothing is unknown.
+        let arms = RobotFile::read(&InputText::new("robot.toml", &whole(&text, true)));
+        let text = arms.map_or_else(|error| error.to_string(), |_| String::new());
+        assert!(
+            text.is_empty() || text.contains("geometry is impossible"),
+            "{text}"
+        );
+
+        // What the help names as the next step works.
+        folder
+            .run("plan robot.toml --count 12 --output poses.csv")
+            .ok();
+    }
+}
+
+#[test]
+fn an_existing_file_is_not_replaced() {
+    let folder = Folder::new();
+    folder.write("robot.toml", "mine");
+    let run = folder.run("init");
+    assert_eq!(run.code, 4, "{}", run.stderr);
+    assert_eq!(folder.read("robot.toml"), "mine");
+    let printed = folder.run("init --output -").ok().stdout;
+    assert!(printed.contains("[nominal]"), "{printed}");
+    assert_eq!(folder.names(), ["robot.toml"]);
+}
+
+#[test]
+fn shells_know_every_command() {
+    let folder = Folder::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let text = folder.run(&format!("completions {shell}")).ok().stdout;
+        for word in ["calibrate", "device", "columns"] {
+            assert!(text.contains(word), "{shell}: {word}");
         }
     }
 }

@@ -2,5 +2,292 @@
 
 #![cfg(target_os = "linux")]
 
-mod in_linuxcnc;
-mod program;
+use crate::support::{Arm, Folder, Point, distance, platform, poses, rows_of};
+use crate::support::{nominal_arms, robot_toml, true_arms};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::{Mutex, PoisonError};
+
+/// One machine runs one LinuxCNC.
+static ALONE: Mutex<()> = Mutex::new(());
+
+fn manifest(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn component() -> PathBuf {
+    manifest("../c/linuxcnc")
+}
+
+/// Private mounts, shared memory and processes; for a user who is not root, in a namespace in which he is.
+fn private() -> Command {
+    let mut command = Command::new("unshare");
+    let uid = Command::new("id").arg("-u").output().unwrap().stdout;
+    if uid.trim_ascii() != b"0" {
+        command.args(["--user", "--map-root-user"]);
+    }
+    command.args(
+        "--mount --ipc --net --pid --fork --kill-child --mount-proc".split_ascii_whitespace(),
+    );
+    command.stdin(Stdio::null());
+    command
+}
+
+/// Why LinuxCNC cannot be run here.
+fn missing() -> Option<String> {
+    let found = |program: &str| {
+        let run = Command::new(program).arg("-h").output();
+        run.is_ok()
+    };
+    if !found("halcompile") || !found("linuxcnc") {
+        return Some("the Debian package linuxcnc-uspace-dev is not installed".to_owned());
+    }
+    // Inside, as private.sh does, another user.
+    let tried = private()
+        .args("unshare --user --map-user=1000 true".split_ascii_whitespace())
+        .output();
+    match tried {
+        Ok(output) if output.status.success() => None,
+        Ok(output) => Some(format!(
+            "this system allows no private mounts: {}",
+            String::from_utf8_lossy(&output.stderr).trim()
+        )),
+        Err(error) => Some(format!("unshare: {error}")),
+    }
+}
+
+fn text(output: &Output) -> String {
+    let both = [&output.stdout[..], &output.stderr[..]].concat();
+    String::from_utf8_lossy(&both).into_owned()
+}
+
+/// What LinuxCNC printed, and the rows that the display wrote: joint angles (degrees) and position, or `None` where
+/// LinuxCNC refused.
+struct Driven {
+    pub(crate) printed: String,
+    pub(crate) rows: Vec<Option<(Point, Point)>>,
+}
+
+/// Runs the machine of `c/linuxcnc/sim` in a folder that holds its `robot.hal` and whatever else the display reads.
+fn drive(folder: &Folder, display: &str, change: impl Fn(String) -> String) -> Driven {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let build = Path::new(env!("CARGO_TARGET_TMPDIR")).join("linuxcnc");
+    let made = Command::new("make")
+        .args(["--silent", "--directory"])
+        .arg(component())
+        .arg(format!("BUILD={}", build.display()))
+        .output()
+        .unwrap();
+    assert!(made.status.success(), "{}", text(&made));
+
+    for name in ["delta.hal", "drive.py"] {
+        std::fs::copy(component().join("sim").join(name), folder.path(name)).unwrap();
+    }
+    let ini = std::fs::read_to_string(component().join("sim/delta.ini")).unwrap();
+    let stated = "DISPLAY = ./drive.py driven.csv positions.csv";
+    assert!(ini.contains(stated));
+    let ini = ini.replace(
+        stated,
+        &format!("DISPLAY = ./drive.py driven.csv {display}"),
+    );
+    folder.write("delta.ini", change(ini));
+
+    let run = private()
+        .arg("sh")
+        .arg(manifest("tests/it/linuxcnc/private.sh"))
+        .args([component(), build, folder.path("")])
+        .output()
+        .unwrap();
+    let printed = text(&run);
+    assert!(
+        folder.names().contains(&"driven.csv".to_owned()),
+        "{printed}"
+    );
+    let rows = folder.read("driven.csv");
+    let rows = rows.lines().skip(1).map(|line| {
+        if line.starts_with('#') {
+            println!("{line}");
+            return None;
+        }
+        let row = &rows_of(&format!("header\n{line}\n"))[0];
+        Some(([row[0], row[1], row[2]], [row[3], row[4], row[5]]))
+    });
+    let rows = rows.collect();
+    Driven { printed, rows }
+}
+
+/// Of joint angles, radians; a pin has 1e-9 mm and degrees, which are 1e-11 of these robots' arms.
+const JOINTS: f64 = 1e-9;
+/// Of positions, mm.
+const POSITION: f64 = 1e-6;
+
+fn skipped() -> bool {
+    let why = missing();
+    if let Some(why) = &why {
+        println!("skipped: {why}");
+    }
+    why.is_some()
+}
+
+fn one_arm_longer() -> [Arm; 3] {
+    let mut arms = nominal_arms();
+    arms[1][5] += 1.0;
+    arms
+}
+
+/// What no other controller holds, and largely: tilt, and planes beside the z axis.
+fn far_off() -> [Arm; 3] {
+    let mut arms = true_arms();
+    let off = [
+        [12.0, -9.0, 15.0, 4.0, 3.0, -8.0, 20.0, 6.0],
+        [-7.0, 5.0, -11.0, -3.0, -4.0, 9.0, -15.0, -12.0],
+        [4.0, 10.0, 8.0, 2.0, 5.0, -14.0, 9.0, 15.0],
+    ];
+    for (arm, off) in arms.iter_mut().zip(off) {
+        for (value, by) in arm.iter_mut().zip(off) {
+            *value += by;
+        }
+    }
+    arms
+}
+
+/// So many of each robot: LinuxCNC takes a tenth of a second for each.
+const POSITIONS: usize = 24;
+
+/// Joint angles, and where the robot is with them by Newton's method, within 250 mm of its axis.
+fn wanted(arms: &[Arm; 3]) -> Vec<(Point, Point)> {
+    let all = poses(80).into_iter().map(|q| (q, platform(arms, q)));
+    let near = all.filter(|(_, at)| at[0].hypot(at[1]) < 250.0);
+    let wanted: Vec<_> = near.take(POSITIONS).collect();
+    assert_eq!(wanted.len(), POSITIONS);
+    wanted
+}
+
+fn positions(wanted: &[(Point, Point)], unit: f64) -> String {
+    let mut text = String::from("x_mm,y_mm,z_mm\n");
+    for (_, [x, y, z]) in wanted {
+        writeln!(text, "{},{},{}", x / unit, y / unit, z / unit).unwrap();
+    }
+    text
+}
+
+fn export(folder: &Folder, name: &str, arms: &[Arm; 3]) {
+    folder.write(&format!("{name}.toml"), robot_toml(arms));
+    folder
+        .run(&format!(
+            "export {name}.toml --for linuxcnc-component --output {name}.hal"
+        ))
+        .ok();
+}
+
+/// Joint angles that LinuxCNC commanded are those of the robot, by its own equations and by `delta-cal inverse`.
+fn assert_driven(
+    folder: &Folder,
+    (name, unit): (&str, f64),
+    wanted: &[(Point, Point)],
+    rows: &[Option<(Point, Point)>],
+) {
+    assert_eq!(rows.len(), wanted.len());
+    folder.write("wanted.csv", positions(wanted, 1.0));
+    let inverse = folder.run(&format!("inverse {name}.toml wanted.csv")).ok();
+    let (mut worst_joint, mut worst_position) = (0.0, 0.0);
+    for (((q, at), row), own) in wanted.iter().zip(rows).zip(rows_of(&inverse.stdout)) {
+        let (driven, position) = row.unwrap();
+        for k in 0..3 {
+            for expected in [q[k], own[k]] {
+                worst_joint = f64::max(worst_joint, (driven[k] - expected).to_radians().abs());
+            }
+        }
+        worst_position = f64::max(worst_position, distance(position.map(|c| c * unit), *at));
+    }
+    println!("{name}: {worst_joint:.1e} rad, {worst_position:.1e} mm");
+    assert!(worst_joint < JOINTS && worst_position < POSITION);
+}
+
+#[test]
+fn linuxcnc_commands_the_joint_angles_of_the_robot() {
+    if skipped() {
+        return;
+    }
+    let folder = Folder::new();
+    let robots = [
+        ("robot", true_arms()),
+        ("longer", one_arm_longer()),
+        ("far_off", far_off()),
+    ];
+    for (name, arms) in &robots {
+        export(&folder, name, arms);
+        folder.write(&format!("{name}.csv"), positions(&wanted(arms), 1.0));
+    }
+    // Parameters of another robot on the pins, at first without the revision that takes them over, then as no robot.
+    let other = folder.read("longer.hal");
+    let half = other.replace("setp deltacalkins.revision", "# ");
+    folder.write("half.hal", &half);
+    folder.write(
+        "none.hal",
+        "setp deltacalkins.arm3.lb -480\nsetp deltacalkins.revision 5\n",
+    );
+    folder.write("beyond.csv", "x_mm,y_mm,z_mm\n0,0,-2000\n0,0,-450\n");
+    let driven = drive(
+        &folder,
+        "robot.csv longer.hal longer.csv far_off.hal far_off.csv half.hal far_off.csv none.hal far_off.csv beyond.csv",
+        |ini| ini,
+    );
+    let printed = &driven.printed;
+    let mut rows = driven.rows.chunks(POSITIONS);
+    for name in ["robot", "longer", "far_off", "far_off", "far_off"] {
+        let (_, arms) = robots.iter().find(|(own, _)| *own == name).unwrap();
+        let chunk = rows.next().unwrap_or_else(|| panic!("{printed}"));
+        assert_driven(&folder, (name, 1.0), &wanted(arms), chunk);
+    }
+    let cause = "revision 5 is not taken over: The upper arm or the forearm is not longer than 0.";
+    assert!(printed.contains(cause), "{printed}");
+    // Where the robot cannot be LinuxCNC does not go, and goes on.
+    let [None, Some(_)] = rows.next().unwrap() else {
+        panic!("{printed}");
+    };
+    assert!(printed.contains("fails kinematicsInverse"), "{printed}");
+}
+
+#[test]
+fn a_machine_in_inches_moves_the_same_robot() {
+    if skipped() {
+        return;
+    }
+    let folder = Folder::new();
+    export(&folder, "robot", &true_arms());
+    let lines = folder.read("robot.hal");
+    folder.write(
+        "robot.hal",
+        format!("setp deltacalkins.units-per-mm {}\n{lines}", 1.0 / 25.4),
+    );
+    let wanted = wanted(&true_arms());
+    folder.write("positions.csv", positions(&wanted, 25.4));
+    let driven = drive(&folder, "positions.csv", |ini| {
+        assert!(ini.contains("LINEAR_UNITS = mm"));
+        ini.replace("LINEAR_UNITS = mm", "LINEAR_UNITS = inch")
+    });
+    assert_driven(&folder, ("robot", 25.4), &wanted, &driven.rows);
+}
+
+#[test]
+fn without_one_of_the_lines_nothing_moves() {
+    if skipped() {
+        return;
+    }
+    let folder = Folder::new();
+    export(&folder, "robot", &true_arms());
+    let lines = folder.read("robot.hal");
+    let lines = lines.lines().filter(|line| !line.contains("arm2.dz "));
+    let lines: Vec<_> = lines.collect();
+    folder.write("robot.hal", lines.join("\n") + "\n");
+    folder.write("positions.csv", "x_mm,y_mm,z_mm\n0,0,-450\n0,0,-400\n");
+    let driven = drive(&folder, "positions.csv", |ini| ini);
+    assert!(
+        driven.printed.contains("arm2.dz is not set"),
+        "{}",
+        driven.printed
+    );
+    assert_eq!(driven.rows, [None, None]);
+}

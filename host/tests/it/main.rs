@@ -6,7 +6,6 @@
 mod support;
 
 mod bad_input;
-mod bad_robot_file;
 mod calibrate;
 mod causes;
 mod device;
@@ -16,7 +15,6 @@ mod documents;
 mod export;
 mod help;
 mod import;
-mod init;
 mod kinematics;
 mod linuxcnc;
 mod pipeline;

@@ -5,7 +5,7 @@ use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{DistanceFrom, Observation};
 use delta_cal::simulate::standard_normal;
-use delta_cal_host::accuracy::workspace_poses::WorkspacePoses;
+use delta_cal_host::accuracy::uncertainty::WorkspacePoses;
 use delta_cal_host::planning::{Kind, Order, Plan, PlanRequest, Planned, Setup, plan};
 use delta_cal_host::{
     Frame, InputText, Options, PositionUnit, Reading, ReadingFrom, Readings, RobotFile, Row,

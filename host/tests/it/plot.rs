@@ -1,6 +1,6 @@
 //! Figures: what is drawn is where it should be, and the same bytes every time.
 
-use delta_cal_host::render::plot::{Axis, Colour, Figure, PlotError, Shape};
+use delta_cal_host::render::plot::{Axis, Colour, Figure, Shape};
 use roxmltree::Document;
 
 /// Positions are rounded to the drawing's units, once for each of two ends.
@@ -43,7 +43,7 @@ fn decades_are_equally_far_apart_on_a_logarithmic_axis_and_equal_steps_on_a_line
         Colour::Blue,
         points(&[(1e-2, 20.0), (1e-1, 40.0), (1e0, 60.0), (1e1, 80.0)]),
     );
-    let found = discs(&figure.to_svg().unwrap());
+    let found = discs(&figure.to_svg());
     assert_eq!(found.len(), 4);
     for triple in found.windows(3) {
         let steps = |of: fn(&(f64, f64)) -> f64| {
@@ -70,7 +70,7 @@ fn equal_scales_have_as_many_pixels_a_unit_on_both_axes() {
         Colour::Blue,
         points(&[(0.0, 0.0), (10.0, 0.0), (0.0, 10.0)]),
     );
-    let found = discs(&figure.to_svg().unwrap());
+    let found = discs(&figure.to_svg());
     let (along, up) = (found[1].0 - found[0].0, found[0].1 - found[2].1);
     assert!(
         along > 10.0 && (along - up).abs() <= 2.0 * ROUNDING,
@@ -90,9 +90,9 @@ fn axes_legend_and_labels_are_written_and_escaped() {
     .with(
         "the <paper>",
         Colour::Vermilion,
-        Shape::Diamonds(vec![(5.0, 1.0)]),
+        Shape::Rings(vec![(5.0, 1.0)]),
     );
-    let texts = texts(&figure.to_svg().unwrap());
+    let texts = texts(&figure.to_svg());
     for expected in [
         "poses",
         "σ, mm",
@@ -127,19 +127,5 @@ fn what_has_no_place_is_left_out() {
             (4.0, 1.0),
         ]),
     );
-    assert_eq!(discs(&figure.to_svg().unwrap()).len(), 1);
-}
-
-#[test]
-fn an_axis_without_a_range_is_an_error() {
-    for axis in [
-        Axis::linear("bad", 1.0, 1.0),
-        Axis::linear("bad", f64::NAN, 1.0),
-        Axis::logarithmic("bad", 0.0, 1.0),
-    ] {
-        let figure = Figure::new(axis, Axis::linear("y", 0.0, 1.0));
-        assert_eq!(figure.to_svg(), Err(PlotError::Range("bad".to_owned())));
-    }
-    let tiny = Figure::new(Axis::linear("x", 0.0, 1.0), Axis::linear("y", 0.0, 1.0)).sized(40, 40);
-    assert_eq!(tiny.to_svg(), Err(PlotError::Size));
+    assert_eq!(discs(&figure.to_svg()).len(), 1);
 }

@@ -4,7 +4,7 @@ use crate::support::{Folder, KEYS, NOMINAL, TOLERANCE, nominal_arms};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Arm, ParameterKind, SymmetricLinearRobot};
 use delta_cal::{Parameter, Robot, SymmetricRobot, Tolerance};
-use delta_cal_host::geometry::reach::Reach;
+use delta_cal_host::geometry::Reach;
 use delta_cal_host::workspace::{Influence, Mesh, Options, Workspace, cylinders};
 use delta_cal_tests::{Spread, perturbed, size, uniform};
 use nalgebra::Vector3;

@@ -6,9 +6,7 @@ use crate::numbers::{Bits, Source};
 use crate::promises::finite_robot;
 use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::ParameterFlash;
-use delta_cal_host::device::{
-    self, Client, DeviceError, Patience, Transport, apply, calibrate, robot,
-};
+use delta_cal_host::device::{self, Client, DeviceError, Patience, Transport, apply, calibrate};
 use delta_cal_host::files::example;
 use delta_cal_host::{InputText, Readings, RobotFile};
 use delta_cal_protocol::{

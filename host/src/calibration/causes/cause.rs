@@ -1,6 +1,6 @@
 //! A cause of residuals that the model does not hold, in figures and in words.
 
-use crate::text::numbers::significant;
+use crate::text::significant;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
 use std::fmt;

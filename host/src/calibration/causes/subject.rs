@@ -1,22 +1,19 @@
 //! A solution and its residuals, as rows of a regression.
 
 use super::cause::{Cause, CauseKind};
-use super::hypotheses::{self, Place};
 use super::regression::{Regression, Rows};
-use crate::files::samples_file::READINGS;
-use crate::files::samples_file::{ReadingFrom, Readings};
+use super::{Place, columns, movements};
+use crate::files::samples_file::{READINGS, ReadingFrom, Readings};
 use crate::fit::Solution;
 use crate::fit::solution::Sensitivity;
-use crate::geometry::directions::Directions;
-use delta_cal::{ArmIndex, Robot, Sample};
+use crate::geometry::Directions;
+use delta_cal::{Robot, Sample};
 use nalgebra::{DVector, Matrix3, SVector, Vector3};
 
 /// A residual of more scales counts as if it were that large, so that one wrong reading is no cause.
 const LARGEST_RESIDUAL: f64 = 4.0;
 /// The median of the size of a standard normal number.
 const MEDIAN: f64 = 0.6745;
-/// Points of a curve.
-const POINTS: u32 = 60;
 
 /// A solution, and the readings that it is of.
 pub(crate) struct Subject<'a> {
@@ -40,18 +37,6 @@ pub(super) struct Counted<'a> {
     place: Place,
     sensitivity: &'a Sensitivity,
     residuals: SVector<f64, READINGS>,
-    complete: bool,
-}
-
-/// One arm's closure errors over its joint angle.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct ArmResiduals {
-    /// Joint angle (radians) and f/(2 Lb) (mm, along the forearm) of every row with x, y and z that counts, with the
-    /// parameters as they are once the causes found are taken into account.
-    pub points: Vec<(f64, f64)>,
-    /// The same of the causes found in this joint, where the other joints have their mean angles; two
-    /// curves of a backlash, one for each direction. Empty if none was found.
-    pub curves: Vec<Vec<(f64, f64)>>,
 }
 
 impl At {
@@ -114,7 +99,6 @@ impl<'a> Subject<'a> {
                     },
                     sensitivity,
                     residuals: SVector::from(self.solution.rows[index].whitened),
-                    complete: reading.sample().is_some(),
                 })
             });
         counted.collect()
@@ -144,13 +128,12 @@ impl<'a> Subject<'a> {
         let unknowns = solution.covariance.nrows();
         let drive = solution.robot.drive();
         let ranges = self.ranges();
-        let mut rows = Rows::new(unknowns, hypotheses::columns(drive));
+        let mut rows = Rows::new(unknowns, columns(drive));
         let largest = LARGEST_RESIDUAL * scale(counted);
         for c in counted {
-            let movements = |at: &At| {
-                hypotheses::movements(drive, &at.by_joints, &at.joints, &ranges, &c.place)
-            };
-            let (own, other) = (movements(&c.at), c.other.as_ref().map(movements));
+            let movements_at =
+                |at: &At| movements(drive, &at.by_joints, &at.joints, &ranges, &c.place);
+            let (own, other) = (movements_at(&c.at), c.other.as_ref().map(movements_at));
             for reading in 0..READINGS {
                 let [by_own, by_other] = c.sensitivity.by_positions.map(|all| all[reading]);
                 let read = c.sensitivity.by_unknowns.row(reading);
@@ -237,55 +220,6 @@ impl<'a> Subject<'a> {
             0.0
         }
     }
-
-    /// The arms' closure errors over their joint angles, and what the causes found make of them.
-    pub(super) fn arms(
-        &self,
-        counted: &[Counted<'_>],
-        found: &[Cause],
-        coefficients: Option<&DVector<f64>>,
-    ) -> [ArmResiduals; 3] {
-        let robot = &self.solution.robot;
-        let unknowns = self.solution.covariance.nrows();
-        let complete: Vec<_> = counted.iter().filter(|c| c.complete).collect();
-        let number = complete.iter().fold(0.0, |count, _| count + 1.0);
-        let mean = std::array::from_fn(|joint| {
-            complete.iter().map(|c| c.at.joints[joint]).sum::<f64>() / number
-        });
-        let residuals: Vec<_> = complete
-            .iter()
-            .filter_map(|c| {
-                let mut residuals = c.residuals;
-                if let Some(coefficients) = coefficients {
-                    let own = c.sensitivity.by_unknowns.columns(0, unknowns);
-                    residuals -= own * coefficients.rows(0, unknowns);
-                }
-                let [x, y, z, ..] = c.sensitivity.by_positions[0];
-                let in_sigma = Matrix3::from_columns(&[x, y, z]).transpose();
-                let apart = in_sigma.try_inverse()? * residuals.fixed_rows::<3>(0);
-                Some((c.at, apart))
-            })
-            .collect();
-        ArmIndex::ALL.map(|index| {
-            let arm = robot.arm(index);
-            let points = residuals.iter().map(|(at, apart)| {
-                let q = at.joints[index.index()];
-                (
-                    q,
-                    arm.constraint_by_position(&at.position, q).dot(apart) / (2.0 * arm.lb()),
-                )
-            });
-            let points: Vec<_> = points.collect();
-            let own: Vec<_> = found
-                .iter()
-                .filter(|cause| cause.arm == Some(index))
-                .collect();
-            ArmResiduals {
-                curves: curves(robot, index, &points, mean, &own),
-                points,
-            }
-        })
-    }
 }
 
 /// The scale of the residuals, which some wrong readings do not change; not below the noise.
@@ -295,43 +229,4 @@ fn scale(counted: &[Counted<'_>]) -> f64 {
     sizes.sort_by(f64::total_cmp);
     let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
     (median / MEDIAN).max(1.0)
-}
-
-fn curves(
-    robot: &Robot<f64>,
-    index: ArmIndex,
-    points: &[(f64, f64)],
-    mean: [f64; 3],
-    own: &[&Cause],
-) -> Vec<Vec<(f64, f64)>> {
-    if own.is_empty() {
-        return Vec::new();
-    }
-    let backlash = own.iter().any(|cause| cause.kind == CauseKind::Backlash);
-    let directions: &[f64] = if backlash { &[-1.0, 1.0] } else { &[0.0] };
-    let angles = points.iter().map(|point| point.0);
-    let (low, high) = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| {
-        (low.min(q), high.max(q))
-    });
-    let arm = robot.arm(index);
-    let at = |q: f64, direction: f64| {
-        let mut joints = mean;
-        joints[index.index()] = q;
-        let position = robot.forward(&joints).ok()?;
-        let error: f64 = own
-            .iter()
-            .map(|cause| cause.joint_error(q, direction))
-            .sum();
-        let closure = -arm.constraint_by_joint(&position, q) * error;
-        Some((q, closure / (2.0 * arm.lb())))
-    };
-    directions
-        .iter()
-        .map(|direction| {
-            (0..=POINTS)
-                .map(|point| low + (high - low) * f64::from(point) / f64::from(POINTS))
-                .filter_map(|q| at(q, *direction))
-                .collect()
-        })
-        .collect()
 }

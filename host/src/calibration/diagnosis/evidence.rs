@@ -1,12 +1,12 @@
 //! How well the samples agree with the robot file if a fault is undone.
 
-use super::hypothesis::{Fault, are_two, faults, undone};
+use super::fault::{Fault, are_two, faults, undone};
 use crate::accuracy::rigid_motion::degenerate;
 use crate::calibration::judge::{Case, attempt};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{PositionUnit, Readings};
-use crate::fit::options::{Frame, Options};
-use crate::geometry::joint_limits::outside_limits;
+use crate::fit::{Frame, Options};
+use crate::geometry::outside_limits;
 use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
 use nalgebra::Vector3;

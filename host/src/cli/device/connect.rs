@@ -2,7 +2,7 @@
 
 use super::LinkArguments;
 use crate::cli::failure::Failure;
-use crate::device::{Client, Number, Patience, Port, Serial, Tcp, Transport};
+use crate::device::{Client, Number, Patience, Port, Transport};
 use delta_cal_protocol::{Identity, Scalar};
 use std::io;
 use std::sync::Arc;
@@ -106,19 +106,13 @@ fn open(arguments: &LinkArguments) -> Result<(Port, Box<dyn Transport>), Failure
             remedy: "--port /dev/ttyACM0 or --port tcp:HOST:PORT".to_owned(),
         });
     };
-    let transport: io::Result<Box<dyn Transport>> = match port {
-        Port::Serial(path) => Serial::open(path, arguments.baud.unwrap_or(BAUD))
-            .map(|serial| -> Box<dyn Transport> { Box::new(serial) }),
-        Port::Tcp(_) if arguments.baud.is_some() => {
-            return Err(Failure::Usage {
-                cause: format!("--baud has no meaning with --port {port}"),
-                remedy: "leave it out; it goes with a serial port".to_owned(),
-            });
-        }
-        Port::Tcp(address) => {
-            Tcp::connect(address).map(|tcp| -> Box<dyn Transport> { Box::new(tcp) })
-        }
-    };
+    if matches!(port, Port::Tcp(_)) && arguments.baud.is_some() {
+        return Err(Failure::Usage {
+            cause: format!("--baud has no meaning with --port {port}"),
+            remedy: "leave it out; it goes with a serial port".to_owned(),
+        });
+    }
+    let transport = port.open(arguments.baud.unwrap_or(BAUD));
     let transport = transport.map_err(|error| no_port(port, &error))?;
     Ok((port.clone(), transport))
 }

@@ -14,7 +14,7 @@ use crate::device::{
     robot as robot_of,
 };
 use crate::files::example;
-use crate::text::numbers::small;
+use crate::text::small;
 use crate::{
     CalibrateError, InputError, InputText, InstrumentFacts, Options, Readings, Record, RobotFile,
     calibrate, read_samples,

@@ -1,14 +1,13 @@
 //! From the text of a robot file to the robot.
 
 use super::schema::{
-    Kind, Linear, NoiseToml, Number, PointToml, Positive, RobotToml, Rotary, SensorFrameToml, Tag,
-    Words, arm_key,
+    ByAxis, Kind, Linear, NoiseToml, Number, PointToml, Positive, RobotToml, Rotary,
+    SensorFrameToml, Tag, Words, arm_key,
 };
 use super::{InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile};
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
-use crate::geometry::sweep::reaches_anywhere;
-use crate::text::words::count;
+use crate::files::input::{InputError, InputText};
+use crate::geometry::reaches_anywhere;
+use crate::text::count;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Drive, GeometryError};
 use delta_cal::{Noise, Robot};
@@ -89,7 +88,9 @@ fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
         ..InstrumentFacts::default()
     };
     let noise = match &toml.noise {
-        Some(own) => section(input, own, |own| noise(&K::noise(own), &mut instruments))?,
+        Some(own) => section(input, own, |own| {
+            noise(own, robot.drive(), &mut instruments)
+        })?,
         None => None,
     };
     for (name, spanned) in toml.planes {
@@ -191,22 +192,26 @@ fn impossible(error: GeometryError) -> String {
 }
 
 /// Of positions; `None` if the file states it of other readings only.
-fn noise(toml: &NoiseToml, facts: &mut InstrumentFacts) -> Result<Option<Noise<f64>>, String> {
-    facts.height_noise = toml.height;
-    facts.distance_noise = toml.distance;
+fn noise(
+    toml: &NoiseToml,
+    drive: Drive,
+    facts: &mut InstrumentFacts,
+) -> Result<Option<Noise<f64>>, String> {
+    facts.height_noise = toml.height_mm.map(|own| own.0);
+    facts.distance_noise = toml.distance_mm.map(|own| own.0);
+    let joint = toml.joint(drive)?;
     // The joints' is checked in either case.
-    let position = toml.position.unwrap_or([1.0; 3]);
-    let noise = Noise::by_axis(position, toml.joint).map_err(|error| error.to_string())?;
-    match (toml.position, toml.height, toml.distance) {
-        (Some(_), ..) => Ok(Some(noise)),
-        (None, None, None) => {
-            Err("one of position_mm, height_mm and distance_mm is needed".to_owned())
-        }
-        (None, ..) => {
-            facts.joint_noise = Some(toml.joint);
-            Ok(None)
-        }
+    let position = toml.position_mm.as_ref().map(ByAxis::values);
+    let noise = Noise::by_axis(position.unwrap_or([1.0; 3]), joint);
+    let noise = noise.map_err(|error| error.to_string())?;
+    if position.is_some() {
+        return Ok(Some(noise));
     }
+    if facts.height_noise.or(facts.distance_noise).is_none() {
+        return Err("one of position_mm, height_mm and distance_mm is needed".to_owned());
+    }
+    facts.joint_noise = Some(joint);
+    Ok(None)
 }
 
 fn point(name: String, line: u64, toml: &PointToml) -> Result<NamedPoint, &'static str> {

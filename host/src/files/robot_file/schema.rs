@@ -55,7 +55,7 @@ pub(super) struct RobotToml<K: Kind> {
     pub(super) arm: Option<Vec<Spanned<K::Arm>>>,
     pub(super) joints: Spanned<K::Joints>,
     pub(super) tolerance: Option<Spanned<K::Tolerance>>,
-    pub(super) noise: Option<Spanned<K::Noise>>,
+    pub(super) noise: Option<Spanned<NoiseToml>>,
     pub(super) sensor_frame: Option<Spanned<SensorFrameToml>>,
     #[serde(default)]
     pub(super) planes: BTreeMap<String, Spanned<PlaneToml>>,
@@ -75,26 +75,16 @@ pub(super) trait Kind {
     type Arm: DeserializeOwned;
     type Joints: DeserializeOwned;
     type Tolerance: DeserializeOwned;
-    type Noise: DeserializeOwned;
 
     fn robot(nominal: &Self::Nominal) -> Result<Robot<f64>, GeometryError>;
     fn arm(arm: &Self::Arm) -> Result<Arm<f64>, GeometryError>;
     /// With the largest angle of a forearm out of its arm's plane.
     fn joints(joints: &Self::Joints) -> Result<(JointLimits<f64>, Option<f64>), String>;
     fn tolerance(tolerance: &Self::Tolerance) -> Result<Tolerances, String>;
-    fn noise(noise: &Self::Noise) -> NoiseToml;
 }
 
 /// What `[tolerance]` says of the geometry, and of transmissions that are to be found.
 pub(super) type Tolerances = (Tolerance<f64>, Option<TransmissionTolerance<f64>>);
-
-/// What `[noise]` says, the joints' in radians or mm.
-pub(super) struct NoiseToml {
-    pub(super) position: Option<[f64; 3]>,
-    pub(super) height: Option<f64>,
-    pub(super) distance: Option<f64>,
-    pub(super) joint: f64,
-}
 
 /// Motors turn the arms.
 pub(super) struct Rotary;
@@ -223,24 +213,24 @@ pub(super) struct LinearTolerance {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RotaryNoise {
-    position_mm: Option<ByAxis>,
-    height_mm: Option<Positive>,
-    distance_mm: Option<Positive>,
-    joint_deg: Number,
+pub(super) struct NoiseToml {
+    pub(super) position_mm: Option<ByAxis>,
+    pub(super) height_mm: Option<Positive>,
+    pub(super) distance_mm: Option<Positive>,
+    joint_deg: Option<Number>,
+    joint_mm: Option<Number>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-#[expect(
-    clippy::struct_field_names,
-    reason = "the names are the keys of the file"
-)]
-pub(super) struct LinearNoise {
-    position_mm: Option<ByAxis>,
-    height_mm: Option<Positive>,
-    distance_mm: Option<Positive>,
-    joint_mm: Number,
+impl NoiseToml {
+    /// The joints', radians or mm.
+    pub(super) fn joint(&self, drive: Drive) -> Result<f64, &'static str> {
+        match (drive, self.joint_deg, self.joint_mm) {
+            (Drive::Rotary, Some(own), None) => Ok(own.radians()),
+            (Drive::Linear, None, Some(own)) => Ok(own.0),
+            (Drive::Rotary, ..) => Err("this robot's joint noise is joint_deg"),
+            (Drive::Linear, ..) => Err("this robot's joint noise is joint_mm"),
+        }
+    }
 }
 
 impl Kind for Rotary {
@@ -248,7 +238,6 @@ impl Kind for Rotary {
     type Arm = RotaryArm;
     type Joints = RotaryJoints;
     type Tolerance = RotaryTolerance;
-    type Noise = RotaryNoise;
 
     fn robot(nominal: &RotaryNominal) -> Result<Robot<f64>, GeometryError> {
         SymmetricRobot {
@@ -307,15 +296,6 @@ impl Kind for Rotary {
             )),
         }
     }
-
-    fn noise(noise: &RotaryNoise) -> NoiseToml {
-        NoiseToml {
-            position: noise.position_mm.as_ref().map(ByAxis::values),
-            height: noise.height_mm.map(|height| height.0),
-            distance: noise.distance_mm.map(|distance| distance.0),
-            joint: noise.joint_deg.radians(),
-        }
-    }
 }
 
 impl Kind for Linear {
@@ -323,7 +303,6 @@ impl Kind for Linear {
     type Arm = LinearArm;
     type Joints = LinearJoints;
     type Tolerance = LinearTolerance;
-    type Noise = LinearNoise;
 
     fn robot(nominal: &LinearNominal) -> Result<Robot<f64>, GeometryError> {
         let geometry = SymmetricLinearRobot {
@@ -370,15 +349,6 @@ impl Kind for Linear {
             })
             .map_err(|error| error.to_string())?;
         Ok((geometry, None))
-    }
-
-    fn noise(noise: &LinearNoise) -> NoiseToml {
-        NoiseToml {
-            position: noise.position_mm.as_ref().map(ByAxis::values),
-            height: noise.height_mm.map(|height| height.0),
-            distance: noise.distance_mm.map(|distance| distance.0),
-            joint: noise.joint_mm.0,
-        }
     }
 }
 
@@ -517,7 +487,7 @@ pub(super) enum ByAxis {
 }
 
 impl ByAxis {
-    fn values(&self) -> [f64; 3] {
+    pub(super) fn values(&self) -> [f64; 3] {
         match self {
             Self::One(number) => [number.0; 3],
             Self::Three(numbers) => numbers.map(|number| number.0),

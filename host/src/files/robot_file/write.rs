@@ -2,8 +2,7 @@
 
 use super::schema::{TRANSMISSION_KEYS, arm_key};
 use super::{Record, RobotFile};
-use crate::text::joint;
-use crate::text::units::degrees;
+use crate::text::{degrees, joint};
 use delta_cal::Parameter;
 use delta_cal::robot::{Drive, ParameterKind};
 use std::fmt::Write;

@@ -2,8 +2,8 @@
 
 use super::records::{IGNORED, Records};
 use crate::files::columns::{COUNT, ColumnName, Quantity, Unit};
-use crate::files::input_error::InputError;
-use crate::text::words::{count, list};
+use crate::files::input::InputError;
+use crate::text::{count, list};
 use csv::StringRecord;
 
 pub(super) const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad, and _cm, _m, \

@@ -1,8 +1,7 @@
 //! The header and the records of a table, each with its line, however its fields are separated.
 
 use crate::files::columns::ColumnName;
-use crate::files::input_error::InputError;
-use crate::files::input_text::InputText;
+use crate::files::input::{InputError, InputText};
 use csv::{ReaderBuilder, StringRecord};
 use std::borrow::Cow;
 
@@ -58,10 +57,10 @@ impl<'a> Records<'a> {
     }
 
     /// Every record with its line, without comments and empty lines.
-    pub(super) fn each<E: From<InputError>>(
+    pub(super) fn each(
         &self,
-        mut take: impl FnMut(u64, &StringRecord) -> Result<(), E>,
-    ) -> Result<(), E> {
+        mut take: impl FnMut(u64, &StringRecord) -> Result<(), InputError>,
+    ) -> Result<(), InputError> {
         let first_line = self.header_line + 1;
         let below = self.input.text().get(self.below..).unwrap_or_default();
         let block = match self.separator {
@@ -94,7 +93,7 @@ impl<'a> Records<'a> {
                 return Ok(());
             }
             if record.as_slice().contains('\n') {
-                return Err(self.unclosed_quote(&block, first_line, start).into());
+                return Err(self.unclosed_quote(&block, first_line, start));
             }
             // The reader's own position of a record is that of the comments before it. The record ends
             // where the reader now stands: at the start of the next line or at the end of the text.

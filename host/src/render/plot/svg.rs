@@ -1,6 +1,6 @@
 //! Figures as SVG.
 
-use super::{Colour, Figure, PlotError, Series, Shape};
+use super::{Colour, Figure, Series, Shape};
 use maud::html;
 use std::fmt::Write;
 
@@ -18,8 +18,8 @@ const ROW: f64 = 20.0;
 const KEY: f64 = 22.0;
 /// Between the sample and its name, and twice that between two entries.
 const GAP: f64 = 8.0;
-/// Opacity of bands and regions.
-const BAND: f64 = 0.2;
+/// Opacity of regions.
+const REGION: f64 = 0.2;
 /// More discs than this are drawn smaller.
 const MANY: usize = 250;
 /// Width of lines.
@@ -33,12 +33,9 @@ type Place = (f64, f64);
 
 impl Figure {
     /// As SVG. Colours are attributes, so that a style sheet can change them for a dark page.
-    ///
-    /// # Errors
-    /// An axis without a usable range, or a figure too small for its labels.
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub fn to_svg(&self) -> String {
         let (width, height) = (f64::from(self.width), f64::from(self.height));
-        let (x, y) = (self.x.ends()?, self.y.ends()?);
+        let (x, y) = (self.x.ends(), self.y.ends());
         let y_ticks = self.y.ticks(y, most(height, BETWEEN_LABELS.1));
         let widest = y_ticks.iter().map(|(_, text)| text_width(text));
         let beside = if self.y.label.is_empty() { 14.0 } else { 34.0 };
@@ -50,9 +47,6 @@ impl Figure {
         let (entries, above) = self.legend(left, width - MARGIN);
         let top = MARGIN + above;
         let size = (width - left - MARGIN - 8.0, height - top - below);
-        if size.0 < BETWEEN_LABELS.0 || size.1 < BETWEEN_LABELS.1 {
-            return Err(PlotError::Size);
-        }
         let (x, y) = if self.equal_scales {
             equal(x, y, size)
         } else {
@@ -80,7 +74,7 @@ impl Figure {
             frame.draw(series, &mut svg);
         }
         svg.0.push_str("</svg>\n");
-        Ok(svg.0)
+        svg.0
     }
 
     /// Where each named series goes in the legend, and the legend's height.
@@ -192,19 +186,13 @@ impl Frame<'_> {
     fn draw(&self, series: &Series, svg: &mut Svg) {
         let style = series.style();
         match &series.shape {
-            Shape::Line(points) | Shape::Dashed(points) => svg.line(&self.all(points), &style),
-            Shape::Segments(segments) | Shape::Hairlines(segments) => {
+            Shape::Dashed(points) => svg.line(&self.all(points), &style),
+            Shape::Segments(segments) => {
                 for segment in segments {
                     svg.line(&self.all(segment), &style);
                 }
             }
             Shape::Region(outline) => svg.area(&self.all(outline), &style),
-            Shape::Band(band) => {
-                let upper = band.iter().map(|&(x, _, upper)| (x, upper));
-                let lower = band.iter().rev().map(|&(x, lower, _)| (x, lower));
-                let outline: Vec<_> = upper.chain(lower).collect();
-                svg.area(&self.all(&outline), &style);
-            }
             Shape::Tiles(tiles, _) => {
                 for &[(x1, y1), (x2, y2)] in tiles {
                     let corners = [(x1, y1), (x2, y1), (x2, y2), (x1, y2)];
@@ -216,7 +204,7 @@ impl Frame<'_> {
                     svg.area(&self.all(outline), &format!("fill=\"{}\"", hex(*shade)));
                 }
             }
-            Shape::Points(points) | Shape::Rings(points) | Shape::Diamonds(points) => {
+            Shape::Points(points) | Shape::Rings(points) => {
                 for at in self.within(points) {
                     svg.mark(series, at);
                 }
@@ -239,12 +227,11 @@ impl Series {
         let line = |width: f64| format!("fill=\"none\" stroke=\"{hex}\" stroke-width=\"{width}\"");
         let filled = |opacity: f64| format!("fill=\"{hex}\" opacity=\"{}\"", rounded(opacity));
         match &self.shape {
-            Shape::Line(_) | Shape::Segments(_) | Shape::Rings(_) => line(LINE),
+            Shape::Segments(_) | Shape::Rings(_) => line(LINE),
             Shape::Dashed(_) => line(LINE) + " stroke-dasharray=\"8 6\"",
-            Shape::Hairlines(_) => line(1.0) + " opacity=\"0.4\"",
-            Shape::Band(_) | Shape::Region(_) => filled(BAND),
+            Shape::Region(_) => filled(REGION),
             Shape::Tiles(_, opacity) => filled(*opacity),
-            Shape::Patches(_) | Shape::Points(_) | Shape::Diamonds(_) | Shape::Labels(_) => {
+            Shape::Patches(_) | Shape::Points(_) | Shape::Labels(_) => {
                 format!("fill=\"{hex}\"")
             }
         }
@@ -272,13 +259,9 @@ impl Svg {
         }
     }
 
-    /// A disc, a ring or a diamond.
+    /// A disc or a ring.
     fn mark(&mut self, series: &Series, (x, y): Place) {
         let radius = match &series.shape {
-            Shape::Diamonds(_) => {
-                let corners = [(x - 5.0, y), (x, y - 5.0), (x + 5.0, y), (x, y + 5.0)];
-                return self.area(&corners, &series.style());
-            }
             Shape::Points(points) if points.len() > MANY => 1.75,
             Shape::Points(_) => 2.75,
             _ => RING,
@@ -304,10 +287,10 @@ impl Svg {
     fn entry(&mut self, series: &Series, (x, y): Place) {
         let (low, high, right, style) = (y - 6.0, y + 6.0, x + KEY, series.style());
         match &series.shape {
-            Shape::Line(_) | Shape::Segments(_) | Shape::Hairlines(_) | Shape::Dashed(_) => {
+            Shape::Segments(_) | Shape::Dashed(_) => {
                 self.line(&[(x, y), (right, y)], &style);
             }
-            Shape::Points(_) | Shape::Rings(_) | Shape::Diamonds(_) => {
+            Shape::Points(_) | Shape::Rings(_) => {
                 self.mark(series, (x + KEY / 2.0, y));
             }
             Shape::Labels(_) => {}

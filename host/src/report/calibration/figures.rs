@@ -1,14 +1,11 @@
 //! The figures of the page.
 
 use super::{ParameterReport, Report, SampleReport};
-use crate::accuracy::uncertainty_map::{Plane, Slice, UncertaintyMap};
-use crate::geometry::range::range;
+use crate::accuracy::uncertainty::Slice;
+use crate::geometry::range;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
-use crate::text::joint;
-use crate::text::numbers::{significant, small};
-use crate::text::units::in_unit;
+use crate::text::{in_unit, significant, small};
 use delta_cal::Tolerance;
-use delta_cal::calibration::limits::chi_square_quantile;
 
 const ARMS: [Colour; 3] = [Colour::Blue, Colour::Vermilion, Colour::Green];
 /// Samples left out that get their line written beside them.
@@ -33,19 +30,13 @@ fn arm_name(arm: usize) -> String {
     format!("arm {}", arm + 1)
 }
 
-/// Change ± σ of every parameter, in tolerances or, without, in σ; `None` if there is nothing to show.
+/// Change ± σ of every parameter in tolerances; `None` without a tolerance.
 pub(super) fn parameters(report: &Report) -> Option<(Figure, &'static str)> {
-    let rows = rows(report);
-    match &report.before.tolerance {
-        Some(tolerance) => Some((
-            in_tolerances(report, &rows, tolerance),
-            "Change of each parameter in tolerances, with a bar of one σ to both sides. Shaded: one tolerance.",
-        )),
-        None => Some((
-            in_sigmas(&rows)?,
-            "Change of each parameter in σ, whatever its sign. Left of the dashed line it is smaller than its σ.",
-        )),
-    }
+    let tolerance = report.before.tolerance.as_ref()?;
+    Some((
+        in_tolerances(report, &rows(report), tolerance),
+        "Change of each parameter in tolerances, with a bar of one σ to both sides. Shaded: one tolerance.",
+    ))
 }
 
 /// The parameters of an arm, each with its row.
@@ -114,30 +105,6 @@ fn in_tolerances(report: &Report, rows: &[Row<'_>], tolerance: &Tolerance<f64>) 
     figure
 }
 
-fn in_sigmas(rows: &[Row<'_>]) -> Option<Figure> {
-    let scaled = |own: &ParameterReport| {
-        let ratio = (own.change / own.sigma).abs();
-        (ratio.is_finite() && ratio > LEAST).then_some(ratio)
-    };
-    let (low, high) = decades(rows.iter().filter_map(|(_, own)| scaled(own)))?;
-    let (low, high) = (low.min(0.1), high.max(10.0));
-    let mut figure = Figure::new(
-        Axis::logarithmic("size of the change, σ", low, high),
-        names(rows),
-    )
-    .sized(800, 560)
-    .with(
-        "one σ",
-        Colour::Ink,
-        Shape::Dashed(vec![(1.0, -0.5), (1.0, 23.5)]),
-    );
-    for (arm, colour) in ARMS.into_iter().enumerate() {
-        let dots = of_arm(rows, arm).filter_map(|(row, own)| Some((scaled(own)?, row)));
-        figure = figure.with(arm_name(arm), colour, Shape::Points(dots.collect()));
-    }
-    Some(figure)
-}
-
 /// The powers of ten around positive values.
 fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let logarithms = values.filter(|value| *value > LEAST).map(f64::log10);
@@ -203,144 +170,30 @@ pub(super) fn residuals(report: &Report) -> Option<Figure> {
     Some(with_suspected(figure, report, |s| s.error_after_mm))
 }
 
-/// Every sample after the calibration, in σ of the noise.
-pub(super) fn residuals_in_sigmas(report: &Report) -> Option<Figure> {
-    let samples = || report.samples.iter();
-    let value: Value = |s| Some(s.error_after_sigma);
-    let (low, high) = decades(samples().filter_map(value))?;
-    let (low, high) = (low.min(0.1), high.max(10.0));
-    let (left, right) = lines(report)?;
-    let level = |at: f64| Shape::Dashed(vec![(left, at), (right, at)]);
-    let figure = Figure::new(
-        Axis::linear("line in the samples file", left, right),
-        Axis::logarithmic("residual after, σ", low, high),
-    )
-    .sized(800, 300)
-    .with(
-        "after",
-        Colour::Blue,
-        Shape::Points(over_lines(samples(), value)),
-    )
-    .with("expected", Colour::Ink, level(1.0))
-    .with(
-        "hardly by chance",
-        Colour::Vermilion,
-        level((chi_square_quantile(3.0_f64) / 3.0).sqrt()),
-    );
-    Some(with_suspected(figure, report, value))
-}
-
-/// The closure errors of each arm over its joint angle, with the curves of what was found; none where
-/// nothing is left over.
-pub(super) fn closures(report: &Report) -> Vec<(Figure, String)> {
-    let arms = &report.residuals_of_arms.arms;
-    let sizes = arms.iter().flat_map(|arm| {
-        let curves = arm.curves.iter().flatten();
-        arm.points.iter().chain(curves).map(|point| point.1.abs())
-    });
-    let extent = 1.1 * sizes.fold(0.0, f64::max);
-    let limits = &report.before.limits;
-    let drive = limits.drive();
-    let in_file = |q: f64| joint::in_file(drive, q);
-    let (low, high) = (in_file(limits.minimum()), in_file(limits.maximum()));
-    let names = joint::names(drive).map(|name| name.replace("deg", "°"));
-    if !(extent > LEAST) {
-        return Vec::new();
-    }
-    let in_degrees = |points: &[(f64, f64)]| -> Vec<_> {
-        points
-            .iter()
-            .map(|(q, value)| (in_file(*q), *value))
-            .collect()
-    };
-    let panels = arms
-        .iter()
-        .zip(ARMS)
-        .enumerate()
-        .map(|(arm, (residuals, colour))| {
-            let mut figure = Figure::new(
-                Axis::linear(names[arm].clone(), low, high),
-                Axis::linear("closure error, mm", -extent, extent),
-            )
-            .sized(420, 300)
-            .with(
-                "",
-                Colour::Ink,
-                Shape::Dashed(vec![(low, 0.0), (high, 0.0)]),
-            )
-            .with("", colour, Shape::Points(in_degrees(&residuals.points)));
-            for curve in &residuals.curves {
-                figure = figure.with("", Colour::Ink, Shape::Line(in_degrees(curve)));
-            }
-            (figure, format!("Arm {}", arm + 1))
-        });
-    panels.collect()
-}
-
-/// Where in their range the samples have each joint.
-pub(super) fn joints(report: &Report) -> Figure {
-    let limits = &report.before.limits;
-    let drive = limits.drive();
-    let in_file = |q: f64| joint::in_file(drive, q);
-    let (low, high) = (in_file(limits.minimum()), in_file(limits.maximum()));
-    let margin = 0.04 * (high - low);
-    let limit = |at: f64| [(at, -0.4), (at, 2.4)];
-    let points = report.samples.iter().flat_map(|sample| {
-        let joints = sample.joints.map(in_file);
-        joints.into_iter().zip([0.0, 1.0, 2.0])
-    });
-    let letter = joint::letter(drive);
-    let names = [1, 2, 3].map(|joint| format!("{letter}{joint}"));
-    Figure::new(
-        Axis::linear(
-            format!("{}, {}", joint::name(drive), joint::mark(drive).trim()),
-            low - margin,
-            high + margin,
-        ),
-        Axis::named("", names.to_vec()),
-    )
-    .sized(800, 170)
-    .with(
-        "joint limits",
-        Colour::Ink,
-        Shape::Segments(vec![limit(low), limit(high)]),
-    )
-    .with("samples", Colour::Blue, Shape::Points(points.collect()))
-}
-
 /// Each slice with its caption, all in the same shades.
-pub(super) fn slices(map: &UncertaintyMap) -> Vec<(Figure, String)> {
-    let cells = map.slices.iter().flat_map(|slice| &slice.cells);
+pub(super) fn slices(map: &[Slice]) -> Vec<(Figure, String)> {
+    let cells = map.iter().flat_map(|slice| &slice.cells);
     let (least, most) = range(cells.map(|(_, sigma)| *sigma));
     // Equal steps of the logarithm: near the edges the uncertainty is many times that inside.
     let levels: Vec<_> = (1..=SHADES)
         .map(|shade| least * (most / least).powf(f64::from(shade) / f64::from(SHADES)))
         .collect();
-    map.slices
-        .iter()
+    map.iter()
         .map(|slice| (slice_figure(slice, &levels), caption(slice)))
         .collect()
 }
 
 fn caption(slice: &Slice) -> String {
-    let place = match slice.plane {
-        Plane::Horizontal(z) => format!("From above, at z = {z:.0} mm"),
-        Plane::Vertical => "From the side, at y = 0".to_owned(),
+    let place = match slice.z_mm {
+        Some(z) => format!("From above, at z = {z:.0} mm"),
+        None => "From the side, at y = 0".to_owned(),
     };
-    slice.rms_and_max().map_or_else(
-        || place.clone(),
-        |(rms, max)| {
-            format!(
-                "{place}: {} mm rms, {} mm at worst.",
-                small(rms),
-                small(max)
-            )
-        },
-    )
+    let (rms, max) = (small(slice.rms_mm), small(slice.max_mm));
+    format!("{place}: {rms} mm rms, {max} mm at worst.")
 }
 
 fn slice_figure(slice: &Slice, levels: &[f64]) -> Figure {
-    let vertical = slice.plane == Plane::Vertical;
+    let vertical = slice.z_mm.is_none();
     let placed: Vec<_> = slice
         .cells
         .iter()

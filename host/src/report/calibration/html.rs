@@ -1,15 +1,11 @@
 //! The report as one HTML file that opens from disk: everything it needs is in it.
 
-use super::super::printer;
 use super::{Report, figures, text};
-use crate::fit::options::Frame;
+use crate::fit::Frame;
 use crate::render::page::{self, figure, tile};
-use crate::render::plot::{Figure, PlotError};
-use crate::render::section::Section;
-use crate::render::table::Table;
-use crate::text::numbers::{probability, significant, small_or};
-use crate::text::words::capitalised;
-use crate::text::{joint, tolerance};
+use crate::render::plot::Figure;
+use crate::render::{Section, Table};
+use crate::text::{capitalised, in_words, joint, probability, significant, small_or};
 use maud::{Markup, html};
 
 /// So many samples or fewer are shown without being asked for.
@@ -17,21 +13,18 @@ const SHOWN: usize = 40;
 /// A page has no more.
 const MOST: usize = 2500;
 
-/// The whole report.
-pub(super) fn render(report: &Report) -> String {
+/// The whole report, with this first.
+pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
     let title = format!("Calibration of {}", report.robot_file);
     let mut parts = vec![
         with_figure(text::parameters(report), figures::parameters(report)),
         residuals(report),
         text::noise(report),
-        unmodelled(report),
+        text::causes(report).unwrap_or_else(|| text::no_causes(report)),
     ];
     parts.push(uncertain(report));
     parts.extend(text::places(report));
-    parts.extend(text::next(report).map(|next| {
-        let caption = "Joint positions of the samples within the joint limits.";
-        with_figure(next, Some((figures::joints(report), caption)))
-    }));
+    parts.extend(text::next(report));
     parts.push(glossary());
     let body = html! {
         h1 { (title) }
@@ -40,11 +33,7 @@ pub(super) fn render(report: &Report) -> String {
         @if let Some(document) = &report.document { (document.page()) }
         (tiles(report))
         @if let Some(limit) = text::limit(report) { (limit) }
-        @if let Some(printer) = &report.printer {
-            ol { @for statement in printer::statements(report, printer) { li { (statement) } } }
-            @if let Some(lines) = &printer.lines { pre { (lines) } }
-            @for note in &printer.notes { p.note { (note) } }
-        }
+        @if let Some(first) = first { (first) }
         (text::findings(report))
         @for part in &parts { (part) }
     };
@@ -55,7 +44,7 @@ fn stated(report: &Report) -> String {
     let drive = report.before.robot.drive();
     let tolerance = report.before.tolerance.as_ref();
     let tolerance = tolerance.map_or_else(String::new, |own| {
-        format!(" Tolerance: {}.", tolerance::in_words(drive, own))
+        format!(" Tolerance: {}.", in_words(drive, own))
     });
     let frame = match report.frame {
         Frame::Base => "",
@@ -64,21 +53,9 @@ fn stated(report: &Report) -> String {
     format!("{tolerance}{frame}")
 }
 
-/// A figure, or why there is none; no figure is known that cannot be drawn.
-fn drawn(drawing: &Figure, caption: &str) -> Markup {
-    match figure(drawing, caption) {
-        Ok(markup) => markup,
-        Err(error) => of_error(&error),
-    }
-}
-
-fn of_error(error: &PlotError) -> Markup {
-    html! { p.note { "This figure cannot be drawn: " (error.to_string()) "." } }
-}
-
-fn with_figure(section: Section, figure: Option<(Figure, &str)>) -> Section {
-    match figure {
-        Some((figure, caption)) => section.after(drawn(&figure, caption)),
+fn with_figure(section: Section, drawing: Option<(Figure, &str)>) -> Section {
+    match drawing {
+        Some((drawing, caption)) => section.after(figure(&drawing, caption)),
         None => section,
     }
 }
@@ -120,12 +97,7 @@ fn residuals(report: &Report) -> Section {
     let mut section = text::errors(report);
     if let Some(residuals) = figures::residuals(report) {
         let caption = "Distance of each position, or the largest residual of other readings, before and after.";
-        section = section.in_page(drawn(&residuals, caption));
-    }
-    if let Some(in_sigmas) = figures::residuals_in_sigmas(report) {
-        let caption = "Residuals after the calibration in σ of their noise; 1 is expected. Beyond the upper line is one sample in \
-                       three million, if the noise is right.";
-        section = section.in_page(drawn(&in_sigmas, caption));
+        section = section.in_page(figure(&residuals, caption));
     }
     section.table(samples(report))
 }
@@ -165,28 +137,13 @@ fn samples(report: &Report) -> Table {
         )
 }
 
-fn unmodelled(report: &Report) -> Section {
-    let section = text::causes(report).unwrap_or_else(|| text::no_causes(report));
-    let figures = figures::closures(report);
-    if figures.is_empty() {
-        return section;
-    }
-    let panels = html! {
-        div.views { @for (panel, caption) in &figures { (drawn(panel, caption)) } }
-    };
-    section.in_page(panels).note(
-        "What is left of each arm's closure error along its forearm, over its joint. A curve in these points is an error of the \
-         joint that the model cannot represent; a line shows the causes found.",
-    )
-}
-
 fn uncertain(report: &Report) -> Section {
     let section = text::expected(report).note(text::contents());
-    let Some(map) = &report.map else {
+    if report.position_uncertainty.is_empty() {
         return section;
-    };
+    }
     let slices = html! {
-        div.views { @for (slice, caption) in figures::slices(map) { (drawn(&slice, &caption)) } }
+        div.views { @for (slice, caption) in figures::slices(&report.position_uncertainty) { (figure(&slice, &caption)) } }
     };
     section.in_page(slices).note(
         "Shades: absolute σ of the position at that place, in mm; the same shades in all figures.",

@@ -3,14 +3,10 @@
 use super::{ArmReport, ParameterReport, Report};
 use crate::calibration::Level;
 use crate::calibration::causes::CauseKind;
-use crate::calibration::noise_test::NoiseVerdict;
-use crate::fit::options::Frame;
-use crate::render::section::{Part, Section};
-use crate::render::table::Table;
-use crate::render::terminal;
-use crate::text::joint;
-use crate::text::numbers::{probability, significant, small};
-use crate::text::words::{count, list};
+use crate::calibration::credibility::NoiseVerdict;
+use crate::fit::Frame;
+use crate::render::{Part, Section, Table, terminal};
+use crate::text::{count, joint, list, probability, significant, small};
 
 /// Rows of the terminal's list of samples that were left out.
 const CONTENTS: &str = "The expanded uncertainty covers the noise of the measurement, what the samples leave undetermined within \
@@ -227,7 +223,7 @@ pub(super) fn expected(report: &Report) -> Section {
     {
         section = section.text(format!(
             "The calibration moves positions by {} mm rms. Chance that it makes the robot worse: {}.",
-            significant(own.change_mm, 2),
+            significant(own.change, 2),
             probability(chance)
         ));
     }

@@ -1,9 +1,8 @@
 //! What makes a report a document: whose it is, of which robot and files, and when it was written.
 
-use crate::files::input_text::InputText;
+use crate::files::input::InputText;
 use crate::files::robot_file::Record;
 use jiff::Timestamp;
-use maud::{Markup, html};
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
 
@@ -80,7 +79,7 @@ impl Document {
     }
 
     /// What is known, each with its name.
-    fn entries(&self) -> Vec<(&'static str, String)> {
+    pub(crate) fn entries(&self) -> Vec<(&'static str, String)> {
         let record = &self.record;
         let stated = [
             ("Robot", &record.name),
@@ -95,18 +94,5 @@ impl Document {
         let version = env!("CARGO_PKG_VERSION");
         let written = format!("{} (UTC), by delta-cal {version}", self.date());
         stated.chain([("Report written on", written)]).collect()
-    }
-
-    /// For a page.
-    pub(super) fn page(&self) -> Markup {
-        html! {
-            dl.document {
-                @for (name, value) in self.entries() { dt { (name) } dd { (value) } }
-                @for (kind, source) in [("Robot file", &self.robot), ("Samples file", &self.samples)] {
-                    dt { (kind) }
-                    dd { (source.name) br; span.hash { "SHA-256 " (source.sha256) } }
-                }
-            }
-        }
     }
 }

@@ -1,6 +1,6 @@
-//! Quantiles of χ², also of millions of degrees of freedom.
+//! Quantiles of χ², and from a standard uncertainty to an expanded one.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
 /// Above it the library's search for a quantile is less exact, and above some millions it does not end.
 const MANY_DEGREES: f64 = 1e4;
@@ -15,6 +15,31 @@ pub(crate) fn quantile(freedom: f64, probability: f64) -> Option<f64> {
         return Some(freedom * (1.0 - part + normal * part.sqrt()).powi(3));
     }
     Some(ChiSquared::new(freedom).ok()?.inverse_cdf(probability))
+}
+
+/// Of a normal distribution, within two standard deviations: the probability that k = 2 stands for.
+const LEVEL: f64 = 0.9545;
+/// Below, a Student distribution has no variance.
+const LEAST_FREEDOM: f64 = 2.0;
+
+/// Of a noise that is stated.
+const STATED: f64 = 2.0;
+
+/// k, by which a standard uncertainty is multiplied for the expanded uncertainty of 95 % (GUM, 6.2 and G.3).
+///
+/// Of a noise that was estimated with these degrees of freedom ν it is Student's: the standard uncertainties of a
+/// calibration are that distribution's standard deviations, and contain √(ν/(ν − 2)) already. `None` where it has none.
+pub(crate) fn coverage_factor(estimated_freedom: Option<f64>) -> Option<f64> {
+    let Some(freedom) = estimated_freedom else {
+        return Some(STATED);
+    };
+    if !(freedom > LEAST_FREEDOM) {
+        return None;
+    }
+    let student = StudentsT::new(0.0, 1.0, freedom).ok()?;
+    let quantile = student.inverse_cdf(f64::midpoint(1.0, LEVEL));
+    let factor = quantile * ((freedom - LEAST_FREEDOM) / freedom).sqrt();
+    factor.is_finite().then_some(factor)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use tempfile::{Builder, NamedTempFile, TempPath};
 
 /// A file that could not be written.
 #[derive(Debug)]
-pub struct OutputError {
+pub(super) struct OutputError {
     path: PathBuf,
     error: io::Error,
 }
@@ -36,7 +36,7 @@ impl Error for OutputError {
 ///
 /// # Errors
 /// The first file that could not be written; then all files are as they were.
-pub fn write_all(files: &[(&Path, &str)]) -> Result<(), OutputError> {
+pub(super) fn write_all(files: &[(&Path, &str)]) -> Result<(), OutputError> {
     let bytes = files.iter().map(|(path, text)| (*path, text.as_bytes()));
     write_all_bytes(&bytes.collect::<Vec<_>>())
 }
@@ -45,24 +45,16 @@ pub fn write_all(files: &[(&Path, &str)]) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// As [`write_all`].
-pub fn write_all_bytes(files: &[(&Path, &[u8])]) -> Result<(), OutputError> {
+pub(super) fn write_all_bytes(files: &[(&Path, &[u8])]) -> Result<(), OutputError> {
     let prepared = files.iter().map(|(path, bytes)| Prepared::new(path, bytes));
     commit(prepared.collect::<Result<_, _>>()?)
-}
-
-/// Writes a file that is no text, as [`write_all`] does.
-///
-/// # Errors
-/// As [`write_all`].
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    write_all_bytes(&[(path, bytes)])
 }
 
 /// A folder for files, made if it is not there.
 ///
 /// # Errors
 /// It cannot be made, or something else has its name.
-pub fn make_folder(path: &Path) -> Result<(), OutputError> {
+pub(super) fn make_folder(path: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(path).map_err(|error| failure(path, error))
 }
 
@@ -70,7 +62,7 @@ pub fn make_folder(path: &Path) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// As [`write_all`].
-pub fn check(path: &Path) -> Result<(), OutputError> {
+pub(super) fn check(path: &Path) -> Result<(), OutputError> {
     Prepared::new(path, &[]).map(|_| ())
 }
 

@@ -1,10 +1,154 @@
-//! Why a controller did not do what was asked, in words.
+//! The link to a controller: bytes there and back, over a serial port or TCP; and why a controller did not do what was
+//! asked, in words.
 
 use delta_cal::samples::SampleError;
 use delta_cal_protocol::{Fault, VERSION};
+use serial2::SerialPort;
 use std::error::Error;
 use std::fmt;
-use std::io;
+use std::io::{self, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::{Duration, Instant};
+
+/// A connection is made, or a frame sent, within this time, or the link is stuck.
+const TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A link that carries bytes, and may lose or damage them.
+pub trait Transport {
+    /// Sends all of them.
+    ///
+    /// # Errors
+    /// The link is gone.
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()>;
+
+    /// Reads what has come, waiting up to `timeout` for the first byte; 0 if none came.
+    ///
+    /// # Errors
+    /// The link is gone.
+    fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize>;
+
+    /// The time by which deadlines are kept. A link in memory, where nothing takes time, may have its own.
+    fn now(&self) -> Instant {
+        Instant::now()
+    }
+}
+
+/// Where a controller is: `/dev/ttyACM0` or `tcp:HOST:PORT`.
+///
+/// ```
+/// use delta_cal_host::device::Port;
+/// assert_eq!("tcp:10.0.0.7:4000".parse(), Ok(Port::Tcp("10.0.0.7:4000".into())));
+/// assert_eq!("/dev/ttyACM0".parse(), Ok(Port::Serial("/dev/ttyACM0".into())));
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Port {
+    /// A serial port.
+    Serial(PathBuf),
+    /// `HOST:PORT`.
+    Tcp(String),
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Serial(path) => path.display().fmt(formatter),
+            Self::Tcp(address) => write!(formatter, "tcp:{address}"),
+        }
+    }
+}
+
+impl FromStr for Port {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, &'static str> {
+        if let Some(address) = text.strip_prefix("tcp:") {
+            return match address.rsplit_once(':') {
+                Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
+                    Ok(Self::Tcp(address.to_owned()))
+                }
+                _ => Err("tcp: needs a host and a port number, as in tcp:192.168.0.7:4000"),
+            };
+        }
+        if text.is_empty() {
+            return Err("a port is needed: /dev/ttyACM0 or tcp:HOST:PORT");
+        }
+        Ok(Self::Serial(text.into()))
+    }
+}
+
+impl Port {
+    /// Opens it: a serial port with 8 data bits, no parity, one stop bit and no flow control, where what was received
+    /// before is dropped; or the first address of a host that answers. `baud` is a serial port's.
+    ///
+    /// # Errors
+    /// There is no such port or host, it is in use or not permitted, the rate is not supported, or nobody answers.
+    pub fn open(&self, baud: u32) -> io::Result<Box<dyn Transport>> {
+        match self {
+            Self::Serial(path) => {
+                let mut port = SerialPort::open(path, baud)?;
+                port.set_write_timeout(TIMEOUT)?;
+                port.discard_input_buffer()?;
+                Ok(Box::new(port))
+            }
+            Self::Tcp(address) => {
+                let mut last = io::Error::new(io::ErrorKind::NotFound, "the host has no address");
+                for address in address.to_socket_addrs()? {
+                    match TcpStream::connect_timeout(&address, TIMEOUT) {
+                        Ok(stream) => {
+                            stream.set_nodelay(true)?;
+                            stream.set_write_timeout(Some(TIMEOUT))?;
+                            return Ok(Box::new(stream));
+                        }
+                        Err(error) => last = error,
+                    }
+                }
+                Err(last)
+            }
+        }
+    }
+}
+
+impl Transport for SerialPort {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.write_all(bytes)
+    }
+
+    fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
+        self.set_read_timeout(timeout)?;
+        received(Read::read(self, buffer))
+    }
+}
+
+impl Transport for TcpStream {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.write_all(bytes)
+    }
+
+    fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
+        // A timeout of zero would be none.
+        let timeout = timeout.max(Duration::from_millis(1));
+        self.set_read_timeout(Some(timeout))?;
+        received(Read::read(self, buffer))
+    }
+}
+
+/// The result of a stream's read: nothing within the timeout is 0, the stream's end an error.
+fn received(result: io::Result<usize>) -> io::Result<usize> {
+    match result {
+        Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
+        Err(error)
+            if matches!(
+                error.kind(),
+                io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
+            ) =>
+        {
+            Ok(0)
+        }
+        other => other,
+    }
+}
 
 /// Why a controller did not do what was asked. Displayed as one line.
 #[derive(Debug)]

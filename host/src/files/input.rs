@@ -1,10 +1,11 @@
-//! The text of an input file, in whatever encoding, with its name for messages.
+//! Input files: their text, in whatever encoding, with a name for messages, and what is wrong with it, where, and what to
+//! do about it.
 
-use crate::files::columns::ColumnMapping;
-use crate::files::input_error::InputError;
+use super::columns::ColumnMapping;
 use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 use sha2::{Digest, Sha256};
-use std::fmt::Write;
+use std::error::Error;
+use std::fmt::{self, Write};
 use std::io::{self, Read};
 use std::ops::Range;
 
@@ -48,13 +49,29 @@ impl InputText {
     /// # Errors
     /// A stream that cannot be read, is longer than 4 GB, or is no text.
     pub fn from_reader(name: impl Into<String>, reader: impl Read) -> Result<Self, InputError> {
-        let name = name.into();
-        let bytes = read(reader, LARGEST_TABLE).map_err(|error| unreadable(&name, &error))?;
-        if bytes.len() as u64 > LARGEST_TABLE {
-            return Err(InputError::new(name, "the file is larger than 4 GB")
-                .with_remedy("give fewer rows: some hundred calibrate a robot"));
+        let larger = InputError::new(name, "the file is larger than 4 GB")
+            .with_remedy("give fewer rows: some hundred calibrate a robot");
+        Self::limited(reader, LARGEST_TABLE, larger)
+    }
+
+    /// Reads the text of a robot or a campaign to the end of a stream.
+    ///
+    /// # Errors
+    /// A stream that cannot be read, is larger than such a text is, or is no text.
+    pub fn of_settings(name: impl Into<String>, reader: impl Read) -> Result<Self, InputError> {
+        let cause = "the file is larger than 1 MB, and no robot file or campaign is";
+        let larger = InputError::new(name, cause)
+            .with_remedy("check the name: a robot file is a short text, see delta-cal init");
+        Self::limited(reader, LARGEST_SETTINGS, larger)
+    }
+
+    fn limited(reader: impl Read, most: u64, larger: InputError) -> Result<Self, InputError> {
+        let bytes =
+            read(reader, most).map_err(|error| InputError::unreadable(larger.file(), &error))?;
+        if bytes.len() as u64 > most {
+            return Err(larger);
         }
-        Self::from_bytes(name, &bytes)
+        Self::from_bytes(larger.file(), &bytes)
     }
 
     fn of(name: String, text: &str, bytes: &[u8]) -> Self {
@@ -124,37 +141,6 @@ impl InputText {
     }
 }
 
-impl InputText {
-    /// Reads the file of a robot or a campaign.
-    ///
-    /// # Errors
-    /// A file that cannot be read, is larger than such a file is, or is no text.
-    pub fn from_file(path: &std::path::Path) -> Result<Self, InputError> {
-        let name = path.display().to_string();
-        let bytes = std::fs::File::open(path)
-            .and_then(|file| read(file, LARGEST_SETTINGS))
-            .map_err(|error| unreadable(&name, &error))?;
-        if bytes.len() as u64 > LARGEST_SETTINGS {
-            let cause = "the file is larger than 1 MB, and no robot file or campaign is";
-            return Err(InputError::new(name, cause)
-                .with_remedy("check the name: a robot file is a short text, see delta-cal init"));
-        }
-        Self::from_bytes(name, &bytes)
-    }
-
-    /// Reads a table: samples, joint angles, positions.
-    ///
-    /// # Errors
-    /// A file that cannot be read, is larger than 4 GB, or is no text.
-    pub fn from_table(path: &std::path::Path) -> Result<Self, InputError> {
-        let name = path.display().to_string();
-        match std::fs::File::open(path) {
-            Ok(file) => Self::from_reader(name, file),
-            Err(error) => Err(unreadable(&name, &error)),
-        }
-    }
-}
-
 /// At most one byte more than `most`, and only the first of what is no text: it may never end.
 fn read(mut reader: impl Read, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
@@ -165,11 +151,6 @@ fn read(mut reader: impl Read, most: u64) -> io::Result<Vec<u8>> {
         reader.take(more).read_to_end(&mut bytes)?;
     }
     Ok(bytes)
-}
-
-fn unreadable(name: &str, error: &io::Error) -> InputError {
-    InputError::new(name, format!("cannot be read: {error}"))
-        .with_remedy("check the file's name and its permissions")
 }
 
 /// Why bytes are no text.
@@ -219,6 +200,114 @@ fn decode(bytes: &[u8]) -> Result<String, NotText> {
     }
     Ok(text.into_owned())
 }
+
+/// One fault in an input file. Displayed as `file:line: column x_mm: cause`, in one line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InputError {
+    file: Box<str>,
+    line: Option<u64>,
+    place: Option<Place>,
+    cause: Box<str>,
+    excerpt: Option<Box<str>>,
+    remedy: Option<Box<str>>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Place {
+    Column(Box<str>),
+    Key(Box<str>),
+}
+
+impl InputError {
+    /// A fault of the file as a whole.
+    pub fn new(file: impl Into<String>, cause: impl Into<String>) -> Self {
+        Self {
+            file: file.into().into(),
+            line: None,
+            place: None,
+            cause: cause.into().into(),
+            excerpt: None,
+            remedy: None,
+        }
+    }
+
+    /// A file that cannot be read.
+    pub(crate) fn unreadable(file: &str, error: &std::io::Error) -> Self {
+        Self::new(file, format!("cannot be read: {error}"))
+            .with_remedy("check the file's name and its permissions")
+    }
+
+    pub(super) fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// The line at fault, counted from 1.
+    #[must_use]
+    pub fn at_line(mut self, line: u64) -> Self {
+        self.line = Some(line);
+        self
+    }
+
+    /// The CSV column at fault.
+    #[must_use]
+    pub fn at_column(mut self, column: impl Into<String>) -> Self {
+        self.place = Some(Place::Column(column.into().into()));
+        self
+    }
+
+    /// The TOML key at fault.
+    #[must_use]
+    pub fn at_key(mut self, key: impl Into<String>) -> Self {
+        self.place = Some(Place::Key(key.into().into()));
+        self
+    }
+
+    /// The line at fault as it stands in the file, with the place marked.
+    #[must_use]
+    pub(crate) fn with_excerpt(mut self, excerpt: String) -> Self {
+        self.excerpt = Some(excerpt.into());
+        self
+    }
+
+    /// What to do next.
+    #[must_use]
+    pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
+        self.remedy = Some(remedy.into().into());
+        self
+    }
+
+    /// The line at fault, if it is one.
+    pub fn line(&self) -> Option<u64> {
+        self.line
+    }
+
+    /// The line at fault as it stands in the file, with the place marked: several lines.
+    pub fn excerpt(&self) -> Option<&str> {
+        self.excerpt.as_deref()
+    }
+
+    /// What to do next, if that is not plain from the cause.
+    pub fn remedy(&self) -> Option<&str> {
+        self.remedy.as_deref()
+    }
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}:", self.file)?;
+        if let Some(line) = self.line {
+            write!(formatter, "{line}:")?;
+        }
+        match &self.place {
+            Some(Place::Column(name)) => write!(formatter, " column {name}:")?,
+            Some(Place::Key(name)) => write!(formatter, " {name}:")?,
+            None => {}
+        }
+        write!(formatter, " {}", self.cause)
+    }
+}
+
+impl Error for InputError {}
 
 #[cfg(test)]
 mod tests {

@@ -1,0 +1,446 @@
+//! How uncertain positions are where the parameters are: anywhere, over the whole workspace, and as a map.
+
+use super::rigid_motion::RigidMotions;
+use crate::files::robot_file::RobotFile;
+use crate::fit::solution::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
+use crate::geometry::{Reach, range};
+use delta_cal::{Robot, Sample};
+use nalgebra::{Matrix3, SMatrix, Vector3};
+use serde::Serialize;
+
+/// A robot and the covariance of its parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PositionUncertainty<'a, const P: usize = 24> {
+    /// The robot.
+    pub robot: &'a Robot<f64>,
+    /// Of all 24 parameters, arm by arm: mm, radians and their products. With P = 39 of the numbers of the
+    /// transmissions as well.
+    pub covariance: &'a SMatrix<f64, P, P>,
+}
+
+impl<const P: usize> PositionUncertainty<'_, P> {
+    /// Covariance of the position, mm², at a pose (`x`, `q`) of the robot: J C Jᵀ with J = ∂X/∂P
+    /// (3.18). `None` at a singular pose.
+    pub fn covariance(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<Matrix3<f64>> {
+        let jacobian = self.jacobian(x, q)?;
+        Some(jacobian * (self.covariance * jacobian.transpose()))
+    }
+
+    /// J = ∂X/∂P (3.18), the arms side by side, before the transmissions. `None` at a singular pose.
+    pub(crate) fn jacobian(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<SMatrix<f64, 3, P>> {
+        let blocks = self.robot.platform_jacobian(x, q).ok()?.by_parameters;
+        let mut jacobian = SMatrix::<f64, 3, P>::zeros();
+        for (arm, block) in blocks.iter().enumerate() {
+            jacobian.fixed_columns_mut::<8>(8 * arm).copy_from(block);
+        }
+        if P == WITH_TRANSMISSIONS {
+            let by_transmissions = self.robot.by_transmissions(x, q).ok()?;
+            jacobian
+                .columns_mut(PARAMETERS, WITH_TRANSMISSIONS - PARAMETERS)
+                .copy_from(&by_transmissions);
+        }
+        Some(jacobian)
+    }
+
+    /// σ of the position, mm: √tr(J C Jᵀ), the rms length of its error.
+    pub fn sigma(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<f64> {
+        let variance = self.covariance(x, q)?.trace();
+        (variance >= 0.0).then(|| variance.sqrt())
+    }
+
+    /// Over many poses at once; poses where it is not known are left out.
+    pub fn over<'p>(
+        &self,
+        poses: impl IntoIterator<Item = &'p Sample<f64>>,
+    ) -> Option<PositionSigma> {
+        let (mut squares, mut count) = (0.0, 0_u32);
+        let mut worst: Option<(f64, Vector3<f64>)> = None;
+        for pose in poses {
+            let Some(sigma) = self.sigma(&pose.position, &pose.joints) else {
+                continue;
+            };
+            squares += sigma * sigma;
+            count += 1;
+            if worst.is_none_or(|(largest, _)| sigma > largest) {
+                worst = Some((sigma, pose.position));
+            }
+        }
+        worst.map(|(max, max_at)| PositionSigma {
+            rms: (squares / f64::from(count)).sqrt(),
+            max,
+            max_at,
+            poses: count,
+        })
+    }
+}
+
+/// σ of the position over many poses, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PositionSigma {
+    /// √ of the mean square.
+    pub rms: f64,
+    /// The largest.
+    pub max: f64,
+    /// Where that is.
+    pub max_at: Vector3<f64>,
+    /// How many poses.
+    pub poses: u32,
+}
+
+/// Poses inside. Near the edges the position's σ changes several times within a few degrees.
+pub(crate) const INSIDE: usize = 2000;
+/// Joint angles that are tried for them; a robot may get to few of them.
+const TRIED: u32 = 100_000;
+/// Parts of each joint's range between which the edge is looked for.
+const EDGE_PARTS: u32 = 8;
+/// Halvings of such a part.
+const HALVINGS: u32 = 10;
+
+/// Poses all over the workspace, clear of singularities
+/// ([`is_clear`](delta_cal::kinematics::SingularityDistance::is_clear)).
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorkspacePoses {
+    /// Evenly spread in joint space, 2000 where the robot has as many: a mean over them weighs equal
+    /// volumes of joint space alike. They are the clear ones of a sequence of low discrepancy
+    /// (Roberts 2018: multiples of 1/φ, 1/φ² and 1/φ³ modulo 1, φ⁴ = φ + 1).
+    pub inside: Vec<Sample<f64>>,
+    /// On the edge: a joint at its limit, or as near to a singularity as a clear pose may be.
+    pub edge: Vec<Sample<f64>>,
+}
+
+impl WorkspacePoses {
+    /// Of the robot of a file.
+    pub fn of(file: &RobotFile) -> Self {
+        Self::within(&file.robot, &file.reach())
+    }
+
+    /// Of a robot.
+    pub fn within(robot: &Robot<f64>, reach: &Reach) -> Self {
+        Self {
+            inside: inside(robot, reach),
+            edge: edge(robot, reach),
+        }
+    }
+
+    pub(super) fn all(&self) -> impl Iterator<Item = &Sample<f64>> {
+        self.inside.iter().chain(&self.edge)
+    }
+}
+
+/// See [`WorkspacePoses::inside`].
+pub(crate) fn inside(robot: &Robot<f64>, reach: &Reach) -> Vec<Sample<f64>> {
+    first_inside(robot, reach, INSIDE)
+}
+
+/// So many of them.
+pub(crate) fn first_inside(robot: &Robot<f64>, reach: &Reach, count: usize) -> Vec<Sample<f64>> {
+    (1..=TRIED)
+        .map(|index| spread_evenly(index).map(|part| reach.limits.at(part)))
+        .filter_map(|joints| clear_pose(robot, reach, joints))
+        .take(count)
+        .collect()
+}
+
+/// The pose at these joint angles, if the robot gets there and is clear of singularities.
+pub(super) fn clear_pose(
+    robot: &Robot<f64>,
+    reach: &Reach,
+    joints: [f64; 3],
+) -> Option<Sample<f64>> {
+    let position = reach.clear_position(robot, &joints).ok()?;
+    Some(Sample { joints, position })
+}
+
+/// The clear poses of a grid that spans the joints' range with a joint at its limit, and between two
+/// neighbours of which one is clear the last pose that is.
+fn edge(robot: &Robot<f64>, reach: &Reach) -> Vec<Sample<f64>> {
+    let ends = EDGE_PARTS + 1;
+    let index = |node: u32| [node / ends / ends, node / ends % ends, node % ends];
+    let angles = |at: [u32; 3]| {
+        at.map(|part| {
+            reach
+                .limits
+                .at(f64::from(part) / f64::from(EDGE_PARTS))
+                .clamp(reach.limits.minimum(), reach.limits.maximum())
+        })
+    };
+    let nodes: Vec<_> = (0..ends.pow(3))
+        .map(|node| clear_pose(robot, reach, angles(index(node))))
+        .collect();
+    let mut found = Vec::new();
+    for (node, pose) in (0..).zip(&nodes) {
+        let at = index(node);
+        if let Some(pose) = pose
+            && at.iter().any(|part| *part == 0 || *part == EDGE_PARTS)
+        {
+            found.push(*pose);
+        }
+        for (joint, step) in [ends * ends, ends, 1].into_iter().enumerate() {
+            if at[joint] == EDGE_PARTS {
+                continue;
+            }
+            let beyond = node + step;
+            let other = nodes.get(beyond as usize).and_then(Option::as_ref);
+            let (clear, beyond) = match (pose, other) {
+                (Some(pose), None) => (pose, angles(index(beyond))),
+                (None, Some(other)) => (other, angles(at)),
+                _ => continue,
+            };
+            found.push(last_clear(robot, reach, *clear, beyond));
+        }
+    }
+    found
+}
+
+/// The last clear pose on the way from a clear one to joint angles that are not.
+fn last_clear(
+    robot: &Robot<f64>,
+    reach: &Reach,
+    clear: Sample<f64>,
+    beyond: [f64; 3],
+) -> Sample<f64> {
+    let (mut clear, mut beyond) = (clear, beyond);
+    for _ in 0..HALVINGS {
+        let middle = [0, 1, 2].map(|joint| f64::midpoint(clear.joints[joint], beyond[joint]));
+        match clear_pose(robot, reach, middle) {
+            Some(pose) => clear = pose,
+            None => beyond = middle,
+        }
+    }
+    clear
+}
+
+/// A point of the sequence in the unit cube.
+fn spread_evenly(index: u32) -> [f64; 3] {
+    const STEP: f64 = 1.0 / 1.220_744_084_605_759_5;
+    let multiple = f64::from(index);
+    [STEP, STEP * STEP, STEP * STEP * STEP].map(|step| (0.5 + multiple * step).fract())
+}
+
+/// Poses from which the worst place is looked for: the worst of all.
+const STARTS: usize = 12;
+/// The search for the worst place ends at steps below this part of the joints' range.
+const FINEST: f64 = 1e-3;
+/// It begins with steps of this part.
+const COARSEST: f64 = 1.0 / 16.0;
+
+/// The expected position error, one σ: over poses evenly spread in joint space within the limits and
+/// clear of singularities, and at the worst place ([`WorkspacePoses`]).
+///
+/// With the covariance C of the parameters it is, at each pose, √tr(J C Jᵀ), J = ∂X/∂P (3.18).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExpectedError {
+    /// In the frame in which the robot was measured.
+    pub absolute: PositionSigma,
+    /// What remains after the rigid motion that explains most of the error over all poses: J less the
+    /// six columns of a rigid motion, by least squares. It counts where the robot's place in space is
+    /// not measured, or taught anew.
+    pub intrinsic: PositionSigma,
+}
+
+impl ExpectedError {
+    /// Of a robot with this covariance of its parameters, within the limits of a file.
+    pub(crate) fn of_robot(
+        file: &RobotFile,
+        robot: &Robot<f64>,
+        covariance: &RobotCovariance,
+    ) -> Option<Self> {
+        let reach = file.reach();
+        let poses = WorkspacePoses::within(robot, &reach);
+        Self::of(&PositionUncertainty { robot, covariance }, &reach, &poses)
+    }
+
+    /// `None` if no pose is clear of singularities.
+    pub fn of<const P: usize>(
+        uncertainty: &PositionUncertainty<'_, P>,
+        reach: &Reach,
+        poses: &WorkspacePoses,
+    ) -> Option<Self> {
+        let points = poses.inside.iter().map(|pose| pose.position);
+        let motions = RigidMotions::of(points)?;
+        let jacobians = poses.inside.iter().filter_map(|pose| {
+            let jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
+            Some((pose.position, jacobian))
+        });
+        let explained = motions.explaining(jacobians);
+        let over = |variance: &dyn Fn(&Sample<f64>) -> Option<f64>| {
+            let search = Search {
+                robot: uncertainty.robot,
+                reach,
+                variance,
+            };
+            over(&poses.inside, &poses.edge, &search)
+        };
+        Some(Self {
+            absolute: over(&|pose| variance(uncertainty, pose, None))?,
+            intrinsic: over(&|pose| variance(uncertainty, pose, Some((&motions, &explained))))?,
+        })
+    }
+}
+
+type Explained<'a, const P: usize> = (&'a RigidMotions, &'a SMatrix<f64, 6, P>);
+
+/// tr(J C Jᵀ) at a pose; of what is left of J by the rigid motions that explain most of it.
+fn variance<const P: usize>(
+    uncertainty: &PositionUncertainty<'_, P>,
+    pose: &Sample<f64>,
+    explained: Option<Explained<'_, P>>,
+) -> Option<f64> {
+    let mut jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
+    if let Some((motions, explained)) = explained {
+        jacobian -= motions.at(&pose.position) * explained;
+    }
+    // The long columns of Jᵀ: three numbers at a time would take three times as long.
+    let transposed = jacobian.transpose();
+    let variance = (uncertainty.covariance * transposed).dot(&transposed);
+    (variance >= 0.0).then_some(variance)
+}
+
+/// The mean of a variance inside, and the largest: steps from the worst poses of all lead to worse
+/// ones between them.
+fn over(
+    inside: &[Sample<f64>],
+    edge: &[Sample<f64>],
+    search: &Search<'_>,
+) -> Option<PositionSigma> {
+    let (mut sum, mut count) = (0.0, 0_u32);
+    let mut found = Vec::with_capacity(inside.len() + edge.len());
+    for pose in inside {
+        if let Some(variance) = (search.variance)(pose) {
+            sum += variance;
+            count += 1;
+            found.push((variance, *pose));
+        }
+    }
+    let outside = edge.iter();
+    found.extend(outside.filter_map(|pose| Some(((search.variance)(pose)?, *pose))));
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (largest, at) = found
+        .into_iter()
+        .take(STARTS)
+        .map(|start| search.worst_from(start))
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(PositionSigma {
+        rms: (sum / f64::from(count)).sqrt(),
+        max: largest.sqrt(),
+        max_at: at.position,
+        poses: count,
+    })
+}
+
+/// A variance at a pose, and where poses are.
+struct Search<'a> {
+    robot: &'a Robot<f64>,
+    reach: &'a Reach,
+    variance: &'a dyn Fn(&Sample<f64>) -> Option<f64>,
+}
+
+impl Search<'_> {
+    /// Steps of the joints to larger variances, halved where there is none.
+    fn worst_from(&self, start: (f64, Sample<f64>)) -> (f64, Sample<f64>) {
+        let (mut largest, mut at) = start;
+        let limits = &self.reach.limits;
+        let range = limits.maximum() - limits.minimum();
+        let mut step = COARSEST * range;
+        while step > FINEST * range {
+            let next = directions().find_map(|direction| {
+                let joints = [0, 1, 2].map(|joint| {
+                    (at.joints[joint] + step * direction[joint])
+                        .clamp(limits.minimum(), limits.maximum())
+                });
+                let pose = clear_pose(self.robot, self.reach, joints)?;
+                let found = (self.variance)(&pose)?;
+                (found > largest).then_some((found, pose))
+            });
+            match next {
+                Some((found, pose)) => (largest, at) = (found, pose),
+                None => step *= 0.5,
+            }
+        }
+        (largest, at)
+    }
+}
+
+/// The 26 combinations of −1, 0 and 1 but for none.
+fn directions() -> impl Iterator<Item = Vector3<f64>> {
+    let digits = |code: u32| Vector3::new(code / 9, code / 3 % 3, code % 3);
+    (0..27)
+        .filter(|code| *code != 13)
+        .map(move |code| digits(code).map(|digit| f64::from(digit) - 1.0))
+}
+
+/// Horizontal slices of a map.
+const SLICES: u32 = 3;
+/// Cells of a slice, along its longer side.
+const CELLS: u32 = 40;
+
+/// σ of the position in a plane through the workspace, mm.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Slice {
+    /// The plane's height; `None` of the vertical plane y = 0.
+    pub z_mm: Option<f64>,
+    /// √ of the mean of σ².
+    pub rms_mm: f64,
+    /// The largest σ.
+    pub max_mm: f64,
+    /// Width and height of a cell, mm.
+    #[serde(skip)]
+    pub step: f64,
+    /// Middles of the cells that the robot reaches clear of singularities, and σ there, mm.
+    #[serde(skip)]
+    pub cells: Vec<(Vector3<f64>, f64)>,
+}
+
+/// A map of the uncertainty of the robot of a file: horizontal slices from below to above, and a vertical one.
+/// `covariance` as in [`PositionUncertainty`]. A slice without a cell is left out.
+pub fn slices(file: &RobotFile, covariance: &SMatrix<f64, 24, 24>) -> Vec<Slice> {
+    let uncertainty = PositionUncertainty {
+        robot: &file.robot,
+        covariance,
+    };
+    let (poses, reach) = (WorkspacePoses::of(file), file.reach());
+    let range = |axis: usize| range(poses.all().map(|pose| pose.position[axis]));
+    let (x, y, z) = (range(0), range(1), range(2));
+    let heights = (1..=SLICES).map(|slice| {
+        let part = f64::from(slice) / f64::from(SLICES + 1);
+        Some((z.0 + (z.1 - z.0) * part).round())
+    });
+    let slices = heights.chain([None]).filter_map(|z_mm| {
+        let across = if z_mm.is_none() { z } else { y };
+        let step = (x.1 - x.0).max(across.1 - across.0) / f64::from(CELLS);
+        let cells = cells(x, across, step).filter_map(|(u, v)| {
+            let position = match z_mm {
+                Some(z) => Vector3::new(u, v, z),
+                None => Vector3::new(u, 0.0, v),
+            };
+            let joints = reach.joints(&file.robot, &position).ok()?;
+            reach.clear_position(&file.robot, &joints).ok()?;
+            Some((position, uncertainty.sigma(&position, &joints)?))
+        });
+        let cells: Vec<_> = cells.collect();
+        let sigmas = || cells.iter().map(|(_, sigma)| *sigma);
+        #[allow(clippy::cast_precision_loss)] // a few thousand
+        let count = cells.len() as f64;
+        let mean_square = sigmas().map(|sigma| sigma * sigma).sum::<f64>() / count;
+        let max_mm = sigmas().fold(0.0, f64::max);
+        (!cells.is_empty()).then_some(Slice {
+            z_mm,
+            rms_mm: mean_square.sqrt(),
+            max_mm,
+            step,
+            cells,
+        })
+    });
+    slices.collect()
+}
+
+/// Middles of square cells over a rectangle and a little beyond.
+fn cells(u: (f64, f64), v: (f64, f64), step: f64) -> impl Iterator<Item = (f64, f64)> {
+    let beyond = CELLS / 4;
+    let middle = move |(low, high): (f64, f64), cell: u32| {
+        let centre = f64::midpoint(low, high);
+        centre + step * (f64::from(cell) + 0.5 - f64::from(CELLS / 2 + beyond))
+    };
+    let count = CELLS + 2 * beyond;
+    (0..count * count).map(move |cell| (middle(u, cell % count), middle(v, cell / count)))
+}

@@ -1,0 +1,354 @@
+//! What the residuals say of the noise of each kind of reading: χ² against a stated one, and an estimate.
+
+use crate::accuracy::information::{is_empty, prior_covariance};
+use crate::accuracy::quantiles::quantile;
+use crate::files::samples_file::Kind;
+use crate::fit::Solution;
+use crate::fit::solution::{KindNoise, PARAMETERS};
+use crate::text::{in_file_units, list, significant};
+use delta_cal::robot::{Drive, ParameterKind};
+use delta_cal::{ArmIndex, Parameter, Real, Robot, Tolerance};
+use nalgebra::{DMatrix, DVector, SMatrix};
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// A stated noise or tolerance is contradicted below this probability: 3 σ of a normal distribution, two-sided.
+const IMPROBABLE: f64 = 0.0027;
+/// Noise that is exceeded by less than this is stated well enough, however many samples tell it.
+const EXCEEDED: f64 = 1.1;
+/// Noise stated larger than it is is cautious; below this part of it, it misleads.
+const SMALL: f64 = 0.5;
+/// Probability on either side of the interval.
+const TAIL: f64 = 0.025;
+
+/// The noise of a kind of reading as the residuals have it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct NoiseTest {
+    /// Of which readings.
+    pub kind: Kind,
+    /// One σ of a reading as the robot file states it, mm; `None` if it is estimated.
+    pub stated_mm: Option<f64>,
+    /// One σ as the residuals have it, mm; with a stated noise the joints' is taken to be in proportion.
+    pub sigma_mm: f64,
+    /// Its 95 % confidence limits, mm.
+    pub limits_mm: [f64; 2],
+    /// ν: readings less what the parameters take up of them; of an estimate with that of what is usual.
+    pub degrees_of_freedom: f64,
+    /// √(Σ(r/σ)²/ν): how many times the stated noise the residuals are; 1 of an estimated one.
+    pub ratio: f64,
+    /// Of residuals as improbable if the noise is as stated, two-sided; 1 of an estimated noise.
+    pub probability: f64,
+    /// What follows.
+    pub verdict: NoiseVerdict,
+}
+
+/// What a χ² test says of a stated noise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NoiseVerdict {
+    /// None is stated.
+    Estimated,
+    /// The residuals agree with it, or nearly so.
+    Agrees,
+    /// They are larger.
+    Understated,
+    /// They are less than half of it.
+    Overstated,
+}
+
+impl NoiseTest {
+    /// `None` without a degree of freedom.
+    pub(crate) fn of(noise: &KindNoise) -> Option<Self> {
+        let freedom = if noise.stated {
+            noise.freedom
+        } else {
+            noise.known
+        };
+        if !(freedom >= 1.0) {
+            return None;
+        }
+        let (ratio, probability, verdict) = if noise.stated {
+            against(noise.ratio(), freedom)?
+        } else {
+            (1.0, 1.0, NoiseVerdict::Estimated)
+        };
+        let sigma = ratio * noise.sigma;
+        let limit = |probability| Some(sigma * (freedom / quantile(freedom, probability)?).sqrt());
+        Some(Self {
+            kind: noise.kind,
+            stated_mm: noise.stated.then_some(noise.sigma),
+            sigma_mm: sigma,
+            limits_mm: [limit(1.0 - TAIL)?, limit(TAIL)?],
+            degrees_of_freedom: freedom,
+            ratio,
+            probability,
+            verdict,
+        })
+    }
+
+    /// By what to multiply every σ that was computed with this noise: by how many times the residuals exceed it, if that
+    /// is no chance or has a cause that was found; otherwise 1.
+    pub(crate) fn widening(&self, cause_found: bool) -> f64 {
+        if cause_found || self.verdict == NoiseVerdict::Understated {
+            self.ratio.max(1.0)
+        } else {
+            1.0
+        }
+    }
+}
+
+fn against(ratio: f64, freedom: f64) -> Option<(f64, f64, NoiseVerdict)> {
+    let chi_square = ChiSquared::new(freedom).ok()?;
+    let squares = ratio * ratio * freedom;
+    let (below, above) = (chi_square.cdf(squares), chi_square.sf(squares));
+    let probability = (2.0 * below.min(above)).min(1.0);
+    let verdict = if probability >= IMPROBABLE {
+        NoiseVerdict::Agrees
+    } else if ratio > EXCEEDED {
+        NoiseVerdict::Understated
+    } else if ratio < SMALL {
+        NoiseVerdict::Overstated
+    } else {
+        NoiseVerdict::Agrees
+    };
+    Some((ratio, probability, verdict))
+}
+
+/// Λ from which on a combination counts: the samples' σ is half of the tolerance.
+const DETERMINED: f64 = 4.0;
+/// Combinations that move the robot as a whole.
+const MOTIONS: u32 = 6;
+/// An estimated noise may be larger than it seems: with this probability it is not.
+const SURE: f64 = 0.025;
+/// Less is rounding.
+const LEAST: f64 = 1e-12;
+
+/// What a calibrated robot says of its stated tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PriorTest {
+    /// How many tolerances the parameters are off, rms over the combinations that the samples
+    /// determine: √(χ²/ν). 1 is expected.
+    pub ratio: f64,
+    /// ν: combinations that the samples determine at least twice as well as the tolerance does.
+    pub combinations: u32,
+    /// How many there are: the parameters, less those that move the robot as a whole if no reading tells its place.
+    pub of: u32,
+    /// The probability of a ratio as large if the tolerance is as stated.
+    pub probability: f64,
+}
+
+/// The places that the arms use, rows that count their parameters in tolerances, and a covariance counted so.
+pub(super) fn in_tolerances(
+    robot: &Robot<f64>,
+    tolerance: &Tolerance<f64>,
+    covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+) -> Option<(Vec<usize>, DMatrix<f64>, DMatrix<f64>)> {
+    let places = 0..PARAMETERS;
+    let used: Vec<usize> = places.filter(|place| !is_empty(robot, *place)).collect();
+    let pick = |matrix: &SMatrix<f64, PARAMETERS, PARAMETERS>| {
+        DMatrix::from_fn(used.len(), used.len(), |row, column| {
+            matrix[(used[row], used[column])]
+        })
+    };
+    let root = pick(&prior_covariance(robot, tolerance)).cholesky()?.l();
+    let inverse = root.try_inverse()?;
+    let scaled = &inverse * pick(covariance) * inverse.transpose();
+    Some((used, inverse, scaled))
+}
+
+impl PriorTest {
+    /// `None` if the samples determine nothing better than the tolerance.
+    pub(crate) fn of(
+        nominal: &Robot<f64>,
+        tolerance: &Tolerance<f64>,
+        solution: &Solution,
+    ) -> Option<Self> {
+        let drive = nominal.drive();
+        let (used, inverse, scaled) = in_tolerances(nominal, tolerance, &solution.of_parameters())?;
+        let moved = DVector::from_fn(used.len(), |row, _| solution.moved[used[row]]);
+        let eigen = scaled.symmetric_eigen();
+        let along = eigen.eigenvectors.tr_mul(&(&inverse * moved));
+        let mut of = drive.parameters().iter().fold(0, |count, _| count + 3);
+        if !solution.is_absolute() {
+            of -= MOTIONS;
+        }
+        // Of an estimated noise the upper limit.
+        let larger = match solution.estimated_freedom() {
+            Some(freedom) => freedom / quantile(freedom, SURE)?,
+            None => 1.0,
+        };
+        let (mut chi_square, mut combinations) = (0.0, 0);
+        let mut pairs: Vec<_> = eigen.eigenvalues.iter().zip(&along).collect();
+        pairs.sort_by(|a, b| a.0.total_cmp(b.0));
+        for (part, along) in pairs.into_iter().take(usize::try_from(of).unwrap_or(0)) {
+            // c = 1/(1 + Λ): what the samples leave of the prior's variance, and d = m/(1 − c) what they say.
+            let part = part.max(LEAST);
+            if 1.0 / part - 1.0 <= DETERMINED {
+                break;
+            }
+            let said = along / (1.0 - part);
+            let scatter = part / (1.0 - part);
+            chi_square += said * said / (1.0 + larger * scatter);
+            combinations += 1;
+        }
+        if combinations == 0 {
+            return None;
+        }
+        let freedom = f64::from(combinations);
+        Some(Self {
+            ratio: (chi_square / freedom).sqrt(),
+            combinations,
+            of,
+            probability: ChiSquared::new(freedom).ok()?.sf(chi_square),
+        })
+    }
+
+    /// Whether the stated tolerance is contradicted: too small.
+    pub fn contradicts(&self) -> bool {
+        self.probability < IMPROBABLE
+    }
+
+    /// Whether the samples determine all parameters better than the tolerance does.
+    pub fn samples_decide(&self) -> bool {
+        self.combinations >= self.of
+    }
+
+    /// The tolerance that agrees with the robot.
+    pub(crate) fn widened(&self, tolerance: &Tolerance<f64>) -> Option<Tolerance<f64>> {
+        let of = |parameter| self.ratio * tolerance.of(parameter);
+        Tolerance::new(of(Parameter::Lb), of(Parameter::Theta))
+            .and_then(|own| own.with_linear(of(Parameter::Zero), of(Parameter::Scale)))
+            .and_then(|own| own.with_radius(self.ratio * tolerance.radius()))
+            .and_then(|own| own.with_forearm(self.ratio * tolerance.forearm()))
+            .ok()
+    }
+
+    /// What to write into the robot file.
+    pub(crate) fn statement(&self, drive: Drive, tolerance: Option<&Tolerance<f64>>) -> String {
+        let widened = tolerance.and_then(|tolerance| self.widened(tolerance));
+        widened.map_or_else(
+            || "a larger [tolerance]".to_owned(),
+            |tolerance| {
+                let own = |value: f64| significant(value, 2);
+                let length = own(tolerance.of(Parameter::Lb));
+                let angle = own(tolerance.of(Parameter::Theta).to_degrees());
+                match drive {
+                    Drive::Rotary => format!("length_mm = {length} and angle_deg = {angle}"),
+                    Drive::Linear => format!(
+                        "length_mm = {length}, angle_deg = {angle}, zero_mm = {}{} and scale = {}",
+                        own(tolerance.of(Parameter::Zero)),
+                        [
+                            ("radius", tolerance.radius()),
+                            ("forearm", tolerance.forearm())
+                        ]
+                        .into_iter()
+                        .filter(|(_, sigma)| *sigma > 0.0)
+                        .map(|(key, sigma)| format!(", {key}_mm = {}", own(sigma)))
+                        .collect::<String>(),
+                        own(tolerance.of(Parameter::Scale))
+                    ),
+                }
+            },
+        )
+    }
+}
+
+/// Percent of the forearm, degrees, and percent of a scale, beyond which a change is a mistake and not an error.
+const IMPLAUSIBLE: f64 = 10.0;
+/// The same beyond which a change is doubtful.
+const DOUBTFUL: f64 = 2.0;
+/// How many changes a warning names.
+const NAMED: usize = 3;
+
+/// How the calibration changed a parameter; millimetres or radians.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Change {
+    arm: ArmIndex,
+    parameter: Parameter,
+    before: f64,
+    after: f64,
+    /// The joint's zero moved by as much, for a change of La_y.
+    joint_zero: Option<f64>,
+    /// In percent of the forearm, in degrees, or in percent.
+    size: f64,
+}
+
+/// Every parameter's change, the largest first.
+fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
+    let mut changes = Vec::with_capacity(24);
+    for arm in ArmIndex::ALL {
+        let (from, to) = (before.arm(arm), after.arm(arm));
+        let zero = |arm: &delta_cal::robot::Arm<f64>| {
+            arm.get(Parameter::LaY).angle_over(arm.get(Parameter::LaX))
+        };
+        for parameter in from.drive().parameters().iter().copied() {
+            let (mut before, after) = (from.get(parameter), to.get(parameter));
+            if parameter == Parameter::Theta {
+                // 359° and −1° are the same azimuth.
+                before +=
+                    ((after - before) / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+            }
+            let change = (after - before).abs();
+            changes.push(Change {
+                arm,
+                parameter,
+                before,
+                after,
+                joint_zero: (parameter == Parameter::LaY).then(|| zero(to) - zero(from)),
+                size: match parameter.kind() {
+                    ParameterKind::Length => 100.0 * change / from.lb(),
+                    ParameterKind::Angle => change.to_degrees(),
+                    ParameterKind::Ratio => 100.0 * change,
+                },
+            });
+        }
+    }
+    changes.sort_by(|a, b| b.size.total_cmp(&a.size));
+    changes
+}
+
+/// The largest change, if it is no error of manufacture: "theta of arm 1 is … in the robot file
+/// and came out as …".
+pub(crate) fn implausible(before: &Robot<f64>, after: &Robot<f64>) -> Option<String> {
+    let largest = changes(before, after).into_iter().next()?;
+    (largest.size > IMPLAUSIBLE).then(|| {
+        let limit = match largest.parameter.kind() {
+            ParameterKind::Length => format!("{IMPLAUSIBLE} % of the forearm"),
+            ParameterKind::Angle => format!("{IMPLAUSIBLE}°"),
+            ParameterKind::Ratio => format!("{IMPLAUSIBLE} %"),
+        };
+        format!(
+            "{} of {} is {} in the robot file, and the fit makes it {}; a difference of more than \
+             {limit} is not credible without a stated [tolerance]",
+            largest.parameter,
+            largest.arm,
+            in_file_units(largest.parameter, largest.before),
+            in_file_units(largest.parameter, largest.after),
+        )
+    })
+}
+
+/// Whether a change is too large for an error of manufacture. Where the end stops of towers stand is chosen, not made.
+pub(crate) fn is_another_robot(before: &Robot<f64>, after: &Robot<f64>) -> bool {
+    changes(before, after).iter().any(|change| {
+        let chosen = before.drive() == Drive::Linear && change.parameter == Parameter::Zero;
+        change.size > DOUBTFUL && !chosen
+    })
+}
+
+/// The largest changes, if they are large: "La_y of arm 2 by +12.000 mm (…), … and …".
+pub(crate) fn doubtful(before: &Robot<f64>, after: &Robot<f64>) -> Option<String> {
+    let named: Vec<_> = changes(before, after)
+        .into_iter()
+        .filter(|change| change.size > DOUBTFUL)
+        .take(NAMED)
+        .map(|change| {
+            let by = in_file_units(change.parameter, change.after - change.before);
+            let zero = change.joint_zero.map_or(String::new(), |zero| {
+                format!(" (the joint's zero by {:.3}°)", zero.to_degrees())
+            });
+            format!("{} of {} by {by}{zero}", change.parameter, change.arm)
+        })
+        .collect();
+    (!named.is_empty()).then(|| list(&named))
+}

@@ -1,0 +1,699 @@
+//! The report of a calibration: what terminal and page show, and what JSON is derived from. Lengths in millimetres, angles
+//! in degrees; docs/json.md documents the keys.
+
+use super::causes::Cause;
+use super::credibility::{NoiseTest, PriorTest};
+use super::diagnosis::Diagnosis;
+use super::judge::{Case, Judged, distance};
+use super::known::{Known, NextPose, next_poses};
+use super::wrong_rows::Shift;
+use super::{Finding, Level};
+use crate::accuracy::improvement::WorkspaceComparison;
+use crate::accuracy::position_error::PositionError;
+use crate::accuracy::quantiles::coverage_factor;
+use crate::accuracy::uncertainty::{ExpectedError, Slice, slices};
+use crate::files::document::Document;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::fit::solution::{PlaneFound, PointFound};
+use crate::fit::{Frame, Method, Solution};
+use crate::text::{degrees, in_unit, unit};
+use delta_cal::Parameter;
+use delta_cal::frame::RigidTransform;
+use delta_cal::robot::{Drive, ParameterKind};
+use delta_cal::robust::Loss;
+use serde::Serialize;
+
+/// Changes whenever a field changes its name or meaning or is removed.
+pub const SCHEMA_VERSION: u32 = 2;
+
+/// A calibration, and everything there is to know of it.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// Of this format, which changes whenever a field changes its name or meaning or is removed.
+    pub schema_version: u32,
+    /// The robot file.
+    pub robot_file: String,
+    /// The samples file.
+    pub samples_file: String,
+    /// The estimator.
+    pub method: Method,
+    /// The frame of the coordinates.
+    pub frame: Frame,
+    /// The loss function of a robust fit, `huber` or `tukey`.
+    pub loss: Option<&'static str>,
+    /// Samples (rows).
+    pub sample_count: usize,
+    /// Readings (numbers) in them.
+    pub reading_count: usize,
+    /// Samples whose joint angles no other has.
+    pub distinct_poses: usize,
+    /// Parameters with their σ, arm by arm.
+    pub arms: Vec<ArmReport>,
+    /// Distances of the samples with x, y and z from where the robot is.
+    pub position_error_mm: Option<BeforeAfter<PositionError>>,
+    /// Residuals of each kind of reading.
+    pub residuals: Vec<KindResiduals>,
+    /// Every sample in the file's order; of more than 10,000 the farthest off, and others spread evenly.
+    pub samples: Vec<SampleReport>,
+    /// What the residuals say of the noise of each kind of reading.
+    pub noise: Vec<NoiseTest>,
+    /// Errors that the model cannot represent, the one that explains most first.
+    pub causes: Vec<CauseReport>,
+    /// Why none was looked for.
+    pub causes_not_tested: Option<&'static str>,
+    /// By how much the causes put the calibrated positions off, mm rms over the workspace.
+    pub causes_position_error_mm: f64,
+    /// By what every σ was multiplied because of residuals and causes.
+    pub sigma_widened_by: f64,
+    /// The position error that the calibrated robot is expected to have.
+    pub expected_error: Option<ExpectedReport>,
+    /// The same as an expanded uncertainty of 95 %.
+    pub expanded_uncertainty: Option<ExpandedReport>,
+    /// Whether `--limit` is met.
+    pub acceptance: Option<AcceptanceReport>,
+    /// What the robot says of the stated tolerance.
+    pub tolerance: Option<ToleranceReport>,
+    /// What the calibration means over the workspace.
+    pub workspace: Option<WorkspaceComparison>,
+    /// σ of the position in planes through the workspace.
+    pub position_uncertainty: Vec<Slice>,
+    /// What the readings determine.
+    pub determined: Known,
+    /// X_sensor = rotation · X_robot + translation.
+    pub sensor_frame: Option<FrameReport>,
+    /// Where the planes are.
+    pub planes: Vec<PlaneReport>,
+    /// Where the points are.
+    pub points: Vec<PointReport>,
+    /// The joints' transmissions, if they were to be found.
+    pub transmissions: Vec<TransmissionReport>,
+    /// The lines that a robust fit left out.
+    pub suspected_samples: Vec<u64>,
+    /// Samples before or after a line that all disagree with the others.
+    pub shift: Option<Shift>,
+    /// The poses whose x, y and z would help most.
+    pub next_poses: Vec<NextPose>,
+    /// What would explain the samples better as a whole.
+    pub diagnosis: Option<Diagnosis>,
+    /// The warnings in words, the gravest first.
+    pub warnings: Vec<String>,
+    /// Everything that was found, warnings and notes, with figures.
+    pub findings: Vec<FindingReport>,
+    /// Robot, measurement, files and date.
+    pub document: Option<Document>,
+    /// What the result itself cannot know: that the samples are simulated, or where it was computed.
+    #[serde(skip)]
+    pub origin: Option<&'static str>,
+    /// The robot file.
+    #[serde(skip)]
+    pub before: RobotFile,
+    /// The calibrated robot with everything else of the file.
+    #[serde(skip)]
+    pub after: RobotFile,
+    /// The solution, every σ widened.
+    #[serde(skip)]
+    pub solution: Solution,
+}
+
+/// The same with the parameters before and after.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BeforeAfter<T> {
+    /// Of the robot file.
+    pub before: T,
+    /// Of the calibrated robot.
+    pub after: T,
+}
+
+/// One arm.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ArmReport {
+    /// 1, 2 or 3.
+    pub arm: usize,
+    /// In the order of the file's keys.
+    pub parameters: Vec<ParameterReport>,
+    /// Condition number of the scaled problem, 1 at best.
+    pub condition: f64,
+}
+
+/// One parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterReport {
+    /// As the paper has it: `Dx`, …, `Lb`.
+    pub symbol: &'static str,
+    /// `mm`, `deg`, or nothing of a scale.
+    pub unit: &'static str,
+    /// In the robot file.
+    pub before: f64,
+    /// Calibrated.
+    pub after: f64,
+    /// The difference.
+    pub change: f64,
+    /// Standard uncertainty, marginal over everything that was estimated.
+    pub sigma: f64,
+    /// The part, 0 to 1, that the tolerance decided and not the samples.
+    pub prior_share: f64,
+    #[serde(skip)]
+    pub(crate) decimals: usize,
+}
+
+/// Residuals of one kind of reading.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct KindResiduals {
+    /// Which.
+    pub kind: Kind,
+    /// How many.
+    pub readings: usize,
+    /// √ of the mean square, mm, with the robot file.
+    pub before_rms_mm: f64,
+    /// With the calibrated robot.
+    pub after_rms_mm: f64,
+    /// The largest after, mm.
+    pub after_max_mm: f64,
+    /// Its line.
+    pub max_at_line: Option<u64>,
+}
+
+/// One sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SampleReport {
+    /// Its line in the samples file.
+    pub line: u64,
+    /// Distance of a position, or the largest residual of other readings, with the robot file; `null` where that does not
+    /// reach the joint angles.
+    pub error_before_mm: Option<f64>,
+    /// With the calibrated robot.
+    pub error_after_mm: Option<f64>,
+    /// √ of the mean square residual of its readings in σ of their noise; 1 is expected.
+    pub error_after_sigma: f64,
+    /// What it counted: 1 in least squares, 0 if it was left out.
+    pub weight: f64,
+    #[serde(skip)]
+    pub(crate) joints: [f64; 3],
+    #[serde(skip)]
+    pub(crate) suspected: bool,
+}
+
+/// A cause of residuals.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CauseReport {
+    /// Its name.
+    pub kind: &'static str,
+    /// 1, 2 or 3; `null` of one that is not an arm's.
+    pub arm: Option<usize>,
+    /// The amplitude of what is periodic, half of a backlash, the sag at the largest distance from the robot's axis, the
+    /// drift from the first row to the last.
+    pub size: f64,
+    /// `ratio`, `deg` or `mm`.
+    pub unit: &'static str,
+    /// One σ of the size.
+    pub sigma: f64,
+    /// The probability that chance shows as much in this test alone.
+    pub p: f64,
+    /// What explains the residuals about as well.
+    pub alternatives: Vec<String>,
+    /// In one sentence.
+    pub text: String,
+    /// What to do about it.
+    pub remedy: &'static str,
+}
+
+/// Expected position errors, standard uncertainties: mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ExpectedReport {
+    /// In the frame of the robot's base, rms over the workspace.
+    pub absolute_rms_mm: f64,
+    /// At the worst place.
+    pub absolute_worst_mm: f64,
+    /// Where that is.
+    pub absolute_worst_at_mm: [f64; 3],
+    /// After the best rigid motion, rms over the workspace.
+    pub relative_rms_mm: f64,
+    /// At the worst place.
+    pub relative_worst_mm: f64,
+    /// Where that is.
+    pub relative_worst_at_mm: [f64; 3],
+}
+
+/// An expanded uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ExpandedReport {
+    /// `absolute`, in the frame of the base, or `relative` where no reading tells its place.
+    pub of: &'static str,
+    /// k.
+    pub coverage_factor: f64,
+    /// Of an estimated noise.
+    pub degrees_of_freedom: Option<f64>,
+    /// rms over the workspace.
+    pub rms_mm: f64,
+    /// At the worst place.
+    pub worst_mm: f64,
+}
+
+/// Whether a limit is met.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AcceptanceReport {
+    /// As asked for.
+    pub limit_mm: f64,
+    /// What was compared.
+    pub expanded_mm: Option<f64>,
+    /// Whether it is within the limit.
+    pub passed: bool,
+}
+
+/// The test of the stated tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ToleranceReport {
+    /// The test.
+    #[serde(flatten)]
+    pub test: PriorTest,
+    /// Whether the tolerance times `ratio` was used.
+    pub widened: bool,
+}
+
+/// X_sensor = rotation · X_robot + translation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FrameReport {
+    /// Row by row.
+    pub rotation: [[f64; 3]; 3],
+    /// mm.
+    pub translation_mm: [f64; 3],
+}
+
+impl FrameReport {
+    pub(crate) fn of(frame: &RigidTransform<f64>) -> Self {
+        Self {
+            rotation: frame.rotation.transpose().data.0,
+            translation_mm: frame.translation.data.0[0],
+        }
+    }
+}
+
+/// A plane: a height above it is `normal · X − offset`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlaneReport {
+    /// As the samples file names it.
+    pub name: String,
+    /// Upward, of length 1.
+    pub normal: [f64; 3],
+    /// Where it crosses the z axis.
+    pub z_mm: f64,
+    /// Its slope.
+    pub tilt_deg: f64,
+}
+
+/// A point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PointReport {
+    /// As the samples file names it.
+    pub name: String,
+    /// Its place.
+    pub place_mm: [f64; 3],
+    /// What its sensor reads too much.
+    pub offset_mm: f64,
+}
+
+/// A joint's transmission: angle of the arm = q + gain q + cos cos q + sin sin q + cos2 cos 2q + sin2 sin 2q.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TransmissionReport {
+    /// 1, 2 or 3.
+    pub arm: usize,
+    /// gain, then cos, sin, cos2 and sin2 in degrees.
+    pub numbers: [f64; 5],
+    /// One σ of each.
+    pub sigmas: [f64; 5],
+    /// Amplitude of the first harmonic, degrees: an eccentric gear or encoder.
+    pub first_harmonic_deg: f64,
+    /// Amplitude of the second.
+    pub second_harmonic_deg: f64,
+}
+
+/// A finding with its figures.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FindingReport {
+    /// `warning` or `note`.
+    pub level: Level,
+    /// In words.
+    pub text: String,
+    /// Its kind and figures.
+    #[serde(flatten)]
+    pub finding: Finding,
+}
+
+fn causes(found: &[Cause], drive: Drive) -> Vec<CauseReport> {
+    let of_cause = |cause: &Cause| CauseReport {
+        kind: cause.kind.name(),
+        arm: cause.arm.map(|arm| arm.index() + 1),
+        size: cause.size,
+        unit: cause.kind.unit(drive),
+        sigma: cause.sigma,
+        p: cause.probability,
+        alternatives: cause.alternatives.iter().map(ToString::to_string).collect(),
+        text: cause.to_string(),
+        remedy: cause.remedy(),
+    };
+    found.iter().map(of_cause).collect()
+}
+
+fn planes(readings: &Readings, solution: &Solution) -> Vec<PlaneReport> {
+    let found = readings.planes.iter().zip(&solution.places.planes);
+    let of_plane = |(name, plane): (&String, &PlaneFound)| PlaneReport {
+        name: name.clone(),
+        normal: plane.normal.data.0[0],
+        z_mm: plane.offset / plane.normal.z,
+        tilt_deg: degrees(plane.normal.xy().norm().atan2(plane.normal.z)),
+    };
+    found.map(of_plane).collect()
+}
+
+fn points(readings: &Readings, solution: &Solution) -> Vec<PointReport> {
+    let found = readings.points.iter().zip(&solution.places.points);
+    let of_point = |(name, point): (&String, &PointFound)| PointReport {
+        name: name.clone(),
+        place_mm: point.place.data.0[0],
+        offset_mm: point.offset,
+    };
+    found.map(of_point).collect()
+}
+
+impl Report {
+    pub(crate) fn new(case: &Case<'_>, judged: Judged, findings: Vec<Finding>) -> Self {
+        let (before, readings) = (case.before, case.readings);
+        let solution = &judged.solution;
+        let after = RobotFile {
+            robot: solution.robot,
+            sensor_frame: solution.places.frame.or(before.sensor_frame),
+            record: before.record.of_the_robot(),
+            ..before.clone()
+        };
+        let expected = judged.expected.as_ref();
+        let lines = readings.rows.iter().zip(&solution.rows);
+        let suspected = lines
+            .filter(|(_, fit)| fit.suspected)
+            .map(|(row, _)| row.line)
+            .collect();
+        let text_of = |finding: Finding| FindingReport {
+            level: finding.level(),
+            text: finding.to_string(),
+            finding,
+        };
+        let findings: Vec<_> = findings.into_iter().map(text_of).collect();
+        let warnings = findings.iter().filter(|own| own.level == Level::Warning);
+        Self {
+            schema_version: SCHEMA_VERSION,
+            robot_file: before.name.clone(),
+            samples_file: readings.name.clone(),
+            method: solution.method,
+            frame: solution.frame,
+            loss: case.options.loss.map(|loss| match loss {
+                Loss::Huber => "huber",
+                Loss::Tukey => "tukey",
+            }),
+            sample_count: readings.rows.len(),
+            reading_count: readings.readings(),
+            distinct_poses: readings.distinct_poses(),
+            arms: arms(before, solution),
+            position_error_mm: judged
+                .error_before
+                .zip(judged.error_after)
+                .map(|(before, after)| BeforeAfter { before, after }),
+            residuals: residuals(case, solution),
+            samples: samples(case, solution),
+            noise: judged.noise.clone(),
+            causes: causes(&judged.causes.found, before.robot.drive()),
+            causes_not_tested: judged.causes.not_tested,
+            causes_position_error_mm: judged.causes.position_error,
+            sigma_widened_by: judged.widening,
+            expected_error: expected.map(expected_report),
+            expanded_uncertainty: expected.and_then(|own| expanded(solution, own)),
+            acceptance: None,
+            tolerance: judged.prior_test.map(|test| ToleranceReport {
+                test,
+                widened: judged.widened,
+            }),
+            workspace: judged.workspace,
+            position_uncertainty: slices(&after, &solution.of_parameters()),
+            determined: judged.known,
+            sensor_frame: solution.places.frame.as_ref().map(FrameReport::of),
+            planes: planes(readings, solution),
+            points: points(readings, solution),
+            transmissions: transmissions(solution),
+            suspected_samples: suspected,
+            shift: findings.iter().find_map(|own| match own.finding {
+                Finding::Shift { shift } => Some(shift),
+                _ => None,
+            }),
+            next_poses: next_poses(before, &judged),
+            diagnosis: findings.iter().find_map(|own| match &own.finding {
+                Finding::Diagnosis { diagnosis } => Some(diagnosis.clone()),
+                _ => None,
+            }),
+            warnings: warnings.map(|own| own.text.clone()).collect(),
+            findings,
+            document: None,
+            origin: None,
+            before: before.clone(),
+            after,
+            solution: judged.solution,
+        }
+    }
+
+    /// With a limit of the expanded uncertainty (rms over the workspace), mm.
+    #[must_use]
+    pub fn with_limit(mut self, limit: f64) -> Self {
+        let expanded = self.expanded_uncertainty.map(|own| own.rms_mm);
+        self.acceptance = Some(AcceptanceReport {
+            limit_mm: limit,
+            expanded_mm: expanded,
+            passed: expanded.is_some_and(|expanded| expanded <= limit),
+        });
+        self
+    }
+}
+
+fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
+    let drive = before.robot.drive();
+    let places = drive.places();
+    let arms = before
+        .robot
+        .arms()
+        .iter()
+        .zip(solution.robot.arms())
+        .enumerate();
+    arms.map(|(arm, (from, to))| {
+        let of = |parameter: &Parameter| {
+            let parameter = *parameter;
+            let place = places
+                .iter()
+                .position(|own| *own == Some(parameter))
+                .unwrap_or_default();
+            let index = 8 * arm + place;
+            let (before, after) = (from.get(parameter), to.get(parameter));
+            let in_file = |value| match parameter.kind() {
+                ParameterKind::Length | ParameterKind::Ratio => value,
+                ParameterKind::Angle => degrees(value),
+            };
+            ParameterReport {
+                symbol: parameter.symbol(),
+                unit: unit(parameter),
+                before: in_file(before),
+                after: in_file(after),
+                change: in_unit(parameter, after - before),
+                sigma: in_unit(parameter, solution.covariance[(index, index)].sqrt()),
+                prior_share: solution.prior_share[index],
+                decimals: match parameter.kind() {
+                    ParameterKind::Length | ParameterKind::Angle => 4,
+                    ParameterKind::Ratio => 6,
+                },
+            }
+        };
+        ArmReport {
+            arm: arm + 1,
+            parameters: drive.parameters().iter().map(of).collect(),
+            condition: solution.conditions[arm],
+        }
+    })
+    .collect()
+}
+
+fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
+    let before = &case.before.robot;
+    let of = |kind: Kind| {
+        let mut own = KindResiduals {
+            kind,
+            readings: 0,
+            before_rms_mm: 0.0,
+            after_rms_mm: 0.0,
+            after_max_mm: 0.0,
+            max_at_line: None,
+        };
+        let mut count = 0.0;
+        for (row, fit) in case.readings.rows.iter().zip(&solution.rows) {
+            if fit.suspected || fit.left_out {
+                continue;
+            }
+            let was = solution.places_before.expected(before, &row.value);
+            let is = solution.places.expected(&solution.robot, &row.value);
+            for (place, read) in row.value.read().into_iter().enumerate() {
+                let (Some(read), Some(was), Some(is)) = (read, was[place], is[place]) else {
+                    continue;
+                };
+                if Kind::of_place(place) != kind {
+                    continue;
+                }
+                own.readings += 1;
+                count += 1.0;
+                own.before_rms_mm += (read - was).powi(2);
+                own.after_rms_mm += (read - is).powi(2);
+                if (read - is).abs() > own.after_max_mm {
+                    own.after_max_mm = (read - is).abs();
+                    own.max_at_line = Some(row.line);
+                }
+            }
+        }
+        own.before_rms_mm = f64::sqrt(own.before_rms_mm / count);
+        own.after_rms_mm = f64::sqrt(own.after_rms_mm / count);
+        own
+    };
+    Kind::ALL
+        .into_iter()
+        .map(of)
+        .filter(|own| own.readings > 0)
+        .collect()
+}
+
+fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
+    let before = &case.before.robot;
+    let rows = &case.readings.rows;
+    let of = |index: usize| {
+        let (row, fit) = (&rows[index], &solution.rows[index]);
+        let read = row.value.read();
+        let largest = |expected: [Option<f64>; READINGS]| {
+            let pairs = read.into_iter().zip(expected);
+            let apart = pairs.filter_map(|(read, expected)| Some((read? - expected?).abs()));
+            apart.reduce(f64::max)
+        };
+        let error = |robot, places: &crate::fit::solution::Places| match row.value.sample() {
+            Some(sample) => distance(robot, places, &sample),
+            None => largest(places.expected(robot, &row.value)),
+        };
+        let squares: f64 = fit.whitened.iter().map(|own| own * own).sum();
+        #[allow(clippy::cast_precision_loss)] // at most five
+        let count = row.value.readings() as f64;
+        SampleReport {
+            line: row.line,
+            error_before_mm: error(before, &solution.places_before),
+            error_after_mm: error(&solution.robot, &solution.places),
+            error_after_sigma: (squares / count.max(1.0)).sqrt(),
+            weight: if fit.left_out { 0.0 } else { fit.weight },
+            joints: row.value.joints,
+            suspected: fit.suspected,
+        }
+    };
+    let size = |index: usize| {
+        solution.rows[index]
+            .whitened
+            .iter()
+            .map(|own| own.abs())
+            .fold(0.0, f64::max)
+    };
+    match shown(rows.len(), MANY, size) {
+        Some(shown) => shown.into_iter().map(of).collect(),
+        None => (0..rows.len()).map(of).collect(),
+    }
+}
+
+pub(crate) fn expected_report(expected: &ExpectedError) -> ExpectedReport {
+    let (absolute, relative) = (&expected.absolute, &expected.intrinsic);
+    ExpectedReport {
+        absolute_rms_mm: absolute.rms,
+        absolute_worst_mm: absolute.max,
+        absolute_worst_at_mm: absolute.max_at.data.0[0],
+        relative_rms_mm: relative.rms,
+        relative_worst_mm: relative.max,
+        relative_worst_at_mm: relative.max_at.data.0[0],
+    }
+}
+
+fn expanded(solution: &Solution, expected: &ExpectedError) -> Option<ExpandedReport> {
+    let degrees_of_freedom = solution.estimated_freedom();
+    let factor = coverage_factor(degrees_of_freedom)?;
+    let (of, sigma) = if solution.is_absolute() {
+        ("absolute", &expected.absolute)
+    } else {
+        ("relative", &expected.intrinsic)
+    };
+    Some(ExpandedReport {
+        of,
+        coverage_factor: factor,
+        degrees_of_freedom,
+        rms_mm: factor * sigma.rms,
+        worst_mm: factor * sigma.max,
+    })
+}
+
+fn transmissions(solution: &Solution) -> Vec<TransmissionReport> {
+    if !solution.transmissions {
+        return Vec::new();
+    }
+    let found = solution.robot.transmissions().into_iter().enumerate();
+    found
+        .map(|(arm, transmission)| {
+            let [gain, harmonics @ ..] = transmission.numbers();
+            let [cos, sin, cos2, sin2] = harmonics.map(degrees);
+            let sigmas = std::array::from_fn(|number| {
+                let index = 24 + 5 * arm + number;
+                let sigma = solution.covariance[(index, index)].sqrt();
+                if number == 0 { sigma } else { degrees(sigma) }
+            });
+            TransmissionReport {
+                arm: arm + 1,
+                numbers: [gain, cos, sin, cos2, sin2],
+                sigmas,
+                first_harmonic_deg: cos.hypot(sin),
+                second_harmonic_deg: cos2.hypot(sin2),
+            }
+        })
+        .collect()
+}
+
+/// Of more rows reports for programs show some,
+pub(crate) const MANY: usize = 10_000;
+/// so many spread evenly over the file
+const EVENLY: usize = 1_500;
+/// and so many that are farthest off.
+const FARTHEST: usize = 500;
+
+/// If there are more rows than `most`: the rows that are shown, in their order. They are spread evenly,
+/// or among those of the largest size.
+pub(crate) fn shown(rows: usize, most: usize, size: impl Fn(usize) -> f64) -> Option<Vec<usize>> {
+    if rows <= most {
+        return None;
+    }
+    let mut farthest: Vec<_> = (0..rows).collect();
+    farthest.select_nth_unstable_by(FARTHEST, |a, b| size(*b).total_cmp(&size(*a)));
+    farthest.truncate(FARTHEST);
+    let mut shown: Vec<_> = (0..EVENLY).map(|index| index * rows / EVENLY).collect();
+    shown.extend(farthest);
+    shown.sort_unstable();
+    shown.dedup();
+    Some(shown)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EVENLY, FARTHEST, shown};
+
+    #[test]
+    fn many_rows_are_shown_by_some_spread_evenly_and_the_farthest_off() {
+        let size = |row: usize| if row >= 19_600 { 1.0 } else { 0.0 };
+        assert_eq!(shown(20_000, 20_000, size), None);
+        let shown = shown(20_001, 20_000, size).unwrap_or_default();
+        // 401 rows are far off; the other 99 of the farthest are any.
+        assert!((19_600..20_001).all(|row| shown.contains(&row)));
+        assert!(shown.is_sorted_by(|a, b| a < b));
+        assert!(shown.len() <= EVENLY + FARTHEST && shown.len() > EVENLY);
+        let gaps = shown.windows(2).map(|pair| pair[1] - pair[0]);
+        assert_eq!(gaps.max(), Some(14));
+    }
+}

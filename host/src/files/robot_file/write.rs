@@ -92,7 +92,8 @@ impl RobotFile {
             ("height_mm", facts.height_noise),
             ("distance_mm", facts.distance_noise),
         ];
-        if self.noise.is_none() && others.iter().any(|(_, sigma)| sigma.is_some()) {
+        let any = others.iter().any(|(_, sigma)| sigma.is_some()) || facts.joint_noise.is_some();
+        if self.noise.is_none() && any {
             text.push_str("\n[noise]\n");
         }
         for (key, sigma) in others {

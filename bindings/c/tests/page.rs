@@ -5,7 +5,7 @@
 use delta_cal_c::{kind, status};
 
 fn page() -> String {
-    std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/c.md")).unwrap()
+    std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/c.md")).unwrap()
 }
 
 /// Every row is a line of the page.

@@ -2,13 +2,13 @@
 #
 #   set(DELTA_CAL_RUST_TARGET thumbv7em-none-eabihf)      # hard float; thumbv7em-none-eabi: soft and softfp
 #   set(DELTA_CAL_RUST_CPU cortex-m7)                     # if wanted: whatever that processor has, double precision too
-#   include(path/to/delta-cal/c/cmake/delta_cal.cmake)
+#   include(path/to/delta-cal/bindings/c/cmake/delta_cal.cmake)
 #   target_link_libraries(your_firmware PRIVATE delta_cal::delta_cal)
 #
 # Needs Rust (https://rustup.rs). If the copy does not lie in the repository, set DELTA_CAL_SOURCE to the repository.
 
 if(NOT DEFINED DELTA_CAL_SOURCE)
-  set(DELTA_CAL_SOURCE "${CMAKE_CURRENT_LIST_DIR}/../..")
+  set(DELTA_CAL_SOURCE "${CMAKE_CURRENT_LIST_DIR}/../../..")
 endif()
 # cargo would build everything again under another name of the same folder.
 get_filename_component(DELTA_CAL_SOURCE "${DELTA_CAL_SOURCE}" REALPATH)
@@ -48,7 +48,7 @@ add_custom_target(delta_cal_archive
 add_library(delta_cal::delta_cal STATIC IMPORTED GLOBAL)
 set_target_properties(delta_cal::delta_cal PROPERTIES
   IMPORTED_LOCATION "${DELTA_CAL_ARCHIVE}"
-  INTERFACE_INCLUDE_DIRECTORIES "${DELTA_CAL_SOURCE}/c/include")
+  INTERFACE_INCLUDE_DIRECTORIES "${DELTA_CAL_SOURCE}/bindings/c/include")
 if(NOT DELTA_CAL_RUST_TARGET AND UNIX)
   set_target_properties(delta_cal::delta_cal PROPERTIES INTERFACE_LINK_LIBRARIES "m")
 endif()

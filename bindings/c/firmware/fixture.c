@@ -36,7 +36,7 @@ static void write_count(uint64_t count)
 }
 
 /* What a call should come to. */
-static void expect(delta_cal_status status, delta_cal_status expected, const char *call)
+static void expect(dcal_status status, dcal_status expected, const char *call)
 {
     if (status == expected) {
         return;
@@ -45,13 +45,13 @@ static void expect(delta_cal_status status, delta_cal_status expected, const cha
     platform_write("FAILED ");
     platform_write(call);
     platform_write(": ");
-    platform_write(delta_cal_status_text(status));
+    platform_write(dcal_status_text(status));
     platform_write("\n");
 }
 
-#define OK(call) expect((call), DELTA_CAL_OK, #call)
+#define OK(call) expect((call), DCAL_OK, #call)
 
-static void write_error(const char *label, const delta_cal_error *error)
+static void write_error(const char *label, const dcal_error *error)
 {
     uint32_t figure;
     memcpy(&figure, &error->figure, sizeof figure);
@@ -86,7 +86,7 @@ static void write_error(const char *label, const delta_cal_error *error)
 /* What the library says that an object takes fits what the header gives it. */
 static void check_size(int32_t kind, size_t size)
 {
-    if (delta_cal_size(kind) == 0 || delta_cal_size(kind) > size) {
+    if (dcal_size(kind) == 0 || dcal_size(kind) > size) {
         platform_write("FAILED the header is not the library's: the size of an object\n");
         failures++;
     }
@@ -94,16 +94,14 @@ static void check_size(int32_t kind, size_t size)
 
 static void check_sizes(void)
 {
-    check_size(DELTA_CAL_ROBOT_F32, sizeof(delta_cal_robot_f32));
-    check_size(DELTA_CAL_CALIBRATOR_F32, sizeof(delta_cal_calibrator_f32));
-    check_size(DELTA_CAL_SOLVER_F32, sizeof(delta_cal_solver_f32));
-    check_size(DELTA_CAL_OUTCOME_F32, sizeof(delta_cal_outcome_f32));
-    check_size(DELTA_CAL_JOINT_CALIBRATOR_F32, sizeof(delta_cal_joint_calibrator_f32));
-    check_size(DELTA_CAL_JOINT_SOLVER_F32, sizeof(delta_cal_joint_solver_f32));
-    check_size(DELTA_CAL_JOINT_OUTCOME_F32, sizeof(delta_cal_joint_outcome_f32));
-    check_size(DELTA_CAL_GATE_F32, sizeof(delta_cal_gate_f32));
-    check_size(DELTA_CAL_OBSERVATION_OUTCOME_F32, sizeof(delta_cal_observation_outcome_f32));
-    if (delta_cal_alignment() != DELTA_CAL_ALIGNMENT_OF(delta_cal_robot_f32)) {
+    check_size(DCAL_ROBOT_F32, sizeof(dcal_robot_f32));
+    check_size(DCAL_ARMS_F32, sizeof(dcal_arms_f32));
+    check_size(DCAL_ARMS_OUTCOME_F32, sizeof(dcal_arms_outcome_f32));
+    check_size(DCAL_JOINT_F32, sizeof(dcal_joint_f32));
+    check_size(DCAL_JOINT_OUTCOME_F32, sizeof(dcal_joint_outcome_f32));
+    check_size(DCAL_GATE_F32, sizeof(dcal_gate_f32));
+    check_size(DCAL_OBSERVATION_OUTCOME_F32, sizeof(dcal_observation_outcome_f32));
+    if (dcal_alignment() != 8) {
         platform_write("FAILED the header is not the library's: the alignment of an object\n");
         failures++;
     }
@@ -112,7 +110,7 @@ static void check_sizes(void)
 int fixture_run(void)
 {
     check_sizes();
-    if (delta_cal_version() != DELTA_CAL_VERSION) {
+    if (dcal_version() != DCAL_VERSION) {
         platform_write("FAILED the library is not of the header's version\n");
         failures++;
     }

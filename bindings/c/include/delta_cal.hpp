@@ -9,65 +9,65 @@
 
 namespace delta_cal {
 
-using Status = delta_cal_status;
-using Error = delta_cal_error;
+using Status = dcal_status;
+using Error = dcal_error;
 
 // The types and functions of a scalar.
 template <typename Real> struct Api;
 
 template <> struct Api<float> {
-    using Robot = delta_cal_robot_f32;
-    using Dimensions = delta_cal_dimensions_f32;
-    using Sample = delta_cal_sample_f32;
-    using Settings = delta_cal_settings_f32;
-    using Calibrator = delta_cal_joint_calibrator_f32;
-    using Solver = delta_cal_joint_solver_f32;
-    using Outcome = delta_cal_joint_outcome_f32;
-    static constexpr auto from_dimensions = delta_cal_robot_from_dimensions_f32;
-    static constexpr auto from_parameters = delta_cal_robot_from_parameters_f32;
-    static constexpr auto parameters = delta_cal_robot_parameters_f32;
-    static constexpr auto set_transmissions = delta_cal_robot_set_transmissions_f32;
-    static constexpr auto transmissions = delta_cal_robot_transmissions_f32;
-    static constexpr auto forward = delta_cal_robot_forward_f32;
-    static constexpr auto inverse = delta_cal_robot_inverse_f32;
-    static constexpr auto init = delta_cal_joint_calibrator_init_f32;
-    static constexpr auto add = delta_cal_joint_calibrator_add_f32;
-    static constexpr auto flush = delta_cal_joint_calibrator_flush_f32;
-    static constexpr auto begin = delta_cal_joint_solver_init_f32;
-    static constexpr auto step = delta_cal_joint_solver_step_f32;
-    static constexpr auto outcome = delta_cal_joint_solver_outcome_f32;
-    static constexpr auto robot = delta_cal_joint_outcome_robot_f32;
-    static constexpr auto deviations = delta_cal_joint_outcome_deviations_f32;
-    static constexpr auto covariance = delta_cal_joint_outcome_covariance_f32;
+    using Robot = dcal_robot_f32;
+    using Dimensions = dcal_dimensions_f32;
+    using Sample = dcal_sample_f32;
+    using Settings = dcal_settings_f32;
+    using Calibrator = dcal_joint_f32;
+    using Outcome = dcal_joint_outcome_f32;
+    static constexpr auto from_dimensions = dcal_robot_from_dimensions_f32;
+    static constexpr auto from_parameters = dcal_robot_from_parameters_f32;
+    static constexpr auto parameters = dcal_robot_parameters_f32;
+    static constexpr auto set_transmissions = dcal_robot_set_transmissions_f32;
+    static constexpr auto transmissions = dcal_robot_transmissions_f32;
+    static constexpr auto forward = dcal_robot_forward_f32;
+    static constexpr auto inverse = dcal_robot_inverse_f32;
+    static constexpr auto init = dcal_joint_init_f32;
+    static constexpr auto add = dcal_joint_add_f32;
+    static constexpr auto flush = dcal_joint_flush_f32;
+    static constexpr auto solve = dcal_joint_solve_f32;
+    static constexpr auto step = dcal_joint_step_f32;
+    static constexpr auto stop = dcal_joint_stop_f32;
+    static constexpr auto finish = dcal_joint_finish_f32;
+    static constexpr auto robot = dcal_joint_outcome_robot_f32;
+    static constexpr auto deviations = dcal_joint_outcome_deviations_f32;
+    static constexpr auto covariance = dcal_joint_outcome_covariance_f32;
 };
 
 template <> struct Api<double> {
-    using Robot = delta_cal_robot_f64;
-    using Dimensions = delta_cal_dimensions_f64;
-    using Sample = delta_cal_sample_f64;
-    using Settings = delta_cal_settings_f64;
-    using Calibrator = delta_cal_joint_calibrator_f64;
-    using Solver = delta_cal_joint_solver_f64;
-    using Outcome = delta_cal_joint_outcome_f64;
-    static constexpr auto from_dimensions = delta_cal_robot_from_dimensions_f64;
-    static constexpr auto from_parameters = delta_cal_robot_from_parameters_f64;
-    static constexpr auto parameters = delta_cal_robot_parameters_f64;
-    static constexpr auto set_transmissions = delta_cal_robot_set_transmissions_f64;
-    static constexpr auto transmissions = delta_cal_robot_transmissions_f64;
-    static constexpr auto forward = delta_cal_robot_forward_f64;
-    static constexpr auto inverse = delta_cal_robot_inverse_f64;
-    static constexpr auto init = delta_cal_joint_calibrator_init_f64;
-    static constexpr auto add = delta_cal_joint_calibrator_add_f64;
-    static constexpr auto flush = delta_cal_joint_calibrator_flush_f64;
-    static constexpr auto begin = delta_cal_joint_solver_init_f64;
-    static constexpr auto step = delta_cal_joint_solver_step_f64;
-    static constexpr auto outcome = delta_cal_joint_solver_outcome_f64;
-    static constexpr auto robot = delta_cal_joint_outcome_robot_f64;
-    static constexpr auto deviations = delta_cal_joint_outcome_deviations_f64;
-    static constexpr auto covariance = delta_cal_joint_outcome_covariance_f64;
+    using Robot = dcal_robot_f64;
+    using Dimensions = dcal_dimensions_f64;
+    using Sample = dcal_sample_f64;
+    using Settings = dcal_settings_f64;
+    using Calibrator = dcal_joint_f64;
+    using Outcome = dcal_joint_outcome_f64;
+    static constexpr auto from_dimensions = dcal_robot_from_dimensions_f64;
+    static constexpr auto from_parameters = dcal_robot_from_parameters_f64;
+    static constexpr auto parameters = dcal_robot_parameters_f64;
+    static constexpr auto set_transmissions = dcal_robot_set_transmissions_f64;
+    static constexpr auto transmissions = dcal_robot_transmissions_f64;
+    static constexpr auto forward = dcal_robot_forward_f64;
+    static constexpr auto inverse = dcal_robot_inverse_f64;
+    static constexpr auto init = dcal_joint_init_f64;
+    static constexpr auto add = dcal_joint_add_f64;
+    static constexpr auto flush = dcal_joint_flush_f64;
+    static constexpr auto solve = dcal_joint_solve_f64;
+    static constexpr auto step = dcal_joint_step_f64;
+    static constexpr auto stop = dcal_joint_stop_f64;
+    static constexpr auto finish = dcal_joint_finish_f64;
+    static constexpr auto robot = dcal_joint_outcome_robot_f64;
+    static constexpr auto deviations = dcal_joint_outcome_deviations_f64;
+    static constexpr auto covariance = dcal_joint_outcome_covariance_f64;
 };
 
-// A robot; before it is made, every function refuses it with DELTA_CAL_NOT_INITIALIZED.
+// A robot; before it is made, every function refuses it with DCAL_NOT_INITIALIZED.
 template <typename Real> class Robot {
 public:
     using C = Api<Real>;
@@ -110,7 +110,7 @@ private:
     typename C::Outcome outcome = {};
 };
 
-// The joint calibrator and its solver.
+// The joint calibrator.
 template <typename Real> class Calibrator {
 public:
     using C = Api<Real>;
@@ -120,17 +120,17 @@ public:
     Status add(const typename C::Sample &sample, Error *error = nullptr) {
         return C::add(&calibrator, &sample, error);
     }
-    // Factorises the samples that wait, which `begin` does otherwise; it shortens the step `begin`.
+    // Works in the samples that wait, which `solve` does otherwise: that call is then shorter.
     Status flush() { return C::flush(&calibrator); }
-    Status begin(Error *error = nullptr) { return C::begin(&solver, sizeof solver, &calibrator, error); }
-    Status step(Error *error = nullptr) { return C::step(&solver, &calibrator, error); }
-    Status outcome(Outcome<Real> &outcome, Error *error = nullptr) const {
-        return C::outcome(&solver, &calibrator, outcome.c(), sizeof *outcome.c(), error);
+    Status solve(Error *error = nullptr) { return C::solve(&calibrator, error); }
+    Status step(Error *error = nullptr) { return C::step(&calibrator, error); }
+    Status stop() { return C::stop(&calibrator); }
+    Status finish(Outcome<Real> &outcome, Error *error = nullptr) const {
+        return C::finish(&calibrator, outcome.c(), sizeof *outcome.c(), error);
     }
 
 private:
     typename C::Calibrator calibrator = {};
-    typename C::Solver solver = {};
 };
 
 } // namespace delta_cal

@@ -72,7 +72,7 @@ static hal_float_t *parameter_pins[24];
 /* The rest of the pins. */
 static struct __comp_state *pins;
 /* The robot in use. No robot while it is all zeros: the library then refuses every call. */
-static delta_cal_robot_f64 robot;
+static dcal_robot_f64 robot;
 static double units_per_mm;
 /* The revision that was looked at last. */
 static rtapi_u32 seen;
@@ -111,7 +111,7 @@ void rtapi_app_exit(void)
 }
 
 /* The revision stays unused, and the robot in use stays. */
-static void refuse(rtapi_u32 revision, delta_cal_status status, const char *why)
+static void refuse(rtapi_u32 revision, dcal_status status, const char *why)
 {
     *pins->status = status;
     rtapi_print_msg(RTAPI_MSG_ERR, "deltacalkins: revision %u is not taken over: %s\n", revision, why);
@@ -121,10 +121,10 @@ static void refuse(rtapi_u32 revision, delta_cal_status status, const char *why)
  * each of these computes with one robot; constant time, no allocation. */
 static void take_over(void)
 {
-    static delta_cal_robot_f64 next;
+    static dcal_robot_f64 next;
     double parameters[24];
     double units;
-    delta_cal_status status;
+    dcal_status status;
     const rtapi_u32 revision = *pins->revision;
     if (revision == seen) {
         return;
@@ -135,28 +135,28 @@ static void take_over(void)
     __atomic_thread_fence(__ATOMIC_ACQUIRE);
     for (int index = 0; index < 24; index++) {
         const int which = index % 8;
-        const double unit = which == DELTA_CAL_THETA || which == DELTA_CAL_ALPHA ? DEGREE : 1;
+        const double unit = which == DCAL_THETA || which == DCAL_ALPHA ? DEGREE : 1;
         parameters[index] = *parameter_pins[index] * unit;
         if (isnan(parameters[index])) {
             char why[] = "arm1.theta is not set";
             rtapi_snprintf(why, sizeof why, "arm%d.%s is not set", index / 8 + 1, names[which]);
-            refuse(revision, DELTA_CAL_GEOMETRY_NOT_FINITE, why);
+            refuse(revision, DCAL_GEOMETRY_NOT_FINITE, why);
             return;
         }
     }
     units = *pins->units_per_mm;
     if (!(units > 0) || !isfinite(units)) {
-        refuse(revision, DELTA_CAL_OTHER, "units-per-mm must be above 0");
+        refuse(revision, DCAL_OTHER, "units-per-mm must be above 0");
         return;
     }
-    status = delta_cal_robot_from_parameters_f64(&next, sizeof next, parameters, NULL);
-    if (status != DELTA_CAL_OK) {
-        refuse(revision, status, delta_cal_status_text(status));
+    status = dcal_robot_from_parameters_f64(&next, sizeof next, parameters, NULL);
+    if (status != DCAL_OK) {
+        refuse(revision, status, dcal_status_text(status));
         return;
     }
     robot = next;
     units_per_mm = units;
-    *pins->status = DELTA_CAL_OK;
+    *pins->status = DCAL_OK;
     *pins->revision_in_use = revision;
     *pins->valid = 1;
 }
@@ -176,7 +176,7 @@ int kinematicsForward(const double *joint, EmcPose *world, const KINEMATICS_FORW
     (void)fflags;
     (void)iflags;
     take_over();
-    if (delta_cal_robot_forward_f64(&robot, joints, position, NULL) != DELTA_CAL_OK) {
+    if (dcal_robot_forward_f64(&robot, joints, position, NULL) != DCAL_OK) {
         return -1;
     }
     world->tran.x = position[0] * units_per_mm;
@@ -202,7 +202,7 @@ int kinematicsInverse(const EmcPose *world, double *joint, const KINEMATICS_INVE
     position[0] = world->tran.x / units_per_mm;
     position[1] = world->tran.y / units_per_mm;
     position[2] = world->tran.z / units_per_mm;
-    if (delta_cal_robot_inverse_f64(&robot, position, joints, NULL) != DELTA_CAL_OK) {
+    if (dcal_robot_inverse_f64(&robot, position, joints, NULL) != DCAL_OK) {
         return -1;
     }
     joint[0] = joints[0] / DEGREE;

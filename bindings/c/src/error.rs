@@ -22,14 +22,14 @@ pub struct Error {
     pub needed: u64,
     /// The status that the call returned.
     pub status: Status,
-    /// The arm at fault: 0, 1, 2, or `DELTA_CAL_NO_ARM`.
+    /// The arm at fault: 0, 1, 2, or `DCAL_NO_ARM`.
     pub arm: i32,
-    /// The parameter at fault: `DELTA_CAL_DX` to `DELTA_CAL_LB`, or `DELTA_CAL_NO_PARAMETER`.
+    /// The parameter at fault: `DCAL_DX` to `DCAL_LB`, or `DCAL_NO_PARAMETER`.
     pub parameter: i32,
-    /// Why a solution is impossible (`DELTA_CAL_GEOMETRY_...`), otherwise `DELTA_CAL_OK`.
+    /// Why a solution is impossible (`DCAL_GEOMETRY_...`), otherwise `DCAL_OK`.
     pub cause: Status,
-    /// The instrument at fault: `DELTA_CAL_NO_INSTRUMENT`, `DELTA_CAL_FRAME`, `DELTA_CAL_PLANE`, `DELTA_CAL_POINT` or
-    /// `DELTA_CAL_TRANSMISSION`.
+    /// The instrument at fault: `DCAL_NO_INSTRUMENT`, `DCAL_FRAME`, `DCAL_PLANE`, `DCAL_POINT` or
+    /// `DCAL_TRANSMISSION`.
     pub instrument: i32,
     /// Index of the plane or point, or of the observation at fault.
     pub index: u32,
@@ -40,7 +40,9 @@ pub struct Error {
     pub reserved: u32,
 }
 
-impl Plain for Error {}
+// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+#[allow(unsafe_code)]
+unsafe impl Plain for Error {}
 
 impl From<Status> for Error {
     fn from(status: Status) -> Self {

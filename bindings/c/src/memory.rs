@@ -6,20 +6,29 @@
 #![allow(unsafe_code)] // each block says why it is right
 #![allow(clippy::cast_ptr_alignment)] // checked at run time, that is what this file is for
 
-use crate::kind::{ALIGNMENT, Kind, Stored, Tag};
+use crate::kind::{ALIGNMENT, Kind, Owning, Stored, Tag};
 use crate::status::{self, Status};
 use core::fmt;
 use core::marker::PhantomData;
 
-/// Numbers without further rules: any bits of that size are a value.
-pub trait Plain: Copy {}
+/// Numbers without further rules.
+///
+/// # Safety
+/// Any bits of that size are a value, and there is no padding.
+pub unsafe trait Plain: Copy {}
 
-impl Plain for f32 {}
-impl Plain for f64 {}
-impl Plain for i32 {}
-impl Plain for u8 {}
-impl Plain for u64 {}
-impl<T: Plain, const N: usize> Plain for [T; N] {}
+macro_rules! plain {
+    ($($number:ty)+) => {
+        $(
+            // SAFETY: a number.
+            unsafe impl Plain for $number {}
+        )+
+    };
+}
+
+plain! { f32 f64 i32 u8 u64 usize }
+// SAFETY: such numbers in a row.
+unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
 
 macro_rules! pointer {
     ($(#[doc = $text:literal])+ $name:ident, $raw:ty) => {
@@ -134,15 +143,20 @@ impl<K: Kind> Held<K> {
 }
 
 impl<K: Kind> Held<K> {
-    /// The object, and bytes that lie elsewhere and are written.
+    /// The object, and the bytes that are needed of those that lie elsewhere; they are written only if there are enough.
     pub(crate) fn beside_bytes<'a>(
         &'a self,
         bytes: &'a mut Out<u8>,
-        size: usize,
+        capacity: usize,
+        needed: usize,
     ) -> Result<(&'a K, &'a mut [u8]), Status> {
         object::<K>(self.0)?;
-        no_overlap::<K>(self.0, bytes.0, size)?;
-        Ok((self.get()?, bytes.row(size)?))
+        bytes.usable()?;
+        no_overlap::<K>(self.0, bytes.0, capacity)?;
+        if capacity < needed {
+            return Err(status::SNAPSHOT_BUFFER);
+        }
+        Ok((self.get()?, bytes.row(needed)?))
     }
 }
 
@@ -208,6 +222,26 @@ impl<K: Kind> New<K> {
         unsafe {
             (&raw mut (*stored).value).write(*value);
             (&raw mut (*stored).tag).write(Tag::of::<K>());
+        }
+        Ok(())
+    }
+}
+
+impl<C: Copy, S: Copy> New<Owning<C, S>>
+where
+    Owning<C, S>: Kind,
+{
+    /// As `put`, for a calibrator that does not solve; its solver is not written.
+    #[inline]
+    pub(crate) fn put_idle(&mut self, size: usize, samples: &C) -> Result<(), Status> {
+        self.usable(size)?;
+        let stored = self.0.cast::<Stored<Owning<C, S>>>();
+        // SAFETY: as in `put`.
+        unsafe {
+            (&raw mut (*stored).value.samples).write(*samples);
+            (&raw mut (*stored).value.solver).write(None);
+            (&raw mut (*stored).value.working).write(false);
+            (&raw mut (*stored).tag).write(Tag::of::<Owning<C, S>>());
         }
         Ok(())
     }

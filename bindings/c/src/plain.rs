@@ -28,8 +28,8 @@ pub const LEVENBERG_MARQUARDT: i32 = 0;
 pub const GAUSS_NEWTON: i32 = 1;
 /// The iteration starts from the nominal robot.
 pub const START_NOMINAL: i32 = 0;
-/// The iteration starts without a guess; needs 12 samples.
-pub const START_FREE: i32 = 1;
+/// The iteration starts without a guess; needs 12 samples. No number of a solver: exchanged, both are refused.
+pub const START_FREE: i32 = 2;
 
 /// The iteration stopped because no step could reduce the sum of squares any further.
 pub const GRADIENT_VANISHED: i32 = 0;

@@ -1,6 +1,6 @@
 //! What a call came to. The numbers never change; `tests/status.rs` holds them.
 
-/// What a call came to: `DELTA_CAL_OK`, `DELTA_CAL_WORKING`, or why nothing was done.
+/// What a call came to: `DCAL_OK`, `DCAL_WORKING`, or why nothing was done.
 pub type Status = i32;
 
 macro_rules! statuses {
@@ -37,7 +37,7 @@ statuses! {
     MISALIGNED = 11,
     /// The stated size is smaller than the object.
     WRONG_SIZE = 12,
-    /// The memory holds no object: it was never initialised, or overwritten.
+    /// The memory holds no object of this version of the library: it was never initialised, or overwritten.
     NOT_INITIALIZED = 13,
     /// The memory holds an object of another kind.
     WRONG_KIND = 14,
@@ -47,6 +47,8 @@ statuses! {
     NO_SUCH_ARM = 16,
     /// A number that chooses is none of those that the header names.
     NO_SUCH_CHOICE = 17,
+    /// The calibrator is solving: step it to the end, or stop it, before its samples change.
+    BUSY = 18,
 
     /// The noise of positions must be a finite number greater than 0.
     NOISE_OF_POSITION = 20,

@@ -1,5 +1,5 @@
 //! Calibration from measurements that are less than a position.
-#![allow(unsafe_code)] // naming symbols
+#![allow(unsafe_code)] // naming symbols, and promises about plain numbers
 
 use super::Real;
 use super::sample::Settings;
@@ -37,13 +37,14 @@ pub struct Observation {
     pub plane: u32,
     /// Which point the distance is from, from 0 on.
     pub point: u32,
-    /// What was measured: bits `DELTA_CAL_READ_...`, at most one of the two kinds of distance.
+    /// What was measured: bits `DCAL_READ_...`, at most one of the two kinds of distance.
     pub readings: u32,
     /// 0.
     pub reserved: u32,
 }
 
-impl Plain for Observation {}
+// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+unsafe impl Plain for Observation {}
 
 /// A plane z = c + a x + b y, whose c, a and b are unknown.
 #[repr(C)]
@@ -73,7 +74,7 @@ pub struct Point {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instruments {
-    /// `DELTA_CAL_FRAME_BASE` or `DELTA_CAL_FRAME_SENSOR`.
+    /// `DCAL_FRAME_BASE` or `DCAL_FRAME_SENSOR`.
     pub frame: i32,
     /// How many planes there are.
     pub plane_count: u32,
@@ -91,7 +92,8 @@ pub struct Instruments {
     pub points: [Point; POINTS],
 }
 
-impl Plain for Instruments {}
+// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+unsafe impl Plain for Instruments {}
 
 impl Observation {
     fn reads(&self, bit: u32) -> bool {
@@ -225,9 +227,9 @@ impl Instruments {
 /// This is one long call, unlike the solvers: its time grows with `count`, and its temporaries lie on the stack
 /// (docs/c.md states how much).
 ///
-/// Errors: `DELTA_CAL_OBSERVATION_...`, `DELTA_CAL_SAMPLE_JOINT_...`, `DELTA_CAL_NO_SUCH_PLANE` and `..._POINT` with the
-/// index of the observation; `DELTA_CAL_TOO_MANY_UNKNOWNS`, `DELTA_CAL_NOISE_...`, `DELTA_CAL_KNOWN_PLACE`, and every
-/// refusal (`DELTA_CAL_TOO_FEW_SAMPLES` to `DELTA_CAL_OVERFLOW`).
+/// Errors: `DCAL_OBSERVATION_...`, `DCAL_SAMPLE_JOINT_...`, `DCAL_NO_SUCH_PLANE` and `..._POINT` with the
+/// index of the observation; `DCAL_TOO_MANY_UNKNOWNS`, `DCAL_NOISE_...`, `DCAL_KNOWN_PLACE`, and every
+/// refusal (`DCAL_TOO_FEW_SAMPLES` to `DCAL_OVERFLOW`).
 #[unsafe(export_name = name!("observations_solve"))]
 pub extern "C" fn observations_solve(
     robot: Held<Robot<Real>>,
@@ -291,7 +293,7 @@ pub extern "C" fn observation_outcome_joint(
 
 /// Writes where a plane z = c + a x + b y lies: c (length), a, b.
 ///
-/// Errors: `DELTA_CAL_NO_SUCH_PLANE`.
+/// Errors: `DCAL_NO_SUCH_PLANE`.
 #[unsafe(export_name = name!("observation_outcome_plane"))]
 pub extern "C" fn observation_outcome_plane(
     outcome: Held<Observed<Real>>,
@@ -314,7 +316,7 @@ pub extern "C" fn observation_outcome_plane(
 
 /// Writes where a point is, and what the sensor there reads too much: x, y, z, offset. Length.
 ///
-/// Errors: `DELTA_CAL_NO_SUCH_POINT`.
+/// Errors: `DCAL_NO_SUCH_POINT`.
 #[unsafe(export_name = name!("observation_outcome_point"))]
 pub extern "C" fn observation_outcome_point(
     outcome: Held<Observed<Real>>,
@@ -336,7 +338,7 @@ pub extern "C" fn observation_outcome_point(
 }
 
 /// Writes the frame in which coordinates were measured, from the robot's frame to it: the rotation row by row, and the
-/// translation (length). The identity for `DELTA_CAL_FRAME_BASE`.
+/// translation (length). The identity for `DCAL_FRAME_BASE`.
 #[unsafe(export_name = name!("observation_outcome_frame"))]
 pub extern "C" fn observation_outcome_frame(
     outcome: Held<Observed<Real>>,

@@ -1,5 +1,5 @@
 //! Robots and their kinematics.
-#![allow(unsafe_code)] // naming symbols
+#![allow(unsafe_code)] // naming symbols, and promises about plain numbers
 
 use super::Real;
 use crate::error::{Error, report, status_of};
@@ -25,11 +25,12 @@ pub struct Dimensions {
     pub azimuth: Real,
 }
 
-impl Plain for Dimensions {}
+// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+unsafe impl Plain for Dimensions {}
 
 /// Makes a robot from its dimensions, in `size` bytes of memory: write `sizeof *robot`.
 ///
-/// Errors: `DELTA_CAL_GEOMETRY_...`.
+/// Errors: `DCAL_GEOMETRY_...`.
 #[unsafe(export_name = name!("robot_from_dimensions"))]
 pub extern "C" fn robot_from_dimensions(
     mut robot: New<Robot<Real>>,
@@ -53,9 +54,9 @@ pub extern "C" fn robot_from_dimensions(
 }
 
 /// Makes a robot from its 24 parameters, in `size` bytes of memory: write `sizeof *robot`. Eight parameters an arm, in
-/// the order `DELTA_CAL_DX` to `DELTA_CAL_LB`: lengths, and theta and alpha in radians.
+/// the order `DCAL_DX` to `DCAL_LB`: lengths, and theta and alpha in radians.
 ///
-/// Errors: `DELTA_CAL_GEOMETRY_...`.
+/// Errors: `DCAL_GEOMETRY_...`.
 #[unsafe(export_name = name!("robot_from_parameters"))]
 pub extern "C" fn robot_from_parameters(
     mut robot: New<Robot<Real>>,
@@ -88,7 +89,7 @@ pub extern "C" fn robot_parameters(
 /// then use. Five numbers a joint: gain (no unit), c1, s1, c2 and s2 (radians). The angle of the arm is
 /// q + gain q + c1 cos q + s1 sin q + c2 cos 2q + s2 sin 2q at the joint angle q. Zeros take them away.
 ///
-/// Errors: `DELTA_CAL_GEOMETRY_TRANSMISSION`; the robot then keeps those that it had.
+/// Errors: `DCAL_GEOMETRY_TRANSMISSION`; the robot then keeps those that it had.
 #[unsafe(export_name = name!("robot_set_transmissions"))]
 pub extern "C" fn robot_set_transmissions(
     mut robot: HeldMut<Robot<Real>>,
@@ -96,8 +97,9 @@ pub extern "C" fn robot_set_transmissions(
     error: Out<Error>,
 ) -> Status {
     report(error, || {
-        let robot = robot.get()?;
+        // Read first: the numbers may lie anywhere, even in the robot.
         let [first, second, third] = transmissions.get()?;
+        let robot = robot.get()?;
         *robot = robot.with_transmissions([
             Transmission::new(first)?,
             Transmission::new(second)?,
@@ -123,7 +125,7 @@ pub extern "C" fn robot_transmissions(
 /// Forward kinematics: where the platform is at these joint angles. `joints`: q1, q2, q3, radians. `position`: x, y, z,
 /// in the robot's unit of length.
 ///
-/// Errors: `DELTA_CAL_UNREACHABLE`, `DELTA_CAL_SINGULAR_PARALLEL`, `DELTA_CAL_POSE_NOT_FINITE`, each with the arm.
+/// Errors: `DCAL_UNREACHABLE`, `DCAL_SINGULAR_PARALLEL`, `DCAL_POSE_NOT_FINITE`, each with the arm.
 #[unsafe(export_name = name!("robot_forward"))]
 pub extern "C" fn robot_forward(
     robot: Held<Robot<Real>>,
@@ -141,7 +143,7 @@ pub extern "C" fn robot_forward(
 /// Inverse kinematics, elbows out: the joint angles at which the platform is at a position. `position`: x, y, z, in the
 /// robot's unit of length. `joints`: q1, q2, q3, radians.
 ///
-/// Errors: `DELTA_CAL_UNREACHABLE`, `DELTA_CAL_SINGULAR_SERIAL`, `DELTA_CAL_POSE_NOT_FINITE`, each with the arm.
+/// Errors: `DCAL_UNREACHABLE`, `DCAL_SINGULAR_SERIAL`, `DCAL_POSE_NOT_FINITE`, each with the arm.
 #[unsafe(export_name = name!("robot_inverse"))]
 pub extern "C" fn robot_inverse(
     robot: Held<Robot<Real>>,

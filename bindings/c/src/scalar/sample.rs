@@ -1,4 +1,5 @@
 //! Samples, and what a calibration assumes.
+#![allow(unsafe_code)] // a promise about plain numbers
 
 use super::Real;
 use crate::error::Error;
@@ -19,7 +20,8 @@ pub struct Sample {
     pub position: [Real; 3],
 }
 
-impl Plain for Sample {}
+// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+unsafe impl Plain for Sample {}
 
 impl From<Sample> for delta_cal::Sample<Real> {
     fn from(sample: Sample) -> Self {
@@ -43,9 +45,9 @@ pub struct Settings {
     pub length_tolerance: Real,
     /// Manufacturing tolerance, one sigma of theta and alpha. Radians.
     pub angle_tolerance: Real,
-    /// `DELTA_CAL_LEVENBERG_MARQUARDT` or `DELTA_CAL_GAUSS_NEWTON`.
+    /// `DCAL_LEVENBERG_MARQUARDT` or `DCAL_GAUSS_NEWTON`.
     pub solver: i32,
-    /// `DELTA_CAL_START_NOMINAL` or `DELTA_CAL_START_FREE`.
+    /// `DCAL_START_NOMINAL` or `DCAL_START_FREE`.
     pub start: i32,
     /// Linearisations allowed for each start; 0: 50.
     pub iteration_limit: u32,
@@ -53,7 +55,8 @@ pub struct Settings {
     pub reserved: u32,
 }
 
-impl Plain for Settings {}
+// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+unsafe impl Plain for Settings {}
 
 impl Settings {
     /// As the core states them.
@@ -61,6 +64,9 @@ impl Settings {
     /// # Errors
     /// A noise or tolerance that is not one, a number that chooses nothing.
     pub(crate) fn checked(&self) -> Result<delta_cal::Settings<Real>, Error> {
+        if self.reserved != 0 {
+            return Err(status::NO_SUCH_CHOICE.into());
+        }
         let [x, y, z] = self.position_noise;
         // Zero means zero here: it stands for "not stated".
         #[allow(clippy::float_cmp)]

@@ -6,7 +6,7 @@ use delta_cal_c::{kind, status};
 const STATUSES: &str = "
     OK 0, WORKING 1,
     NULL_POINTER 10, MISALIGNED 11, WRONG_SIZE 12, NOT_INITIALIZED 13, WRONG_KIND 14, OVERLAP 15, NO_SUCH_ARM 16,
-    NO_SUCH_CHOICE 17,
+    NO_SUCH_CHOICE 17, BUSY 18,
     NOISE_OF_POSITION 20, NOISE_OF_JOINT 21, NOISE_OF_HEIGHT 22, NOISE_OF_DISTANCE 23, TOLERANCE_OF_LENGTH 24,
     TOLERANCE_OF_ANGLE 25, WIDTH_OF_GATE 26, FORGETTING 27, KNOWN_PLACE 28,
     GEOMETRY_NOT_FINITE 30, GEOMETRY_NOT_POSITIVE 31, GEOMETRY_TILT 32, GEOMETRY_AZIMUTH 33, GEOMETRY_RADIUS 34,
@@ -25,8 +25,8 @@ const STATUSES: &str = "
 
 /// Kinds in single and in double precision.
 const KINDS: &str = "
-    robot 1025 2049, calibrator 1026 2050, solver 1027 2051, outcome 1028 2052, joint_calibrator 1029 2053,
-    joint_solver 1030 2054, joint_outcome 1031 2055, gate 1032 2056, observation_outcome 1033 2057";
+    robot 1025 2049, arms 1026 2050, arms_outcome 1028 2052, joint 1029 2053, joint_outcome 1031 2055, gate 1032 2056,
+    observation_outcome 1033 2057";
 
 fn list(text: &str) -> Vec<String> {
     text.split(',').map(|part| part.trim().to_owned()).collect()
@@ -50,10 +50,14 @@ fn a_kind_keeps_its_number() {
     assert_eq!(found, list(KINDS));
 }
 
+/// Also a number that is no status.
 #[test]
 fn every_status_has_a_sentence() {
-    for (name, number) in status::ALL {
-        let text = status::text(*number).to_string_lossy();
-        assert!(text.ends_with('.') && text.len() > 10, "{name}: {text}");
+    let numbers = status::ALL.iter().map(|(_, number)| *number);
+    for number in numbers.chain([-1, 9999]) {
+        let text = delta_cal_c::library::status_text(number);
+        let text = unsafe { core::ffi::CStr::from_ptr(text) }.to_str().unwrap();
+        assert!(text.ends_with('.') && text.len() > 10, "{number}: {text}");
+        assert!(!text.starts_with(' '), "{number}: {text}");
     }
 }

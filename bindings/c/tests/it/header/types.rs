@@ -52,7 +52,7 @@ pub(crate) fn declared(kind: &Type, name: &str, scalar: Scalar) -> String {
             format!("{constant}{} *{name}", object(&path(&inner).0, scalar))
         }
         ("In" | "Many" | "Out", None) => format!("{constant}{} *{name}", value(&inner, scalar)),
-        ("Workspace", None) => format!("delta_cal_observation_row{} *{name}", scalar.suffix()),
+        ("Workspace", None) => format!("dcal_observation_row{} *{name}", scalar.suffix()),
         _ => panic!("{outer} is no type of the interface"),
     }
 }
@@ -61,12 +61,12 @@ pub(crate) fn declared(kind: &Type, name: &str, scalar: Scalar) -> String {
 pub(crate) fn object(name: &str, scalar: Scalar) -> String {
     let kind = kind::ALL.iter().find(|kind| kind.name == name);
     let kind = kind.unwrap_or_else(|| panic!("{name} is no kind of object"));
-    format!("delta_cal_{}{}", kind.in_c, scalar.suffix())
+    format!("dcal_{}{}", kind.in_c, scalar.suffix())
 }
 
 /// The type of a structure.
 pub(crate) fn structure(name: &str, scalar: Scalar) -> String {
-    let mut text = String::from("delta_cal");
+    let mut text = String::from("dcal");
     for letter in name.chars() {
         if letter.is_uppercase() {
             text.push('_');
@@ -88,7 +88,7 @@ fn value(kind: &Type, scalar: Scalar) -> String {
         "u32" => "uint32_t".to_owned(),
         "u64" => "uint64_t".to_owned(),
         "usize" => "size_t".to_owned(),
-        "Status" => "delta_cal_status".to_owned(),
+        "Status" => "dcal_status".to_owned(),
         name => structure(name, scalar),
     }
 }
@@ -139,10 +139,10 @@ fn array(kind: &Type) -> Option<(Type, (String, usize))> {
             ..
         }) => (digits.to_string(), digits.base10_parse().unwrap()),
         Expr::Path(path) if path.path.is_ident("PLANES") => {
-            ("DELTA_CAL_PLANES".to_owned(), plain::PLANES)
+            ("DCAL_PLANES".to_owned(), plain::PLANES)
         }
         Expr::Path(path) if path.path.is_ident("POINTS") => {
-            ("DELTA_CAL_POINTS".to_owned(), plain::POINTS)
+            ("DCAL_POINTS".to_owned(), plain::POINTS)
         }
         _ => panic!("a length that is no number"),
     };

@@ -1,7 +1,7 @@
 //! The header's text.
 
-use crate::source::{Function, Source, Structure};
-use crate::types::{Scalar, declared, layout, object, structure};
+use super::source::{Function, Source, Structure};
+use super::types::{Scalar, declared, layout, object, structure};
 use delta_cal_c::{kind, library, plain, status};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -10,7 +10,7 @@ use std::fmt::Write;
 const WIDTH: usize = 110;
 
 const BEGIN: &str = "\
-/* delta_cal.h: kinematic calibration of Delta parallel robots, for C11 and C++11.
+/** delta_cal.h: kinematic calibration of Delta parallel robots, for C99 and C++11.
  *
  * Made from the library's source; do not edit it. The manual is docs/c.md.
  *
@@ -18,12 +18,13 @@ const BEGIN: &str = "\
  *
  * Objects lie in memory that you provide: a variable of the object's type, wherever you like, static or on the stack.
  * Nothing is allocated, nothing is released, and an object holds no pointer, so that you may copy one by assignment.
- * Functions that make an object take its size (sizeof object) and refuse less than they need.
+ * Functions that make an object take its size (sizeof object) and refuse less than they need. An object is of this
+ * version of the library: after an update of the firmware, make it anew from a snapshot.
  *
- * Every function but four returns DELTA_CAL_OK (0), DELTA_CAL_WORKING (1), or why nothing was done. A call that
+ * Every function but four returns DCAL_OK (0), DCAL_WORKING (1), or why nothing was done. A call that
  * fails writes nothing but its error. An argument `error` may be NULL. What every function can return beside the
- * errors that stand with it: DELTA_CAL_NULL_POINTER, DELTA_CAL_MISALIGNED, DELTA_CAL_WRONG_SIZE,
- * DELTA_CAL_NOT_INITIALIZED, DELTA_CAL_WRONG_KIND and DELTA_CAL_OVERLAP.
+ * errors that stand with it: DCAL_NULL_POINTER, DCAL_MISALIGNED, DCAL_WRONG_SIZE,
+ * DCAL_NOT_INITIALIZED, DCAL_WRONG_KIND and DCAL_OVERLAP.
  *
  * What you promise: a pointer is NULL or leads to memory of its type, and nobody else uses that memory during the
  * call. Different objects may be used at the same time, from interrupts and threads too.
@@ -34,19 +35,22 @@ const BEGIN: &str = "\
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef __cplusplus
-#define DELTA_CAL_ASSERT(condition, text) static_assert(condition, text)
-#define DELTA_CAL_ALIGNED alignas(8)
-#define DELTA_CAL_ALIGNMENT_OF(type) alignof(type)
+#if defined(__cplusplus)
+#define DCAL_ASSERT(condition, text) static_assert(condition, text)
+#define DCAL_ALIGNED alignas(8)
 extern \"C\" {
+#elif defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L
+#define DCAL_ASSERT(condition, text) _Static_assert(condition, text)
+#define DCAL_ALIGNED _Alignas(8)
 #else
-#define DELTA_CAL_ASSERT(condition, text) _Static_assert(condition, text)
-#define DELTA_CAL_ALIGNED _Alignas(8)
-#define DELTA_CAL_ALIGNMENT_OF(type) _Alignof(type)
+#define DCAL_ASSERT(condition, text) extern int dcal_asserted[(condition) ? 1 : -1]
+#ifdef __GNUC__
+#define DCAL_ALIGNED __attribute__((aligned(8)))
+#else
+#define DCAL_ALIGNED /* Align objects to 8 bytes yourself: DCAL_MISALIGNED says where they are not. */
 #endif
-#define DELTA_CAL_OBJECT(type, size)                                 \\
-    DELTA_CAL_ASSERT(sizeof(type) == size, \"the size of an object\"); \\
-    DELTA_CAL_ASSERT(DELTA_CAL_ALIGNMENT_OF(type) == 8, \"the alignment of an object\")
+#endif
+#define DCAL_OBJECT(type, size) DCAL_ASSERT(sizeof(type) == size, \"the size of an object\")
 ";
 
 const END: &str = "
@@ -69,15 +73,15 @@ pub(crate) fn header(source: &Source) -> String {
     let version = library::VERSION;
     writeln!(
         text,
-        "\n/* The version of this header: major << 16 | minor << 8 | patch. */\n\
-         #define DELTA_CAL_VERSION UINT32_C({version})"
+        "\n/** The version of this header: major << 16 | minor << 8 | patch. */\n\
+         #define DCAL_VERSION UINT32_C({version})"
     )
     .unwrap();
 
-    text.push_str("\n/* What a call came to. The numbers never change. */\ntypedef int32_t delta_cal_status;\n\nenum {\n");
+    text.push_str("\n/** What a call came to. The numbers never change. */\ntypedef int32_t dcal_status;\n\nenum {\n");
     for (name, number) in status::ALL {
         let about = status::text(*number).to_str().unwrap().trim();
-        writeln!(text, "    /* {about} */\n    DELTA_CAL_{name} = {number},").unwrap();
+        writeln!(text, "    /** {about} */\n    DCAL_{name} = {number},").unwrap();
     }
     close(&mut text, "};\n");
 
@@ -87,7 +91,7 @@ pub(crate) fn header(source: &Source) -> String {
         let sign = if constant.negative { "-" } else { "" };
         writeln!(
             text,
-            "    DELTA_CAL_{} = {sign}{},",
+            "    DCAL_{} = {sign}{},",
             constant.name, constant.value
         )
         .unwrap();
@@ -95,7 +99,7 @@ pub(crate) fn header(source: &Source) -> String {
     close(&mut text, "};\n");
 
     text.push_str(
-        "\n/* The kinds of object, for delta_cal_size. The numbers never change. */\nenum {\n",
+        "\n/** The kinds of object, for dcal_size. The numbers never change. */\nenum {\n",
     );
     for (index, scalar) in [(0, Scalar::Single), (1, Scalar::Double)] {
         for kind in kind::ALL {
@@ -107,7 +111,7 @@ pub(crate) fn header(source: &Source) -> String {
 
     page.structure(&mut text, &source.error, Scalar::Single);
     for function in &source.library {
-        page.function(&mut text, function, Scalar::Single, "delta_cal_", "");
+        page.function(&mut text, function, Scalar::Single, "dcal_", "");
     }
 
     let sizes: BTreeMap<String, usize> = structures(source).into_iter().collect();
@@ -124,19 +128,19 @@ pub(crate) fn header(source: &Source) -> String {
                 kind.scalars[index].1,
             );
         }
-        let row = format!("delta_cal_observation_row{}", scalar.suffix());
+        let row = format!("dcal_observation_row{}", scalar.suffix());
         let size = [kind::OBSERVATION_ROW_F32, kind::OBSERVATION_ROW_F64][index];
         opaque(&mut text, &row, "Workspace for one observation.", size);
-        text.push_str("\n/* The bytes of a snapshot. */\n");
+        text.push_str("\n/** The bytes of a snapshot. */\n");
         for (of, sizes) in kind::SNAPSHOTS {
-            let name = format!("DELTA_CAL_{of}_SNAPSHOT{}_SIZE", scalar.suffix());
+            let name = format!("DCAL_{of}_SNAPSHOT{}_SIZE", scalar.suffix());
             writeln!(text, "#define {} {}", name.to_uppercase(), sizes[index]).unwrap();
         }
         for structure in &source.structures {
             page.structure(&mut text, structure, scalar);
         }
         for function in &source.functions {
-            page.function(&mut text, function, scalar, "delta_cal_", scalar.suffix());
+            page.function(&mut text, function, scalar, "dcal_", scalar.suffix());
         }
     }
 
@@ -144,7 +148,7 @@ pub(crate) fn header(source: &Source) -> String {
     for (name, size) in sizes {
         writeln!(
             text,
-            "DELTA_CAL_ASSERT(sizeof({name}) == {size}, \"the size of a structure\");"
+            "DCAL_ASSERT(sizeof({name}) == {size}, \"the size of a structure\");"
         )
         .unwrap();
     }
@@ -157,7 +161,7 @@ pub(crate) fn header(source: &Source) -> String {
 pub(crate) fn structures(source: &Source) -> Vec<(String, usize)> {
     let mut found = Vec::new();
     found.push((
-        "delta_cal_error".to_owned(),
+        "dcal_error".to_owned(),
         size(&source.error, Scalar::Single, &BTreeMap::new()).0,
     ));
     for scalar in [Scalar::Single, Scalar::Double] {
@@ -201,9 +205,9 @@ fn opaque(text: &mut String, name: &str, about: &str, size: usize) {
     let macro_name = format!("{}_SIZE", name.to_uppercase());
     writeln!(
         text,
-        "\n/* {about} */\n#define {macro_name} {size}\n\
-         typedef struct {name} {{\n    DELTA_CAL_ALIGNED unsigned char memory[{macro_name}];\n}} {name};\n\
-         DELTA_CAL_OBJECT({name}, {macro_name});"
+        "\n/** {about} */\n#define {macro_name} {size}\n\
+         typedef struct {name} {{\n    DCAL_ALIGNED unsigned char memory[{macro_name}];\n}} {name};\n\
+         DCAL_OBJECT({name}, {macro_name});"
     )
     .unwrap();
 }
@@ -283,7 +287,7 @@ impl Page<'_> {
         }
         let last = lines.len() - 1;
         for (index, line) in lines.iter().enumerate() {
-            let begin = if index == 0 { "/*" } else { " *" };
+            let begin = if index == 0 { "/**" } else { " *" };
             let gap = if line.is_empty() { "" } else { " " };
             let end = if index == last { " */" } else { "" };
             writeln!(text, "{indent}{begin}{gap}{line}{end}").unwrap();
@@ -296,7 +300,7 @@ impl Page<'_> {
         if let (Some(before), Some(name), Some(after)) = (parts.next(), parts.next(), parts.next())
             && self.names.contains(&name)
         {
-            return format!("{before}delta_cal_{name}{}{after}", scalar.suffix());
+            return format!("{before}dcal_{name}{}{after}", scalar.suffix());
         }
         word.replace('`', "")
     }

@@ -1,10 +1,8 @@
 //! `include/delta_cal.h` is what the Rust source makes of it, documentation included. After a change of the interface:
 //!
 //! ```text
-//! DELTA_CAL_HEADER=write cargo test --package delta-cal-c --test header
+//! DELTA_CAL_HEADER=write cargo test --package delta-cal-c --test it header
 //! ```
-
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod page;
 mod source;
@@ -44,18 +42,18 @@ fn the_header_states_the_sizes_that_rust_uses() {
     }
     let source = Source::read();
     let sizes = sizes! {
-        "delta_cal_dimensions" robot Dimensions
-        "delta_cal_sample" sample Sample
-        "delta_cal_settings" sample Settings
-        "delta_cal_arm_summary" outcome ArmSummary
-        "delta_cal_verdict" gate Verdict
-        "delta_cal_gate_counts" gate GateCounts
-        "delta_cal_observation" observations Observation
-        "delta_cal_plane" observations Plane
-        "delta_cal_point" observations Point
-        "delta_cal_instruments" observations Instruments
+        "dcal_dimensions" robot Dimensions
+        "dcal_sample" sample Sample
+        "dcal_settings" sample Settings
+        "dcal_arm_summary" outcome ArmSummary
+        "dcal_verdict" gate Verdict
+        "dcal_gate_counts" gate GateCounts
+        "dcal_observation" observations Observation
+        "dcal_plane" observations Plane
+        "dcal_point" observations Point
+        "dcal_instruments" observations Instruments
     };
-    let error = ("delta_cal_error", size_of::<delta_cal_c::error::Error>());
+    let error = ("dcal_error", size_of::<delta_cal_c::error::Error>());
     let mut asserted: Vec<_> = page::structures(&source);
     asserted.sort_unstable();
     let mut expected: Vec<_> = sizes

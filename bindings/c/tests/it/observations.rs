@@ -1,22 +1,20 @@
 //! Observations of every kind: a sensor's frame, a plane that is known to a sigma, a point with an offset, distances
 //! between poses.
 
-use crate::place::{Place, input, output};
-use crate::{bits, noise_alone, nominal_place};
+use crate::place::{Place, bits, input, noise_and_tolerance, ok, output, robot, row};
 use delta_cal::nalgebra::Vector3;
 use delta_cal::observations::{
-    Distance, DistanceFrom, Height, ObservationNoise, ObservationProblem, ObservationRow,
-    PositionFrame,
+    Distance, DistanceFrom, Height, ObservationNoise, ObservationOutcome, ObservationProblem,
+    ObservationRow, PositionFrame,
 };
 use delta_cal_c::double::observations::*;
 use delta_cal_c::double::outcome::joint_outcome_covariance;
-use delta_cal_c::double::sample::Settings;
 use delta_cal_c::error::Error;
 use delta_cal_c::kind::OBSERVATION_ROW_F64;
 use delta_cal_c::plain::{
     FRAME_SENSOR, READ_DISTANCE, READ_DISTANCE_BETWEEN, READ_HEIGHT, READ_X, READ_Y, READ_Z,
 };
-use delta_cal_c::{Many, Workspace, status};
+use delta_cal_c::status;
 use delta_cal_target_tests::{noise, nominal, samples, tolerance};
 
 const SIGMA: f64 = 0.02;
@@ -81,15 +79,6 @@ fn observed() -> Vec<(Observation, delta_cal::observations::Observation<f64>)> {
     all
 }
 
-fn settings() -> Settings {
-    let tolerance = tolerance::<f64>();
-    Settings {
-        length_tolerance: tolerance.of(delta_cal::Parameter::Lb),
-        angle_tolerance: tolerance.of(delta_cal::Parameter::Theta),
-        ..noise_alone()
-    }
-}
-
 fn instruments() -> Instruments {
     let plane = Plane {
         known: 0.0,
@@ -125,17 +114,17 @@ fn solve(
     instruments: &Instruments,
     outcome: &mut Place<delta_cal_c::observed::Observed<f64>>,
 ) -> (i32, Error) {
-    let mut robot = nominal_place();
+    let mut robot = robot();
     let mut workspace = vec![0_u64; observations.len() * OBSERVATION_ROW_F64 / 8];
     let mut error = Error::from(status::OK);
     let (new, size) = (outcome.new_object(), outcome.size());
     let found = observations_solve(
         robot.held(),
-        unsafe { Many::from_c(observations.as_ptr().cast()) },
+        row(observations),
         observations.len(),
         input(instruments),
-        input(&settings()),
-        unsafe { Workspace::from_c(workspace.as_mut_ptr().cast()) },
+        input(&noise_and_tolerance()),
+        crate::place::at(workspace.as_mut_ptr().cast()),
         size_of_val(&*workspace),
         new,
         size,
@@ -144,135 +133,108 @@ fn solve(
     (found, error)
 }
 
-#[test]
-fn observations_of_every_kind_are_the_cores() {
-    let (in_c, of_core): (Vec<_>, Vec<_>) = observed().into_iter().unzip();
-    let known = delta_cal::observations::Instruments {
-        frame: PositionFrame::Sensor,
-        planes: &[delta_cal::observations::Plane {
-            known: Some((-560.2, 1.0)),
-            level: None,
-        }],
-        points: &[delta_cal::observations::Point {
-            known: None,
-            offset: true,
-        }],
-        noise: ObservationNoise::new(noise(), SIGMA, SIGMA).unwrap(),
-        transmission: None,
-    };
+/// Readings of the kinds that are chosen, which the core and C solve alike; the outcome of both.
+fn solved_alike(
+    chosen: &[usize],
+    points: &[delta_cal::observations::Point<f64>],
+    has_plane: bool,
+) -> (
+    Place<delta_cal_c::observed::Observed<f64>>,
+    ObservationOutcome<f64, 36>,
+) {
+    let kinds = observed().into_iter().enumerate();
+    let (in_c, of_core): (Vec<_>, Vec<_>) = kinds
+        .filter(|(index, _)| chosen.contains(&(index % 4)))
+        .map(|(_, pair)| pair)
+        .unzip();
     let robot = nominal::<f64>();
+    let known = known(points, has_plane);
     let assumed = delta_cal::Settings::new()
         .with_noise(noise())
         .with_tolerance(tolerance());
     let mut rows: Vec<_> = of_core.into_iter().map(ObservationRow::new).collect();
-    let problem = ObservationProblem::<f64, 36>::prepare(&robot, &known, &mut rows);
-    // 24 + 6 + 3 + 4 parameters are one more than there is room for.
-    assert!(problem.is_err());
-    let mut outcome = Place::new();
-    let (found, _) = solve(&in_c, &instruments(), &mut outcome);
-    assert_eq!(found, status::TOO_MANY_UNKNOWNS);
-
-    // Without the plane there is room.
-    let without_height = |(index, _): &(usize, _)| index % 4 != 3;
-    let in_c: Vec<_> = in_c
-        .into_iter()
-        .enumerate()
-        .filter(without_height)
-        .collect();
-    let in_c: Vec<_> = in_c
-        .into_iter()
-        .map(|(_, observation)| observation)
-        .collect();
-    let mut rows: Vec<_> = observed()
-        .into_iter()
-        .enumerate()
-        .filter(|(index, _)| index % 4 != 3)
-        .map(|(_, (_, observation))| ObservationRow::new(observation))
-        .collect();
-    let known = delta_cal::observations::Instruments {
-        planes: &[],
-        ..known
-    };
     let problem = ObservationProblem::<f64, 36>::prepare(&robot, &known, &mut rows).unwrap();
     let expected = problem.solve::<37, 703>(&assumed).unwrap();
 
     let mut stated = instruments();
-    stated.plane_count = 0;
+    stated.plane_count = u32::from(has_plane);
+    stated.point_count = u32::try_from(points.len()).unwrap();
+    let mut outcome = Place::new();
     let (found, error) = solve(&in_c, &stated, &mut outcome);
     assert_eq!((found, error.status), (status::OK, status::OK));
-    let mut place = [0.0; 4];
-    let found = observation_outcome_point(outcome.held(), 0, output(&mut place));
-    assert_eq!(found, status::OK);
-    assert_eq!(bits(&place), bits(&expected.point(&known, 0)));
-    let (mut rotation, mut translation) = ([[0.0; 3]; 3], [0.0; 3]);
-    let (turned, moved) = (output(&mut rotation), output(&mut translation));
-    assert_eq!(
-        observation_outcome_frame(outcome.held(), turned, moved),
-        status::OK
-    );
-    let frame = expected.frame();
-    for (row, values) in rotation.iter().enumerate() {
-        for (column, value) in values.iter().enumerate() {
-            assert_eq!(value.to_bits(), frame.rotation[(row, column)].to_bits());
-        }
-    }
-    assert_eq!(bits(&translation), bits(frame.translation.as_slice()));
+    (outcome, expected)
+}
 
-    let mut joint = Place::new();
-    let (new, size) = (joint.new_object(), joint.size());
-    assert_eq!(
-        observation_outcome_joint(outcome.held(), new, size),
-        status::OK
-    );
-    let mut covariance = [[0.0; 24]; 24];
-    assert_eq!(
-        joint_outcome_covariance(joint.held(), output(&mut covariance)),
-        status::OK
-    );
-    let expected = expected.of_robot().estimate.covariance.unwrap();
-    for (row, values) in covariance.iter().enumerate() {
-        for (column, value) in values.iter().enumerate() {
-            assert_eq!(value.to_bits(), expected[(row, column)].to_bits());
-        }
+/// As [`instruments`], in the core.
+fn known(
+    points: &[delta_cal::observations::Point<f64>],
+    has_plane: bool,
+) -> delta_cal::observations::Instruments<'_, f64> {
+    const PLANE: &[delta_cal::observations::Plane<f64>] = &[delta_cal::observations::Plane {
+        known: Some((-560.2, 1.0)),
+        level: None,
+    }];
+    delta_cal::observations::Instruments {
+        frame: PositionFrame::Sensor,
+        planes: if has_plane { PLANE } else { &[] },
+        points,
+        noise: ObservationNoise::new(noise(), SIGMA, SIGMA).unwrap(),
+        transmission: None,
     }
 }
 
 #[test]
-fn a_plane_that_is_known_is_the_cores() {
-    let chosen = |index: &usize| index % 4 >= 2;
-    let (in_c, of_core): (Vec<_>, Vec<_>) = observed()
-        .into_iter()
-        .enumerate()
-        .filter(|(index, _)| chosen(index))
-        .map(|(_, pair)| pair)
-        .unzip();
-    let known = delta_cal::observations::Instruments {
-        frame: PositionFrame::Sensor,
-        planes: &[delta_cal::observations::Plane {
-            known: Some((-560.2, 1.0)),
-            level: None,
-        }],
-        points: &[],
-        noise: ObservationNoise::new(noise(), SIGMA, SIGMA).unwrap(),
-        transmission: None,
-    };
-    let robot = nominal::<f64>();
-    let assumed = delta_cal::Settings::new()
-        .with_noise(noise())
-        .with_tolerance(tolerance());
-    let mut rows: Vec<_> = of_core.into_iter().map(ObservationRow::new).collect();
-    let problem = ObservationProblem::<f64, 36>::prepare(&robot, &known, &mut rows).unwrap();
-    let expected = problem.solve::<37, 703>(&assumed).unwrap();
+fn observations_of_every_kind_are_the_cores() {
+    let points = [delta_cal::observations::Point {
+        known: None,
+        offset: true,
+    }];
+    // 24 + 6 + 3 + 4 parameters are one more than there is room for.
+    let all: Vec<Observation> = observed().into_iter().map(|(in_c, _)| in_c).collect();
+    let (found, _) = solve(&all, &instruments(), &mut Place::new());
+    assert_eq!(found, status::TOO_MANY_UNKNOWNS);
 
-    let mut stated = instruments();
-    stated.point_count = 0;
-    let mut outcome = Place::new();
-    let (found, _) = solve(&in_c, &stated, &mut outcome);
-    assert_eq!(found, status::OK);
+    let (mut outcome, expected) = solved_alike(&[0, 1, 2], &points, false);
+    let mut place = [0.0; 4];
+    ok(observation_outcome_point(
+        outcome.held(),
+        0,
+        output(&mut place),
+    ));
+    assert_eq!(
+        bits(&place),
+        bits(&expected.point(&known(&points, false), 0))
+    );
+    let (mut rotation, mut translation) = ([[0.0; 3]; 3], [0.0; 3]);
+    let (turned, moved) = (output(&mut rotation), output(&mut translation));
+    ok(observation_outcome_frame(outcome.held(), turned, moved));
+    let frame = expected.frame();
+    let by_rows = frame.rotation.transpose();
+    assert_eq!(bits(rotation.as_flattened()), bits(by_rows.as_slice()));
+    assert_eq!(bits(&translation), bits(frame.translation.as_slice()));
+
+    let mut joint = Place::new();
+    let (new, size) = (joint.new_object(), joint.size());
+    ok(observation_outcome_joint(outcome.held(), new, size));
+    let mut covariance = [[0.0; 24]; 24];
+    ok(joint_outcome_covariance(
+        joint.held(),
+        output(&mut covariance),
+    ));
+    let expected = expected.of_robot().estimate.covariance.unwrap().transpose();
+    assert_eq!(bits(covariance.as_flattened()), bits(expected.as_slice()));
+}
+
+#[test]
+fn a_plane_that_is_known_is_the_cores() {
+    let (mut outcome, expected) = solved_alike(&[2, 3], &[], true);
     let mut plane = [0.0; 3];
-    let found = observation_outcome_plane(outcome.held(), 0, output(&mut plane));
-    assert_eq!(found, status::OK);
-    assert_eq!(bits(&plane), bits(&expected.plane(&known, 0)));
+    ok(observation_outcome_plane(
+        outcome.held(),
+        0,
+        output(&mut plane),
+    ));
+    assert_eq!(bits(&plane), bits(&expected.plane(&known(&[], true), 0)));
 }
 
 #[test]
@@ -314,7 +276,19 @@ fn wrong_observations_are_refused_by_their_index() {
         let unmade = observation_outcome_plane(outcome.held(), 0, output(&mut [0.0; 3]));
         assert_eq!(unmade, status::NOT_INITIALIZED);
     }
-    stated.planes[0].sigma = -1.0;
-    let (found, _) = solve(&good, &stated, &mut Place::new());
-    assert_eq!(found, status::KNOWN_PLACE);
+    for (expected, height, distance) in [
+        (status::NOISE_OF_HEIGHT, 0.0, SIGMA),
+        (status::NOISE_OF_DISTANCE, SIGMA, 0.0),
+        (status::NOISE_OF_HEIGHT, -1.0, SIGMA),
+    ] {
+        let mut wrong = stated;
+        (wrong.height_noise, wrong.distance_noise) = (height, distance);
+        assert_eq!(solve(&good, &wrong, &mut Place::new()).0, expected);
+    }
+    for sigma in [-1.0, f64::NAN, f64::INFINITY] {
+        let mut wrong = stated;
+        wrong.planes[0].sigma = sigma;
+        let (found, _) = solve(&good, &wrong, &mut Place::new());
+        assert_eq!(found, status::KNOWN_PLACE);
+    }
 }

@@ -3,15 +3,18 @@
 use syn::{Attribute, Expr, ExprLit, Fields, FnArg, Item, Lit, Meta, Pat, ReturnType, Type};
 
 /// The files with functions, in the header's order.
-const SCALAR: [&str; 8] = [
+const SCALAR: [&str; 6] = [
     "robot",
     "sample",
-    "calibrator",
-    "joint",
+    "family",
     "outcome",
     "gate",
-    "snapshot",
     "observations",
+];
+/// The families of `family`: prefix, calibrator and outcome.
+const FAMILIES: [(&str, &str, &str); 2] = [
+    ("arms", "Arms", "RobotOutcome"),
+    ("joint", "Joint", "JointOutcome"),
 ];
 
 /// A name with its type and what is said of it.
@@ -57,7 +60,7 @@ impl Source {
             error: structures(&items("error")).remove(0),
             structures: Vec::new(),
             functions: Vec::new(),
-            library: functions(&items("library"), |name| format!("\"delta_cal_{name}\"")),
+            library: functions(&items("library"), |name| format!("\"dcal_{name}\"")),
         };
         for item in items("plain") {
             if let Item::Const(item) = item {
@@ -71,19 +74,42 @@ impl Source {
             }
         }
         for file in SCALAR {
-            let items = items(&format!("scalar/{file}"));
-            source.structures.extend(structures(&items));
-            let named = |name: &str| format!("name ! (\"{name}\")");
-            source.functions.extend(functions(&items, named));
+            let text = text(&format!("scalar/{file}"));
+            let texts = match file {
+                "family" => FAMILIES.map(|family| of_family(&text, family)).to_vec(),
+                _ => vec![text],
+            };
+            for text in texts {
+                let items = syn::parse_file(&text).unwrap().items;
+                source.structures.extend(structures(&items));
+                let named = |name: &str| format!("name ! (\"{name}\")");
+                source.functions.extend(functions(&items, named));
+            }
         }
         source
     }
 }
 
-fn items(file: &str) -> Vec<Item> {
+fn text(file: &str) -> String {
     let path = format!("{}/src/{file}.rs", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(&path).unwrap();
-    syn::parse_file(&text).unwrap().items
+    std::fs::read_to_string(path).unwrap()
+}
+
+fn items(file: &str) -> Vec<Item> {
+    syn::parse_file(&text(file)).unwrap().items
+}
+
+/// The functions that every calibrator has, with the names and types of one.
+fn of_family(text: &str, (prefix, own, outcome): (&str, &str, &str)) -> String {
+    let mut text = text
+        .replace("<Own>", &format!("<{own}>"))
+        .replace("<Outcome>", &format!("<{outcome}>"))
+        .replace("family!(\"", &format!("name!(\"{prefix}_"))
+        .replace("extern \"C\" fn ", &format!("extern \"C\" fn {prefix}_"));
+    for name in ["solve", "step", "stop", "finish", "restore"] {
+        text = text.replace(&format!("`{name}`"), &format!("`{prefix}_{name}`"));
+    }
+    text
 }
 
 /// The structures in C's layout.

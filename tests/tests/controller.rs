@@ -10,7 +10,6 @@
 mod control_loop;
 mod damage;
 mod driver;
-mod extremes;
 mod flash;
 mod noise_on_the_link;
 mod pace;

@@ -156,25 +156,6 @@ proptest! {
         }
     }
 
-    #[test]
-    fn the_unit_of_length_does_not_matter((robot, q) in any_robot(), exponent in -6i32..6) {
-        let unit = 10f64.powi(exponent);
-        let arms = robot.arms().map(|arm| {
-            let mut p = arm.parameters();
-            for (index, value) in p.iter_mut().enumerate() {
-                if !matches!(index, 3 | 4) {
-                    *value *= unit;
-                }
-            }
-            Arm::new(p).unwrap()
-        });
-        let scaled = Robot::new(arms).unwrap();
-        match (robot.forward(&q), scaled.forward(&q)) {
-            (Ok(x), Ok(y)) => prop_assert!((x * unit - y).norm() < 1e-6 * unit),
-            (x, y) => prop_assert_eq!(x.is_err(), y.is_err()),
-        }
-    }
-
     /// Lengths as far apart as the scalar type allows, where squares overflow or vanish.
     #[test]
     fn no_extreme_length_yields_nan(
@@ -266,31 +247,6 @@ fn a_stretched_arm_is_a_serial_singularity() {
         robot.inverse(&(x + direction)),
         Err(KinematicsError::Unreachable(ArmIndex::First))
     );
-}
-
-#[test]
-fn a_platform_in_the_plane_of_the_elbows_is_a_parallel_singularity() {
-    // Elbows on a circle of radius 480 at q = 0, forearms 480: they meet in the plane.
-    let robot = SymmetricRobot {
-        base_radius: 220.0,
-        platform_radius: 0.0,
-        upper_arm: 260.0,
-        forearm: 480.0,
-    }
-    .robot()
-    .unwrap();
-    assert!(matches!(
-        robot.forward(&[0.0; 3]),
-        Err(KinematicsError::Singular(_, Singularity::Parallel))
-    ));
-    // Just below the plane the forward solution exists, and its Jacobian is refused.
-    let q = [1e-9; 3];
-    if let Ok(x) = robot.forward(&q) {
-        assert!(matches!(
-            robot.platform_jacobian(&x, &q),
-            Err(KinematicsError::Singular(_, Singularity::Parallel))
-        ));
-    }
 }
 
 #[test]

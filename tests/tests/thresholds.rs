@@ -127,21 +127,6 @@ fn the_platform_may_come_close_to_the_elbows_plane() {
     }
 }
 
-#[test]
-fn of_forearms_that_do_not_meet_the_shortest_is_named() {
-    for shift in [[0.0; 3], [900.0, -700.0, 400.0]] {
-        let robot = moved(&paper_robot(), shift);
-        for (short, index) in ArmIndex::ALL.into_iter().enumerate() {
-            let mut forearms = [480.0; 3];
-            forearms[short] = 150.0;
-            assert_eq!(
-                with_forearms(&robot, forearms).forward(&[-0.5; 3]),
-                Err(KinematicsError::Unreachable(index))
-            );
-        }
-    }
-}
-
 /// Of forearms that hardly differ as well, wherever the robot stands.
 #[test]
 fn the_shortest_forearm_is_named_by_a_small_difference() {

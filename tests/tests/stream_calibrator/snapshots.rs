@@ -42,41 +42,6 @@ fn a_stream_goes_on_to_the_same_bits_in_single_precision() {
     interrupted::<f32>();
 }
 
-/// Calibrators and gate by themselves, as C has them.
-#[test]
-fn calibrators_and_gate_by_themselves_go_on_to_the_same_bits() {
-    let settings = statements::<f64>()[3];
-    for (robot, samples) in &streams::<f64>(24) {
-        let mut arms = Calibrator::new(robot, &settings);
-        let mut gate = Gate::new(&mut arms);
-        let mut joint = JointCalibrator::new(robot, &settings);
-        let (mut arms_again, mut gate_again, mut joint_again) = (arms, gate, joint);
-        for sample in samples {
-            let verdict = gate.add(&mut arms, sample).unwrap();
-            joint.add(sample).unwrap();
-            assert_eq!(gate_again.add(&mut arms_again, sample).unwrap(), verdict);
-            joint_again.add(sample).unwrap();
-            let mut bytes = [
-                vec![0; Calibrator::<f64>::SNAPSHOT_BYTES],
-                vec![0; Gate::<f64>::SNAPSHOT_BYTES],
-                vec![0; JointCalibrator::<f64>::SNAPSHOT_BYTES],
-            ];
-            arms_again.snapshot(&mut bytes[0]).unwrap();
-            gate_again.snapshot(&arms_again, &mut bytes[1]).unwrap();
-            joint_again.snapshot(&mut bytes[2]).unwrap();
-            arms_again = Calibrator::new(robot, &settings);
-            arms_again.restore(&bytes[0]).unwrap();
-            gate_again = Gate::new(&mut Calibrator::new(robot, &settings));
-            gate_again.restore(&arms_again, &bytes[1]).unwrap();
-            joint_again = JointCalibrator::new(robot, &settings);
-            joint_again.restore(&bytes[2]).unwrap();
-        }
-        assert_eq!(arms_again, arms);
-        assert_eq!(gate_again, gate);
-        assert_eq!(joint_again, joint);
-    }
-}
-
 /// Every bit of a snapshot, every length of it, and what flash holds before anything was written.
 #[test]
 fn damaged_bytes_are_refused_and_change_nothing() {

@@ -10,22 +10,19 @@
     clippy::cast_sign_loss
 )]
 
-mod budgets;
 mod controller;
 mod derivatives;
-mod drift;
 mod exact;
-mod frames;
 mod gate;
 mod hard_cases;
 mod joint;
 mod kinematics;
 mod linear;
 mod link_faults;
-mod messages;
 mod observations;
 mod oracles;
 mod outcomes;
+mod printers;
 mod refusals;
 mod samples;
 mod single_precision;

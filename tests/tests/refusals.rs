@@ -1,10 +1,11 @@
 //! A calibration is either good or refused with its cause and arm.
 
-use delta_cal::calibration::{Solver, Start, ToleranceError};
+use delta_cal::calibration::{Instrument, Solver, Start, ToleranceError};
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
-use delta_cal::observations::ObservationNoise;
-use delta_cal::robot::Arm;
-use delta_cal::samples::NoiseError;
+use delta_cal::observations::{ObservationError, ObservationNoise, PrepareError};
+use delta_cal::robot::GeometryError;
+use delta_cal::samples::{NoiseError, SampleError};
+use delta_cal::stream::{Alarm, ForgettingError, GateError};
 use delta_cal::{
     ArmIndex, Calibrator, Noise, Parameter, Refusal, Robot, Sample, Settings, Tolerance,
 };
@@ -212,4 +213,112 @@ fn noises_and_tolerances_that_are_none() {
         assert_eq!(limits, Err(JointLimitsError::NonFinite));
     }
     assert_eq!(JointLimits::travel(1.0, 1.0), Err(JointLimitsError::Empty));
+}
+
+/// An error's message, and words that its reader cannot do without.
+fn says(error: &dyn core::error::Error, words: &[&str]) {
+    let message = error.to_string();
+    for word in words {
+        assert!(message.contains(word), "{message:?} without {word:?}");
+    }
+}
+
+#[test]
+fn refusals_name_the_arm_and_their_figures() {
+    let (arm, parameter) = (ArmIndex::Third, Parameter::LaX);
+    let few = |samples, needed| Refusal::TooFewSamples {
+        arm,
+        samples,
+        needed,
+    };
+    let undetermined = |condition| Refusal::Undetermined {
+        arm,
+        parameter,
+        condition,
+    };
+    let uncertain = |sigma| Refusal::Uncertain {
+        arm,
+        parameter,
+        sigma,
+    };
+    let far = |tolerances| Refusal::FarFromNominal {
+        arm,
+        parameter,
+        tolerances,
+    };
+    let iterations = 50;
+    let ratio = 12.34;
+    let contradiction = Refusal::ResidualContradictsNoise {
+        arm: Some(arm),
+        ratio,
+    };
+    let error = GeometryError::TiltTooLarge;
+    let of_an_arm: [(Refusal, &[&str]); 8] = [
+        (few(7, 8), &["7", "8"]),
+        (undetermined(3e9), &["La_x", "3.0e9"]),
+        (uncertain(0.25), &["La_x", "2.500e-1"]),
+        (Refusal::NotConverged { arm, iterations }, &["50"]),
+        (contradiction, &["12.3"]),
+        (far(9.87), &["La_x", "9.9"]),
+        (Refusal::ImpossibleGeometry { arm, error }, &["alpha"]),
+        (Refusal::NonFinite { arm }, &["overflow"]),
+    ];
+    for (refusal, words) in of_an_arm {
+        says(&refusal, words);
+        says(&refusal, &["arm 3"]);
+        assert_eq!(refusal.arm(), Some(arm));
+    }
+    let of_none: [(Refusal, &str); 3] = [
+        (Refusal::ImpossibleRobot(GeometryError::NoCommonUp), "up"),
+        (Refusal::WrongSide, "upside down"),
+        (Refusal::Unfinished, "not finished"),
+    ];
+    for (refusal, word) in of_none {
+        says(&refusal, &[word]);
+        assert_eq!(refusal.arm(), None);
+    }
+}
+
+#[test]
+fn messages_name_what_is_at_fault() {
+    let arm = ArmIndex::Second;
+    says(&SampleError::PositionNonFinite, &["position", "finite"]);
+    says(&SampleError::PositionTooFar(arm), &["position", "arm 2"]);
+    says(&SampleError::JointNonFinite(arm), &["arm 2", "finite"]);
+    says(&SampleError::JointTooLarge(arm), &["arm 2", "two turns"]);
+    says(&GateError::Sigmas, &["sigma", "greater than 0"]);
+    says(&ForgettingError::TooShort, &["one sample or more"]);
+    says(&ForgettingError::TooLong, &["mean age", "too large"]);
+    let changed = Alarm::RobotChanged { first: 17 };
+    let early = Alarm::EarlySamplesWrong { first: 5 };
+    assert_eq!((changed.first(), early.first()), (17, 5));
+}
+
+#[test]
+fn instruments_are_named_with_their_number() {
+    let named = [
+        (Instrument::Frame, "frame"),
+        (Instrument::Plane(2), "plane 2"),
+        (Instrument::Point(5), "point 5"),
+        (Instrument::Transmission(ArmIndex::Second), "arm 2"),
+    ];
+    for (instrument, words) in named {
+        assert!(instrument.to_string().contains(words), "{instrument}");
+        says(&Refusal::UndeterminedInstrument(instrument), &[words]);
+    }
+}
+
+#[test]
+fn errors_of_observations_name_the_row_and_what_is_wrong() {
+    let wrong = ObservationError::SamePlace;
+    says(&wrong, &["distance"]);
+    let row = PrepareError::Row {
+        index: 7,
+        error: wrong,
+    };
+    says(&row, &["observation 7", &wrong.to_string()]);
+    let no_room = PrepareError::TooManyUnknowns { parameters: 43 };
+    says(&no_room, &["room", "43"]);
+    let refusal = Refusal::Unfinished;
+    says(&PrepareError::Refused(refusal), &[&refusal.to_string()]);
 }

@@ -1,8 +1,7 @@
 //! The controller: whatever comes over the link, it answers with whole frames and keeps a robot.
 
 use crate::frames::{Raw, frame, messages, request};
-use crate::numbers::{Bits, Source};
-use crate::promises::finite_robot;
+use crate::numbers::{Bits, Source, finite_robot};
 use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::{Controller, ParameterFlash, StreamFlash, StreamPace, nominal};
 use delta_cal_protocol::{

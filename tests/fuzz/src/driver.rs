@@ -2,8 +2,7 @@
 
 use crate::controller::Bench;
 use crate::frames::{Raw, frame, messages};
-use crate::numbers::{Bits, Source};
-use crate::promises::finite_robot;
+use crate::numbers::{Bits, Source, finite_robot};
 use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::ParameterFlash;
 use delta_cal_host::device::{

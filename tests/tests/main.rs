@@ -30,5 +30,4 @@ mod statistics;
 mod stream_calibrator;
 mod streams;
 mod target;
-mod thresholds;
 mod validation;

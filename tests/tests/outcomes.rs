@@ -255,32 +255,6 @@ fn a_position_may_be_ten_thousand_units_from_the_centre() {
     }
 }
 
-#[test]
-fn merged_factors_are_worth_the_sum_of_what_they_remember() {
-    let (_, samples) = case(53, 30);
-    let filled = |part: &[Sample<f64>]| {
-        let mut calibrator = Calibrator::new(&paper_robot(), &Settings::default());
-        calibrator.add_many(part).unwrap();
-        calibrator
-    };
-    let mut first = filled(&samples[..10]);
-    first.forget(0.5);
-    first.add_many(&samples[10..13]).unwrap();
-    let mut second = filled(&samples[13..]);
-    second.forget(0.25);
-    first.merge(&second).unwrap();
-    for factor in first.arms() {
-        assert!((factor.effective_samples() - (5.0 + 3.0 + 17.0 / 4.0)).abs() < 1e-12);
-        assert_eq!(factor.samples(), 30);
-    }
-    // λ of 1 and more forgets nothing.
-    let before = first.arms()[0].effective_samples();
-    first.forget(1.0);
-    first.forget(1.5);
-    first.forget(f64::NAN);
-    assert!((first.arms()[0].effective_samples() - before).abs() < 1e-12);
-}
-
 /// No stated noise claims more than the scalar can hold: half an ε of the position, and 4ε Lb² in f.
 #[test]
 fn rounding_is_a_noise_too() {

@@ -97,10 +97,10 @@ fn predicted(robot: &Robot<f64>, [c, a, b]: [f64; 3], row: &Measured) -> f64 {
     }
 }
 
-/// Least squares of Klipper's own parameters: radius, two towers' azimuths, three end stops, and if asked three
-/// rods; heights are z. By Gauss and Newton with differences, a hundredth of a tolerance more on the diagonal.
-fn least_squares(printer: &Printer, rows: &[Measured], rods: bool) -> Robot<f64> {
-    let count = if rods { 9 } else { 6 };
+/// Least squares of Klipper's own parameters: radius, two towers' azimuths, three end stops; heights are z. By Gauss
+/// and Newton with differences.
+fn least_squares(printer: &Printer, rows: &[Measured]) -> Robot<f64> {
+    let count = 6;
     let robot = |p: &DVector<f64>| {
         let mut parameters = printer.nominal.parameters();
         for (arm, own) in parameters.iter_mut().enumerate() {
@@ -109,7 +109,6 @@ fn least_squares(printer: &Printer, rows: &[Measured], rods: bool) -> Robot<f64>
             own[0] = radius * azimuth.cos();
             own[1] = radius * azimuth.sin();
             own[Parameter::Zero.index()] += p[3 + arm];
-            own[Parameter::Lb.index()] += if rods { p[6 + arm] } else { 0.0 };
         }
         printer.nominal.with_parameters(parameters).unwrap()
     };
@@ -134,8 +133,7 @@ fn least_squares(printer: &Printer, rows: &[Measured], rods: bool) -> Robot<f64>
             moved[index] += step;
             jacobian.set_column(index, &((residuals(&moved) - &here) / step));
         }
-        // The shortest of the steps that fit alike, angles counted times the radius: six heights leave nine
-        // parameters open.
+        // The shortest of the steps that fit alike, angles counted times the radius.
         let scale = DVector::from_fn(count, |index, _| {
             if matches!(index, 1 | 2) {
                 1.0 / printer.radius
@@ -196,87 +194,44 @@ fn calibrated(
     Ok((outcome.robot, outcome.plane(&instruments, 0)))
 }
 
-/// Sums of squares of the left-out heights' and distances' errors, and how many there are.
-#[derive(Debug, Default, Clone, Copy)]
-struct Errors([[f64; 2]; 2]);
-
-impl Errors {
-    fn add(&mut self, row: &Measured, error: f64) {
-        let [sum, count] = &mut self.0[usize::from(row.to.is_some())];
-        *sum += error * error;
-        *count += 1.0;
-    }
-
-    fn merge(&mut self, other: &Self) {
-        for (own, other) in self
-            .0
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(other.0.as_flattened())
-        {
-            *own += other;
-        }
-    }
-
-    fn rms(&self, distances: bool) -> f64 {
-        let [sum, count] = self.0[usize::from(distances)];
-        (sum / count).sqrt()
-    }
-}
-
-/// With the basic fit, with rods, and with the tolerance; `None` if the calibration refuses.
-fn left_out(printer: &Printer, noise: [f64; 2]) -> Option<[Errors; 3]> {
-    let mut errors = [Errors::default(); 3];
+/// Sums of squares of the left-out heights' errors, of the basic fit and of the calibration, and how many there are.
+fn left_out(printer: &Printer) -> [f64; 3] {
+    let mut sums = [0.0; 3];
     for (index, row) in printer.rows.iter().enumerate() {
+        if row.to.is_some() {
+            continue;
+        }
         let mut others = printer.rows.clone();
         others.remove(index);
-        for (errors, rods) in errors.iter_mut().zip([false, true]) {
-            let robot = least_squares(printer, &others, rods);
-            errors.add(row, predicted(&robot, [0.0; 3], row) - row.value);
-        }
-        let (robot, plane) = calibrated(printer, &others, noise, &tolerance()).ok()?;
-        errors[2].add(row, predicted(&robot, plane, row) - row.value);
+        let basic = least_squares(printer, &others);
+        sums[0] += (predicted(&basic, [0.0; 3], row) - row.value).powi(2);
+        let (robot, plane) = calibrated(printer, &others, NOISE, &tolerance()).unwrap();
+        sums[1] += (predicted(&robot, plane, row) - row.value).powi(2);
+        sums[2] += 1.0;
     }
-    Some(errors)
+    sums
 }
 
 #[test]
 fn the_others_predict_what_was_left_out() {
-    let (mut better, mut pooled) = (0, [Errors::default(); 3]);
+    let (mut better, mut pooled) = (0, [0.0; 3]);
     for printer in PRINTERS.map(printer) {
-        let rods = |robot: &Robot<f64>| robot.arms().map(|arm| arm.lb());
-        let basic = |rods| least_squares(&printer, &printer.rows, rods);
-        let with_rods = rods(&basic(true)).map(|rod| format!("{rod:.1}")).join(" ");
         let (robot, _) = calibrated(&printer, &printer.rows, NOISE, &tolerance()).unwrap();
-        let errors = left_out(&printer, NOISE).unwrap();
-        let [one, two, three] = errors.each_ref().map(|errors| errors.rms(false));
-        let distances = if errors[0].0[1][1] > 0.0 {
-            let rms = errors
-                .each_ref()
-                .map(|errors| format!("{:.3}", errors.rms(true)));
-            rms.join(" / ")
-        } else {
-            "–".to_owned()
-        };
-        let own = rods(&robot);
-        for rod in own {
-            let [nominal, ..] = rods(&printer.nominal);
+        let rods = |robot: &Robot<f64>| robot.arms().map(|arm| arm.lb());
+        let [nominal, ..] = rods(&printer.nominal);
+        for rod in rods(&robot) {
             assert!((rod - nominal).abs() < 2.0, "{}: {rod}", printer.name);
         }
-        better += u32::from(three < one);
-        for (pooled, own) in pooled.iter_mut().zip(&errors) {
-            pooled.merge(own);
+        let sums = left_out(&printer);
+        better += u32::from(sums[1] < sums[0]);
+        for (pooled, own) in pooled.iter_mut().zip(sums) {
+            *pooled += own;
         }
-        let own = own.map(|rod| format!("{rod:.1}")).join(" ");
-        println!(
-            "| {} | {one:.3} / {two:.3} / {three:.3} | {distances} | {with_rods} | {own} |",
-            printer.name
-        );
+        let [basic, found] = [sums[0], sums[1]].map(|sum| (sum / sums[2]).sqrt());
+        println!("| {} | {basic:.3} / {found:.3} mm |", printer.name);
     }
-    let [one, two, three] = pooled.each_ref().map(|errors| errors.rms(false));
-    println!("| all | {one:.3} / {two:.3} / {three:.3} |");
     assert!(better >= 8, "{better}");
-    assert!(three < one && three < two);
+    assert!(pooled[1] < pooled[0]);
 }
 
 /// The same measurements with the rods of another printer of the same maker.

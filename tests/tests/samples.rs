@@ -209,6 +209,26 @@ fn a_weight_says_how_often_a_sample_counts() {
     assert_eq!(calibrator, before);
 }
 
+/// Half of ten, three, and a quarter of seventeen.
+#[test]
+fn merged_factors_are_worth_the_sum_of_what_they_remember() {
+    let (_, samples) = noisy(53, 30);
+    let mut first = filled(&samples[..10], &weighted());
+    first.forget(0.5);
+    first.add_many(&samples[10..13]).unwrap();
+    let mut second = filled(&samples[13..], &weighted());
+    second.forget(0.25);
+    first.merge(&second).unwrap();
+    // λ of 1 and more forgets nothing.
+    for lambda in [1.0, 1.5, f64::NAN] {
+        first.forget(lambda);
+    }
+    for factor in first.arms() {
+        assert!((factor.effective_samples() - (5.0 + 3.0 + 17.0 / 4.0)).abs() < 1e-12);
+        assert_eq!(factor.samples(), 30);
+    }
+}
+
 #[test]
 fn factors_of_different_references_do_not_merge() {
     let (_, samples) = noisy(1, 12);

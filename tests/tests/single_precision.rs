@@ -1,8 +1,6 @@
 //! The single-precision functions against double precision, in ULP.
 
-use delta_cal::simulate::{random_pose, simulate_sample};
-use delta_cal::{Noise, Real};
-use delta_cal_tests::{generator, paper_limits, paper_robot};
+use delta_cal::Real;
 
 /// The distance of `value` from `exact` in units of the last place of a single-precision number of
 /// that size, never finer than that of 2⁻²⁴: near the zeros of sine and cosine the error is absolute.
@@ -114,33 +112,4 @@ fn powers_of_two_below_are_exact() {
         assert_eq!(x.power_of_two_below(), expected);
         assert_eq!(f64::from((x as f32).power_of_two_below()), expected);
     }
-}
-
-#[test]
-fn simulated_noise_has_the_stated_size() {
-    let robot = paper_robot::<f64>();
-    let noise = Noise::new(0.02, 1e-4).unwrap();
-    let mut rng = generator(92, 0);
-    let (mut position, mut joint) = (0.0, 0.0);
-    let count = 20_000;
-    for _ in 0..count {
-        let pose = random_pose(&robot, &paper_limits(), &mut rng).unwrap();
-        assert!(
-            pose.joints
-                .iter()
-                .all(|q| (-60.0..90.0).contains(&q.to_degrees()))
-        );
-        let measured = simulate_sample(&robot, &pose.joints, Some(&noise), &mut rng).unwrap();
-        position += (measured.position - pose.position).norm_squared();
-        joint += measured
-            .joints
-            .iter()
-            .zip(pose.joints)
-            .map(|(a, b)| (a - b).powi(2))
-            .sum::<f64>();
-    }
-    let values = f64::from(count) * 3.0;
-    // 60,000 squares scatter by √(2/6e4) = 0.6 % in the variance, 0.3 % in σ; five of those.
-    assert!(((position / values).sqrt() / 0.02 - 1.0).abs() < 0.015);
-    assert!(((joint / values).sqrt() / 1e-4 - 1.0).abs() < 0.015);
 }

@@ -1,6 +1,6 @@
 //! The panic-free proof: what a controller calls beside the functions of the C library, whose own test links them, as
 //! symbols `core_<scalar>_<function>`. The panic handler calls a function
-//! that exists nowhere: what links has no path to it. The test `budgets` links all symbols, and on failure each alone;
+//! that exists nowhere: what links has no path to it. The test `target::no_panic_path_survives` links all symbols, and on failure each alone;
 //! `panics_on_purpose` must not link, or the proof would prove nothing.
 //!
 //! Not among them: `Display`, `Debug` and the like (the formatting of `core::fmt` has panic paths), and the features that

@@ -538,13 +538,11 @@ impl Page<'_> {
             of => scalar.value(of) + " ",
         };
         let start = format!("{result}dcal_{}{suffix}(", function.name);
-        let arguments = match function.parts.len() {
-            0 => "void".to_owned(),
-            _ => {
-                let declared = function.parts.iter().map(|part| scalar.declared(part));
-                declared.collect::<Vec<_>>().join(", ")
-            }
-        };
+        let declared = function.parts.iter().map(|part| scalar.declared(part));
+        let mut arguments = declared.collect::<Vec<_>>().join(", ");
+        if arguments.is_empty() {
+            "void".clone_into(&mut arguments);
+        }
         if start.len() + arguments.len() + 2 <= WIDTH {
             writeln!(text, "{start}{arguments});").unwrap();
         } else {

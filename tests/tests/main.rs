@@ -28,6 +28,5 @@ mod samples;
 mod single_precision;
 mod statistics;
 mod stream_calibrator;
-mod streams;
 mod target;
 mod validation;

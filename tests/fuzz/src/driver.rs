@@ -1,7 +1,6 @@
 //! The driver's side of the link: whatever a controller answers, an error or a result without NaN.
 
-use crate::controller::Bench;
-use crate::frames::{Raw, frame, messages};
+use crate::controller::{Bench, Raw, frame, messages};
 use crate::numbers::{Bits, Source, finite_robot};
 use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::ParameterFlash;

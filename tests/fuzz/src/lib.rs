@@ -11,7 +11,6 @@ mod calibration;
 mod controller;
 mod driver;
 mod files;
-mod frames;
 mod kinematics;
 mod numbers;
 mod solver;

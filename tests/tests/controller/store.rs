@@ -4,9 +4,8 @@ use crate::controller::driver::{Cut, Driver, FailingFlash, Flash, crc_32, sample
 use delta_cal::SymmetricRobot;
 use delta_cal_firmware_example::{Controller, FlashError, PAGE, StreamFlash, WORD};
 use delta_cal_protocol::{Fault, Geometry, Origin, Parameters, Request, Response, RevertTo};
-use delta_cal_tests::{generator, paper_robot};
+use delta_cal_tests::paper_robot;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use rand_core::Rng;
 use std::ops::Range;
 
 /// One change of the parameters.
@@ -281,30 +280,6 @@ fn damage_to_the_store_never_makes_another_set_and_replaces_none_in_silence() {
             }
         }
         assert!(replaced > 500, "the damage did not reach the newest set");
-    }
-}
-
-#[test]
-fn rubbish_in_the_flash_is_nominal_and_says_so() {
-    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
-    let (flash, _) = stored(2);
-    let mut rng = generator(0xdead, 1);
-    for round in 0..3000 {
-        let mut rubbish = flash.clone();
-        for (place, byte) in rubbish.bytes_mut().iter_mut().enumerate() {
-            match round % 3 {
-                0 => *byte = rng.next_u32().to_le_bytes()[0],
-                1 => *byte &= rng.next_u32().to_le_bytes()[0],
-                // What lies before stays: headers that lead to rubbish.
-                _ if place > 12 => *byte ^= rng.next_u32().to_le_bytes()[0],
-                _ => {}
-            }
-        }
-        let mut flash = FailingFlash::new(rubbish);
-        assert_eq!(start(&mut flash), (nominal, Origin::NominalStoreDamaged));
-        if round < 300 {
-            recovers(&flash.flash, nominal);
-        }
     }
 }
 

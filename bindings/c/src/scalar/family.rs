@@ -8,7 +8,7 @@ use super::{Outcome, Own, Samples, Solver, advance, arm_of, found};
 use crate::error::{Error, report, status_of};
 use crate::memory::{Held, HeldMut, In, Many, New, Out};
 use crate::status::{self, Status};
-use delta_cal::{ArmIndex, Parameter, Progress, Refusal, Robot};
+use delta_cal::{ArmIndex, Parameter, Progress, Robot};
 
 /// Makes a calibrator without samples, in `size` bytes of memory: write `sizeof *calibrator`. `robot` is the robot
 /// before calibration, the nominal of the tolerance and the start of the iteration; it is copied.
@@ -95,10 +95,17 @@ pub extern "C" fn forget(mut calibrator: HeldMut<Own>, lambda: Real) -> Status {
     })
 }
 
-/// Not inlined: its temporaries would share the stack with those of the caller.
+/// In its place, and not inlined: its temporaries would share the stack with those of the caller.
 #[inline(never)]
-fn begun(calibrator: &mut Samples) -> Result<Solver, Refusal> {
-    Solver::new(calibrator)
+fn begin(own: &mut Own) -> Result<(), Error> {
+    match &Solver::new(own.idle()?) {
+        Ok(solver) => {
+            own.solver = Some(*solver);
+            own.working = true;
+            Ok(())
+        }
+        Err(refusal) => Err((*refusal).into()),
+    }
 }
 
 /// Begins to solve. Until the last `step`, or `stop`, every call that would change the samples returns `DCAL_BUSY`.
@@ -107,9 +114,7 @@ fn begun(calibrator: &mut Samples) -> Result<Solver, Refusal> {
 #[unsafe(export_name = family!("solve"))]
 pub extern "C" fn solve(mut calibrator: HeldMut<Own>, error: Out<Error>) -> Status {
     report(error, || {
-        let own = calibrator.get()?;
-        own.solver = Some(begun(own.idle()?)?);
-        own.working = true;
+        begin(calibrator.get()?)?;
         Ok(status::OK)
     })
 }
@@ -142,12 +147,13 @@ pub extern "C" fn stop(mut calibrator: HeldMut<Own>) -> Status {
     })
 }
 
-/// Not inlined, as `begun`.
+/// Not inlined, as `begin`.
 #[inline(never)]
-fn outcome_of(own: &Own) -> Result<Outcome, Refusal> {
-    match &own.solver {
-        Some(solver) if !own.working => found(solver, &own.samples),
-        _ => Err(Refusal::Unfinished),
+fn put(own: &Own, outcome: &mut New<Outcome>, size: usize) -> Result<(), Error> {
+    let solver = own.solver.as_ref().filter(|_| !own.working);
+    match &found(solver.ok_or(status::UNFINISHED)?, &own.samples) {
+        Ok(found) => Ok(outcome.put(size, found)?),
+        Err(refusal) => Err((*refusal).into()),
     }
 }
 
@@ -164,11 +170,7 @@ pub extern "C" fn finish(
 ) -> Status {
     report(error, || {
         outcome.usable(size)?;
-        let found = outcome_of(calibrator.get()?);
-        outcome.put(
-            size,
-            found.as_ref().map_err(|refusal| Error::from(*refusal))?,
-        )?;
+        put(calibrator.get()?, &mut outcome, size)?;
         Ok(status::OK)
     })
 }

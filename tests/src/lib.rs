@@ -9,11 +9,9 @@
 struct Readme;
 
 pub mod closures;
-pub mod documents;
 pub mod geometries;
 pub mod goldens;
 pub mod observed;
-pub mod peer;
 
 pub use delta_cal_target_tests::nominal as paper_robot;
 

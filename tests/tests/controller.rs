@@ -8,16 +8,8 @@
 #![allow(clippy::float_cmp)]
 
 mod control_loop;
-mod damage;
 mod driver;
-mod extremes;
-mod flash;
-mod noise_on_the_link;
-mod pace;
 mod parameters;
-mod records;
-mod serve;
 mod sessions;
 mod store;
-mod stored_streams;
 mod streams;

@@ -1,8 +1,9 @@
 //! Every hand-written derivative against dual numbers (`num-dual`, on the model written anew) and
 //! against finite differences of the functions themselves; and the rank of the model's readings.
 
-use delta_cal::robot::Arm;
+use crate::linear::made;
 use delta_cal::{Robot, Sample};
+use delta_cal_tests::geometries::{linear_geometries, position_jacobian};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::{DMatrix, SVector, Vector3};
 use num_dual::{DualNum, gradient};
@@ -122,45 +123,39 @@ fn constraint_and_its_derivatives_equal_the_dual_number_model() {
     }
 }
 
+/// Rotary and linear drives.
 #[test]
 fn platform_jacobians_equal_finite_differences_of_forward_kinematics() {
-    for (robot, sample) in random_cases(22) {
-        let jacobian = robot
-            .platform_jacobian(&sample.position, &sample.joints)
-            .unwrap();
-        for joint in 0..3 {
-            let step = 1e-5;
+    let towers = linear_geometries().into_iter().zip(0..);
+    let towers = towers.flat_map(|((_, nominal, travel), index)| {
+        let mut rng = generator(9101, index);
+        let robot = made(&nominal, 3.0, Spread::Normal, &mut rng);
+        let samples = crate::linear::measurements(&robot, travel, 20, None, &mut rng);
+        samples.into_iter().map(move |sample| (robot, sample))
+    });
+    for (robot, sample) in random_cases(22).chain(towers) {
+        let (x, q) = (sample.position, sample.joints);
+        let found = robot.platform_jacobian(&x, &q).unwrap();
+        let expected = position_jacobian(&robot, &q).unwrap();
+        for (arm, block) in found.by_parameters.iter().enumerate() {
+            for (parameter, column) in block.column_iter().enumerate() {
+                let off = (column - expected.column(8 * arm + parameter)).norm();
+                // Central differences keep some seven digits; near singular poses there are fewer.
+                assert!(
+                    off < 1e-5 * (1.0 + column.norm()),
+                    "{arm} {parameter}: {off}"
+                );
+            }
+        }
+        for (joint, column) in found.by_joints.column_iter().enumerate() {
             let moved = |by: f64| {
-                let mut q = sample.joints;
+                let mut q = q;
                 q[joint] += by;
                 robot.forward(&q).unwrap()
             };
-            let slope = (moved(step) - moved(-step)) / (2.0 * step);
-            let column = jacobian.by_joints.column(joint);
-            // Central differences: step²·f‴/6 ≈ 1e-10 · 1e3 near singular poses 1e2 more.
+            let slope = (moved(1e-5) - moved(-1e-5)) / 2e-5;
+            // step²·f‴/6 ≈ 1e-10 · 1e3, near singular poses 1e2 more.
             assert!((slope - column).norm() < 1e-5 * (1.0 + column.norm()));
-        }
-        for arm in 0..3 {
-            for parameter in 0..8 {
-                let step = if matches!(parameter, 3 | 4) {
-                    1e-5
-                } else {
-                    1e-3
-                };
-                let moved = |by: f64| {
-                    let mut arms = *robot.arms();
-                    let mut p = arms[arm].parameters();
-                    p[parameter] += by;
-                    arms[arm] = Arm::new(p).unwrap();
-                    Robot::new(arms).unwrap().forward(&sample.joints).unwrap()
-                };
-                let slope = (moved(step) - moved(-step)) / (2.0 * step);
-                let column = jacobian.by_parameters[arm].column(parameter);
-                assert!(
-                    (slope - column).norm() < 1e-5 * (1.0 + column.norm()),
-                    "arm {arm} parameter {parameter}"
-                );
-            }
         }
     }
 }

@@ -200,46 +200,6 @@ fn sigmas_from_few_spare_samples_do_not_promise_too_much() {
     }
 }
 
-/// A robot ten metres from the origin: the positions themselves are rounded to a micrometre.
-#[test]
-fn single_precision_knows_its_own_rounding_far_from_the_origin() {
-    let shift = Vector3::new(1e4, -1e4, 1e4);
-    let shifted = |robot: &Robot<f64>| {
-        Robot::new(robot.arms().map(|arm| {
-            let mut p = arm.parameters();
-            for (value, by) in p.iter_mut().zip(shift.iter()) {
-                *value += by;
-            }
-            Arm::new(p).unwrap()
-        }))
-        .unwrap()
-    };
-    let (mut z_squared, mut count) = (0.0, 0.0);
-    for seed in 0..60 {
-        let (truth, samples) = robot_and_samples(seed, 30, (1e-9, 0.0));
-        let moved: Vec<_> = samples
-            .iter()
-            .map(|sample| Sample {
-                position: sample.position + shift,
-                ..*sample
-            })
-            .collect();
-        let settings = Settings::default().with_noise(Noise::new(1e-9f32, 0.0).unwrap());
-        let nominal = shifted(&paper_robot()).cast::<f32>().unwrap();
-        let outcome = factor(&nominal, &to_single(&moved), &settings)
-            .unwrap_or_else(|refusal| panic!("seed {seed}: {refusal}"));
-        // D beside a large offset is itself rounded; Lb is not.
-        for (arm, truth) in outcome.arms.iter().zip(truth.arms()) {
-            let sigma = arm.standard_deviation(Parameter::Lb).unwrap();
-            z_squared += ((f64::from(arm.arm.lb()) - truth.lb()) / f64::from(sigma)).powi(2);
-            count += 1.0;
-        }
-    }
-    let rms = (z_squared / count).sqrt();
-    println!("ten metres from the origin in f32: z of Lb has rms {rms:.2}");
-    assert!(rms < 1.2, "{rms}");
-}
-
 #[test]
 fn an_azimuth_may_cross_the_full_turn() {
     let turned = |by: f64| {

@@ -2,17 +2,23 @@
 //! back, noisy data are at the Cramér–Rao bound, and what owners of ten printers measured is predicted better
 //! than by a least-squares fit.
 
-mod exact;
-mod instruments;
-mod kinematics;
-mod noisy;
-mod printers;
-mod radius;
-
-use delta_cal::kinematics::JointLimits;
-use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
-use delta_cal::{Noise, Robot, Sample, Tolerance};
-use delta_cal_tests::{Spread, uniform};
+use crate::joint::{PLACES, Ratios, joint, ratios};
+use delta_cal::calibration::Start;
+use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
+use delta_cal::observations::{
+    Height, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane,
+    PositionFrame,
+};
+use delta_cal::robot::{Arm, Drive, GeometryError, ParameterKind, SymmetricLinearRobot};
+use delta_cal::simulate::{made_robot, random_pose, simulate_sample, standard_normal};
+use delta_cal::{
+    ArmIndex, Calibrator, Noise, Parameter, Robot, Sample, Settings, SymmetricRobot, Tolerance,
+};
+use delta_cal_tests::geometries::{
+    bound, geometries, linear_geometries, made_to, position_jacobian,
+};
+use delta_cal_tests::{Spread, generator, paper_limits, uniform};
+use nalgebra::{DMatrix, DVector, Matrix3, SVector, Vector3};
 use rand_pcg::Pcg32;
 
 /// One σ of a length, of an angle, of the carriages' zero and of the scale.
@@ -27,7 +33,12 @@ fn tolerance() -> Tolerance<f64> {
 }
 
 /// The nominal robot with every parameter off by so many tolerances.
-fn made(nominal: &Robot<f64>, tolerances: f64, spread: Spread, rng: &mut Pcg32) -> Robot<f64> {
+pub(crate) fn made(
+    nominal: &Robot<f64>,
+    tolerances: f64,
+    spread: Spread,
+    rng: &mut Pcg32,
+) -> Robot<f64> {
     let [arm, ..] = nominal.arms();
     let sigmas = tolerance().of_places(arm);
     let parameters = nominal.parameters().map(|mut arm| {
@@ -53,7 +64,7 @@ fn spread_out(robot: &Robot<f64>, by: f64) -> Robot<f64> {
     robot.with_parameters(parameters).unwrap()
 }
 
-fn measurements(
+pub(crate) fn measurements(
     truth: &Robot<f64>,
     [low, high]: [f64; 2],
     count: usize,
@@ -81,4 +92,503 @@ fn largest_difference(a: &Robot<f64>, b: &Robot<f64>) -> f64 {
         }
     }
     largest
+}
+
+/// Where a tower's carriage is, from the angles alone.
+fn carriage(arm: &Arm<f64>, travel: f64) -> Vector3<f64> {
+    let [x, y] = [Parameter::LeanX, Parameter::LeanY].map(|lean| arm.get(lean).sin());
+    let direction = Vector3::new(x, y, (1.0 - x * x - y * y).sqrt());
+    let foot = [Parameter::Dx, Parameter::Dy, Parameter::Zero].map(|own| arm.get(own));
+    Vector3::from(foot) + travel * arm.get(Parameter::Scale) * direction
+}
+
+/// Newton's method on the three distances, from below the carriages.
+fn platform(robot: &Robot<f64>, travels: &[f64; 3]) -> Vector3<f64> {
+    let arms = robot.arms();
+    let carriages = [0, 1, 2].map(|arm| carriage(&arms[arm], travels[arm]));
+    let mean = carriages.iter().sum::<Vector3<f64>>() / 3.0;
+    let mut x = mean - Vector3::z() * arms[0].lb();
+    for _ in 0..50 {
+        let rows = carriages.map(|b| (x - b).transpose() * 2.0);
+        let errors =
+            Vector3::from_fn(|arm, _| (x - carriages[arm]).norm_squared() - arms[arm].lb().powi(2));
+        x -= Matrix3::from_rows(&rows).try_inverse().unwrap() * errors;
+    }
+    x
+}
+
+#[test]
+fn the_platform_is_at_the_forearms_length_from_every_carriage() {
+    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
+        let mut rng = generator(9100, index);
+        for _ in 0..50 {
+            let robot = made(&nominal, 3.0, Spread::Normal, &mut rng);
+            for sample in measurements(&robot, travel, 4, None, &mut rng) {
+                let expected = platform(&robot, &sample.joints);
+                // Lengths of some hundred mm: a few thousand ε.
+                let off = (sample.position - expected).norm();
+                assert!(off < 1e-9, "{name}: {off}");
+                let back = robot.inverse(&sample.position).unwrap();
+                for (found, travel) in back.iter().zip(sample.joints) {
+                    assert!((found - travel).abs() < 1e-8, "{name}: {found} {travel}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_no_tower_is_no_arm() {
+    let arm = |parameters| Arm::<f64>::linear(parameters);
+    let good = [140.0, 0.0, 0.0, 0.01, -0.01, 1.0, 330.0];
+    assert!(arm(good).is_ok());
+    for (place, value, error) in [
+        (0, f64::NAN, GeometryError::NonFinite(Parameter::Dx)),
+        (2, f64::INFINITY, GeometryError::NonFinite(Parameter::Zero)),
+        (3, 1.6, GeometryError::LeanTooLarge),
+        // Beyond the horizontal, where the sines are those of a tower that stands.
+        (3, 2.5, GeometryError::LeanTooLarge),
+        (4, -2.5, GeometryError::LeanTooLarge),
+        // Squares of lengths must be finite too.
+        (0, 1e200, GeometryError::NonFinite(Parameter::Dx)),
+        (1, -1e200, GeometryError::NonFinite(Parameter::Dx)),
+        (2, 1e200, GeometryError::NonFinite(Parameter::Dx)),
+        (5, 1e200, GeometryError::NonFinite(Parameter::Scale)),
+        (6, 1e200, GeometryError::NonFinite(Parameter::Lb)),
+        (5, 0.0, GeometryError::NotPositive(Parameter::Scale)),
+        (5, -1.0, GeometryError::NotPositive(Parameter::Scale)),
+        (6, 0.0, GeometryError::NotPositive(Parameter::Lb)),
+    ] {
+        let mut parameters = good;
+        parameters[place] = value;
+        assert_eq!(arm(parameters).err(), Some(error), "{place}");
+    }
+    // 50° in both directions is more than a tower can lean.
+    assert_eq!(
+        arm([140.0, 0.0, 0.0, 0.9, 0.9, 1.0, 330.0]).err(),
+        Some(GeometryError::LeanTooLarge)
+    );
+    let rotary = SymmetricRobot {
+        base_radius: 194.0,
+        platform_radius: 30.0,
+        upper_arm: 260.0,
+        forearm: 480.0,
+    };
+    let [turning, ..] = *rotary.robot().unwrap().arms();
+    let tower = arm(good).unwrap();
+    assert_eq!(
+        Robot::new([tower, tower, turning]).err(),
+        Some(GeometryError::MixedDrives)
+    );
+}
+
+#[test]
+fn limits_are_of_travels_or_of_angles() {
+    let travels = JointLimits::travel(100.0, 600.0).unwrap();
+    assert_eq!(travels.drive(), Drive::Linear);
+    let angles = JointLimits::new(-0.5, 1.0).unwrap();
+    assert_eq!(angles.drive(), Drive::Rotary);
+}
+
+/// In metres and in millimetres a robot has the same joint angles, and travels in its own unit.
+#[test]
+fn the_unit_of_length_makes_no_difference() {
+    let linear = linear_geometries().into_iter().map(|(_, robot, _)| robot);
+    let rotary = geometries().into_iter().map(|(_, robot)| robot);
+    for robot in linear.chain(rotary) {
+        let size = robot.arms()[0].lb();
+        let x = match robot.drive() {
+            Drive::Linear => Vector3::new(0.05, -0.1, 0.5) * size,
+            Drive::Rotary => {
+                let mut rng = generator(9110, 0);
+                random_pose(&robot, &paper_limits(), &mut rng)
+                    .unwrap()
+                    .position
+            }
+        };
+        let joints = robot.inverse(&x).unwrap();
+        for scale in [1e-3, 1e3] {
+            let parameters = robot.parameters().map(|mut arm| {
+                for (value, place) in arm.iter_mut().zip(robot.drive().places()) {
+                    if place.is_some_and(|place| place.kind() == ParameterKind::Length) {
+                        *value *= scale;
+                    }
+                }
+                arm
+            });
+            let scaled = robot.with_parameters(parameters).unwrap();
+            let back = scaled.inverse(&(x * scale)).unwrap();
+            for (found, expected) in back.iter().zip(joints) {
+                let unit = if robot.drive() == Drive::Linear {
+                    scale
+                } else {
+                    1.0
+                };
+                // Lengths of some hundred: a few thousand ε.
+                assert!((found / unit - expected).abs() < 1e-9, "{found} {expected}");
+            }
+        }
+    }
+}
+
+/// Where the forearm is square to its tower, just beyond, and at a number that has no square.
+#[test]
+fn the_edge_of_a_towers_reach_is_singular_and_beyond_is_unreachable() {
+    let robot = SymmetricLinearRobot {
+        tower_radius: 140.0,
+        forearm: 330.0,
+    };
+    let robot = robot.robot().unwrap();
+    let first = ArmIndex::First;
+    let outwards = robot.arms()[0].d() / 140.0;
+    // As far from the first tower as its forearm is long, and nearer to both others.
+    for (distance, expected) in [
+        (330.0 * (1.0 - 1e-12), None),
+        (
+            330.0 * (1.0 - 1e-15),
+            Some(KinematicsError::Singular(first, Singularity::Serial)),
+        ),
+        (
+            330.0 * (1.0 + 1e-15),
+            Some(KinematicsError::Singular(first, Singularity::Serial)),
+        ),
+        (
+            330.0 * (1.0 + 1e-12),
+            Some(KinematicsError::Unreachable(first)),
+        ),
+        (1e200, Some(KinematicsError::NonFinite(first))),
+    ] {
+        let x = outwards * (140.0 - distance);
+        assert_eq!(robot.inverse(&x).err(), expected, "{distance}");
+    }
+    assert!(robot.forward(&[0.0, 0.0, 1000.0]).is_err());
+    assert!(robot.forward(&[f64::NAN, 0.0, 0.0]).is_err());
+}
+
+#[test]
+fn nine_poses_and_more_give_every_robot_back() {
+    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
+        for poses in [9, 12, 20, 60] {
+            for robot in 0..10 {
+                let mut rng = generator(9110 + index, robot);
+                let truth = made(&nominal, 3.0, Spread::Uniform, &mut rng);
+                let samples = measurements(&truth, travel, poses, None, &mut rng);
+                let outcome = joint(&nominal, &samples, &Settings::default()).unwrap();
+                let off = largest_difference(&outcome.robot, &truth);
+                // The bound that holds for rotary drives.
+                assert!(off < 1e-6, "{name}, {poses} poses, robot {robot}: {off}");
+                let mut apart = Calibrator::new(&nominal, &Settings::default());
+                apart.add_many(&samples).unwrap();
+                let off = largest_difference(&apart.solve().unwrap().robot, &truth);
+                assert!(
+                    off < 1e-6,
+                    "{name}, {poses} poses, robot {robot}, by arms: {off}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn no_guess_is_needed_from_twelve_poses_on() {
+    let settings = Settings::default().with_start(Start::Free);
+    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
+        for robot in 0..10 {
+            let mut rng = generator(9120 + index, robot);
+            let truth = made(&nominal, 3.0, Spread::Uniform, &mut rng);
+            let samples = measurements(&truth, travel, 20, None, &mut rng);
+            let outcome = joint(&nominal, &samples, &settings).unwrap();
+            let off = largest_difference(&outcome.robot, &truth);
+            assert!(off < 1e-6, "{name}, robot {robot}: {off}");
+        }
+    }
+}
+
+/// In single precision as good as the rounding of the samples lets it be.
+#[test]
+fn single_precision_gives_the_robot_back_within_its_rounding() {
+    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
+        let settings = Settings::<f32>::default().with_noise(Noise::new(0.02, 0.0).unwrap());
+        for robot in 0..10 {
+            let mut rng = generator(9130 + index, robot);
+            let truth = made(&nominal, 1.0, Spread::Uniform, &mut rng);
+            let samples: Vec<Sample<f32>> = measurements(&truth, travel, 30, None, &mut rng)
+                .iter()
+                .map(|sample| {
+                    #[allow(clippy::cast_possible_truncation)] // that is the test
+                    Sample {
+                        joints: sample.joints.map(|s| s as f32),
+                        position: sample.position.map(|x| x as f32),
+                    }
+                })
+                .collect();
+            let outcome = joint(&nominal.cast::<f32>().unwrap(), &samples, &settings).unwrap();
+            let found = outcome.robot.cast::<f64>().unwrap();
+            for sample in measurements(&truth, travel, 10, None, &mut rng) {
+                let off = (found.forward(&sample.joints).unwrap() - sample.position).norm();
+                // Travels and positions are rounded to f32 before; a few units in the last place.
+                let [_, high] = travel;
+                let limit = 8.0 * f64::from(f32::EPSILON) * high;
+                assert!(off < limit, "{name}, robot {robot}: {off}");
+            }
+        }
+    }
+}
+
+/// A parameter that a linear drive has not is neither counted nor estimated.
+#[test]
+fn the_empty_place_stays_empty() {
+    let (_, nominal, travel) = linear_geometries().swap_remove(0);
+    let mut rng = generator(9140, 0);
+    let noise = Noise::new(0.02, 0.0).unwrap();
+    let truth = made(&nominal, 1.0, Spread::Normal, &mut rng);
+    let samples = measurements(&truth, travel, 30, Some(&noise), &mut rng);
+    for tolerance in [None, Some(tolerance())] {
+        let settings = Settings::default()
+            .with_noise(noise)
+            .with_tolerance(tolerance);
+        let outcome = joint(&nominal, &samples, &settings).unwrap();
+        let covariance = outcome.estimate.covariance.unwrap();
+        for place in [6, 14, 22] {
+            assert!(covariance.column(place).iter().all(|entry| *entry == 0.0));
+        }
+        // 90 readings of 21 parameters; the tolerance holds next to nothing of them.
+        let freedom = outcome.estimate.degrees_of_freedom;
+        assert!((freedom - 69.0).abs() < 0.5, "{freedom}");
+    }
+}
+
+/// Robots of every geometry, and how well their positions are found.
+fn campaign(poses: usize, stated: Option<Tolerance<f64>>) -> Ratios {
+    let noise = Noise::new(0.02, 0.005).unwrap();
+    let settings = Settings::default().with_noise(noise).with_tolerance(stated);
+    let mut all = Ratios::default();
+    for (index, (_, nominal, travel)) in (0..).zip(linear_geometries()) {
+        for robot in 0..50 {
+            let mut rng = generator(9200 + index, robot);
+            let mut truth = made(&nominal, 1.0, Spread::Normal, &mut rng);
+            let radius = stated.map_or(0.0, |tolerance| tolerance.radius());
+            if radius > 0.0 {
+                truth = spread_out(&truth, radius * standard_normal::<f64, _>(&mut rng));
+            }
+            let samples = measurements(&truth, travel, poses, Some(&noise), &mut rng);
+            let limit = bound(&truth, &samples, &noise, stated.as_ref()).unwrap();
+            let Ok(outcome) = joint(&nominal, &samples, &settings) else {
+                all.refused += 1;
+                continue;
+            };
+            let reported = outcome.estimate.covariance.unwrap();
+            let places = measurements(&truth, travel, PLACES, None, &mut rng);
+            let found = ratios(&truth, &outcome.robot, [&limit, &reported], &places);
+            all.add(found.unwrap());
+        }
+    }
+    all
+}
+
+/// Of 200 robots a ratio scatters by some 2 %: its square is a mean of some six independent directions each.
+#[test]
+fn positions_are_at_the_bound_and_as_good_as_reported() {
+    let with_radius = tolerance().with_radius(3.0).unwrap();
+    for (poses, stated, most) in [
+        (3, Some(with_radius), 1.10),
+        (8, Some(with_radius), 1.10),
+        (20, Some(with_radius), 1.05),
+        (8, Some(tolerance()), 1.10),
+        (12, Some(tolerance()), 1.10),
+        (20, Some(tolerance()), 1.05),
+        (60, Some(tolerance()), 1.05),
+        (12, None, 1.10),
+        (20, None, 1.05),
+        (60, None, 1.05),
+    ] {
+        let found = campaign(poses, stated);
+        let ([error, reported], robots, refused) = (found.roots(), found.robots, found.refused);
+        let row = format!(
+            "| {poses} | {} | {error:.2} | {reported:.2} | {refused} of {:.0} |",
+            match stated {
+                Some(stated) if stated.radius() > 0.0 => "stated, common radius 3 mm",
+                Some(_) => "stated",
+                None => "not stated",
+            },
+            robots + f64::from(refused),
+        );
+        println!("{row}");
+        assert!(error < most && error > 0.92, "{row}");
+        assert!((0.9..1.1).contains(&reported), "{row}");
+        assert!(f64::from(refused) <= 0.02 * robots, "{row}");
+    }
+}
+
+const N: usize = 27;
+const NOISE: f64 = 0.02;
+/// One σ of the common radius, mm.
+const RADIUS: f64 = 3.0;
+const PLANES: [Plane<f64>; 1] = [Plane {
+    known: None,
+    level: None,
+}];
+
+fn with_radius() -> Tolerance<f64> {
+    tolerance().with_radius(RADIUS).unwrap()
+}
+
+fn instruments() -> Instruments<'static, f64> {
+    Instruments {
+        frame: PositionFrame::Base,
+        planes: &PLANES,
+        points: &[],
+        noise: ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), NOISE, 1.0).unwrap(),
+        transmission: None,
+    }
+}
+
+/// A robot whose towers are off together and each by itself.
+fn built(nominal: &Robot<f64>, rng: &mut Pcg32) -> Robot<f64> {
+    let robot = made(nominal, 1.0, Spread::Normal, rng);
+    spread_out(&robot, RADIUS * standard_normal::<f64, _>(rng))
+}
+
+fn touches(
+    truth: &Robot<f64>,
+    [low, high]: [f64; 2],
+    count: usize,
+    noise: f64,
+    rng: &mut Pcg32,
+) -> Vec<ObservationRow<f64>> {
+    let limits = JointLimits::travel(low, high).unwrap();
+    let row = |_| {
+        let pose = random_pose(truth, &limits, rng).unwrap();
+        let mut row = Observation::at(pose.joints);
+        row.height = Some(Height {
+            plane: 0,
+            height: pose.position.z + 30.0 + noise * standard_normal::<f64, _>(rng),
+        });
+        ObservationRow::new(row)
+    };
+    (0..count).map(row).collect()
+}
+
+/// What is least, and the σ of every parameter, of Σ ((h − z − c − a x − b y) cos/σ)² + δᵀ C⁻¹ δ, by Gauss and Newton with dense matrices.
+fn generalised_least_squares(
+    nominal: &Robot<f64>,
+    rows: &[ObservationRow<f64>],
+    tolerance: &Tolerance<f64>,
+) -> (SVector<f64, 24>, SVector<f64, 24>) {
+    let information = made_to(nominal, tolerance).try_inverse().unwrap();
+    let moved = |p: &DVector<f64>| {
+        let mut parameters = nominal.parameters();
+        for (index, value) in parameters.as_flattened_mut().iter_mut().enumerate() {
+            *value += p[index];
+        }
+        nominal.with_parameters(parameters).unwrap()
+    };
+    let mut p = DVector::zeros(27);
+    p[24] = -30.0;
+    let mut sigmas = SVector::zeros();
+    for _ in 0..50 {
+        let robot = moved(&p);
+        let mut normal = DMatrix::zeros(27, 27);
+        normal.view_mut((0, 0), (24, 24)).copy_from(&information);
+        let mut gradient = DVector::zeros(27);
+        let pull = information * p.rows(0, 24);
+        gradient.rows_mut(0, 24).copy_from(&pull);
+        for row in rows {
+            let observation = row.observation();
+            let x = robot.forward(&observation.joints).unwrap();
+            let by_robot = position_jacobian(&robot, &observation.joints).unwrap();
+            let [c, a, b] = [24, 25, 26].map(|index| p[index]);
+            let length = (1.0 + a * a + b * b).sqrt();
+            let above = x.z - c - a * x.x - b * x.y;
+            let mut column = DVector::zeros(27);
+            for index in 0..24 {
+                let by = by_robot.column(index);
+                column[index] = (by.z - a * by.x - b * by.y) / length;
+            }
+            column[24] = -1.0 / length;
+            column[25] = -x.x / length - above * a / length.powi(3);
+            column[26] = -x.y / length - above * b / length.powi(3);
+            let residual = above / length - observation.height.unwrap().height;
+            gradient += &column * (residual / (NOISE * NOISE));
+            normal += &column * column.transpose() / (NOISE * NOISE);
+        }
+        let normal = normal.cholesky().unwrap();
+        p -= normal.solve(&gradient);
+        let inverse = normal.inverse();
+        sigmas = SVector::from_fn(|index, _| inverse[(index, index)].sqrt());
+    }
+    (SVector::from_fn(|index, _| p[index]), sigmas)
+}
+
+#[test]
+fn heights_are_fitted_as_by_generalised_least_squares() {
+    let instruments = instruments();
+    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
+        let mut rng = generator(9510, index);
+        let truth = built(&nominal, &mut rng);
+        let mut rows = touches(&truth, travel, 12, NOISE, &mut rng);
+        let (expected, sigmas) = generalised_least_squares(&nominal, &rows, &with_radius());
+        let problem = ObservationProblem::<f64, N>::prepare(&nominal, &instruments, &mut rows);
+        let settings = Settings::new().with_tolerance(with_radius());
+        let outcome = problem.unwrap().solve::<28, 406>(&settings).unwrap();
+        let covariance = outcome.of_robot().estimate.covariance.unwrap();
+        let found = (outcome.robot.parameters(), nominal.parameters());
+        for place in (0..24).filter(|place| place % 8 != 6) {
+            let (arm, own) = (place / 8, place % 8);
+            let off = found.0[arm][own] - found.1[arm][own] - expected[place];
+            let sigma = covariance[(place, place)].sqrt();
+            assert!(off.abs() < 1e-5 * sigma, "{name} {place}: {off} of {sigma}");
+            // σ is taken where the last linearisation was, a step before the end.
+            let apart = sigma / sigmas[place] - 1.0;
+            assert!(apart.abs() < 1e-3, "{name} {place}: {apart}");
+        }
+    }
+}
+
+/// Of robots made to a tolerance each tower's place has its own σ and the common one, which two towers share.
+#[test]
+fn made_robots_have_the_common_radius_beside_each_towers_own_place() {
+    let (_, nominal, _) = &linear_geometries()[0];
+    let tolerance = with_radius();
+    let mut rng = generator(9450, 0);
+    let (count, mut own, mut shared) = (4000, 0.0, 0.0);
+    for _ in 0..count {
+        let robot = made_robot(nominal, &tolerance, &mut rng).unwrap();
+        let outwards: Vec<f64> = (robot.arms().iter().zip(nominal.arms()))
+            .map(|(robot, nominal)| {
+                let direction = nominal.d().normalize();
+                (robot.d() - nominal.d()).dot(&direction)
+            })
+            .collect();
+        own += outwards[0].powi(2) / f64::from(count);
+        shared += outwards[1] * outwards[2] / f64::from(count);
+    }
+    let (length, common) = (tolerance.of(Parameter::Dx).powi(2), RADIUS.powi(2));
+    // Of 4000 normal draws a variance is off by √(2/4000): five of its σ.
+    let bound = 5.0 * (2.0 / f64::from(count)).sqrt() * (length + common);
+    assert!((own - length - common).abs() < bound, "{own}");
+    assert!((shared - common).abs() < bound, "{shared}");
+}
+
+/// Without errors, and without a tolerance to pull, the robot comes back wherever it is determined.
+#[test]
+fn exact_positions_and_heights_give_the_robot_back() {
+    let instruments = instruments();
+    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
+        for robot in 0..5 {
+            let mut rng = generator(9410 + index, robot);
+            let truth = made(&nominal, 3.0, Spread::Uniform, &mut rng);
+            let mut rows = touches(&truth, travel, 45, 0.0, &mut rng);
+            let positions = measurements(&truth, travel, 45, None, &mut rng);
+            rows.extend(positions.iter().map(|sample| {
+                let mut row = Observation::at(sample.joints);
+                row.position = sample.position.data.0[0].map(Some);
+                ObservationRow::new(row)
+            }));
+            let problem = ObservationProblem::<f64, N>::prepare(&nominal, &instruments, &mut rows);
+            let outcome = problem.unwrap().solve::<28, 406>(&Settings::new()).unwrap();
+            let off = largest_difference(&outcome.robot, &truth);
+            assert!(off < 1e-6, "{name}: {off}");
+        }
+    }
 }

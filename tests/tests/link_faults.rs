@@ -1,22 +1,25 @@
 //! A calibration over a link that loses, damages and repeats bytes, between ends that restart: every
 //! session must come out as the undisturbed one did, to the bit.
 
-mod device;
-mod link;
 mod stubborn;
 
 use delta_cal::Sample;
 use delta_cal::stream::Estimator;
-use delta_cal_firmware_example::{Number, StreamPace};
+use delta_cal_firmware_example::{
+    Background, Controller, Foreground, Handover, Number, ParameterFlash, StreamFlash, StreamPace,
+    Timer, nominal,
+};
 use delta_cal_host::device::{
-    Client, DeviceError, Patience, apply, begin, calibrate, check_nominal, samples,
+    Client, DeviceError, Patience, Transport, apply, begin, calibrate, check_nominal, samples,
 };
 use delta_cal_host::files::example;
 use delta_cal_protocol::{Begin, Origin, ParameterSet, Phase, RevertTo};
-use delta_cal_tests::size;
-use device::{Cut, Device};
-use link::{Bench, Harm, Harms, Link, WAYS, Way};
+use delta_cal_tests::{generator, size};
+use rand_core::Rng;
+use rand_pcg::Pcg32;
 use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -297,4 +300,285 @@ fn a_harmed_link_loses_requests() {
     let mut client = Client::new(Link::new(&bench), PATIENCE, 1);
     session(&mut client, &bench).unwrap();
     assert_eq!(client.repetitions(), 1);
+}
+
+/// Turns of the control loop between two looks at the link.
+const TURNS: u32 = 20;
+
+/// Time stands still: nothing here depends on it.
+struct Still;
+
+impl Timer for Still {
+    const TICKS_A_SECOND: u32 = 25_000_000;
+    const MASK: u32 = 0x00ff_ffff;
+    fn now(&self) -> u32 {
+        0
+    }
+}
+
+/// A controller that is switched on.
+struct On<T: Number> {
+    controller: Controller<T, ParameterFlash, StreamFlash>,
+    background: Background<'static, T>,
+    foreground: Foreground<'static, T>,
+}
+
+impl<T: Number> On<T> {
+    fn start(flash: ParameterFlash, stream_flash: StreamFlash, pace: StreamPace) -> Self {
+        let mut controller = Controller::new(nominal().unwrap(), flash, stream_flash, 0);
+        controller.set_stream_pace(pace);
+        controller.resume();
+        // Static memory on a controller; here a kilobyte that stays allocated after each start.
+        let handover = Box::leak(Box::new(Handover::new()));
+        let (background, foreground) = handover.split(&controller.current());
+        Self {
+            controller,
+            background,
+            foreground,
+        }
+    }
+}
+
+/// When a controller loses its supply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Cut {
+    /// It has acted on the request, and its answer is lost.
+    BeforeTheAnswer,
+    /// The answer has left.
+    AfterTheAnswer,
+}
+
+/// A controller with its control loop, which can be restarted.
+pub(crate) struct Device<T: Number> {
+    on: Option<On<T>>,
+    /// Whole frames that were answered so far.
+    pub(crate) answered: usize,
+    /// Restarts at the frame of this number.
+    pub(crate) restart_at: Option<(usize, Cut)>,
+    /// Fingerprints of all parameters that were ever in use, in their order.
+    pub(crate) used: Vec<u32>,
+    pace: StreamPace,
+}
+
+impl<T: Number> Device<T> {
+    pub(crate) fn new() -> Self {
+        Self::with(StreamPace::default())
+    }
+
+    /// Whose samples are stored as often as that.
+    pub(crate) fn with(pace: StreamPace) -> Self {
+        let on = On::<T>::start(ParameterFlash::new(), StreamFlash::new(), pace);
+        let used = vec![on.controller.current().fingerprint];
+        Self {
+            on: Some(on),
+            answered: 0,
+            restart_at: None,
+            used,
+            pace,
+        }
+    }
+
+    pub(crate) fn restart(&mut self) {
+        let (flash, stream_flash) = self.on.take().unwrap().controller.into_flash();
+        self.on = Some(On::start(flash, stream_flash, self.pace));
+    }
+
+    /// Takes in a byte; the bytes that it answers with.
+    pub(crate) fn receive(&mut self, byte: u8) -> Vec<u8> {
+        let Some(answer) = self.on.as_mut().unwrap().controller.receive(byte) else {
+            return Vec::new();
+        };
+        let answer = answer.to_vec();
+        let index = self.answered;
+        self.answered += 1;
+        let cut = match self.restart_at {
+            Some((at, cut)) if at == index => {
+                self.restart();
+                Some(cut)
+            }
+            _ => None,
+        };
+        self.look();
+        match cut {
+            Some(Cut::BeforeTheAnswer) => Vec::new(),
+            _ => answer,
+        }
+    }
+
+    /// Turns of the control loop, and one step in the background: what the firmware's idle loop
+    /// does.
+    pub(crate) fn run(&mut self) {
+        let on = self.on.as_mut().unwrap();
+        for _ in 0..TURNS {
+            on.foreground.turn(&Still, |_| {});
+            if let Some(state) = on.background.state() {
+                on.controller.set_control(state);
+            }
+            if on.background.ready()
+                && let Some(parameters) = on.controller.take_switch()
+            {
+                on.background.hand_over(parameters).unwrap();
+            }
+        }
+        on.controller.idle();
+        self.look();
+    }
+
+    /// The parameters that the control loop computes with.
+    pub(crate) fn in_loop(&self) -> [[u64; 8]; 3] {
+        let robot = *self.on.as_ref().unwrap().foreground.control_loop().robot();
+        robot
+            .arms()
+            .map(|arm| arm.parameters().map(|value| value.to_f64().to_bits()))
+    }
+
+    fn look(&mut self) {
+        let now = self.on.as_ref().unwrap().controller.current().fingerprint;
+        if self.used.last() != Some(&now) {
+            self.used.push(now);
+        }
+    }
+}
+
+/// What happens to a byte.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Harm {
+    Dropped,
+    /// Exclusive or with this.
+    Flipped(u8),
+    Duplicated,
+    /// Another byte comes before it.
+    Preceded(u8),
+}
+
+/// Which way a byte goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Way {
+    ToDevice,
+    ToClient,
+}
+
+pub(crate) const WAYS: [Way; 2] = [Way::ToDevice, Way::ToClient];
+
+/// Which bytes are harmed.
+pub(crate) enum Harms {
+    None,
+    /// This byte of that direction, counted from 0.
+    One(Way, usize, Harm),
+    /// So many of a million, in random ways.
+    Random(u32, Box<Pcg32>),
+}
+
+impl Harms {
+    pub(crate) fn random(parts_per_million: u32, seed: u64) -> Self {
+        Self::Random(parts_per_million, Box::new(generator(301, seed)))
+    }
+
+    fn of(&mut self, way: Way, index: usize) -> Option<Harm> {
+        match self {
+            Self::None => None,
+            Self::One(harmed, at, harm) => (*harmed == way && *at == index).then_some(*harm),
+            Self::Random(parts_per_million, rng) => {
+                (rng.next_u32() % 1_000_000 < *parts_per_million).then(|| {
+                    let [kind, value, ..] = rng.next_u32().to_le_bytes();
+                    match kind % 4 {
+                        0 => Harm::Dropped,
+                        1 => Harm::Flipped(value.max(1)),
+                        2 => Harm::Duplicated,
+                        _ => Harm::Preceded(value),
+                    }
+                })
+            }
+        }
+    }
+}
+
+/// A controller at the end of a cable.
+pub(crate) struct Bench<T: Number> {
+    pub(crate) device: Device<T>,
+    pub(crate) harms: Harms,
+    /// Bytes that were sent so far, each way.
+    pub(crate) sent: [usize; 2],
+    /// How many of them were harmed.
+    pub(crate) harmed: usize,
+    on_the_way: VecDeque<u8>,
+}
+
+impl<T: Number> Bench<T> {
+    pub(crate) fn new(harms: Harms) -> Self {
+        Self {
+            device: Device::new(),
+            harms,
+            sent: [0; 2],
+            harmed: 0,
+            on_the_way: VecDeque::new(),
+        }
+    }
+
+    /// What arrives of a byte.
+    fn carried(&mut self, way: Way, byte: u8) -> Vec<u8> {
+        let count = &mut self.sent[way as usize];
+        let index = *count;
+        *count += 1;
+        let harm = self.harms.of(way, index);
+        self.harmed += usize::from(harm.is_some());
+        match harm {
+            None => vec![byte],
+            Some(Harm::Dropped) => vec![],
+            Some(Harm::Flipped(mask)) => vec![byte ^ mask],
+            Some(Harm::Duplicated) => vec![byte; 2],
+            Some(Harm::Preceded(other)) => vec![other, byte],
+        }
+    }
+
+    fn send(&mut self, byte: u8) {
+        for arrived in self.carried(Way::ToDevice, byte) {
+            for answer in self.device.receive(arrived) {
+                let arrived = self.carried(Way::ToClient, answer);
+                self.on_the_way.extend(arrived);
+            }
+        }
+    }
+}
+
+/// The client's end. Waiting takes no time: what does not come at once never will.
+pub(crate) struct Link<T: Number> {
+    pub(crate) bench: Rc<RefCell<Bench<T>>>,
+    /// The client is ended in place of sending the request of this number.
+    pub(crate) ends_at: Option<usize>,
+    requests: usize,
+}
+
+impl<T: Number> Link<T> {
+    pub(crate) fn new(bench: &Rc<RefCell<Bench<T>>>) -> Self {
+        Self {
+            bench: Rc::clone(bench),
+            ends_at: None,
+            requests: 0,
+        }
+    }
+}
+
+impl<T: Number> Transport for Link<T> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        if self.ends_at == Some(self.requests) {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
+        self.requests += 1;
+        let mut bench = self.bench.borrow_mut();
+        for byte in bytes {
+            bench.send(*byte);
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, buffer: &mut [u8], _timeout: Duration) -> io::Result<usize> {
+        let mut bench = self.bench.borrow_mut();
+        bench.device.run();
+        let count = buffer.len().min(bench.on_the_way.len());
+        for (place, byte) in buffer.iter_mut().zip(bench.on_the_way.drain(..count)) {
+            *place = byte;
+        }
+        Ok(count)
+    }
 }

@@ -10,28 +10,23 @@
     clippy::cast_sign_loss
 )]
 
-mod budgets;
 mod controller;
 mod derivatives;
-mod drift;
 mod exact;
-mod frames;
 mod gate;
 mod hard_cases;
 mod joint;
 mod kinematics;
 mod linear;
 mod link_faults;
-mod messages;
 mod observations;
 mod oracles;
 mod outcomes;
+mod printers;
 mod refusals;
 mod samples;
 mod single_precision;
 mod statistics;
 mod stream_calibrator;
-mod streams;
 mod target;
-mod thresholds;
 mod validation;

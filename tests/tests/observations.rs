@@ -1,6 +1,642 @@
 //! The calibration from heights, distances and single coordinates: against SciPy's optimum, and over many
 //! robots against what it says of itself.
 
-mod goldens;
-mod robots;
-mod transmissions;
+use delta_cal::calibration::Settings;
+use delta_cal::observations::{
+    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationOutcome,
+    ObservationProblem, ObservationRow, Plane, Point, PositionFrame,
+};
+use delta_cal::robot::TransmissionTolerance;
+use delta_cal::simulate::{random_pose, standard_normal};
+use delta_cal::{Noise, Real, Refusal, Robot, Tolerance};
+use delta_cal_tests::geometries::{geometries, position_jacobian};
+use delta_cal_tests::goldens::{number, numbers};
+use delta_cal_tests::{Spread, generator, paper_limits, perturbed};
+use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
+use rand_pcg::Pcg32;
+use serde::Deserialize;
+
+/// The largest case has 24 parameters, 15 numbers of transmissions and 9 unknowns.
+const GOLDEN: usize = 48;
+
+#[derive(Deserialize)]
+struct File {
+    cases: Vec<Case>,
+}
+
+#[derive(Deserialize)]
+struct Case {
+    name: String,
+    nominal: Vec<String>,
+    tolerance: Option<[String; 2]>,
+    noise: Vec<String>,
+    frame: String,
+    planes: Vec<Option<[String; 2]>>,
+    points: Vec<GoldenPoint>,
+    rows: Vec<Row>,
+    parameters: Vec<String>,
+    sigmas: Vec<String>,
+    cost: String,
+    transmission: Option<String>,
+    unknowns: Vec<String>,
+    numbers: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct GoldenPoint {
+    known: Option<[String; 4]>,
+    offset: bool,
+}
+
+#[derive(Deserialize)]
+struct Row {
+    joints: Vec<String>,
+    position: Option<[Option<String>; 3]>,
+    height: Option<(u8, String)>,
+    distance: Option<GoldenDistance>,
+}
+
+#[derive(Deserialize)]
+struct GoldenDistance {
+    point: Option<u8>,
+    to: Option<Vec<String>>,
+    value: String,
+}
+
+fn real<T: Real>(bits: &str) -> T {
+    T::from_f64(number(bits))
+}
+
+fn triple<T: Real>(bits: &[String]) -> [T; 3] {
+    let values = numbers(bits);
+    std::array::from_fn(|index| T::from_f64(values[index]))
+}
+
+fn robot<T: Real>(bits: &[String]) -> Robot<T> {
+    let values = numbers(bits);
+    Robot::from_parameters(std::array::from_fn(|arm| {
+        std::array::from_fn(|own| T::from_f64(values[8 * arm + own]))
+    }))
+    .unwrap()
+}
+
+impl Row {
+    fn observation<T: Real>(&self) -> Observation<T> {
+        let coordinate = |bits: &Option<String>| bits.as_deref().map(real);
+        let none = [const { None }; 3];
+        Observation {
+            joints: triple(&self.joints),
+            position: self
+                .position
+                .as_ref()
+                .unwrap_or(&none)
+                .each_ref()
+                .map(coordinate),
+            height: self.height.as_ref().map(|(plane, height)| Height {
+                plane: *plane,
+                height: real(height),
+            }),
+            distance: self.distance.as_ref().map(|distance| Distance {
+                from: match (&distance.point, &distance.to) {
+                    (Some(point), _) => DistanceFrom::Point(*point),
+                    (_, Some(joints)) => DistanceFrom::Pose(triple(joints)),
+                    _ => panic!("a distance from nowhere"),
+                },
+                distance: real(&distance.value),
+            }),
+        }
+    }
+}
+
+/// What the golden holds: 24 parameters, 24 σ, the cost, the unknowns, and the numbers of transmissions.
+struct Found {
+    parameters: Vec<f64>,
+    sigmas: Vec<f64>,
+    cost: f64,
+    unknowns: Vec<f64>,
+    numbers: Vec<f64>,
+}
+
+fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
+    let planes = case.planes.iter().map(|known| Plane {
+        known: known.as_ref().map(|[c, sigma]| (real(c), real(sigma))),
+        level: None,
+    });
+    let planes: Vec<Plane<T>> = planes.collect();
+    let points = case.points.iter().map(|point| Point {
+        known: point
+            .known
+            .as_ref()
+            .map(|[x, y, z, sigma]| (Vector3::new(real(x), real(y), real(z)), real(sigma))),
+        offset: point.offset,
+    });
+    let points: Vec<Point<T>> = points.collect();
+    let noise: Vec<T> = case.noise.iter().map(|sigma| real(sigma)).collect();
+    let instruments = Instruments {
+        frame: match case.frame.as_str() {
+            "base" => PositionFrame::Base,
+            _ => PositionFrame::Sensor,
+        },
+        planes: &planes,
+        points: &points,
+        noise: ObservationNoise::new(
+            Noise::by_axis([noise[0], noise[1], noise[2]], noise[5]).unwrap(),
+            noise[3],
+            noise[4],
+        )
+        .unwrap(),
+        transmission: case
+            .transmission
+            .as_ref()
+            .map(|sigma| TransmissionTolerance::new(real(sigma)).unwrap()),
+    };
+    let tolerance = case
+        .tolerance
+        .as_ref()
+        .map(|[length, angle]| Tolerance::new(real::<T>(length), real(angle)).unwrap());
+    let settings = Settings::new().with_tolerance(tolerance);
+    let rows = case
+        .rows
+        .iter()
+        .map(|row| ObservationRow::new(row.observation()));
+    let mut rows: Vec<_> = rows.collect();
+    let nominal = robot(&case.nominal);
+    let problem =
+        ObservationProblem::<T, GOLDEN>::prepare(&nominal, &instruments, &mut rows).unwrap();
+    let outcome =
+        problem.solve::<{ GOLDEN + 1 }, { (GOLDEN + 1) * (GOLDEN + 2) / 2 }>(&settings)?;
+    let parameters = outcome
+        .robot
+        .arms()
+        .iter()
+        .flat_map(delta_cal::robot::Arm::parameters);
+    let covariance = outcome.of_robot().estimate.covariance.unwrap();
+    let sigma = |index: usize| covariance[(index, index)].to_f64().sqrt();
+    let residuals = (0..case.rows.len()).map(|row| {
+        let residuals = problem.residuals(&outcome, row).unwrap();
+        residuals
+            .iter()
+            .map(|own| own.to_f64().powi(2))
+            .sum::<f64>()
+    });
+    let mut unknowns = Vec::new();
+    for (index, _) in (0..).zip(&case.planes) {
+        unknowns.extend(outcome.plane(&instruments, index).map(Real::to_f64));
+    }
+    for (index, point) in (0..).zip(&case.points) {
+        let values = outcome.point(&instruments, index).map(Real::to_f64);
+        unknowns.extend_from_slice(&values[..3 + usize::from(point.offset)]);
+    }
+    let numbers = outcome.robot.transmissions().into_iter();
+    let numbers = numbers.flat_map(|own| own.numbers());
+    Ok(Found {
+        parameters: parameters.map(Real::to_f64).collect(),
+        sigmas: (0..24).map(sigma).collect(),
+        cost: residuals.sum(),
+        unknowns,
+        numbers: numbers.map(Real::to_f64).collect(),
+    })
+}
+
+/// How many σ the farthest parameter is off.
+fn farthest(found: &Found, case: &Case) -> f64 {
+    let expected = numbers(&case.parameters).into_iter();
+    let pairs = found
+        .parameters
+        .iter()
+        .zip(expected.zip(numbers(&case.sigmas)));
+    let farthest = pairs
+        .map(|(found, (expected, sigma))| (found - expected).abs() / sigma)
+        .fold(0.0, f64::max);
+    println!("{}: {farthest:.1e} sigma", case.name);
+    farthest
+}
+
+fn cases() -> Vec<Case> {
+    let text = include_str!("../goldens/scipy_observations.json");
+    serde_json::from_str::<File>(text).unwrap().cases
+}
+
+/// The cost without what the tolerance and the known places add.
+fn cost_of_readings(case: &Case) -> f64 {
+    let (parameters, nominal) = (numbers(&case.parameters), numbers(&case.nominal));
+    let mut cost = number(&case.cost);
+    if let Some([length, angle]) = &case.tolerance {
+        for (index, (own, from)) in parameters.iter().zip(&nominal).enumerate() {
+            let tolerance = if matches!(index % 8, 3 | 4) {
+                angle
+            } else {
+                length
+            };
+            cost -= ((own - from) / number(tolerance)).powi(2);
+        }
+    }
+    for own in numbers(&case.numbers) {
+        let sigma = case
+            .transmission
+            .as_ref()
+            .map_or(1.0, |sigma| number(sigma));
+        cost -= (own / sigma).powi(2);
+    }
+    let mut unknowns = numbers(&case.unknowns).into_iter();
+    let mut known = |values: &[String], sigma: &str, count: usize| {
+        let own: Vec<_> = unknowns.by_ref().take(count).collect();
+        for (value, own) in values.iter().zip(own) {
+            cost -= ((own - number(value)) / number(sigma)).powi(2);
+        }
+    };
+    for plane in &case.planes {
+        match plane {
+            Some([c, sigma]) => known(std::slice::from_ref(c), sigma, 3),
+            None => known(&[], "0", 3),
+        }
+    }
+    for point in &case.points {
+        let count = 3 + usize::from(point.offset);
+        match &point.known {
+            Some([place @ .., sigma]) => known(place, sigma, count),
+            None => known(&[], "0", count),
+        }
+    }
+    cost
+}
+
+/// Within 1e-7 σ of SciPy's optimum in double precision: the generator's own optimum is good to 1e-9 σ, and
+/// the last step of an iteration that converges quadratically is far below its last but one.
+#[test]
+fn double_precision_agrees_with_scipy() {
+    for case in cases() {
+        let found = solved::<f64>(&case).unwrap_or_else(|error| panic!("{}: {error}", case.name));
+        let farthest = farthest(&found, &case);
+        assert!(farthest < 1e-7, "{}: {farthest:e}", case.name);
+        for (found, expected) in found.sigmas.iter().zip(numbers(&case.sigmas)) {
+            // σ is taken where the last linearisation was, a step of 1e-3 σ at most before the end.
+            assert!(
+                (found / expected - 1.0).abs() < 1e-4,
+                "{}: {found} {expected}",
+                case.name
+            );
+        }
+        let cost = cost_of_readings(&case);
+        assert!(
+            (found.cost / cost - 1.0).abs() < 1e-6,
+            "{}: {} {cost}",
+            case.name,
+            found.cost
+        );
+        for (found, expected) in found.numbers.iter().zip(numbers(&case.numbers)) {
+            // Of some 1e-3, known to 1e-5 at best.
+            assert!(
+                (found - expected).abs() < 1e-10,
+                "{}: {found} {expected}",
+                case.name
+            );
+        }
+        for (found, expected) in found.unknowns.iter().zip(numbers(&case.unknowns)) {
+            // Lengths of some 1e2 mm and slopes, known to 1e-2 mm and 1e-4 at best.
+            assert!(
+                (found - expected).abs() < 1e-5,
+                "{}: {found} {expected}",
+                case.name
+            );
+        }
+    }
+}
+
+/// In single precision a position is rounded to 3e-5 mm, up to 0.006 of σ of these noises; three times that is
+/// allowed.
+#[test]
+fn single_precision_is_within_its_rounding() {
+    for case in cases() {
+        let found = solved::<f32>(&case).unwrap_or_else(|error| panic!("{}: {error}", case.name));
+        let farthest = farthest(&found, &case);
+        assert!(farthest < 0.02, "{}: {farthest:e}", case.name);
+    }
+}
+
+const N: usize = 40;
+const LENGTH: f64 = 0.5;
+const ANGLE: f64 = 0.2;
+/// Poses that the accuracy is judged over.
+const JUDGED: usize = 60;
+
+/// What is measured with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    GaugeBlocks,
+    TiltedPlanes,
+    ThreePoints,
+    WiresWithOffset,
+    BetweenPoses,
+    CameraFrame,
+    HolePlate,
+    ZAlone,
+    Mixture,
+}
+
+const KINDS: [Kind; 9] = [
+    Kind::GaugeBlocks,
+    Kind::TiltedPlanes,
+    Kind::ThreePoints,
+    Kind::WiresWithOffset,
+    Kind::BetweenPoses,
+    Kind::CameraFrame,
+    Kind::HolePlate,
+    Kind::ZAlone,
+    Kind::Mixture,
+];
+
+impl Kind {
+    /// As the document has it.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::GaugeBlocks => "heights above one plate, different blocks (0.02 mm)",
+            Self::TiltedPlanes => "heights above three tilted plates (0.02 mm)",
+            Self::ThreePoints => "distances from three points (0.05 mm)",
+            Self::WiresWithOffset => "two wire sensors with unknown offset (0.05 mm)",
+            Self::BetweenPoses => "distances between two poses (0.05 mm)",
+            Self::CameraFrame => "two coordinates in the sensor's frame (0.02 mm)",
+            Self::HolePlate => "x, y and z in the sensor's frame (0.02 mm)",
+            Self::ZAlone => "z in the robot's frame (0.02 mm)",
+            Self::Mixture => "heights, distances between poses and x, mixed",
+        }
+    }
+
+    fn planes(self) -> usize {
+        match self {
+            Self::GaugeBlocks | Self::Mixture => 1,
+            Self::TiltedPlanes => 3,
+            _ => 0,
+        }
+    }
+
+    fn points(self) -> usize {
+        match self {
+            Self::ThreePoints => 3,
+            Self::WiresWithOffset => 2,
+            _ => 0,
+        }
+    }
+
+    fn frame(self) -> PositionFrame {
+        match self {
+            Self::CameraFrame | Self::HolePlate => PositionFrame::Sensor,
+            _ => PositionFrame::Base,
+        }
+    }
+}
+
+/// The noise of the shared page's table: position, height and distance, mm.
+fn noise() -> ObservationNoise<f64> {
+    let position = Noise::new(0.02, 2e-3f64.to_radians()).unwrap();
+    ObservationNoise::new(position, 0.02, 0.05).unwrap()
+}
+
+/// Measurements of a robot, the joint angles with their noise.
+fn measured(
+    kind: Kind,
+    truth: &Robot<f64>,
+    count: usize,
+    rng: &mut Pcg32,
+) -> Vec<ObservationRow<f64>> {
+    let size = truth.arms()[0].lb();
+    let noise = noise();
+    let normal = |rng: &mut Pcg32| standard_normal::<f64, _>(rng);
+    let joint = noise.position().joint();
+    let rows = (0..count).map(|index| {
+        let pose = random_pose(truth, &paper_limits(), rng).unwrap();
+        let x = pose.position;
+        let joints = pose.joints.map(|q| q + joint * normal(rng));
+        let mut row = Observation::at(joints);
+        let plane = |index: usize| {
+            let tilt = if kind == Kind::TiltedPlanes {
+                0.3
+            } else {
+                0.01
+            };
+            let turn = 2.1 * f64::from(u8::try_from(index).unwrap());
+            (
+                Vector3::new(tilt * turn.cos(), tilt * turn.sin(), 1.0).normalize(),
+                -1.1 * size,
+            )
+        };
+        let height = |index: usize, rng: &mut Pcg32| {
+            let (normal_vector, offset) = plane(index);
+            Height {
+                plane: u8::try_from(index).unwrap(),
+                height: normal_vector.dot(&x) - offset + noise.height() * normal(rng),
+            }
+        };
+        let between = |rng: &mut Pcg32| {
+            let other = random_pose(truth, &paper_limits(), rng).unwrap();
+            Distance {
+                from: DistanceFrom::Pose(other.joints.map(|q| q + joint * normal(rng))),
+                distance: (x - other.position).norm() + noise.distance() * normal(rng),
+            }
+        };
+        let from_point = |index: usize, rng: &mut Pcg32| {
+            let turn = 2.0 * f64::from(u8::try_from(index).unwrap());
+            let place = Vector3::new(0.7 * turn.cos(), 0.7 * turn.sin(), -1.4) * size;
+            let offset = if kind == Kind::WiresWithOffset {
+                1.7
+            } else {
+                0.0
+            };
+            Distance {
+                from: DistanceFrom::Point(u8::try_from(index).unwrap()),
+                distance: (x - place).norm() + offset + noise.distance() * normal(rng),
+            }
+        };
+        let in_camera = |rng: &mut Pcg32| {
+            // A rotation about (1, 1, 1) by 120° and a shift: y, z and x of the robot's frame.
+            [x.y + 30.0, x.z + 700.0, x.x - 12.0].map(|c| Some(c + 0.02 * normal(rng)))
+        };
+        match kind {
+            Kind::GaugeBlocks => row.height = Some(height(0, rng)),
+            Kind::TiltedPlanes => row.height = Some(height(index % 3, rng)),
+            Kind::ThreePoints => row.distance = Some(from_point(index % 3, rng)),
+            Kind::WiresWithOffset => row.distance = Some(from_point(index % 2, rng)),
+            Kind::BetweenPoses => row.distance = Some(between(rng)),
+            Kind::CameraFrame => {
+                let [x, _, z] = in_camera(rng);
+                row.position = [x, None, z];
+            }
+            Kind::HolePlate => row.position = in_camera(rng),
+            Kind::ZAlone => row.position = [None, None, Some(x.z + 0.02 * normal(rng))],
+            Kind::Mixture => {
+                if index % 2 == 0 {
+                    row.height = Some(height(0, rng));
+                }
+                if index % 3 != 0 {
+                    row.distance = Some(between(rng));
+                }
+                if row.readings() == 0 || index % 5 == 0 {
+                    row.position = [Some(x.x + 0.02 * normal(rng)), None, None];
+                }
+            }
+        }
+        ObservationRow::new(row)
+    });
+    rows.collect()
+}
+
+/// With the instruments of a kind, of which nothing is known but the noise, and the tolerance.
+fn with_instruments<F>(
+    kind: Kind,
+    then: impl FnOnce(&Instruments<'_, f64>, &Settings<f64>) -> F,
+) -> F {
+    let planes = vec![Plane::default(); kind.planes()];
+    let point = Point {
+        known: None,
+        offset: kind == Kind::WiresWithOffset,
+    };
+    let points = vec![point; kind.points()];
+    let instruments = Instruments {
+        frame: kind.frame(),
+        planes: &planes,
+        points: &points,
+        noise: noise(),
+        transmission: None,
+    };
+    let tolerance = Tolerance::new(LENGTH, ANGLE.to_radians()).unwrap();
+    then(&instruments, &Settings::new().with_tolerance(tolerance))
+}
+
+fn calibrated(
+    kind: Kind,
+    nominal: &Robot<f64>,
+    rows: &mut [ObservationRow<f64>],
+) -> Option<ObservationOutcome<f64, N>> {
+    with_instruments(kind, |instruments, settings| {
+        let problem = ObservationProblem::<f64, N>::prepare(nominal, instruments, rows).ok()?;
+        problem.solve::<41, 861>(settings).ok()
+    })
+}
+
+/// The difference of all parameters.
+fn difference(robot: &Robot<f64>, truth: &Robot<f64>) -> DVector<f64> {
+    let pairs = robot.arms().iter().zip(truth.arms());
+    let values = pairs.flat_map(|(a, b)| {
+        let (a, b) = (a.parameters(), b.parameters());
+        (0..8).map(move |index| a[index] - b[index])
+    });
+    DVector::from_iterator(24, values)
+}
+
+/// How the relative positions follow the parameters: the Jacobian of many positions, by finite differences, less
+/// what a rigid motion of all of them makes.
+fn relative(robot: &Robot<f64>, rng: &mut Pcg32) -> DMatrix<f64> {
+    let mut jacobian = DMatrix::zeros(3 * JUDGED, 24);
+    let mut motions = DMatrix::zeros(3 * JUDGED, 6);
+    let mut row = 0;
+    while row < 3 * JUDGED {
+        let pose = random_pose(robot, &paper_limits(), rng).unwrap();
+        let Some(own) = position_jacobian(robot, &pose.joints) else {
+            continue;
+        };
+        jacobian.view_mut((row, 0), (3, 24)).copy_from(&own);
+        motions.view_mut((row, 0), (3, 3)).fill_with_identity();
+        motions
+            .view_mut((row, 3), (3, 3))
+            .copy_from(&-pose.position.cross_matrix());
+        row += 3;
+    }
+    let normal = motions.transpose() * &motions;
+    let motion = normal.try_inverse().unwrap() * motions.transpose() * &jacobian;
+    jacobian - motions * motion
+}
+
+/// Over robots made to the tolerance: achieved over reported, both squared and rms over relative positions.
+struct Campaign {
+    achieved: f64,
+    reported: f64,
+    before: f64,
+    refused: usize,
+}
+
+fn campaign(kind: Kind, nominal: &Robot<f64>, seed: u64, robots: u64, count: usize) -> Campaign {
+    let trials = (0..robots).map(|robot| {
+        let mut rng = generator(seed, robot);
+        let truth = perturbed(
+            nominal,
+            LENGTH,
+            ANGLE.to_radians(),
+            Spread::Normal,
+            &mut rng,
+        );
+        let mut rows = measured(kind, &truth, count, &mut rng);
+        let outcome = calibrated(kind, nominal, &mut rows)?;
+        let jacobian = relative(&truth, &mut rng);
+        let covariance: SMatrix<f64, 24, 24> = outcome.of_robot().estimate.covariance?;
+        let achieved = (&jacobian * difference(&outcome.robot, &truth)).norm_squared();
+        let before = (&jacobian * difference(nominal, &truth)).norm_squared();
+        let covariance = DMatrix::from_column_slice(24, 24, covariance.as_slice());
+        let reported = (&jacobian * covariance * jacobian.transpose()).trace();
+        Some([achieved, reported, before])
+    });
+    let trials: Vec<_> = trials.collect();
+    let sum = |index: usize| {
+        trials
+            .iter()
+            .flatten()
+            .map(|trial| trial[index])
+            .sum::<f64>()
+    };
+    Campaign {
+        achieved: sum(0),
+        reported: sum(1),
+        before: sum(2),
+        refused: trials.iter().filter(|trial| trial.is_none()).count(),
+    }
+}
+
+/// The error in the relative positions is what the covariance says, for every kind and geometry. The reported
+/// variance of an efficient estimate is the Bayesian Cramér–Rao bound, so that this is the error over the bound
+/// as well.
+#[test]
+#[allow(clippy::cast_precision_loss)] // robots
+fn relative_positions_are_as_good_as_reported() {
+    let robots = 16;
+    let (mut all, mut refused) = (0.0, 0);
+    let geometries = geometries();
+    for (offset, kind) in (0..).zip(KINDS) {
+        let mut shown = Vec::new();
+        let (mut least, mut most) = (f64::INFINITY, 0f64);
+        for (seed, (name, nominal)) in (100..).zip(&geometries) {
+            let found = campaign(kind, nominal, 10 * seed + offset, robots, 45);
+            let ratio = (found.achieved / found.reported).sqrt();
+            let gain = (found.achieved / found.before).sqrt();
+            (least, most) = (least.min(ratio), most.max(ratio));
+            if shown.len() < 2 {
+                let rms = |sum: f64| (sum / (robots as f64 * JUDGED as f64)).sqrt();
+                shown.push(format!(
+                    "{:.2} → {:.2}",
+                    rms(found.before),
+                    rms(found.achieved)
+                ));
+            }
+            if found.refused > 0 {
+                println!("{name}, {kind:?}: {} refused", found.refused);
+            }
+            all += ratio * ratio;
+            refused += found.refused;
+            // What decides it are some two combinations of each robot: of 16 robots the rms scatters by 12 %,
+            // of 400 by 2.5 %. Four of these σ are allowed.
+            let allowed = 0.48;
+            assert!((ratio - 1.0).abs() < allowed, "{name}, {kind:?}: {ratio}");
+            assert!(gain < 0.9, "{name}, {kind:?}: {gain}");
+        }
+        let shown = shown.join(" | ");
+        let row = format!("| {} | {shown} | {least:.2}–{most:.2} |", kind.name());
+        println!("{row}");
+    }
+    let ratio = f64::sqrt(all / (KINDS.len() * geometries.len()) as f64);
+    let line = format!(
+        "over all {ratio:.3}, and {refused} of {} robots were refused",
+        72 * robots
+    );
+    println!("{line}");
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    // Poses near a singularity of the nominal robot can trap the iteration, which then says so.
+    assert!(refused <= 2, "{refused}");
+}

@@ -1,13 +1,9 @@
-//! The calibration of each arm against independent optima: SciPy's, with their generator,
-//! and the `levenberg-marquardt` crate's.
+//! The calibration of each arm against an independent optimum: SciPy's.
 
 use delta_cal::calibration::{ArmOutcome, Solver};
-use delta_cal::{
-    ArmIndex, Calibrator, Noise, Parameter, RobotOutcome, Sample, Settings, Tolerance,
-};
+use delta_cal::{ArmIndex, Calibrator, RobotOutcome, Sample, Settings};
 use delta_cal_tests::goldens::{GoldenInput, number, numbers};
-use delta_cal_tests::peer::{Parameters, PeerProblem, Row};
-use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use delta_cal_tests::paper_robot;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -85,76 +81,4 @@ fn both_solvers_reach_scipys_optimum() {
             }
         }
     }
-}
-
-fn peer_parameters(
-    samples: &[Sample<f64>],
-    arm: ArmIndex,
-    noise: Option<&Noise<f64>>,
-    tolerance: Option<(f64, f64)>,
-) -> Option<Parameters> {
-    let nominal = paper_robot::<f64>();
-    let arm_nominal = nominal.arm(arm);
-    let start = Parameters::from(arm_nominal.parameters());
-    let rows = samples
-        .iter()
-        .map(|sample| {
-            let q = sample.joints[arm.index()];
-            let weight = noise.map_or(1.0, |noise| {
-                let by_position = 2.0 * arm_nominal.lb() * noise.position();
-                let by_joint = arm_nominal.constraint_by_joint(&sample.position, q) * noise.joint();
-                by_position.hypot(by_joint).recip()
-            });
-            Row {
-                x: nalgebra_of_peer::Vector3::from(sample.position.data.0[0]),
-                sine: q.sin(),
-                cosine: q.cos(),
-                weight,
-            }
-        })
-        .collect();
-    let prior = tolerance.map_or_else(Parameters::zeros, |(length, angle)| {
-        let (l, a) = (1.0 / length, 1.0 / angle);
-        Parameters::from([l, l, l, a, a, l, l, l])
-    });
-    PeerProblem {
-        rows,
-        prior,
-        nominal: start,
-        parameters: start,
-    }
-    .solve()
-}
-
-#[test]
-fn a_hundred_noisy_robots_agree_with_the_levenberg_marquardt_crate() {
-    let degree = 1f64.to_radians();
-    let noise = Noise::new(0.01, 0.002 * degree).unwrap();
-    let mut compared = 0;
-    for robot in 0..100 {
-        let count = [12, 20, 60, 200][robot as usize % 4];
-        let (weights, prior) = [(false, false), (true, false), (true, true)][robot as usize % 3];
-        let mut rng = generator(11, robot);
-        let truth = perturbed(&paper_robot(), 1.0, 0.3 * degree, Spread::Uniform, &mut rng);
-        let samples = measurements(&truth, count, Some(&noise), &mut rng);
-        let tolerance = prior.then_some((1.0, 0.3 * degree));
-        let settings = Settings::default()
-            .with_noise(weights.then_some(noise))
-            .with_tolerance(tolerance.map(|(l, a)| Tolerance::new(l, a).unwrap()));
-        let factor = factor_outcome(&samples, &settings);
-        for arm in ArmIndex::ALL {
-            let factor = &factor.arms[arm.index()];
-            let sigma = Parameter::ROTARY.map(|p| factor.standard_deviation(p).unwrap());
-            let peer = peer_parameters(&samples, arm, weights.then_some(&noise), tolerance)
-                .expect("the peer converges");
-            let deviation = largest_deviation(factor, &peer.data.0[0], &sigma);
-            // MINPACK's default tolerance of 1e-8·|P| leaves that much of a parameter open.
-            assert!(
-                deviation < 1e-3,
-                "robot {robot} {arm}: {deviation:e} σ from the peer"
-            );
-            compared += 1;
-        }
-    }
-    assert_eq!(compared, 300);
 }

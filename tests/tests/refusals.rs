@@ -1,10 +1,11 @@
 //! A calibration is either good or refused with its cause and arm.
 
-use delta_cal::calibration::{Solver, Start, ToleranceError};
+use delta_cal::calibration::{Instrument, Solver, Start, ToleranceError};
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
-use delta_cal::observations::ObservationNoise;
-use delta_cal::robot::Arm;
-use delta_cal::samples::NoiseError;
+use delta_cal::observations::{ObservationError, ObservationNoise, PrepareError};
+use delta_cal::robot::GeometryError;
+use delta_cal::samples::{NoiseError, SampleError};
+use delta_cal::stream::{Alarm, ForgettingError, GateError};
 use delta_cal::{
     ArmIndex, Calibrator, Noise, Parameter, Refusal, Robot, Sample, Settings, Tolerance,
 };
@@ -76,42 +77,34 @@ fn everything_forgotten_is_as_good_as_no_samples() {
     ));
 }
 
+/// All in one pose, also without a guess; the second joint at rest; equal joint angles.
 #[test]
 fn poses_that_do_not_determine_the_parameters() {
-    // Twenty times the same pose.
-    let (_, samples) = robot_and_samples(2, 1, None);
-    let same = vec![samples[0]; 20];
-    assert!(matches!(
-        solve(&same, &Settings::default()),
-        Err(Refusal::Undetermined {
-            arm: ArmIndex::First,
-            ..
-        })
-    ));
-    // Only arm 2's joint stands still: its elbow is one point, on which no circle is known.
     let (truth, _) = robot_and_samples(3, 1, None);
-    let still: Vec<_> = (0..30)
-        .map(|k| {
-            let t = f64::from(k);
-            let joints = [0.5 * t.sin(), 0.2, 0.5 * (1.7 * t).cos()];
-            Sample {
-                joints,
-                position: truth.forward(&joints).unwrap(),
-            }
-        })
-        .collect();
-    let refusal = solve(&still, &Settings::default()).unwrap_err();
-    assert!(
-        matches!(
-            refusal,
-            Refusal::Undetermined {
-                arm: ArmIndex::Second,
-                ..
-            }
-        ),
-        "{refusal:?}"
-    );
-    assert_eq!(refusal.arm(), Some(ArmIndex::Second));
+    let taken = |joints: &dyn Fn(f64) -> [f64; 3]| {
+        let sample = |k: i32| {
+            let joints = joints(f64::from(k));
+            let position = truth.forward(&joints).unwrap();
+            Sample { joints, position }
+        };
+        (0..30).map(sample).collect::<Vec<_>>()
+    };
+    let one_pose = taken(&|_| [0.2, 0.3, 0.4]);
+    let still = taken(&|t| [0.5 * t.sin(), 0.2, 0.5 * (1.7 * t).cos()]);
+    let equal = taken(&|k| [-0.5 + 0.05 * k; 3]);
+    for (samples, start, expected) in [
+        (&one_pose, Start::Nominal, ArmIndex::First),
+        (&one_pose, Start::Free, ArmIndex::First),
+        (&still, Start::Nominal, ArmIndex::Second),
+        (&equal, Start::Nominal, ArmIndex::First),
+    ] {
+        let refusal = solve(samples, &Settings::default().with_start(start)).unwrap_err();
+        assert!(
+            matches!(refusal, Refusal::Undetermined { arm, .. } if arm == expected),
+            "{refusal:?}"
+        );
+        assert_eq!(refusal.arm(), Some(expected));
+    }
 }
 
 #[test]
@@ -124,22 +117,6 @@ fn noise_that_leaves_a_parameter_unknown() {
         solve(&samples, &settings),
         Err(Refusal::Uncertain { .. })
     ));
-}
-
-#[test]
-fn residuals_that_contradict_the_stated_noise() {
-    let noise = Noise::new(0.5, 0.0).unwrap();
-    let (_, samples) = robot_and_samples(5, 60, Some(&noise));
-    let settings = Settings::default().with_noise(Noise::new(0.01, 0.0).unwrap());
-    let refusal = solve(&samples, &settings).unwrap_err();
-    assert_eq!(refusal.arm(), Some(ArmIndex::First));
-    let Refusal::ResidualContradictsNoise { ratio, .. } = refusal else {
-        panic!("{refusal:?}");
-    };
-    // The true noise is fifty times the stated one; χ with 52 degrees of freedom scatters by 10 %.
-    assert!((30.0..70.0).contains(&ratio), "{ratio}");
-    // Stated truly, the same samples are accepted.
-    assert_eq!(solve(&samples, &settings.with_noise(noise)), Ok(()));
 }
 
 /// Exchanged joint columns describe a robot whose arms are numbered otherwise. Whether that is the
@@ -160,46 +137,6 @@ fn a_swapped_pair_of_joint_columns_is_far_from_nominal() {
         Refusal::FarFromNominal { .. } | Refusal::ResidualContradictsNoise { .. }
     ));
     assert_eq!(refusal.arm(), Some(ArmIndex::First));
-}
-
-#[test]
-fn parameters_many_tolerances_from_nominal() {
-    // A forearm 30 mm longer than stated, with a tolerance of 0.1 mm.
-    let mut arms = *paper_robot::<f64>().arms();
-    let mut p = arms[2].parameters();
-    p[7] += 30.0;
-    arms[2] = Arm::new(p).unwrap();
-    let truth = Robot::new(arms).unwrap();
-    let mut rng = generator(82, 0);
-    let samples = measurements(&truth, 40, None, &mut rng);
-    let settings = Settings::default()
-        .with_tolerance(Tolerance::new(0.1, 0.1 * DEGREE).unwrap())
-        .with_noise(Noise::new(0.01, 0.0).unwrap());
-    let refusal = solve(&samples, &settings).unwrap_err();
-    let Refusal::FarFromNominal {
-        arm,
-        parameter,
-        tolerances,
-    } = refusal
-    else {
-        panic!("{refusal:?}");
-    };
-    assert_eq!((arm, parameter), (ArmIndex::Third, Parameter::Lb));
-    assert!((250.0..350.0).contains(&tolerances), "{tolerances}");
-}
-
-#[test]
-fn a_fit_that_does_not_converge() {
-    let (_, samples) = robot_and_samples(7, 20, None);
-    let settings = Settings::default().with_iteration_limit(1);
-    // One linearisation from the robot file and one without a guess.
-    assert!(matches!(
-        solve(&samples, &settings),
-        Err(Refusal::NotConverged {
-            arm: ArmIndex::First,
-            iterations: 2,
-        })
-    ));
 }
 
 #[test]
@@ -278,59 +215,110 @@ fn noises_and_tolerances_that_are_none() {
     assert_eq!(JointLimits::travel(1.0, 1.0), Err(JointLimitsError::Empty));
 }
 
-#[test]
-fn poses_with_equal_joint_angles_do_not_determine_the_parameters() {
-    let (truth, _) = robot_and_samples(9, 1, None);
-    let samples: Vec<_> = (0..20)
-        .map(|k| {
-            let joints = [-0.5 + 0.08 * f64::from(k); 3];
-            Sample {
-                joints,
-                position: truth.forward(&joints).unwrap(),
-            }
-        })
-        .collect();
-    let result = solve(&samples, &Settings::default());
-    assert!(
-        matches!(result, Err(Refusal::Undetermined { .. })),
-        "{result:?}"
-    );
-}
-
-/// Upside down, the arms' constraints hold as well as ever; forward kinematics would look for the
-/// platform on the other side.
-#[test]
-fn a_frame_that_is_upside_down_is_refused() {
-    for seed in 0..100 {
-        let (_, mut samples) = robot_and_samples(100 + seed, 30, None);
-        for sample in &mut samples {
-            // Half a turn about x.
-            sample.position.y = -sample.position.y;
-            sample.position.z = -sample.position.z;
-        }
-        let free = Settings::default().with_start(Start::Free);
-        assert_eq!(solve(&samples, &free), Err(Refusal::WrongSide));
-        // From the reference the iteration may also end in an arm whose plane is turned over.
-        assert!(solve(&samples, &Settings::default()).is_err());
+/// An error's message, and words that its reader cannot do without.
+fn says(error: &dyn core::error::Error, words: &[&str]) {
+    let message = error.to_string();
+    for word in words {
+        assert!(message.contains(word), "{message:?} without {word:?}");
     }
 }
 
-/// Samples in one place give no start without a guess; what they leave free is named all the same.
 #[test]
-fn samples_in_one_place_are_refused_without_a_guess() {
-    let (truth, _) = robot_and_samples(7, 1, None);
-    let joints = [0.2, 0.3, 0.4];
-    let position = truth.forward(&joints).unwrap();
-    let samples = [Sample { joints, position }; 20];
-    let refusal = solve(&samples, &Settings::default().with_start(Start::Free)).unwrap_err();
-    assert!(
-        matches!(
-            refusal,
-            Refusal::Undetermined {
-                arm: ArmIndex::First,
-                ..
-            }
-        ),
-        "{refusal:?}"
-    );
+fn refusals_name_the_arm_and_their_figures() {
+    let (arm, parameter) = (ArmIndex::Third, Parameter::LaX);
+    let few = |samples, needed| Refusal::TooFewSamples {
+        arm,
+        samples,
+        needed,
+    };
+    let undetermined = |condition| Refusal::Undetermined {
+        arm,
+        parameter,
+        condition,
+    };
+    let uncertain = |sigma| Refusal::Uncertain {
+        arm,
+        parameter,
+        sigma,
+    };
+    let far = |tolerances| Refusal::FarFromNominal {
+        arm,
+        parameter,
+        tolerances,
+    };
+    let iterations = 50;
+    let ratio = 12.34;
+    let contradiction = Refusal::ResidualContradictsNoise {
+        arm: Some(arm),
+        ratio,
+    };
+    let error = GeometryError::TiltTooLarge;
+    let of_an_arm: [(Refusal, &[&str]); 8] = [
+        (few(7, 8), &["7", "8"]),
+        (undetermined(3e9), &["La_x", "3.0e9"]),
+        (uncertain(0.25), &["La_x", "2.500e-1"]),
+        (Refusal::NotConverged { arm, iterations }, &["50"]),
+        (contradiction, &["12.3"]),
+        (far(9.87), &["La_x", "9.9"]),
+        (Refusal::ImpossibleGeometry { arm, error }, &["alpha"]),
+        (Refusal::NonFinite { arm }, &["overflow"]),
+    ];
+    for (refusal, words) in of_an_arm {
+        says(&refusal, words);
+        says(&refusal, &["arm 3"]);
+        assert_eq!(refusal.arm(), Some(arm));
+    }
+    let of_none: [(Refusal, &str); 3] = [
+        (Refusal::ImpossibleRobot(GeometryError::NoCommonUp), "up"),
+        (Refusal::WrongSide, "upside down"),
+        (Refusal::Unfinished, "not finished"),
+    ];
+    for (refusal, word) in of_none {
+        says(&refusal, &[word]);
+        assert_eq!(refusal.arm(), None);
+    }
+}
+
+#[test]
+fn messages_name_what_is_at_fault() {
+    let arm = ArmIndex::Second;
+    says(&SampleError::PositionNonFinite, &["position", "finite"]);
+    says(&SampleError::PositionTooFar(arm), &["position", "arm 2"]);
+    says(&SampleError::JointNonFinite(arm), &["arm 2", "finite"]);
+    says(&SampleError::JointTooLarge(arm), &["arm 2", "two turns"]);
+    says(&GateError::Sigmas, &["sigma", "greater than 0"]);
+    says(&ForgettingError::TooShort, &["one sample or more"]);
+    says(&ForgettingError::TooLong, &["mean age", "too large"]);
+    let changed = Alarm::RobotChanged { first: 17 };
+    let early = Alarm::EarlySamplesWrong { first: 5 };
+    assert_eq!((changed.first(), early.first()), (17, 5));
+}
+
+#[test]
+fn instruments_are_named_with_their_number() {
+    let named = [
+        (Instrument::Frame, "frame"),
+        (Instrument::Plane(2), "plane 2"),
+        (Instrument::Point(5), "point 5"),
+        (Instrument::Transmission(ArmIndex::Second), "arm 2"),
+    ];
+    for (instrument, words) in named {
+        assert!(instrument.to_string().contains(words), "{instrument}");
+        says(&Refusal::UndeterminedInstrument(instrument), &[words]);
+    }
+}
+
+#[test]
+fn errors_of_observations_name_the_row_and_what_is_wrong() {
+    let wrong = ObservationError::SamePlace;
+    says(&wrong, &["distance"]);
+    let row = PrepareError::Row {
+        index: 7,
+        error: wrong,
+    };
+    says(&row, &["observation 7", &wrong.to_string()]);
+    let no_room = PrepareError::TooManyUnknowns { parameters: 43 };
+    says(&no_room, &["room", "43"]);
+    let refusal = Refusal::Unfinished;
+    says(&PrepareError::Refused(refusal), &[&refusal.to_string()]);
 }

@@ -1,10 +1,10 @@
 //! The factor holds the same information, however it came
 //! in: one by one, many at once, in any order, merged, in any unit.
 
-use delta_cal::calibration::ArmSolver;
 use delta_cal::robot::Arm;
 use delta_cal::samples::{MergeError, SampleError};
-use delta_cal::{ArmIndex, Calibrator, Noise, Progress, Robot, Sample, Settings, Tolerance};
+use delta_cal::stream::Forgetting;
+use delta_cal::{ArmIndex, Calibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
 };
@@ -209,6 +209,26 @@ fn a_weight_says_how_often_a_sample_counts() {
     assert_eq!(calibrator, before);
 }
 
+/// Half of ten, three, and a quarter of seventeen.
+#[test]
+fn merged_factors_are_worth_the_sum_of_what_they_remember() {
+    let (_, samples) = noisy(53, 30);
+    let mut first = filled(&samples[..10], &weighted());
+    first.forget(0.5);
+    first.add_many(&samples[10..13]).unwrap();
+    let mut second = filled(&samples[13..], &weighted());
+    second.forget(0.25);
+    first.merge(&second).unwrap();
+    // λ of 1 and more forgets nothing.
+    for lambda in [1.0, 1.5, f64::NAN] {
+        first.forget(lambda);
+    }
+    for factor in first.arms() {
+        assert!((factor.effective_samples() - (5.0 + 3.0 + 17.0 / 4.0)).abs() < 1e-12);
+        assert_eq!(factor.samples(), 30);
+    }
+}
+
 #[test]
 fn factors_of_different_references_do_not_merge() {
     let (_, samples) = noisy(1, 12);
@@ -275,20 +295,35 @@ fn forgetting_weighs_old_samples_down() {
     }
 }
 
+/// However long ago the tolerance was stated, it counts: with a memory of two samples it decides part
+/// of every result, and without it there is none.
 #[test]
-fn solving_step_by_step_equals_solving_at_once_and_steps_are_few() {
-    let (_, samples) = noisy(4, 40);
-    let mut calibrator = filled(&samples, &weighted());
-    let at_once = calibrator.solve().unwrap();
-    for (index, factor) in ArmIndex::ALL.into_iter().zip(calibrator.arms()) {
-        let mut solver = ArmSolver::new(factor, index, &weighted()).unwrap();
-        assert!(solver.outcome(factor).is_err());
-        let mut steps = 0;
-        while solver.step(factor) == Progress::Working {
-            steps += 1;
-            assert!(steps < 200);
+fn the_prior_is_not_forgotten() {
+    let rough = Noise::new(0.2, 0.02 * DEGREE).unwrap();
+    let tolerance = Tolerance::new(0.5, 0.2 * DEGREE).unwrap();
+    let with = Settings::default()
+        .with_noise(rough)
+        .with_tolerance(tolerance);
+    let mut share = 0.0_f64;
+    for number in 0..100 {
+        let mut rng = generator(965, number);
+        let truth = perturbed(&paper_robot(), 0.5, 0.2 * DEGREE, Spread::Normal, &mut rng);
+        let memory = Forgetting::new(2.0).unwrap();
+        let mut calibrator = Calibrator::new(&paper_robot(), &with);
+        for sample in measurements(&truth, 300, Some(&rough), &mut rng) {
+            calibrator.add_forgetting(&sample, &memory).unwrap();
         }
-        assert_eq!(solver.outcome(factor).unwrap(), at_once.arms[index.index()]);
-        assert_eq!(solver.step(factor), Progress::Finished);
+        for arm in &calibrator.solve().unwrap().arms {
+            for parameter in Parameter::ROTARY {
+                let sigma = arm.standard_deviation(parameter).unwrap();
+                assert!(sigma <= tolerance.of(parameter) * 1.000_001);
+            }
+            share += arm.prior_share.mean() / 300.0;
+        }
     }
+    println!(
+        "memory of two samples: the tolerance decides {:.0} % of a parameter",
+        100.0 * share
+    );
+    assert!(share > 0.3);
 }

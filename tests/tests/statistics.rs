@@ -1,5 +1,4 @@
-//! Noisy measurements, each arm by itself: the covariance is right, the error is at the Cramér–Rao bound, and the
-//! tolerance prior earns what it should. Of all arms together: `joint::noisy`.
+//! Noisy measurements, each arm by itself: the covariance is right, the error is at the Cramér–Rao bound. Of all arms together: `joint::noisy`.
 
 use delta_cal::robot::ParameterKind;
 use delta_cal::{Calibrator, Noise, Parameter, Robot, RobotOutcome, Sample, Settings, Tolerance};
@@ -27,8 +26,6 @@ struct Campaign {
 /// Over all robots of a campaign. Angles count times the upper arm's length.
 #[derive(Debug, Default)]
 struct Statistics {
-    /// (4.1), percent, the worst first.
-    gains: Vec<f64>,
     /// The other figures are without them.
     refused: usize,
     /// Errors over their predicted σ, squared.
@@ -44,10 +41,6 @@ impl Statistics {
 
     fn error_over_bound(&self) -> f64 {
         (self.error_squared / self.bound_squared).sqrt()
-    }
-
-    fn median_gain(&self) -> f64 {
-        self.gains[self.gains.len() / 2]
     }
 }
 
@@ -71,12 +64,7 @@ impl Campaign {
                 statistics.refused += 1;
                 continue;
             };
-            let norm = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
             let errors = parameter_differences(&outcome.robot, &truth);
-            let before = norm(&parameter_differences(&nominal, &truth));
-            statistics
-                .gains
-                .push(100.0 * (1.0 - norm(&errors) / before));
             for (error, sigma) in errors.iter().zip(sigmas(&outcome)) {
                 statistics.z_squared.push((error / sigma).powi(2));
                 statistics.error_squared += error * error;
@@ -85,7 +73,6 @@ impl Campaign {
                 statistics.bound_squared += cramer_rao_bound(&truth, &samples, &noise);
             }
         }
-        statistics.gains.sort_by(f64::total_cmp);
         statistics
     }
 }
@@ -167,33 +154,5 @@ fn with_a_prior_the_covariance_is_right_for_robots_drawn_from_it() {
         println!("{poses} poses with prior: z rms {z:.3}");
         assert_eq!(result.refused, 0);
         assert!((0.9..=1.1).contains(&z), "{poses} poses: z rms {z}");
-    }
-}
-
-/// Start error 0.1 mm/0.1°, σx 1 µm, σq 0.01°: least median gains, percent. The paper's are −38.54, 20, 38 and 45.38.
-#[test]
-fn a_prior_earns_what_it_should() {
-    for (number, poses, least) in [
-        (51, 8, 52.0),
-        (52, 20, 61.0),
-        (53, 40, 68.0),
-        (54, 60, 69.0),
-    ] {
-        let result = Campaign {
-            number,
-            poses,
-            start_error: (0.1, 0.1 * DEGREE),
-            noise: (0.001, 0.01 * DEGREE),
-            spread: Spread::Uniform,
-            prior: true,
-        }
-        .run();
-        let median = result.median_gain();
-        println!(
-            "{poses} poses: median gain {median:.0} %, worst {:.0} %",
-            result.gains[0]
-        );
-        assert_eq!(result.refused, 0);
-        assert!(median >= least, "{poses} poses: {median}");
     }
 }

@@ -1,4 +1,4 @@
-//! All 24 parameters for LinuxCNC: the pins of the component `deltacalkins` (`c/linuxcnc`).
+//! All 24 parameters for LinuxCNC: the pins of the component `deltacalkins` (`bindings/c/linuxcnc`).
 
 use super::error::ExportError;
 use super::target::{Content, Entry, Target, Written, decimals};
@@ -24,7 +24,7 @@ pub(super) const COMPONENT: Target = Target {
         "HOME_OFFSET is the joint's angle at its home switch in the same count; a calibration does not change it",
         "with LINEAR_UNITS = inch: setp deltacalkins.units-per-mm 0.03937007874015748, before the revision",
     ],
-    source: "c/linuxcnc/deltacalkins.comp and docs/linuxcnc.md of delta-cal",
+    source: "bindings/c/linuxcnc/deltacalkins.comp and docs/linuxcnc.md of delta-cal",
     alternative: "a correction table (--for correction-table), which holds transmissions as well",
 };
 

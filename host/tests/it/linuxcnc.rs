@@ -17,7 +17,7 @@ fn manifest(path: &str) -> PathBuf {
 }
 
 fn component() -> PathBuf {
-    manifest("../c/linuxcnc")
+    manifest("../bindings/c/linuxcnc")
 }
 
 /// Private mounts, shared memory and processes; for a user who is not root, in a namespace in which he is.
@@ -69,7 +69,7 @@ struct Driven {
     pub(crate) rows: Vec<Option<(Point, Point)>>,
 }
 
-/// Runs the machine of `c/linuxcnc/sim` in a folder that holds its `robot.hal` and whatever else the display reads.
+/// Runs the machine of `bindings/c/linuxcnc/sim` in a folder that holds its `robot.hal` and whatever else the display reads.
 fn drive(folder: &Folder, display: &str, change: impl Fn(String) -> String) -> Driven {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let build = Path::new(env!("CARGO_TARGET_TMPDIR")).join("linuxcnc");

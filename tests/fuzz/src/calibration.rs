@@ -1,8 +1,7 @@
 //! A robot file and a samples file, calibrated as the command does.
 
 use crate::files::{alike, refused, text};
-use crate::numbers::Source;
-use crate::promises::finite_robot;
+use crate::numbers::{Source, finite_robot};
 use delta_cal::robust::Loss;
 use delta_cal_host::report::calibration::{RefusalReport, comment};
 use delta_cal_host::report::document::{Document, Source as Origin};

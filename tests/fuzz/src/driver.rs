@@ -1,9 +1,7 @@
 //! The driver's side of the link: whatever a controller answers, an error or a result without NaN.
 
-use crate::controller::Bench;
-use crate::frames::{Raw, frame, messages};
-use crate::numbers::{Bits, Source};
-use crate::promises::finite_robot;
+use crate::controller::{Bench, Raw, frame, messages};
+use crate::numbers::{Bits, Source, finite_robot};
 use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::ParameterFlash;
 use delta_cal_host::device::{self, Client, DeviceError, Patience, Transport, apply, calibrate};
@@ -157,13 +155,13 @@ fn session<T: Bits>(source: Source<'_>) {
     if let Some(finished) = explained(finished) {
         let applied = apply(&mut client, &begin, &samples, &finished);
         if let Some(parameters) = explained(applied) {
-            let robot = robot::<T, f64>(&parameters.geometry);
+            let robot = parameters.geometry.robot();
             assert!(robot.is_ok(), "{parameters:?}");
         }
     }
     let from = client.transport_mut().bench.generation();
     if let Some(parameters) = explained(client.revert::<T>(from, RevertTo::Previous))
-        && let Ok(robot) = robot::<T, f64>(&parameters.geometry)
+        && let Ok(robot) = parameters.geometry.robot()
     {
         finite_robot(&robot);
     }

@@ -1,7 +1,6 @@
 //! Files that users write.
 
-use crate::numbers::Source;
-use crate::promises::finite_robot;
+use crate::numbers::{Source, finite_robot};
 use delta_cal::Parameter;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;

@@ -11,10 +11,8 @@ mod calibration;
 mod controller;
 mod driver;
 mod files;
-mod frames;
 mod kinematics;
 mod numbers;
-mod promises;
 mod solver;
 mod store;
 
@@ -25,3 +23,19 @@ pub use files::{campaign_file, robot_file, samples_file};
 pub use kinematics::kinematics;
 pub use solver::solver;
 pub use store::store;
+
+/// The target of this name.
+pub fn target(name: &str) -> fn(&[u8]) {
+    match name {
+        "robot_file" => robot_file,
+        "samples_file" => samples_file,
+        "campaign_file" => campaign_file,
+        "calibration" => calibration,
+        "controller" => controller,
+        "driver" => driver,
+        "store" => store,
+        "kinematics" => kinematics,
+        "solver" => solver,
+        _ => panic!("no target {name}"),
+    }
+}

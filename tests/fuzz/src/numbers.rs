@@ -1,10 +1,10 @@
 //! Robots, samples and settings from arbitrary bytes: mostly such as a robot has, now and then any bit
-//! pattern at all.
+//! pattern at all. And what an accepted result is never without.
 
 use arbitrary::Unstructured;
 use delta_cal::calibration::{Solver, Start};
 use delta_cal::robot::{Arm, GeometryError};
-use delta_cal::{Noise, Robot, Sample, Settings, Tolerance};
+use delta_cal::{Noise, Parameter, Real, Robot, RobotOutcome, Sample, Settings, Tolerance};
 use delta_cal_firmware_example::{Number, nominal};
 use nalgebra::Vector3;
 
@@ -200,5 +200,41 @@ impl<'a> Source<'a> {
                 }
             })
             .collect()
+    }
+}
+
+/// Every parameter is a finite number.
+pub(crate) fn finite_robot<T: Real>(robot: &Robot<T>) {
+    for arm in robot.arms() {
+        assert!(
+            arm.parameters().iter().all(|value| value.finite()),
+            "{robot:?}"
+        );
+    }
+}
+
+/// Every figure of a calibration is a number, and of the size that its meaning allows.
+pub(crate) fn finite_outcome<T: Real>(outcome: &RobotOutcome<T>) {
+    finite_robot(&outcome.robot);
+    for arm in &outcome.arms {
+        let figures = [arm.residual_rms, arm.condition, arm.degrees_of_freedom];
+        let all = figures.iter().chain(&arm.estimated_noise);
+        for figure in all {
+            assert!(figure.finite() && *figure >= T::ZERO, "{outcome:?}");
+        }
+        for share in &arm.prior_share {
+            let most = T::ONE + T::EPSILON.square_root();
+            assert!(*share >= T::ZERO && *share <= most, "{outcome:?}");
+        }
+        if let Some(covariance) = &arm.covariance {
+            assert!(covariance.iter().all(|entry| entry.finite()), "{outcome:?}");
+            for parameter in Parameter::ROTARY {
+                let sigma = arm.standard_deviation(parameter);
+                assert!(
+                    sigma.is_some_and(|sigma| sigma.finite() && sigma >= T::ZERO),
+                    "{outcome:?}"
+                );
+            }
+        }
     }
 }

@@ -1,7 +1,6 @@
 //! The calibration step by step.
 
-use crate::numbers::{Bits, Source};
-use crate::promises::finite_outcome;
+use crate::numbers::{Bits, Source, finite_outcome};
 use delta_cal::calibration::{JointCalibrator, JointSolver, Start};
 use delta_cal::{Calibrator, Progress, Real, Robot, RobotOutcome, RobotSolver, Sample, Settings};
 

@@ -2,8 +2,7 @@
 //! kept.
 
 use crate::controller::Bench;
-use crate::numbers::{Bits, Source};
-use crate::promises::finite_robot;
+use crate::numbers::{Bits, Source, finite_robot};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use delta_cal_firmware_example::{PAGE, ParameterFlash, nominal};
 use delta_cal_protocol::{

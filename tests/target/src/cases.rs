@@ -1,9 +1,9 @@
 //! Calibrations drawn at random: any number of samples, every kind of assumption, and the faults
 //! that must be refused.
 
+use crate::fixture::Scalar;
+use crate::measurements::{measured, robot_near, tolerance};
 use crate::measurements::{noise, nominal};
-use crate::record::Scalar;
-use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt;
 use crc::{CRC_64_XZ, Crc, Digest, NoTable};
 use delta_cal::calibration::{ArmOutcome, Solver, Start};

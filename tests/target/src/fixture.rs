@@ -1,19 +1,13 @@
 //! One run through the core. Host and target write the same lines, to the bit.
 
 mod joint;
-mod results;
 
 use crate::measurements::{noise, nominal, samples};
-use crate::record::{Scalar, record};
 use core::fmt::{self, Write};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::KinematicsError;
-use delta_cal::{Calibrator, Sample, Settings};
+use delta_cal::{ArmIndex, Calibrator, Real, Refusal, RobotOutcome, Sample, Settings};
 use nalgebra::{RealField, Vector3};
-#[cfg(feature = "linear")]
-pub(crate) use results::{accepted, refused};
-#[cfg(not(feature = "linear"))]
-use results::{accepted, refused};
 
 /// Writes one line a result, `BITS <scalar> <what>: <bits> …`, in both precisions. A refusal is written in words.
 ///
@@ -199,4 +193,88 @@ fn solve<T: Scalar>(
         Ok(outcome) => accepted(out, label, &outcome),
         Err(refusal) => refused::<T>(out, label, &refusal),
     }
+}
+
+/// A scalar whose bits can be compared.
+pub trait Scalar: Real {
+    /// `f32` or `f64`.
+    const NAME: &'static str;
+    /// How many hexadecimal digits its bits take.
+    const DIGITS: usize;
+
+    /// Its bits, zero-extended.
+    fn bits(self) -> u64;
+}
+
+impl Scalar for f32 {
+    const NAME: &'static str = "f32";
+    const DIGITS: usize = 8;
+
+    fn bits(self) -> u64 {
+        u64::from(self.to_bits())
+    }
+}
+
+impl Scalar for f64 {
+    const NAME: &'static str = "f64";
+    const DIGITS: usize = 16;
+
+    fn bits(self) -> u64 {
+        self.to_bits()
+    }
+}
+
+/// Writes `BITS <scalar> <label>: <bits> <bits> …`, one line.
+pub(crate) fn record<T: Scalar>(
+    out: &mut dyn fmt::Write,
+    label: fmt::Arguments<'_>,
+    values: &[T],
+) -> fmt::Result {
+    write!(out, "BITS {} {label}:", T::NAME)?;
+    for value in values {
+        write!(out, " {:0width$x}", value.bits(), width = T::DIGITS)?;
+    }
+    out.write_char('\n')
+}
+
+#[inline(never)]
+pub(crate) fn accepted<T: Scalar>(
+    out: &mut dyn Write,
+    label: fmt::Arguments<'_>,
+    outcome: &RobotOutcome<T>,
+) -> fmt::Result {
+    for (arm, index) in outcome.arms.iter().zip(ArmIndex::ALL) {
+        let mut line =
+            |what: &str, values: &[T]| record(out, format_args!("{label}, {index} {what}"), values);
+        line("parameters", arm.arm.parameters().as_slice())?;
+        line("prior share", arm.prior_share.as_slice())?;
+        if let Some(covariance) = &arm.covariance {
+            line("covariance", covariance.as_slice())?;
+        }
+        if let Some(noise) = arm.estimated_noise {
+            line("noise", &[noise])?;
+        }
+        line("residual", &[arm.residual_rms])?;
+        line("degrees of freedom", &[arm.degrees_of_freedom])?;
+        line("condition", &[arm.condition])?;
+        record::<T>(
+            out,
+            format_args!(
+                "{label}, {index} {} samples, {} iterations, {:?}, {:?}",
+                arm.samples, arm.iterations, arm.termination, arm.start
+            ),
+            &[],
+        )?;
+    }
+    Ok(())
+}
+
+/// The figures of a refusal are single-precision numbers; `{:?}` writes each so that it reads back
+/// to the same bits.
+pub(crate) fn refused<T: Scalar>(
+    out: &mut dyn Write,
+    label: fmt::Arguments<'_>,
+    refusal: &Refusal,
+) -> fmt::Result {
+    record::<T>(out, format_args!("{label}, {refusal:?}"), &[])
 }

@@ -7,11 +7,9 @@
 #![cfg_attr(not(target_os = "none"), forbid(unsafe_code))]
 #![allow(clippy::expect_used)] // of constants and simulated robots: a panic ends the run with a failure
 
+#[cfg(target_os = "none")]
+pub mod bare;
 pub mod cases;
-#[cfg(target_os = "none")]
-pub mod console;
-#[cfg(target_os = "none")]
-mod counter;
 // Those of the example, so that a fault ends the run here as well.
 #[cfg(target_os = "none")]
 #[path = "../../../firmware-example/src/faults.rs"]
@@ -20,19 +18,12 @@ pub mod fixture;
 #[cfg(feature = "linear")]
 pub mod linear;
 mod measurements;
-mod record;
-mod simulation;
-#[cfg(target_os = "none")]
-mod stack;
 mod stream;
 
 #[cfg(target_os = "none")]
-pub use counter::{Counter, Overflow};
-pub use measurements::{SAMPLES, noise, nominal, samples};
-pub use record::Scalar;
-pub use simulation::{measurements_of, robot_near, tolerance};
-#[cfg(target_os = "none")]
-pub use stack::stack_of;
+pub use bare::{Counter, Overflow, stack_of};
+pub use fixture::Scalar;
+pub use measurements::{SAMPLES, measurements_of, noise, nominal, robot_near, samples, tolerance};
 
 /// The program that writes a text: to the console of the target, or to the host's standard output.
 #[macro_export]
@@ -41,7 +32,7 @@ macro_rules! program {
         #[cfg(target_os = "none")]
         #[cortex_m_rt::entry]
         fn main() -> ! {
-            $crate::console::run(|console| $write(console))
+            $crate::bare::run(|console| $write(console))
         }
 
         #[cfg(not(target_os = "none"))]

@@ -1,7 +1,7 @@
 //! One run through what the core computes of linear drives. Host and target write the same lines, to the bit.
 
+use crate::fixture::{Scalar, record};
 use crate::fixture::{accepted, refused};
-use crate::record::{Scalar, record};
 use core::fmt::{self, Write};
 use delta_cal::calibration::{JointCalibrator, Settings, Start};
 use delta_cal::kinematics::JointLimits;

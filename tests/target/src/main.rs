@@ -1,5 +1,4 @@
-//! Calibrates the built-in measurements on a Cortex-M and prints the result and every bit of the
-//! fixture.
+//! Writes every bit of the fixture.
 //!
 //! ```text
 //! cargo build --profile firmware -p delta-cal-target-tests --target thumbv7em-none-eabihf
@@ -7,13 +6,7 @@
 //!     -semihosting-config enable=on,target=native \
 //!     -kernel target/thumbv7em-none-eabihf/firmware/delta-cal-target-tests
 //! ```
-//!
-//! Built for a host it writes the fixture's bits alone, for comparison.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-#[cfg(target_os = "none")]
-mod target;
-
-#[cfg(not(target_os = "none"))]
 delta_cal_target_tests::program!(delta_cal_target_tests::fixture::write);

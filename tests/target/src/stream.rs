@@ -1,8 +1,8 @@
 //! Samples one after the other: the gate and forgetting, to the bit.
 
+use crate::fixture::{Scalar, record};
+use crate::measurements::{measured, robot_near, tolerance};
 use crate::measurements::{noise, nominal};
-use crate::record::{Scalar, record};
-use crate::simulation::{measured, robot_near, tolerance};
 use core::fmt::{self, Write};
 use delta_cal::stream::{Forgetting, Gate, Innovation, Verdict};
 use delta_cal::{ArmIndex, Calibrator, Robot, Sample, Settings};

@@ -4,8 +4,7 @@ use crate::controller::driver::{Driver, Flash, on_the_host, samples};
 use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal_firmware_example::ControlLoop;
 use delta_cal_protocol::{Adopt, Fault, Geometry, Origin, Phase, Request, Response, RevertTo};
-use delta_cal_tests::paper_robot;
-use delta_cal_tests::{Spread, generator, perturbed};
+use delta_cal_tests::{Spread, generator, paper_robot, perturbed};
 
 #[test]
 fn only_the_result_that_is_meant_is_applied() {

@@ -1,80 +1,22 @@
-use crate::controller::driver::{Driver, Flash, begin, on_the_host, samples, taken};
-use delta_cal::calibration::ArmOutcome;
+//! Frames that are none: answered, counted, and without any other effect.
+
+use crate::controller::driver::{
+    Driver, Flash, begin, crc_32, message, on_the_host, read_answer, samples, taken,
+};
+use core::convert::Infallible;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::StreamRefusal;
-use delta_cal::{ArmIndex, Parameter, Real, Refusal};
+use delta_cal::{ArmIndex, Real, Refusal};
 use delta_cal_firmware_example::Number;
-use delta_cal_protocol::{Begin, Fault, Geometry, Phase, Request, Response};
+use delta_cal_protocol::{
+    Begin, Counters, Direction, Fault, Geometry, Phase, Reader, Request, Response, Status,
+    UNKNOWN_SEQUENCE, VERSION, Wire, Writer, encode,
+};
 use delta_cal_tests::paper_robot;
-
-/// Sessions of 5 to 200 samples: the controller's result has the bits of the core's.
-fn same_bits_as_the_core<T: Number>(robots: u64) {
-    let mut driver = Driver::<T, _>::start(Flash::new());
-    let (mut solved, mut refused) = (0, 0);
-    for robot in 1..=robots {
-        let session = u32::try_from(robot).unwrap();
-        let count = [5, 8, 12, 13, 16, 20, 60, 200][usize::try_from(robot).unwrap() % 8];
-        let mut samples = samples::<T>(robot, count);
-        if robot % 7 == 0 {
-            // The third joint counts the other way: no robot of this tolerance.
-            for sample in &mut samples {
-                sample.joints[2] = -sample.joints[2];
-            }
-        }
-        let phase = driver.calibrate(session, &samples);
-        let expected = on_the_host(&samples).solve();
-        match (phase, expected) {
-            (Phase::CalibrationRefused { refusal, .. }, Err(expected)) => {
-                assert_eq!(refusal, StreamRefusal::Calibration(expected));
-                refused += 1;
-            }
-            (Phase::Solved { fingerprint, .. }, Ok(expected)) => {
-                assert_eq!(fingerprint, Geometry::of(&expected.robot).fingerprint());
-                for (arm, expected) in ArmIndex::ALL.into_iter().zip(&expected.arms) {
-                    let Response::Outcome(report) = driver.ask(&Request::Outcome { session, arm })
-                    else {
-                        panic!("no outcome")
-                    };
-                    assert_eq!(report.arm, arm);
-                    assert_eq!(report.parameters, expected.arm.parameters());
-                    assert_eq!(report.sigma, sigmas(expected));
-                    assert_eq!(report.residual_rms, expected.residual_rms);
-                    assert_eq!(report.estimated_noise, expected.estimated_noise);
-                    assert_eq!(report.degrees_of_freedom, expected.degrees_of_freedom);
-                    assert_eq!(report.samples, expected.samples);
-                    assert_eq!(report.iterations, expected.iterations);
-                    assert_eq!(report.termination, expected.termination);
-                    assert_eq!(report.start, expected.start);
-                    assert_eq!(report.condition, expected.condition);
-                    assert_eq!(report.prior_share, expected.prior_share.data.0[0]);
-                }
-                solved += 1;
-            }
-            (phase, expected) => panic!("robot {robot}: {phase:?}, {expected:?}"),
-        }
-    }
-    println!("{solved} solved, {refused} refused, all as by the core");
-    assert!(solved > robots / 2 && refused >= robots / 7);
-}
-
-/// As the core has them, one after the other.
-fn sigmas<T: Number>(outcome: &ArmOutcome<T>) -> Option<[T; 8]> {
-    let mut sigmas = [T::ZERO; 8];
-    for (sigma, parameter) in sigmas.iter_mut().zip(Parameter::ROTARY) {
-        *sigma = outcome.standard_deviation(parameter)?;
-    }
-    Some(sigmas)
-}
-
-#[test]
-fn results_have_the_bits_of_the_core() {
-    same_bits_as_the_core::<f32>(500);
-}
-
-#[test]
-fn results_have_the_bits_of_the_core_in_double_precision() {
-    same_bits_as_the_core::<f64>(100);
-}
+use embedded_io_async::{ErrorType, Read, ReadReady, Write};
+use std::collections::VecDeque;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
 
 #[test]
 fn without_a_session_there_is_nothing_to_do() {
@@ -319,5 +261,263 @@ fn identity_names_scalar_and_nominal() {
     assert_eq!(
         double.nominal,
         Geometry::of(&paper_robot::<f64>()).fingerprint()
+    );
+}
+
+fn identify(sequence: u16) -> Vec<u8> {
+    encode(Direction::Request, sequence, &Request::<f32>::Identify)
+        .unwrap()
+        .to_vec()
+}
+
+/// A frame around any content: what `encode` makes of it.
+fn framed(sequence: u16, content: &[u8]) -> Vec<u8> {
+    struct Raw<'a>(&'a [u8]);
+    impl Wire for Raw<'_> {
+        fn put(&self, to: &mut Writer<'_>) {
+            to.bytes(self.0);
+        }
+        fn get(_: &mut Reader<'_>) -> Option<Self> {
+            None
+        }
+    }
+    encode(Direction::Request, sequence, &Raw(content))
+        .unwrap()
+        .to_vec()
+}
+
+#[test]
+fn lost_and_repeated_sequence_numbers_are_counted() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    for (sequence, lost, repeated) in [
+        // The first number is anybody's.
+        (30, 0, 0),
+        (31, 0, 0),
+        (31, 0, 1),
+        (31, 0, 2),
+        (34, 2, 2),
+        // A new driver begins anywhere.
+        (1, 2, 2),
+        (2, 2, 2),
+        (40_000, 2, 2),
+        // 0 is no number: 65535 is followed by 1.
+        (65_534, 2, 2),
+        (65_535, 2, 2),
+        (1, 2, 2),
+        (3, 3, 2),
+    ] {
+        let (answered, _) = driver.answer(&identify(sequence));
+        assert_eq!(answered, sequence);
+        driver.sequence = sequence;
+        let reception = driver.controller_counters();
+        assert_eq!(
+            (reception.lost, reception.repeated),
+            (lost, repeated),
+            "{sequence}"
+        );
+    }
+}
+
+impl Driver<f32, Flash> {
+    /// The counters without a trace: asked with the sequence number that is not counted.
+    fn controller_counters(&mut self) -> Counters {
+        let frame = encode(
+            Direction::Request,
+            UNKNOWN_SEQUENCE,
+            &Request::<f32>::Counters,
+        )
+        .unwrap();
+        match self.answer(&frame) {
+            (UNKNOWN_SEQUENCE, Response::Counters(counters)) => counters,
+            answer => panic!("{answer:?}"),
+        }
+    }
+}
+
+#[test]
+fn every_kind_of_wrong_frame_is_answered_and_counted() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let damaged = (UNKNOWN_SEQUENCE, Response::<f32>::Fault(Fault::Damaged));
+
+    let mut broken = identify(1);
+    broken[2] ^= 0x40;
+    assert_eq!(driver.answer(&broken), damaged);
+    assert_eq!(driver.answer(&[0, 5, 0]), damaged);
+    let too_long: Vec<u8> = [vec![0], vec![9; 2000], vec![0]].concat();
+    assert_eq!(driver.answer(&too_long), damaged);
+    // An echo is not answered: the answer would come back, too.
+    let echo = encode(Direction::Response, 1, &Response::<f32>::Fault(Fault::Busy)).unwrap();
+    assert!(driver.send(&echo).is_empty());
+    assert_eq!(
+        driver.controller_counters(),
+        Counters {
+            received: 1,
+            damaged: 4,
+            ..Counters::default()
+        }
+    );
+
+    for content in [&[200][..], &[], &[0, 0]] {
+        assert_eq!(
+            driver.answer(&framed(7, content)),
+            (7, Response::Fault(Fault::UnknownRequest))
+        );
+    }
+    // The next protocol version, its checksum as it must be.
+    let mut content = identify_content();
+    content[0] = VERSION + 1;
+    let newer = with_checksum(&content);
+    assert_eq!(
+        driver.answer(&newer),
+        (
+            9,
+            Response::Fault(Fault::UnknownVersion { spoken: VERSION })
+        )
+    );
+    let solve = Request::Solve {
+        session: 1,
+        samples: 0,
+    };
+    driver.sequence = 9;
+    assert_eq!(driver.fault(&solve), Fault::NoSession);
+    driver.controller.set_overrun(17);
+    let counted = driver.controller_counters();
+    assert_eq!(
+        counted,
+        Counters {
+            received: 1 + 3 + 1 + 1 + 1,
+            damaged: 4,
+            unknown_version: 1,
+            unknown_request: 3,
+            repeated: 2,
+            lost: counted.lost,
+            refused: 1,
+            overrun: 17,
+        }
+    );
+}
+
+/// `Identify` with sequence number 9, unstuffed.
+fn identify_content() -> Vec<u8> {
+    vec![VERSION, 9, 0, 0]
+}
+
+/// The checksum, then COBS: as the protocol's documentation says.
+fn with_checksum(content: &[u8]) -> Vec<u8> {
+    let content = [content, &crc_32(content).to_le_bytes()].concat();
+    let mut frame = vec![0];
+    for run in content.split(|byte| *byte == 0) {
+        assert!(run.len() < 254);
+        frame.push(u8::try_from(run.len()).unwrap() + 1);
+        frame.extend(run);
+    }
+    frame.push(0);
+    frame
+}
+
+/// Delivers requests, one after the other answer, a few bytes at a time and not always.
+struct Link {
+    requests: VecDeque<Vec<u8>>,
+    bytes: VecDeque<u8>,
+    looks: u32,
+    answers: Vec<Vec<u8>>,
+}
+
+impl ErrorType for Link {
+    type Error = Infallible;
+}
+
+impl ReadReady for Link {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        self.looks += 1;
+        // Between two bytes now and then nothing comes; at the end the link ends.
+        Ok(self.looks.is_multiple_of(3) || (self.bytes.is_empty() && self.requests.is_empty()))
+    }
+}
+
+impl Read for Link {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        if self.bytes.is_empty() {
+            self.bytes
+                .extend(self.requests.pop_front().unwrap_or_default());
+        }
+        let count = buffer.len().min(self.bytes.len()).min(7);
+        for (place, byte) in buffer.iter_mut().zip(self.bytes.drain(..count)) {
+            *place = byte;
+        }
+        Ok(count)
+    }
+}
+
+impl Write for Link {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        self.answers.push(bytes.to_vec());
+        Ok(bytes.len())
+    }
+
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// A session over the link ends with the result of the same session byte by byte.
+#[test]
+fn a_link_of_the_ecosystems_traits_is_served_to_its_end() {
+    let samples = samples::<f32>(4, 20);
+    let mut expected = Driver::<f32, _>::start(Flash::new());
+    let Phase::Solved { fingerprint, .. } = expected.calibrate(1, &samples) else {
+        panic!("not solved")
+    };
+
+    let mut requests = vec![Request::Begin(begin(1))];
+    requests.extend(
+        (0..)
+            .zip(&samples)
+            .map(|(index, sample)| message(1, index, sample)),
+    );
+    requests.push(Request::Solve {
+        session: 1,
+        samples: 20,
+    });
+    // Looks at the status while it solves.
+    requests.resize(requests.len() + 40, Request::Status);
+    let count = requests.len();
+    let frames = (1..).zip(&requests);
+    let frames = frames.map(|(sequence, request)| {
+        encode(Direction::Request, sequence, request)
+            .unwrap()
+            .to_vec()
+    });
+    let mut link = Link {
+        requests: frames.collect(),
+        bytes: VecDeque::new(),
+        looks: 0,
+        answers: Vec::new(),
+    };
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let mut between = 0_u32;
+    {
+        let mut served = pin!(driver.controller.serve(&mut link, |_| between += 1));
+        let mut context = Context::from_waker(Waker::noop());
+        let mut polls = 0;
+        while served.as_mut().poll(&mut context) != Poll::Ready(Ok(())) {
+            polls += 1;
+            assert!(polls < 100_000, "it does not end");
+        }
+        // It lets other tasks run while it has nothing to read.
+        assert!(polls > 100);
+    }
+    assert!(between > 1000);
+    assert_eq!(link.answers.len(), count);
+    let (_, last) = read_answer::<f32>(link.answers.last().unwrap());
+    let Response::Status(Status { phase, .. }) = last else {
+        panic!("{last:?}")
+    };
+    assert_eq!(
+        phase,
+        Phase::Solved {
+            samples: 20,
+            fingerprint
+        }
     );
 }

@@ -1,10 +1,12 @@
-use crate::controller::driver::{Driver, Flash, samples, stored};
-use crate::controller::flash::{Cut, FailingFlash};
+//! A store whose flash was damaged, and one whose flash cannot be read.
+
+use crate::controller::driver::{Cut, Driver, FailingFlash, Flash, crc_32, samples, stored};
 use delta_cal::SymmetricRobot;
 use delta_cal_firmware_example::{Controller, FlashError, PAGE, StreamFlash, WORD};
-use delta_cal_protocol::{Fault, Geometry, Origin, Request, Response, RevertTo};
+use delta_cal_protocol::{Fault, Geometry, Origin, Parameters, Request, Response, RevertTo};
 use delta_cal_tests::paper_robot;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use std::ops::Range;
 
 /// One change of the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -243,4 +245,293 @@ fn a_set_that_was_not_stored_is_not_used_after_a_restart_either() {
     let flash = driver.into_flash().flash;
     let (found, _) = start(&mut FailingFlash::new(flash));
     assert_eq!(found, before, "refused with a fault, and used after all");
+}
+
+/// A byte of either set is damaged after it was stored whole; nothing was cut. The controller works with one of the sets
+/// that were stored, and says so if it is not the newest, however many were stored before.
+#[test]
+fn damage_to_the_store_never_makes_another_set_and_replaces_none_in_silence() {
+    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
+    for count in [1, 2, 3, 4, 20] {
+        let (flash, sets) = stored(count);
+        let (newest, older) = sets.split_last().unwrap();
+        let mut replaced = 0;
+        for place in 0..flash.bytes().len() {
+            for mask in [0xff, 1, 0x80, 1 << (place % 8), 0x0f] {
+                let mut damaged = flash.clone();
+                damaged.bytes_mut()[place] ^= mask;
+                let (found, origin) = start(&mut FailingFlash::new(damaged));
+                if found == *newest {
+                    // What was damaged is an older set, or nothing that counts.
+                    assert!(
+                        [Origin::Calibration, Origin::CalibrationStoreDamaged].contains(&origin)
+                    );
+                    continue;
+                }
+                replaced += 1;
+                let what = format!("{count} stored, byte {place}");
+                let expected = if older.contains(&found) {
+                    Origin::CalibrationStoreDamaged
+                } else {
+                    assert_eq!(found, nominal, "{what}: another set");
+                    Origin::NominalStoreDamaged
+                };
+                assert_eq!(origin, expected, "{what}");
+            }
+        }
+        assert!(replaced > 500, "the damage did not reach the newest set");
+    }
+}
+
+#[test]
+fn a_damaged_store_is_put_right_by_the_next_change() {
+    let (flash, _) = stored(2);
+    let mut damaged = flash;
+    damaged.bytes_mut().fill(0);
+    let mut driver = Driver::<f32, _>::start(&mut damaged);
+    assert_eq!(driver.parameters().origin, Origin::NominalStoreDamaged);
+    // Also one that only says "nominal".
+    assert!(matches!(
+        driver.revert(RevertTo::Nominal),
+        Response::Parameters(parameters) if parameters.origin == Origin::Nominal
+    ));
+    let mut driver = Driver::<f32, _>::start(&mut damaged);
+    assert_eq!(driver.parameters().origin, Origin::Nominal);
+}
+
+#[test]
+fn the_same_set_applied_again_repairs_the_store_and_keeps_the_set_before() {
+    let (flash, sets) = stored(3);
+    let mut repaired = 0;
+    for place in 0..flash.bytes().len() {
+        let mut damaged = flash.clone();
+        damaged.bytes_mut()[place] ^= 0x10;
+        let newest_but_damaged = (sets[2], Origin::CalibrationStoreDamaged);
+        if start(&mut FailingFlash::new(damaged.clone())) != newest_but_damaged {
+            continue;
+        }
+        let mut driver = Driver::<f32, _>::start(&mut damaged);
+        assert_eq!(driver.solved(9, &samples(3, 12)), sets[2]);
+        assert!(matches!(
+            driver.apply(9, sets[2]),
+            Response::Parameters(parameters) if parameters.origin == Origin::Calibration
+        ));
+        // The control loop has these parameters already.
+        assert!(driver.controller.take_switch().is_none());
+        let mut driver = Driver::<f32, _>::start(&mut damaged);
+        assert_eq!(driver.parameters().origin, Origin::Calibration);
+        driver.revert(RevertTo::Previous);
+        assert_eq!(driver.controller.current().fingerprint, sets[1]);
+        repaired += 1;
+        if repaired == 50 {
+            break;
+        }
+    }
+    assert_eq!(repaired, 50, "the damage did not reach the older set");
+}
+
+const LOWER: Range<u32> = 0..HALF;
+const UPPER: Range<u32> = HALF..2 * HALF;
+#[allow(clippy::cast_possible_truncation)]
+const HALF: u32 = size_of::<Flash>() as u32 / 2;
+
+/// Applies the calibration of another robot; its fingerprint and the answer.
+fn apply_another(driver: &mut Driver<f32, &mut FailingFlash>) -> (u32, Response<f32>) {
+    let fingerprint = driver.solved(40, &samples(40, 12));
+    (fingerprint, driver.apply(40, fingerprint))
+}
+
+/// What cannot be read is damaged for as long as it cannot; the other half is not.
+#[test]
+fn a_half_that_cannot_be_read_is_the_fault_of_that_half_alone() {
+    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
+    for count in [2, 3, 4] {
+        let (flash, sets) = stored(count);
+        let (newest, before) = (sets[sets.len() - 1], sets[sets.len() - 2]);
+        let mut found = Vec::new();
+        for half in [LOWER, UPPER] {
+            let mut unreadable = FailingFlash::unreadable(flash.clone(), half);
+            found.push(start(&mut unreadable));
+            // It is stored, or refused: never acknowledged and lost.
+            let mut driver = Driver::<f32, _>::start(&mut unreadable);
+            let there = driver.controller.current().fingerprint;
+            let (another, answer) = apply_another(&mut driver);
+            let expected = match answer {
+                Response::Parameters(_) => another,
+                _ => there,
+            };
+            assert_eq!(start(&mut unreadable).0, expected, "{answer:?}");
+        }
+        found.sort_by_key(|(set, _)| *set == newest);
+        let origin = Origin::CalibrationStoreDamaged;
+        assert_eq!(found, [(before, origin), (newest, origin)]);
+
+        let mut unreadable = FailingFlash::unreadable(flash.clone(), 0..2 * HALF);
+        assert_eq!(
+            start(&mut unreadable),
+            (nominal, Origin::NominalStoreDamaged)
+        );
+        let mut driver = Driver::<f32, _>::start(&mut unreadable);
+        assert_eq!(apply_another(&mut driver).1, Response::Fault(Fault::Store));
+        assert_eq!(driver.controller.current().fingerprint, nominal);
+        // Nothing was lost: what can be read again is in use again.
+        let (found, _) = start(&mut FailingFlash::new(unreadable.flash));
+        assert_eq!(found, newest);
+    }
+}
+
+/// With one half unreadable from the beginning there is still the other.
+#[test]
+fn a_set_is_stored_in_the_half_that_can_be_read() {
+    for half in [LOWER, UPPER] {
+        let mut unreadable = FailingFlash::unreadable(Flash::new(), half);
+        let mut driver = Driver::<f32, _>::start(&mut unreadable);
+        let (applied, answer) = apply_another(&mut driver);
+        assert!(matches!(answer, Response::Parameters(_)), "{answer:?}");
+        let expected = (applied, Origin::CalibrationStoreDamaged);
+        assert_eq!(start(&mut unreadable), expected);
+        let healed = start(&mut FailingFlash::new(unreadable.flash));
+        assert_eq!(healed, (applied, Origin::Calibration));
+    }
+}
+
+/// Reads fail for a moment, at the start or while a set is being stored: what is acknowledged is there
+/// at the next start, and what is refused is not.
+#[test]
+fn reads_that_fail_for_a_moment_lose_nothing_that_was_acknowledged() {
+    let nominal = Geometry::of(&paper_robot::<f32>()).fingerprint();
+    let (mut refused, mut acknowledged, mut nominal_used) = (0, 0, 0);
+    for count in [1, 2, 3, 4] {
+        let (flash, sets) = stored(count);
+        let newest = *sets.last().unwrap();
+        let mut whole = FailingFlash::new(flash.clone());
+        apply_another(&mut Driver::start(&mut whole));
+        for first in 0..whole.reads {
+            for length in [1, 2, 3, 8] {
+                let reads = first..first + length;
+                let what = format!("{count} stored, reads {reads:?} fail");
+                let mut failing = FailingFlash::failing_reads(flash.clone(), reads);
+                let mut driver = Driver::<f32, _>::start(&mut failing);
+                let there = driver.controller.current().fingerprint;
+                let origin = driver.parameters().origin;
+                if there != newest {
+                    let said = [Origin::NominalStoreDamaged, Origin::CalibrationStoreDamaged];
+                    assert!(said.contains(&origin), "{what}: {origin:?}");
+                }
+                nominal_used += u32::from(there == nominal);
+                let (another, answer) = apply_another(&mut driver);
+                let (found, origin) = start(&mut FailingFlash::new(failing.flash));
+                if matches!(answer, Response::Parameters(_)) {
+                    assert_eq!((found, origin), (another, Origin::Calibration), "{what}");
+                    acknowledged += 1;
+                } else {
+                    assert_eq!(answer, Response::Fault(Fault::Store));
+                    assert!(found == newest || found == there, "{what}");
+                    refused += 1;
+                }
+            }
+        }
+    }
+    println!("{acknowledged} sets acknowledged, {refused} refused, {nominal_used} starts nominal");
+    assert!(acknowledged > 0 && refused > 0 && nominal_used > 0);
+}
+
+/// The stored f32 parameters: behind mark, generation, length and the mark that there are any. They are the last 96 bytes but for "no
+/// transmissions", "no previous ones" and the checksum.
+const NUMBERS: usize = 96;
+
+/// A record as the controller stored it first: at the beginning of the flash, up to its checksum.
+fn record() -> Vec<u8> {
+    let mut flash = Flash::new();
+    let mut driver = Driver::<f32, _>::start(&mut flash);
+    let fingerprint = driver.solved(1, &samples(1, 12));
+    driver.apply(1, fingerprint);
+    let bytes = flash.bytes();
+    let length = (NUMBERS..bytes.len())
+        .find(|length| bytes[*length..].starts_with(&crc_32(&bytes[..*length]).to_le_bytes()))
+        .expect("a checksum");
+    bytes[..length + 4].to_vec()
+}
+
+/// What a controller makes of it.
+fn started_with(record: &[u8]) -> Parameters<f32> {
+    Driver::<f32, _>::start(flash_with(record)).parameters()
+}
+
+/// It alone, in the lower half.
+fn flash_with(record: &[u8]) -> Flash {
+    let mut flash = Flash::new();
+    flash.bytes_mut()[..record.len()].copy_from_slice(record);
+    flash
+}
+
+/// The record changed, with the checksum that goes with it.
+fn signed(record: &[u8], change: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+    let (content, _) = record.split_last_chunk::<4>().expect("a checksum");
+    let mut content = content.to_vec();
+    change(&mut content);
+    let checksum = crc_32(&content);
+    content.extend(checksum.to_le_bytes());
+    content
+}
+
+#[test]
+fn another_version_or_impossible_parameters_are_not_taken() {
+    let record = record();
+    let first = record.len() - 4 - 2 - NUMBERS;
+    let number = |place: usize| first + 4 * place..first + 4 * place + 4;
+    let lb = f32::from_le_bytes(record[number(7)].try_into().unwrap());
+    assert!((479.0..481.0).contains(&lb), "not where Lb is: {lb}");
+
+    let refused = |change: &dyn Fn(&mut Vec<u8>)| {
+        let parameters = started_with(&signed(&record, |content| change(content)));
+        assert_eq!(parameters.origin, Origin::NominalStoreDamaged);
+        assert_eq!(parameters.geometry.arms[0][7].to_bits(), 480_f32.to_bits());
+    };
+    // Each byte of the mark: version, size of a number and robot. Another length; more bytes than there should be.
+    for place in 0..4 {
+        refused(&|content| content[place] ^= 1);
+    }
+    refused(&|content| content[8] ^= 1);
+    refused(&|content| content[9] ^= 0xff);
+    refused(&|content| content.push(0));
+    for (place, value) in [
+        (7, -480.0),
+        (7, 0.0),
+        (0, f32::NAN),
+        (12, 2.0),
+        (8, f32::INFINITY),
+    ] {
+        refused(&|content| content[number(place)].copy_from_slice(&value.to_le_bytes()));
+    }
+    // And the test itself changes what it means to.
+    let longer = signed(&record, |content| {
+        content[number(7)].copy_from_slice(&481.5_f32.to_le_bytes());
+    });
+    let parameters = started_with(&longer);
+    assert_eq!(parameters.origin, Origin::Calibration);
+    assert_eq!(
+        parameters.geometry.arms[0][7].to_bits(),
+        481.5_f32.to_bits()
+    );
+}
+
+/// The fuzz target `store` asserts it too. The generation behind the highest is 0.
+#[test]
+fn what_is_stored_after_the_highest_generation_is_the_newest() {
+    let record = record();
+    // The generation stands behind the mark.
+    let highest = signed(&record, |content| content[4..8].fill(0xff));
+    let mut flash = flash_with(&highest);
+    let mut stored = Vec::new();
+    for robot in [2, 3] {
+        let mut driver = Driver::<f32, _>::start(&mut flash);
+        assert_eq!(driver.parameters().origin, Origin::Calibration);
+        let fingerprint = driver.solved(1, &samples(robot, 12));
+        driver.apply(1, fingerprint);
+        stored.push(fingerprint);
+        let driver = Driver::<f32, _>::start(&mut flash);
+        assert_eq!(driver.controller.current().fingerprint, fingerprint);
+    }
+    assert_ne!(stored[0], stored[1]);
 }

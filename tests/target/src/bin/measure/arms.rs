@@ -1,12 +1,12 @@
 //! Kinematics, the calibration of each arm, the gate, forgetting.
 
-use crate::report::{Counts, Report, measured, stated};
+use crate::report::{Counts, Report, deepest, measured, stated};
 use core::fmt;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
 use delta_cal::calibration::Start;
 use delta_cal::stream::{Forgetting, Gate};
-use delta_cal::{Calibrator, Progress, Refusal, RobotOutcome, RobotSolver, Sample, Settings};
+use delta_cal::{Calibrator, Progress, Refusal, RobotSolver, Sample, Settings};
 use delta_cal_target_tests::cases::Case;
 use delta_cal_target_tests::{noise, nominal, stack_of, tolerance};
 
@@ -161,54 +161,15 @@ fn solves(report: &mut Report<'_>) -> fmt::Result {
     Ok(())
 }
 
-/// Where firmware keeps its calibration: not on the stack of whoever calls.
-struct Statics {
-    calibrator: MaybeUninit<Calibrator<f32>>,
-    solver: MaybeUninit<Result<RobotSolver<f32>, Refusal>>,
-    outcome: MaybeUninit<Result<RobotOutcome<f32>, Refusal>>,
-}
-
-/// The deepest of any call, over random calibrations of every kind.
 #[inline(never)]
 fn stack(report: &mut Report<'_>) -> fmt::Result {
-    let mut statics = Statics {
-        calibrator: MaybeUninit::uninit(),
-        solver: MaybeUninit::uninit(),
-        outcome: MaybeUninit::uninit(),
-    };
-    let deepest = (0..CASES)
-        .map(|seed| deepest(&mut statics, &Case::draw(seed)))
-        .max();
-    report.figure(format_args!("stack"), deepest.unwrap_or(0))
-}
-
-#[inline(never)]
-fn deepest(statics: &mut Statics, case: &Case<f32>) -> usize {
-    let Statics {
-        calibrator,
-        solver,
-        outcome,
-    } = statics;
-    let new = || Calibrator::new(black_box(&case.nominal), black_box(&case.settings));
-    let create = stack_of(&mut || {
-        black_box(calibrator.write(new()));
-    });
-    // Exists already; the same again, for a reference.
-    let calibrator = calibrator.write(new());
-    let add = stack_of(&mut || {
-        for sample in &case.samples {
-            let _ = black_box(calibrator.add(black_box(sample)));
-        }
-    });
-    let begin = stack_of(&mut || {
-        let _ = black_box(solver.write(RobotSolver::new(calibrator)));
-    });
-    let Ok(solver) = solver.write(RobotSolver::new(calibrator)) else {
-        return create.max(add).max(begin);
-    };
-    let step = stack_of(&mut || while solver.step(calibrator) == Ok(Progress::Working) {});
-    let end = stack_of(&mut || {
-        let _ = black_box(outcome.write(solver.outcome()));
-    });
-    create.max(add).max(begin).max(step).max(end)
+    let deepest = deepest!(
+        CASES,
+        Calibrator,
+        RobotSolver,
+        |solver: &mut RobotSolver<f32>, calibrator| solver.step(calibrator)
+            == Ok(Progress::Working),
+        |solver: &RobotSolver<f32>, _| solver.outcome()
+    );
+    report.figure(format_args!("stack"), deepest)
 }

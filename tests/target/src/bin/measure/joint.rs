@@ -1,10 +1,10 @@
 //! The calibration of all 24 parameters together.
 
-use crate::report::{Counts, Report, measured, stated};
+use crate::report::{Counts, Report, deepest, measured, stated};
 use core::fmt;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
-use delta_cal::calibration::{JointCalibrator, JointOutcome, JointSolver, Start};
+use delta_cal::calibration::{JointCalibrator, JointSolver, Start};
 use delta_cal::{Progress, Refusal};
 use delta_cal_target_tests::cases::Case;
 use delta_cal_target_tests::{nominal, stack_of};
@@ -107,54 +107,14 @@ fn solves(report: &mut Report<'_>) -> fmt::Result {
     Ok(())
 }
 
-/// Where firmware keeps its calibration: not on the stack of whoever calls.
-struct Statics {
-    calibrator: MaybeUninit<JointCalibrator<f32>>,
-    solver: MaybeUninit<Result<JointSolver<f32>, Refusal>>,
-    outcome: MaybeUninit<Result<JointOutcome<f32>, Refusal>>,
-}
-
-/// The deepest of any call, over random calibrations of every kind.
 #[inline(never)]
 fn stack(report: &mut Report<'_>) -> fmt::Result {
-    let mut statics = Statics {
-        calibrator: MaybeUninit::uninit(),
-        solver: MaybeUninit::uninit(),
-        outcome: MaybeUninit::uninit(),
-    };
-    let deepest = (0..CASES)
-        .map(|seed| deepest(&mut statics, &Case::draw(seed)))
-        .max();
-    report.figure(format_args!("joint-stack"), deepest.unwrap_or(0))
-}
-
-#[inline(never)]
-fn deepest(statics: &mut Statics, case: &Case<f32>) -> usize {
-    let Statics {
-        calibrator,
-        solver,
-        outcome,
-    } = statics;
-    let new = || JointCalibrator::new(black_box(&case.nominal), black_box(&case.settings));
-    let create = stack_of(&mut || {
-        black_box(calibrator.write(new()));
-    });
-    // Exists already; the same again, for a reference.
-    let calibrator = calibrator.write(new());
-    let add = stack_of(&mut || {
-        for sample in &case.samples {
-            let _ = black_box(calibrator.add(black_box(sample)));
-        }
-    });
-    let begin = stack_of(&mut || {
-        let _ = black_box(solver.write(JointSolver::new(calibrator)));
-    });
-    let Ok(solver) = solver.write(JointSolver::new(calibrator)) else {
-        return create.max(add).max(begin);
-    };
-    let step = stack_of(&mut || while solver.step(calibrator) == Progress::Working {});
-    let end = stack_of(&mut || {
-        let _ = black_box(outcome.write(solver.outcome(calibrator)));
-    });
-    create.max(add).max(begin).max(step).max(end)
+    let deepest = deepest!(
+        CASES,
+        JointCalibrator,
+        JointSolver,
+        |solver: &mut JointSolver<f32>, calibrator| solver.step(calibrator) == Progress::Working,
+        |solver: &JointSolver<f32>, calibrator| solver.outcome(calibrator)
+    );
+    report.figure(format_args!("joint-stack"), deepest)
 }

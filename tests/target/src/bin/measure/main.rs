@@ -28,7 +28,7 @@ fn main() {
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    delta_cal_target_tests::console::run(|console| {
+    delta_cal_target_tests::bare::run(|console| {
         let mut report = report::Report::new(console)?;
         arms::measure(&mut report)?;
         joint::measure(&mut report)?;

@@ -88,3 +88,48 @@ pub(crate) fn measured<const N: usize>(seed: u64) -> [Sample<f32>; N] {
     let truth = robot_near(&nominal::<f32>(), 1.0, &mut rng);
     measurements_of(&truth, Some(&noise()), &mut rng)
 }
+
+/// The deepest call, over so many random calibrations of every kind; calibrator, solver and outcome stand where firmware
+/// keeps them, not on the stack of whoever calls.
+macro_rules! deepest {
+    ($cases:expr, $calibrator:ident, $solver:ident, $step:expr, $outcome:expr) => {{
+        type Calibrated = $calibrator<f32>;
+        type Solving = Result<$solver<f32>, Refusal>;
+
+        #[inline(never)]
+        fn deepest(
+            place: &mut MaybeUninit<Calibrated>,
+            solver: &mut MaybeUninit<Solving>,
+            case: &Case<f32>,
+        ) -> usize {
+            let new = || Calibrated::new(black_box(&case.nominal), black_box(&case.settings));
+            let create = stack_of(&mut || {
+                black_box(place.write(new()));
+            });
+            // Exists already; the same again, for a reference.
+            let calibrator = place.write(new());
+            let add = stack_of(&mut || {
+                for sample in &case.samples {
+                    let _ = black_box(calibrator.add(black_box(sample)));
+                }
+            });
+            let begin = stack_of(&mut || {
+                let _ = black_box(solver.write($solver::new(calibrator)));
+            });
+            let Ok(solver) = solver.write($solver::new(calibrator)) else {
+                return create.max(add).max(begin);
+            };
+            let step = stack_of(&mut || while $step(&mut *solver, &*calibrator) {});
+            let mut outcome = MaybeUninit::uninit();
+            let end = stack_of(&mut || {
+                let _ = black_box(outcome.write($outcome(&*solver, &*calibrator)));
+            });
+            create.max(add).max(begin).max(step).max(end)
+        }
+        let mut place = MaybeUninit::uninit();
+        let mut solver = MaybeUninit::uninit();
+        let deepest = (0..$cases).map(|seed| deepest(&mut place, &mut solver, &Case::draw(seed)));
+        deepest.max().unwrap_or(0)
+    }};
+}
+pub(crate) use deepest;

@@ -1,0 +1,210 @@
+//! What an object can be, and how much memory it is given in C.
+//!
+//! The sizes are the same on every target, so that they can stand in the header; each leaves room for targets that
+//! align differently. Assertions hold the Rust types to them wherever the library is built.
+#![allow(unsafe_code)] // promises about kinds
+
+use crate::library::VERSION;
+use crate::observed::Observed;
+use crate::status::{self, Status};
+use delta_cal::calibration::{JointCalibrator, JointOutcome, JointSolver};
+use delta_cal::observations::ObservationRow;
+use delta_cal::stream::Gate;
+use delta_cal::{Calibrator, Robot, RobotOutcome, RobotSolver};
+
+/// Every object's alignment in C. Bytes.
+pub const ALIGNMENT: usize = 8;
+
+/// The bytes of an observation in the workspace, in single precision.
+pub const OBSERVATION_ROW_F32: usize = 192;
+/// The bytes of an observation in the workspace, in double precision.
+pub const OBSERVATION_ROW_F64: usize = 368;
+
+const _: () = assert!(size_of::<ObservationRow<f32>>() <= OBSERVATION_ROW_F32);
+const _: () = assert!(size_of::<ObservationRow<f64>>() <= OBSERVATION_ROW_F64);
+const _: () = assert!(align_of::<ObservationRow<f64>>() <= ALIGNMENT);
+
+/// "DCAL".
+const MAGIC: u32 = 0x4c41_4344;
+/// What the number of a kind begins with, in single and in double precision.
+const SINGLE: i32 = 0x400;
+const DOUBLE: i32 = 0x800;
+
+/// What stands in front of every object. Memory that outlasts an update of the firmware holds no object of the new one:
+/// the tag is of a version and a size.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tag {
+    of_version: u32,
+    number: u16,
+    size: u16,
+}
+
+impl Tag {
+    pub(crate) const fn of<K: Kind>() -> Self {
+        Self::new(K::NUMBER, size_of::<Stored<K>>())
+    }
+
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // `fits` holds sizes and numbers to it
+    const fn new(number: i32, size: usize) -> Self {
+        Self {
+            of_version: MAGIC ^ VERSION,
+            number: number as u16,
+            size: size as u16,
+        }
+    }
+
+    pub(crate) fn is_known(self) -> bool {
+        let number = i32::from(self.number);
+        let size = size_of_kind(number);
+        size > 0 && self == Self::new(number, size)
+    }
+}
+
+/// An object in memory of the caller.
+#[repr(C, align(8))]
+#[derive(Debug, Clone, Copy)]
+pub struct Stored<K> {
+    pub(crate) tag: Tag,
+    pub(crate) value: K,
+}
+
+/// A calibrator with its samples and its solver.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct Owning<C, S> {
+    pub(crate) samples: C,
+    /// Since the last `solve`, as long as the samples are those that it has seen.
+    pub(crate) solver: Option<S>,
+    pub(crate) working: bool,
+}
+
+/// The per-arm calibrator.
+pub type Arms<T> = Owning<Calibrator<T>, RobotSolver<T>>;
+/// The joint calibrator.
+pub type Joint<T> = Owning<JointCalibrator<T>, JointSolver<T>>;
+
+impl<C, S> Owning<C, S> {
+    /// The samples, which are going to change: what was found from them is dropped.
+    pub(crate) fn idle(&mut self) -> Result<&mut C, Status> {
+        if self.working {
+            return Err(status::BUSY);
+        }
+        self.solver = None;
+        Ok(&mut self.samples)
+    }
+
+    pub(crate) fn stop(&mut self) {
+        self.solver = None;
+        self.working = false;
+    }
+}
+
+/// What an object can be.
+///
+/// # Safety
+/// No other kind has its number: the tag alone says what the memory holds.
+pub unsafe trait Kind: Copy {
+    /// What the tag holds; never changes.
+    const NUMBER: i32;
+    /// The size in C. Bytes.
+    const SIZE: usize;
+}
+
+/// A kind for whoever makes the header.
+#[derive(Debug, Clone, Copy)]
+pub struct Described {
+    /// The name in Rust.
+    pub name: &'static str,
+    /// The name in C, without the library's and the scalar's.
+    pub in_c: &'static str,
+    /// What it is.
+    pub about: &'static str,
+    /// In single and in double precision: number, size in C, and the size that it takes on this target.
+    pub scalars: [(i32, usize, usize); 2],
+}
+
+macro_rules! kinds {
+    ($($name:ident $in_c:literal = $number:literal, $single:literal, $double:literal, $about:literal;)+) => {
+        $(
+            // SAFETY: every number stands once below.
+            unsafe impl Kind for $name<f32> {
+                const NUMBER: i32 = SINGLE + $number;
+                const SIZE: usize = $single;
+            }
+            // SAFETY: as above.
+            unsafe impl Kind for $name<f64> {
+                const NUMBER: i32 = DOUBLE + $number;
+                const SIZE: usize = $double;
+            }
+            const _: () = fits::<$name<f32>>();
+            const _: () = fits::<$name<f64>>();
+        )+
+
+        /// Every kind.
+        pub const ALL: &[Described] = &[$(Described {
+            name: stringify!($name),
+            in_c: $in_c,
+            about: $about,
+            scalars: [
+                (SINGLE + $number, $single, size_of::<Stored<$name<f32>>>()),
+                (DOUBLE + $number, $double, size_of::<Stored<$name<f64>>>()),
+            ],
+        }),+];
+    };
+}
+
+kinds! {
+    Robot "robot" = 1, 384, 752, "A robot: three arms of eight parameters.";
+    Arms "arms" = 2, 4608, 8960, "The per-arm calibrator: samples and solver, each arm by itself.";
+    RobotOutcome "arms_outcome" = 4, 1728, 3392, "A calibrated robot with the covariance of each arm.";
+    Joint "joint" = 5, 11328, 22464, "The joint calibrator: samples and solver, all 24 parameters together.";
+    JointOutcome "joint_outcome" = 7, 2944, 5824, "A calibrated robot with the covariance of all 24 parameters.";
+    Gate "gate" = 8, 1280, 2368, "The gate: tests each sample before the per-arm calibrator takes it in.";
+    Observed "observation_outcome" = 9, 6400, 12672, "A robot calibrated from observations, and where the instruments are.";
+}
+
+/// The bytes of a snapshot, in single and in double precision: of what, and how many.
+pub const SNAPSHOTS: [(&str, [usize; 2]); 3] = [
+    (
+        "arms",
+        [
+            Calibrator::<f32>::SNAPSHOT_BYTES,
+            Calibrator::<f64>::SNAPSHOT_BYTES,
+        ],
+    ),
+    (
+        "joint",
+        [
+            JointCalibrator::<f32>::SNAPSHOT_BYTES,
+            JointCalibrator::<f64>::SNAPSHOT_BYTES,
+        ],
+    ),
+    (
+        "gate",
+        [Gate::<f32>::SNAPSHOT_BYTES, Gate::<f64>::SNAPSHOT_BYTES],
+    ),
+];
+
+/// Fails to compile where an object does not fit its memory in C.
+const fn fits<K: Kind>() {
+    assert!(size_of::<Stored<K>>() <= K::SIZE);
+    assert!(align_of::<Stored<K>>() == ALIGNMENT);
+    assert!(K::SIZE.is_multiple_of(ALIGNMENT) && K::SIZE < 0x1_0000);
+}
+
+/// The bytes that an object of this kind takes on this target; 0 if there is no such kind.
+pub const fn size_of_kind(number: i32) -> usize {
+    let mut kinds = ALL;
+    while let [kind, rest @ ..] = kinds {
+        let [single, double] = kind.scalars;
+        if number == single.0 {
+            return single.2;
+        }
+        if number == double.0 {
+            return double.2;
+        }
+        kinds = rest;
+    }
+    0
+}

@@ -1,0 +1,98 @@
+//! Samples, and what a calibration assumes.
+#![allow(unsafe_code)] // a promise about plain numbers
+
+use super::Real;
+use crate::error::Error;
+use crate::memory::Plain;
+use crate::plain::{GAUSS_NEWTON, LEVENBERG_MARQUARDT, START_FREE, START_NOMINAL};
+use crate::status;
+use delta_cal::calibration::{Solver, Start};
+use delta_cal::nalgebra::Vector3;
+use delta_cal::{Noise, Tolerance};
+
+/// One measurement: where the platform was at known joint angles.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// q1, q2, q3. Radians.
+    pub joints: [Real; 3],
+    /// x, y, z. Length.
+    pub position: [Real; 3],
+}
+
+// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+unsafe impl Plain for Sample {}
+
+impl From<Sample> for delta_cal::Sample<Real> {
+    fn from(sample: Sample) -> Self {
+        Self {
+            joints: sample.joints,
+            position: Vector3::from(sample.position),
+        }
+    }
+}
+
+/// What a calibration assumes and how it is solved. All zeros are the defaults: noise and tolerance not stated,
+/// Levenberg-Marquardt from the nominal robot.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Settings {
+    /// One sigma of the measured x, y and z; all four noises 0: not stated. Length.
+    pub position_noise: [Real; 3],
+    /// One sigma of a joint angle. Radians.
+    pub joint_noise: Real,
+    /// Manufacturing tolerance, one sigma of every length; both tolerances 0: not stated. Length.
+    pub length_tolerance: Real,
+    /// Manufacturing tolerance, one sigma of theta and alpha. Radians.
+    pub angle_tolerance: Real,
+    /// `DCAL_LEVENBERG_MARQUARDT` or `DCAL_GAUSS_NEWTON`.
+    pub solver: i32,
+    /// `DCAL_START_NOMINAL` or `DCAL_START_FREE`.
+    pub start: i32,
+    /// Linearisations allowed for each start; 0: 50.
+    pub iteration_limit: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+unsafe impl Plain for Settings {}
+
+impl Settings {
+    /// As the core states them.
+    ///
+    /// # Errors
+    /// A noise or tolerance that is not one, a number that chooses nothing.
+    pub(crate) fn checked(&self) -> Result<delta_cal::Settings<Real>, Error> {
+        if self.reserved != 0 {
+            return Err(status::NO_SUCH_CHOICE.into());
+        }
+        let [x, y, z] = self.position_noise;
+        // Zero means zero here: it stands for "not stated".
+        #[allow(clippy::float_cmp)]
+        let stated = |numbers: &[Real]| numbers.iter().any(|number| *number != 0.0);
+        let mut settings = delta_cal::Settings::new();
+        if stated(&[x, y, z, self.joint_noise]) {
+            settings = settings.with_noise(Noise::by_axis([x, y, z], self.joint_noise)?);
+        }
+        if stated(&[self.length_tolerance, self.angle_tolerance]) {
+            settings = settings
+                .with_tolerance(Tolerance::new(self.length_tolerance, self.angle_tolerance)?);
+        }
+        settings = settings.with_solver(match self.solver {
+            LEVENBERG_MARQUARDT => Solver::LevenbergMarquardt,
+            GAUSS_NEWTON => Solver::GaussNewton,
+            _ => return Err(status::NO_SUCH_CHOICE.into()),
+        });
+        settings = settings.with_start(match self.start {
+            START_NOMINAL => Start::Nominal,
+            START_FREE => Start::Free,
+            _ => return Err(status::NO_SUCH_CHOICE.into()),
+        });
+        match u16::try_from(self.iteration_limit) {
+            Ok(0) => Ok(settings),
+            Ok(limit) => Ok(settings.with_iteration_limit(limit)),
+            Err(_) => Err(status::NO_SUCH_CHOICE.into()),
+        }
+    }
+}

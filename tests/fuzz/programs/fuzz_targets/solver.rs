@@ -1,3 +1,0 @@
-//! See the function.
-#![no_main]
-libfuzzer_sys::fuzz_target!(|data: &[u8]| delta_cal_fuzz::solver(data));

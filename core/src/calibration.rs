@@ -48,7 +48,6 @@ pub use calibrator::{Calibrator, RobotCalibrator};
 pub use free_frame::{FreeFrame, Motion};
 #[cfg(any(feature = "classical", test))]
 pub(crate) use free_start::{SPREAD_STARTS, free_start, spread_start};
-pub(crate) use identifiability::Identifiability;
 pub use instrument::Instrument;
 pub use joint_calibrator::JointCalibrator;
 pub use joint_problem::JointNormal;

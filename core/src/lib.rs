@@ -47,7 +47,7 @@
 //! | [`samples`] | measurements, their noise, and the factor that keeps what they say |
 //! | [`calibration`] | settings, calibrator, solver, outcome, refusal |
 //! | [`observations`] | heights, distances and single coordinates, and the calibration from them |
-//! | [`stream`] | gate, forgetting and held-out samples, for samples that keep coming |
+//! | [`stream`] | gate and forgetting, for samples that keep coming |
 //! | [`snapshot`] | what a calibrator has seen, as bytes that outlast a power cut |
 //! | [`robust`] | a fit of stored samples of which some are wrong |
 //!

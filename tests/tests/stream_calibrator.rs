@@ -172,7 +172,6 @@ fn by_hand<T: Real>(
                 None => calibrators.solve(),
             }
         }
-        Selection::HeldOut { .. } => unreachable!(),
     };
     Result { added, end }
 }
@@ -182,7 +181,7 @@ fn compare<T: Real>() {
     for (robot, samples) in &streams::<T>(32) {
         for settings in statements() {
             for options in options() {
-                let mut stream = StreamCalibrator::new(robot, &settings, &options).unwrap();
+                let mut stream = StreamCalibrator::new(robot, &settings, &options);
                 let added = samples
                     .iter()
                     .map(|sample| add(&mut stream, sample))
@@ -226,7 +225,7 @@ fn a_solve_that_is_asked_for_during_an_estimate_comes_after_it() {
     for (robot, samples) in &streams::<f64>(32) {
         for asked_at in [0, 1, 3] {
             let settings = Settings::default();
-            let mut stream = StreamCalibrator::new(robot, &settings, &options).unwrap();
+            let mut stream = StreamCalibrator::new(robot, &settings, &options);
             for sample in &samples[..11] {
                 add(&mut stream, sample);
             }
@@ -259,7 +258,7 @@ fn interrupted<T: Real>() {
     for (robot, samples) in &streams::<T>(32) {
         for settings in statements() {
             for options in options() {
-                let new = || StreamCalibrator::new(robot, &settings, &options).unwrap();
+                let new = || StreamCalibrator::new(robot, &settings, &options);
                 let (mut whole, mut broken) = (new(), new());
                 let mut added = [Vec::new(), Vec::new()];
                 for sample in samples {
@@ -292,13 +291,13 @@ fn damaged_bytes_are_refused_and_change_nothing() {
     let (robot, samples) = &streams::<f32>(24)[0];
     let settings = statements::<f32>()[3];
     for options in options() {
-        let mut stream = StreamCalibrator::new(robot, &settings, &options).unwrap();
+        let mut stream = StreamCalibrator::new(robot, &settings, &options);
         for sample in samples {
             add(&mut stream, sample);
         }
         let mut bytes = vec![0; StreamCalibrator::<f32>::SNAPSHOT_BYTES];
         let good = stream.snapshot(&mut bytes).unwrap().to_vec();
-        let mut target = StreamCalibrator::new(robot, &settings, &options).unwrap();
+        let mut target = StreamCalibrator::new(robot, &settings, &options);
         for sample in &samples[..7] {
             add(&mut target, sample);
         }
@@ -379,17 +378,14 @@ fn foreign_bytes_are_refused_as_what_they_are() {
         },
     ];
 
-    let mut stream = StreamCalibrator::new(robot, &settings, &gated).unwrap();
+    let mut stream = StreamCalibrator::new(robot, &settings, &gated);
     for sample in samples {
         add(&mut stream, sample);
     }
     let mut bytes = vec![0; StreamCalibrator::<f64>::SNAPSHOT_BYTES];
     stream.snapshot(&mut bytes).unwrap();
-    let restored = |robot, settings, options| {
-        StreamCalibrator::new(robot, settings, options)
-            .unwrap()
-            .restore(&bytes)
-    };
+    let restored =
+        |robot, settings, options| StreamCalibrator::new(robot, settings, options).restore(&bytes);
     assert_eq!(restored(robot, &settings, &gated), Ok(()));
     let other = Err(SnapshotError::OtherCalibration);
     for (robot, _) in &all[1..] {
@@ -467,7 +463,7 @@ fn an_alarm_is_in_the_snapshot() {
     let settings = statements::<f64>()[3];
     let (robot, samples) = &streams::<f64>(80)[0];
     for good in [9, 30] {
-        let new = || StreamCalibrator::new(robot, &settings, &options).unwrap();
+        let new = || StreamCalibrator::new(robot, &settings, &options);
         let mut stream = new();
         for (index, sample) in samples.iter().enumerate().take(good + 8) {
             let mut sample = *sample;
@@ -497,7 +493,7 @@ fn an_alarm_is_in_the_snapshot() {
 fn a_stream_that_solves_has_no_snapshot() {
     let (robot, samples) = &streams::<f64>(20)[0];
     let all = StreamOptions::default();
-    let mut stream = StreamCalibrator::new(robot, &Settings::default(), &all).unwrap();
+    let mut stream = StreamCalibrator::new(robot, &Settings::default(), &all);
     for sample in samples {
         add(&mut stream, sample);
     }

@@ -1,11 +1,10 @@
-//! The calibration of a stream in bounded steps, with gate, held-out samples and forgetting.
+//! The calibration of a stream in bounded steps, with gate and forgetting.
 
 mod calibrators;
 mod snapshot;
 mod work;
 
 use super::gate::{Alarm, GateCounts};
-use super::held_out::{HeldOutRefusal, Validation};
 use super::stream_options::StreamOptions;
 use super::stream_outcome::{AddError, Added, StreamOutcome};
 use super::stream_refusal::StreamRefusal;
@@ -17,9 +16,9 @@ use crate::samples::Sample;
 use calibrators::Calibrators;
 use work::Work;
 
-/// A robot's calibration from samples that come one by one. It contains the estimator, the gate or the held-out
-/// samples, and forgetting, and does their steps in the right order. Controller and host run this code, so that both
-/// accept and reject the same samples and compute the same bits.
+/// A robot's calibration from samples that come one by one. It contains the estimator, the gate and forgetting,
+/// and does their steps in the right order. Controller and host run this code, so that both accept and reject the same
+/// samples and compute the same bits.
 ///
 /// ```
 /// use delta_cal::{Noise, Progress, Sample, Settings, SymmetricRobot, Tolerance};
@@ -29,7 +28,7 @@ use work::Work;
 /// let truth = SymmetricRobot { upper_arm: 260.4, ..nominal }.robot()?;
 /// let settings = Settings::default().with_noise(Noise::new(0.02, 0.0)?).with_tolerance(Tolerance::new(0.5, 0.003)?);
 /// let options = StreamOptions { estimator: Estimator::Joint, selection: Selection::Gated { forgetting: None } };
-/// let mut stream = StreamCalibrator::new(&nominal.robot()?, &settings, &options)?;
+/// let mut stream = StreamCalibrator::new(&nominal.robot()?, &settings, &options);
 /// for k in 0..40 {
 ///     let t = f64::from(k);
 ///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
@@ -62,23 +61,16 @@ pub struct StreamCalibrator<T: Real> {
 
 impl<T: Real> StreamCalibrator<T> {
     /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and the start of the iteration.
-    ///
-    /// # Errors
-    /// [`HeldOutRefusal::Every`].
-    pub fn new(
-        robot: &Robot<T>,
-        settings: &Settings<T>,
-        options: &StreamOptions<T>,
-    ) -> Result<Self, HeldOutRefusal> {
-        Ok(Self {
-            calibrators: Calibrators::new(robot, settings, options)?,
+    pub fn new(robot: &Robot<T>, settings: &Settings<T>, options: &StreamOptions<T>) -> Self {
+        Self {
+            calibrators: Calibrators::new(robot, settings, options),
             samples: 0,
             work: Work::Collecting,
             asked: false,
-        })
+        }
     }
 
-    /// Takes in one sample, or tests it first, or holds it out. A result of the samples before is dropped.
+    /// Takes in one sample, or tests it first. A result of the samples before is dropped.
     ///
     /// # Errors
     /// A faulty number, or a solve that has not finished; nothing has changed.
@@ -165,14 +157,6 @@ impl<T: Real> StreamCalibrator<T> {
         }
     }
 
-    /// How well the result agrees with the held-out samples, arm by arm.
-    pub const fn validations(&self) -> Option<&[Validation<T>; 3]> {
-        match self.work {
-            Work::Solved(_) => self.calibrators.validations(),
-            _ => None,
-        }
-    }
-
     /// The options that it was made with.
     pub const fn options(&self) -> &StreamOptions<T> {
         &self.calibrators.options
@@ -183,14 +167,14 @@ impl<T: Real> StreamCalibrator<T> {
         self.calibrators.arms.settings()
     }
 
-    /// Samples that came, rejected and held-out ones included.
+    /// Samples that came, rejected ones included.
     pub const fn samples(&self) -> u64 {
         self.samples
     }
 
     /// What became of the samples at the gate, if there is one.
     pub const fn gate_counts(&self) -> Option<&GateCounts> {
-        match self.calibrators.gate() {
+        match &self.calibrators.gate {
             Some(gate) => Some(gate.counts()),
             None => None,
         }
@@ -198,7 +182,7 @@ impl<T: Real> StreamCalibrator<T> {
 
     /// What a run of rejections means, if there was one.
     pub const fn alarm(&self) -> Option<Alarm> {
-        match self.calibrators.gate() {
+        match &self.calibrators.gate {
             Some(gate) => gate.alarm(),
             None => None,
         }

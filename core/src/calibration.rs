@@ -52,7 +52,6 @@ pub use instrument::Instrument;
 pub use joint_calibrator::JointCalibrator;
 pub use joint_problem::JointNormal;
 pub use joint_solver::JointSolver;
-pub(crate) use joint_solver::tolerance_prior;
 #[cfg(any(feature = "classical", test))]
 pub(crate) use means::{Means, spread};
 pub(crate) use minimizer::enough_samples;

@@ -49,7 +49,6 @@
 //! | [`observations`] | heights, distances and single coordinates, and the calibration from them |
 //! | [`stream`] | gate and forgetting, for samples that keep coming |
 //! | [`snapshot`] | what a calibrator has seen, as bytes that outlast a power cut |
-//! | [`robust`] | a fit of stored samples of which some are wrong |
 //!
 //! Cargo features, none of them on by default: `simulate` adds random poses and simulated measurements
 //! (module `simulate`), `serde` adds `Serialize` and `Deserialize` of robots, samples, settings and
@@ -77,7 +76,6 @@ pub mod kinematics;
 pub mod observations;
 mod real;
 pub mod robot;
-pub mod robust;
 pub mod samples;
 #[cfg(feature = "serde")]
 mod serialization;

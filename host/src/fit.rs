@@ -10,10 +10,12 @@ pub mod covariance;
 mod estimators;
 pub mod observations;
 pub mod options;
+mod robust;
 pub mod solution;
 pub(crate) mod solve;
 
 pub use observations::Unsolved;
 pub use options::{Frame, Method, Options};
+pub use robust::{Loss, RobustRefusal};
 pub use solution::Solution;
 pub use solve::solve;

@@ -223,6 +223,7 @@ impl<T: Real> Calibrator<T> {
 
 impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
     /// Of three arms' samples that are there already.
+    #[cfg(any(feature = "classical", test))]
     pub(crate) fn of_arms(settings: &Settings<T>, arms: [P; 3]) -> Self {
         Self {
             settings: *settings,

@@ -39,10 +39,6 @@ pub const SAMPLES_FOR_FREE_START: u64 = 12;
 /// A residual of this many scales is no measurement's, whatever the loss: of normal residuals three
 /// in a million are as large. It is c of Tukey's loss.
 pub const SUSPECTED: f64 = 4.685;
-/// Beyond this part of suspected samples it is not known which are the wrong ones.
-pub const LARGEST_SUSPECTED: f64 = 0.4;
-/// A robust fit needs twice as many samples as an arm has parameters: half of them must determine it.
-pub const SAMPLES_FOR_ROBUST_FIT: usize = 16;
 
 /// So many samples in a row that the gate rejects are no accident. Where wrong samples come at random, a
 /// share p of all, a run of m begins with probability (1 − p)pᵐ at any sample: with a fifth of them wrong

@@ -177,14 +177,6 @@ impl<T: Real> JointFactor<T> {
         Ok(())
     }
 
-    /// Takes in a sample that was checked, its squared residuals multiplied by a weight.
-    pub(crate) fn absorb_weighted(&mut self, sample: &Sample<T>, weight: T) {
-        if weight > T::ZERO {
-            let prepared = self.prepare(sample).weighted(weight.square_root());
-            self.absorb::<1, 2, 3>(&[prepared]);
-        }
-    }
-
     /// The length |W f| of a sample's whitened residuals at a displacement, in σ of the stated noise, otherwise in
     /// [units](Self::unit) of length.
     #[inline(never)]

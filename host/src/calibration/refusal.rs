@@ -6,12 +6,11 @@ use crate::accuracy::workspace_comparison::Moved;
 use crate::files::input_error::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
-use crate::fit::Unsolved;
 use crate::fit::options::Frame;
+use crate::fit::{RobustRefusal, Unsolved};
 use crate::text::numbers::{probability, significant};
 use crate::text::words::{count, in_file_units};
 use delta_cal::observations::Instrument;
-use delta_cal::robust::RobustRefusal;
 use delta_cal::{ArmIndex, Refusal};
 use std::error::Error;
 use std::fmt;
@@ -241,7 +240,6 @@ fn robust(refusal: &RobustRefusal) -> (String, String) {
             ),
             format!("{CHECK} Did the sensor, the plate or the robot's base move?"),
         ),
-        ref other => (format!("{other}."), "Leave out --robust.".to_owned()),
     }
 }
 

@@ -3,10 +3,9 @@
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
-use crate::fit::{Options, Solution, solve};
+use crate::fit::{Loss, Options, Solution, solve};
 use crate::text::numbers::significant;
 use crate::text::words::{count, in_lines};
-use delta_cal::robust::Loss;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::fmt;

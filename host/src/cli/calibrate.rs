@@ -11,9 +11,10 @@ use crate::files::example;
 use crate::report;
 use crate::report::calibration::{RefusalReport, comment};
 use crate::report::document::Source;
-use crate::{CalibrateError, InputText, Options, Readings, RobotFile, calibrate, read_samples};
+use crate::{
+    CalibrateError, InputText, Loss, Options, Readings, RobotFile, calibrate, read_samples,
+};
 use clap::Args;
-use delta_cal::robust::Loss;
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\

@@ -1,6 +1,6 @@
 //! How to calibrate.
 
-use delta_cal::robust::Loss;
+use super::robust::Loss;
 use serde::Serialize;
 
 /// The estimator.

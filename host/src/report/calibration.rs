@@ -23,14 +23,13 @@ use crate::calibration::{Finding, Level};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
 use crate::files::samples_file::{Kind, READINGS};
-use crate::fit::Solution;
 use crate::fit::options::{Frame, Method};
 use crate::fit::solution::{PlaneFound, PointFound};
+use crate::fit::{Loss, Solution};
 use crate::report::document::Document;
 use crate::text::units::{degrees, in_unit, unit};
 use delta_cal::Parameter;
 use delta_cal::robot::{Drive, ParameterKind};
-use delta_cal::robust::Loss;
 use serde::Serialize;
 
 /// Changes whenever a field changes its name or meaning or is removed.

@@ -124,8 +124,8 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             return Err(PrepareError::TooManyUnknowns { parameters });
         }
         for (index, row) in rows.iter().enumerate() {
-            row.observation()
-                .check(robot.drive(), instruments)
+            row.check_weight()
+                .and_then(|()| row.observation().check(robot.drive(), instruments))
                 .map_err(|error| PrepareError::Row { index, error })?;
         }
         for (index, row) in rows.iter_mut().enumerate() {

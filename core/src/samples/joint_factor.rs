@@ -4,7 +4,7 @@ use super::factor::MergeError;
 use super::mean_pose::MeanPose;
 use super::noise::Noise;
 use super::nominal_arm::NominalArm;
-use super::sample::{Sample, SampleError};
+use super::sample::{Sample, SampleError, check_weight};
 use super::triangle::Triangle;
 use super::whitened_sample::{FEATURES, JointDisplacement, WhitenedSample};
 use crate::Real;
@@ -157,7 +157,9 @@ impl<T: Real> JointFactor<T> {
         let mut block = [self.prepare(&Sample::default()); 4];
         let mut filled = 0;
         for (index, (sample, weight)) in samples.into_iter().enumerate() {
-            self.check(sample).map_err(|error| (index, error))?;
+            self.check(sample)
+                .and_then(|()| check_weight(weight))
+                .map_err(|error| (index, error))?;
             if weight > T::ZERO
                 && let Some(place) = block.get_mut(filled)
             {

@@ -47,6 +47,13 @@ impl<T: Real> Calibrators<T> {
         }
     }
 
+    /// As before the first sample.
+    #[inline(never)]
+    pub(super) fn begin_again(&mut self) {
+        let (settings, options) = (*self.arms.settings(), self.options);
+        *self = Self::new(&self.arms.robot(), &settings, &options);
+    }
+
     /// What became of the sample, and whether the gate wants an estimate before the next.
     pub(super) fn add(&mut self, sample: &Sample<T>) -> Result<(Added<T>, bool), SampleError> {
         let forgetting = self.options.forgetting();

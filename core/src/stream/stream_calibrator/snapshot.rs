@@ -45,6 +45,7 @@ impl<T: Real> State<T> for StreamCalibrator<T> {
         State::<T>::load(&mut self.samples, from);
         self.calibrators.load(from);
         self.work = Work::Collecting;
+        self.asked = false;
     }
 }
 
@@ -65,7 +66,7 @@ impl<T: Real> StreamCalibrator<T> {
     }
 
     /// Puts what a [`snapshot`](Self::snapshot) holds in place of what this stream has seen. It must be of the same
-    /// robot, settings and options. From then on this stream gives the same results as the one that the snapshot is
+    /// robot, noise and options, and with a gate of the same tolerance. A solve that was asked for is none any more. From then on this stream gives the same results as the one that the snapshot is
     /// of, bit by bit.
     ///
     /// # Errors
@@ -77,6 +78,9 @@ impl<T: Real> StreamCalibrator<T> {
     fn fingerprint(&self) -> u32 {
         let mut fingerprint = self.calibrators.arms.marked();
         self.calibrators.options.mark(&mut fingerprint);
+        if self.calibrators.gate.is_some() {
+            Gate::mark(&self.calibrators.arms, &mut fingerprint);
+        }
         fingerprint.finish()
     }
 }

@@ -48,12 +48,10 @@ pub use calibrator::{Calibrator, RobotCalibrator};
 pub use free_frame::{FreeFrame, Motion};
 #[cfg(any(feature = "classical", test))]
 pub(crate) use free_start::{SPREAD_STARTS, free_start, spread_start};
-pub(crate) use identifiability::Identifiability;
 pub use instrument::Instrument;
 pub use joint_calibrator::JointCalibrator;
 pub use joint_problem::JointNormal;
 pub use joint_solver::JointSolver;
-pub(crate) use joint_solver::tolerance_prior;
 #[cfg(any(feature = "classical", test))]
 pub(crate) use means::{Means, spread};
 pub(crate) use minimizer::enough_samples;

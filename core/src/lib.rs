@@ -47,9 +47,8 @@
 //! | [`samples`] | measurements, their noise, and the factor that keeps what they say |
 //! | [`calibration`] | settings, calibrator, solver, outcome, refusal |
 //! | [`observations`] | heights, distances and single coordinates, and the calibration from them |
-//! | [`stream`] | gate, forgetting and held-out samples, for samples that keep coming |
+//! | [`stream`] | gate and forgetting, for samples that keep coming |
 //! | [`snapshot`] | what a calibrator has seen, as bytes that outlast a power cut |
-//! | [`robust`] | a fit of stored samples of which some are wrong |
 //!
 //! Cargo features, none of them on by default: `simulate` adds random poses and simulated measurements
 //! (module `simulate`), `serde` adds `Serialize` and `Deserialize` of robots, samples, settings and
@@ -77,7 +76,6 @@ pub mod kinematics;
 pub mod observations;
 mod real;
 pub mod robot;
-pub mod robust;
 pub mod samples;
 #[cfg(feature = "serde")]
 mod serialization;

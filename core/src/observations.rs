@@ -21,7 +21,6 @@ mod observation;
 mod outcome;
 mod prepared;
 mod problem;
-mod robust;
 mod row;
 mod solve;
 mod solver;
@@ -32,7 +31,6 @@ pub use instruments::{Instruments, ObservationNoise, Plane, Point, PositionFrame
 pub use observation::{Distance, DistanceFrom, Height, Observation, ObservationError};
 pub use outcome::ObservationOutcome;
 pub use problem::{InstrumentsAt, ObservationProblem, PrepareError};
-pub use robust::{RobustObservationError, robust_fit_observations};
 pub use row::ObservationRow;
 pub use solver::ObservationSolver;
 pub use start::StartValues;

@@ -3,14 +3,14 @@
 //! ```text
 //! version  1 byte, kind  1 byte, bytes of a number  1 byte, 0  1 byte
 //! length of the whole snapshot  4 bytes
-//! fingerprint of the robot and all settings  4 bytes
+//! fingerprint of the robot, the noise and the options  4 bytes
 //! the state: numbers and counts
 //! CRC-32 of all before  4 bytes                           all of them little-endian
 //! ```
 //!
-//! A snapshot is restored into a new object of the same robot and settings. From then on that object gives the same
-//! results as the one that the snapshot was taken of, bit by bit. Damaged bytes, and those of another robot, other
-//! settings, another kind of object or another scalar type are refused, and the object is as it was.
+//! A snapshot is restored into a new object of the same robot and noise. With the same settings, from then on that object gives the same
+//! results as the one that the snapshot was taken of, bit by bit. Damaged bytes, and those of another robot, another
+//! noise, another kind of object or another scalar type are refused, and the object is as it was.
 
 mod checksum;
 mod state;
@@ -42,7 +42,7 @@ pub enum SnapshotError {
     },
     /// The snapshot is of another kind of object, or of one that computes in another type.
     OtherKind,
-    /// The snapshot is of another robot, or of other settings, or it belongs to a calibrator in another state.
+    /// The snapshot is of another robot, another noise or other options, or it belongs to a calibrator in another state.
     OtherCalibration,
     /// The calibration is being solved: until that has finished, no sample is taken and no snapshot is written.
     Busy,

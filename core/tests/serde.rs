@@ -8,7 +8,7 @@ use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Arm;
 #[cfg(feature = "transmission")]
 use delta_cal::robot::Transmission;
-use delta_cal::stream::{Forgetting, HeldOut};
+use delta_cal::stream::Forgetting;
 use delta_cal::{
     Calibrator, Noise, Refusal, Robot, RobotOutcome, Sample, Settings, SymmetricRobot, Tolerance,
 };
@@ -78,18 +78,6 @@ fn robots_samples_settings_and_outcomes_read_back_the_same() {
     assert!(outcome.arms[0].covariance.is_some());
     round_trip(&outcome);
     round_trip(&Refusal::WrongSide);
-}
-
-#[test]
-fn a_validation_reads_back_the_same() {
-    let robot = DRAWN.robot().unwrap();
-    let mut calibrator = Calibrator::new(&robot, &settings().with_start(Start::Nominal));
-    let mut held_out = HeldOut::new(&calibrator, 4).unwrap();
-    for k in 0..40 {
-        held_out.add(&mut calibrator, &sample(&robot, k)).unwrap();
-    }
-    let fitted = calibrator.solve().unwrap();
-    round_trip(&held_out.validate(&mut calibrator, &fitted).unwrap());
 }
 
 /// The table that a data sheet would give.

@@ -8,11 +8,12 @@
 
 mod estimators;
 pub mod observations;
+mod robust;
 pub mod solution;
 pub(crate) mod solve;
 
-use delta_cal::robust::Loss;
 pub use observations::Unsolved;
+pub use robust::{Loss, RobustRefusal};
 use serde::{Deserialize, Serialize};
 pub use solution::Solution;
 pub use solve::solve;

@@ -15,8 +15,8 @@ impl<T: Real> Begin<T> {
         if self.session == 0 {
             return Err(Fault::Settings);
         }
-        let options = self.options()?;
-        StreamCalibrator::new(nominal, &self.settings()?, &options).map_err(|_| Fault::Settings)
+        let (settings, options) = (self.settings()?, self.options()?);
+        Ok(StreamCalibrator::new(nominal, &settings, &options))
     }
 
     fn settings(&self) -> Result<Settings<T>, Fault> {

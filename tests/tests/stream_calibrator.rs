@@ -1,8 +1,7 @@
 //! The stream with everything in it: it decides and computes as its parts do by hand, and goes on from a snapshot to the same
 //! bits.
 
-use delta_cal::calibration::{JointCalibrator, Solver, Start};
-use delta_cal::robot::SymmetricLinearRobot;
+use delta_cal::calibration::{JointCalibrator, Start};
 use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{
     AddError, Added, Alarm, Estimator, Forgetting, Gate, Selection, StreamCalibrator,
@@ -172,7 +171,6 @@ fn by_hand<T: Real>(
                 None => calibrators.solve(),
             }
         }
-        Selection::HeldOut { .. } => unreachable!(),
     };
     Result { added, end }
 }
@@ -182,7 +180,7 @@ fn compare<T: Real>() {
     for (robot, samples) in &streams::<T>(32) {
         for settings in statements() {
             for options in options() {
-                let mut stream = StreamCalibrator::new(robot, &settings, &options).unwrap();
+                let mut stream = StreamCalibrator::new(robot, &settings, &options);
                 let added = samples
                     .iter()
                     .map(|sample| add(&mut stream, sample))
@@ -226,7 +224,7 @@ fn a_solve_that_is_asked_for_during_an_estimate_comes_after_it() {
     for (robot, samples) in &streams::<f64>(32) {
         for asked_at in [0, 1, 3] {
             let settings = Settings::default();
-            let mut stream = StreamCalibrator::new(robot, &settings, &options).unwrap();
+            let mut stream = StreamCalibrator::new(robot, &settings, &options);
             for sample in &samples[..11] {
                 add(&mut stream, sample);
             }
@@ -259,7 +257,7 @@ fn interrupted<T: Real>() {
     for (robot, samples) in &streams::<T>(32) {
         for settings in statements() {
             for options in options() {
-                let new = || StreamCalibrator::new(robot, &settings, &options).unwrap();
+                let new = || StreamCalibrator::new(robot, &settings, &options);
                 let (mut whole, mut broken) = (new(), new());
                 let mut added = [Vec::new(), Vec::new()];
                 for sample in samples {
@@ -292,13 +290,13 @@ fn damaged_bytes_are_refused_and_change_nothing() {
     let (robot, samples) = &streams::<f32>(24)[0];
     let settings = statements::<f32>()[3];
     for options in options() {
-        let mut stream = StreamCalibrator::new(robot, &settings, &options).unwrap();
+        let mut stream = StreamCalibrator::new(robot, &settings, &options);
         for sample in samples {
             add(&mut stream, sample);
         }
         let mut bytes = vec![0; StreamCalibrator::<f32>::SNAPSHOT_BYTES];
         let good = stream.snapshot(&mut bytes).unwrap().to_vec();
-        let mut target = StreamCalibrator::new(robot, &settings, &options).unwrap();
+        let mut target = StreamCalibrator::new(robot, &settings, &options);
         for sample in &samples[..7] {
             add(&mut target, sample);
         }
@@ -335,7 +333,7 @@ fn damaged_bytes_are_refused_and_change_nothing() {
     }
 }
 
-/// Another robot, and every setting and option that is another one.
+/// Another robot, noise, tolerance of the gate, or option.
 #[test]
 fn foreign_bytes_are_refused_as_what_they_are() {
     let all = streams::<f64>(20);
@@ -353,9 +351,6 @@ fn foreign_bytes_are_refused_as_what_they_are() {
         settings.with_tolerance(None),
         settings.with_tolerance(Tolerance::new(0.6, 0.2 * DEGREE).unwrap()),
         settings.with_tolerance(Tolerance::new(0.5, 0.3 * DEGREE).unwrap()),
-        settings.with_solver(Solver::GaussNewton),
-        settings.with_start(delta_cal::calibration::Start::Free),
-        settings.with_iteration_limit(49),
     ];
     let gated = StreamOptions {
         estimator: Estimator::Arms,
@@ -379,17 +374,14 @@ fn foreign_bytes_are_refused_as_what_they_are() {
         },
     ];
 
-    let mut stream = StreamCalibrator::new(robot, &settings, &gated).unwrap();
+    let mut stream = StreamCalibrator::new(robot, &settings, &gated);
     for sample in samples {
         add(&mut stream, sample);
     }
     let mut bytes = vec![0; StreamCalibrator::<f64>::SNAPSHOT_BYTES];
     stream.snapshot(&mut bytes).unwrap();
-    let restored = |robot, settings, options| {
-        StreamCalibrator::new(robot, settings, options)
-            .unwrap()
-            .restore(&bytes)
-    };
+    let restored =
+        |robot, settings, options| StreamCalibrator::new(robot, settings, options).restore(&bytes);
     assert_eq!(restored(robot, &settings, &gated), Ok(()));
     let other = Err(SnapshotError::OtherCalibration);
     for (robot, _) in &all[1..] {
@@ -436,27 +428,6 @@ fn a_gate_is_not_restored_in_front_of_another_state() {
     assert_eq!(new().restore(&arms, &bytes), Ok(()));
 }
 
-/// Of towers the common radius is a part of the tolerance, too.
-#[test]
-fn a_snapshot_of_towers_belongs_to_its_common_radius() {
-    let robot = SymmetricLinearRobot {
-        tower_radius: 140.0,
-        forearm: 330.0,
-    };
-    let robot = robot.robot().unwrap();
-    let with_radius = |radius| {
-        let tolerance = Tolerance::new(0.5, 0.2 * DEGREE).unwrap();
-        Settings::default().with_tolerance(tolerance.with_radius(radius).unwrap())
-    };
-    let mut bytes = vec![0; Calibrator::<f64>::SNAPSHOT_BYTES];
-    Calibrator::new(&robot, &with_radius(2.0))
-        .snapshot(&mut bytes)
-        .unwrap();
-    let restored = |radius| Calibrator::new(&robot, &with_radius(radius)).restore(&bytes);
-    assert_eq!(restored(2.0), Ok(()));
-    assert_eq!(restored(3.0), Err(SnapshotError::OtherCalibration));
-}
-
 /// Early samples that a run contradicts, and many of them: the alarm and its sample outlast a power cut.
 #[test]
 fn an_alarm_is_in_the_snapshot() {
@@ -467,7 +438,7 @@ fn an_alarm_is_in_the_snapshot() {
     let settings = statements::<f64>()[3];
     let (robot, samples) = &streams::<f64>(80)[0];
     for good in [9, 30] {
-        let new = || StreamCalibrator::new(robot, &settings, &options).unwrap();
+        let new = || StreamCalibrator::new(robot, &settings, &options);
         let mut stream = new();
         for (index, sample) in samples.iter().enumerate().take(good + 8) {
             let mut sample = *sample;
@@ -497,7 +468,7 @@ fn an_alarm_is_in_the_snapshot() {
 fn a_stream_that_solves_has_no_snapshot() {
     let (robot, samples) = &streams::<f64>(20)[0];
     let all = StreamOptions::default();
-    let mut stream = StreamCalibrator::new(robot, &Settings::default(), &all).unwrap();
+    let mut stream = StreamCalibrator::new(robot, &Settings::default(), &all);
     for sample in samples {
         add(&mut stream, sample);
     }

@@ -338,6 +338,10 @@ impl From<Refusal> for Error {
                 needed,
                 ..Self::from(status::TOO_FEW_OBSERVATIONS).of_instrument(instrument)
             },
+            Refusal::UnusableInstrument(instrument) => {
+                Self::from(status::KNOWN_PLACE).of_instrument(instrument)
+            }
+            Refusal::TooManyUnknowns { .. } => status::TOO_MANY_UNKNOWNS.into(),
             Refusal::UndeterminedInstrument(instrument) => {
                 Self::from(status::UNDETERMINED_INSTRUMENT).of_instrument(instrument)
             }

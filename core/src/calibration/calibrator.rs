@@ -2,7 +2,9 @@ use super::arm_problem::ArmProblem;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
-use crate::samples::{ArmFactor, MergeError, NominalArm, Sample, SampleError, Waiting};
+use crate::samples::{
+    ArmFactor, MergeError, NominalArm, Sample, SampleError, Waiting, check_weight,
+};
 use crate::snapshot::state;
 use nalgebra::Vector3;
 
@@ -184,7 +186,9 @@ impl<T: Real> Calibrator<T> {
         self.flush();
         let mut updated = self.arms;
         for (index, (sample, weight)) in samples.into_iter().enumerate() {
-            self.check(sample).map_err(|error| (index, error))?;
+            self.check(sample)
+                .and_then(|()| check_weight(weight))
+                .map_err(|error| (index, error))?;
             for (factor, q) in updated.iter_mut().zip(sample.joints) {
                 factor.absorb_weighted(&sample.position, q, weight);
             }
@@ -223,6 +227,7 @@ impl<T: Real> Calibrator<T> {
 
 impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
     /// Of three arms' samples that are there already.
+    #[cfg(any(feature = "classical", test))]
     pub(crate) fn of_arms(settings: &Settings<T>, arms: [P; 3]) -> Self {
         Self {
             settings: *settings,

@@ -42,7 +42,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
     }
 
     /// Of a factor, in one go.
-    #[inline(never)]
+    #[cfg(test)]
     pub(crate) fn of<const M: usize, const E: usize>(normal: &Triangle<T, M, E>) -> Self {
         let mut whole = Self::unstarted();
         while whole.invert(normal) {}

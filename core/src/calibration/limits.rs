@@ -39,10 +39,6 @@ pub const SAMPLES_FOR_FREE_START: u64 = 12;
 /// A residual of this many scales is no measurement's, whatever the loss: of normal residuals three
 /// in a million are as large. It is c of Tukey's loss.
 pub const SUSPECTED: f64 = 4.685;
-/// Beyond this part of suspected samples it is not known which are the wrong ones.
-pub const LARGEST_SUSPECTED: f64 = 0.4;
-/// A robust fit needs twice as many samples as an arm has parameters: half of them must determine it.
-pub const SAMPLES_FOR_ROBUST_FIT: usize = 16;
 
 /// So many samples in a row that the gate rejects are no accident. Where wrong samples come at random, a
 /// share p of all, a run of m begins with probability (1 − p)pᵐ at any sample: with a fifth of them wrong
@@ -52,13 +48,6 @@ pub const REJECTIONS_OF_A_CHANGE: u64 = 8;
 /// One sample in so many may be wrong by accident. Where the gate rejects more, it is the model that does not hold, or the
 /// stated noise, and the samples that it took are those that happen to agree.
 pub const MOST_REJECTED: u64 = 5;
-
-/// Held-out samples contradict a calibration beyond this quantile of the normal distribution: one arm in
-/// three thousand, one robot in a thousand, of those that are right.
-pub const HELD_OUT_DEVIATION: f64 = 3.4;
-/// Samples that the fit did not see and that are off by this many σ of the noise show a fit that is good
-/// for nothing but what it saw.
-pub const OVERFITTED: f64 = 10.0;
 
 /// The quantile of χ² with ν degrees of freedom at [`LARGEST_DEVIATION`].
 pub fn chi_square_quantile<T: Real>(freedom: T) -> T {
@@ -77,38 +66,6 @@ pub fn chi_square_bound<T: Real>(freedom: T, deviations: T) -> T {
     let spread = T::from_f64(2.0 / 9.0) / freedom;
     let root = T::ONE - spread + deviations * spread.square_root();
     freedom * root * root * root
-}
-
-/// The same of F with ν₁ and ν₂ degrees of freedom, by Paulson (1942): x = F^⅓ where
-///
-/// ```text
-/// ((1 − c)x − (1 − d))² = z² (c x² + d),   c = 2/(9ν₂),   d = 2/(9ν₁)
-/// ```
-///
-/// `None` with so few ν₂ that there is no such x, or that it is exceeded much more rarely than stated; of
-/// ten degrees of freedom and more the probability is right to a third, on the safe side.
-///
-/// ```
-/// let bound = delta_cal::calibration::limits::variance_ratio_bound(10.0, 20.0, 3.0902_f64);
-/// assert!(bound.is_some_and(|bound| (bound - 5.075).abs() < 0.05));
-/// ```
-pub fn variance_ratio_bound<T: Real>(numerator: T, denominator: T, deviations: T) -> Option<T> {
-    let part = T::from_f64(2.0 / 9.0);
-    if !(numerator > T::ZERO && denominator > T::ZERO) {
-        return None;
-    }
-    let (c, d) = (part / denominator, part / numerator);
-    let (a, b) = (T::ONE - c, T::ONE - d);
-    let z = deviations.squared();
-    let leading = a.squared() - z * c;
-    // Where it vanishes the quantile goes to infinity, and well before that it is wrong.
-    if !(leading > T::from_f64(0.25)) {
-        return None;
-    }
-    let product = a * b;
-    let root = (product.squared() - leading * (b.squared() - z * d)).square_root();
-    let x = (product + root) / leading;
-    Some(x * x * x)
 }
 
 #[cfg(test)]

@@ -93,7 +93,8 @@ where
 
     /// The same for its [`end`](Self::end) alone: no search for other solutions, no balance of the
     /// tolerance, and nothing to judge.
-    pub(crate) const fn for_its_end(mut self) -> Self {
+    #[must_use]
+    pub const fn for_its_end(mut self) -> Self {
         self.end_alone = true;
         self
     }

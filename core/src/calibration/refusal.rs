@@ -84,12 +84,19 @@ pub enum Refusal {
         /// How many are needed.
         needed: u64,
     },
+    /// What is stated of an instrument's place is not usable: its numbers must be finite, and every σ greater than 0.
+    UnusableInstrument(Instrument),
     /// The poses leave the place of an instrument free, or nearly so.
     UndeterminedInstrument(Instrument),
     /// The arithmetic overflowed.
     NonFinite {
         /// Which arm.
         arm: ArmIndex,
+    },
+    /// The solver has fewer places than there are unknowns of these instruments.
+    TooManyUnknowns {
+        /// How many there are, the robot's parameters included.
+        parameters: u64,
     },
     /// The solver was asked for its result before it had finished.
     Unfinished,
@@ -110,7 +117,9 @@ impl Refusal {
             Self::ImpossibleRobot(_)
             | Self::WrongSide
             | Self::TooFewObservations { .. }
+            | Self::UnusableInstrument(_)
             | Self::UndeterminedInstrument(_)
+            | Self::TooManyUnknowns { .. }
             | Self::Unfinished => None,
         }
     }
@@ -182,11 +191,18 @@ impl fmt::Display for Refusal {
                 formatter,
                 "{instrument} has {observations} readings and needs {needed}"
             ),
+            Self::UnusableInstrument(instrument) => write!(
+                formatter,
+                "what is stated of {instrument} is not finite, or its sigma is not greater than 0"
+            ),
             Self::UndeterminedInstrument(instrument) => {
                 write!(formatter, "the poses do not determine where {instrument} is")
             }
             Self::NonFinite { arm } => {
                 write!(formatter, "the samples of {arm} overflow the arithmetic")
+            }
+            Self::TooManyUnknowns { parameters } => {
+                write!(formatter, "there is no room for {parameters} parameters")
             }
             Self::Unfinished => formatter.write_str("the solver has not finished"),
         }

@@ -121,10 +121,8 @@ impl<T: Real> Settings<T> {
         self
     }
 
-    /// What makes them others, for robots of this drive.
-    pub(crate) fn mark(&self, drive: Drive, fingerprint: &mut Fingerprint) {
-        fingerprint.optional(self.noise.map(|noise| noise.position_by_axis()));
-        fingerprint.optional(self.noise.map(|noise| [noise.joint()]));
+    /// What a gate's predictions depend on beside its calibrator's samples, for robots of this drive.
+    pub(crate) fn mark_prior(&self, drive: Drive, fingerprint: &mut Fingerprint) {
         let places = drive.places();
         fingerprint.optional(self.tolerance.map(|tolerance| {
             places.map(|parameter| parameter.map_or(T::ZERO, |parameter| tolerance.of(parameter)))
@@ -133,15 +131,6 @@ impl<T: Real> Settings<T> {
         if drive == Drive::Linear {
             fingerprint.optional(self.tolerance.map(|own| [own.radius(), own.forearm()]));
         }
-        fingerprint.byte(match self.solver {
-            Solver::GaussNewton => 0,
-            Solver::LevenbergMarquardt => 1,
-        });
-        fingerprint.byte(match self.start {
-            Start::Nominal => 0,
-            Start::Free => 1,
-        });
-        fingerprint.word(u32::from(self.iteration_limit));
     }
 
     /// How many samples a calibration with these settings needs: 8, 12 without a guess, 1 with a

@@ -2,9 +2,8 @@
 
 use super::calibrator::Calibrator;
 use super::joint_calibrator::JointCalibrator;
-use super::settings::Settings;
 use crate::Real;
-use crate::samples::NominalArm;
+use crate::samples::{Noise, NominalArm};
 use crate::snapshot::{Fingerprint, Kind, SnapshotError, longest, read, write};
 
 impl<T: Real> Calibrator<T> {
@@ -50,7 +49,7 @@ impl<T: Real> Calibrator<T> {
     }
 
     /// Puts what a [`snapshot`](Self::snapshot) holds in place of what this calibrator has seen. It must be of the same robot
-    /// and settings.
+    /// and noise; how they are solved may have changed.
     ///
     /// # Errors
     /// Bytes that are damaged, or a snapshot of something else; the calibrator is unchanged.
@@ -65,10 +64,7 @@ impl<T: Real> Calibrator<T> {
     /// What a snapshot must agree with.
     pub(crate) fn marked(&self) -> Fingerprint {
         let [first, second, third] = self.arms();
-        mark(
-            [first.nominal(), second.nominal(), third.nominal()],
-            self.settings(),
-        )
+        mark([first.nominal(), second.nominal(), third.nominal()])
     }
 }
 
@@ -93,16 +89,19 @@ impl<T: Real> JointCalibrator<T> {
     }
 
     fn fingerprint(&self) -> u32 {
-        mark(self.factor().nominal_arms().each_ref(), self.settings()).finish()
+        mark(self.factor().nominal_arms().each_ref()).finish()
     }
 }
 
-fn mark<T: Real>(arms: [&NominalArm<T>; 3], settings: &Settings<T>) -> Fingerprint {
+/// What the factors depend on.
+fn mark<T: Real>(arms: [&NominalArm<T>; 3]) -> Fingerprint {
     let mut fingerprint = Fingerprint::new();
     for arm in arms {
         arm.mark(&mut fingerprint);
     }
     let [first, ..] = arms;
-    settings.mark(first.arm().drive(), &mut fingerprint);
+    let noise = first.noise();
+    fingerprint.optional(noise.map(Noise::position_by_axis));
+    fingerprint.optional(noise.map(|noise| [noise.joint()]));
     fingerprint
 }

@@ -7,6 +7,7 @@ use crate::Real;
 use crate::calibration::Instrument;
 use crate::robot::{ArmIndex, Drive};
 use crate::samples::check_joint;
+use nalgebra::Vector3;
 
 impl<T: Real> Observation<T> {
     /// Whether every number is usable for a robot with such drives, and every instrument known.
@@ -60,6 +61,29 @@ impl<T: Real> Observation<T> {
 }
 
 impl<T: Real> Instruments<'_, T> {
+    /// The first plane or point of which something is stated that is not usable.
+    pub(super) fn unusable(&self) -> Option<Instrument> {
+        let usable = |sigma: T| sigma > T::ZERO && sigma.finite();
+        for (index, plane) in (0..).zip(self.planes) {
+            let known = plane.known;
+            if !known.is_none_or(|(place, sigma)| place.finite() && usable(sigma))
+                || !plane.level.is_none_or(usable)
+            {
+                return Some(Instrument::Plane(index));
+            }
+        }
+        for (index, point) in (0..).zip(self.points) {
+            let finite = |place: &Vector3<T>| place.iter().all(|number| number.finite());
+            if !point
+                .known
+                .is_none_or(|(place, sigma)| finite(&place) && usable(sigma))
+            {
+                return Some(Instrument::Point(index));
+            }
+        }
+        None
+    }
+
     /// The instrument that has the fewest readings for its unknowns: which, how many readings it has, and
     /// how many it needs. A place that is known to a σ needs fewer.
     pub(super) fn lacking(&self, rows: &[ObservationRow<T>]) -> Option<(Instrument, u64, u64)> {

@@ -139,7 +139,7 @@ impl<T: Real> Instruments<'_, T> {
     }
 
     /// How many of them say where the instruments are.
-    pub(super) fn of_places(&self) -> usize {
+    pub fn of_places(&self) -> usize {
         let points: usize = self.points.iter().map(Point::unknowns).sum();
         self.frame_unknowns() + OF_PLANE * self.planes.len() + points
     }

@@ -55,6 +55,8 @@ pub enum ObservationError {
     Nothing,
     /// A number is NaN, infinite, or too large to be squared.
     NonFinite,
+    /// The weight of the row is NaN, infinite or negative.
+    Weight,
     /// A distance is not greater than 0.
     DistanceNotPositive,
     /// There is no plane with this index.
@@ -71,6 +73,7 @@ impl fmt::Display for ObservationError {
             Self::Joints(error) => error.fmt(formatter),
             Self::Nothing => formatter.write_str("nothing was measured"),
             Self::NonFinite => formatter.write_str("a measured number is not finite"),
+            Self::Weight => formatter.write_str("the weight is not a finite number, 0 or greater"),
             Self::DistanceNotPositive => formatter.write_str("the distance is not greater than 0"),
             Self::NoSuchPlane(index) => write!(formatter, "there is no plane {index}"),
             Self::NoSuchPoint(index) => write!(formatter, "there is no point {index}"),

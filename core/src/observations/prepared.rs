@@ -26,13 +26,16 @@ impl<T: Real, const N: usize> Prepared<T, N> {
     /// From rows that are checked, none of them [counted](Self::count) yet.
     ///
     /// # Errors
-    /// [`Refusal::TooFewObservations`].
+    /// [`Refusal::UnusableInstrument`], [`Refusal::TooFewObservations`].
     #[inline(never)]
     pub(super) fn begun(
         robot: &Robot<T>,
         instruments: &Instruments<'_, T>,
         rows: &[ObservationRow<T>],
     ) -> Result<Self, Refusal> {
+        if let Some(instrument) = instruments.unusable() {
+            return Err(Refusal::UnusableInstrument(instrument));
+        }
         if let Some((instrument, observations, needed)) = instruments.lacking(rows) {
             return Err(Refusal::TooFewObservations {
                 instrument,

@@ -4,7 +4,6 @@ use super::observation::ObservationError;
 use super::outcome::ObservationOutcome;
 use super::prepared::Prepared;
 use super::row::ObservationRow;
-use super::start::StartValues;
 use crate::Real;
 use crate::calibration::{Estimate, Instrument, Piece, Problem, Refusal};
 use crate::frame::RigidTransform;
@@ -125,8 +124,8 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             return Err(PrepareError::TooManyUnknowns { parameters });
         }
         for (index, row) in rows.iter().enumerate() {
-            row.observation()
-                .check(robot.drive(), instruments)
+            row.check_weight()
+                .and_then(|()| row.observation().check(robot.drive(), instruments))
                 .map_err(|error| PrepareError::Row { index, error })?;
         }
         for (index, row) in rows.iter_mut().enumerate() {
@@ -147,30 +146,29 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         })
     }
 
-    /// Of rows that were prepared for these instruments and weigh what they weigh now.
-    pub(super) fn new(
-        robot: &'a Robot<T>,
-        instruments: &'a Instruments<'a, T>,
-        rows: &'a [ObservationRow<T>],
-        start: StartValues<T, N>,
-    ) -> Self {
-        let mut prepared = Prepared::new(robot, instruments, start);
+    /// The same problem of the same rows with other [weights](ObservationRow::set_weight), which together are worth so
+    /// many.
+    #[must_use]
+    pub fn weighed<'b>(
+        &self,
+        rows: &'b [ObservationRow<T>],
+        effective_rows: T,
+    ) -> ObservationProblem<'b, T, N>
+    where
+        'a: 'b,
+    {
+        let mut prepared = Prepared::new(self.robot, self.instruments, self.prepared.start);
         for row in rows {
-            prepared.count(robot, row);
+            prepared.count(self.robot, row);
         }
-        Self {
-            robot,
-            instruments,
+        prepared.readings *= effective_rows / prepared.effective_rows.larger(T::EPSILON);
+        prepared.effective_rows = effective_rows;
+        ObservationProblem {
+            robot: self.robot,
+            instruments: self.instruments,
             rows,
             prepared,
         }
-    }
-
-    /// The rows are worth so many.
-    pub(super) fn count_as(&mut self, effective_rows: T) {
-        let prepared = &mut self.prepared;
-        prepared.readings *= effective_rows / prepared.effective_rows.larger(T::EPSILON);
-        prepared.effective_rows = effective_rows;
     }
 
     /// Whether a row does not count this time.
@@ -275,22 +273,6 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     /// Where the frame of the coordinates starts: from the robot's frame to it.
     pub const fn start_frame(&self) -> &RigidTransform<T> {
         self.prepared.start.frame()
-    }
-
-    /// Where the unknowns start.
-    pub(super) const fn start(&self) -> &StartValues<T, N> {
-        &self.prepared.start
-    }
-
-    /// How far a row is off, √ of the sum of its squared residuals in σ, whatever it weighs. Infinite where the
-    /// robot does not reach it.
-    pub(super) fn distance(&self, at: &InstrumentsAt<T, N>, row: &ObservationRow<T>) -> T {
-        let mut row = *row;
-        row.set_weight(T::ONE);
-        let residuals = at.robot.as_ref().and_then(|robot| {
-            row.residuals(robot, self.instruments, &self.prepared.start, &at.unknowns)
-        });
-        residuals.map_or(T::INFINITY, |own| squared_length(&own).square_root())
     }
 
     fn robot_at(&self, correction: &[T; N]) -> Result<Robot<T>, Refusal> {

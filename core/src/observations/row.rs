@@ -1,4 +1,4 @@
-use super::observation::Observation;
+use super::observation::{Observation, ObservationError};
 use crate::Real;
 
 /// Readings of an observation at most.
@@ -38,6 +38,14 @@ impl<T: Real> ObservationRow<T> {
     /// The same row counted so many times in the sum of squares.
     pub fn set_weight(&mut self, weight: T) {
         self.root_weight = weight.square_root();
+    }
+
+    pub(super) fn check_weight(&self) -> Result<(), ObservationError> {
+        if self.root_weight.finite() {
+            Ok(())
+        } else {
+            Err(ObservationError::Weight)
+        }
     }
 
     /// How many times the row counts.

@@ -107,7 +107,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> ObservationSolver<
     /// begin with a new solver.
     ///
     /// # Errors
-    /// A [`Refusal`]; of instruments for which there is [no room](Self::has_room_for), [`Refusal::Unfinished`].
+    /// A [`Refusal`]; of instruments for which there is [no room](Self::has_room_for), [`Refusal::TooManyUnknowns`].
     pub fn step(
         &mut self,
         robot: &Robot<T>,
@@ -117,7 +117,8 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> ObservationSolver<
     ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
         let Some(prepared) = &mut self.prepared else {
             if !Self::has_room_for(instruments) {
-                return Some(Err(Refusal::Unfinished));
+                let parameters = (OF_ROBOT + instruments.unknowns()) as u64;
+                return Some(Err(Refusal::TooManyUnknowns { parameters }));
             }
             return match Prepared::begun(robot, instruments, rows) {
                 Ok(begun) => {

@@ -4,7 +4,7 @@ use super::factor::MergeError;
 use super::mean_pose::MeanPose;
 use super::noise::Noise;
 use super::nominal_arm::NominalArm;
-use super::sample::{Sample, SampleError};
+use super::sample::{Sample, SampleError, check_weight};
 use super::triangle::Triangle;
 use super::whitened_sample::{FEATURES, JointDisplacement, WhitenedSample};
 use crate::Real;
@@ -157,7 +157,9 @@ impl<T: Real> JointFactor<T> {
         let mut block = [self.prepare(&Sample::default()); 4];
         let mut filled = 0;
         for (index, (sample, weight)) in samples.into_iter().enumerate() {
-            self.check(sample).map_err(|error| (index, error))?;
+            self.check(sample)
+                .and_then(|()| check_weight(weight))
+                .map_err(|error| (index, error))?;
             if weight > T::ZERO
                 && let Some(place) = block.get_mut(filled)
             {
@@ -175,14 +177,6 @@ impl<T: Real> JointFactor<T> {
         updated.count_as(effective_samples);
         *self = updated;
         Ok(())
-    }
-
-    /// Takes in a sample that was checked, its squared residuals multiplied by a weight.
-    pub(crate) fn absorb_weighted(&mut self, sample: &Sample<T>, weight: T) {
-        if weight > T::ZERO {
-            let prepared = self.prepare(sample).weighted(weight.square_root());
-            self.absorb::<1, 2, 3>(&[prepared]);
-        }
     }
 
     /// The length |W f| of a sample's whitened residuals at a displacement, in σ of the stated noise, otherwise in

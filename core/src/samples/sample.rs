@@ -34,6 +34,8 @@ pub enum SampleError {
     JointNonFinite(ArmIndex),
     /// This arm's joint angle is beyond ±4π rad.
     JointTooLarge(ArmIndex),
+    /// The weight is NaN or infinite.
+    WeightNonFinite,
 }
 
 impl fmt::Display for SampleError {
@@ -44,6 +46,7 @@ impl fmt::Display for SampleError {
                 formatter,
                 "the position is thousands of forearms of {arm} away from the robot"
             ),
+            Self::WeightNonFinite => formatter.write_str("the weight is not a finite number"),
             Self::JointNonFinite(arm) => {
                 write!(formatter, "the joint angle of {arm} is not a finite number")
             }
@@ -77,6 +80,14 @@ impl<T: Real> Sample<T> {
             check_joint(q, arm, drive)?;
         }
         check_position(&self.position)
+    }
+}
+
+pub(crate) fn check_weight<T: Real>(weight: T) -> Result<(), SampleError> {
+    if weight.finite() {
+        Ok(())
+    } else {
+        Err(SampleError::WeightNonFinite)
     }
 }
 

@@ -162,11 +162,6 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         self
     }
 
-    /// Leaves nothing in the last column.
-    pub(crate) fn clear_last_column(&mut self) {
-        *self = self.with_last_column(&[]);
-    }
-
     /// Multiplies every entry.
     pub(crate) fn scale(&mut self, factor: T) {
         for entry in &mut self.entries {

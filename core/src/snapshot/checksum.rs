@@ -21,10 +21,6 @@ impl Fingerprint {
         self.0.update(&[value]);
     }
 
-    pub(crate) fn word(&mut self, value: u32) {
-        self.0.update(&value.to_le_bytes());
-    }
-
     pub(crate) fn count(&mut self, value: u64) {
         self.0.update(&value.to_le_bytes());
     }

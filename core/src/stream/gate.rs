@@ -295,7 +295,14 @@ impl<T: Real> Gate<T> {
         &self.counts
     }
 
-    /// What the first run of rejections means, if there was one.
+    /// Answers the alarm: the run was wrong, and what was taken in before stays. The next run of rejections is another
+    /// alarm. If it is the robot that has changed, begin again with a new calibrator and a new gate.
+    pub const fn acknowledge(&mut self) {
+        self.alarm = None;
+        self.counts.run = 0;
+    }
+
+    /// What the first run of rejections means, if there was one since the last was [acknowledged](Self::acknowledge).
     pub const fn alarm(&self) -> Option<Alarm> {
         self.alarm
     }

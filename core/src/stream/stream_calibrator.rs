@@ -1,11 +1,10 @@
-//! The calibration of a stream in bounded steps, with gate, held-out samples and forgetting.
+//! The calibration of a stream in bounded steps, with gate and forgetting.
 
 mod calibrators;
 mod snapshot;
 mod work;
 
 use super::gate::{Alarm, GateCounts};
-use super::held_out::{HeldOutRefusal, Validation};
 use super::stream_options::StreamOptions;
 use super::stream_outcome::{AddError, Added, StreamOutcome};
 use super::stream_refusal::StreamRefusal;
@@ -17,9 +16,9 @@ use crate::samples::Sample;
 use calibrators::Calibrators;
 use work::Work;
 
-/// A robot's calibration from samples that come one by one. It contains the estimator, the gate or the held-out
-/// samples, and forgetting, and does their steps in the right order. Controller and host run this code, so that both
-/// accept and reject the same samples and compute the same bits.
+/// A robot's calibration from samples that come one by one. It contains the estimator, the gate and forgetting,
+/// and does their steps in the right order. Controller and host run this code, so that both accept and reject the same
+/// samples and compute the same bits.
 ///
 /// ```
 /// use delta_cal::{Noise, Progress, Sample, Settings, SymmetricRobot, Tolerance};
@@ -29,7 +28,7 @@ use work::Work;
 /// let truth = SymmetricRobot { upper_arm: 260.4, ..nominal }.robot()?;
 /// let settings = Settings::default().with_noise(Noise::new(0.02, 0.0)?).with_tolerance(Tolerance::new(0.5, 0.003)?);
 /// let options = StreamOptions { estimator: Estimator::Joint, selection: Selection::Gated { forgetting: None } };
-/// let mut stream = StreamCalibrator::new(&nominal.robot()?, &settings, &options)?;
+/// let mut stream = StreamCalibrator::new(&nominal.robot()?, &settings, &options);
 /// for k in 0..40 {
 ///     let t = f64::from(k);
 ///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
@@ -62,23 +61,16 @@ pub struct StreamCalibrator<T: Real> {
 
 impl<T: Real> StreamCalibrator<T> {
     /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and the start of the iteration.
-    ///
-    /// # Errors
-    /// [`HeldOutRefusal::Every`].
-    pub fn new(
-        robot: &Robot<T>,
-        settings: &Settings<T>,
-        options: &StreamOptions<T>,
-    ) -> Result<Self, HeldOutRefusal> {
-        Ok(Self {
-            calibrators: Calibrators::new(robot, settings, options)?,
+    pub fn new(robot: &Robot<T>, settings: &Settings<T>, options: &StreamOptions<T>) -> Self {
+        Self {
+            calibrators: Calibrators::new(robot, settings, options),
             samples: 0,
             work: Work::Collecting,
             asked: false,
-        })
+        }
     }
 
-    /// Takes in one sample, or tests it first, or holds it out. A result of the samples before is dropped.
+    /// Takes in one sample, or tests it first. A result of the samples before is dropped.
     ///
     /// # Errors
     /// A faulty number, or a solve that has not finished; nothing has changed.
@@ -109,6 +101,26 @@ impl<T: Real> StreamCalibrator<T> {
             Work::Estimate | Work::Estimating(_) => self.asked = true,
             _ => {}
         }
+    }
+
+    /// Answers the gate's alarm: the run of rejected samples was wrong, and what was taken in before stays. It can be
+    /// solved again.
+    pub const fn acknowledge(&mut self) {
+        if let Some(gate) = &mut self.calibrators.gate {
+            gate.acknowledge();
+        }
+        if matches!(self.work, Work::Refused(StreamRefusal::Alarm(_))) {
+            self.work = Work::Collecting;
+        }
+    }
+
+    /// Drops all that came, for a robot that has changed: it is calibrated from the samples that come from now on, with
+    /// the same robot before calibration, settings and options.
+    pub fn begin_again(&mut self) {
+        self.calibrators.begin_again();
+        self.samples = 0;
+        self.work = Work::Collecting;
+        self.asked = false;
     }
 
     /// The gate's objection to all samples.
@@ -165,14 +177,6 @@ impl<T: Real> StreamCalibrator<T> {
         }
     }
 
-    /// How well the result agrees with the held-out samples, arm by arm.
-    pub const fn validations(&self) -> Option<&[Validation<T>; 3]> {
-        match self.work {
-            Work::Solved(_) => self.calibrators.validations(),
-            _ => None,
-        }
-    }
-
     /// The options that it was made with.
     pub const fn options(&self) -> &StreamOptions<T> {
         &self.calibrators.options
@@ -183,24 +187,156 @@ impl<T: Real> StreamCalibrator<T> {
         self.calibrators.arms.settings()
     }
 
-    /// Samples that came, rejected and held-out ones included.
+    /// Samples that came, rejected ones included.
     pub const fn samples(&self) -> u64 {
         self.samples
     }
 
     /// What became of the samples at the gate, if there is one.
     pub const fn gate_counts(&self) -> Option<&GateCounts> {
-        match self.calibrators.gate() {
+        match &self.calibrators.gate {
             Some(gate) => Some(gate.counts()),
             None => None,
         }
     }
 
-    /// What a run of rejections means, if there was one.
+    /// What a run of rejections means, if there was one since the last was [acknowledged](Self::acknowledge).
     pub const fn alarm(&self) -> Option<Alarm> {
-        match self.calibrators.gate() {
+        match &self.calibrators.gate {
             Some(gate) => gate.alarm(),
             None => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::StreamCalibrator;
+    use crate::calibration::{Progress, Settings, Solver, Tolerance};
+    use crate::robot::{Robot, SymmetricRobot};
+    use crate::samples::{Noise, Sample};
+    use crate::stream::{Added, Alarm, Selection, StreamOptions, StreamRefusal, Verdict};
+
+    const GATED: StreamOptions<f64> = StreamOptions {
+        estimator: crate::stream::Estimator::Arms,
+        selection: Selection::Gated { forgetting: None },
+    };
+
+    fn robot(forearm: f64) -> Robot<f64> {
+        let robot = SymmetricRobot {
+            base_radius: 194.0,
+            platform_radius: 30.0,
+            upper_arm: 260.0,
+            forearm,
+        };
+        robot.robot().unwrap()
+    }
+
+    fn sample(robot: &Robot<f64>, k: u32) -> Sample<f64> {
+        let t = f64::from(k);
+        let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
+        let position = robot.forward(&joints).unwrap();
+        Sample { joints, position }
+    }
+
+    fn settings() -> Settings<f64> {
+        Settings::default()
+            .with_noise(Noise::new(0.02, 0.0).unwrap())
+            .with_tolerance(Tolerance::new(0.5, 0.003).unwrap())
+    }
+
+    fn solved(stream: &mut StreamCalibrator<f64>) -> Result<f64, StreamRefusal> {
+        stream.solve();
+        while stream.step() == Progress::Working {}
+        let outcome = stream.result().unwrap()?;
+        Ok(outcome.robot().arms()[0].lb())
+    }
+
+    #[test]
+    fn an_alarm_is_answered_and_a_changed_robot_calibrated_again() {
+        let (nominal, truth, changed) = (robot(480.0), robot(480.4), robot(481.2));
+        let mut stream = StreamCalibrator::new(&nominal, &settings(), &GATED);
+        for k in 0..48 {
+            let robot = if k < 40 { &truth } else { &changed };
+            let added = stream.add(&sample(robot, k)).unwrap();
+            assert_eq!(
+                matches!(added, Added::Tested(Verdict::Rejected(_))),
+                k >= 40
+            );
+        }
+        let alarm = Alarm::RobotChanged { first: 40 };
+        assert_eq!(solved(&mut stream), Err(StreamRefusal::Alarm(alarm)));
+        // The run was wrong: what came before stays.
+        stream.acknowledge();
+        assert_eq!(stream.alarm(), None);
+        assert!((solved(&mut stream).unwrap() - 480.4).abs() < 0.02);
+        // Another run is another alarm.
+        for k in 48..56 {
+            stream.add(&sample(&changed, k)).unwrap();
+        }
+        assert_eq!(stream.alarm(), Some(Alarm::RobotChanged { first: 48 }));
+        // The robot has changed.
+        stream.begin_again();
+        assert_eq!((stream.alarm(), stream.samples()), (None, 0));
+        let mut new = StreamCalibrator::new(&nominal, &settings(), &GATED);
+        for k in 0..40 {
+            assert_eq!(
+                stream.add(&sample(&changed, k)),
+                new.add(&sample(&changed, k))
+            );
+        }
+        let found = solved(&mut stream);
+        assert_eq!(found, solved(&mut new));
+        assert!((found.unwrap() - 481.2).abs() < 0.02);
+    }
+
+    /// Without a tolerance the gate wants an estimate at the twelfth sample.
+    #[test]
+    fn what_is_restored_was_not_asked_to_solve() {
+        let (nominal, truth) = (robot(480.0), robot(480.4));
+        let settings = Settings::default();
+        let mut stream = StreamCalibrator::new(&nominal, &settings, &GATED);
+        let mut bytes = [0; StreamCalibrator::<f64>::SNAPSHOT_BYTES];
+        for k in 0..12 {
+            if k == 11 {
+                stream.snapshot(&mut bytes).unwrap();
+            }
+            stream.add(&sample(&truth, k)).unwrap();
+        }
+        stream.solve();
+        stream.restore(&bytes).unwrap();
+        stream.add(&sample(&truth, 11)).unwrap();
+        while stream.step() == Progress::Working {}
+        assert!(stream.result().is_none() && !stream.solving());
+    }
+
+    /// What the samples are kept in depends on robot and noise alone.
+    #[test]
+    fn samples_outlast_a_change_of_how_they_are_solved() {
+        let (nominal, truth) = (robot(480.0), robot(480.4));
+        let all = StreamOptions::default();
+        let changed = [
+            settings().with_iteration_limit(20),
+            settings().with_solver(Solver::GaussNewton),
+            settings().with_tolerance(Tolerance::new(0.8, 0.003).unwrap()),
+            settings().with_tolerance(None),
+        ];
+        let mut stream = StreamCalibrator::new(&nominal, &settings(), &all);
+        for k in 0..30 {
+            stream.add(&sample(&truth, k)).unwrap();
+        }
+        let mut bytes = [0; StreamCalibrator::<f64>::SNAPSHOT_BYTES];
+        stream.snapshot(&mut bytes).unwrap();
+        for settings in changed {
+            let mut restored = StreamCalibrator::new(&nominal, &settings, &all);
+            restored.restore(&bytes).unwrap();
+            assert_eq!(restored.samples(), 30);
+            assert!((solved(&mut restored).unwrap() - 480.4).abs() < 0.02);
+        }
+        let noise = settings().with_noise(Noise::new(0.03, 0.0).unwrap());
+        let mut other = StreamCalibrator::new(&nominal, &noise, &all);
+        assert!(other.restore(&bytes).is_err());
     }
 }

@@ -32,12 +32,6 @@ pub enum Selection<T> {
         /// If stated, older samples count less.
         forgetting: Option<Forgetting<T>>,
     },
-    /// All but one in `every`: the samples left out judge the fit to the others, and the final fit has all of them; see
-    /// [`HeldOut`](super::HeldOut). Each arm is judged by itself, with either estimator.
-    HeldOut {
-        /// 2 or more.
-        every: u64,
-    },
 }
 
 /// How a stream of samples is calibrated. The default: each arm by itself, from all samples.
@@ -58,10 +52,8 @@ impl<T> Default for Selection<T> {
 
 impl<T: Real> StreamOptions<T> {
     pub(super) const fn forgetting(&self) -> Option<Forgetting<T>> {
-        match self.selection {
-            Selection::All { forgetting } | Selection::Gated { forgetting } => forgetting,
-            Selection::HeldOut { .. } => None,
-        }
+        let (Selection::All { forgetting } | Selection::Gated { forgetting }) = self.selection;
+        forgetting
     }
 
     /// What distinguishes these options from others.
@@ -73,7 +65,6 @@ impl<T: Real> StreamOptions<T> {
         fingerprint.count(match self.selection {
             Selection::All { .. } => 0,
             Selection::Gated { .. } => 1,
-            Selection::HeldOut { every } => every,
         });
         fingerprint.optional(self.forgetting().map(|forgetting| [forgetting.mean_age()]));
     }

@@ -14,8 +14,6 @@ use core::fmt;
 pub enum Added<T> {
     /// It was taken in; nothing tested it.
     Taken,
-    /// It is held out.
-    HeldOut,
     /// The gate tested it, or could not.
     Tested(Verdict<T>),
 }
@@ -25,7 +23,6 @@ impl<T: Real> Added<T> {
     pub fn cast<U: Real>(&self) -> Added<U> {
         match self {
             Self::Taken => Added::Taken,
-            Self::HeldOut => Added::HeldOut,
             Self::Tested(verdict) => Added::Tested(verdict.cast()),
         }
     }

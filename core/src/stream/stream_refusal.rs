@@ -1,7 +1,6 @@
 //! Why a stream does not calibrate the robot.
 
 use super::gate::Alarm;
-use super::held_out::HeldOutRefusal;
 use crate::calibration::Refusal;
 use core::fmt;
 
@@ -13,8 +12,6 @@ use core::fmt;
 pub enum StreamRefusal {
     /// The calibration itself is refused.
     Calibration(Refusal),
-    /// The held-out samples contradict the calibration, or cannot judge it.
-    HeldOut(HeldOutRefusal),
     /// The gate rejected a run of samples.
     Alarm(Alarm),
     /// The gate rejected so many of all samples that it is not known which are wrong.
@@ -30,7 +27,6 @@ impl fmt::Display for StreamRefusal {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Calibration(refusal) => refusal.fmt(formatter),
-            Self::HeldOut(refusal) => refusal.fmt(formatter),
             Self::Alarm(alarm) => alarm.fmt(formatter),
             Self::TooManyRejected { rejected, samples } => write!(
                 formatter,
@@ -45,11 +41,5 @@ impl core::error::Error for StreamRefusal {}
 impl From<Refusal> for StreamRefusal {
     fn from(refusal: Refusal) -> Self {
         Self::Calibration(refusal)
-    }
-}
-
-impl From<HeldOutRefusal> for StreamRefusal {
-    fn from(refusal: HeldOutRefusal) -> Self {
-        Self::HeldOut(refusal)
     }
 }

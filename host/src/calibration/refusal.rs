@@ -6,10 +6,9 @@ use crate::accuracy::improvement::Moved;
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
-use crate::fit::{Frame, Unsolved};
+use crate::fit::{Frame, RobustRefusal, Unsolved};
 use crate::text::{count, in_file_units, probability, significant};
 use delta_cal::observations::Instrument;
-use delta_cal::robust::RobustRefusal;
 use delta_cal::{ArmIndex, Refusal};
 use std::error::Error;
 use std::fmt;
@@ -239,7 +238,6 @@ fn robust(refusal: &RobustRefusal) -> (String, String) {
             ),
             format!("{CHECK} Did the sensor, the plate or the robot's base move?"),
         ),
-        ref other => (format!("{other}."), "Leave out --robust.".to_owned()),
     }
 }
 

@@ -16,12 +16,11 @@ use crate::files::document::Document;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
 use crate::fit::solution::{PlaneFound, PointFound};
-use crate::fit::{Frame, Method, Solution};
+use crate::fit::{Frame, Loss, Method, Solution};
 use crate::text::{degrees, in_unit, unit};
 use delta_cal::Parameter;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Drive, ParameterKind};
-use delta_cal::robust::Loss;
 use serde::Serialize;
 
 /// Changes whenever a field changes its name or meaning or is removed.

@@ -3,9 +3,8 @@
 use super::findings::Finding;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
-use crate::fit::{Frame, Options, Solution, solve};
+use crate::fit::{Frame, Loss, Options, Solution, solve};
 use crate::text::{count, in_lines, significant};
-use delta_cal::robust::Loss;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::fmt;

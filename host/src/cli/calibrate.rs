@@ -15,10 +15,10 @@ use crate::report::calibration::{RefusalReport, comment};
 use crate::report::document::Source;
 use crate::report::printer::PrinterReport;
 use crate::{
-    CalibrateError, InputError, InputText, Options, Readings, RobotFile, calibrate, read_samples,
+    CalibrateError, InputError, InputText, Loss, Options, Readings, RobotFile, calibrate,
+    read_samples,
 };
 use clap::Args;
-use delta_cal::robust::Loss;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\

@@ -1,6 +1,7 @@
 //! The core's three estimators on readings whose noise is given, and what is left of every row.
 
 use super::observations::{Unsolved, instruments, observation, places as known_places};
+use super::robust::{self, Loss};
 use super::solution::{
     COLUMNS, ENTRIES, KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit,
     Sensitivity, Solution,
@@ -12,10 +13,8 @@ use delta_cal::calibration::{JointCalibrator, Problem, StartUsed, Termination};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Instruments, ObservationOutcome, ObservationProblem, ObservationRow, PositionFrame,
-    robust_fit_observations,
 };
 use delta_cal::robot::Arm;
-use delta_cal::robust::{Loss, WeighedSample};
 use delta_cal::samples::Triangle;
 use delta_cal::{ArmIndex, Calibrator, Noise, Robot, Sample, Settings, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
@@ -157,27 +156,9 @@ impl Task<'_> {
         given: Option<FromClosures>,
     ) -> Result<Solution, Unsolved> {
         let robot = &self.robot.robot;
-        let mut suspected = vec![false; rows.len()];
-        let mut weights = vec![1.0; rows.len()];
-        let mut robust = None;
-        if let (None, Some(loss)) = (&given, self.loss) {
-            let mut work = vec![WeighedSample::vacant(); rows.len()];
-            let found = robust_fit_observations::<f64, N, M, E>(
-                robot,
-                instruments,
-                rows,
-                settings,
-                loss,
-                &mut work,
-            )?;
-            robust = Some(found.fit);
-            suspected = work.iter().map(WeighedSample::suspected).collect();
-            weights = rows.iter().map(ObservationRow::weight).collect();
-            for row in rows.iter_mut() {
-                row.set_weight(1.0);
-            }
-        }
         let problem = ObservationProblem::<f64, N>::prepare(robot, instruments, rows)?;
+        let count = problem.rows().len();
+        let (mut weights, mut suspected) = (vec![1.0; count], vec![false; count]);
         let unknowns = PARAMETERS + instruments.unknowns();
         let units: Vec<f64> = (0..unknowns)
             .map(|place| Problem::<f64, N, M, E>::unit_of(&problem, place))
@@ -185,11 +166,17 @@ impl Task<'_> {
         let start = problem.start_unknowns();
         let end = match given {
             Some(given) => End::of_closures(robot, &given, unknowns, start),
-            None => match robust {
-                Some(outcome) => End::of_outcome(&outcome, &units, start),
-                None => End::of_outcome(&problem.solve::<M, E>(settings)?, &units, start),
+            None => {
+                let outcome = match self.loss {
+                    Some(loss) => {
+                        let found = robust::fit::<N, M, E>(&problem, settings, loss)?;
+                        (weights, suspected) = (found.weights, found.suspected);
+                        found.outcome
+                    }
+                    None => problem.solve::<M, E>(settings)?,
+                };
+                End::of_outcome(&outcome, &units, start).ok_or(Unsolved::NoRedundancy)?
             }
-            .ok_or(Unsolved::NoRedundancy)?,
         };
         let prior = problem.prior(settings);
         let triangle: Triangle<f64, M, E> =

@@ -1,14 +1,14 @@
 //! Readings as rows of the core's problem: instruments, weights, and what the rows say before they are fitted.
 
 use super::Frame;
+use super::robust::RobustRefusal;
 use super::solution::Levels;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, Plane, Point,
-    PositionFrame, PrepareError, RobustObservationError,
+    PositionFrame, PrepareError,
 };
-use delta_cal::robust::RobustRefusal;
 use delta_cal::{Noise, Refusal, Tolerance};
 
 /// σ that a height or a distance usually has where the robot file states none, mm, and what that is worth in degrees of
@@ -35,17 +35,6 @@ pub enum Unsolved {
     Robust(RobustRefusal),
     /// No reading of a kind is redundant, so that its noise cannot be estimated.
     NoRedundancy,
-}
-
-impl From<RobustObservationError> for Unsolved {
-    fn from(error: RobustObservationError) -> Self {
-        match error {
-            RobustObservationError::Prepare(error) => error.into(),
-            RobustObservationError::Refused(RobustRefusal::Fit(refusal)) => Self::Refused(refusal),
-            RobustObservationError::Refused(refusal) => Self::Robust(refusal),
-            _ => Self::Refused(Refusal::Unfinished),
-        }
-    }
 }
 
 impl From<Refusal> for Unsolved {

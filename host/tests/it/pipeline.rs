@@ -305,7 +305,7 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
             *coordinate = coordinate.map(|value| value + off);
         }
         let options = Options {
-            loss: Some(delta_cal::robust::Loss::Tukey),
+            loss: Some(delta_cal_host::Loss::Tukey),
             ..Options::default()
         };
         let report = calibrate(&file, &readings, &options).unwrap();

@@ -2,12 +2,11 @@
 
 use crate::files::{alike, refused, text};
 use crate::numbers::{Source, finite_robot};
-use delta_cal::robust::Loss;
 use delta_cal_host::report::calibration::{RefusalReport, comment};
 use delta_cal_host::report::document::{Document, Source as Origin};
 use delta_cal_host::report::json;
 use delta_cal_host::{
-    CalibrateError, Frame, InputText, Method, Options, RobotFile, calibrate, read_samples,
+    CalibrateError, Frame, InputText, Loss, Method, Options, RobotFile, calibrate, read_samples,
 };
 use serde_json::Value;
 

@@ -155,8 +155,7 @@ fn options_have_the_bits_of_the_core<T: Number>() {
                 let samples = one_wrong::<T>(robot, 40);
                 let mut driver = Driver::<T, _>::start(Flash::new());
                 assert_eq!(driver.begin_with(begin), 0);
-                let mut here =
-                    StreamCalibrator::new(&paper_robot(), &settings(&begin), &options).unwrap();
+                let mut here = StreamCalibrator::new(&paper_robot(), &settings(&begin), &options);
                 for (index, sample) in (0..).zip(&samples) {
                     here.add(sample).unwrap();
                     while here.step() == Progress::Working {}

@@ -1,11 +1,12 @@
 #![allow(clippy::unwrap_used)]
 
-use crate::calibration::Instrument;
+use crate::calibration::{Instrument, Refusal, Settings};
 use crate::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationError, ObservationNoise,
-    ObservationRow, Plane, Point, PositionFrame,
+    ObservationProblem, ObservationRow, ObservationSolver, Plane, Point, PositionFrame,
+    PrepareError,
 };
-use crate::robot::{ArmIndex, Drive};
+use crate::robot::{ArmIndex, Drive, SymmetricRobot};
 use crate::samples::{Noise, SampleError};
 use nalgebra::Vector3;
 
@@ -157,5 +158,62 @@ fn the_instrument_with_too_few_readings_is_named() {
             ));
             assert_eq!(instruments.lacking(&rows[..=usize::from(count)]), expected);
         }
+    }
+}
+
+/// A σ of 0 would be an infinite weight. What is wrong is named, by both ways of solving.
+#[test]
+fn known_places_without_a_sigma_are_refused() {
+    let robot = SymmetricRobot::PAPER.robot().unwrap();
+    let settings = Settings::new();
+    let refused = |planes: &[Plane<f64>], points: &[Point<f64>], expected| {
+        let instruments = instruments(planes, points);
+        let mut rows = [ObservationRow::new(height(0, 100.0)); 9];
+        let refused = Refusal::UnusableInstrument(expected);
+        let problem = ObservationProblem::<f64, 30>::prepare(&robot, &instruments, &mut rows);
+        assert_eq!(problem.unwrap_err(), PrepareError::Refused(refused));
+        let mut solver = ObservationSolver::<f64, 30, 31, 496>::new();
+        let found = solver.step(&robot, &instruments, &mut rows, &settings);
+        assert_eq!(found, Some(Err(refused)));
+    };
+    let good = Plane {
+        known: Some((-700.0, 1.0)),
+        level: Some(0.01),
+    };
+    for sigma in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let known = Plane {
+            known: Some((-700.0, sigma)),
+            ..good
+        };
+        refused(&[known], &[], Instrument::Plane(0));
+        let level = Plane {
+            level: Some(sigma),
+            ..good
+        };
+        refused(&[good, level], &[], Instrument::Plane(1));
+        let point = Point {
+            known: Some((Vector3::new(0.0, 0.0, -700.0), sigma)),
+            offset: false,
+        };
+        refused(&[good], &[point], Instrument::Point(0));
+    }
+    let nowhere = Plane {
+        known: Some((f64::NAN, 1.0)),
+        level: None,
+    };
+    refused(&[nowhere], &[], Instrument::Plane(0));
+}
+
+#[test]
+fn a_row_whose_weight_is_no_number_is_refused() {
+    let robot = SymmetricRobot::PAPER.robot().unwrap();
+    let planes = [Plane::default()];
+    let instruments = instruments(&planes, &[]);
+    for weight in [f64::INFINITY, f64::NAN, -1.0] {
+        let mut rows = [ObservationRow::new(height(0, 100.0)); 9];
+        rows[4].set_weight(weight);
+        let problem = ObservationProblem::<f64, 27>::prepare(&robot, &instruments, &mut rows);
+        let error = ObservationError::Weight;
+        assert_eq!(problem.unwrap_err(), PrepareError::Row { index: 4, error });
     }
 }

@@ -133,7 +133,7 @@ fn a_row_is_weighed_by_the_covariance_of_its_readings() {
         assert!((row.terms_squared(&robot) / (squares * size) - 1.0).abs() < 1e-12);
         let mut twice = *row;
         twice.set_weight(2.0);
-        let start = problem.start();
+        let start = problem.prepared.start();
         let residuals = |row: &ObservationRow<f64>| {
             let built = Robot::from_parameters(robot.parameters().map(|mut arm| {
                 arm[5] += 0.3;

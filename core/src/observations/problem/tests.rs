@@ -325,7 +325,7 @@ fn the_solver_s_steps_end_with_the_outcome_of_solve() {
     let mut small = ObservationSolver::<f64, 24, 25, 325>::new();
     assert_eq!(
         small.step(&robot, &instruments, &mut measured, &settings),
-        Some(Err(Refusal::Unfinished))
+        Some(Err(Refusal::TooManyUnknowns { parameters: 27 }))
     );
 }
 

@@ -8,7 +8,7 @@
 use super::{JointFactor, WhitenedSample};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Robot};
-use crate::samples::{MergeError, Noise, Sample};
+use crate::samples::{MergeError, Noise, Sample, SampleError};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -332,6 +332,14 @@ fn a_faulty_sample_changes_nothing() {
     assert!(matches!(factor.add_many(&spoilt), Err((4, _))));
     let weighted = spoilt.iter().map(|sample| (sample, 0.5));
     assert!(matches!(factor.add_weighted(weighted, 3.0), Err((4, _))));
+    for weight in [f64::INFINITY, f64::NAN] {
+        let weights = [1.0, weight].into_iter().chain([1.0; 4]);
+        let refused = Err((1, SampleError::WeightNonFinite));
+        assert_eq!(
+            factor.add_weighted(measured.iter().zip(weights), 6.0),
+            refused
+        );
+    }
     assert_eq!(factor, before);
 }
 

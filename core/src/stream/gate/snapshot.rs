@@ -3,7 +3,7 @@
 use super::{Alarm, Gate, GateCounts, Prediction};
 use crate::Real;
 use crate::calibration::Calibrator;
-use crate::snapshot::{Kind, SnapshotError, longest, read, state, write};
+use crate::snapshot::{Fingerprint, Kind, SnapshotError, longest, read, state, write};
 
 state!(
     Gate<T>:
@@ -30,7 +30,7 @@ impl<T: Real> Gate<T> {
         write(Kind::Gate, self.fingerprint(calibrator), self, bytes)
     }
 
-    /// Restores a [`snapshot`](Self::snapshot) into a gate of the same width and forgetting, in front of the calibrator that
+    /// Restores a [`snapshot`](Self::snapshot) into a gate of the same width, tolerance and forgetting, in front of the calibrator that
     /// was restored from the snapshot that belongs to it. Make the gate before you restore the calibrator: a new gate takes
     /// in the samples that wait there.
     ///
@@ -52,8 +52,16 @@ impl<T: Real> Gate<T> {
         }
     }
 
+    /// What the predictions depend on beside the samples.
+    pub(crate) fn mark(calibrator: &Calibrator<T>, fingerprint: &mut Fingerprint) {
+        let [first, ..] = calibrator.arms();
+        let drive = first.nominal().arm().drive();
+        calibrator.settings().mark_prior(drive, fingerprint);
+    }
+
     fn fingerprint(&self, calibrator: &Calibrator<T>) -> u32 {
         let mut fingerprint = calibrator.marked();
+        Self::mark(calibrator, &mut fingerprint);
         fingerprint.number(self.sigmas);
         fingerprint.optional(self.forgetting.map(|forgetting| [forgetting.mean_age()]));
         fingerprint.count(calibrator.samples());

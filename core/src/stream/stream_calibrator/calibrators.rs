@@ -5,7 +5,6 @@ use crate::calibration::{Calibrator, JointCalibrator, Settings};
 use crate::robot::Robot;
 use crate::samples::{Sample, SampleError};
 use crate::stream::gate::{Gate, Verdict};
-use crate::stream::held_out::{HeldOut, HeldOutRefusal, Validation};
 use crate::stream::stream_options::{Estimator, Selection, StreamOptions};
 use crate::stream::stream_outcome::Added;
 
@@ -15,19 +14,8 @@ pub(super) struct Calibrators<T: Real> {
     /// Empty where nothing needs it.
     pub(super) arms: Calibrator<T>,
     pub(super) joint: Option<JointCalibrator<T>>,
-    pub(super) judge: Judge<T>,
-}
-
-/// What judges the samples, or the fit to them.
-#[derive(Debug, Clone, Copy)]
-#[allow(clippy::large_enum_variant)] // no allocation
-pub(super) enum Judge<T: Real> {
-    Nothing,
-    Gate(Gate<T>),
-    HeldOut {
-        samples: HeldOut<T>,
-        validations: Option<[Validation<T>; 3]>,
-    },
+    /// What tests the samples, if anything does.
+    pub(super) gate: Option<Gate<T>>,
 }
 
 impl<T: Real> Calibrators<T> {
@@ -36,38 +24,41 @@ impl<T: Real> Calibrators<T> {
         robot: &Robot<T>,
         settings: &Settings<T>,
         options: &StreamOptions<T>,
-    ) -> Result<Self, HeldOutRefusal> {
+    ) -> Self {
         let mut arms = Calibrator::new(robot, settings);
-        let judge = match options.selection {
-            Selection::All { .. } => Judge::Nothing,
+        let gate = match options.selection {
+            Selection::All { .. } => None,
             Selection::Gated { forgetting } => {
                 let gate = Gate::new(&mut arms);
-                Judge::Gate(match forgetting {
+                Some(match forgetting {
                     Some(forgetting) => gate.with_forgetting(forgetting),
                     None => gate,
                 })
             }
-            Selection::HeldOut { every } => Judge::HeldOut {
-                samples: HeldOut::new(&arms, every)?,
-                validations: None,
-            },
         };
-        Ok(Self {
+        Self {
             options: *options,
             arms,
             joint: match options.estimator {
                 Estimator::Arms => None,
                 Estimator::Joint => Some(JointCalibrator::new(robot, settings)),
             },
-            judge,
-        })
+            gate,
+        }
+    }
+
+    /// As before the first sample.
+    #[inline(never)]
+    pub(super) fn begin_again(&mut self) {
+        let (settings, options) = (*self.arms.settings(), self.options);
+        *self = Self::new(&self.arms.robot(), &settings, &options);
     }
 
     /// What became of the sample, and whether the gate wants an estimate before the next.
     pub(super) fn add(&mut self, sample: &Sample<T>) -> Result<(Added<T>, bool), SampleError> {
         let forgetting = self.options.forgetting();
-        let (added, wants_estimate) = match &mut self.judge {
-            Judge::Nothing => {
+        let (added, wants_estimate) = match &mut self.gate {
+            None => {
                 if self.joint.is_none() {
                     match &forgetting {
                         Some(forgetting) => self.arms.add_forgetting(sample, forgetting)?,
@@ -76,20 +67,9 @@ impl<T: Real> Calibrators<T> {
                 }
                 (Added::Taken, false)
             }
-            Judge::Gate(gate) => {
+            Some(gate) => {
                 let verdict = gate.add(&mut self.arms, sample)?;
                 (Added::Tested(verdict), gate.wants_estimate())
-            }
-            Judge::HeldOut { samples, .. } => {
-                let held_out = samples.add(&mut self.arms, sample)?;
-                (
-                    if held_out {
-                        Added::HeldOut
-                    } else {
-                        Added::Taken
-                    },
-                    false,
-                )
             }
         };
         if let Some(joint) = &mut self.joint
@@ -101,19 +81,5 @@ impl<T: Real> Calibrators<T> {
             }
         }
         Ok((added, wants_estimate))
-    }
-
-    pub(super) const fn gate(&self) -> Option<&Gate<T>> {
-        match &self.judge {
-            Judge::Gate(gate) => Some(gate),
-            Judge::Nothing | Judge::HeldOut { .. } => None,
-        }
-    }
-
-    pub(super) const fn validations(&self) -> Option<&[Validation<T>; 3]> {
-        match &self.judge {
-            Judge::HeldOut { validations, .. } => validations.as_ref(),
-            Judge::Nothing | Judge::Gate(_) => None,
-        }
     }
 }

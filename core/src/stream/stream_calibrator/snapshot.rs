@@ -1,31 +1,23 @@
 //! Snapshots of all that a stream has seen.
 
 use super::StreamCalibrator;
-use super::calibrators::{Calibrators, Judge};
+use super::calibrators::Calibrators;
 use super::work::Work;
 use crate::Real;
 use crate::calibration::{Calibrator, JointCalibrator};
 use crate::snapshot::{Kind, Reader, SnapshotError, State, Writer, longest, read, write};
 use crate::stream::gate::Gate;
-use crate::stream::held_out::HeldOut;
 
 impl<T: Real> State<T> for Calibrators<T> {
-    // Gate and held-out samples exclude each other.
-    const BYTES: usize = {
-        let (gate, held_out) = (Gate::<T>::BYTES, HeldOut::<T>::BYTES);
-        let judge = if gate > held_out { gate } else { held_out };
-        Calibrator::<T>::BYTES + JointCalibrator::<T>::BYTES + judge
-    };
+    const BYTES: usize = Calibrator::<T>::BYTES + JointCalibrator::<T>::BYTES + Gate::<T>::BYTES;
 
     fn save(&self, to: &mut Writer<'_>) {
         self.arms.save(to);
         if let Some(joint) = &self.joint {
             joint.save(to);
         }
-        match &self.judge {
-            Judge::Nothing => {}
-            Judge::Gate(gate) => gate.save(to),
-            Judge::HeldOut { samples, .. } => samples.save(to),
+        if let Some(gate) = &self.gate {
+            gate.save(to);
         }
     }
 
@@ -34,19 +26,9 @@ impl<T: Real> State<T> for Calibrators<T> {
         if let Some(joint) = &mut self.joint {
             joint.load(from);
         }
-        match &mut self.judge {
-            Judge::Nothing => {}
-            Judge::Gate(gate) => {
-                gate.load(from);
-                gate.displace(&self.arms);
-            }
-            Judge::HeldOut {
-                samples,
-                validations,
-            } => {
-                samples.load(from);
-                *validations = None;
-            }
+        if let Some(gate) = &mut self.gate {
+            gate.load(from);
+            gate.displace(&self.arms);
         }
     }
 }
@@ -63,6 +45,7 @@ impl<T: Real> State<T> for StreamCalibrator<T> {
         State::<T>::load(&mut self.samples, from);
         self.calibrators.load(from);
         self.work = Work::Collecting;
+        self.asked = false;
     }
 }
 
@@ -83,7 +66,7 @@ impl<T: Real> StreamCalibrator<T> {
     }
 
     /// Puts what a [`snapshot`](Self::snapshot) holds in place of what this stream has seen. It must be of the same
-    /// robot, settings and options. From then on this stream gives the same results as the one that the snapshot is
+    /// robot, noise and options, and with a gate of the same tolerance. A solve that was asked for is none any more. From then on this stream gives the same results as the one that the snapshot is
     /// of, bit by bit.
     ///
     /// # Errors
@@ -95,6 +78,9 @@ impl<T: Real> StreamCalibrator<T> {
     fn fingerprint(&self) -> u32 {
         let mut fingerprint = self.calibrators.arms.marked();
         self.calibrators.options.mark(&mut fingerprint);
+        if self.calibrators.gate.is_some() {
+            Gate::mark(&self.calibrators.arms, &mut fingerprint);
+        }
         fingerprint.finish()
     }
 }

@@ -1,12 +1,11 @@
 //! What there is to solve, one bounded step after the other.
 
-use super::calibrators::{Calibrators, Judge};
+use super::calibrators::Calibrators;
 use crate::Real;
 use crate::calibration::{
     Calibrator, JointCalibrator, JointSolver, Progress, Refusal, RobotOutcome, RobotSolver,
 };
 use crate::robot::ArmIndex;
-use crate::stream::held_out::{HeldOut, Validation};
 use crate::stream::stream_outcome::StreamOutcome;
 use crate::stream::stream_refusal::StreamRefusal;
 
@@ -19,21 +18,9 @@ pub(super) enum Work<T: Real> {
     Estimating(RobotSolver<T>),
     /// All samples have come.
     Solve,
-    /// Without the held-out samples.
-    Fitting(RobotSolver<T>),
-    Validating {
-        fitted: RobotOutcome<T>,
-        arm: ArmIndex,
-        found: [Option<Validation<T>>; 3],
-    },
-    /// The held-out samples agree.
-    Last,
+    /// No sample waits any more.
+    Begin,
     Arms(RobotSolver<T>),
-    /// With the held-out samples.
-    Merged {
-        calibrator: Calibrator<T>,
-        solver: RobotSolver<T>,
-    },
     Joint(JointSolver<T>),
     Solved(StreamOutcome<T>),
     Refused(StreamRefusal),
@@ -42,11 +29,7 @@ pub(super) enum Work<T: Real> {
 impl<T: Real> Work<T> {
     pub(super) const fn arm(&self) -> Option<ArmIndex> {
         match self {
-            Self::Estimating(solver)
-            | Self::Fitting(solver)
-            | Self::Arms(solver)
-            | Self::Merged { solver, .. } => Some(solver.arm()),
-            Self::Validating { arm, .. } => Some(*arm),
+            Self::Estimating(solver) | Self::Arms(solver) => Some(solver.arm()),
             _ => None,
         }
     }
@@ -63,12 +46,12 @@ impl<T: Real> Work<T> {
                 self.go_on_estimating(calibrators);
                 Ok(())
             }
-            Self::Solve => self.begin(calibrators),
-            Self::Fitting(_) => self.go_on_fitting(calibrators),
-            Self::Validating { .. } => self.validate(calibrators),
-            Self::Last => self.begin_last(calibrators),
+            Self::Solve => {
+                self.flush(calibrators);
+                Ok(())
+            }
+            Self::Begin => self.begin(calibrators),
             Self::Arms(_) => self.go_on_with_arms(calibrators),
-            Self::Merged { .. } => self.go_on_with_merged(),
             Self::Joint(_) => self.go_on_jointly(calibrators),
         };
         if let Err(refusal) = done {
@@ -94,8 +77,8 @@ impl<T: Real> Work<T> {
             Ok(Progress::Working) => return,
             finished => finished,
         };
-        if let (Ok(_), Ok(outcome), Judge::Gate(gate)) =
-            (finished, solver.outcome(), &mut calibrators.judge)
+        if let (Ok(_), Ok(outcome), Some(gate)) =
+            (finished, solver.outcome(), &mut calibrators.gate)
         {
             gate.adopt(&mut calibrators.arms, &outcome);
         }
@@ -103,76 +86,18 @@ impl<T: Real> Work<T> {
     }
 
     #[inline(never)]
-    fn begin(&mut self, calibrators: &mut Calibrators<T>) -> Result<(), StreamRefusal> {
+    fn flush(&mut self, calibrators: &mut Calibrators<T>) {
         // Here already: with the begin of its solve it would be the longest of all steps.
         if let Some(joint) = &mut calibrators.joint {
             joint.flush();
         }
-        *self = match &mut calibrators.judge {
-            Judge::Nothing | Judge::Gate(_) => Self::Last,
-            Judge::HeldOut {
-                samples,
-                validations,
-            } => {
-                *validations = None;
-                samples.flush();
-                Self::Fitting(RobotSolver::new(&mut calibrators.arms)?)
-            }
-        };
-        Ok(())
+        *self = Self::Begin;
     }
 
-    #[inline(never)]
-    fn go_on_fitting(&mut self, calibrators: &Calibrators<T>) -> Result<(), StreamRefusal> {
-        let Self::Fitting(solver) = self else {
-            return Ok(());
-        };
-        if let Some(fitted) = finished(solver, &calibrators.arms)? {
-            *self = Self::Validating {
-                fitted,
-                arm: ArmIndex::First,
-                found: [None; 3],
-            };
-        }
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn validate(&mut self, calibrators: &mut Calibrators<T>) -> Result<(), StreamRefusal> {
-        let Self::Validating { fitted, arm, found } = self else {
-            return Ok(());
-        };
-        let Judge::HeldOut {
-            samples,
-            validations,
-        } = &mut calibrators.judge
-        else {
-            return Ok(());
-        };
-        let validation = samples.validate_arm(&calibrators.arms, fitted, *arm)?;
-        if let Some(place) = found.get_mut(arm.index()) {
-            *place = Some(validation);
-        }
-        match arm {
-            ArmIndex::First => *arm = ArmIndex::Second,
-            ArmIndex::Second => *arm = ArmIndex::Third,
-            ArmIndex::Third => {
-                if let [Some(first), Some(second), Some(third)] = *found {
-                    *validations = Some([first, second, third]);
-                }
-                *self = Self::Last;
-            }
-        }
-        Ok(())
-    }
-
-    fn begin_last(&mut self, calibrators: &mut Calibrators<T>) -> Result<(), StreamRefusal> {
-        if let Some(joint) = &mut calibrators.joint {
-            return self.begin_jointly(joint);
-        }
-        match &calibrators.judge {
-            Judge::Nothing | Judge::Gate(_) => self.begin_with_arms(&mut calibrators.arms),
-            Judge::HeldOut { samples, .. } => self.begin_with_merged(&calibrators.arms, samples),
+    fn begin(&mut self, calibrators: &mut Calibrators<T>) -> Result<(), StreamRefusal> {
+        match &mut calibrators.joint {
+            Some(joint) => self.begin_jointly(joint),
+            None => self.begin_with_arms(&mut calibrators.arms),
         }
     }
 
@@ -189,36 +114,11 @@ impl<T: Real> Work<T> {
     }
 
     #[inline(never)]
-    fn begin_with_merged(
-        &mut self,
-        arms: &Calibrator<T>,
-        held_out: &HeldOut<T>,
-    ) -> Result<(), StreamRefusal> {
-        let mut calibrator = *arms;
-        // Both are of the same robot and noise: they merge.
-        let _ = held_out.merge_into(&mut calibrator);
-        let solver = RobotSolver::new(&mut calibrator)?;
-        *self = Self::Merged { calibrator, solver };
-        Ok(())
-    }
-
-    #[inline(never)]
     fn go_on_with_arms(&mut self, calibrators: &Calibrators<T>) -> Result<(), StreamRefusal> {
         let Self::Arms(solver) = self else {
             return Ok(());
         };
         if let Some(outcome) = finished(solver, &calibrators.arms)? {
-            *self = Self::Solved(StreamOutcome::Arms(outcome));
-        }
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn go_on_with_merged(&mut self) -> Result<(), StreamRefusal> {
-        let Self::Merged { calibrator, solver } = self else {
-            return Ok(());
-        };
-        if let Some(outcome) = finished(solver, calibrator)? {
             *self = Self::Solved(StreamOutcome::Arms(outcome));
         }
         Ok(())

@@ -20,7 +20,6 @@ mod joint_problem;
 mod joint_solver;
 mod judgement;
 pub mod limits;
-mod means;
 mod minimizer;
 mod noise_balance;
 mod outcome;
@@ -37,25 +36,16 @@ mod tolerance;
 mod tolerance_prior;
 
 pub use crate::samples::Triangle;
-pub use arm_problem::ArmProblem;
-#[cfg(any(feature = "classical", test))]
-pub(crate) use arm_problem::problem_of_an_arm;
-pub(crate) use arm_problem::{Linearize, Normal};
+pub(crate) use arm_problem::Normal;
 pub use arm_solver::ArmSolver;
-#[cfg(any(feature = "classical", test))]
-pub(crate) use calibrator::nominal_arms;
-pub use calibrator::{Calibrator, RobotCalibrator};
+pub use calibrator::Calibrator;
 pub use free_frame::{FreeFrame, Motion};
-#[cfg(any(feature = "classical", test))]
-pub(crate) use free_start::{SPREAD_STARTS, free_start, spread_start};
 pub(crate) use identifiability::Identifiability;
 pub use instrument::Instrument;
 pub use joint_calibrator::JointCalibrator;
 pub use joint_problem::JointNormal;
 pub use joint_solver::JointSolver;
 pub(crate) use joint_solver::tolerance_prior;
-#[cfg(any(feature = "classical", test))]
-pub(crate) use means::{Means, spread};
 pub(crate) use minimizer::enough_samples;
 pub use minimizer::{Minimizer, Progress};
 pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, Termination};

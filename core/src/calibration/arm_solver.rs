@@ -1,4 +1,3 @@
-use super::arm_problem::ArmProblem;
 use super::minimizer::{Minimizer, enough_samples};
 use super::outcome::ArmOutcome;
 use super::refusal::Refusal;
@@ -6,11 +5,11 @@ use super::settings::Settings;
 use super::tolerance::Tolerance;
 use crate::Real;
 use crate::robot::ArmIndex;
-use crate::samples::{Displacement, corrected_arm};
+use crate::samples::{ArmFactor, Displacement, corrected_arm};
 
 /// Calibrates one arm, one bounded step at a time, so that a control loop can interleave it.
 ///
-/// With [`ArmFactor`](crate::samples::ArmFactor) a step takes the same time whatever the number of samples.
+/// A step takes the same time whatever the number of samples.
 ///
 /// ```
 /// use delta_cal::{ArmIndex, Progress, Settings, SymmetricRobot};
@@ -43,8 +42,8 @@ impl<T: Real> ArmSolver<T> {
     ///
     /// # Errors
     /// [`Refusal::TooFewSamples`].
-    pub fn new<P: ArmProblem<T>>(
-        problem: &P,
+    pub fn new(
+        problem: &ArmFactor<T>,
         arm: ArmIndex,
         settings: &Settings<T>,
     ) -> Result<Self, Refusal> {
@@ -55,11 +54,7 @@ impl<T: Real> ArmSolver<T> {
     }
 
     /// Before it has begun.
-    pub(super) fn of_arm<P: ArmProblem<T>>(
-        problem: &P,
-        arm: ArmIndex,
-        settings: &Settings<T>,
-    ) -> Self {
+    pub(super) fn of_arm(problem: &ArmFactor<T>, arm: ArmIndex, settings: &Settings<T>) -> Self {
         let prior = Tolerance::weights(settings.tolerance.as_ref(), problem.nominal());
         Self::unstarted(arm, prior, settings)
     }
@@ -69,7 +64,7 @@ impl<T: Real> ArmSolver<T> {
     /// # Errors
     /// Every [`Refusal`] that concerns one arm; [`Refusal::Unfinished`] before the last step.
     #[inline(never)]
-    pub fn outcome<P: ArmProblem<T>>(&self, problem: &P) -> Result<ArmOutcome<T>, Refusal> {
+    pub fn outcome(&self, problem: &ArmFactor<T>) -> Result<ArmOutcome<T>, Refusal> {
         let estimate = self.estimate(problem)?;
         let arm = corrected_arm(problem.nominal(), &estimate.correction).map_err(|error| {
             Refusal::ImpossibleGeometry {

@@ -1,6 +1,6 @@
 //! The starts without a guess: the linear fit, and arms that only the spread of the samples decides.
 
-use super::means::Means;
+use super::arm_problem::Means;
 use crate::Real;
 use crate::robot::Drive;
 use crate::samples::{ArmFactor, NominalArm};

@@ -1,8 +1,8 @@
 //! The joint calibration's problem: 24 parameters, three residuals a sample.
 
+use super::arm_problem::Means;
 use super::arm_problem::product_of_columns;
 use super::free_start::correction_of;
-use super::means::Means;
 use super::outcome::{Estimate, JointOutcome};
 use super::problem::{Piece, Problem};
 use super::refusal::Refusal;

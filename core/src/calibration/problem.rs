@@ -7,7 +7,7 @@ use crate::samples::{Triangle, put_row};
 /// E = M (M + 1)/2 the numbers of the triangle of a linearised problem. Corrections and residuals are in
 /// the problem's own units.
 ///
-/// Implemented for the three arms' samples each by itself ([`ArmProblem`](super::ArmProblem)), for the
+/// Implemented for the three arms' samples each by itself ([`ArmFactor`](crate::samples::ArmFactor)), for the
 /// samples of all arms ([`JointFactor`](crate::samples::JointFactor)), and by whoever has other
 /// residuals of the 24 parameters.
 pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {

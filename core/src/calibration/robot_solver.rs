@@ -1,17 +1,16 @@
-use super::arm_problem::ArmProblem;
+use super::arm_problem::Means;
 use super::arm_solver::ArmSolver;
-use super::calibrator::RobotCalibrator;
-use super::means::Means;
+use super::calibrator::Calibrator;
 use super::minimizer::{Progress, enough_samples};
 use super::outcome::{ArmOutcome, RobotOutcome};
 use super::refusal::Refusal;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
-use crate::samples::NominalArm;
+use crate::samples::{ArmFactor, NominalArm};
 use nalgebra::Vector3;
 
-impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
+impl<T: Real> Calibrator<T> {
     /// Calibrates all three arms.
     ///
     /// # Errors
@@ -49,8 +48,8 @@ impl<T: Real> RobotSolver<T> {
     ///
     /// # Errors
     /// [`Refusal::TooFewSamples`].
-    pub fn new<P: ArmProblem<T>>(calibrator: &mut RobotCalibrator<T, P>) -> Result<Self, Refusal> {
-        calibrator.take_in_waiting();
+    pub fn new(calibrator: &mut Calibrator<T>) -> Result<Self, Refusal> {
+        calibrator.flush();
         let [first, ..] = calibrator.arms();
         enough_samples(first, ArmIndex::First, calibrator.settings())?;
         Ok(Self {
@@ -70,10 +69,7 @@ impl<T: Real> RobotSolver<T> {
     ///
     /// # Errors
     /// The arm's [`Refusal`], again on every further call.
-    pub fn step<P: ArmProblem<T>>(
-        &mut self,
-        calibrator: &RobotCalibrator<T, P>,
-    ) -> Result<Progress, Refusal> {
+    pub fn step(&mut self, calibrator: &Calibrator<T>) -> Result<Progress, Refusal> {
         let [first, second, third] = calibrator.arms();
         let (problem, next) = match self.arm {
             ArmIndex::First => (first, Some(ArmIndex::Second)),
@@ -101,11 +97,7 @@ impl<T: Real> RobotSolver<T> {
         Ok(Progress::Working)
     }
 
-    fn begin<P: ArmProblem<T>>(
-        &mut self,
-        problem: &P,
-        settings: &Settings<T>,
-    ) -> Result<(), Refusal> {
+    fn begin(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) -> Result<(), Refusal> {
         enough_samples(problem, self.arm, settings)?;
         self.solver
             .insert(ArmSolver::of_arm(problem, self.arm, settings))
@@ -115,7 +107,7 @@ impl<T: Real> RobotSolver<T> {
 
     /// A function of its own, so that its large temporaries do not share a stack with the steps.
     #[inline(never)]
-    fn finish<P: ArmProblem<T>>(&mut self, problem: &P) -> Result<(), Refusal> {
+    fn finish(&mut self, problem: &ArmFactor<T>) -> Result<(), Refusal> {
         let solver = self.solver.as_ref().ok_or(Refusal::Unfinished)?;
         let outcome = solver.outcome(problem);
         if let (Some(place), Ok(outcome)) = (self.outcomes.get_mut(self.arm.index()), &outcome) {
@@ -125,10 +117,7 @@ impl<T: Real> RobotSolver<T> {
     }
 
     #[inline(never)]
-    fn check_side<P: ArmProblem<T>>(
-        &self,
-        calibrator: &RobotCalibrator<T, P>,
-    ) -> Result<(), Refusal> {
+    fn check_side(&self, calibrator: &Calibrator<T>) -> Result<(), Refusal> {
         let [first, second, third] = calibrator.arms();
         check_side(
             &self.robot()?,

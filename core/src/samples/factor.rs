@@ -134,8 +134,8 @@ impl<T: Real> ArmFactor<T> {
         self.count.set_effective(effective_samples);
     }
 
-    /// Takes in a prepared sample.
-    pub(crate) fn absorb(&mut self, samples: &[ArmSample<T>]) {
+    /// Takes in prepared samples.
+    fn absorb(&mut self, samples: &[ArmSample<T>]) {
         let (blocks, rest) = samples.as_chunks::<LARGE_BLOCK>();
         for block in blocks {
             self.absorb_block::<LARGE_BLOCK>(block);

@@ -11,8 +11,7 @@ const CAPACITY: usize = BLOCK + 2;
 /// Samples on their way into three factors. A factor takes them in by blocks, and no two factors at
 /// the same sample, so that no sample costs much more than another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
-pub struct Waiting<T: Real> {
+pub(crate) struct Waiting<T: Real> {
     /// In the order in which they came; zeros behind the last.
     samples: [Sample<T>; CAPACITY],
     count: usize,

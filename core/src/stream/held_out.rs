@@ -16,8 +16,7 @@ use crate::calibration::limits::{
     HELD_OUT_DEVIATION, NOISE_MARGIN, OVERFITTED, chi_square_bound, variance_ratio_bound,
 };
 use crate::calibration::{
-    ArmOutcome, Calibrator, Identifiability, Linearize, Normal, RobotCalibrator, RobotOutcome,
-    Tolerance,
+    ArmOutcome, Calibrator, Identifiability, Normal, RobotOutcome, Tolerance,
 };
 use crate::robot::ArmIndex;
 use crate::samples::{ArmFactor, Displacement, MergeError, Sample, SampleError};
@@ -176,7 +175,7 @@ impl<T: Real> HeldOut<T> {
         }
         let [first, second, third] = calibrator.arms();
         Ok(Self {
-            samples: RobotCalibrator::of_arms(
+            samples: Calibrator::of_arms(
                 calibrator.settings(),
                 [
                     ArmFactor::new(*first.nominal()),

@@ -1,7 +1,6 @@
 #![allow(clippy::unwrap_used)]
 
 use super::{SPREAD_STARTS, free_start, spread_start};
-use crate::calibration::arm_problem::Linearize;
 use crate::robot::{Arm, ArmIndex};
 use crate::samples::{ArmFactor, Noise, NominalArm};
 use nalgebra::Vector3;

@@ -4,7 +4,7 @@ use super::{Work, damping_rows};
 use crate::calibration::arm_problem::Normal;
 use crate::calibration::point::Weighted;
 use crate::calibration::step_control::{StepControl, StepResult};
-use crate::calibration::{ArmProblem, Problem, Solver};
+use crate::calibration::{Problem, Solver};
 use crate::robot::Arm;
 use crate::samples::joint_factor_tests::{changed, empty, noises, samples};
 use crate::samples::{ArmFactor, Displacement, JointDisplacement, NominalArm};
@@ -21,7 +21,7 @@ fn problem() -> ArmFactor<f64> {
 }
 
 /// The step that the iteration would try, damped as its control says, if it is not too long.
-fn trial_step<P: ArmProblem<f64>>(iteration: &Iteration, problem: &P) -> Option<[f64; 8]> {
+fn trial_step(iteration: &Iteration, problem: &ArmFactor<f64>) -> Option<[f64; 8]> {
     let mut damped = iteration.point.normal;
     let damping = iteration.control.damping();
     if damping > 0.0 {

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::check_side;
-use crate::calibration::means::Means;
+use crate::calibration::arm_problem::Means;
 use crate::calibration::refusal::Refusal;
 use crate::robot::SymmetricRobot;
 use crate::samples::NominalArm;

@@ -5,29 +5,23 @@
 //! ```
 
 mod arm_problem;
-mod arm_solver;
 mod calibrator;
 #[cfg(test)]
 mod curve;
-mod end_point;
 mod free_frame;
 mod free_start;
 mod identifiability;
-mod instrument;
 mod iteration;
 mod joint_calibrator;
 mod joint_problem;
-mod joint_solver;
 mod judgement;
 pub mod limits;
 mod minimizer;
-mod noise_balance;
 mod outcome;
 mod point;
 mod problem;
 mod refusal;
 mod robot_solver;
-mod search;
 mod settings;
 mod snapshots;
 mod starts;
@@ -37,21 +31,18 @@ mod tolerance_prior;
 
 pub use crate::samples::Triangle;
 pub(crate) use arm_problem::Normal;
-pub use arm_solver::ArmSolver;
 pub use calibrator::Calibrator;
 pub use free_frame::{FreeFrame, Motion};
 pub(crate) use identifiability::Identifiability;
-pub use instrument::Instrument;
-pub use joint_calibrator::JointCalibrator;
+pub(crate) use joint_calibrator::tolerance_prior;
+pub use joint_calibrator::{JointCalibrator, JointSolver};
 pub use joint_problem::JointNormal;
-pub use joint_solver::JointSolver;
-pub(crate) use joint_solver::tolerance_prior;
 pub(crate) use minimizer::enough_samples;
 pub use minimizer::{Minimizer, Progress};
 pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, Termination};
 pub use problem::{Piece, Prior, Problem, sum_of_squares};
-pub use refusal::Refusal;
-pub use robot_solver::RobotSolver;
+pub use refusal::{Instrument, Refusal};
+pub use robot_solver::{ArmSolver, RobotSolver};
 pub use settings::{Settings, Solver, Start};
 pub use tolerance::{Tolerance, ToleranceError};
 pub use tolerance_prior::TolerancePrior;

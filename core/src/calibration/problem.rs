@@ -1,4 +1,4 @@
-use super::instrument::Instrument;
+use super::refusal::Instrument;
 use crate::Real;
 use crate::robot::Drive;
 use crate::samples::{Triangle, put_row};

@@ -1,13 +1,13 @@
 use super::arm_problem::Means;
-use super::arm_solver::ArmSolver;
 use super::calibrator::Calibrator;
-use super::minimizer::{Progress, enough_samples};
+use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{ArmOutcome, RobotOutcome};
 use super::refusal::Refusal;
 use super::settings::Settings;
+use super::tolerance::Tolerance;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
-use crate::samples::{ArmFactor, NominalArm};
+use crate::samples::{ArmFactor, Displacement, NominalArm, corrected_arm};
 use nalgebra::Vector3;
 
 impl<T: Real> Calibrator<T> {
@@ -184,5 +184,127 @@ pub(super) fn check_side<T: Real>(
     }
 }
 
+/// Calibrates one arm, one bounded step at a time, so that a control loop can interleave it.
+///
+/// A step takes the same time whatever the number of samples.
+///
+/// ```
+/// use delta_cal::{ArmIndex, Progress, Settings, SymmetricRobot};
+/// use delta_cal::calibration::ArmSolver;
+/// use delta_cal::samples::{ArmFactor, NominalArm};
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// # let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }.robot()?;
+/// # let truth = SymmetricRobot { base_radius: 194.5, platform_radius: 30.0, upper_arm: 260.3, forearm: 479.2 }.robot()?;
+/// let centre = robot.forward(&[0.2, 0.2, 0.2])?;
+/// let arm = ArmIndex::First;
+/// let mut factor = ArmFactor::new(NominalArm::new(robot.arm(arm), &centre, None));
+/// for k in 0..20 {
+///     let t = f64::from(k);
+///     let q = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
+///     factor.add(&truth.forward(&q)?, q[0], arm)?;
+/// }
+/// let mut solver = ArmSolver::new(&factor, arm, &Settings::default())?;
+/// while solver.step(&factor) == Progress::Working {
+///     // ... the control loop's other work ...
+/// }
+/// let outcome = solver.outcome(&factor)?;
+/// assert!((outcome.arm.lb() - 479.2).abs() < 1e-6);
+/// # Ok(())
+/// # }
+/// ```
+pub type ArmSolver<T> = Minimizer<T, Displacement<T>, [T; 8], 8, 9, 45>;
+
+impl<T: Real> ArmSolver<T> {
+    /// Prepares the calibration of `arm` from the samples in `problem`.
+    ///
+    /// # Errors
+    /// [`Refusal::TooFewSamples`].
+    pub fn new(
+        problem: &ArmFactor<T>,
+        arm: ArmIndex,
+        settings: &Settings<T>,
+    ) -> Result<Self, Refusal> {
+        enough_samples(problem, arm, settings)?;
+        let mut solver = Self::of_arm(problem, arm, settings);
+        solver.begin(problem);
+        Ok(solver)
+    }
+
+    /// Before it has begun.
+    pub(super) fn of_arm(problem: &ArmFactor<T>, arm: ArmIndex, settings: &Settings<T>) -> Self {
+        let prior = Tolerance::weights(settings.tolerance.as_ref(), problem.nominal());
+        Self::unstarted(arm, prior, settings)
+    }
+
+    /// The calibrated arm, or why there is none.
+    ///
+    /// # Errors
+    /// Every [`Refusal`] that concerns one arm; [`Refusal::Unfinished`] before the last step.
+    #[inline(never)]
+    pub fn outcome(&self, problem: &ArmFactor<T>) -> Result<ArmOutcome<T>, Refusal> {
+        let estimate = self.estimate(problem)?;
+        let arm = corrected_arm(problem.nominal(), &estimate.correction).map_err(|error| {
+            Refusal::ImpossibleGeometry {
+                arm: self.first_arm(),
+                error,
+            }
+        })?;
+        Ok(ArmOutcome::of(arm, &estimate))
+    }
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::check_side;
+    use crate::calibration::arm_problem::Means;
+    use crate::calibration::refusal::Refusal;
+    use crate::robot::SymmetricRobot;
+    use crate::samples::NominalArm;
+    use nalgebra::{Matrix3, Vector3};
+
+    /// Arms that are bent unequally: their mean elbows span a plane that is far from level. By how much the mean sample may
+    /// be above or below follows from the elbows' places, by trigonometry.
+    #[test]
+    fn the_mean_sample_must_lie_below_the_plane_of_the_mean_elbows() {
+        let robot = SymmetricRobot::<f64>::PAPER;
+        let (base, upper_arm) = (robot.base_radius - robot.platform_radius, robot.upper_arm);
+        let robot = robot.robot().unwrap();
+        let centre = Vector3::new(10.0, -20.0, -450.0);
+        let nominal = robot
+            .arms()
+            .each_ref()
+            .map(|arm| NominalArm::new(arm, &centre, None));
+        let [first, second, third] = &nominal;
+        // Means of cosines and sines, which no single angle need have.
+        let bent = [[0.8, 0.6], [0.95, 0.28], [0.5, 0.8]];
+        let azimuths = [0.0, 1.0, 2.0].map(|third| third * core::f64::consts::TAU / 3.0);
+        let mut elbows = Matrix3::zeros();
+        for (index, ([cosine, sine], azimuth)) in bent.into_iter().zip(azimuths).enumerate() {
+            let out = base + upper_arm * cosine;
+            let elbow = [
+                out * libm::cos(azimuth),
+                out * libm::sin(azimuth),
+                -upper_arm * sine,
+            ];
+            elbows.set_row(index, &Vector3::from(elbow).transpose());
+        }
+        // z = c + a x + b y of all three.
+        let mut known = elbows;
+        known.set_column(2, &Vector3::repeat(1.0));
+        let [a, b, c] = (known.try_inverse().unwrap() * elbows.column(2)).into();
+        for (x, y) in [(0.0, 0.0), (150.0, 90.0), (-80.0, 200.0), (-120.0, -160.0)] {
+            for (above, expected) in [(-1.0, Ok(())), (1.0, Err(Refusal::WrongSide))] {
+                let point = Vector3::new(x, y, c + a * x + b * y + above);
+                let means = bent.map(|[cosine, sine]| Means {
+                    x: (point - third.centre()) / third.scale(),
+                    spread: 1.0,
+                    sine,
+                    cosine,
+                });
+                assert_eq!(check_side(&robot, [first, second, third], means), expected);
+            }
+        }
+    }
+}

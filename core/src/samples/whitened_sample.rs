@@ -1,7 +1,7 @@
 //! A sample of all arms, whitened by the covariance that their closures share.
 
 use super::displacement::Displacement;
-use super::mean_pose::MeanPose;
+use super::joint_factor::MeanPose;
 use super::nominal_arm::{ArmSample, COLUMNS};
 use super::triangle::put_row;
 use crate::Real;

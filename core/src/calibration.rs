@@ -8,7 +8,6 @@ mod arm_problem;
 mod calibrator;
 #[cfg(test)]
 mod curve;
-mod free_frame;
 mod free_start;
 mod identifiability;
 mod iteration;
@@ -25,14 +24,13 @@ mod robot_solver;
 mod settings;
 mod snapshots;
 mod starts;
-pub mod step_control;
+pub(crate) mod step_control;
 mod tolerance;
 mod tolerance_prior;
 
 pub use crate::samples::Triangle;
 pub(crate) use arm_problem::Normal;
 pub use calibrator::Calibrator;
-pub use free_frame::{FreeFrame, Motion};
 pub(crate) use identifiability::Identifiability;
 pub(crate) use joint_calibrator::tolerance_prior;
 pub use joint_calibrator::{JointCalibrator, JointSolver};
@@ -40,7 +38,9 @@ pub use joint_problem::JointNormal;
 pub(crate) use minimizer::enough_samples;
 pub use minimizer::{Minimizer, Progress};
 pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, Termination};
-pub use problem::{Piece, Prior, Problem, sum_of_squares};
+#[cfg(test)]
+pub(crate) use problem::sum_of_squares;
+pub use problem::{Piece, Prior, Problem};
 pub use refusal::{Instrument, Refusal};
 pub use robot_solver::{ArmSolver, RobotSolver};
 pub use settings::{Settings, Solver, Start};

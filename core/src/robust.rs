@@ -5,7 +5,7 @@
 //! ```
 //!
 //! One weight a sample: it is right or wrong as a whole. d is the length of the three whitened residuals
-//! of [`JointFactor`](crate::samples::JointFactor), of normal ones 1.538 in the median, and the stated
+//! of the three arms together, of normal ones 1.538 in the median, and the stated
 //! noise keeps s at 1 or above: with few samples the median may be far too small by chance, and would then
 //! shrink with every good sample that it makes the fit leave out. A round weighs every sample with
 //! ψ(d/s)/(d/s), fits, and takes the new residuals (Holland and Welsch 1977). The first residuals are

@@ -12,15 +12,13 @@ mod whitened_sample;
 pub(crate) use displacement::{Displacement, corrected_arm, moved_arm};
 pub use factor::{ArmFactor, MergeError};
 pub(crate) use factor::{BLOCK, Waiting};
-pub use joint_factor::JointFactor;
 #[cfg(test)]
 pub(crate) use joint_factor::tests as joint_factor_tests;
-pub(crate) use joint_factor::{JOINT_COLUMNS, LeftOver};
+pub(crate) use joint_factor::{JOINT_COLUMNS, JointFactor, LeftOver};
 pub(crate) use nominal_arm::ArmSample;
 pub use nominal_arm::NominalArm;
 pub(crate) use sample::check_joint;
 pub use sample::{Noise, NoiseError, Sample, SampleError};
 pub use triangle::Triangle;
 pub(crate) use triangle::put_row;
-pub use whitened_sample::JointDisplacement;
-pub(crate) use whitened_sample::WhitenedSample;
+pub(crate) use whitened_sample::{JointDisplacement, WhitenedSample};

@@ -155,34 +155,6 @@ impl<T: Real> Calibrator<T> {
         Ok(())
     }
 
-    /// Takes in samples, the sums of whose squared residuals are multiplied by their weights, and sets
-    /// the effective number of all samples. For fits that weigh stored samples.
-    ///
-    /// # Errors
-    /// The first faulty sample's position in the sequence, and its fault; nothing is taken in.
-    pub fn add_weighted<'a, I>(
-        &mut self,
-        samples: I,
-        effective_samples: T,
-    ) -> Result<(), (usize, SampleError)>
-    where
-        I: IntoIterator<Item = (&'a Sample<T>, T)>,
-    {
-        self.flush();
-        let mut updated = self.arms;
-        for (index, (sample, weight)) in samples.into_iter().enumerate() {
-            self.check(sample).map_err(|error| (index, error))?;
-            for (factor, q) in updated.iter_mut().zip(sample.joints) {
-                factor.absorb_weighted(&sample.position, q, weight);
-            }
-        }
-        for factor in &mut updated {
-            factor.count_as(effective_samples);
-        }
-        self.arms = updated;
-        Ok(())
-    }
-
     /// Adds everything that another calibrator of the same robot and noise has seen.
     ///
     /// # Errors

@@ -15,7 +15,7 @@ use crate::snapshot::state;
 
 /// Calibration of all 24 parameters together, in constant memory and at the Cramér–Rao bound: the
 /// errors of the three closures of a sample share the noise of its position, and
-/// [`JointFactor`] weighs them by their whole covariance.
+/// one factor weighs them by their whole covariance.
 ///
 /// [`Calibrator`](super::Calibrator), which takes the arms for independent, costs a third of this and
 /// its errors are 1.05 to 1.9 times as large, depending on the robot's proportions.
@@ -77,7 +77,7 @@ impl<T: Real> JointCalibrator<T> {
 
     /// With samples that are in a factor. Its noise is that of the calibration, whatever the settings
     /// say.
-    pub fn of_factor(factor: JointFactor<T>, settings: &Settings<T>) -> Self {
+    pub(crate) fn of_factor(factor: JointFactor<T>, settings: &Settings<T>) -> Self {
         Self {
             settings: Settings {
                 noise: factor.noise().copied(),
@@ -181,7 +181,7 @@ impl<T: Real> JointCalibrator<T> {
         self.factor.merge(&other.factor)
     }
 
-    /// Lets everything seen so far count λ times as much; see [`JointFactor::forget`].
+    /// Lets everything seen so far count λ times as much; see [`Calibrator::forget`](super::Calibrator::forget).
     pub fn forget(&mut self, lambda: T) {
         self.flush();
         self.factor.forget(lambda);
@@ -203,7 +203,7 @@ impl<T: Real> JointCalibrator<T> {
     }
 
     /// The samples; those that still wait for [`flush`](Self::flush) are not among them.
-    pub const fn factor(&self) -> &JointFactor<T> {
+    pub(crate) const fn factor(&self) -> &JointFactor<T> {
         &self.factor
     }
 

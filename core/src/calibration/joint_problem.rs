@@ -166,7 +166,10 @@ impl<T: Real> JointOutcome<T> {
     /// # Errors
     /// [`Refusal::ImpossibleGeometry`], [`Refusal::ImpossibleRobot`] or [`Refusal::WrongSide`].
     #[inline(never)]
-    pub fn new(factor: &JointFactor<T>, estimate: &Estimate<T, 24>) -> Result<Self, Refusal> {
+    pub(crate) fn new(
+        factor: &JointFactor<T>,
+        estimate: &Estimate<T, 24>,
+    ) -> Result<Self, Refusal> {
         let [one, two, three] = by_arms(&estimate.correction);
         let arm = |index: ArmIndex, correction: &[T; 8]| -> Result<Arm<T>, Refusal> {
             let [first, second, third] = factor.nominal_arms();

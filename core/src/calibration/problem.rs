@@ -8,7 +8,7 @@ use crate::samples::{Triangle, put_row};
 /// the problem's own units.
 ///
 /// Implemented for the three arms' samples each by itself ([`ArmFactor`](crate::samples::ArmFactor)), for the
-/// samples of all arms ([`JointFactor`](crate::samples::JointFactor)), and by whoever has other
+/// samples of all arms together, and by whoever has other
 /// residuals of the 24 parameters.
 pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     /// What is computed once for each correction.
@@ -73,7 +73,7 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
 }
 
 /// Σ r², all pieces together; not finite where there is no such robot.
-pub fn sum_of_squares<T, P, const N: usize, const M: usize, const E: usize>(
+pub(crate) fn sum_of_squares<T, P, const N: usize, const M: usize, const E: usize>(
     problem: &P,
     at: &P::At,
 ) -> T

@@ -36,19 +36,19 @@ const SURELY_NOTHING: f64 = 1e-6;
 /// No single Levenberg–Marquardt step may move a parameter by more than this, in units of the upper
 /// arm and radians: the solution nearest to the start is wanted, and a longer step leaves the region
 /// where the linearisation means anything.
-pub const LONGEST_STEP: f64 = 0.25;
+pub(crate) const LONGEST_STEP: f64 = 0.25;
 
 /// How much of a cost |r|² may be rounding. `terms_squared`: the sum of the squared terms whose
 /// differences the residuals are, in the cost's unit.
 #[inline(never)]
-pub fn blur<T: Real>(cost: T, terms_squared: T) -> T {
+pub(crate) fn blur<T: Real>(cost: T, terms_squared: T) -> T {
     let blur = T::from_f64(64.0) * T::EPSILON * (cost + terms_squared).square_root();
     blur * cost.square_root() + blur.squared()
 }
 
 /// What a step came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StepResult {
+pub(crate) enum StepResult {
     /// There is more to do.
     Continue,
     /// The iteration has settled.
@@ -74,10 +74,10 @@ pub(crate) enum Refinement {
     clippy::struct_excessive_bools,
     reason = "each answers a question of its own"
 )]
-pub struct Prospect<T> {
+pub(crate) struct Prospect<T> {
     /// Whether this step, if it is taken, is the last: the next would gain nothing. It is so short
     /// that the Jacobian before it is the Jacobian after it.
-    pub settled: bool,
+    pub(crate) settled: bool,
     /// Whether it ends so near the minimum that chord steps may follow: with the triangle of the last
     /// linearisation and the gradient of now.
     pub(crate) near: bool,
@@ -88,35 +88,8 @@ pub struct Prospect<T> {
 }
 
 /// Solver and damping of an iteration, and what its last step promised.
-///
-/// ```
-/// use delta_cal::calibration::step_control::{StepControl, StepResult};
-/// use delta_cal::calibration::{Solver, Termination};
-///
-/// // √2 as the minimum of (x² − 2)².
-/// let mut control = StepControl::<f64>::new(Solver::LevenbergMarquardt);
-/// let (mut x, mut steps) = (1.0_f64, 0);
-/// let cost = |x: f64| (x * x - 2.0).powi(2);
-/// let result = loop {
-///     let (residual, slope) = (x * x - 2.0, 2.0 * x);
-///     let prospect = control.judge(residual * residual, cost(x), 4.0);
-///     let trial = x - residual / (slope * (1.0 + control.damping()));
-///     steps += 1;
-///     let result = if control.accepts(&prospect, cost(trial)) {
-///         x = trial;
-///         control.accepted(&prospect)
-///     } else {
-///         control.rejected(&prospect)
-///     };
-///     if result != StepResult::Continue {
-///         break result;
-///     }
-/// };
-/// assert_eq!(result, StepResult::Finished(Termination::GradientVanished));
-/// assert!((x - 2.0_f64.sqrt()).abs() < 1e-15 && steps < 8);
-/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepControl<T> {
+pub(crate) struct StepControl<T> {
     solver: Solver,
     damping: T,
     /// What the last full step promised to gain, and what it then left, if that was measured.
@@ -131,7 +104,7 @@ pub struct StepControl<T> {
 impl<T: Real> StepControl<T> {
     /// Before the first step, which is a full one.
     #[inline]
-    pub const fn new(solver: Solver) -> Self {
+    pub(crate) const fn new(solver: Solver) -> Self {
         Self {
             solver,
             damping: T::ZERO,
@@ -144,20 +117,20 @@ impl<T: Real> StepControl<T> {
 
     /// Whether only full steps are taken, or damped ones too.
     #[inline]
-    pub const fn solver(&self) -> Solver {
+    pub(crate) const fn solver(&self) -> Solver {
         self.solver
     }
 
     /// λ of the next step.
     #[inline]
-    pub const fn damping(&self) -> T {
+    pub(crate) const fn damping(&self) -> T {
         self.damping
     }
 
     /// Judges the step from where the cost is |r|². `gain` is all that the linearised problem
     /// promises, the part of |r|² within J's range; `terms_squared` as for [`blur`].
     #[inline]
-    pub fn judge(&mut self, gain: T, cost: T, terms_squared: T) -> Prospect<T> {
+    pub(crate) fn judge(&mut self, gain: T, cost: T, terms_squared: T) -> Prospect<T> {
         // r is known to ε times the terms it is made of, so a gain below that squared is nothing.
         // |r|² is blurred by |r| times as much, so a smaller gain cannot be seen in it and is taken
         // on trust.
@@ -222,7 +195,7 @@ impl<T: Real> StepControl<T> {
     /// Whether a step to this cost is taken: for Gauss–Newton if there is such a cost, for
     /// Levenberg–Marquardt if it is smaller, as far as rounding shows.
     #[inline]
-    pub fn accepts(&self, prospect: &Prospect<T>, cost: T) -> bool {
+    pub(crate) fn accepts(&self, prospect: &Prospect<T>, cost: T) -> bool {
         match self.solver {
             Solver::GaussNewton => cost.finite(),
             Solver::LevenbergMarquardt => {
@@ -234,7 +207,7 @@ impl<T: Real> StepControl<T> {
 
     /// The step was taken: damps the next one less.
     #[inline]
-    pub fn accepted(&mut self, prospect: &Prospect<T>) -> StepResult {
+    pub(crate) fn accepted(&mut self, prospect: &Prospect<T>) -> StepResult {
         self.damping *= T::from_f64(LESS_DAMPING);
         if self.damping < T::from_f64(LEAST_DAMPING) {
             self.damping = T::ZERO;
@@ -250,7 +223,7 @@ impl<T: Real> StepControl<T> {
 
     /// The step was not taken, or did not exist: damps the next one more, if there is to be one.
     #[inline]
-    pub fn rejected(&mut self, prospect: &Prospect<T>) -> StepResult {
+    pub(crate) fn rejected(&mut self, prospect: &Prospect<T>) -> StepResult {
         let full_steps_only = self.solver == Solver::GaussNewton;
         // A full step that fails may be too long rather than lost in rounding.
         if prospect.at_rounding && (full_steps_only || self.damping > T::from_f64(ENOUGH_DAMPING)) {

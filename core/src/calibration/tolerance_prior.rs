@@ -89,29 +89,6 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         *one * *other * own
     }
 
-    /// (I − γ v vᵀ)^½ W δ of W δ: what is in tolerances each by itself, in those of all.
-    #[cfg_attr(
-        not(feature = "linear"),
-        allow(
-            clippy::unused_self,
-            clippy::needless_pass_by_ref_mut,
-            unused_variables
-        )
-    )]
-    pub(super) fn uncorrelate(&self, weighed: &mut [T; N]) {
-        #[cfg(feature = "linear")]
-        if let Some(radius) = &self.radius {
-            let mut along = T::ZERO;
-            for (index, entry) in weighed.iter().enumerate() {
-                along += radius.at(index) * *entry;
-            }
-            let part = along * (T::ONE - T::ONE / (T::ONE + radius.rho).square_root());
-            for (index, entry) in weighed.iter_mut().enumerate() {
-                *entry -= part * radius.at(index);
-            }
-        }
-    }
-
     /// v · W δ.
     #[cfg(feature = "linear")]
     fn along(&self, radius: &CommonRadius<T>, correction: &[T; N]) -> T {

@@ -119,20 +119,6 @@ impl<T: Real> ArmFactor<T> {
         self.count.add(count);
     }
 
-    /// Takes in a sample that was checked, its squared residual multiplied by a weight.
-    pub(crate) fn absorb_weighted(&mut self, x: &Vector3<T>, q: T, weight: T) {
-        if weight > T::ZERO {
-            let mut sample = self.nominal.prepare(x, q);
-            sample.weight *= weight.square_root();
-            self.absorb_block::<1>(&[sample]);
-        }
-    }
-
-    /// Sets what all samples are worth together.
-    pub(crate) fn count_as(&mut self, effective_samples: T) {
-        self.count.set_effective(effective_samples);
-    }
-
     /// Takes in prepared samples.
     fn absorb(&mut self, samples: &[ArmSample<T>]) {
         let (blocks, rest) = samples.as_chunks::<LARGE_BLOCK>();

@@ -1,8 +1,7 @@
 use super::displacement::Displacement;
 use super::factor::{MergeError, SampleCount};
 use super::nominal_arm::NominalArm;
-use super::sample::Noise;
-use super::sample::{Sample, SampleError};
+use super::sample::{Noise, Sample, SampleError};
 use super::triangle::Triangle;
 use super::whitened_sample::{FEATURES, JointDisplacement, WhitenedSample};
 use crate::Real;
@@ -26,25 +25,8 @@ pub(crate) const JOINT_COLUMNS: usize = 37;
 /// To first order W f are the whitened errors of the position, since ∂f/∂X is invertible: what
 /// [`ArmFactor`](super::ArmFactor) loses by taking the arms for independent is kept here. φᵢ and c are
 /// those of [`NominalArm`]. W is taken at the nominal robot.
-///
-/// ```
-/// use delta_cal::{Sample, SymmetricRobot};
-/// use delta_cal::samples::JointFactor;
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }.robot()?;
-/// let joints = [0.1, 0.3, -0.2];
-/// let mut position = robot.forward(&joints)?;
-/// // A millimetre off, and no noise stated: the residual is that millimetre.
-/// position.x += 1.0;
-/// let mut factor = JointFactor::new(&robot, &robot.forward(&[0.2; 3])?, None);
-/// factor.add(&Sample { joints, position })?;
-/// let residual = f64::sqrt(factor.sum_of_squares(&robot)) * factor.unit();
-/// assert!((residual - 1.0).abs() < 0.01);
-/// # Ok(())
-/// # }
-/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointFactor<T: Real> {
+pub(crate) struct JointFactor<T: Real> {
     nominal_arms: [NominalArm<T>; 3],
     triangle: Triangle<T, JOINT_COLUMNS, 703>,
     count: SampleCount<T>,
@@ -64,7 +46,7 @@ pub(crate) type LeftOver<T, const K: usize> = [[T; K]; JOINT_COLUMNS - FEATURES]
 impl<T: Real> JointFactor<T> {
     /// An empty factor of samples of `robot`, measured about `centre`, a point within the workspace
     /// (length).
-    pub fn new(robot: &Robot<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
+    pub(crate) fn new(robot: &Robot<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
         let [first, second, third] = robot.arms();
         Self {
             nominal_arms: [
@@ -84,29 +66,29 @@ impl<T: Real> JointFactor<T> {
     }
 
     /// What the samples are expressed against.
-    pub const fn nominal_arms(&self) -> &[NominalArm<T>; 3] {
+    pub(crate) const fn nominal_arms(&self) -> &[NominalArm<T>; 3] {
         &self.nominal_arms
     }
 
     /// The stated noise, if any.
-    pub const fn noise(&self) -> Option<&Noise<T>> {
+    pub(crate) const fn noise(&self) -> Option<&Noise<T>> {
         let [first, ..] = &self.nominal_arms;
         first.noise()
     }
 
     /// The length of a residual of 1 if no noise is stated.
-    pub const fn unit(&self) -> T {
+    pub(crate) const fn unit(&self) -> T {
         let [first, ..] = &self.nominal_arms;
         first.scale()
     }
 
     /// How many samples were taken in, forgotten ones included.
-    pub const fn samples(&self) -> u64 {
+    pub(crate) const fn samples(&self) -> u64 {
         self.count.seen()
     }
 
     /// The effective number of samples: each counts λ for every time it was forgotten by λ.
-    pub fn effective_samples(&self) -> T {
+    pub(crate) fn effective_samples(&self) -> T {
         self.count.effective()
     }
 
@@ -115,63 +97,16 @@ impl<T: Real> JointFactor<T> {
         self.count.recent()
     }
 
-    /// Whether [`add`](Self::add) would take the sample.
+    /// Whether a sample may be taken in.
     ///
     /// # Errors
-    /// As [`add`](Self::add).
-    pub fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
+    /// A number that is not finite or out of range.
+    pub(crate) fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
         let [first, ..] = &self.nominal_arms;
         sample.check(first.arm().drive())?;
         for (nominal, arm) in self.nominal_arms.iter().zip(ArmIndex::ALL) {
             nominal.check(&sample.position, arm)?;
         }
-        Ok(())
-    }
-
-    /// Takes in one sample.
-    ///
-    /// # Errors
-    /// A number that is not finite or out of range; the factor is unchanged.
-    pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
-        self.check(sample)?;
-        self.absorb_one(&self.prepare(sample));
-        Ok(())
-    }
-
-    /// Takes in samples, the sum of whose squared residuals is multiplied by their weights, and sets
-    /// the effective number of all samples. For fits that reweight stored samples.
-    ///
-    /// # Errors
-    /// The first faulty sample's place in the sequence and its fault; the factor is unchanged.
-    pub fn add_weighted<'a, I>(
-        &mut self,
-        samples: I,
-        effective_samples: T,
-    ) -> Result<(), (usize, SampleError)>
-    where
-        I: IntoIterator<Item = (&'a Sample<T>, T)>,
-    {
-        let mut updated = *self;
-        let mut block = [self.prepare(&Sample::default()); 4];
-        let mut filled = 0;
-        for (index, (sample, weight)) in samples.into_iter().enumerate() {
-            self.check(sample).map_err(|error| (index, error))?;
-            if weight > T::ZERO
-                && let Some(place) = block.get_mut(filled)
-            {
-                *place = self.prepare(sample).weighted(weight.square_root());
-                filled += 1;
-            }
-            if filled == block.len() {
-                updated.absorb::<4, 8, 12>(&block);
-                filled = 0;
-            }
-        }
-        for sample in block.iter().take(filled) {
-            updated.absorb_one(sample);
-        }
-        updated.count_as(effective_samples);
-        *self = updated;
         Ok(())
     }
 
@@ -186,7 +121,7 @@ impl<T: Real> JointFactor<T> {
     /// The length |W f| of a sample's whitened residuals at a displacement, in σ of the stated noise, otherwise in
     /// [units](Self::unit) of length.
     #[inline(never)]
-    pub fn residual(&self, sample: &Sample<T>, at: &JointDisplacement<T>) -> T {
+    pub(crate) fn residual(&self, sample: &Sample<T>, at: &JointDisplacement<T>) -> T {
         let mut sum = T::ZERO;
         for residual in self.prepare(sample).residuals(at) {
             sum += residual.squared();
@@ -203,7 +138,7 @@ impl<T: Real> JointFactor<T> {
     ///
     /// # Errors
     /// The first faulty sample's place and its fault; the factor is unchanged.
-    pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
+    pub(crate) fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
         for (index, sample) in samples.iter().enumerate() {
             self.check(sample).map_err(|error| (index, error))?;
         }
@@ -306,7 +241,7 @@ impl<T: Real> JointFactor<T> {
     ///
     /// # Errors
     /// [`MergeError::DifferentNominal`]; the factor is unchanged.
-    pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
+    pub(crate) fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
         if self.nominal_arms != other.nominal_arms {
             return Err(MergeError::DifferentNominal);
         }
@@ -318,7 +253,7 @@ impl<T: Real> JointFactor<T> {
 
     /// Lets everything seen so far count λ times as much: the sum of squares is multiplied by λ. λ is
     /// clamped to [0, 1]; NaN forgets nothing.
-    pub fn forget(&mut self, lambda: T) {
+    pub(crate) fn forget(&mut self, lambda: T) {
         if !(lambda < T::ONE) {
             return;
         }
@@ -326,19 +261,6 @@ impl<T: Real> JointFactor<T> {
         self.triangle.scale(lambda.square_root());
         self.count.forget(lambda);
         self.mean.weight *= lambda;
-    }
-
-    /// Σ |W f(P)|² over everything seen, for any parameters; without a stated noise in units of
-    /// [`unit`](Self::unit) squared.
-    pub fn sum_of_squares(&self, robot: &Robot<T>) -> T {
-        let [one, two, three] = robot.arms();
-        let [first, second, third] = &self.nominal_arms;
-        let at = self.displaced(&[
-            first.correction_to(one),
-            second.correction_to(two),
-            third.correction_to(three),
-        ]);
-        self.residual_sum(&at)
     }
 
     #[inline(never)]

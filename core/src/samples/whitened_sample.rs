@@ -12,7 +12,7 @@ pub(super) const FEATURES: usize = 12;
 
 /// The three arms moved by their corrections, as [`JointFactor`](super::JointFactor) has them for its residuals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointDisplacement<T: Real> {
+pub(crate) struct JointDisplacement<T: Real> {
     pub(crate) arms: [Displacement<T>; 3],
 }
 

@@ -202,6 +202,12 @@ impl<T: Real> JointCalibrator<T> {
         &self.settings
     }
 
+    /// Σ r² of any robot over the samples, r their whitened residuals; without a stated noise in units of
+    /// the robot's size squared. Those that still wait for [`flush`](Self::flush) are not among them.
+    pub fn sum_of_squares(&self, robot: &Robot<T>) -> T {
+        self.factor.sum_of_squares(robot)
+    }
+
     /// The samples; those that still wait for [`flush`](Self::flush) are not among them.
     pub(crate) const fn factor(&self) -> &JointFactor<T> {
         &self.factor

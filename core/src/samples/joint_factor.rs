@@ -263,6 +263,19 @@ impl<T: Real> JointFactor<T> {
         self.mean.weight *= lambda;
     }
 
+    /// Σ |W f(P)|² over everything seen, for any parameters; without a stated noise in units of
+    /// [`unit`](Self::unit) squared.
+    pub(crate) fn sum_of_squares(&self, robot: &Robot<T>) -> T {
+        let [one, two, three] = robot.arms();
+        let [first, second, third] = &self.nominal_arms;
+        let at = self.displaced(&[
+            first.correction_to(one),
+            second.correction_to(two),
+            third.correction_to(three),
+        ]);
+        self.residual_sum(&at)
+    }
+
     #[inline(never)]
     pub(crate) fn displaced(&self, corrections: &[[T; 8]; 3]) -> JointDisplacement<T> {
         let [first, second, third] = &self.nominal_arms;

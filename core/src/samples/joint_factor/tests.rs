@@ -82,18 +82,6 @@ impl JointFactor<f64> {
         }
         self.count_as(effective_samples);
     }
-
-    /// Σ |W f(P)|².
-    fn sum_of_squares(&self, robot: &Robot<f64>) -> f64 {
-        let [one, two, three] = robot.arms();
-        let [first, second, third] = &self.nominal_arms;
-        let at = self.displaced(&[
-            first.correction_to(one),
-            second.correction_to(two),
-            third.correction_to(three),
-        ]);
-        self.residual_sum(&at)
-    }
 }
 
 pub(crate) fn empty(noise: Option<Noise<f64>>) -> JointFactor<f64> {

@@ -5,61 +5,42 @@
 //! ```
 
 mod arm_problem;
-mod arm_solver;
 mod calibrator;
 #[cfg(test)]
 mod curve;
-mod end_point;
-mod free_frame;
 mod free_start;
 mod identifiability;
-mod instrument;
 mod iteration;
 mod joint_calibrator;
 mod joint_problem;
-mod joint_solver;
 mod judgement;
 pub mod limits;
-mod means;
 mod minimizer;
-mod noise_balance;
 mod outcome;
 mod point;
 mod problem;
 mod refusal;
 mod robot_solver;
-mod search;
 mod settings;
 mod snapshots;
 mod starts;
-pub mod step_control;
+pub(crate) mod step_control;
 mod tolerance;
 mod tolerance_prior;
 
 pub use crate::samples::Triangle;
-pub use arm_problem::ArmProblem;
-#[cfg(any(feature = "classical", test))]
-pub(crate) use arm_problem::problem_of_an_arm;
-pub(crate) use arm_problem::{Linearize, Normal};
-pub use arm_solver::ArmSolver;
-#[cfg(any(feature = "classical", test))]
-pub(crate) use calibrator::nominal_arms;
-pub use calibrator::{Calibrator, RobotCalibrator};
-pub use free_frame::{FreeFrame, Motion};
-#[cfg(any(feature = "classical", test))]
-pub(crate) use free_start::{SPREAD_STARTS, free_start, spread_start};
-pub use instrument::Instrument;
-pub use joint_calibrator::JointCalibrator;
+pub(crate) use arm_problem::Normal;
+pub use calibrator::Calibrator;
+pub use joint_calibrator::{JointCalibrator, JointSolver};
 pub use joint_problem::JointNormal;
-pub use joint_solver::JointSolver;
-#[cfg(any(feature = "classical", test))]
-pub(crate) use means::{Means, spread};
 pub(crate) use minimizer::enough_samples;
 pub use minimizer::{Minimizer, Progress};
 pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, Termination};
-pub use problem::{Piece, Prior, Problem, sum_of_squares};
-pub use refusal::Refusal;
-pub use robot_solver::RobotSolver;
+#[cfg(test)]
+pub(crate) use problem::sum_of_squares;
+pub use problem::{Piece, Prior, Problem};
+pub use refusal::{Instrument, Refusal};
+pub use robot_solver::{ArmSolver, RobotSolver};
 pub use settings::{Settings, Solver, Start};
 pub use tolerance::{Tolerance, ToleranceError};
 pub use tolerance_prior::TolerancePrior;

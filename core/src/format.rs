@@ -2,11 +2,7 @@
 //! others derive it.
 
 use crate::Real;
-use crate::calibration::{
-    ArmOutcome, ArmProblem, ArmSolver, RobotCalibrator, RobotOutcome, RobotSolver,
-};
-#[cfg(any(feature = "classical", test))]
-use crate::classical::StoredArmSamples;
+use crate::calibration::{ArmOutcome, ArmSolver, Calibrator, RobotOutcome, RobotSolver};
 use crate::frame::RigidTransform;
 use crate::kinematics::PlatformJacobian;
 use crate::robot::{Arm, ArmBasis, Parameter, Robot};
@@ -86,14 +82,7 @@ impl<T: Real + Format> Format for ArmFactor<T> {
     }
 }
 
-#[cfg(any(feature = "classical", test))]
-impl<T: Real + Format, const N: usize> Format for StoredArmSamples<T, N> {
-    fn format(&self, formatter: Formatter<'_>) {
-        write!(formatter, "{} of {} samples", self.len(), N);
-    }
-}
-
-impl<T: Real + Format, P: ArmProblem<T>> Format for RobotCalibrator<T, P> {
+impl<T: Real + Format> Format for Calibrator<T> {
     fn format(&self, formatter: Formatter<'_>) {
         write!(
             formatter,

@@ -8,15 +8,8 @@
 //! ```
 
 mod constraint;
-mod error;
-mod forward;
-mod inverse;
-mod jacobian;
-mod joint_limits;
-mod singularity_distance;
+mod poses;
 
+pub use constraint::{PlatformJacobian, SingularityDistance};
 pub(crate) use constraint::{constraint_gradient, linear_gradient};
-pub use error::{KinematicsError, Singularity};
-pub use jacobian::PlatformJacobian;
-pub use joint_limits::{JointLimits, JointLimitsError};
-pub use singularity_distance::SingularityDistance;
+pub use poses::{JointLimits, JointLimitsError, KinematicsError, Singularity};

@@ -52,9 +52,8 @@
 //!
 //! Cargo features, none of them on by default: `simulate` adds random poses and simulated measurements
 //! (module `simulate`), `serde` adds `Serialize` and `Deserialize` of robots, samples, settings and
-//! outcomes, `defmt` adds `defmt::Format`, `linear` adds robots whose elbows are carriages on towers, `transmission` adds
-//! gears and encoders that are not exact, and `classical` adds the form that stores every sample
-//! (module `classical`), which the tests compare with the constant-memory form.
+//! outcomes, `defmt` adds `defmt::Format`, `linear` adds robots whose elbows are carriages on towers, and
+//! `transmission` adds gears and encoders that are not exact.
 //!
 //! Vectors and matrices are those of [`nalgebra`], which is re-exported so that your crate uses the same
 //! version.
@@ -67,8 +66,6 @@
 )]
 
 pub mod calibration;
-#[cfg(any(feature = "classical", test))]
-pub mod classical;
 #[cfg(feature = "defmt")]
 mod format;
 pub mod frame;

@@ -2,25 +2,15 @@
 //! it.
 
 mod arm;
-mod arm_index;
-mod drive;
-mod geometry_error;
-#[cfg(feature = "linear")]
-mod linear;
 mod parameter;
-mod symmetric;
 mod three_arms;
 mod transmission;
 
 pub use arm::{Arm, ArmBasis};
-pub use arm_index::ArmIndex;
-pub use drive::Drive;
-pub(crate) use drive::DriveOf;
-pub use geometry_error::GeometryError;
+pub(crate) use parameter::DriveOf;
+pub use parameter::{ArmIndex, Drive, GeometryError, Parameter, ParameterKind};
 #[cfg(feature = "linear")]
-pub use linear::SymmetricLinearRobot;
-pub use parameter::{Parameter, ParameterKind};
-pub use symmetric::SymmetricRobot;
-pub use three_arms::Robot;
+pub use three_arms::SymmetricLinearRobot;
+pub use three_arms::{Robot, SymmetricRobot};
 pub(crate) use transmission::{NUMBERS as TRANSMISSION_NUMBERS, by_numbers as by_transmission};
 pub use transmission::{Transmission, TransmissionTolerance};

@@ -178,37 +178,6 @@ proptest! {
 
 }
 
-/// A weight of 2 is the sample twice, and one of 0 none.
-#[test]
-fn a_weight_says_how_often_a_sample_counts() {
-    let (_, samples) = noisy(17, 48);
-    let counts = [1, 2, 0, 3];
-    let weights = counts.map(f64::from).into_iter().cycle();
-    let repeated: Vec<_> = samples
-        .iter()
-        .zip(counts.into_iter().cycle())
-        .flat_map(|(sample, count)| std::iter::repeat_n(*sample, count as usize))
-        .collect();
-    let mut calibrator = Calibrator::new(&paper_robot(), &weighted());
-    calibrator
-        .add_weighted(samples.iter().zip(weights), 72.0)
-        .unwrap();
-    let expected = filled(&repeated, &weighted());
-    assert!(sigmas_apart(&expected, &calibrator) < SAME);
-    let outcome = calibrator.solve().unwrap();
-    for arm in &outcome.arms {
-        assert!((arm.degrees_of_freedom - (72.0 - 8.0)).abs() < 1e-9);
-    }
-    let before = calibrator;
-    let mut faulty = samples;
-    faulty[5].joints[1] = f64::NAN;
-    assert_eq!(
-        calibrator.add_weighted(faulty.iter().map(|sample| (sample, 1.0)), 48.0),
-        Err((5, SampleError::JointNonFinite(ArmIndex::Second)))
-    );
-    assert_eq!(calibrator, before);
-}
-
 /// Half of ten, three, and a quarter of seventeen.
 #[test]
 fn merged_factors_are_worth_the_sum_of_what_they_remember() {

@@ -1,151 +1,12 @@
 use super::free_start::{SPREAD_STARTS, free_start, spread_start};
-use super::means::{Means, spread};
 use super::problem::{Piece, Problem};
 use crate::Real;
-use crate::robot::{ArmIndex, Drive};
-use crate::samples::{ArmFactor, Displacement, NominalArm, Triangle, Waiting};
+use crate::robot::Drive;
+use crate::samples::{ArmFactor, Displacement, Triangle};
 use nalgebra::Vector3;
 
 /// The triangular factor of an arm's linearised problem: eight columns ∂r/∂P and the residual r.
 pub(crate) type Normal<T> = Triangle<T, 9, 45>;
-
-/// The samples of one arm, held either way: what a solver works on. Sealed: implemented by
-/// [`ArmFactor`] and by the forms of this crate that store every sample.
-pub trait ArmProblem<T: Real>: Linearize<T> + Problem<T, 8, 9, 45, At = Displacement<T>> {
-    /// What the samples are expressed against.
-    fn nominal(&self) -> &NominalArm<T>;
-}
-
-/// The half of [`ArmProblem`] that speaks of the solver's internals.
-#[allow(unreachable_pub)] // the seal: nameable by no other crate
-pub trait Linearize<T: Real> {
-    /// Takes the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
-    #[doc(hidden)]
-    fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T;
-    /// How many samples were taken in.
-    #[doc(hidden)]
-    fn taken_in(&self) -> u64;
-    /// The effective number of samples after forgetting.
-    #[doc(hidden)]
-    fn effective(&self) -> T;
-    /// Takes in the block of samples that waits for this arm.
-    #[doc(hidden)]
-    fn absorb_waiting(&mut self, waiting: &Waiting<T>, arm: ArmIndex);
-    /// Σ (f/σf)² at a correction.
-    #[doc(hidden)]
-    fn sum_of_squares(&self, at: &Displacement<T>) -> T;
-    /// Weighted means over the samples: X and its spread in internal units, sin q and cos q.
-    #[doc(hidden)]
-    fn means(&self) -> Means<T>;
-    /// The correction that the linear fit gives without a guess.
-    #[doc(hidden)]
-    fn free_start(&self) -> Option<[T; 8]>;
-    /// The least Σ (f/σf)² that any coefficients whatever could leave.
-    #[doc(hidden)]
-    fn least_sum_of_squares(&self) -> T;
-    /// Σ (1 + f(P₀)²)/σf², the squared size of what residuals are summed up from.
-    #[doc(hidden)]
-    fn rows_squared(&self) -> T;
-    /// The squared size of the terms that a residual is summed up from: its rounding is ε times
-    /// that.
-    #[doc(hidden)]
-    fn terms_squared(&self) -> T;
-}
-
-/// One arm's samples as a [`Problem`]. A macro, since a blanket implementation would leave no room for those of
-/// other problems.
-macro_rules! problem_of_an_arm {
-    ($samples:ty $(, $size:ident)?) => {
-        impl<T: Real $(, const $size: usize)?> Problem<T, 8, 9, 45> for $samples {
-            type At = Displacement<T>;
-            const PIECEWISE: bool = false;
-            const RESIDUALS: u8 = 1;
-            const FREE_STARTS: u8 = 1 + SPREAD_STARTS;
-
-            fn displaced(&self, correction: &[T; 8]) -> Displacement<T> {
-                Displacement::new(ArmProblem::nominal(self), correction)
-            }
-
-            fn sum_of_squares(&self, at: &Displacement<T>, _: usize) -> Piece<T> {
-                Piece {
-                    sum_of_squares: Linearize::sum_of_squares(self, at),
-                    more: false,
-                }
-            }
-
-            fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>, _: usize) -> Piece<T> {
-                Piece {
-                    sum_of_squares: Linearize::linearize(self, at, normal),
-                    more: false,
-                }
-            }
-
-            fn damp(&self, damped: &mut Normal<T>, diagonal: &[T; 8], _: usize) -> bool {
-                // As many rows as a linearisation has, so that both share one reduction.
-                let mut block = [[T::ZERO; 12]; 9];
-                for (index, (column, value)) in block.iter_mut().zip(diagonal).enumerate() {
-                    if let Some(entry) = column.get_mut(index) {
-                        *entry = *value;
-                    }
-                }
-                damped.absorb(&mut block);
-                false
-            }
-
-            fn free_start(&self, index: u8) -> Option<[T; 8]> {
-                match index.checked_sub(1) {
-                    None => Linearize::free_start(self),
-                    Some(index) => spread_start(ArmProblem::nominal(self), &self.means(), index),
-                }
-            }
-
-            fn least_sum_of_squares(&self) -> T {
-                Linearize::least_sum_of_squares(self)
-            }
-
-            fn rows_squared(&self) -> T {
-                Linearize::rows_squared(self)
-            }
-
-            fn terms_squared(&self) -> T {
-                Linearize::terms_squared(self)
-            }
-
-            fn samples(&self) -> u64 {
-                Linearize::taken_in(self)
-            }
-
-            fn effective_samples(&self) -> T {
-                Linearize::effective(self)
-            }
-
-            fn noise_stated(&self) -> bool {
-                ArmProblem::nominal(self).noise().is_some()
-            }
-
-            fn unit(&self) -> T {
-                ArmProblem::nominal(self).scale()
-            }
-
-            fn unit_of(&self, parameter: usize) -> T {
-                let units = ArmProblem::nominal(self).units();
-                units.get(parameter).copied().unwrap_or(T::ONE)
-            }
-
-            fn upper_arm(&self, _: usize) -> T {
-                ArmProblem::nominal(self).arm().upper_arm_length()
-            }
-
-            fn drive(&self) -> Drive {
-                ArmProblem::nominal(self).arm().drive()
-            }
-        }
-    };
-}
-#[cfg(any(feature = "classical", test))]
-pub(crate) use problem_of_an_arm;
-
-problem_of_an_arm!(ArmFactor<T>);
 
 /// Columns of the features x, cos q and 1 in the factor.
 const COORDINATES: usize = 0;
@@ -153,14 +14,26 @@ const COSINE: usize = 3;
 const SINE: usize = 4;
 const ONE: usize = 11;
 
-impl<T: Real> ArmProblem<T> for ArmFactor<T> {
-    fn nominal(&self) -> &NominalArm<T> {
-        self.nominal()
-    }
+/// The mean sample of an arm.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Means<T: Real> {
+    pub(crate) x: Vector3<T>,
+    /// The rms distance of the samples from x.
+    pub(crate) spread: T,
+    /// Of the joint angle; of a linear drive the travel in internal units.
+    pub(crate) sine: T,
+    /// Of the joint angle; of a linear drive the square of its travel.
+    pub(crate) cosine: T,
 }
 
-impl<T: Real> Linearize<T> for ArmFactor<T> {
-    fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
+/// √(⟨x²⟩ − ⟨x⟩²): the rms distance from the mean.
+fn spread<T: Real>(mean_square: T, mean: &Vector3<T>) -> T {
+    (mean_square - mean.dot(mean)).larger(T::ZERO).square_root()
+}
+
+impl<T: Real> ArmFactor<T> {
+    /// Takes the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
+    pub(crate) fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
         let (residual, sum) = self.residual(at);
         let jacobian = at.coefficient_jacobian();
         let mut block = [[T::ZERO; 12]; 9];
@@ -184,32 +57,9 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
         sum
     }
 
-    fn sum_of_squares(&self, at: &Displacement<T>) -> T {
-        self.residual(at).1
-    }
-
-    fn free_start(&self) -> Option<[T; 8]> {
-        free_start(self)
-    }
-
-    fn least_sum_of_squares(&self) -> T {
-        self.least_sum_of_squares()
-    }
-
-    fn taken_in(&self) -> u64 {
-        self.samples()
-    }
-
-    fn effective(&self) -> T {
-        self.effective_samples()
-    }
-
-    fn absorb_waiting(&mut self, waiting: &Waiting<T>, arm: ArmIndex) {
-        self.absorb_checked(waiting.block(arm));
-    }
-
-    /// RᵀR holds the sums of products of features: those with the feature 1 are weighted sums.
-    fn means(&self) -> Means<T> {
+    /// Weighted means over the samples. RᵀR holds the sums of products of features: those with the
+    /// feature 1 are weighted sums.
+    pub(crate) fn means(&self) -> Means<T> {
         let sum = |column: usize| product_of_columns(self.triangle(), column, ONE);
         let weight = sum(ONE);
         let x = Vector3::new(sum(COORDINATES), sum(COORDINATES + 1), sum(COORDINATES + 2)) / weight;
@@ -223,6 +73,66 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
             cosine: sum(COSINE) / weight,
         }
     }
+}
+
+/// One arm's samples by themselves.
+impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
+    type At = Displacement<T>;
+    const PIECEWISE: bool = false;
+    const RESIDUALS: u8 = 1;
+    const FREE_STARTS: u8 = 1 + SPREAD_STARTS;
+
+    fn displaced(&self, correction: &[T; 8]) -> Displacement<T> {
+        Displacement::new(self.nominal(), correction)
+    }
+
+    fn sum_of_squares(&self, at: &Displacement<T>, _: usize) -> Piece<T> {
+        Piece {
+            sum_of_squares: self.residual(at).1,
+            more: false,
+        }
+    }
+
+    fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>, _: usize) -> Piece<T> {
+        Piece {
+            sum_of_squares: Self::linearize(self, at, normal),
+            more: false,
+        }
+    }
+
+    fn damp(&self, damped: &mut Normal<T>, diagonal: &[T; 8], _: usize) -> bool {
+        // As many rows as a linearisation has, so that both share one reduction.
+        let mut block = [[T::ZERO; 12]; 9];
+        for (index, (column, value)) in block.iter_mut().zip(diagonal).enumerate() {
+            if let Some(entry) = column.get_mut(index) {
+                *entry = *value;
+            }
+        }
+        damped.absorb(&mut block);
+        false
+    }
+
+    fn free_start(&self, index: u8) -> Option<[T; 8]> {
+        match index.checked_sub(1) {
+            None => free_start(self),
+            Some(index) => spread_start(self.nominal(), &self.means(), index),
+        }
+    }
+
+    fn least_sum_of_squares(&self) -> T {
+        Self::least_sum_of_squares(self)
+    }
+
+    fn rows_squared(&self) -> T {
+        // The last two columns: the feature 1 and f(P₀).
+        let mut sum = T::ZERO;
+        for row in self.triangle().rows() {
+            for entry in row.iter().rev().take(2) {
+                sum += entry.squared();
+            }
+        }
+        sum
+    }
 
     /// The residual at a correction is f(P₀) and a difference that cancels it.
     fn terms_squared(&self) -> T {
@@ -235,15 +145,33 @@ impl<T: Real> Linearize<T> for ArmFactor<T> {
         sum
     }
 
-    fn rows_squared(&self) -> T {
-        // The last two columns: the feature 1 and f(P₀).
-        let mut sum = T::ZERO;
-        for row in self.triangle().rows() {
-            for entry in row.iter().rev().take(2) {
-                sum += entry.squared();
-            }
-        }
-        sum
+    fn samples(&self) -> u64 {
+        Self::samples(self)
+    }
+
+    fn effective_samples(&self) -> T {
+        Self::effective_samples(self)
+    }
+
+    fn noise_stated(&self) -> bool {
+        self.nominal().noise().is_some()
+    }
+
+    fn unit(&self) -> T {
+        self.nominal().scale()
+    }
+
+    fn unit_of(&self, parameter: usize) -> T {
+        let units = self.nominal().units();
+        units.get(parameter).copied().unwrap_or(T::ONE)
+    }
+
+    fn upper_arm(&self, _: usize) -> T {
+        self.nominal().arm().upper_arm_length()
+    }
+
+    fn drive(&self) -> Drive {
+        self.nominal().arm().drive()
     }
 }
 

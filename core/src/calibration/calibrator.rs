@@ -1,22 +1,9 @@
-use super::arm_problem::ArmProblem;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
-use crate::samples::{
-    ArmFactor, MergeError, NominalArm, Sample, SampleError, Waiting, check_weight,
-};
+use crate::samples::{ArmFactor, MergeError, NominalArm, Sample, SampleError, Waiting};
 use crate::snapshot::state;
 use nalgebra::Vector3;
-
-/// The samples of a robot's three arms and what the calibration assumes.
-///
-/// Use it as [`Calibrator`], which needs constant memory.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RobotCalibrator<T: Real, P> {
-    settings: Settings<T>,
-    pub(crate) arms: [P; 3],
-    pub(crate) waiting: Waiting<T>,
-}
 
 /// Calibration of a robot in constant memory: every sample goes into three 13 × 13 triangular
 /// factors and is forgotten. Samples added one by one wait until they are a block of four, or until
@@ -40,7 +27,12 @@ pub struct RobotCalibrator<T: Real, P> {
 /// # Ok(())
 /// # }
 /// ```
-pub type Calibrator<T> = RobotCalibrator<T, ArmFactor<T>>;
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibrator<T: Real> {
+    settings: Settings<T>,
+    pub(crate) arms: [ArmFactor<T>; 3],
+    pub(crate) waiting: Waiting<T>,
+}
 
 state!(Calibrator<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>);
 
@@ -83,16 +75,6 @@ impl<'a, T: Real> NominalArms<'a, T> {
     fn of(&self, arm: ArmIndex) -> NominalArm<T> {
         NominalArm::new(self.robot.arm(arm), &self.centre, self.settings.noise)
     }
-}
-
-/// What a robot's samples are expressed against.
-#[cfg(any(feature = "classical", test))]
-pub(crate) fn nominal_arms<T: Real>(
-    robot: &Robot<T>,
-    settings: &Settings<T>,
-) -> [NominalArm<T>; 3] {
-    let nominal_arms = NominalArms::new(robot, settings);
-    ArmIndex::ALL.map(|arm| nominal_arms.of(arm))
 }
 
 impl<T: Real> Calibrator<T> {
@@ -145,8 +127,11 @@ impl<T: Real> Calibrator<T> {
 
     /// Takes the waiting samples into the factors. Everything that needs them does so itself, but
     /// for [`arms`](Self::arms), which only looks.
+    #[inline(never)]
     pub fn flush(&mut self) {
-        self.take_in_waiting();
+        for arm in ArmIndex::ALL {
+            self.take_in_waiting_of(arm);
+        }
     }
 
     /// Takes in many samples; cheaper than one by one.
@@ -165,36 +150,6 @@ impl<T: Real> Calibrator<T> {
                 .iter()
                 .map(|sample| (&sample.position, sample.joints[arm.index()]));
             factor.add_many(arm_samples, arm)?;
-        }
-        self.arms = updated;
-        Ok(())
-    }
-
-    /// Takes in samples, the sums of whose squared residuals are multiplied by their weights, and sets
-    /// the effective number of all samples. For fits that weigh stored samples.
-    ///
-    /// # Errors
-    /// The first faulty sample's position in the sequence, and its fault; nothing is taken in.
-    pub fn add_weighted<'a, I>(
-        &mut self,
-        samples: I,
-        effective_samples: T,
-    ) -> Result<(), (usize, SampleError)>
-    where
-        I: IntoIterator<Item = (&'a Sample<T>, T)>,
-    {
-        self.flush();
-        let mut updated = self.arms;
-        for (index, (sample, weight)) in samples.into_iter().enumerate() {
-            self.check(sample)
-                .and_then(|()| check_weight(weight))
-                .map_err(|error| (index, error))?;
-            for (factor, q) in updated.iter_mut().zip(sample.joints) {
-                factor.absorb_weighted(&sample.position, q, weight);
-            }
-        }
-        for factor in &mut updated {
-            factor.count_as(effective_samples);
         }
         self.arms = updated;
         Ok(())
@@ -223,23 +178,11 @@ impl<T: Real> Calibrator<T> {
             factor.forget(lambda);
         }
     }
-}
-
-impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
-    /// Of three arms' samples that are there already.
-    #[cfg(any(feature = "classical", test))]
-    pub(crate) fn of_arms(settings: &Settings<T>, arms: [P; 3]) -> Self {
-        Self {
-            settings: *settings,
-            arms,
-            waiting: Waiting::none(),
-        }
-    }
 
     /// The robot before calibration.
     pub fn robot(&self) -> Robot<T> {
         let [first, second, third] = &self.arms;
-        Robot::of_valid([first, second, third].map(|problem| *problem.nominal().arm()))
+        Robot::of_valid([first, second, third].map(|factor| *factor.nominal().arm()))
     }
 
     /// What the calibration assumes.
@@ -249,7 +192,7 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
 
     /// The three arms' samples; those that still wait for [`flush`](Calibrator::flush) are not
     /// among them.
-    pub const fn arms(&self) -> &[P; 3] {
+    pub const fn arms(&self) -> &[ArmFactor<T>; 3] {
         &self.arms
     }
 
@@ -257,14 +200,6 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
     pub fn samples(&self) -> u64 {
         let [first, ..] = &self.arms;
         first.samples() + self.waiting.waiting_for(ArmIndex::First) as u64
-    }
-
-    /// Whatever waits goes into the arms' problems.
-    #[inline(never)]
-    pub(super) fn take_in_waiting(&mut self) {
-        for arm in ArmIndex::ALL {
-            self.take_in_waiting_of(arm);
-        }
     }
 
     pub(crate) fn take_in_waiting_of(&mut self, arm: ArmIndex) {
@@ -275,9 +210,119 @@ impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
 
     #[inline(never)]
     pub(crate) fn take_in_block(&mut self, arm: ArmIndex) {
-        if let Some(problem) = self.arms.get_mut(arm.index()) {
-            problem.absorb_waiting(&self.waiting, arm);
+        if let Some(factor) = self.arms.get_mut(arm.index()) {
+            factor.absorb_checked(self.waiting.block(arm));
         }
         self.waiting.take(arm);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::Calibrator;
+    use crate::calibration::Settings;
+    use crate::robot::{Arm, Robot, SymmetricRobot};
+    use crate::samples::{Noise, Sample};
+    use nalgebra::{SMatrix, SVector, Vector3};
+    use rand_core::{Rng, SeedableRng};
+    use rand_pcg::Pcg32;
+
+    const COUNT: usize = 40;
+    const NOISE: (f64, f64) = (0.05, 2e-4);
+
+    fn samples(built: &Robot<f64>) -> [Sample<f64>; COUNT] {
+        let mut rng = Pcg32::seed_from_u64(5);
+        let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+        [(); COUNT].map(|()| {
+            let joints = [0.3 + uniform(), 0.3 + uniform(), 0.3 + uniform()];
+            let off = Vector3::new(uniform(), uniform(), uniform()) * 0.1;
+            let position = built.forward(&joints).unwrap() + off;
+            Sample { joints, position }
+        })
+    }
+
+    /// Gauss and Newton's iteration on all samples at once, by a singular value decomposition of a
+    /// Jacobian of differences: the arm, its covariance (JᵀJ)⁻¹ and Σ r².
+    fn fit(
+        nominal: &Arm<f64>,
+        samples: &[(Vector3<f64>, f64); COUNT],
+        sigma: impl Fn(&Vector3<f64>, f64) -> f64,
+    ) -> (SVector<f64, 8>, SMatrix<f64, 8, 8>, f64) {
+        let residuals = |parameters: &SVector<f64, 8>| {
+            let arm = Arm::new((*parameters).into()).unwrap();
+            let rows = samples.map(|(x, q)| arm.constraint(&x, q) / sigma(&x, q));
+            SVector::<f64, COUNT>::from(rows)
+        };
+        let mut parameters = SVector::from(nominal.parameters());
+        let mut covariance = SMatrix::zeros();
+        for _ in 0..12 {
+            let mut jacobian = SMatrix::<f64, COUNT, 8>::zeros();
+            for parameter in 0..8 {
+                let mut by = SVector::<f64, 8>::zeros();
+                by[parameter] = 1e-4;
+                let difference = residuals(&(parameters + by)) - residuals(&(parameters - by));
+                jacobian.set_column(parameter, &(difference / 2e-4));
+            }
+            let inverse = jacobian.svd(true, true).pseudo_inverse(0.0).unwrap();
+            parameters -= inverse * residuals(&parameters);
+            covariance = inverse * inverse.transpose();
+        }
+        (
+            parameters,
+            covariance,
+            residuals(&parameters).norm_squared(),
+        )
+    }
+
+    /// The factor of all samples gives what a fit of the stored samples gives: parameters and
+    /// covariance, with a stated noise and without.
+    #[test]
+    fn a_calibration_is_the_least_squares_fit_of_all_samples() {
+        let drawn = SymmetricRobot::<f64>::PAPER;
+        let built = SymmetricRobot {
+            base_radius: drawn.base_radius + 0.4,
+            upper_arm: drawn.upper_arm - 0.3,
+            forearm: drawn.forearm + 0.5,
+            ..drawn
+        };
+        let (drawn, built) = (drawn.robot().unwrap(), built.robot().unwrap());
+        let samples = samples(&built);
+        let (position, joint) = NOISE;
+        for noise in [Some(Noise::new(position, joint).unwrap()), None] {
+            let settings = Settings::new().with_noise(noise);
+            let mut calibrator = Calibrator::new(&drawn, &settings);
+            for sample in &samples {
+                calibrator.add(sample).unwrap();
+            }
+            let outcome = calibrator.solve().unwrap();
+            for (index, (nominal, found)) in drawn.arms().iter().zip(&outcome.arms).enumerate() {
+                let own = samples.map(|sample| (sample.position, sample.joints[index]));
+                let along = 2.0 * nominal.lb();
+                let (expected, mut covariance, squares) = fit(nominal, &own, |x, q| match noise {
+                    Some(_) => {
+                        libm::hypot(along * position, nominal.constraint_by_joint(x, q) * joint)
+                    }
+                    None => along,
+                });
+                if noise.is_none() {
+                    // Student's t of 32 degrees of freedom.
+                    covariance *= squares / 30.0;
+                }
+                let found_covariance = found.covariance.unwrap();
+                let sigma = covariance.diagonal().map(libm::sqrt);
+                for i in 0..8 {
+                    let off = found.arm.parameters()[i] - expected[i];
+                    assert!(off.abs() < 1e-5 * sigma[i], "{off:e} of {:e}", sigma[i]);
+                    for j in 0..8 {
+                        let off = found_covariance[(i, j)] - covariance[(i, j)];
+                        assert!(off.abs() < 1e-3 * sigma[i] * sigma[j], "{off:e}");
+                    }
+                }
+                let rms = libm::sqrt(squares / f64::from(u8::try_from(COUNT).unwrap()));
+                assert!((found.residual_rms / rms - 1.0).abs() < 1e-6);
+            }
+        }
     }
 }

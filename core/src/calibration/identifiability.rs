@@ -209,4 +209,252 @@ fn add_multiple<T: Real>(vector: &[T], factor: T, to: &mut [T]) {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    #![allow(clippy::cast_precision_loss, clippy::float_cmp, clippy::unwrap_used)]
+
+    use crate::calibration::JointNormal;
+    use crate::calibration::arm_problem::Normal;
+    use crate::calibration::minimizer::determined_parameters;
+    use nalgebra::{SMatrix, SVector};
+    use rand_core::{Rng, SeedableRng};
+    use rand_pcg::Pcg32;
+
+    type Identifiability = super::Identifiability<f64, 8>;
+
+    /// A Jacobian of twenty rows whose columns differ in length, and its triangle.
+    fn jacobian(seed: u64) -> (SMatrix<f64, 20, 8>, Normal<f64>) {
+        let mut rng = Pcg32::seed_from_u64(seed);
+        let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+        let mut matrix = SMatrix::<f64, 20, 8>::zeros();
+        for (column, length) in [1.0, 3.0, 0.1, 2.0, 0.5, 7.0, 1.5, 0.2]
+            .into_iter()
+            .enumerate()
+        {
+            for entry in &mut matrix.column_mut(column) {
+                *entry = uniform() * length;
+            }
+        }
+        let mut normal = Normal::zero();
+        for row in matrix.row_iter() {
+            let mut block = [[0.0]; 9];
+            for (column, value) in block.iter_mut().zip(row.iter()) {
+                *column = [*value];
+            }
+            block[8] = [uniform()];
+            normal.absorb(&mut block);
+        }
+        (matrix, normal)
+    }
+
+    #[test]
+    fn covariance_and_condition_are_those_of_the_inverse() {
+        for seed in 0..100 {
+            let (matrix, normal) = jacobian(seed);
+            let found = Identifiability::of(&normal);
+            let information = matrix.transpose() * matrix;
+            let covariance = information.try_inverse().unwrap();
+            // Roundings of the normal equations, whose condition is some 1e4.
+            assert!((found.covariance - covariance).amax() < 1e-10 * covariance.amax());
+            assert_eq!(found.covariance, found.covariance.transpose());
+
+            let mut unit = matrix;
+            for mut column in unit.column_iter_mut() {
+                column.normalize_mut();
+            }
+            let scaled = unit.transpose() * unit;
+            let inverse = scaled.try_inverse().unwrap();
+            // ‖A‖² = tr AᵀA = 8, ‖A⁻¹‖² = tr (AᵀA)⁻¹.
+            let condition = (scaled.trace() * inverse.trace()).sqrt() / 8.0;
+            assert!((found.condition(0) / condition - 1.0).abs() < 1e-10);
+            assert_eq!(found.weakest, inverse.diagonal().imax());
+        }
+    }
+
+    #[test]
+    fn the_weakest_direction_is_that_of_the_least_singular_value() {
+        let mut decided = 0;
+        for seed in 0..100 {
+            let (matrix, normal) = jacobian(seed);
+            let information = matrix.transpose() * matrix;
+            let eigen = information.symmetric_eigen();
+            let least = eigen.eigenvalues.imin();
+            let direction = SVector::from(Identifiability::of(&normal).weakest_direction());
+            assert!((direction.norm() - 1.0).abs() < 1e-14);
+            let mut others = eigen.eigenvalues;
+            others[least] = f64::INFINITY;
+            // Three steps of inverse iteration leave (λ/λ′)³ of what else there was.
+            let left = (eigen.eigenvalues[least] / others.min()).powi(3);
+            let along = eigen.eigenvectors.column(least).dot(&direction).abs();
+            let across = (1.0 - along * along).max(0.0).sqrt();
+            let started =
+                eigen.eigenvectors.column(least)[Identifiability::of(&normal).weakest].abs();
+            assert!(across <= left / started + 1e-7, "{across} {left}");
+            decided += u32::from(left < 0.05);
+        }
+        assert!(decided > 30, "{decided}");
+    }
+
+    #[test]
+    fn a_prior_takes_its_share_of_the_parameters() {
+        for seed in 0..20 {
+            let (matrix, mut normal) = jacobian(seed);
+            let prior = [0.3, 1.0, 0.5, 2.0, 0.0, 4.0, 0.1, 0.7];
+            let mut block = [[0.0; 8]; 9];
+            for (index, weight) in prior.into_iter().enumerate() {
+                block[index][index] = weight;
+            }
+            normal.absorb(&mut block);
+            let found = Identifiability::of(&normal);
+            let found =
+                determined_parameters::<_, _, 8, 9, 45>(&prior, 1.0, found.covariance.as_slice());
+            // The trace of what maps the true parameters to the estimated ones.
+            let information = matrix.transpose() * matrix;
+            let mut with_prior = information;
+            for (index, weight) in prior.into_iter().enumerate() {
+                with_prior[(index, index)] += weight * weight;
+            }
+            let expected = (with_prior.try_inverse().unwrap() * information).trace();
+            assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn a_parameter_without_any_influence_makes_the_condition_infinite() {
+        let diagonal = |entry: f64| {
+            let mut values = [2.0; 8];
+            values[3] = entry;
+            Identifiability::of(&Normal::from_diagonal(&values, &[1.0; 8]))
+        };
+        // Orthogonal columns of any length.
+        let orthogonal = diagonal(0.5);
+        assert!((orthogonal.condition(0) - 1.0).abs() < 1e-15);
+        let singular = diagonal(0.0);
+        assert!(singular.condition(0).is_infinite());
+        assert_eq!(singular.weakest, 3);
+        let direction = singular.weakest_direction();
+        assert!(direction.iter().all(|part| part.abs() < 1e-30));
+    }
+
+    /// The second column is the first: exactly singular, with no column that is zero. The second depends on the
+    /// first, and is named, although the last column is the shortest.
+    #[test]
+    fn equal_columns_make_the_condition_infinite() {
+        let mut normal = Normal::<f64>::zero();
+        for row in 0..8 {
+            let mut block = [[0.0]; 9];
+            block[row] = [if row == 7 { 1e-3 } else { 1.0 }];
+            if row == 0 {
+                block[1] = [1.0];
+            }
+            if row != 1 {
+                normal.absorb(&mut block);
+            }
+        }
+        let found = Identifiability::of(&normal);
+        assert!(found.condition(0).is_infinite());
+        assert_eq!(found.weakest, 1);
+    }
+
+    /// Two columns depend on each other, a ∂/∂p = b ∂/∂q with columns of unit length otherwise: (p, −q) changes no residual,
+    /// and none but these two parameters is to blame, wherever they stand.
+    #[test]
+    fn of_a_singular_problem_a_parameter_of_the_open_combination_is_the_weakest() {
+        for first in 0..8 {
+            for second in first + 1..8 {
+                let mut normal = Normal::<f64>::zero();
+                for row in (0..8).filter(|row| *row != second) {
+                    let mut block = [[0.0]; 9];
+                    block[row] = [1.0];
+                    if row == first {
+                        block[second] = [0.5];
+                    }
+                    normal.absorb(&mut block);
+                }
+                let found = Identifiability::of(&normal);
+                assert!(found.condition(0).is_infinite());
+                let weakest = found.weakest;
+                assert!(
+                    [first, second].contains(&weakest),
+                    "{first} {second} {weakest}"
+                );
+            }
+        }
+        // (1, 1, −3) in columns of unit length: the third has the largest part.
+        let mut normal = Normal::<f64>::zero();
+        for row in (0..8).filter(|row| *row != 4) {
+            let mut block = [[0.0]; 9];
+            block[row] = [1.0];
+            block[4] = [match row {
+                2 => 1.0,
+                3 => 3.0,
+                _ => 0.0,
+            }];
+            normal.absorb(&mut block);
+        }
+        // Column 4 is c₂ + 3 c₃, of length √10; the parts times the lengths are 1, 3 and √10.
+        assert_eq!(Identifiability::of(&normal).weakest, 4);
+        let mut normal = Normal::<f64>::zero();
+        for row in (0..8).filter(|row| *row != 5) {
+            let mut block = [[0.0]; 9];
+            block[row] = [1.0];
+            if row == 1 {
+                // Columns 1 and 6 are nearly the same; 5 is their difference and small.
+                block[6] = [1.0];
+            }
+            if row == 6 {
+                block[6] = [0.1];
+                block[5] = [0.1];
+            }
+            normal.absorb(&mut block);
+        }
+        // c₅ = c₆ − c₁: parts 1, 1 and −1, lengths 0.1, 1.005 and 1.
+        assert_eq!(Identifiability::of(&normal).weakest, 6);
+    }
+
+    /// c₃ = c₂ − c₁, where c₁ and c₂ are nearly the same: c₃'s pivot vanishes, but the parts times the lengths of the
+    /// columns are 1, 1.008 and 0.125, and the largest is c₂'s.
+    #[test]
+    fn of_a_singular_problem_the_longest_part_is_named_and_not_the_column_that_vanishes() {
+        let mut normal = Normal::<f64>::zero();
+        for row in (0..8).filter(|row| *row != 3) {
+            let mut block = [[0.0]; 9];
+            block[row] = [if row == 2 { 0.125 } else { 1.0 }];
+            if row == 1 {
+                block[2] = [1.0];
+            }
+            if row == 2 {
+                block[3] = [0.125];
+            }
+            normal.absorb(&mut block);
+        }
+        let found = Identifiability::of(&normal);
+        assert!(found.condition(0).is_infinite());
+        assert_eq!(found.weakest, 2);
+        // A pivot whose inverse has no square is none.
+        let mut values = [2.0; 8];
+        values[5] = 1e-160;
+        let vanishing = Normal::from_diagonal(&values, &[1.0; 8]);
+        assert_eq!(Identifiability::of(&vanishing).weakest, 5);
+    }
+
+    /// Of 24 parameters one that depends on another of its own arm: that parameter is the weakest, and its
+    /// arm's condition is infinite.
+    #[test]
+    fn of_three_arms_the_one_with_a_dependent_column_is_found() {
+        for (dependent, on) in [(5, 2), (14, 9), (23, 16)] {
+            let mut normal = JointNormal::<f64>::zero();
+            for row in (0..24).filter(|row| *row != dependent) {
+                let mut block = [[0.0]; 25];
+                block[row] = [1.0 + row as f64];
+                if row == on {
+                    block[dependent] = [0.5];
+                }
+                normal.eliminate(&mut block, 25);
+            }
+            let found = super::Identifiability::<f64, 24>::of(&normal);
+            assert_eq!(found.weakest, dependent);
+            assert!(found.condition(dependent / 8).is_infinite());
+            assert!(found.largest_condition().is_infinite());
+        }
+    }
+}

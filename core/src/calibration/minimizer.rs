@@ -1,10 +1,8 @@
-use super::end_point::{EndPoint, rounding_of_cost};
 use super::identifiability::Identifiability;
 use super::iteration::Iteration;
 use super::judgement::Judgement;
-use super::noise_balance::NoiseBalance;
 use super::outcome::{Estimate, StartUsed, Termination};
-use super::point::{Point, Weighted};
+use super::point::{EndPoint, Point, Weighted, rounding_of_cost};
 use super::problem::{Prior, Problem};
 use super::refusal::Refusal;
 use super::settings::{Settings, Start};
@@ -412,5 +410,156 @@ where
     Ok(())
 }
 
+/// Rounds of estimating the noise when a tolerance but no noise is stated.
+const ROUNDS: u8 = 20;
+
+/// The noise, estimated from the residuals round by round so that samples and tolerance have the right weights
+/// (`MacKay`'s evidence iteration, σ² = Σr²/(n − γ) with γ the number of parameters that the samples determine).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NoiseBalance<T> {
+    /// One σ of the weighted residual; 1 with a stated noise.
+    pub(super) sigma: T,
+    rounds: u8,
+}
+
+impl<T: Real> NoiseBalance<T> {
+    pub(super) const fn none() -> Self {
+        Self {
+            sigma: T::ONE,
+            rounds: 0,
+        }
+    }
+
+    /// Whether the noise was never estimated yet.
+    pub(super) const fn is_first(&self) -> bool {
+        self.rounds == 0
+    }
+
+    /// Whether the problem is to be solved once more, with the σ that this estimates from the best end point and the
+    /// covariance there.
+    pub(super) fn next<P, R, const N: usize, const M: usize, const E: usize>(
+        &mut self,
+        problem: &P,
+        prior: &R,
+        best: Option<&EndPoint<T, N, M, E>>,
+        covariance: &[T],
+    ) -> bool
+    where
+        P: Problem<T, N, M, E>,
+        R: Prior<T, N, M, E>,
+    {
+        if self.rounds >= ROUNDS {
+            return false;
+        }
+        let Some(best) = best else {
+            // Too weak a tolerance leaves the problem without a firm minimum: start from a stronger.
+            self.rounds += 1;
+            self.sigma *= T::from_f64(10.0);
+            return true;
+        };
+        let determined = determined_parameters(prior, best.residual_sigma, covariance);
+        let spare = problem.residuals() - determined;
+        if !(spare > T::from_f64(1e-3)) {
+            return false;
+        }
+        let least = T::from_f64(8.0) * T::EPSILON;
+        let sigma = (best.point.sum_of_squares / spare)
+            .square_root()
+            .larger(least);
+        let change = (sigma - best.residual_sigma).magnitude();
+        if best.residual_sigma != self.sigma || !(change > T::from_f64(0.01) * self.sigma) {
+            // Settled; or the last round failed, and the one before it stands.
+            return false;
+        }
+        self.rounds += 1;
+        self.sigma = sigma;
+        true
+    }
+}
+
+/// γ = N − Σ σ² (UᵀU C)ⱼⱼ: how many parameters the samples determine and not the prior.
+pub(super) fn determined_parameters<T, R, const N: usize, const M: usize, const E: usize>(
+    prior: &R,
+    sigma: T,
+    covariance: &[T],
+) -> T
+where
+    T: Real,
+    R: Prior<T, N, M, E>,
+{
+    let mut determined = T::from_count(N as u64);
+    for parameter in 0..N {
+        determined -= prior.share(covariance, parameter) * sigma.squared();
+    }
+    determined
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::{Minimizer, Progress};
+    use crate::calibration::curve::Curve;
+    use crate::calibration::settings::{Settings, Solver};
+    use crate::calibration::tolerance::Tolerance;
+    use crate::robot::ArmIndex;
+
+    /// Where the iteration of a problem ends, by full steps from p = 0.
+    fn end(problem: &Curve) -> Option<[f64; 1]> {
+        let settings = Settings::new().with_solver(Solver::GaussNewton);
+        let mut solver =
+            Minimizer::<f64, f64, [f64; 1], 1, 2, 3>::unstarted(ArmIndex::First, [0.0], &settings);
+        solver.begin(problem);
+        while solver.step(problem) == Progress::Working {}
+        solver.end()
+    }
+
+    /// A full step can lead over a hill into another valley. From residuals of (1, 0) at p = 0 it leads to p = 10, and the
+    /// next to p = 11, the lowest place of a valley. That is an end if the residuals are smaller there than at the start;
+    /// if they are larger it is none, however well the iteration has settled.
+    #[test]
+    fn an_end_that_is_worse_than_the_start_is_none() {
+        let lower = Curve {
+            residuals: |p| {
+                if p < 5.0 {
+                    [(1.0 - 0.1 * p, -0.1), (0.0, 0.0)]
+                } else {
+                    [(p - 11.0, 1.0), (0.9, 0.0)]
+                }
+            },
+            ..Curve::straight()
+        };
+        assert_eq!(end(&lower), Some([11.0]));
+        let higher = Curve {
+            residuals: |p| {
+                if p < 5.0 {
+                    [(1.0 - 0.1 * p, -0.1), (0.0, 0.0)]
+                } else {
+                    [(p - 11.0, 1.0), (1.1, 0.0)]
+                }
+            },
+            ..Curve::straight()
+        };
+        assert_eq!(end(&higher), None);
+    }
+
+    /// With a tolerance and without a noise the noise is estimated in rounds, each of which solves the problem again. Other
+    /// solutions are looked for in the first alone: what the residuals of (p, 1) leave is above any noise in all of them.
+    #[test]
+    fn other_solutions_are_looked_for_once_and_not_with_every_estimate_of_the_noise() {
+        let problem = Curve {
+            residuals: |p| [(p, 1.0), (1.0, 0.0)],
+            free_start: Some(7.0),
+            ..Curve::straight()
+        };
+        let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.003).unwrap());
+        let mut solver =
+            Minimizer::<f64, f64, [f64; 1], 1, 2, 3>::unstarted(ArmIndex::First, [1.0], &settings);
+        solver.begin(&problem);
+        while solver.step(&problem) == Progress::Working {}
+        // Two residuals of 0 and 1, of 60, one of them for the parameter.
+        let sigma = libm::sqrt(1.0 / 59.0);
+        assert!((solver.balance.sigma / sigma - 1.0).abs() < 0.01);
+        assert_eq!(problem.asked.get(), 1);
+    }
+}

@@ -1,7 +1,8 @@
 //! A correction at which a problem is linearised, and the prior's share of its cost.
 
-use super::limits::SAME_POINT;
-use super::problem::Prior;
+use super::limits::{INDISTINGUISHABLE, NEARER, SAME_POINT, TIE};
+use super::outcome::{StartUsed, Termination};
+use super::problem::{Prior, Problem};
 use crate::Real;
 use crate::samples::Triangle;
 
@@ -80,5 +81,173 @@ impl<T: Real, R> Weighted<'_, T, R> {
     }
 }
 
+/// Where an iteration ended.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EndPoint<T: Real, const N: usize, const M: usize, const E: usize> {
+    pub(super) point: Point<T, N, M, E>,
+    pub(super) termination: Termination,
+    pub(super) start: StartUsed,
+    /// What the tolerance was balanced against.
+    pub(super) residual_sigma: T,
+}
+
+impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, E> {
+    /// Whether the end of another iteration is to be preferred: a clearly smaller cost, or, where the
+    /// samples cannot tell the two apart, the solution nearer to the nominal parameters. Eight samples
+    /// have several exact solutions.
+    #[inline(never)]
+    pub(super) fn is_improved_by<P: Problem<T, N, M, E>>(
+        &self,
+        end: &Point<T, N, M, E>,
+        residual_sigma: T,
+        has_tolerance: bool,
+        problem: &P,
+    ) -> bool {
+        // With a tolerance the cost itself prefers the nearer one.
+        let tie = if problem.noise_stated() && !has_tolerance {
+            T::from_f64(INDISTINGUISHABLE)
+        } else {
+            // Of two starts that end in the same point the first is kept.
+            T::from_f64(TIE) * self.point.cost
+        } + rounding_of_cost(problem);
+        let gained = self.point.cost - end.cost;
+        if residual_sigma != self.residual_sigma {
+            // Another balance of samples and tolerance: the later one counts.
+            return true;
+        }
+        let same_place = self.point.is_at(&end.correction, tie);
+        if gained.magnitude() <= tie && !same_place {
+            squared_length(&end.correction)
+                < T::from_f64(NEARER) * squared_length(&self.point.correction)
+        } else {
+            gained > T::ZERO
+        }
+    }
+}
+
+/// A sum of squares below this is rounding: (32ε)² times the rows that the residuals come from.
+pub(super) fn rounding_of_cost<
+    T: Real,
+    P: Problem<T, N, M, E>,
+    const N: usize,
+    const M: usize,
+    const E: usize,
+>(
+    problem: &P,
+) -> T {
+    problem.rows_squared() * (T::from_f64(32.0) * T::EPSILON).squared()
+}
+
+#[inline(never)]
+fn squared_length<T: Real>(values: &[T]) -> T {
+    values
+        .iter()
+        .fold(T::ZERO, |sum, value| sum + value.squared())
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    #![allow(clippy::cast_precision_loss)]
+    #![allow(clippy::unwrap_used)]
+
+    use super::{EndPoint, Weighted};
+    use crate::calibration::outcome::{StartUsed, Termination};
+    use crate::calibration::point::Point;
+    use crate::calibration::problem::Prior;
+    use crate::robot::Arm;
+    use crate::samples::{ArmFactor, Noise, NominalArm, Triangle};
+    use nalgebra::Vector3;
+
+    /// Half the derivative of the weighted cost: of a quadratic one a central difference of any step.
+    #[test]
+    fn the_gradient_of_the_prior_is_that_of_its_weighted_cost() {
+        let prior: [f64; 8] = [3.0, 0.5, 0.0, 2.0, 1.0, 4.0, 0.2, 1.5];
+        let weighted = Weighted {
+            prior: &prior,
+            sigma: 0.4,
+        };
+        let cost = |correction: &[f64; 8]| {
+            let squares = prior.iter().zip(correction);
+            squares
+                .map(|(weight, delta)| (weight * delta * 0.4).powi(2))
+                .sum::<f64>()
+        };
+        let correction: [f64; 8] = core::array::from_fn(|index| 0.3 * index as f64 - 1.0);
+        assert!((weighted.cost::<8, 9, 45>(&correction) - cost(&correction)).abs() < 1e-14);
+        let before: [f64; 8] = core::array::from_fn(|index| 0.1 * index as f64 + 0.2);
+        let mut gradient = before;
+        weighted.add_gradient::<8, 9, 45>(&correction, &mut gradient);
+        for parameter in 0..8 {
+            let [above, below] = [0.5, -0.5].map(|by| {
+                let mut moved = correction;
+                moved[parameter] += by;
+                cost(&moved)
+            });
+            let expected = before[parameter] + (above - below) / 2.0;
+            assert!((gradient[parameter] - expected).abs() < 1e-14);
+        }
+        let unheld = Prior::<f64, 8, 9, 45>::unheld(&prior);
+        assert_eq!(unheld, 1);
+    }
+
+    /// An end at a distance from nominal, where a step of 1 raises the cost by 10,000.
+    fn end(distance: f64, cost: f64) -> Point<f64, 8, 9, 45> {
+        let mut correction = [0.0; 8];
+        correction[2] = distance;
+        Point {
+            correction,
+            normal: Triangle::from_diagonal(&[100.0; 8], &[0.0; 8]),
+            sum_of_squares: cost,
+            cost,
+        }
+    }
+
+    /// With a stated noise and without a tolerance costs within 4 are a tie, otherwise within a thousandth: of a tie the
+    /// nearer end is taken, of no tie the one that costs less. What was balanced otherwise is taken in any case.
+    #[test]
+    fn the_better_of_two_ends_is_taken_and_of_a_tie_the_nearer() {
+        let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
+        let problem = |noise| {
+            let centre = Vector3::new(0.0, 0.0, -450.0);
+            ArmFactor::new(NominalArm::new(&arm, &centre, noise))
+        };
+        let (stated, unknown) = (problem(Noise::new(0.02, 0.0).ok()), problem(None));
+        let best = EndPoint {
+            point: end(2.0, 10.0),
+            termination: Termination::GradientVanished,
+            start: StartUsed::Nominal,
+            residual_sigma: 1.0,
+        };
+        let (nearer, farther) = (1.0, 3.0);
+        for (distance, cost, of_noise, otherwise) in [
+            (nearer, 12.0, true, false),
+            (nearer, 15.0, false, false),
+            (farther, 7.0, false, true),
+            (farther, 5.0, true, true),
+            (nearer, 10.005, true, true),
+            (farther, 9.995, false, false),
+            (farther, 9.9, false, true),
+            // The same place: nothing but the cost counts.
+            (1.999, 10.005, false, false),
+            (2.001, 9.995, true, true),
+        ] {
+            let end = end(distance, cost);
+            let improved = |problem, sigma, has_tolerance| {
+                best.is_improved_by(&end, sigma, has_tolerance, problem)
+            };
+            assert_eq!(improved(&stated, 1.0, false), of_noise, "{distance} {cost}");
+            assert_eq!(improved(&stated, 1.0, true), otherwise, "{distance} {cost}");
+            assert_eq!(
+                improved(&unknown, 1.0, false),
+                otherwise,
+                "{distance} {cost}"
+            );
+            assert_eq!(
+                improved(&unknown, 1.0, true),
+                otherwise,
+                "{distance} {cost}"
+            );
+            assert!(improved(&unknown, 0.9, true));
+        }
+    }
+}

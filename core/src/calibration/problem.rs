@@ -1,4 +1,4 @@
-use super::instrument::Instrument;
+use super::refusal::Instrument;
 use crate::Real;
 use crate::robot::Drive;
 use crate::samples::{Triangle, put_row};
@@ -7,8 +7,8 @@ use crate::samples::{Triangle, put_row};
 /// E = M (M + 1)/2 the numbers of the triangle of a linearised problem. Corrections and residuals are in
 /// the problem's own units.
 ///
-/// Implemented for the three arms' samples each by itself ([`ArmProblem`](super::ArmProblem)), for the
-/// samples of all arms ([`JointFactor`](crate::samples::JointFactor)), and by whoever has other
+/// Implemented for the three arms' samples each by itself ([`ArmFactor`](crate::samples::ArmFactor)), for the
+/// samples of all arms together, and by whoever has other
 /// residuals of the 24 parameters.
 pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     /// What is computed once for each correction.
@@ -73,7 +73,7 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
 }
 
 /// Σ r², all pieces together; not finite where there is no such robot.
-pub fn sum_of_squares<T, P, const N: usize, const M: usize, const E: usize>(
+pub(crate) fn sum_of_squares<T, P, const N: usize, const M: usize, const E: usize>(
     problem: &P,
     at: &P::At,
 ) -> T

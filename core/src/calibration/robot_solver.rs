@@ -1,17 +1,16 @@
-use super::arm_problem::ArmProblem;
-use super::arm_solver::ArmSolver;
-use super::calibrator::RobotCalibrator;
-use super::means::Means;
-use super::minimizer::{Progress, enough_samples};
+use super::arm_problem::Means;
+use super::calibrator::Calibrator;
+use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{ArmOutcome, RobotOutcome};
 use super::refusal::Refusal;
 use super::settings::Settings;
+use super::tolerance::Tolerance;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
-use crate::samples::NominalArm;
+use crate::samples::{ArmFactor, Displacement, NominalArm, corrected_arm};
 use nalgebra::Vector3;
 
-impl<T: Real, P: ArmProblem<T>> RobotCalibrator<T, P> {
+impl<T: Real> Calibrator<T> {
     /// Calibrates all three arms.
     ///
     /// # Errors
@@ -49,8 +48,8 @@ impl<T: Real> RobotSolver<T> {
     ///
     /// # Errors
     /// [`Refusal::TooFewSamples`].
-    pub fn new<P: ArmProblem<T>>(calibrator: &mut RobotCalibrator<T, P>) -> Result<Self, Refusal> {
-        calibrator.take_in_waiting();
+    pub fn new(calibrator: &mut Calibrator<T>) -> Result<Self, Refusal> {
+        calibrator.flush();
         let [first, ..] = calibrator.arms();
         enough_samples(first, ArmIndex::First, calibrator.settings())?;
         Ok(Self {
@@ -70,10 +69,7 @@ impl<T: Real> RobotSolver<T> {
     ///
     /// # Errors
     /// The arm's [`Refusal`], again on every further call.
-    pub fn step<P: ArmProblem<T>>(
-        &mut self,
-        calibrator: &RobotCalibrator<T, P>,
-    ) -> Result<Progress, Refusal> {
+    pub fn step(&mut self, calibrator: &Calibrator<T>) -> Result<Progress, Refusal> {
         let [first, second, third] = calibrator.arms();
         let (problem, next) = match self.arm {
             ArmIndex::First => (first, Some(ArmIndex::Second)),
@@ -101,11 +97,7 @@ impl<T: Real> RobotSolver<T> {
         Ok(Progress::Working)
     }
 
-    fn begin<P: ArmProblem<T>>(
-        &mut self,
-        problem: &P,
-        settings: &Settings<T>,
-    ) -> Result<(), Refusal> {
+    fn begin(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) -> Result<(), Refusal> {
         enough_samples(problem, self.arm, settings)?;
         self.solver
             .insert(ArmSolver::of_arm(problem, self.arm, settings))
@@ -115,7 +107,7 @@ impl<T: Real> RobotSolver<T> {
 
     /// A function of its own, so that its large temporaries do not share a stack with the steps.
     #[inline(never)]
-    fn finish<P: ArmProblem<T>>(&mut self, problem: &P) -> Result<(), Refusal> {
+    fn finish(&mut self, problem: &ArmFactor<T>) -> Result<(), Refusal> {
         let solver = self.solver.as_ref().ok_or(Refusal::Unfinished)?;
         let outcome = solver.outcome(problem);
         if let (Some(place), Ok(outcome)) = (self.outcomes.get_mut(self.arm.index()), &outcome) {
@@ -125,10 +117,7 @@ impl<T: Real> RobotSolver<T> {
     }
 
     #[inline(never)]
-    fn check_side<P: ArmProblem<T>>(
-        &self,
-        calibrator: &RobotCalibrator<T, P>,
-    ) -> Result<(), Refusal> {
+    fn check_side(&self, calibrator: &Calibrator<T>) -> Result<(), Refusal> {
         let [first, second, third] = calibrator.arms();
         check_side(
             &self.robot()?,
@@ -195,5 +184,127 @@ pub(super) fn check_side<T: Real>(
     }
 }
 
+/// Calibrates one arm, one bounded step at a time, so that a control loop can interleave it.
+///
+/// A step takes the same time whatever the number of samples.
+///
+/// ```
+/// use delta_cal::{ArmIndex, Progress, Settings, SymmetricRobot};
+/// use delta_cal::calibration::ArmSolver;
+/// use delta_cal::samples::{ArmFactor, NominalArm};
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// # let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }.robot()?;
+/// # let truth = SymmetricRobot { base_radius: 194.5, platform_radius: 30.0, upper_arm: 260.3, forearm: 479.2 }.robot()?;
+/// let centre = robot.forward(&[0.2, 0.2, 0.2])?;
+/// let arm = ArmIndex::First;
+/// let mut factor = ArmFactor::new(NominalArm::new(robot.arm(arm), &centre, None));
+/// for k in 0..20 {
+///     let t = f64::from(k);
+///     let q = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
+///     factor.add(&truth.forward(&q)?, q[0], arm)?;
+/// }
+/// let mut solver = ArmSolver::new(&factor, arm, &Settings::default())?;
+/// while solver.step(&factor) == Progress::Working {
+///     // ... the control loop's other work ...
+/// }
+/// let outcome = solver.outcome(&factor)?;
+/// assert!((outcome.arm.lb() - 479.2).abs() < 1e-6);
+/// # Ok(())
+/// # }
+/// ```
+pub type ArmSolver<T> = Minimizer<T, Displacement<T>, [T; 8], 8, 9, 45>;
+
+impl<T: Real> ArmSolver<T> {
+    /// Prepares the calibration of `arm` from the samples in `problem`.
+    ///
+    /// # Errors
+    /// [`Refusal::TooFewSamples`].
+    pub fn new(
+        problem: &ArmFactor<T>,
+        arm: ArmIndex,
+        settings: &Settings<T>,
+    ) -> Result<Self, Refusal> {
+        enough_samples(problem, arm, settings)?;
+        let mut solver = Self::of_arm(problem, arm, settings);
+        solver.begin(problem);
+        Ok(solver)
+    }
+
+    /// Before it has begun.
+    pub(super) fn of_arm(problem: &ArmFactor<T>, arm: ArmIndex, settings: &Settings<T>) -> Self {
+        let prior = Tolerance::weights(settings.tolerance.as_ref(), problem.nominal());
+        Self::unstarted(arm, prior, settings)
+    }
+
+    /// The calibrated arm, or why there is none.
+    ///
+    /// # Errors
+    /// Every [`Refusal`] that concerns one arm; [`Refusal::Unfinished`] before the last step.
+    #[inline(never)]
+    pub fn outcome(&self, problem: &ArmFactor<T>) -> Result<ArmOutcome<T>, Refusal> {
+        let estimate = self.estimate(problem)?;
+        let arm = corrected_arm(problem.nominal(), &estimate.correction).map_err(|error| {
+            Refusal::ImpossibleGeometry {
+                arm: self.first_arm(),
+                error,
+            }
+        })?;
+        Ok(ArmOutcome::of(arm, &estimate))
+    }
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::check_side;
+    use crate::calibration::arm_problem::Means;
+    use crate::calibration::refusal::Refusal;
+    use crate::robot::SymmetricRobot;
+    use crate::samples::NominalArm;
+    use nalgebra::{Matrix3, Vector3};
+
+    /// Arms that are bent unequally: their mean elbows span a plane that is far from level. By how much the mean sample may
+    /// be above or below follows from the elbows' places, by trigonometry.
+    #[test]
+    fn the_mean_sample_must_lie_below_the_plane_of_the_mean_elbows() {
+        let robot = SymmetricRobot::<f64>::PAPER;
+        let (base, upper_arm) = (robot.base_radius - robot.platform_radius, robot.upper_arm);
+        let robot = robot.robot().unwrap();
+        let centre = Vector3::new(10.0, -20.0, -450.0);
+        let nominal = robot
+            .arms()
+            .each_ref()
+            .map(|arm| NominalArm::new(arm, &centre, None));
+        let [first, second, third] = &nominal;
+        // Means of cosines and sines, which no single angle need have.
+        let bent = [[0.8, 0.6], [0.95, 0.28], [0.5, 0.8]];
+        let azimuths = [0.0, 1.0, 2.0].map(|third| third * core::f64::consts::TAU / 3.0);
+        let mut elbows = Matrix3::zeros();
+        for (index, ([cosine, sine], azimuth)) in bent.into_iter().zip(azimuths).enumerate() {
+            let out = base + upper_arm * cosine;
+            let elbow = [
+                out * libm::cos(azimuth),
+                out * libm::sin(azimuth),
+                -upper_arm * sine,
+            ];
+            elbows.set_row(index, &Vector3::from(elbow).transpose());
+        }
+        // z = c + a x + b y of all three.
+        let mut known = elbows;
+        known.set_column(2, &Vector3::repeat(1.0));
+        let [a, b, c] = (known.try_inverse().unwrap() * elbows.column(2)).into();
+        for (x, y) in [(0.0, 0.0), (150.0, 90.0), (-80.0, 200.0), (-120.0, -160.0)] {
+            for (above, expected) in [(-1.0, Ok(())), (1.0, Err(Refusal::WrongSide))] {
+                let point = Vector3::new(x, y, c + a * x + b * y + above);
+                let means = bent.map(|[cosine, sine]| Means {
+                    x: (point - third.centre()) / third.scale(),
+                    spread: 1.0,
+                    sine,
+                    cosine,
+                });
+                assert_eq!(check_side(&robot, [first, second, third], means), expected);
+            }
+        }
+    }
+}

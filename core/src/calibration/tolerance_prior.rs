@@ -89,29 +89,6 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         *one * *other * own
     }
 
-    /// (I − Σ γ v vᵀ)^½ W δ of W δ: what is in tolerances each by itself, in those of all.
-    #[cfg_attr(
-        not(feature = "linear"),
-        allow(
-            clippy::unused_self,
-            clippy::needless_pass_by_ref_mut,
-            unused_variables
-        )
-    )]
-    pub(super) fn uncorrelate(&self, weighed: &mut [T; N]) {
-        #[cfg(feature = "linear")]
-        for common in self.common.iter().flatten() {
-            let mut along = T::ZERO;
-            for (index, entry) in weighed.iter().enumerate() {
-                along += common.at(index) * *entry;
-            }
-            let part = along * (T::ONE - T::ONE / (T::ONE + common.rho).square_root());
-            for (index, entry) in weighed.iter_mut().enumerate() {
-                *entry -= part * common.at(index);
-            }
-        }
-    }
-
     /// v · W δ.
     #[cfg(feature = "linear")]
     fn along(&self, common: &Common<T>, correction: &[T; N]) -> T {

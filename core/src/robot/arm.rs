@@ -1,6 +1,6 @@
-use super::drive::{Drive, DriveOf};
-use super::geometry_error::GeometryError;
+use super::parameter::GeometryError;
 use super::parameter::Parameter;
+use super::parameter::{Drive, DriveOf};
 use super::transmission::Transmission;
 use crate::Real;
 use nalgebra::Vector3;

@@ -116,3 +116,168 @@ impl fmt::Display for Parameter {
         formatter.write_str(self.symbol())
     }
 }
+
+/// One of the robot's three arms, counted from 1 as the joints `q1`, `q2`, `q3` are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum ArmIndex {
+    /// Arm 1, driven by `q1`.
+    First,
+    /// Arm 2, driven by `q2`.
+    Second,
+    /// Arm 3, driven by `q3`.
+    Third,
+}
+
+impl ArmIndex {
+    /// All three, in order.
+    pub const ALL: [Self; 3] = [Self::First, Self::Second, Self::Third];
+
+    /// Position in an array of three: 0, 1 or 2.
+    pub const fn index(self) -> usize {
+        match self {
+            Self::First => 0,
+            Self::Second => 1,
+            Self::Third => 2,
+        }
+    }
+}
+
+impl fmt::Display for ArmIndex {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "arm {}", self.index() + 1)
+    }
+}
+
+/// How a joint moves its arm's elbow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Drive {
+    /// A motor turns the upper arm: the elbow runs on a circle, and a joint's unit is the radian.
+    #[default]
+    Rotary,
+    /// A carriage runs along a tower: the elbow runs on a line, and a joint's unit is that of lengths.
+    Linear,
+}
+
+impl Drive {
+    /// The parameters of such an arm, in order.
+    pub const fn parameters(self) -> &'static [Parameter] {
+        match self {
+            Self::Rotary => &Parameter::ROTARY,
+            Self::Linear => &Parameter::LINEAR,
+        }
+    }
+
+    /// What stands at each place of an arm's vector of eight parameters: a linear drive leaves the place before
+    /// the last empty.
+    pub const fn places(self) -> [Option<Parameter>; 8] {
+        match self {
+            Self::Rotary => [
+                Some(Parameter::Dx),
+                Some(Parameter::Dy),
+                Some(Parameter::Dz),
+                Some(Parameter::Theta),
+                Some(Parameter::Alpha),
+                Some(Parameter::LaX),
+                Some(Parameter::LaY),
+                Some(Parameter::Lb),
+            ],
+            Self::Linear => [
+                Some(Parameter::Dx),
+                Some(Parameter::Dy),
+                Some(Parameter::Zero),
+                Some(Parameter::LeanX),
+                Some(Parameter::LeanY),
+                Some(Parameter::Scale),
+                None,
+                Some(Parameter::Lb),
+            ],
+        }
+    }
+}
+
+/// The drive of an arm. Without the feature `linear` it takes no memory, and what is computed for linear
+/// drives is not compiled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) struct DriveOf {
+    #[cfg(feature = "linear")]
+    drive: Drive,
+}
+
+impl DriveOf {
+    pub(crate) const ROTARY: Self = Self {
+        #[cfg(feature = "linear")]
+        drive: Drive::Rotary,
+    };
+    #[cfg(feature = "linear")]
+    pub(crate) const LINEAR: Self = Self {
+        drive: Drive::Linear,
+    };
+
+    #[inline]
+    #[cfg_attr(not(feature = "linear"), allow(clippy::unused_self))]
+    pub(crate) const fn get(self) -> Drive {
+        #[cfg(feature = "linear")]
+        return self.drive;
+        #[cfg(not(feature = "linear"))]
+        return Drive::Rotary;
+    }
+}
+
+/// Why eight numbers are not the geometry of an arm, or three arms not a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum GeometryError {
+    /// A parameter is NaN or infinite.
+    NonFinite(Parameter),
+    /// The upper arm (La_x, La_y) or the forearm Lb is not longer than 0.
+    NotPositive(Parameter),
+    /// |α| ≥ 90°: the arm plane's "up" would point down, or be undefined.
+    TiltTooLarge,
+    /// |θ| > 360°.
+    AzimuthTooLarge,
+    /// The base or the platform radius is negative or NaN.
+    RadiusInvalid,
+    /// The arms' "up" directions cancel, so that "below the base" has no meaning.
+    NoCommonUp,
+    /// A tower lies flat: it must lean by less than 90°.
+    LeanTooLarge,
+    /// Not all three arms have the same drive.
+    MixedDrives,
+    /// A transmission is so far from exact that the joint angle of an arm's angle is not certain, or the arm's drive
+    /// is linear.
+    TransmissionTooLarge,
+}
+
+impl fmt::Display for GeometryError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NonFinite(parameter) => write!(formatter, "{parameter} is not a finite number"),
+            Self::NotPositive(parameter) => {
+                write!(formatter, "the length {parameter} must be greater than 0")
+            }
+            Self::TiltTooLarge => formatter.write_str("the tilt alpha must lie within ±90°"),
+            Self::AzimuthTooLarge => formatter.write_str("the azimuth theta must lie within ±360°"),
+            Self::LeanTooLarge => formatter.write_str("a tower must lean by less than 90°"),
+            Self::MixedDrives => {
+                formatter.write_str("all three arms must be rotary, or all three linear")
+            }
+            Self::TransmissionTooLarge => formatter.write_str(
+                "the transmission of a rotary drive must be exact but for a tenth of a radian in a radian",
+            ),
+            Self::RadiusInvalid => {
+                formatter.write_str("the base and platform radii must not be negative")
+            }
+            Self::NoCommonUp => {
+                formatter.write_str("the arms' up directions cancel: the robot has no below")
+            }
+        }
+    }
+}
+
+impl core::error::Error for GeometryError {}

@@ -1,7 +1,5 @@
 use super::arm::Arm;
-use super::arm_index::ArmIndex;
-use super::drive::Drive;
-use super::geometry_error::GeometryError;
+use super::parameter::{ArmIndex, Drive, GeometryError, Parameter};
 #[cfg(feature = "transmission")]
 use super::transmission::Transmission;
 use crate::Real;
@@ -164,5 +162,142 @@ impl<T: Real> Robot<T> {
     pub fn cast<U: Real>(&self) -> Result<Robot<U>, GeometryError> {
         let [first, second, third] = &self.arms;
         Robot::new([first.cast()?, second.cast()?, third.cast()?])
+    }
+}
+
+/// The nominal robot as a data sheet gives it: three equal arms 120° apart, no tilt.
+///
+/// Lengths in any one unit.
+///
+/// ```
+/// use delta_cal::SymmetricRobot;
+/// let paper = SymmetricRobot { base_radius: 194.0_f64, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
+/// assert!(paper.robot().is_ok());
+/// assert!(SymmetricRobot { forearm: 0.0, ..paper }.robot().is_err());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SymmetricRobot<T> {
+    /// Ra: from the base centre to the motor axes. Length.
+    pub base_radius: T,
+    /// Rb: from the platform point to the forearms' ends. Length.
+    pub platform_radius: T,
+    /// La: upper arm. Length.
+    pub upper_arm: T,
+    /// Lb: forearm. Length.
+    pub forearm: T,
+}
+
+impl<T: Real> SymmetricRobot<T> {
+    /// The robot with its arms at azimuth 0°, 120° and 240°.
+    ///
+    /// # Errors
+    /// A [`GeometryError`] if a length is not finite, an arm is not longer than 0 or a radius is
+    /// negative.
+    pub fn robot(&self) -> Result<Robot<T>, GeometryError> {
+        self.robot_from_azimuth(T::ZERO)
+    }
+
+    /// The robot with its first arm at `azimuth` (radians) and the others 120° and 240° further.
+    ///
+    /// # Errors
+    /// As [`robot`](Self::robot); also an azimuth that takes an arm beyond ±360°.
+    pub fn robot_from_azimuth(&self, azimuth: T) -> Result<Robot<T>, GeometryError> {
+        if !(self.base_radius >= T::ZERO && self.platform_radius >= T::ZERO) {
+            return Err(GeometryError::RadiusInvalid);
+        }
+        if !(self.upper_arm > T::ZERO) {
+            return Err(GeometryError::NotPositive(Parameter::LaX));
+        }
+        let arm = |third: f64| {
+            let theta = azimuth + T::from_f64(third * 2.0 / 3.0) * T::PI;
+            let radius = self.base_radius - self.platform_radius;
+            let (sin_theta, cos_theta) = theta.sine_cosine();
+            Arm::new([
+                radius * cos_theta,
+                radius * sin_theta,
+                T::ZERO,
+                theta,
+                T::ZERO,
+                self.upper_arm,
+                T::ZERO,
+                self.forearm,
+            ])
+        };
+        Robot::new([arm(0.0)?, arm(1.0)?, arm(2.0)?])
+    }
+}
+
+#[cfg(test)]
+impl SymmetricRobot<f64> {
+    /// The paper's robot, mm.
+    pub(crate) const PAPER: Self = Self {
+        base_radius: 194.0,
+        platform_radius: 30.0,
+        upper_arm: 260.0,
+        forearm: 480.0,
+    };
+}
+
+/// The nominal robot with linear drives as a data sheet gives it: three upright towers at the same distance from
+/// the centre. Travel is counted upwards from the height at which z is 0.
+///
+/// ```
+/// use delta_cal::robot::SymmetricLinearRobot;
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// let printer = SymmetricLinearRobot { tower_radius: 140.0_f64, forearm: 330.0 }.robot()?;
+/// // All carriages at the same height: the platform hangs below the centre.
+/// let position = printer.forward(&[400.0; 3])?;
+/// let below = f64::sqrt(330.0 * 330.0 - 140.0 * 140.0);
+/// assert!(position.x.abs() < 1e-9 && (position.z - (400.0 - below)).abs() < 1e-9);
+/// # Ok(())
+/// # }
+/// ```
+#[cfg(feature = "linear")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SymmetricLinearRobot<T> {
+    /// From the centre to the forearms' upper ends, less the platform's radius ("delta radius"). Length.
+    pub tower_radius: T,
+    /// Lb: forearm. Length.
+    pub forearm: T,
+}
+
+#[cfg(feature = "linear")]
+impl<T: Real> SymmetricLinearRobot<T> {
+    /// The robot with its towers at 210°, 330° and 90°, as most printers number them.
+    ///
+    /// # Errors
+    /// A [`GeometryError`] if a length is not finite, the forearm is not longer than 0 or the radius is negative.
+    pub fn robot(&self) -> Result<Robot<T>, GeometryError> {
+        let sixth = T::PI / T::from_f64(6.0);
+        self.robot_at([7.0, 11.0, 3.0].map(|sixths| sixth * T::from_f64(sixths)))
+    }
+
+    /// The robot with its towers at these azimuths, radians.
+    ///
+    /// # Errors
+    /// As [`robot`](Self::robot).
+    pub fn robot_at(&self, azimuths: [T; 3]) -> Result<Robot<T>, GeometryError> {
+        if !(self.tower_radius >= T::ZERO) {
+            return Err(GeometryError::RadiusInvalid);
+        }
+        let arm = |azimuth: T| {
+            let (sine, cosine) = azimuth.sine_cosine();
+            let zero = T::ZERO;
+            Arm::linear([
+                self.tower_radius * cosine,
+                self.tower_radius * sine,
+                zero,
+                zero,
+                zero,
+                T::ONE,
+                self.forearm,
+            ])
+        };
+        let [first, second, third] = azimuths;
+        Robot::new([arm(first)?, arm(second)?, arm(third)?])
     }
 }

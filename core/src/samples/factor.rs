@@ -1,7 +1,6 @@
-use super::count::SampleCount;
 use super::displacement::Displacement;
 use super::nominal_arm::{ArmSample, COLUMNS, NominalArm};
-use super::sample::SampleError;
+use super::sample::{Sample, SampleError};
 use super::triangle::{Triangle, put_row};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex};
@@ -120,22 +119,8 @@ impl<T: Real> ArmFactor<T> {
         self.count.add(count);
     }
 
-    /// Takes in a sample that was checked, its squared residual multiplied by a weight.
-    pub(crate) fn absorb_weighted(&mut self, x: &Vector3<T>, q: T, weight: T) {
-        if weight > T::ZERO {
-            let mut sample = self.nominal.prepare(x, q);
-            sample.weight *= weight.square_root();
-            self.absorb_block::<1>(&[sample]);
-        }
-    }
-
-    /// Sets what all samples are worth together.
-    pub(crate) fn count_as(&mut self, effective_samples: T) {
-        self.count.set_effective(effective_samples);
-    }
-
-    /// Takes in a prepared sample.
-    pub(crate) fn absorb(&mut self, samples: &[ArmSample<T>]) {
+    /// Takes in prepared samples.
+    fn absorb(&mut self, samples: &[ArmSample<T>]) {
         let (blocks, rest) = samples.as_chunks::<LARGE_BLOCK>();
         for block in blocks {
             self.absorb_block::<LARGE_BLOCK>(block);
@@ -251,5 +236,214 @@ impl<T: Real> ArmFactor<T> {
     /// The square triangular part of the features, and the right-hand side.
     pub(crate) fn triangle(&self) -> &Triangle<T, COLUMNS, 91> {
         &self.triangle
+    }
+}
+
+/// How many samples a factor holds, and what they count after forgetting.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SampleCount<T> {
+    seen: u64,
+    /// Samples since the last forgetting, and the weight of those before it.
+    recent: u64,
+    remembered: T,
+}
+
+state!(SampleCount<T>: seen: u64, recent: u64, remembered: T);
+
+impl<T: Real> SampleCount<T> {
+    pub(crate) const fn none() -> Self {
+        Self {
+            seen: 0,
+            recent: 0,
+            remembered: T::ZERO,
+        }
+    }
+
+    /// How many samples were taken in, forgotten ones included.
+    pub(crate) const fn seen(&self) -> u64 {
+        self.seen
+    }
+
+    /// Samples since it last forgot.
+    pub(crate) const fn recent(&self) -> u64 {
+        self.recent
+    }
+
+    /// Each sample counts λ for every time it was forgotten by λ.
+    pub(crate) fn effective(&self) -> T {
+        self.remembered + T::from_count(self.recent)
+    }
+
+    pub(crate) fn add(&mut self, samples: u64) {
+        self.seen = self.seen.saturating_add(samples);
+        self.recent = self.recent.saturating_add(samples);
+    }
+
+    pub(crate) fn merge(&mut self, other: &Self) {
+        self.seen = self.seen.saturating_add(other.seen);
+        self.recent = self.recent.saturating_add(other.recent);
+        self.remembered += other.remembered;
+    }
+
+    /// Everything seen so far counts λ times as much, λ in [0, 1].
+    pub(crate) fn forget(&mut self, lambda: T) {
+        self.remembered = self.effective() * lambda;
+        self.recent = 0;
+    }
+}
+
+/// A block, and the samples that come while the arms take it in, one arm a sample.
+const CAPACITY: usize = BLOCK + 2;
+
+/// Samples on their way into three factors. A factor takes them in by blocks, and no two factors at
+/// the same sample, so that no sample costs much more than another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Waiting<T: Real> {
+    /// In the order in which they came; zeros behind the last.
+    samples: [Sample<T>; CAPACITY],
+    count: usize,
+    /// How many of them each arm has taken.
+    taken: [usize; 3],
+}
+
+state!(Waiting<T>: samples: [Sample<T>; CAPACITY], count: usize, taken: [usize; 3]);
+
+impl<T: Real> Waiting<T> {
+    pub(crate) fn none() -> Self {
+        Self {
+            samples: [Sample::default(); CAPACITY],
+            count: 0,
+            taken: [0; 3],
+        }
+    }
+
+    /// Adds a sample; there is always room for it if the arm that is due then takes its block.
+    pub(crate) fn push(&mut self, sample: &Sample<T>) {
+        if let Some(place) = self.samples.get_mut(self.count) {
+            *place = *sample;
+            self.count += 1;
+        }
+    }
+
+    /// How many samples an arm has not taken.
+    pub(crate) fn waiting_for(&self, arm: ArmIndex) -> usize {
+        self.count.saturating_sub(self.taken_by(arm))
+    }
+
+    /// The arm for which a whole block waits.
+    pub(crate) fn due(&self) -> Option<ArmIndex> {
+        let due = |arm: &ArmIndex| self.waiting_for(*arm) >= BLOCK;
+        ArmIndex::ALL.into_iter().find(due)
+    }
+
+    /// Position and joint angle of what waits for an arm, a block at most.
+    pub(crate) fn block(&self, arm: ArmIndex) -> impl Iterator<Item = (&Vector3<T>, T)> {
+        let joint = arm.index();
+        self.samples
+            .iter()
+            .take(self.count)
+            .skip(self.taken_by(arm))
+            .take(BLOCK)
+            .map(move |sample| {
+                let q = sample.joints.get(joint).copied();
+                (&sample.position, q.unwrap_or(T::ZERO))
+            })
+    }
+
+    /// Notes that an arm has taken its [`block`](Self::block).
+    pub(crate) fn take(&mut self, arm: ArmIndex) {
+        let block = self.waiting_for(arm).min(BLOCK);
+        if let Some(taken) = self.taken.get_mut(arm.index()) {
+            *taken += block;
+        }
+        let [first, second, third] = self.taken;
+        let gone = first.min(second).min(third);
+        if gone > 0 {
+            self.taken = self.taken.map(|taken| taken - gone);
+            self.count = self.count.saturating_sub(gone);
+            for place in 0..CAPACITY {
+                let moved = self.samples.get(place + gone).copied();
+                if let Some(sample) = self.samples.get_mut(place) {
+                    *sample = moved.unwrap_or_default();
+                }
+            }
+        }
+    }
+
+    fn taken_by(&self, arm: ArmIndex) -> usize {
+        self.taken.get(arm.index()).copied().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    use super::{CAPACITY, Waiting};
+    use crate::robot::ArmIndex;
+    use crate::samples::Sample;
+    use crate::samples::factor::BLOCK;
+    use nalgebra::Vector3;
+
+    /// The nth sample: its numbers tell which it is.
+    fn sample(number: u16) -> Sample<f64> {
+        let number = f64::from(number);
+        Sample {
+            joints: [number, number + 0.25, number + 0.5],
+            position: Vector3::new(number, 0.0, 0.0),
+        }
+    }
+
+    /// In order, and no two arms at the same sample.
+    #[test]
+    fn every_arm_takes_every_sample_once() {
+        let mut waiting = Waiting::none();
+        let mut next = [0_u16; 3];
+        let mut take = |waiting: &mut Waiting<f64>, arm: ArmIndex| {
+            let mut count = 0;
+            for (position, q) in waiting.block(arm) {
+                let expected = sample(next[arm.index()]);
+                assert_eq!(*position, expected.position);
+                assert!((q - expected.joints[arm.index()]).abs() < 1e-12);
+                next[arm.index()] += 1;
+                count += 1;
+            }
+            waiting.take(arm);
+            count
+        };
+        for number in 0..103 {
+            waiting.push(&sample(number));
+            // Every fourth sample completes a block; the arms take it in one after the other, at the sample
+            // that completes it and the two after that.
+            let expected = match number {
+                0..3 => None,
+                _ => ArmIndex::ALL.get(usize::from(number + 1) % BLOCK).copied(),
+            };
+            let due = waiting.due();
+            assert_eq!(due, expected, "{number}");
+            if let Some(arm) = due {
+                assert_eq!(take(&mut waiting, arm), BLOCK);
+            }
+        }
+        // Whatever is left, in blocks.
+        for arm in ArmIndex::ALL {
+            while waiting.waiting_for(arm) > 0 {
+                assert!(take(&mut waiting, arm) > 0);
+            }
+        }
+        assert_eq!(next, [103; 3]);
+        // Nothing is left behind: it is as it was at the beginning.
+        assert_eq!(waiting, Waiting::none());
+    }
+
+    #[test]
+    fn a_full_queue_takes_no_more() {
+        let mut waiting = Waiting::none();
+        for number in 0..20 {
+            waiting.push(&sample(number));
+        }
+        for arm in ArmIndex::ALL {
+            assert_eq!(waiting.waiting_for(arm), CAPACITY);
+            assert_eq!(waiting.block(arm).count(), BLOCK);
+        }
     }
 }

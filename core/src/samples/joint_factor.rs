@@ -1,10 +1,7 @@
-use super::count::SampleCount;
 use super::displacement::Displacement;
-use super::factor::MergeError;
-use super::mean_pose::MeanPose;
-use super::noise::Noise;
+use super::factor::{MergeError, SampleCount};
 use super::nominal_arm::NominalArm;
-use super::sample::{Sample, SampleError, check_weight};
+use super::sample::{Noise, Sample, SampleError};
 use super::triangle::Triangle;
 use super::whitened_sample::{FEATURES, JointDisplacement, WhitenedSample};
 use crate::Real;
@@ -28,25 +25,8 @@ pub(crate) const JOINT_COLUMNS: usize = 37;
 /// To first order W f are the whitened errors of the position, since ∂f/∂X is invertible: what
 /// [`ArmFactor`](super::ArmFactor) loses by taking the arms for independent is kept here. φᵢ and c are
 /// those of [`NominalArm`]. W is taken at the nominal robot.
-///
-/// ```
-/// use delta_cal::{Sample, SymmetricRobot};
-/// use delta_cal::samples::JointFactor;
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }.robot()?;
-/// let joints = [0.1, 0.3, -0.2];
-/// let mut position = robot.forward(&joints)?;
-/// // A millimetre off, and no noise stated: the residual is that millimetre.
-/// position.x += 1.0;
-/// let mut factor = JointFactor::new(&robot, &robot.forward(&[0.2; 3])?, None);
-/// factor.add(&Sample { joints, position })?;
-/// let residual = f64::sqrt(factor.sum_of_squares(&robot)) * factor.unit();
-/// assert!((residual - 1.0).abs() < 0.01);
-/// # Ok(())
-/// # }
-/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointFactor<T: Real> {
+pub(crate) struct JointFactor<T: Real> {
     nominal_arms: [NominalArm<T>; 3],
     triangle: Triangle<T, JOINT_COLUMNS, 703>,
     count: SampleCount<T>,
@@ -66,7 +46,7 @@ pub(crate) type LeftOver<T, const K: usize> = [[T; K]; JOINT_COLUMNS - FEATURES]
 impl<T: Real> JointFactor<T> {
     /// An empty factor of samples of `robot`, measured about `centre`, a point within the workspace
     /// (length).
-    pub fn new(robot: &Robot<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
+    pub(crate) fn new(robot: &Robot<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
         let [first, second, third] = robot.arms();
         Self {
             nominal_arms: [
@@ -86,29 +66,29 @@ impl<T: Real> JointFactor<T> {
     }
 
     /// What the samples are expressed against.
-    pub const fn nominal_arms(&self) -> &[NominalArm<T>; 3] {
+    pub(crate) const fn nominal_arms(&self) -> &[NominalArm<T>; 3] {
         &self.nominal_arms
     }
 
     /// The stated noise, if any.
-    pub const fn noise(&self) -> Option<&Noise<T>> {
+    pub(crate) const fn noise(&self) -> Option<&Noise<T>> {
         let [first, ..] = &self.nominal_arms;
         first.noise()
     }
 
     /// The length of a residual of 1 if no noise is stated.
-    pub const fn unit(&self) -> T {
+    pub(crate) const fn unit(&self) -> T {
         let [first, ..] = &self.nominal_arms;
         first.scale()
     }
 
     /// How many samples were taken in, forgotten ones included.
-    pub const fn samples(&self) -> u64 {
+    pub(crate) const fn samples(&self) -> u64 {
         self.count.seen()
     }
 
     /// The effective number of samples: each counts λ for every time it was forgotten by λ.
-    pub fn effective_samples(&self) -> T {
+    pub(crate) fn effective_samples(&self) -> T {
         self.count.effective()
     }
 
@@ -117,11 +97,11 @@ impl<T: Real> JointFactor<T> {
         self.count.recent()
     }
 
-    /// Whether [`add`](Self::add) would take the sample.
+    /// Whether a sample may be taken in.
     ///
     /// # Errors
-    /// As [`add`](Self::add).
-    pub fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
+    /// A number that is not finite or out of range.
+    pub(crate) fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
         let [first, ..] = &self.nominal_arms;
         sample.check(first.arm().drive())?;
         for (nominal, arm) in self.nominal_arms.iter().zip(ArmIndex::ALL) {
@@ -130,76 +110,11 @@ impl<T: Real> JointFactor<T> {
         Ok(())
     }
 
-    /// Takes in one sample.
-    ///
-    /// # Errors
-    /// A number that is not finite or out of range; the factor is unchanged.
-    pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
-        self.check(sample)?;
-        self.absorb_one(&self.prepare(sample));
-        Ok(())
-    }
-
-    /// Takes in samples, the sum of whose squared residuals is multiplied by their weights, and sets
-    /// the effective number of all samples. For fits that reweight stored samples.
-    ///
-    /// # Errors
-    /// The first faulty sample's place in the sequence and its fault; the factor is unchanged.
-    pub fn add_weighted<'a, I>(
-        &mut self,
-        samples: I,
-        effective_samples: T,
-    ) -> Result<(), (usize, SampleError)>
-    where
-        I: IntoIterator<Item = (&'a Sample<T>, T)>,
-    {
-        let mut updated = *self;
-        let mut block = [self.prepare(&Sample::default()); 4];
-        let mut filled = 0;
-        for (index, (sample, weight)) in samples.into_iter().enumerate() {
-            self.check(sample)
-                .and_then(|()| check_weight(weight))
-                .map_err(|error| (index, error))?;
-            if weight > T::ZERO
-                && let Some(place) = block.get_mut(filled)
-            {
-                *place = self.prepare(sample).weighted(weight.square_root());
-                filled += 1;
-            }
-            if filled == block.len() {
-                updated.absorb::<4, 8, 12>(&block);
-                filled = 0;
-            }
-        }
-        for sample in block.iter().take(filled) {
-            updated.absorb_one(sample);
-        }
-        updated.count_as(effective_samples);
-        *self = updated;
-        Ok(())
-    }
-
-    /// The length |W f| of a sample's whitened residuals at a displacement, in σ of the stated noise, otherwise in
-    /// [units](Self::unit) of length.
-    #[inline(never)]
-    pub fn residual(&self, sample: &Sample<T>, at: &JointDisplacement<T>) -> T {
-        let mut sum = T::ZERO;
-        for residual in self.prepare(sample).residuals(at) {
-            sum += residual.squared();
-        }
-        sum.square_root()
-    }
-
-    /// Sets what all samples are worth together.
-    pub(crate) fn count_as(&mut self, effective_samples: T) {
-        self.count.set_effective(effective_samples);
-    }
-
     /// Takes in many samples, in blocks; a block costs less than its samples one by one.
     ///
     /// # Errors
     /// The first faulty sample's place and its fault; the factor is unchanged.
-    pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
+    pub(crate) fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
         for (index, sample) in samples.iter().enumerate() {
             self.check(sample).map_err(|error| (index, error))?;
         }
@@ -302,7 +217,7 @@ impl<T: Real> JointFactor<T> {
     ///
     /// # Errors
     /// [`MergeError::DifferentNominal`]; the factor is unchanged.
-    pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
+    pub(crate) fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
         if self.nominal_arms != other.nominal_arms {
             return Err(MergeError::DifferentNominal);
         }
@@ -314,7 +229,7 @@ impl<T: Real> JointFactor<T> {
 
     /// Lets everything seen so far count λ times as much: the sum of squares is multiplied by λ. λ is
     /// clamped to [0, 1]; NaN forgets nothing.
-    pub fn forget(&mut self, lambda: T) {
+    pub(crate) fn forget(&mut self, lambda: T) {
         if !(lambda < T::ONE) {
             return;
         }
@@ -326,7 +241,7 @@ impl<T: Real> JointFactor<T> {
 
     /// Σ |W f(P)|² over everything seen, for any parameters; without a stated noise in units of
     /// [`unit`](Self::unit) squared.
-    pub fn sum_of_squares(&self, robot: &Robot<T>) -> T {
+    pub(crate) fn sum_of_squares(&self, robot: &Robot<T>) -> T {
         let [one, two, three] = robot.arms();
         let [first, second, third] = &self.nominal_arms;
         let at = self.displaced(&[
@@ -388,3 +303,40 @@ fn copy_rows<T: Copy, const K: usize, const L: usize>(from: &[[T; K]], to: &mut 
 
 #[cfg(test)]
 pub(crate) mod tests;
+
+/// The mean of the samples, each arm's in its own units. Rows of the factor cannot tell it: near a
+/// singularity W is large, and by another amount for each arm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct MeanPose<T: Real> {
+    pub(super) weight: T,
+    /// X in units of the third arm.
+    pub(crate) position: Vector3<T>,
+    pub(crate) cosines: [T; 3],
+    pub(crate) sines: [T; 3],
+}
+
+state!(MeanPose<T>: weight: T, position: Vector3<T>, cosines: [T; 3], sines: [T; 3]);
+
+impl<T: Real> MeanPose<T> {
+    pub(super) fn none() -> Self {
+        Self {
+            weight: T::ZERO,
+            position: Vector3::zeros(),
+            cosines: [T::ZERO; 3],
+            sines: [T::ZERO; 3],
+        }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        if !(other.weight > T::ZERO) {
+            return;
+        }
+        self.weight += other.weight;
+        let share = other.weight / self.weight;
+        self.position += (other.position - self.position) * share;
+        let own = self.cosines.iter_mut().chain(&mut self.sines);
+        for (mean, value) in own.zip(other.cosines.iter().chain(&other.sines)) {
+            *mean += (*value - *mean) * share;
+        }
+    }
+}

@@ -196,7 +196,7 @@ mod tests {
         }
     }
 
-    /// A row by itself, as the classical form has it, with a weight of its own.
+    /// A row by itself, with a weight of its own.
     #[test]
     fn a_row_is_the_derivative_of_its_weighted_constraint() {
         let nominal = nominal();

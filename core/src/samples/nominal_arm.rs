@@ -1,4 +1,4 @@
-use super::noise::Noise;
+use super::sample::Noise;
 use super::sample::{SampleError, check_joint, check_position};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Drive, Parameter, ParameterKind, Transmission};

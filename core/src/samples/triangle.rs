@@ -1,16 +1,9 @@
 //! The orthogonal reduction on which everything rests: rows go into an upper triangular factor by
 //! Householder reflections.
 
-mod reflections;
-mod substitution;
-
 use crate::Real;
 use crate::snapshot::{Reader, State, Writer};
-use reflections::reduce;
-use substitution::{
-    affine, back_substitute, column_norms, inverse_columns, left_substitute, packed_row,
-    substitute, transposed,
-};
+use core::hint::black_box;
 
 /// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2
 /// numbers. RᵀR is the sum of the outer products of all rows ever absorbed.
@@ -146,22 +139,6 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         triangle
     }
 
-    /// The same with another last column, and nothing in its last row.
-    pub(crate) fn with_last_column(mut self, values: &[T]) -> Self {
-        let mut rest = self.entries.as_mut_slice();
-        let mut values = values.iter();
-        for row in 0..N {
-            let Some((head, tail)) = rest.split_at_mut_checked(N - row) else {
-                break;
-            };
-            if let Some(entry) = head.last_mut() {
-                *entry = values.next().copied().unwrap_or(T::ZERO);
-            }
-            rest = tail;
-        }
-        self
-    }
-
     /// Multiplies every entry.
     pub(crate) fn scale(&mut self, factor: T) {
         for entry in &mut self.entries {
@@ -232,5 +209,455 @@ pub(crate) fn put_row<T: Copy, const K: usize>(
     }
 }
 
+/// Householder reflections of the leading columns of a triangle of `size` columns with a block of rows.
+#[allow(clippy::inline_always)] // the sizes of each caller are constants that unroll it
+#[inline(always)]
+fn reduce<T: Real, const K: usize>(
+    entries: &mut [T],
+    size: usize,
+    mut columns: &mut [[T; K]],
+    pivots: usize,
+) {
+    let mut rest = entries;
+    for row in 0..pivots {
+        let Some((head, tail)) = rest.split_at_mut_checked(size - row) else {
+            return;
+        };
+        rest = tail;
+        let (Some((diagonal, right)), Some((column, later))) =
+            (head.split_first_mut(), columns.split_first_mut())
+        else {
+            return;
+        };
+        columns = later;
+        let below = dot(column, column);
+        // Nothing to eliminate, or less than squares can hold without underflow: what is left of
+        // a column by rounding alone when the block has fewer rows than columns.
+        if !(below > T::SMALLEST_SQUARE) {
+            continue;
+        }
+        let squared = *diagonal * *diagonal + below;
+        let inverse_norm = squared.inverse_square_root();
+        // The reflection v = (r ∓ norm, column) that keeps the sign of r (Parlett 1971): in a long
+        // stream every entry of R is moved by a small correction, whose rounding is small too. The
+        // usual sign would turn R over at every block, and round all of it.
+        let sum = diagonal.magnitude() + squared * inverse_norm;
+        let growth = below / sum;
+        let growth = if *diagonal < T::ZERO { -growth } else { growth };
+        let pivot = -growth;
+        let scale = sum * inverse_norm / below;
+        *diagonal += growth;
+        for (entry, other) in right.iter_mut().zip(columns.iter_mut()) {
+            let projection = (pivot * *entry + dot(column, other)) * scale;
+            *entry -= projection * pivot;
+            // By index, here and in `dot`: where a program is compiled in parts, iterators over two slices are not
+            // inlined, and a sample costs four times as much.
+            for index in 0..K {
+                if let (Some(target), Some(source)) = (other.get_mut(index), column.get(index)) {
+                    *target -= projection * *source;
+                }
+            }
+        }
+    }
+}
+
+/// Σ aᵢbᵢ in four interleaved sums: a stated order that vectorises, the same on every platform.
+#[inline]
+fn dot<T: Real, const K: usize>(a: &[T; K], b: &[T; K]) -> T {
+    let lanes = K / 4 * 4;
+    let mut sum = T::ZERO;
+    if let (Some([a0, a1, a2, a3]), Some([b0, b1, b2, b3])) =
+        (a.first_chunk::<4>(), b.first_chunk::<4>())
+    {
+        let mut sums = [*a0 * *b0, *a1 * *b1, *a2 * *b2, *a3 * *b3];
+        for index in 4..lanes {
+            if let (Some(sum), Some(a), Some(b)) =
+                (sums.get_mut(index % 4), a.get(index), b.get(index))
+            {
+                *sum += *a * *b;
+            }
+        }
+        let [s0, s1, s2, s3] = sums;
+        sum = (s0 + s2) + (s1 + s3);
+    }
+    for index in lanes..K {
+        if let (Some(a), Some(b)) = (a.get(index), b.get(index)) {
+            sum += *a * *b;
+        }
+    }
+    sum
+}
+
+// Products and substitutions with an upper triangle, packed by rows. These functions are shared by
+// triangles of all sizes: each size of its own would be unrolled into more flash than its speed is
+// worth. For the same reason one length is hidden from the optimiser.
+
+fn packed_row<T>(entries: &[T], size: usize, row: usize) -> &[T] {
+    let above = row.saturating_sub(1) * row / 2;
+    let start = (row * size).saturating_sub(above);
+    entries
+        .get(start..)
+        .and_then(|rest| rest.get(..size.saturating_sub(row)))
+        .unwrap_or_default()
+}
+
+#[inline(never)]
+fn affine<T: Real>(entries: &[T], x: &[T], product: &mut [T]) {
+    let mut rest = entries;
+    for (index, target) in product.iter_mut().enumerate() {
+        let x = x.get(index..).unwrap_or_default();
+        let Some((row, [right, below @ ..])) = rest.split_at_checked(x.len()) else {
+            return;
+        };
+        rest = below;
+        let mut value = *right;
+        for (factor, x) in row.iter().zip(x) {
+            value += *factor * *x;
+        }
+        *target = value;
+    }
+}
+
+#[inline(never)]
+fn transposed<T: Real>(entries: &[T], v: &[T], product: &mut [T]) {
+    let (mut rest, mut product) = (entries, product);
+    for part in v {
+        let Some((row, [_, below @ ..])) = rest.split_at_checked(product.len()) else {
+            return;
+        };
+        for (sum, factor) in product.iter_mut().zip(row) {
+            *sum += *factor * *part;
+        }
+        let Some((_, others)) = product.split_first_mut() else {
+            return;
+        };
+        (rest, product) = (below, others);
+    }
+}
+
+#[inline(never)]
+fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
+    let size = norms.len();
+    for row in 0..size {
+        let entries = packed_row(entries, size, row);
+        for (sum, entry) in norms.iter_mut().skip(row).zip(entries) {
+            *sum += *entry * *entry;
+        }
+    }
+    for norm in norms {
+        *norm = norm.square_root();
+    }
+}
+
+/// x with xᵀ U = vᵀ in the place of v.
+#[inline(never)]
+fn left_substitute<T: Real>(entries: &[T], size: usize, vector: &mut [T]) {
+    let (mut rows, mut rest) = (entries, vector);
+    for length in (2..=size).rev() {
+        let (Some(([pivot, row @ ..], below)), Some((target, later))) =
+            (rows.split_at_checked(length), rest.split_first_mut())
+        else {
+            return;
+        };
+        *target /= *pivot;
+        for (entry, factor) in later.iter_mut().zip(row) {
+            *entry -= *target * *factor;
+        }
+        (rows, rest) = (below, later);
+    }
+}
+
+/// x with U x = −v in the place of v.
+#[inline(never)]
+fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -> bool {
+    // From the last row, which holds the right-hand side's own entry alone.
+    let Some((_, mut rest)) = entries.split_last() else {
+        return false;
+    };
+    let size = solution.len();
+    for index in (0..size).rev() {
+        let length = size + 1 - index;
+        let Some((before, [pivot, row @ ..])) =
+            rest.split_at_checked(rest.len().saturating_sub(length))
+        else {
+            return false;
+        };
+        rest = before;
+        let (Some([target, known @ ..]), Some(smallest)) =
+            (solution.get_mut(index..), smallest.get(index))
+        else {
+            return false;
+        };
+        let mut value = -*target;
+        for (coefficient, known) in row.iter().zip(known.iter()) {
+            value -= *coefficient * *known;
+        }
+        if !(pivot.magnitude() > *smallest) {
+            return false;
+        }
+        *target = value / *pivot;
+    }
+    true
+}
+
+/// Columns side by side: an entry of the triangle is loaded once for all of them.
+#[inline(never)]
+fn inverse_columns<T: Real, const K: usize>(entries: &[T], size: usize, columns: &mut [[T; K]]) {
+    let length = black_box(columns.len());
+    let end = (length * size).saturating_sub(length.saturating_sub(1) * length / 2);
+    let mut rest = entries.get(..end).unwrap_or_default();
+    for row in (0..length).rev() {
+        let above = rest.len().saturating_sub(size.saturating_sub(row));
+        let (Some((before, [pivot, entries @ ..])), Some([target, known @ ..])) =
+            (rest.split_at_checked(above), columns.get_mut(row..))
+        else {
+            return;
+        };
+        rest = before;
+        let mut values = core::array::from_fn(|column| {
+            if column + length == row + K {
+                T::ONE
+            } else {
+                T::ZERO
+            }
+        });
+        for (entry, known) in entries.iter().zip(known.iter()) {
+            for (value, known) in values.iter_mut().zip(known) {
+                *value -= *entry * *known;
+            }
+        }
+        let inverse = T::ONE / *pivot;
+        *target = values.map(|value| value * inverse);
+    }
+}
+
+#[inline(never)]
+fn substitute<T: Real>(entries: &[T], size: usize, column: &mut [T]) {
+    for row in (0..black_box(column.len().saturating_sub(1))).rev() {
+        let ([pivot, row @ ..], Some([target, known @ ..])) =
+            (packed_row(entries, size, row), column.get_mut(row..))
+        else {
+            return;
+        };
+        let mut value = T::ZERO;
+        for (entry, known) in row.iter().zip(known.iter()) {
+            value -= *entry * *known;
+        }
+        *target = value / *pivot;
+    }
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::Triangle;
+    use nalgebra::{SMatrix, SVector};
+    use rand_core::{Rng, SeedableRng};
+    use rand_pcg::Pcg32;
+
+    type Small = Triangle<f64, 5, 15>;
+
+    /// Evenly in (−1, 1).
+    fn uniform(rng: &mut Pcg32) -> f64 {
+        f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
+    }
+
+    /// Random rows as columns of a matrix.
+    fn rows<const K: usize>(rng: &mut Pcg32) -> [SVector<f64, 5>; K] {
+        [(); K].map(|()| SVector::from([(); 5].map(|()| uniform(rng))))
+    }
+
+    fn by_columns<const K: usize>(rows: &[SVector<f64, 5>; K]) -> [[f64; K]; 5] {
+        let mut columns = [[0.0; K]; 5];
+        for (index, row) in rows.iter().enumerate() {
+            for (column, value) in columns.iter_mut().zip(row.iter()) {
+                column[index] = *value;
+            }
+        }
+        columns
+    }
+
+    /// Σ row rowᵀ.
+    fn gram(rows: &[SVector<f64, 5>]) -> SMatrix<f64, 5, 5> {
+        let zero = SMatrix::zeros();
+        rows.iter()
+            .fold(zero, |sum, row| sum + row * row.transpose())
+    }
+
+    fn full(triangle: &Small) -> SMatrix<f64, 5, 5> {
+        let mut matrix = SMatrix::zeros();
+        for (index, row) in triangle.rows().enumerate() {
+            assert_eq!(row.len(), 5 - index);
+            assert_eq!(row, triangle.row(index));
+            for (offset, value) in row.iter().enumerate() {
+                matrix[(index, index + offset)] = *value;
+            }
+        }
+        matrix
+    }
+
+    /// Some ten roundings of numbers of about 10.
+    const SAME: f64 = 1e-13;
+
+    fn same(triangle: &Small, expected: &SMatrix<f64, 5, 5>) -> bool {
+        let r = full(triangle);
+        (r.transpose() * r - expected).amax() < SAME
+    }
+
+    #[test]
+    fn rows_of_any_block_size_sum_up() {
+        let mut rng = Pcg32::seed_from_u64(1);
+        for _ in 0..100 {
+            // One at a time, in fours and a remainder, and with zeros behind the last.
+            let all = rows::<12>(&mut rng);
+            let expected = gram(&all);
+            let mut singly = Small::zero();
+            for row in &all {
+                singly.absorb(&mut by_columns(&[*row]));
+            }
+            assert!(same(&singly, &expected));
+            let mut at_once = Small::zero();
+            at_once.absorb(&mut by_columns(&all));
+            assert!(same(&at_once, &expected));
+            let mut in_parts = Small::zero();
+            let [a, b, c, d, e, f, g, h, i, j, k, l] = all;
+            in_parts.absorb(&mut by_columns(&[a, b, c, d, e, f, g]));
+            in_parts.absorb(&mut by_columns(&[h, i, j, k, l, SVector::zeros()]));
+            assert!(same(&in_parts, &expected));
+            let mut merged = Small::zero();
+            merged.absorb(&mut by_columns(&[a, b, c, d, e]));
+            let mut other = Small::zero();
+            other.absorb(&mut by_columns(&[f, g, h, i, j, k, l]));
+            merged.merge(&other);
+            assert!(same(&merged, &expected));
+            merged.scale(0.5);
+            assert!(same(&merged, &(expected * 0.25)));
+        }
+    }
+
+    /// In a long stream the factor's entries are moved by small corrections: the diagonal never changes its
+    /// sign.
+    #[test]
+    fn the_diagonal_keeps_its_signs() {
+        let mut rng = Pcg32::seed_from_u64(2);
+        for _ in 0..100 {
+            let start = rows::<1>(&mut rng)[0];
+            let mut triangle =
+                Small::from_diagonal(start.as_slice(), &[0.0, 0.0, 0.0, 0.0, start[4]]);
+            for _ in 0..20 {
+                let before = full(&triangle).diagonal();
+                triangle.absorb(&mut by_columns(&rows::<3>(&mut rng)));
+                let after = full(&triangle).diagonal();
+                for (before, after) in before.iter().zip(after.iter()) {
+                    assert!(before * after > 0.0 && after.abs() >= before.abs());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_block_of_zeros_changes_no_bit() {
+        let mut rng = Pcg32::seed_from_u64(3);
+        let mut triangle = Small::zero();
+        triangle.absorb(&mut by_columns(&rows::<7>(&mut rng)));
+        let before = triangle;
+        triangle.absorb(&mut [[0.0; 4]; 5]);
+        assert_eq!(triangle, before);
+    }
+
+    /// Numbers whose squares underflow are left out rather than divided by.
+    #[test]
+    fn what_cannot_be_squared_changes_nothing() {
+        let mut triangle = Small::zero();
+        triangle.absorb(&mut [[1e-160; 2]; 5]);
+        assert_eq!(triangle, Small::zero());
+    }
+
+    #[test]
+    fn column_norms_are_the_rows_norms() {
+        let mut rng = Pcg32::seed_from_u64(4);
+        let all = rows::<9>(&mut rng);
+        let mut triangle = Small::zero();
+        triangle.absorb(&mut by_columns(&all));
+        for (norm, squared) in triangle.column_norms().iter().zip(&gram(&all).diagonal()) {
+            assert!((norm - squared.sqrt()).abs() < SAME);
+        }
+    }
+
+    #[test]
+    fn the_minimiser_solves_the_normal_equations() {
+        let mut rng = Pcg32::seed_from_u64(5);
+        for _ in 0..100 {
+            let all = rows::<9>(&mut rng);
+            let mut triangle = Small::zero();
+            triangle.absorb(&mut by_columns(&all));
+            let gram = gram(&all);
+            let matrix = gram.fixed_view::<4, 4>(0, 0).into_owned();
+            let right = gram.fixed_view::<4, 1>(0, 4).into_owned();
+            let inverse = matrix.try_inverse().unwrap();
+            let expected = -(inverse * right);
+            let found: [f64; 4] = triangle.minimiser(&[0.0; 5]).unwrap();
+            // The normal equations square a condition of up to some hundreds.
+            assert!((SVector::from(found) - expected).norm() < 1e-8 * (1.0 + expected.norm()));
+
+            let (step, gain) = triangle.step_against::<4>(right.into()).unwrap();
+            assert!((SVector::from(step) - expected).norm() < 1e-8 * (1.0 + expected.norm()));
+            assert!((gain + right.dot(&expected)).abs() < 1e-8 * (1.0 + gain));
+
+            // Products with the leading part and its transpose.
+            let leading = full(&triangle).fixed_view::<4, 4>(0, 0).into_owned();
+            let beside = full(&triangle).fixed_view::<4, 1>(0, 4).into_owned();
+            let residual = SVector::from(triangle.leading_residual::<4>(&step));
+            assert!((residual - (leading * SVector::from(step) + beside)).norm() < SAME);
+            let back = SVector::from(triangle.leading_transposed::<4>(&residual.into()));
+            assert!((back - leading.transpose() * residual).norm() < SAME);
+
+            // The inverse's last columns, two at a time, of every leading part.
+            for length in 1..=5 {
+                let mut columns = [[0.0; 2]; 5];
+                triangle.inverse_columns(&mut columns[..length]);
+                for place in 0..2_usize.min(length) {
+                    let column = columns.map(|entries| entries[1 - place]);
+                    let product = full(&triangle) * SVector::from(column);
+                    for (row, value) in product.iter().enumerate().take(length) {
+                        let expected = if row + 1 + place == length { 1.0 } else { 0.0 };
+                        assert!((value - expected).abs() < 1e-11);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_pivot_that_is_not_greater_than_the_smallest_determines_nothing() {
+        let diagonal =
+            Small::from_diagonal(&[1.0, -2.0, 3.0, 4.0, 5.0], &[3.0, 8.0, 6.0, 4.0, 5.0]);
+        let minimiser = |smallest: &[f64; 5]| diagonal.minimiser::<4>(smallest);
+        assert_eq!(minimiser(&[0.0; 5]), Some([-3.0, 4.0, -2.0, -1.0]));
+        assert_eq!(
+            minimiser(&[0.9, 1.9, 2.9, 3.9, 99.0]),
+            Some([-3.0, 4.0, -2.0, -1.0])
+        );
+        assert_eq!(minimiser(&[0.0, 2.0, 0.0, 0.0, 0.0]), None);
+        assert_eq!(minimiser(&[0.0, 0.0, 0.0, 4.1, 0.0]), None);
+        assert_eq!(minimiser(&[f64::NAN, 0.0, 0.0, 0.0, 0.0]), None);
+        assert_eq!(Small::zero().minimiser::<4>(&[0.0; 5]), None);
+    }
+
+    /// Of parameters p₁ … pₖ with pₖ = 1 the others follow such that the rows above the last give zero.
+    #[test]
+    fn a_completed_column_leaves_nothing_in_the_rows_above_its_last_entry() {
+        let mut rng = Pcg32::seed_from_u64(6);
+        for length in 1..=5 {
+            let mut triangle = Small::zero();
+            triangle.absorb(&mut by_columns(&rows::<9>(&mut rng)));
+            let mut column = [0.0; 5];
+            column[length - 1] = 1.0;
+            triangle.complete_column(&mut column[..length]);
+            assert!((column[length - 1] - 1.0).abs() < f64::MIN_POSITIVE);
+            let product = full(&triangle) * SVector::from(column);
+            assert!(product.rows(0, length - 1).amax() < SAME);
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! A sample of all arms, whitened by the covariance that their closures share.
 
 use super::displacement::Displacement;
-use super::mean_pose::MeanPose;
+use super::joint_factor::MeanPose;
 use super::nominal_arm::{ArmSample, COLUMNS};
 use super::triangle::put_row;
 use crate::Real;
@@ -12,7 +12,7 @@ pub(super) const FEATURES: usize = 12;
 
 /// The three arms moved by their corrections, as [`JointFactor`](super::JointFactor) has them for its residuals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointDisplacement<T: Real> {
+pub(crate) struct JointDisplacement<T: Real> {
     pub(crate) arms: [Displacement<T>; 3],
 }
 
@@ -81,6 +81,7 @@ impl<T: Real> WhitenedSample<T> {
     }
 
     /// W f at a displacement.
+    #[cfg(test)]
     pub(crate) fn residuals(&self, at: &JointDisplacement<T>) -> [T; 3] {
         let mut constraints = [T::ZERO; 3];
         for ((constraint, sample), arm) in constraints.iter_mut().zip(&self.arms).zip(&at.arms) {
@@ -124,15 +125,6 @@ impl<T: Real> WhitenedSample<T> {
     #[cfg(test)]
     pub(crate) const fn rows(&self) -> &[[T; 3]; 3] {
         &self.rows
-    }
-
-    /// Lets the sample count so much: `root` squared.
-    pub(super) fn weighted(mut self, root: T) -> Self {
-        for entry in self.rows.iter_mut().flatten() {
-            *entry *= root;
-        }
-        self.weight *= root.squared();
-        self
     }
 
     pub(super) fn pose(&self) -> MeanPose<T> {

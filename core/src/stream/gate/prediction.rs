@@ -1,8 +1,8 @@
 //! What an arm's samples so far and its prior predict of the next sample.
 
 use crate::Real;
+use crate::calibration::Normal;
 use crate::calibration::step_control::LONGEST_STEP;
-use crate::calibration::{Linearize, Normal};
 use crate::samples::{ArmFactor, ArmSample, Displacement};
 use crate::snapshot::state;
 use nalgebra::SVector;

@@ -18,19 +18,15 @@ mod equation;
 mod instruments;
 mod linearization;
 mod observation;
-mod outcome;
-mod prepared;
 mod problem;
-mod row;
 mod solve;
-mod solver;
 mod start;
 
 pub use crate::calibration::Instrument;
 pub use instruments::{Instruments, ObservationNoise, Plane, Point, PositionFrame};
-pub use observation::{Distance, DistanceFrom, Height, Observation, ObservationError};
-pub use outcome::ObservationOutcome;
+pub use observation::{
+    Distance, DistanceFrom, Height, Observation, ObservationError, ObservationRow,
+};
 pub use problem::{InstrumentsAt, ObservationProblem, PrepareError};
-pub use row::ObservationRow;
-pub use solver::ObservationSolver;
+pub use solve::{ObservationOutcome, ObservationSolver};
 pub use start::StartValues;

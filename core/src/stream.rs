@@ -2,16 +2,14 @@
 //! they are taken in, and [`Forgetting`] for a robot that changes. [`StreamCalibrator`] combines them with either
 //! estimator, as a controller needs it.
 
+mod calibrator;
 mod forgetting;
 mod gate;
-mod stream_calibrator;
-mod stream_options;
-mod stream_outcome;
-mod stream_refusal;
+mod options;
 
+pub use calibrator::StreamCalibrator;
 pub use forgetting::{Forgetting, ForgettingError};
 pub use gate::{Alarm, Gate, GateCounts, GateError, Innovation, Untested, Verdict};
-pub use stream_calibrator::StreamCalibrator;
-pub use stream_options::{Estimator, Selection, StreamOptions};
-pub use stream_outcome::{AddError, Added, StreamOutcome};
-pub use stream_refusal::StreamRefusal;
+pub use options::{
+    AddError, Added, Estimator, Selection, StreamOptions, StreamOutcome, StreamRefusal,
+};

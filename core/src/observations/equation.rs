@@ -1,8 +1,7 @@
 //! What an instrument would read, and how that changes.
 
 use super::instruments::{Instruments, PositionFrame};
-use super::observation::{Distance, DistanceFrom, Height, Observation};
-use super::row::READINGS;
+use super::observation::{Distance, DistanceFrom, Height, Observation, READINGS};
 use crate::Real;
 use crate::frame::{RigidTransform, rotation_of};
 use nalgebra::{Matrix3, Vector3, Vector4};

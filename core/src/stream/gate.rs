@@ -12,10 +12,7 @@
 //! three linearised problems of eight parameters; every sample costs about the same.
 
 mod prediction;
-mod snapshot;
 mod verdict;
-
-pub use verdict::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
 
 use super::forgetting::Forgetting;
 use crate::Real;
@@ -23,7 +20,9 @@ use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START,
 use crate::calibration::{Calibrator, RobotOutcome, Settings, Tolerance};
 use crate::robot::ArmIndex;
 use crate::samples::{ArmFactor, Sample, SampleError};
+use crate::snapshot::{Fingerprint, Kind, SnapshotError, longest, read, state, write};
 use prediction::{Predicted, Prediction, Row};
+pub use verdict::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
 
 /// Tests each sample before a [`Calibrator`] takes it in. Constant memory, no sample is kept.
 ///
@@ -316,4 +315,72 @@ const PARAMETERS: u64 = 8;
 fn prior<T: Real>(factor: &ArmFactor<T>, settings: &Settings<T>) -> [T; 8] {
     let tolerance = settings.tolerance.filter(|_| settings.noise.is_some());
     Tolerance::weights(tolerance.as_ref(), factor.nominal())
+}
+
+state!(
+    Gate<T>:
+    arms: [Prediction<T>; 3],
+    estimated: bool,
+    counts: GateCounts,
+    alarm: Option<Alarm>,
+);
+
+impl<T: Real> Gate<T> {
+    /// How many bytes a [`snapshot`](Self::snapshot) takes.
+    pub const SNAPSHOT_BYTES: usize = longest::<T, Self>();
+
+    /// Writes what the gate has seen into `bytes`, and returns the part that was written. It belongs to the snapshot of the
+    /// calibrator as it is now.
+    ///
+    /// # Errors
+    /// [`SnapshotError::BufferTooShort`]; `bytes` is unchanged.
+    pub fn snapshot<'a>(
+        &self,
+        calibrator: &Calibrator<T>,
+        bytes: &'a mut [u8],
+    ) -> Result<&'a [u8], SnapshotError> {
+        write(Kind::Gate, self.fingerprint(calibrator), self, bytes)
+    }
+
+    /// Restores a [`snapshot`](Self::snapshot) into a gate of the same width, tolerance and forgetting, in front of the calibrator that
+    /// was restored from the snapshot that belongs to it. Make the gate before you restore the calibrator: a new gate takes
+    /// in the samples that wait there.
+    ///
+    /// # Errors
+    /// Bytes that are damaged, or a snapshot of something else; the gate is unchanged.
+    pub fn restore(
+        &mut self,
+        calibrator: &Calibrator<T>,
+        bytes: &[u8],
+    ) -> Result<(), SnapshotError> {
+        read(Kind::Gate, self.fingerprint(calibrator), self, bytes)?;
+        self.displace(calibrator);
+        Ok(())
+    }
+
+    pub(crate) fn displace(&mut self, calibrator: &Calibrator<T>) {
+        for (prediction, factor) in self.arms.iter_mut().zip(calibrator.arms()) {
+            prediction.displace(factor);
+        }
+    }
+
+    /// What the predictions depend on beside the samples.
+    pub(crate) fn mark(calibrator: &Calibrator<T>, fingerprint: &mut Fingerprint) {
+        let [first, ..] = calibrator.arms();
+        let drive = first.nominal().arm().drive();
+        calibrator.settings().mark_prior(drive, fingerprint);
+    }
+
+    fn fingerprint(&self, calibrator: &Calibrator<T>) -> u32 {
+        let mut fingerprint = calibrator.marked();
+        Self::mark(calibrator, &mut fingerprint);
+        fingerprint.number(self.sigmas);
+        fingerprint.optional(self.forgetting.map(|forgetting| [forgetting.mean_age()]));
+        fingerprint.count(calibrator.samples());
+        for arm in calibrator.arms() {
+            fingerprint.number(arm.effective_samples());
+            fingerprint.number(arm.least_sum_of_squares());
+        }
+        fingerprint.finish()
+    }
 }

@@ -149,7 +149,7 @@ impl<T: Real> JointCalibrator<T> {
     }
 
     /// Takes the waiting samples into the factor. Everything that needs them does so itself, but for
-    /// [`factor`](Self::factor), which only looks.
+    /// [`sum_of_squares`](Self::sum_of_squares), which only looks.
     pub fn flush(&mut self) {
         if self.begun {
             self.finish_pair();

@@ -4,6 +4,7 @@ pub mod joint;
 
 use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{Parameter, Tolerance};
+use std::fmt::Write;
 
 /// Four decimals, or two digits of a number that is tiny.
 pub fn small(value: f64) -> String {
@@ -204,7 +205,7 @@ pub fn in_words(drive: Drive, tolerance: &Tolerance<f64>) -> String {
                 ("forearm", tolerance.forearm()),
             ];
             for (what, sigma) in common.into_iter().filter(|(_, sigma)| *sigma > 0.0) {
-                own += &format!(", common {what} {sigma} mm");
+                let _ = write!(own, ", common {what} {sigma} mm");
             }
             own
         }

@@ -11,6 +11,7 @@ use delta_cal::{ArmIndex, Parameter, Real, Robot, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::fmt::Write;
 
 /// A stated noise or tolerance is contradicted below this probability: 3 σ of a normal distribution, two-sided.
 const IMPROBABLE: f64 = 0.0027;
@@ -230,6 +231,17 @@ impl PriorTest {
             || "a larger [tolerance]".to_owned(),
             |tolerance| {
                 let own = |value: f64| significant(value, 2);
+                let common = |tolerance: &Tolerance<f64>| {
+                    let mut text = String::new();
+                    let all = [
+                        ("radius", tolerance.radius()),
+                        ("forearm", tolerance.forearm()),
+                    ];
+                    for (key, sigma) in all.into_iter().filter(|(_, sigma)| *sigma > 0.0) {
+                        let _ = write!(text, ", {key}_mm = {}", own(sigma));
+                    }
+                    text
+                };
                 let length = own(tolerance.of(Parameter::Lb));
                 let angle = own(tolerance.of(Parameter::Theta).to_degrees());
                 match drive {
@@ -237,14 +249,7 @@ impl PriorTest {
                     Drive::Linear => format!(
                         "length_mm = {length}, angle_deg = {angle}, zero_mm = {}{} and scale = {}",
                         own(tolerance.of(Parameter::Zero)),
-                        [
-                            ("radius", tolerance.radius()),
-                            ("forearm", tolerance.forearm())
-                        ]
-                        .into_iter()
-                        .filter(|(_, sigma)| *sigma > 0.0)
-                        .map(|(key, sigma)| format!(", {key}_mm = {}", own(sigma)))
-                        .collect::<String>(),
+                        common(&tolerance),
                         own(tolerance.of(Parameter::Scale))
                     ),
                 }

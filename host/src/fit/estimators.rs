@@ -164,19 +164,18 @@ impl Task<'_> {
             .map(|place| Problem::<f64, N, M, E>::unit_of(&problem, place))
             .collect();
         let start = problem.start_unknowns();
-        let end = match given {
-            Some(given) => End::of_closures(robot, &given, unknowns, start),
-            None => {
-                let outcome = match self.loss {
-                    Some(loss) => {
-                        let found = robust::fit::<N, M, E>(&problem, settings, loss)?;
-                        (weights, suspected) = (found.weights, found.suspected);
-                        found.outcome
-                    }
-                    None => problem.solve::<M, E>(settings)?,
-                };
-                End::of_outcome(&outcome, &units, start).ok_or(Unsolved::NoRedundancy)?
-            }
+        let end = if let Some(given) = given {
+            End::of_closures(robot, &given, unknowns, start)
+        } else {
+            let outcome = match self.loss {
+                Some(loss) => {
+                    let found = robust::fit::<N, M, E>(&problem, settings, loss)?;
+                    (weights, suspected) = (found.weights, found.suspected);
+                    found.outcome
+                }
+                None => problem.solve::<M, E>(settings)?,
+            };
+            End::of_outcome(&outcome, &units, start).ok_or(Unsolved::NoRedundancy)?
         };
         let prior = problem.prior(settings);
         let triangle: Triangle<f64, M, E> =

@@ -10,6 +10,9 @@
 //! residuals (Holland and Welsch 1977). The first residuals are those of the least trimmed squares' fit: Tukey's loss has
 //! many minima, and the wrong rows must not choose among them (Yohai's MM-estimate, 1987).
 
+// Rows are counted: some thousands.
+#![allow(clippy::cast_precision_loss)]
+
 use super::observations::Unsolved;
 use super::solution::PARAMETERS;
 use delta_cal::Settings;
@@ -166,9 +169,12 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
     settings: &Settings<f64>,
     loss: Loss,
 ) -> Result<RobustFit<N>, Unsolved> {
-    let readings = |row: &ObservationRow<f64>| match row.is_left_out() {
-        true => 0,
-        false => u8::try_from(row.observation().readings()).unwrap_or(0),
+    let readings = |row: &ObservationRow<f64>| {
+        if row.is_left_out() {
+            0
+        } else {
+            u8::try_from(row.observation().readings()).unwrap_or(0)
+        }
     };
     let mut weighed: Vec<_> = problem
         .rows()

@@ -90,9 +90,12 @@ impl Printer {
         let radius = imported.bed_radius.unwrap_or(usual);
         let area = Area::of(calibrated, radius);
         let positions = area.positions();
-        let times = |at: &Vector3<f64>| match at.z.abs() < ON_THE_BED {
-            true => FIRST_LAYER,
-            false => 1.0,
+        let times = |at: &Vector3<f64>| {
+            if at.z.abs() < ON_THE_BED {
+                FIRST_LAYER
+            } else {
+                1.0
+            }
         };
         let wanted = Wanted {
             within: Some(radius),
@@ -137,6 +140,10 @@ impl Printer {
             _ => true,
         };
         let [heights, distances] = imported.counts();
+        // More readings are as good as those that there are.
+        let mut as_measured = calibrated.clone();
+        as_measured.instruments.height_noise = Some(solution.levels.height);
+        as_measured.instruments.distance_noise = Some(solution.levels.distance);
         Ok(Self {
             firmware: imported.firmware.name(),
             kinematics: match robot.robot.drive() {
@@ -153,7 +160,7 @@ impl Printer {
             after,
             changes: changes.collect(),
             sigma_before_mm: prior(robot).map(|own| uncertain.relative.dot(&own).sqrt()),
-            next: next(calibrated, &imported.readings, (radius, &uncertain.relative), widening),
+            next: next(&as_measured, &imported.readings, (radius, &uncertain.relative), widening),
             loss: export.loss,
             not_calibrated: export.uncalibrated,
             lines: better.then(|| {

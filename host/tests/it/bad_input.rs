@@ -267,7 +267,6 @@ fn keys_that_are_wrong_are_named_with_their_line() {
         ⇒ [colour] ⇒ robot.toml:10: unknown field `colour`
         ⇒ [planes.table]\nz_mm = -560 ⇒ robot.toml:10: missing field `sigma_mm`
         ⇒ [noise]\nposition_mm = 1 ⇒ robot.toml:10: this robot's joint noise is joint_deg
-        ⇒ [noise]\njoint_deg = 1 ⇒ robot.toml:10: one of position_mm, height_mm and
         ⇒ [points.a]\nx_mm = 1 ⇒ robot.toml:10: a known place needs all of | sigma_mm
         ⇒ [points.a]\noffset = "known" ⇒ robot.toml:11: unknown variant `known` | `unknown`
         ⇒ [robot]\nname = "" ⇒ robot.toml:11: expected one line of text

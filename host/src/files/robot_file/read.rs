@@ -207,9 +207,6 @@ fn noise(
     if position.is_some() {
         return Ok(Some(noise));
     }
-    if facts.height_noise.or(facts.distance_noise).is_none() {
-        return Err("one of position_mm, height_mm and distance_mm is needed".to_owned());
-    }
     facts.joint_noise = Some(joint);
     Ok(None)
 }

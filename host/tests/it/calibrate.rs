@@ -91,22 +91,29 @@ fn the_report_has_the_same_parts_in_text_json_and_html() {
 #[test]
 fn the_schema_of_the_json_holds_every_key() {
     let folder = folder(&stated(), &csv(&noisy(&true_arms(), 30, 0.02)));
-    folder
-        .run("calibrate robot.toml samples.csv --json report.json")
-        .ok();
-    let json: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    folder.write(
+        "printer.cfg",
+        include_str!("../../examples/printer/printer.cfg"),
+    );
     let schema = include_str!("../../../docs/calibration.schema.json");
     let schema: Value = serde_json::from_str(schema).unwrap();
     let validator = jsonschema::validator_for(&schema).unwrap();
-    let errors: Vec<_> = validator
-        .iter_errors(&json)
-        .map(|error| error.to_string())
-        .collect();
-    assert!(errors.is_empty(), "{errors:#?}");
     let page = include_str!("../../../docs/json.md");
-    for key in json.as_object().unwrap().keys() {
-        assert!(schema["properties"].get(key).is_some(), "schema: {key}");
-        assert!(page.contains(&format!("`{key}`")), "docs/json.md: {key}");
+    for files in ["robot.toml samples.csv", "printer.cfg"] {
+        let run = folder.run(&format!("calibrate {files} --json -")).ok();
+        let json: Value = serde_json::from_str(&run.stdout).unwrap();
+        let errors = validator.iter_errors(&json).map(|error| error.to_string());
+        let errors: Vec<_> = errors.collect();
+        assert!(errors.is_empty(), "{files}: {errors:#?}");
+        for key in json.as_object().unwrap().keys() {
+            assert!(schema["properties"].get(key).is_some(), "schema: {key}");
+            assert!(page.contains(&format!("`{key}`")), "docs/json.md: {key}");
+        }
+        let printer = json["printer"].as_object().into_iter().flatten();
+        for (key, _) in printer {
+            let described = &schema["properties"]["printer"]["properties"];
+            assert!(described.get(key).is_some(), "schema: {key}");
+        }
     }
 }
 

@@ -67,7 +67,8 @@ impl<T: Number> Session<T> {
     #[inline(never)]
     pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<(), Fault> {
         if self.begun.as_ref() != Some(begin) {
-            self.stream = Some(begin.calibrator(nominal)?);
+            let (settings, options) = begin.calibrator()?;
+            self.stream = Some(StreamCalibrator::new(nominal, &settings, &options));
             self.begun = Some(*begin);
             self.fingerprint = None;
             info!("session {=u32:08x} begun", begin.session);

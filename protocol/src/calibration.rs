@@ -3,20 +3,20 @@
 use crate::messages::{ArmReport, Begin, Fault};
 use delta_cal::calibration::ArmOutcome;
 use delta_cal::robot::Transmission;
-use delta_cal::stream::{Forgetting, Selection, StreamCalibrator, StreamOptions};
-use delta_cal::{ArmIndex, Noise, Real, Robot, Settings, Tolerance};
+use delta_cal::stream::{Forgetting, Selection, StreamOptions};
+use delta_cal::{ArmIndex, Noise, Real, Settings, Tolerance};
 
 impl<T: Real> Begin<T> {
-    /// The calibrator that this begins.
+    /// What the calibrator that this begins is made with: a
+    /// [`StreamCalibrator`](delta_cal::stream::StreamCalibrator), which is large and best made in its place.
     ///
     /// # Errors
     /// [`Fault::Settings`].
-    pub fn calibrator(&self, nominal: &Robot<T>) -> Result<StreamCalibrator<T>, Fault> {
+    pub fn calibrator(&self) -> Result<(Settings<T>, StreamOptions<T>), Fault> {
         if self.session == 0 {
             return Err(Fault::Settings);
         }
-        let (settings, options) = (self.settings()?, self.options()?);
-        Ok(StreamCalibrator::new(nominal, &settings, &options))
+        Ok((self.settings()?, self.options()?))
     }
 
     fn settings(&self) -> Result<Settings<T>, Fault> {

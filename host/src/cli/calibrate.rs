@@ -181,6 +181,11 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
 }
 
 fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
+    if let (Some(path), None) = (&arguments.robot, &arguments.samples)
+        && is_robot_file(path)
+    {
+        return Err(without_samples(path));
+    }
     let robot = ("the robot file", arguments.robot.as_deref());
     let samples = ("the samples file", arguments.samples.as_deref());
     let output = ("--output", arguments.output.as_deref());
@@ -221,15 +226,10 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
         }
         None => Ok::<_, InputError>(None),
     };
-    if !is_configuration(path, &text) {
+    if is_robot_file(path) || text.text().contains("[joints]") {
         no_printer(arguments)?;
         let robot = RobotFile::read(&text)?;
-        let Some(samples) = samples()? else {
-            return Err(Failure::Usage {
-                cause: format!("{} is given without its samples", path.display()),
-                remedy: "write for example delta-cal calibrate robot.toml samples.csv".to_owned(),
-            });
-        };
+        let samples = samples()?.ok_or_else(|| without_samples(path))?;
         return Ok(Inputs {
             readings: read_samples(&samples, &robot, options)?,
             robot,
@@ -256,10 +256,16 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
     })
 }
 
-/// Whether it is a printer's, and no robot file.
-fn is_configuration(path: &Path, text: &InputText) -> bool {
-    let is_toml = path.extension().is_some_and(|own| own == "toml");
-    !is_toml && Firmware::of(text).is_ok()
+fn is_robot_file(path: &Path) -> bool {
+    path.extension().is_some_and(|own| own == "toml")
+}
+
+/// A robot file does not hold the samples, as a printer's configuration may.
+fn without_samples(path: &Path) -> Failure {
+    Failure::Usage {
+        cause: format!("{} is given without its samples", path.display()),
+        remedy: "write for example delta-cal calibrate robot.toml samples.csv".to_owned(),
+    }
 }
 
 /// What only a printer has is not asked of another robot.

@@ -4,7 +4,7 @@
 mod on_target {
     use crate::support::arms_of;
     use delta_cal::Progress;
-    use delta_cal::stream::Estimator;
+    use delta_cal::stream::{Estimator, StreamCalibrator};
     use delta_cal_firmware_example::{Number, nominal};
     use delta_cal_host::device::{begin, samples};
     use delta_cal_host::files::example;
@@ -296,7 +296,9 @@ mod on_target {
             session: 1,
             ..begin::<T>(&robot, estimator)
         };
-        let mut stream = begin.calibrator(&nominal().unwrap()).unwrap();
+        let (settings, options) = begin.calibrator().unwrap();
+        let nominal = nominal().unwrap();
+        let mut stream = StreamCalibrator::new(&nominal, &settings, &options);
         for sample in samples(&file) {
             stream.add(&sample).unwrap();
         }

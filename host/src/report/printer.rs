@@ -113,9 +113,15 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
         } else {
             String::new()
         };
+        // What is not known may be more than the worst that is.
+        let worst = if off.worst_height > off.height {
+            format!(" ({:.2} mm worst)", off.worst_height)
+        } else {
+            String::new()
+        };
         lines.push(format!(
-            "Bed error now: {:.2} mm rms ({:.2} mm worst) within {:.0} mm of the centre{size}.",
-            off.height, off.worst_height, printer.bed_radius_mm
+            "Bed error now: {:.2} mm rms{worst} within {:.0} mm of the centre{size}.",
+            off.height, printer.bed_radius_mm
         ));
     }
     if printer.lines.is_some() {

@@ -1,4 +1,4 @@
-use super::free_start::{SPREAD_STARTS, free_start, spread_start};
+use super::free_start::{Means, SPREAD_STARTS, free_start, spread_start};
 use super::problem::{Piece, Problem};
 use crate::Real;
 use crate::robot::Drive;
@@ -13,18 +13,6 @@ const COORDINATES: usize = 0;
 const COSINE: usize = 3;
 const SINE: usize = 4;
 const ONE: usize = 11;
-
-/// The mean sample of an arm.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Means<T: Real> {
-    pub(crate) x: Vector3<T>,
-    /// The rms distance of the samples from x.
-    pub(crate) spread: T,
-    /// Of the joint angle; of a linear drive the travel in internal units.
-    pub(crate) sine: T,
-    /// Of the joint angle; of a linear drive the square of its travel.
-    pub(crate) cosine: T,
-}
 
 /// √(⟨x²⟩ − ⟨x⟩²): the rms distance from the mean.
 fn spread<T: Real>(mean_square: T, mean: &Vector3<T>) -> T {

@@ -1,10 +1,21 @@
 //! The starts without a guess: the linear fit, and arms that only the spread of the samples decides.
 
-use super::arm_problem::Means;
 use crate::Real;
 use crate::robot::Drive;
 use crate::samples::{ArmFactor, NominalArm};
 use nalgebra::Vector3;
+
+/// The mean sample of an arm.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Means<T: Real> {
+    pub(crate) x: Vector3<T>,
+    /// The rms distance of the samples from x.
+    pub(crate) spread: T,
+    /// Of the joint angle; of a linear drive the travel in internal units.
+    pub(crate) sine: T,
+    /// Of the joint angle; of a linear drive the square of its travel.
+    pub(crate) cosine: T,
+}
 
 /// Minimises |R (δc, 1)| over free δc and reads the correction δP off it. `None` if the samples leave a
 /// coefficient free or the coefficients are not those of an arm.

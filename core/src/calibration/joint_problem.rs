@@ -1,7 +1,7 @@
 //! The joint calibration's problem: 24 parameters, three residuals a sample.
 
-use super::arm_problem::Means;
 use super::arm_problem::product_of_columns;
+use super::free_start::Means;
 use super::free_start::correction_of;
 use super::outcome::{Estimate, JointOutcome};
 use super::problem::{Piece, Problem};

@@ -1,5 +1,5 @@
-use super::arm_problem::Means;
 use super::calibrator::Calibrator;
+use super::free_start::Means;
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{ArmOutcome, RobotOutcome};
 use super::refusal::Refusal;
@@ -258,7 +258,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::check_side;
-    use crate::calibration::arm_problem::Means;
+    use crate::calibration::free_start::Means;
     use crate::calibration::refusal::Refusal;
     use crate::robot::SymmetricRobot;
     use crate::samples::NominalArm;

@@ -130,9 +130,7 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
     lines.push(noise(report, printer));
     lines.push(format!(
         "The {} readings improve {} of {} parameter combinations; the rest stay at the tolerance.",
-        report.reading_count,
-        report.determined.combinations,
-        report.before.robot.drive().parameters().len() * report.arms.len()
+        report.reading_count, report.determined.combinations, report.determined.of
     ));
     if let Some(next) = &printer.next {
         let before = printer.sigma_before_mm.map_or_else(String::new, |before| {

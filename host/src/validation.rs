@@ -172,7 +172,7 @@ pub fn validate(
         error,
         rms,
         largest,
-        region: region(&rows),
+        region: robot.convention.ranges(region(&rows)),
         rows: rows.iter().map(shown).collect(),
         sensor_frame: frame,
         verdict,

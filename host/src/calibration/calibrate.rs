@@ -40,8 +40,8 @@ pub fn read_samples(
     robot: &RobotFile,
     options: &Options,
 ) -> Result<Readings, CalibrateError> {
-    Readings::read(input, &robot.limits).map_err(|error| {
-        let diagnosis = Readings::read_any(input, robot.robot.drive())
+    Readings::read(input, robot).map_err(|error| {
+        let diagnosis = Readings::read_any(input, &robot.convention)
             .ok()
             .and_then(|readings| diagnose(robot, &readings, options));
         match diagnosis {

@@ -100,13 +100,16 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     let has_tolerance = robot.tolerance.is_some();
     let noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
     let poses = inside(&solution.robot, &robot.reach());
-    let causes = causes(
+    let mut causes = causes(
         &Subject {
             solution: &solution,
             readings: case.readings,
         },
         &poses,
     );
+    for cause in &mut causes.found {
+        cause.turn(&robot.convention);
+    }
     let by_noise = noise
         .iter()
         .map(|test| test.widening(!causes.found.is_empty()))

@@ -73,7 +73,7 @@ fn run(arguments: &KinematicsArguments, solve: Solve) -> Result<(), Failure> {
 
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
     let csv = kinematics::to_csv(
-        robot.robot.drive(),
+        &robot.convention,
         &solve(&robot, &read(input, &arguments.columns)?)?,
     );
     match output.filter(|path| !is_stream(path)) {

@@ -123,7 +123,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     let count = arguments.count.unwrap_or(LEAST);
     let request = PlanRequest {
         frame: arguments.frame.frame(),
-        region: arguments.within,
+        region: within(arguments, &robot),
         absolute: arguments.absolute,
         order: match arguments.order {
             OrderArgument::Random => Order::Random,
@@ -155,6 +155,12 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     };
     let report = report::json(&request, &planned);
     outputs::deliver(&[(output, &csv), (json, &report)], text)
+}
+
+/// In the axes inside.
+fn within(arguments: &PlanArguments, robot: &RobotFile) -> Option<Region> {
+    let region = arguments.within?;
+    Some(region.turned(&robot.convention))
 }
 
 /// A file of planned poses becomes one of measured ones by hand: what is in it then is not written
@@ -189,7 +195,7 @@ fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<
     let request = SamplesRequest {
         frame: arguments.frame.frame(),
         add: arguments.count.unwrap_or(ADDED),
-        region: arguments.within,
+        region: within(arguments, robot),
         absolute: arguments.absolute,
     };
     let waiting = Waiting::new("looking for measurements to add".to_owned());
@@ -229,7 +235,7 @@ fn compare_instruments(
     });
     drop(waiting);
     let compared = compared.map_err(|error| failure(request.robot, error))?;
-    let (name, region) = (&request.robot.name, request.region.as_ref());
+    let (name, region) = (&request.robot.name, arguments.within.as_ref());
     let json = report::comparison_json(name, region, &compared);
     let text = report::comparison_text(name, region, &compared);
     outputs::deliver(&[(arguments.json.as_deref(), &json)], text)

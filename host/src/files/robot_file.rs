@@ -4,7 +4,9 @@ mod read;
 mod schema;
 mod write;
 
-use crate::geometry::Reach;
+use super::convention::Convention;
+use crate::geometry::{LIMIT_MARGIN, Reach, outside_limits};
+use crate::text::joint;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, TransmissionTolerance};
@@ -16,6 +18,8 @@ use nalgebra::Vector3;
 pub struct RobotFile {
     /// The file's name, for messages.
     pub name: String,
+    /// How its controller counts joints and where its axes point; everything below is in radians, mm and the axes inside.
+    pub convention: Convention,
     /// Its geometry; lengths in millimetres.
     pub robot: Robot<f64>,
     /// The range of every joint.
@@ -44,6 +48,24 @@ impl RobotFile {
             Drive::Rotary => include_str!("robot_file/rotary.toml"),
             Drive::Linear => include_str!("robot_file/linear.toml"),
         }
+    }
+
+    /// How to say that a joint is further outside the limits than encoder zeros differ; `None` if it is not.
+    pub(crate) fn outside_limits(&self, joint: f64) -> Option<String> {
+        let drive = self.limits.drive();
+        let what = match drive {
+            Drive::Rotary => "joint limits",
+            Drive::Linear => "limits of the travel",
+        };
+        outside_limits(joint, &self.limits).then(|| {
+            let (low, high) = self.convention.limits(self.limits.minimum(), self.limits.maximum());
+            let [low, high] = [low, high].map(|limit| joint::in_file(drive, limit));
+            format!(
+                "{:.3}{mark} is more than {LIMIT_MARGIN}{mark} outside the {what} of {low}{mark} to {high}{mark}",
+                self.convention.degrees(joint),
+                mark = joint::mark(drive),
+            )
+        })
     }
 
     /// Which poses the robot may take.

@@ -5,11 +5,11 @@ mod records;
 mod table;
 
 use super::columns::{Quantity, Unit};
+use super::convention::Convention;
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
 use crate::text::list;
 use delta_cal::Sample;
-use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -171,28 +171,29 @@ impl Reading {
 }
 
 impl Readings {
-    /// Reads a samples file of a robot with these joint limits.
+    /// Reads a samples file of a robot, in its convention.
     ///
     /// # Errors
     /// The first fault: a missing, unknown or doubled column, a short or long row, a number that does not parse or is not
     /// finite, a joint angle more than 1° outside the limits, no rows; a row without any reading, a coordinate that is blank
     /// in a few rows only; a distance that is not above 0, that begins nowhere, or both at a point and at a pose; a plane
     /// or point without a reading; rows that are all the same.
-    pub fn read(input: &InputText, limits: &JointLimits<f64>) -> Result<Self, InputError> {
-        let table = Table::parse(input)?;
-        table.require(&Quantity::joints(limits.drive()))?;
+    pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
+        let table = Table::parse(input, &robot.convention)?;
+        table.require(&Quantity::joints(robot.limits.drive()))?;
         if has_positions_alone(&table) {
             table.require(&Quantity::COORDINATES)?;
         }
         table.require_units()?;
-        let rows = table.rows(|row| named(row, limits))?;
+        let rows = table.rows(|row| named(row, robot))?;
         check_blanks(input, &table, &rows)?;
         Self::of_rows(&table, input, rows)
     }
 
-    /// The complete positions of a robot with these drives, whatever the joint angles.
-    pub(crate) fn read_any(input: &InputText, drive: Drive) -> Result<Self, InputError> {
-        let table = Table::parse(input)?;
+    /// The complete positions of a robot with this convention, whatever the joint angles.
+    pub(crate) fn read_any(input: &InputText, convention: &Convention) -> Result<Self, InputError> {
+        let drive = convention.drive;
+        let table = Table::parse(input, convention)?;
         table.require(&Quantity::joints(drive))?;
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
@@ -473,7 +474,7 @@ enum NamedFrom {
     Pose([f64; 3]),
 }
 
-fn named(row: &TableRow<'_>, limits: &JointLimits<f64>) -> Result<Named, InputError> {
+fn named(row: &TableRow<'_>, robot: &RobotFile) -> Result<Named, InputError> {
     let mut position = [None; 3];
     for (coordinate, quantity) in position.iter_mut().zip(Quantity::COORDINATES) {
         *coordinate = row.optional(quantity)?;
@@ -488,10 +489,10 @@ fn named(row: &TableRow<'_>, limits: &JointLimits<f64>) -> Result<Named, InputEr
     }
     let height = height.map(|height| (plane.unwrap_or(ONLY_PLANE).to_owned(), height));
     let named = Named {
-        joints: row.joints(limits)?,
+        joints: row.joints(robot)?,
         position,
         height,
-        distance: distance(row, limits)?,
+        distance: distance(row, robot)?,
     };
     let nothing = named.position.iter().all(Option::is_none);
     if nothing && named.height.is_none() && named.distance.is_none() {
@@ -502,15 +503,12 @@ fn named(row: &TableRow<'_>, limits: &JointLimits<f64>) -> Result<Named, InputEr
     Ok(named)
 }
 
-fn distance(
-    row: &TableRow<'_>,
-    limits: &JointLimits<f64>,
-) -> Result<Option<(NamedFrom, f64)>, InputError> {
+fn distance(row: &TableRow<'_>, robot: &RobotFile) -> Result<Option<(NamedFrom, f64)>, InputError> {
     const REMEDY: &str = "a distance begins either at a point, whose name stands in the column point, or at \
                           the pose of to_q1_deg,to_q2_deg,to_q3_deg";
     let distance = row.optional(Quantity::Distance)?;
     let point = row.text(Quantity::Point);
-    let filled = Quantity::to_joints(limits.drive()).map(|joint| row.text(joint).is_some());
+    let filled = Quantity::to_joints(robot.limits.drive()).map(|joint| row.text(joint).is_some());
     let pose = filled.contains(&true);
     let Some(distance) = distance else {
         if point.is_some() || pose {
@@ -538,7 +536,7 @@ fn distance(
         }
         (Some(point), false) => NamedFrom::Point(point.to_owned()),
         (None, true) => {
-            NamedFrom::Pose(row.joints_in(Quantity::to_joints(limits.drive()), limits)?)
+            NamedFrom::Pose(row.joints_in(Quantity::to_joints(robot.limits.drive()), robot)?)
         }
     };
     Ok(Some((from, distance)))
@@ -557,13 +555,10 @@ fn index_of(names: &mut Vec<String>, name: String) -> usize {
 ///
 /// # Errors
 /// As [`Readings::read`].
-pub fn read_joints(
-    input: &InputText,
-    limits: &JointLimits<f64>,
-) -> Result<Vec<Row<[f64; 3]>>, InputError> {
-    let table = Table::parse(input)?;
-    table.require(&Quantity::joints(limits.drive()))?;
-    table.rows(|row| row.joints(limits))
+pub fn read_joints(input: &InputText, robot: &RobotFile) -> Result<Vec<Row<[f64; 3]>>, InputError> {
+    let table = Table::parse(input, &robot.convention)?;
+    table.require(&Quantity::joints(robot.limits.drive()))?;
+    table.rows(|row| row.joints(robot))
 }
 
 /// Reads the positions (millimetres) of a file; joint angles may be there too and are not looked
@@ -571,8 +566,11 @@ pub fn read_joints(
 ///
 /// # Errors
 /// As [`Readings::read`].
-pub fn read_positions(input: &InputText) -> Result<Vec<Row<Vector3<f64>>>, InputError> {
-    let table = Table::parse(input)?;
+pub fn read_positions(
+    input: &InputText,
+    convention: &Convention,
+) -> Result<Vec<Row<Vector3<f64>>>, InputError> {
+    let table = Table::parse(input, convention)?;
     table.require(&Quantity::COORDINATES)?;
     table.rows(|row| row.numbers(Quantity::COORDINATES).map(Vector3::from))
 }
@@ -593,7 +591,7 @@ impl Planned {
     /// # Errors
     /// As [`Readings::read`]; an unmeasured row is none.
     pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
-        let table = Table::parse(input)?;
+        let table = Table::parse(input, &robot.convention)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_units()?;
         let mut unmeasured = Vec::new();
@@ -601,7 +599,7 @@ impl Planned {
         for row in table.rows(|row| {
             let measured = has_reading(row);
             let value = if measured {
-                named(row, &robot.limits)?
+                named(row, robot)?
             } else {
                 to_measure(&table, row, robot)?
             };
@@ -647,7 +645,7 @@ fn to_measure(
     robot: &RobotFile,
 ) -> Result<Named, InputError> {
     let mut own = Named {
-        joints: row.joints(&robot.limits)?,
+        joints: row.joints(robot)?,
         position: [None; 3],
         height: None,
         distance: None,
@@ -657,7 +655,7 @@ fn to_measure(
     if let Some(point) = row.text(Quantity::Point) {
         own.distance = Some((NamedFrom::Point(point.to_owned()), 1.0));
     } else if row.text(to_joints[0]).is_some() {
-        let to = row.joints_in(to_joints, &robot.limits)?;
+        let to = row.joints_in(to_joints, robot)?;
         own.distance = Some((NamedFrom::Pose(to), 1.0));
     } else if let Some(plane) = row.text(Quantity::Plane) {
         own.height = height(plane);

@@ -1,6 +1,7 @@
 //! What an import gives.
 
 use super::Firmware;
+use crate::files::convention::Convention;
 use crate::files::input::InputError;
 use crate::files::robot_file::{InstrumentFacts, KnownPlane, Record, RobotFile};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
@@ -139,6 +140,7 @@ impl Machine {
         }
         Ok(RobotFile {
             name: name.to_owned(),
+            convention: Convention::usual(robot.drive()),
             robot,
             limits,
             forearm_limit: None,

@@ -258,7 +258,10 @@ pub fn json(found: &Validation, document: &Document) -> String {
         row_count,
         pose_count: found.poses,
         region_mm: found.region,
-        sensor_frame: found.sensor_frame.as_ref().map(FrameReport::of),
+        sensor_frame: found
+            .sensor_frame
+            .as_ref()
+            .map(|own| FrameReport::of(own, &found.robot.convention)),
         sampled: (some.len() < row_count).then_some(SampledJson {
             shown: some.len(),
             of: row_count,

@@ -351,7 +351,7 @@ fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
 fn complete_positions_of_a_file_are_samples() {
     let text = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n10,20,30,1.5,-2,-300\n";
     let file = robot_file(GEOMETRIES[0], true);
-    let readings = Readings::read(&InputText::new("s.csv", text), &file.limits).unwrap();
+    let readings = Readings::read(&InputText::new("s.csv", text), &file).unwrap();
     let sample = Sample {
         joints: [10.0, 20.0, 30.0].map(f64::to_radians),
         position: Vector3::new(1.5, -2.0, -300.0),

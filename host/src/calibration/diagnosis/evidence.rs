@@ -88,7 +88,7 @@ impl<'a> Evidence<'a> {
             let outside = samples.iter().filter(|sample| {
                 let limits = &self.robot.limits;
                 let joints = sample.joints.iter();
-                joints.copied().any(|q| outside_limits(q, limits).is_some())
+                joints.copied().any(|q| outside_limits(q, limits))
             });
             if outside.count() * ONE_OUTSIDE_IN > samples.len() {
                 return f64::INFINITY;

@@ -13,6 +13,7 @@ use crate::device::{
     self, DeviceError, Number, adopt, check_calibrated, check_nominal, difference, in_use,
     robot as robot_of,
 };
+use crate::files::convention::Convention;
 use crate::files::example;
 use crate::text::small;
 use crate::{
@@ -281,6 +282,7 @@ fn robot_file<T: Number>(
         );
         RobotFile {
             name: String::new(),
+            convention: Convention::usual(robot.drive()),
             robot,
             limits: any_limits().map_err(|_| DeviceError::ImpossibleGeometry)?,
             forearm_limit: None,

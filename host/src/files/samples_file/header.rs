@@ -2,6 +2,7 @@
 
 use super::records::{IGNORED, Records};
 use crate::files::columns::{COUNT, ColumnName, Quantity, Unit};
+use crate::files::convention::Convention;
 use crate::files::input::InputError;
 use crate::text::{count, list};
 use csv::StringRecord;
@@ -42,10 +43,11 @@ pub(super) struct Header {
     uses: Vec<Use>,
     /// By the number of their quantity.
     columns: [Option<Column>; COUNT],
+    convention: Convention,
 }
 
 impl Header {
-    pub(super) fn new(records: &Records<'_>) -> Result<Self, InputError> {
+    pub(super) fn new(records: &Records<'_>, convention: &Convention) -> Result<Self, InputError> {
         let mut header = Self {
             file: records.input().name().to_owned(),
             line: records.header_line,
@@ -53,6 +55,7 @@ impl Header {
             names: records.header.clone(),
             uses: Vec::new(),
             columns: [None; COUNT],
+            convention: *convention,
         };
         header.check_mapping(records)?;
         for place in 0..header.names.len() {
@@ -74,16 +77,26 @@ impl Header {
     fn check_mapping(&self, records: &Records<'_>) -> Result<(), InputError> {
         for mapped in records.input().columns().all() {
             let named = self.names.iter().filter(|name| **name == mapped.column);
+            let number = mapped.column.parse::<usize>();
             let cause = match named.count() {
                 1 => continue,
+                0 if number.is_ok_and(|number| (1..=self.names.len()).contains(&number)) => {
+                    continue;
+                }
                 0 => "the header has no such column, which --columns names",
                 _ => "the header has more than one such column, and --columns names it",
             };
-            let names = list(&self.names);
+            let names: Vec<_> = (1..)
+                .zip(&self.names)
+                .map(|(number, name)| format!("{number} {name}"))
+                .collect();
             return Err(self
                 .fault(cause)
                 .at_column(&mapped.column)
-                .with_remedy(format!("the columns of the file are {names}")));
+                .with_remedy(format!(
+                    "the columns of the file are {}; a number chooses one, as in --columns x_m=7",
+                    list(&names)
+                )));
         }
         Ok(())
     }
@@ -94,11 +107,12 @@ impl Header {
             Use::Read(Column {
                 place,
                 quantity: name.quantity,
-                unit: name.unit.unwrap_or(name.quantity.usual_unit()),
-                stated: name.unit.is_some(),
+                unit: name.unit.unwrap_or(self.convention.unit_of(name.quantity)),
+                stated: name.unit.is_some() || self.convention.states_unit_of(name.quantity),
             })
         };
-        if let Some(mapped) = mapping.of_column(name) {
+        let numbered = mapping.of_place(place, &self.names);
+        if let Some(mapped) = mapping.of_column(name).or(numbered) {
             return Ok(read(mapped));
         }
         if name.is_empty() {
@@ -111,10 +125,13 @@ impl Header {
             Some(own) if !mapping.has(own.quantity) => Ok(read(own)),
             _ if !mapping.is_empty() => Ok(Use::Ignored),
             _ => {
-                let (cause, before) = if name.replace(',', ".").parse::<f64>().is_ok() {
-                    let cause = "the first line must name the columns, but this is a number";
-                    (cause, "write a header above the numbers")
-                } else if name.starts_with('[') {
+                if name.replace(',', ".").parse::<f64>().is_ok() {
+                    return Err(self.without_header());
+                }
+                if name.starts_with("Format Version") {
+                    return Err(self.motive(records));
+                }
+                let (cause, before) = if name.starts_with('[') {
                     let cause =
                         "this looks like a robot file, and a table of samples is needed here";
                     (cause, "give the robot file first and the table after it")
@@ -131,6 +148,54 @@ impl Header {
         }
     }
 
+    /// That the first line holds numbers.
+    fn without_header(&self) -> InputError {
+        let columns = count(self.names.len(), "column");
+        let usual = self.convention.joint_columns().into_iter();
+        let usual: Vec<_> = usual.chain(self.convention.position_columns()).collect();
+        let separator = self.separator.to_string();
+        let remedy = match self.names.len() {
+            6 => format!(
+                "write a header above the numbers: {} if that is what they are",
+                usual.join(&separator)
+            ),
+            3 => format!(
+                "three columns are the joints or the positions alone: write {} or {} above the numbers and give both files, \
+                 joints first, or paste them side by side",
+                usual[..3].join(&separator),
+                usual[3..].join(&separator)
+            ),
+            _ => format!("write a header above the numbers; {KNOWN}"),
+        };
+        InputError::new(
+            &self.file,
+            format!(
+                "the first line must name the columns, but this is a number: no header, {columns}"
+            ),
+        )
+        .at_line(self.line)
+        .with_remedy(remedy)
+    }
+
+    /// That this is what Motive exports.
+    fn motive(&self, records: &Records<'_>) -> InputError {
+        let lines = (1..).zip(records.input().text().lines());
+        let header = lines
+            .filter(|(_, line)| line.starts_with("Frame,"))
+            .map(|(number, _)| number)
+            .next();
+        let place = header.map_or_else(String::new, |line| {
+            format!(": its columns stand in line {line}")
+        });
+        let cause = format!("this is a Motive export{place}, and it has no joint angles");
+        InputError::new(&self.file, cause)
+            .at_line(self.line)
+            .with_remedy(
+                "paste q1_deg,q2_deg,q3_deg beside, and say with --columns which X, Y and Z are the position, by number: \
+                 --columns x_m=7,y_m=8,z_m=9",
+            )
+    }
+
     pub(super) fn column(&self, quantity: Quantity) -> Option<&Column> {
         self.columns[quantity as usize].as_ref()
     }
@@ -143,7 +208,7 @@ impl Header {
     /// Every one of these quantities must have a column, and lengths a unit.
     pub(super) fn require(&self, quantities: &[Quantity]) -> Result<(), InputError> {
         for quantity in quantities {
-            let usual = quantity.column(quantity.usual_unit());
+            let usual = self.convention.column(*quantity);
             let Some(column) = self.column(*quantity) else {
                 let other = if quantity.is_angle() {
                     quantity.column(Unit::Radian)

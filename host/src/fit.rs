@@ -6,6 +6,7 @@
 //!                                       └─────────────────────────────────────────┘
 //! ```
 
+pub(crate) mod datum;
 mod estimators;
 pub mod observations;
 mod robust;

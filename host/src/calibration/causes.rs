@@ -9,6 +9,7 @@
 
 mod cause;
 mod regression;
+mod step;
 mod subject;
 
 pub use cause::{Alternative, Cause, CauseKind};
@@ -17,6 +18,8 @@ use delta_cal::{ArmIndex, Sample};
 use nalgebra::{DVector, Matrix3, Vector3};
 use regression::{Regression, Solution};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+pub use step::Step;
+pub(crate) use step::step;
 pub(crate) use subject::Subject;
 
 /// A cause that moves the positions by less, mm rms, is one of the arithmetic.

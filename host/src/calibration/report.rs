@@ -381,9 +381,10 @@ impl Report {
     pub(crate) fn new(case: &Case<'_>, judged: Judged, findings: Vec<Finding>) -> Self {
         let (before, readings) = (case.before, case.readings);
         let solution = &judged.solution;
+        let frame = solution.places.frame.map(|own| robot_frame(own, case));
         let after = RobotFile {
             robot: solution.robot,
-            sensor_frame: solution.places.frame.or(before.sensor_frame),
+            sensor_frame: frame.or(before.sensor_frame),
             record: before.record.of_the_robot(),
             ..before.clone()
         };
@@ -435,9 +436,7 @@ impl Report {
             workspace: judged.workspace,
             position_uncertainty: slices(&after, &solution.of_parameters()),
             determined: judged.known,
-            sensor_frame: solution
-                .places
-                .frame
+            sensor_frame: frame
                 .as_ref()
                 .map(|own| FrameReport::of(own, &before.convention)),
             planes: planes(readings, solution, &before.convention),
@@ -605,6 +604,18 @@ fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
     match shown(rows.len(), MANY, size) {
         Some(shown) => shown.into_iter().map(of).collect(),
         None => (0..rows.len()).map(of).collect(),
+    }
+}
+
+/// The frame of the platform point where it was that of the target that was found.
+fn robot_frame(found: RigidTransform<f64>, case: &Case<'_>) -> RigidTransform<f64> {
+    let facts = &case.before.instruments;
+    match facts.target {
+        Some(target) if facts.datum.is_empty() => RigidTransform {
+            translation: found.translation - found.rotation * target,
+            ..found
+        },
+        _ => found,
     }
 }
 

@@ -11,8 +11,8 @@ use crate::export::{Case, Settings, names, target};
 use crate::files::kinematics;
 use crate::report::export::{Files, Report, summary, text};
 use crate::{InputError, InputText, Options, RobotFile, read_samples, report};
-use clap::Args;
 use clap::builder::PossibleValuesParser;
+use clap::{Args, ValueEnum};
 use delta_cal::robot::Drive;
 use std::path::{Path, PathBuf};
 
@@ -82,9 +82,13 @@ pub(crate) struct ExportArguments {
     /// of mm with no position below 0]
     #[arg(long, value_name = "LENGTH")]
     height: Option<Length>,
-    /// The platform's radius; only its difference from the base's counts
-    #[arg(long, value_name = "LENGTH", default_value = "25mm")]
-    platform_radius: Length,
+    /// The platform's radius; only its difference from the base's counts [default: that of the robot
+    /// file, or 25 mm]
+    #[arg(long, value_name = "LENGTH")]
+    platform_radius: Option<Length>,
+    /// The unit of lengths of a LinuxCNC machine
+    #[arg(long, value_enum, default_value_t = UnitArgument::Mm)]
+    unit: UnitArgument,
     /// The largest error between the nodes of a correction table [default: nodes 25 mm apart]
     #[arg(long, value_name = "LENGTH")]
     limit: Option<Length>,
@@ -94,6 +98,12 @@ pub(crate) struct ExportArguments {
     /// Write parameters, frame and loss as JSON; - is standard output
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum UnitArgument {
+    Mm,
+    Inch,
 }
 
 pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
@@ -111,6 +121,12 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             remedy: "use it with --for correction-table".to_owned(),
         });
     }
+    if matches!(arguments.unit, UnitArgument::Inch) && arguments.target != "linuxcnc" {
+        return Err(Failure::Usage {
+            cause: format!("--unit inch cannot be used with --for {}", arguments.target),
+            remedy: "use it with --for linuxcnc".to_owned(),
+        });
+    }
     let input = InputText::from_file(&arguments.robot)?;
     let robot = RobotFile::read(&input)?;
     let nominal = match &arguments.nominal {
@@ -123,7 +139,8 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let settings = Settings {
         height: arguments.height.map(|Length(height)| height),
         home: home(arguments, robot.robot.drive())?,
-        platform_radius: arguments.platform_radius.0,
+        platform_radius: arguments.platform_radius.map(|Length(radius)| radius),
+        inches: matches!(arguments.unit, UnitArgument::Inch),
         limit: arguments.limit.map(|Length(limit)| limit),
         level: level(arguments, &robot)?,
     };

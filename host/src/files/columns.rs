@@ -26,6 +26,10 @@ pub(crate) enum Quantity {
     ToTravel1,
     ToTravel2,
     ToTravel3,
+    /// One σ of what is read in the row.
+    Sigma,
+    /// The expanded uncertainty of that, k = 2.
+    Expanded,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,9 +63,10 @@ pub(crate) struct ColumnName {
 }
 
 /// How many there are.
-pub(crate) const COUNT: usize = 19;
+pub(crate) const COUNT: usize = 21;
 
-const QUANTITIES: [(Quantity, &str, Kind); COUNT] = [
+/// The usual name of a quantity first.
+const QUANTITIES: [(Quantity, &str, Kind); COUNT + 2] = [
     (Quantity::Joint1, "q1", Kind::Angle),
     (Quantity::Joint2, "q2", Kind::Angle),
     (Quantity::Joint3, "q3", Kind::Angle),
@@ -81,6 +86,10 @@ const QUANTITIES: [(Quantity, &str, Kind); COUNT] = [
     (Quantity::ToTravel1, "to_s1", Kind::Length),
     (Quantity::ToTravel2, "to_s2", Kind::Length),
     (Quantity::ToTravel3, "to_s3", Kind::Length),
+    (Quantity::Sigma, "sigma", Kind::Length),
+    (Quantity::Sigma, "u", Kind::Length),
+    (Quantity::Expanded, "u_k2", Kind::Length),
+    (Quantity::Expanded, "expanded", Kind::Length),
 ];
 
 /// Of each unit the usual word first.
@@ -332,7 +341,7 @@ fn mapped(part: &str) -> Result<Mapped, String> {
     let Some(mut name) = ColumnName::recognise(written) else {
         return Err(format!(
             "\"{written}\" is not what a column can hold: that is q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm, \
-             height_mm, plane, distance_mm, point, to_q1_deg, to_q2_deg, to_q3_deg, of a linear drive s1_mm, \
+             height_mm, plane, distance_mm, point, sigma_mm, u_k2_mm, to_q1_deg, to_q2_deg, to_q3_deg, of a linear drive s1_mm, \
              s2_mm, s3_mm, to_s1_mm, to_s2_mm, to_s3_mm, or the same in _rad, _counts, _cm, _m, _um or _in"
         ));
     };

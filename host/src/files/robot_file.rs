@@ -35,6 +35,8 @@ pub struct RobotFile {
     pub noise: Option<Noise<f64>>,
     /// From the robot's frame to the sensor's, if an earlier calibration found it.
     pub sensor_frame: Option<RigidTransform<f64>>,
+    /// The radius of the platform, mm, if it is known: the parameters hold only what the base's exceeds it by.
+    pub platform_radius: Option<f64>,
     /// What is known of other instruments.
     pub instruments: InstrumentFacts,
     /// Which robot it is, and how it was measured.
@@ -42,6 +44,24 @@ pub struct RobotFile {
 }
 
 impl RobotFile {
+    /// Of a geometry (mm) of which nothing else is stated.
+    pub fn of(name: impl Into<String>, robot: Robot<f64>, limits: JointLimits<f64>) -> Self {
+        Self {
+            name: name.into(),
+            convention: Convention::usual(robot.drive()),
+            robot,
+            limits,
+            forearm_limit: None,
+            tolerance: None,
+            transmission: None,
+            noise: None,
+            sensor_frame: None,
+            platform_radius: None,
+            instruments: InstrumentFacts::default(),
+            record: Record::default(),
+        }
+    }
+
     /// A robot file to edit: every key with a comment.
     pub const fn template(drive: Drive) -> &'static str {
         match drive {
@@ -92,6 +112,8 @@ pub struct InstrumentFacts {
     pub points: Vec<NamedPoint>,
     /// The shortest and the longest distance between two poses that can be measured, mm.
     pub lengths: Option<(f64, f64)>,
+    /// Points of the machine that the sensor measured too, so that its coordinates are known in the machine's frame.
+    pub datum: Vec<DatumPoint>,
     /// From the platform point to what is measured: a reflector, a tip. mm, in the robot's frame.
     pub target: Option<Vector3<f64>>,
 }
@@ -111,6 +133,17 @@ pub struct KnownPlane {
     pub tilt: Option<f64>,
     /// The gauge blocks that heights are measured on, mm, 0 being the bare plane; empty if not stated.
     pub blocks: Vec<f64>,
+}
+
+/// A point of the machine's frame, and where the sensor saw it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DatumPoint {
+    /// Its name.
+    pub name: String,
+    /// Where it is in the frame of the robot's base, mm.
+    pub place: Vector3<f64>,
+    /// Where the sensor saw it, mm in the sensor's frame.
+    pub seen: Vector3<f64>,
 }
 
 /// A point that distances begin at.

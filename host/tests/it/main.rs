@@ -19,6 +19,7 @@ mod kinematics;
 mod linuxcnc;
 mod pipeline;
 mod plan;
+mod plant;
 mod plot;
 mod simulate;
 mod table_formats;

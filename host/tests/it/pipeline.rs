@@ -78,12 +78,7 @@ fn measured(
         let x = truth.forward(&joints).unwrap();
         let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(&mut rng);
         let reported = joints.map(|q| q + normal(joint.to_radians()));
-        let mut own = Reading {
-            joints: reported,
-            position: [None; 3],
-            height: None,
-            distance: None,
-        };
+        let mut own = Reading::at(reported);
         match instrument {
             Instrument::Positions | Instrument::Tracker | Instrument::Camera => {
                 let seen = if instrument == Instrument::Tracker {

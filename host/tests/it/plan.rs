@@ -648,6 +648,7 @@ fn calibrated(plan: &Plan, rows: &[Observation<f64>]) -> Option<Robot<f64>> {
                 };
                 (from, own.distance)
             }),
+            sigma: None,
         },
     };
     let readings = Readings {
@@ -659,6 +660,7 @@ fn calibrated(plan: &Plan, rows: &[Observation<f64>]) -> Option<Robot<f64>> {
             .map(|own| setup.points[*own].name.clone())
             .collect(),
         copies: Vec::new(),
+        joined: None,
         in_degrees: true,
         positions_in: PositionUnit::Millimetre,
     };

@@ -13,11 +13,10 @@ use crate::device::{
     self, DeviceError, Number, adopt, check_calibrated, check_nominal, difference, in_use,
     robot as robot_of,
 };
-use crate::files::convention::Convention;
 use crate::files::example;
 use crate::text::small;
 use crate::{
-    CalibrateError, InputError, InputText, InstrumentFacts, Options, Readings, Record, RobotFile,
+    CalibrateError, InputError, InputText, InstrumentFacts, Options, Readings, RobotFile,
     calibrate, read_samples,
 };
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
@@ -280,19 +279,8 @@ fn robot_file<T: Number>(
             "\nThe controller does not know [joints]: correct the range below. State [tolerance] \
              and [noise] if you can.",
         );
-        RobotFile {
-            name: String::new(),
-            convention: Convention::usual(robot.drive()),
-            robot,
-            limits: any_limits().map_err(|_| DeviceError::ImpossibleGeometry)?,
-            forearm_limit: None,
-            tolerance: None,
-            noise: None,
-            sensor_frame: None,
-            transmission: None,
-            instruments: InstrumentFacts::default(),
-            record: Record::default(),
-        }
+        let limits = any_limits().map_err(|_| DeviceError::ImpossibleGeometry)?;
+        RobotFile::of("", robot, limits)
     };
     Ok(file.to_toml(&comment))
 }

@@ -4,7 +4,7 @@ use super::schema::{
     ByAxis, Kind, Linear, NoiseToml, Number, PointToml, Positive, RobotToml, Rotary,
     SensorFrameToml, Tag, Words, arm_key,
 };
-use super::{InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile};
+use super::{DatumPoint, InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile};
 use crate::files::convention::Convention;
 use crate::files::input::{InputError, InputText};
 use crate::geometry::reaches_anywhere;
@@ -117,6 +117,14 @@ fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
         let point = section(input, &own, |own| point(name, line, own, &convention))?;
         instruments.points.push(point);
     }
+    for (name, own) in toml.datum {
+        let inside = |[x, y, z]: [Number; 3]| convention.vector(&Vector3::new(x.0, y.0, z.0));
+        instruments.datum.push(DatumPoint {
+            name,
+            place: inside([own.x_mm, own.y_mm, own.z_mm]),
+            seen: inside(own.sensor_mm),
+        });
+    }
     let sensor_frame = match &toml.sensor_frame {
         Some(own) => Some(section(input, own, |own| sensor_frame(own, &convention))?),
         None => None,
@@ -132,6 +140,10 @@ fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
         transmission,
         noise,
         sensor_frame,
+        platform_radius: match &toml.nominal {
+            Some(nominal) => K::platform_radius(nominal.as_ref()),
+            None => toml.platform.map(|own| own.radius_mm.0),
+        },
         instruments,
         record: Record {
             name: text(toml.robot.name),

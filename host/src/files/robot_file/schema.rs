@@ -64,7 +64,10 @@ pub(super) struct RobotToml<K: Kind> {
     pub(super) distances: Option<Spanned<DistancesToml>>,
     #[serde(default)]
     pub(super) points: BTreeMap<String, Spanned<PointToml>>,
+    pub(super) platform: Option<PlatformToml>,
     pub(super) target: Option<TargetToml>,
+    #[serde(default)]
+    pub(super) datum: BTreeMap<String, DatumToml>,
     #[serde(default)]
     pub(super) robot: RobotRecordToml,
     #[serde(default)]
@@ -83,6 +86,8 @@ pub(super) trait Kind {
     fn robot(nominal: &Self::Nominal, convention: &Convention)
     -> Result<Robot<f64>, GeometryError>;
     fn arm(arm: &Self::Arm) -> Result<Arm<f64>, GeometryError>;
+    /// Of the platform, if it has one.
+    fn platform_radius(nominal: &Self::Nominal) -> Option<f64>;
     /// With the largest angle of a forearm out of its arm's plane.
     fn joints(
         joints: &Self::Joints,
@@ -291,6 +296,10 @@ impl Kind for Rotary {
         Robot::new([arm(0)?, arm(1)?, arm(2)?])
     }
 
+    fn platform_radius(nominal: &RotaryNominal) -> Option<f64> {
+        Some(nominal.platform_radius_mm.0)
+    }
+
     fn arm(arm: &RotaryArm) -> Result<Arm<f64>, GeometryError> {
         let transmission = Transmission::new([
             arm.transmission_gain.0,
@@ -374,6 +383,10 @@ impl Kind for Linear {
             None => geometry.robot(),
             Some(azimuths) => geometry.robot_at(azimuths),
         }
+    }
+
+    fn platform_radius(_: &LinearNominal) -> Option<f64> {
+        None
     }
 
     fn arm(arm: &LinearArm) -> Result<Arm<f64>, GeometryError> {
@@ -538,6 +551,21 @@ pub(super) struct TargetToml {
     pub(super) x_mm: Number,
     pub(super) y_mm: Number,
     pub(super) z_mm: Number,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PlatformToml {
+    pub(super) radius_mm: Positive,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DatumToml {
+    pub(super) x_mm: Number,
+    pub(super) y_mm: Number,
+    pub(super) z_mm: Number,
+    pub(super) sensor_mm: [Number; 3],
 }
 
 #[derive(Deserialize)]

@@ -38,6 +38,10 @@ impl RobotFile {
                 }
             }
         }
+        if let Some(radius) = self.platform_radius {
+            text.push_str("\n[platform]\n");
+            entry(&mut text, "radius_mm", radius);
+        }
         text.push_str("\n[joints]\n");
         let drive = self.robot.drive();
         let convention = &self.convention;
@@ -153,6 +157,15 @@ impl RobotFile {
                 text,
                 "\n[distances]\nlength_mm = [{shortest:?}, {longest:?}]"
             );
+        }
+        for point in &facts.datum {
+            let _ = writeln!(text, "\n[datum.{}]", key_of(&point.name));
+            let [x, y, z] = self.convention.vector(&point.place).data.0[0];
+            entry(text, "x_mm", x);
+            entry(text, "y_mm", y);
+            entry(text, "z_mm", z);
+            let seen = self.convention.vector(&point.seen).data.0[0];
+            let _ = writeln!(text, "sensor_mm = {seen:?}");
         }
         if let Some(target) = &facts.target {
             let target = self.convention.vector(target);

@@ -10,7 +10,7 @@ use csv::StringRecord;
 pub(super) const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad, and _cm, _m, \
                                 _um, _in), or in place of the last three height_mm,plane or \
                                 distance_mm,point or distance_mm,to_q1_deg,to_q2_deg,to_q3_deg, in any \
-                                order; with a linear drive s1_mm… and to_s1_mm… instead of q1_deg… and \
+                                order, and sigma_mm or u_k2_mm (k = 2), the uncertainty of the row; with a linear drive s1_mm… and to_s1_mm… instead of q1_deg… and \
                                 to_q1_deg…; the program ignores columns whose name begins with _";
 
 /// What is done with the cells of a column.
@@ -44,10 +44,16 @@ pub(super) struct Header {
     /// By the number of their quantity.
     columns: [Option<Column>; COUNT],
     convention: Convention,
+    /// Whether columns that are not known are left to another file.
+    lenient: bool,
 }
 
 impl Header {
-    pub(super) fn new(records: &Records<'_>, convention: &Convention) -> Result<Self, InputError> {
+    pub(super) fn new(
+        records: &Records<'_>,
+        convention: &Convention,
+        lenient: bool,
+    ) -> Result<Self, InputError> {
         let mut header = Self {
             file: records.input().name().to_owned(),
             line: records.header_line,
@@ -56,8 +62,15 @@ impl Header {
             uses: Vec::new(),
             columns: [None; COUNT],
             convention: *convention,
+            lenient,
         };
-        header.check_mapping(records)?;
+        let motive = records.input().text().starts_with("Format Version");
+        if motive && !lenient && !header.has_joints() {
+            return Err(header.motive());
+        }
+        if !lenient {
+            header.check_mapping(records)?;
+        }
         for place in 0..header.names.len() {
             let used = header.use_of(records, place)?;
             if let Use::Read(column) = used {
@@ -70,7 +83,17 @@ impl Header {
             }
             header.uses.push(used);
         }
+        header.leave_labels();
         Ok(header)
+    }
+
+    /// Without distances a column `point` names the poses.
+    fn leave_labels(&mut self) {
+        if self.columns[Quantity::Distance as usize].is_none()
+            && let Some(column) = self.columns[Quantity::Point as usize].take()
+        {
+            self.uses[column.place] = Use::Ignored;
+        }
     }
 
     /// Every column of `--columns` is there, once.
@@ -116,21 +139,17 @@ impl Header {
             return Ok(read(mapped));
         }
         if name.is_empty() {
-            return Ok(Use::Unnamed);
+            let others = self.lenient || !mapping.is_empty();
+            return Ok(if others { Use::Ignored } else { Use::Unnamed });
         }
         if name.starts_with(IGNORED) {
             return Ok(Use::Ignored);
         }
         match ColumnName::recognise(name) {
             Some(own) if !mapping.has(own.quantity) => Ok(read(own)),
-            _ if !mapping.is_empty() => Ok(Use::Ignored),
+            _ if name.replace(',', ".").parse::<f64>().is_ok() => Err(self.without_header()),
+            _ if self.lenient || !mapping.is_empty() => Ok(Use::Ignored),
             _ => {
-                if name.replace(',', ".").parse::<f64>().is_ok() {
-                    return Err(self.without_header());
-                }
-                if name.starts_with("Format Version") {
-                    return Err(self.motive(records));
-                }
                 let (cause, before) = if name.starts_with('[') {
                     let cause =
                         "this looks like a robot file, and a table of samples is needed here";
@@ -177,27 +196,44 @@ impl Header {
         .with_remedy(remedy)
     }
 
+    /// Whether a name is that of a joint, before any column is read.
+    fn has_joints(&self) -> bool {
+        let mut names = self.names.iter();
+        names.any(|name| {
+            ColumnName::recognise(name).is_some_and(|own| own.quantity.joint().is_some())
+        })
+    }
+
     /// That this is what Motive exports.
-    fn motive(&self, records: &Records<'_>) -> InputError {
-        let lines = (1..).zip(records.input().text().lines());
-        let header = lines
-            .filter(|(_, line)| line.starts_with("Frame,"))
-            .map(|(number, _)| number)
-            .next();
-        let place = header.map_or_else(String::new, |line| {
-            format!(": its columns stand in line {line}")
-        });
-        let cause = format!("this is a Motive export{place}, and it has no joint angles");
+    fn motive(&self) -> InputError {
+        let cause = format!(
+            "this is a Motive export: its columns stand in line {}, and it has no joint angles",
+            self.line
+        );
         InputError::new(&self.file, cause)
             .at_line(self.line)
             .with_remedy(
-                "paste q1_deg,q2_deg,q3_deg beside, and say with --columns which X, Y and Z are the position, by number: \
-                 --columns x_m=7,y_m=8,z_m=9",
+                "give the joints in a file of their own before it, or paste them beside; --columns x_m=7,y_m=8,z_m=9 says \
+                 by number which X, Y and Z are the position",
             )
     }
 
     pub(super) fn column(&self, quantity: Quantity) -> Option<&Column> {
         self.columns[quantity as usize].as_ref()
+    }
+
+    /// All of them, as the file has them.
+    pub(super) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Those of columns that are not read.
+    pub(super) fn unread(&self) -> Vec<String> {
+        let named = self.names.iter().zip(&self.uses);
+        let unread = named
+            .filter(|(_, used)| matches!(used, Use::Ignored))
+            .filter(|(name, _)| !name.starts_with(IGNORED));
+        unread.map(|(name, _)| name.clone()).collect()
     }
 
     /// As the file has it.

@@ -34,6 +34,22 @@ impl<'a> Table<'a> {
         input: &'a InputText,
         convention: &'a Convention,
     ) -> Result<Self, InputError> {
+        Self::with(input, convention, false)
+    }
+
+    /// The same of a file of which other columns belong to another file.
+    pub(super) fn lenient(
+        input: &'a InputText,
+        convention: &'a Convention,
+    ) -> Result<Self, InputError> {
+        Self::with(input, convention, true)
+    }
+
+    fn with(
+        input: &'a InputText,
+        convention: &'a Convention,
+        lenient: bool,
+    ) -> Result<Self, InputError> {
         let Some(records) = Records::new(input) else {
             return Err(
                 InputError::new(input.name(), "the file is empty: it has no header")
@@ -41,13 +57,35 @@ impl<'a> Table<'a> {
                     .with_remedy(KNOWN),
             );
         };
-        let header = Header::new(&records, convention)?;
+        let header = Header::new(&records, convention, lenient)?;
         Ok(Self {
             input,
             header,
             records,
             convention,
         })
+    }
+
+    /// Whether the header has this name.
+    pub(super) fn has_name(&self, name: &str) -> bool {
+        self.header.names().iter().any(|own| own == name)
+    }
+
+    /// The names of the columns that are not read.
+    pub(super) fn unread(&self) -> Vec<String> {
+        self.header.unread()
+    }
+
+    /// The cells of a column, row by row.
+    pub(super) fn cells(&self, name: &str) -> Result<Vec<String>, InputError> {
+        let place = self.header.names().iter().position(|own| own == name);
+        let mut cells = Vec::new();
+        self.records.each(|_, record| {
+            let cell = place.and_then(|place| record.get(place));
+            cells.push(cell.unwrap_or_default().trim().to_owned());
+            Ok(())
+        })?;
+        Ok(cells)
     }
 
     /// Every one of these quantities must have a column, and lengths a unit.
@@ -63,11 +101,19 @@ impl<'a> Table<'a> {
             Quantity::Z,
             Quantity::Height,
             Quantity::Distance,
+            Quantity::Sigma,
+            Quantity::Expanded,
         ];
         let there = lengths
             .into_iter()
             .filter(|quantity| self.has_any(&[*quantity]));
         self.require(&there.collect::<Vec<_>>())
+    }
+
+    /// Whether something that can be measured has a column.
+    pub(super) fn has_readings(&self) -> bool {
+        let [x, y, z] = Quantity::COORDINATES;
+        self.has_any(&[x, y, z, Quantity::Height, Quantity::Distance])
     }
 
     /// Whether one of these has a column.

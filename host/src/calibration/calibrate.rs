@@ -5,6 +5,7 @@ use super::credibility::{NoiseVerdict, PriorTest, doubtful};
 use super::diagnosis::{Diagnosis, diagnose};
 use super::findings::Finding;
 use super::judge::{Case, Judged, attempt};
+use super::one_number::explanation;
 use super::refusal::{CalibrateError, Objection, Refused, explained};
 use super::report::Report;
 use super::wrong_rows::{Shift, beside_the_platform_point, explanations};
@@ -100,8 +101,8 @@ fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>)
         let target = beside_the_platform_point(case.robot, case.readings, case.options.frame);
         match target {
             Some(target) => hints.push(target.to_string()),
-            None => match step(case) {
-                Some(step) => hints.push(step.to_string()),
+            None => match explanation(case).or_else(|| step(case).map(|own| own.to_string())) {
+                Some(found) => hints.push(found),
                 None => hints.extend(explanations(case.robot, case.readings, &case.options)),
             },
         }

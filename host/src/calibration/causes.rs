@@ -19,7 +19,7 @@ use nalgebra::{DVector, Matrix3, Vector3};
 use regression::{Regression, Solution};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 pub use step::Step;
-pub(crate) use step::step;
+pub(crate) use step::{improvement, step};
 pub(crate) use subject::Subject;
 
 /// A cause that moves the positions by less, mm rms, is one of the arithmetic.

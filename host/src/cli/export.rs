@@ -29,8 +29,7 @@ TARGET is one of:
                       four lengths, of which 3 count
   correction-table    CSV of position corrections on a grid, for any controller
 
-Few controllers hold all parameters: those of the target and a rigid motion are fitted, and the loss is stated. \
-docs/export.md has the conventions.
+The target's parameters and a rigid motion are fitted, and the loss is stated. docs/export.md has the conventions.
 
 Examples:
   delta-cal export calibrated.toml --for klipper --output delta.cfg
@@ -43,8 +42,7 @@ Examples:
 Exit codes:
   0  done
   2  the command line is wrong
-  3  an input file is wrong, the target cannot hold this robot, or no correction
-     table keeps to --limit
+  3  an input file is wrong, or the target cannot hold this robot
   4  a file could not be written";
 
 #[derive(Debug, Args)]
@@ -82,11 +80,10 @@ pub(crate) struct ExportArguments {
     /// of mm with no position below 0]
     #[arg(long, value_name = "LENGTH")]
     height: Option<Length>,
-    /// The platform's radius; only its difference from the base's counts [default: that of the robot
-    /// file, or 25 mm]
+    /// The platform's radius [default: that of the robot file, or 25 mm]
     #[arg(long, value_name = "LENGTH")]
     platform_radius: Option<Length>,
-    /// The unit of lengths of a LinuxCNC machine
+    /// The unit of a LinuxCNC machine
     #[arg(long, value_enum, default_value_t = UnitArgument::Mm)]
     unit: UnitArgument,
     /// The largest error between the nodes of a correction table [default: nodes 25 mm apart]

@@ -38,6 +38,9 @@ Exit codes:
 With exit codes 1, 2 and 3 no output file is written or changed.";
 
 #[derive(Debug, Args)]
+#[command(
+    override_usage = "delta-cal validate [OPTIONS] --limit <LENGTH> <ROBOT.toml> <CHECK.csv>\n       delta-cal validate [OPTIONS] --limit <LENGTH> <ROBOT.toml> <JOINTS.csv>\n           <POSITIONS.csv>"
+)]
 pub(crate) struct ValidateArguments {
     /// The robot as calibrated, or any robot file
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]

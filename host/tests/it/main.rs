@@ -7,6 +7,7 @@ mod support;
 
 mod bad_input;
 mod calibrate;
+mod cases;
 mod causes;
 mod device;
 mod device_on_target;

@@ -165,6 +165,37 @@ fn at(solution: &Solution, readings: &Readings, index: usize) -> Option<[Found; 
     gains(solution, readings, index).map(|(found, _)| found)
 }
 
+/// By how much a number is too small that moves the platform so at these joints (mm for 1), as the residuals have it; all
+/// parameters being fitted again.
+pub(crate) fn improvement(
+    subject: &Subject<'_>,
+    moves: impl Fn(&[f64; 3]) -> Option<Vector3<f64>>,
+) -> Option<f64> {
+    let unknowns = subject.solution.covariance.nrows();
+    let mut rows = Rows::new(unknowns, 1);
+    for counted in subject.counted() {
+        let own = moves(&counted.at.joints)?;
+        let other = match &counted.other {
+            Some(at) => moves(&at.joints)?,
+            None => Vector3::zeros(),
+        };
+        for reading in 0..READINGS {
+            let [by_own, by_other] = counted.sensitivity.by_positions.map(|all| all[reading]);
+            if by_own == Vector3::zeros() {
+                continue;
+            }
+            let read = counted.sensitivity.by_unknowns.row(reading);
+            let mut row: Vec<f64> = read.columns(0, unknowns).iter().copied().collect();
+            row.push(by_own.dot(&own) + by_other.dot(&other));
+            row.push(counted.residuals[reading]);
+            rows.add(DVector::from_vec(row), 1.0);
+        }
+    }
+    subject.add_prior(&mut rows);
+    let solution = rows.regression().solve(&[0])?;
+    Some(solution.coefficients[unknowns])
+}
+
 /// Steps of the three joints and of the positions at a row, and by how much each lowers the sum of squares.
 fn gains(solution: &Solution, readings: &Readings, index: usize) -> Option<([Found; 4], [f64; 4])> {
     let subject = Subject { solution, readings };

@@ -33,7 +33,7 @@ pub(super) struct At {
 pub(super) struct Counted<'a> {
     pub(super) at: At,
     /// Where a distance between two poses begins.
-    other: Option<At>,
+    pub(super) other: Option<At>,
     place: Place,
     pub(super) sensitivity: &'a Sensitivity,
     pub(super) residuals: SVector<f64, READINGS>,

@@ -411,14 +411,17 @@ impl Words<'_> {
 
     fn order(&self, order: [usize; 3]) -> String {
         let moved: Vec<_> = (0..3).filter(|joint| order[*joint] != *joint).collect();
-        if self.frame == Frame::Sensor && order == EXCHANGED[0] {
-            return "the arms are numbered clockwise, seen from above, or joints 2 and 3 are exchanged".to_owned();
-        }
         if let [first, second] = moved[..] {
             let arms = format!("arm {} and arm {}", first + 1, second + 1);
+            let clockwise = self.frame == Frame::Sensor && order == EXCHANGED[0];
             return format!(
-                "{}, or {arms}, are exchanged",
-                self.joints([0, 1, 2].map(|column| moved.contains(&column)))
+                "{}, or {arms}, are exchanged{}",
+                self.joints([0, 1, 2].map(|column| moved.contains(&column))),
+                if clockwise {
+                    ", as where the arms are numbered clockwise seen from above"
+                } else {
+                    ""
+                }
             );
         }
         let columns = order.map(|column| format!("q{}{}", column + 1, self.angle_unit()));

@@ -27,6 +27,7 @@ mod starts;
 pub(crate) mod step_control;
 mod tolerance;
 mod tolerance_prior;
+mod upper_arm;
 
 pub use crate::samples::Triangle;
 pub(crate) use arm_problem::Normal;
@@ -40,6 +41,7 @@ pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, T
 pub(crate) use problem::sum_of_squares;
 pub use problem::{Piece, Prior, Problem};
 pub use refusal::{Instrument, Refusal};
+pub(crate) use robot_solver::prior_of_arm;
 pub use robot_solver::{ArmSolver, RobotSolver};
 pub use settings::{Settings, Solver, Start};
 pub use tolerance::{Tolerance, ToleranceError};

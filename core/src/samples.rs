@@ -9,7 +9,7 @@ mod sample;
 mod triangle;
 mod whitened_sample;
 
-pub(crate) use displacement::{Displacement, corrected_arm, moved_arm};
+pub(crate) use displacement::{Displacement, corrected_arm, moved_arm, small_turn};
 pub use factor::{ArmFactor, MergeError};
 pub(crate) use factor::{BLOCK, Waiting};
 #[cfg(test)]

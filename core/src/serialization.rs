@@ -48,43 +48,107 @@ fn plain<T: Real, E: serde::ser::Error>(arm: &Arm<T>) -> Result<(), E> {
     }
 }
 
-/// Implements both for a type of two numbers by its constructor and two functions that give them back.
-macro_rules! two_numbers {
-    ($type:ident, $name:literal, $first:ident: $get_first:expr, $second:ident: $get_second:expr) => {
-        const _: () = {
-            #[derive(Serialize, Deserialize)]
-            #[serde(rename = $name, deny_unknown_fields)]
-            struct Fields<T> {
-                $first: T,
-                $second: T,
-            }
-
-            impl<T: Real + Serialize> Serialize for $type<T> {
-                fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                    let fields = Fields {
-                        $first: $get_first(self),
-                        $second: $get_second(self),
-                    };
-                    fields.serialize(serializer)
-                }
-            }
-
-            impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for $type<T> {
-                fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                    let fields = Fields::deserialize(deserializer)?;
-                    Self::new(fields.$first, fields.$second).map_err(Error::custom)
-                }
-            }
-        };
-    };
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "JointLimits", deny_unknown_fields)]
+struct LimitsFields<T> {
+    minimum: T,
+    maximum: T,
+    /// Whether they are lengths.
+    #[serde(default)]
+    linear: bool,
 }
 
-two_numbers!(
-    Tolerance, "Tolerance",
-    length: |tolerance: &Tolerance<T>| tolerance.of(Parameter::Lb),
-    angle: |tolerance: &Tolerance<T>| tolerance.of(Parameter::Alpha)
-);
-two_numbers!(JointLimits, "JointLimits", minimum: JointLimits::minimum, maximum: JointLimits::maximum);
+impl<T: Real + Serialize> Serialize for JointLimits<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        LimitsFields {
+            minimum: self.minimum(),
+            maximum: self.maximum(),
+            linear: self.drive() == Drive::Linear,
+        }
+        .serialize(serializer)
+    }
+}
+
+impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for JointLimits<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let fields = LimitsFields::deserialize(deserializer)?;
+        if !fields.linear {
+            return Self::new(fields.minimum, fields.maximum).map_err(Error::custom);
+        }
+        #[cfg(feature = "linear")]
+        return Self::travel(fields.minimum, fields.maximum).map_err(Error::custom);
+        #[cfg(not(feature = "linear"))]
+        Err(Error::custom(
+            "limits of linear drives need the feature `linear`",
+        ))
+    }
+}
+
+/// All σ; what is left out is as after [`Tolerance::new`].
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "Tolerance", deny_unknown_fields)]
+struct ToleranceFields<T> {
+    length: T,
+    angle: T,
+    #[serde(default = "none")]
+    joint_zero: Option<T>,
+    #[cfg(feature = "linear")]
+    #[serde(default = "none")]
+    carriage_zero: Option<T>,
+    #[cfg(feature = "linear")]
+    #[serde(default = "none")]
+    carriage_scale: Option<T>,
+    #[cfg(feature = "linear")]
+    #[serde(default = "none")]
+    common_radius: Option<T>,
+    #[cfg(feature = "linear")]
+    #[serde(default = "none")]
+    common_forearm: Option<T>,
+}
+
+const fn none<T>() -> Option<T> {
+    None
+}
+
+impl<T: Real + Serialize> Serialize for Tolerance<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        ToleranceFields {
+            length: self.of(Parameter::Lb),
+            angle: self.of(Parameter::Alpha),
+            joint_zero: self.joint_zero(),
+            #[cfg(feature = "linear")]
+            carriage_zero: Some(self.of(Parameter::Zero)),
+            #[cfg(feature = "linear")]
+            carriage_scale: Some(self.of(Parameter::Scale)),
+            #[cfg(feature = "linear")]
+            common_radius: Some(self.radius()),
+            #[cfg(feature = "linear")]
+            common_forearm: Some(self.forearm()),
+        }
+        .serialize(serializer)
+    }
+}
+
+impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Tolerance<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let fields = ToleranceFields::deserialize(deserializer)?;
+        let mut tolerance = Self::new(fields.length, fields.angle).map_err(Error::custom)?;
+        if let Some(zero) = fields.joint_zero {
+            tolerance = tolerance.with_joint_zero(zero).map_err(Error::custom)?;
+        }
+        #[cfg(feature = "linear")]
+        {
+            let zero = fields.carriage_zero.unwrap_or(fields.length);
+            let scale = fields.carriage_scale.unwrap_or(fields.angle);
+            tolerance = tolerance
+                .with_linear(zero, scale)
+                .and_then(|own| own.with_radius(fields.common_radius.unwrap_or(T::ZERO)))
+                .and_then(|own| own.with_forearm(fields.common_forearm.unwrap_or(T::ZERO)))
+                .map_err(Error::custom)?;
+        }
+        Ok(tolerance)
+    }
+}
 
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "Noise", deny_unknown_fields)]

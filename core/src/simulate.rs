@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::calibration::Tolerance;
 use crate::kinematics::{JointLimits, KinematicsError};
-use crate::robot::{GeometryError, Robot};
+use crate::robot::{Drive, GeometryError, Parameter, Robot};
 use crate::samples::{Noise, Sample};
 use core::fmt;
 use nalgebra::Vector3;
@@ -67,7 +67,8 @@ pub fn random_pose<T: Real, R: Rng + ?Sized>(
     Err(PoseError)
 }
 
-/// A robot made to a tolerance: each parameter normal about its nominal value.
+/// A robot made to a tolerance: each parameter normal about its nominal value, and where the tolerance of the
+/// [joint zeros](Tolerance::with_joint_zero) is stated each upper arm's length and direction.
 ///
 /// # Errors
 /// In the rare case that its numbers are no robot.
@@ -78,10 +79,27 @@ pub fn made_robot<T: Real, R: Rng + ?Sized>(
 ) -> Result<Robot<T>, GeometryError> {
     let mut parameters = nominal.parameters();
     for (values, arm) in parameters.iter_mut().zip(nominal.arms()) {
-        for (value, parameter) in values.iter_mut().zip(arm.drive().places()) {
-            if let Some(parameter) = parameter {
-                *value += tolerance.of(parameter) * standard_normal::<T, R>(rng);
+        let zero = tolerance
+            .joint_zero()
+            .filter(|_| arm.drive() == Drive::Rotary);
+        let mut turn = T::ZERO;
+        for (value, place) in values.iter_mut().zip(arm.drive().places()) {
+            let Some(parameter) = place else { continue };
+            let off = standard_normal::<T, R>(rng);
+            match (parameter, zero) {
+                // The length; La_y follows from both.
+                (Parameter::LaX, Some(_)) => *value = tolerance.of(parameter) * off,
+                (Parameter::LaY, Some(zero)) => turn = zero * off,
+                _ => *value += tolerance.of(parameter) * off,
             }
+        }
+        if zero.is_some() {
+            let [.., la_x, la_y, _] = values;
+            let (x, y) = arm.la();
+            let (sine, cosine) = turn.sine_cosine();
+            let part = T::ONE + *la_x / arm.upper_arm_length();
+            *la_x = (x * cosine - y * sine) * part;
+            *la_y = (x * sine + y * cosine) * part;
         }
     }
     #[cfg(feature = "linear")]
@@ -98,7 +116,7 @@ pub fn made_robot<T: Real, R: Rng + ?Sized>(
         let common = tolerance.forearm() * standard_normal::<T, R>(rng);
         for (values, arm) in parameters.iter_mut().zip(nominal.arms()) {
             let places = arm.drive().places().into_iter().zip(values);
-            for (_, value) in places.filter(|(place, _)| *place == Some(crate::Parameter::Lb)) {
+            for (_, value) in places.filter(|(place, _)| *place == Some(Parameter::Lb)) {
                 *value += common;
             }
         }

@@ -73,6 +73,15 @@ fn robots_samples_settings_and_outcomes_read_back_the_same() {
     round_trip(&settings());
     round_trip(&Settings::<f32>::default());
     round_trip(&JointLimits::new(-1.0, 1.5).unwrap());
+    let tolerance = Tolerance::new(0.5, 0.003).unwrap();
+    round_trip(&tolerance.with_joint_zero(0.1).unwrap());
+    #[cfg(feature = "linear")]
+    {
+        // As far as a tower is high, which as an angle would be too wide.
+        round_trip(&JointLimits::travel(-350.0, 20.0).unwrap());
+        let towers = tolerance.with_linear(1.0, 2e-4).unwrap();
+        round_trip(&towers.with_radius(0.7).unwrap().with_forearm(0.9).unwrap());
+    }
     round_trip(&Forgetting::new(49.0).unwrap());
     let outcome = outcome();
     assert!(outcome.arms[0].covariance.is_some());
@@ -125,6 +134,7 @@ fn what_no_constructor_takes_is_refused_with_its_cause() {
         "position noise",
     );
     refused::<Tolerance<f64>>(r#"{"length":0.5,"angle":-1.0}"#, "angles");
+    refused::<Tolerance<f64>>(r#"{"length":0.5,"angle":0.1,"joint_zero":0.0}"#, "joints");
     refused::<JointLimits<f64>>(r#"{"minimum":1.0,"maximum":-1.0}"#, "below the largest");
     refused::<Forgetting<f32>>("1e6", "too large");
     refused::<Settings<f64>>(

@@ -16,6 +16,7 @@ mod exact;
 mod gate;
 mod hard_cases;
 mod joint;
+mod joint_zeros;
 mod kinematics;
 mod linear;
 mod link_faults;

@@ -305,8 +305,8 @@ mod tests {
             }
             normal.absorb(&mut block);
             let found = Identifiability::of(&normal);
-            let found =
-                determined_parameters::<_, _, 8, 9, 45>(&prior, 1.0, found.covariance.as_slice());
+            let covariance = found.covariance.as_slice();
+            let found = determined_parameters::<_, _, 8, 9, 45>(&prior, &[0.0; 8], 1.0, covariance);
             // The trace of what maps the true parameters to the estimated ones.
             let information = matrix.transpose() * matrix;
             let mut with_prior = information;

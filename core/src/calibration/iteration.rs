@@ -1,5 +1,6 @@
 //! One iteration of Gauss–Newton or Levenberg–Marquardt.
 
+use super::limits::LARGEST_TOLERANCES;
 use super::outcome::Termination;
 use super::point::{Point, Weighted};
 use super::problem::{Prior, Problem};
@@ -7,6 +8,9 @@ use super::settings::Solver;
 use super::step_control::{self, LONGEST_STEP, Prospect, Refinement, StepControl, StepResult};
 use crate::Real;
 use crate::samples::Triangle;
+
+/// Parameters of a robot; what comes behind them is no robot's.
+const OF_ROBOT: usize = 24;
 
 /// State of an iteration: a correction, and the problem linearised there.
 #[derive(Debug, Clone, Copy)]
@@ -54,9 +58,9 @@ struct Trial<T, A, const N: usize> {
 
 impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteration<T, A, N, M, E> {
     /// Before its [`restart`](Self::restart).
-    pub(crate) const fn unstarted(solver: Solver) -> Self {
+    pub(crate) const fn unstarted(solver: Solver, held: bool) -> Self {
         Self {
-            control: StepControl::new(solver),
+            control: StepControl::new(solver, held),
             point: Point::unstarted(),
             iterations: 0,
             work: Work::None,
@@ -76,7 +80,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         R: Prior<T, N, M, E>,
     {
         self.point.correction = *correction;
-        self.control = StepControl::new(self.control.solver());
+        self.control = self.control.renewed();
         self.iterations = 0;
         let at = problem.displaced(correction);
         self.linearize(prior, at, StepResult::Continue);
@@ -234,13 +238,20 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         P: Problem<T, N, M, E, At = A>,
         R: Prior<T, N, M, E>,
     {
-        let Some(step) = step.filter(|step| self.usable(step)) else {
+        let Some(mut step) = step else {
+            self.control.damp();
             return Some(self.reject(prospect));
         };
-        let mut trial = self.point.correction;
-        for (value, delta) in trial.iter_mut().zip(&step) {
-            *value += *delta;
+        let part = self.control.part();
+        if part < T::ONE {
+            for delta in &mut step {
+                *delta *= part;
+            }
         }
+        if !self.usable(prior.prior, &step) {
+            return Some(self.reject(prospect));
+        }
+        let trial = prior.prior.advanced(&self.point.correction, &step);
         let at = problem.displaced(&trial);
         let trial = Trial {
             correction: trial,
@@ -263,10 +274,8 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         let step = self.point.normal.step_against(gradient);
         self.work = Work::None;
         let refinement = match step {
-            Some((step, gain)) if self.usable(&step) => {
-                for (value, delta) in correction.iter_mut().zip(&step) {
-                    *value += *delta;
-                }
+            Some((step, gain)) if self.usable(prior.prior, &step) => {
+                correction = prior.prior.advanced(&correction, &step);
                 self.control.refine(gain)
             }
             _ => Refinement::Linearize,
@@ -363,17 +372,26 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
 
     fn reject(&mut self, prospect: &Prospect<T>) -> StepResult {
         let result = self.control.rejected(prospect);
-        if result == StepResult::Continue {
+        if result == StepResult::Continue && !(self.control.part() < T::ONE) {
             self.iterations = self.iterations.saturating_add(1);
         }
         result
     }
 
-    fn usable(&self, step: &[T; N]) -> bool {
+    /// Whether a step is not too long. A longer one may be where the prior says that a parameter can be so far off, and of
+    /// what is no robot's, which follows it.
+    fn usable<R: Prior<T, N, M, E>>(&self, prior: &R, step: &[T; N]) -> bool {
         let longest = T::from_f64(LONGEST_STEP);
+        let most = T::from_f64(LARGEST_TOLERANCES);
+        let is_expected = |parameter: usize| {
+            let tolerances = prior.distance(step, parameter);
+            parameter >= OF_ROBOT || (tolerances > T::ZERO && tolerances <= most)
+        };
+        let mut deltas = step.iter().enumerate();
         match self.control.solver() {
-            Solver::GaussNewton => step.iter().all(|delta| delta.finite()),
-            Solver::LevenbergMarquardt => step.iter().all(|delta| delta.magnitude() <= longest),
+            Solver::GaussNewton => deltas.all(|(_, delta)| delta.finite()),
+            Solver::LevenbergMarquardt => deltas
+                .all(|(parameter, delta)| delta.magnitude() <= longest || is_expected(parameter)),
         }
     }
 }
@@ -425,7 +443,7 @@ mod tests {
         }
         damped
             .minimiser(&[0.0; 9])
-            .filter(|step| iteration.usable(step))
+            .filter(|step| iteration.usable(&[0.0; 8], step))
     }
 
     /// An iteration at a random linearised problem J δ + r of twenty rows.
@@ -442,7 +460,7 @@ mod tests {
             }
         }
         let residual = SVector::<f64, 20>::from([(); 20].map(|()| 0.01 * uniform()));
-        let mut iteration = Iteration::unstarted(Solver::LevenbergMarquardt);
+        let mut iteration = Iteration::unstarted(Solver::LevenbergMarquardt, false);
         for (row, right) in jacobian.row_iter().zip(&residual) {
             let mut block = [[0.0]; 9];
             for (column, value) in block.iter_mut().zip(row.iter().chain([right])) {
@@ -460,7 +478,7 @@ mod tests {
             let (mut iteration, jacobian, residual) = iteration(seed);
             let information = jacobian.transpose() * jacobian;
             let right = -(jacobian.transpose() * residual);
-            let mut control = StepControl::new(Solver::LevenbergMarquardt);
+            let mut control = StepControl::new(Solver::LevenbergMarquardt, false);
             for _ in 0..5 {
                 let mut damped = information;
                 for k in 0..8 {
@@ -480,15 +498,15 @@ mod tests {
     fn a_step_that_is_too_long_is_taken_by_gauss_newton_alone() {
         let mut diagonal = [1.0; 8];
         diagonal[5] = 0.01;
-        let mut iteration = Iteration::unstarted(Solver::LevenbergMarquardt);
+        let mut iteration = Iteration::unstarted(Solver::LevenbergMarquardt, false);
         for (right, short) in [(0.002_49, true), (0.002_51, false), (-0.003, false)] {
             let mut rights = [0.0; 8];
             rights[5] = right;
             iteration.point.normal = Normal::from_diagonal(&diagonal, &rights);
-            iteration.control = StepControl::new(Solver::LevenbergMarquardt);
+            iteration.control = StepControl::new(Solver::LevenbergMarquardt, false);
             // A quarter of the unit at most.
             assert_eq!(trial_step(&iteration, &problem()).is_some(), short);
-            iteration.control = StepControl::new(Solver::GaussNewton);
+            iteration.control = StepControl::new(Solver::GaussNewton, false);
             let step = trial_step(&iteration, &problem()).unwrap();
             assert!((step[5] + right / 0.01).abs() < 1e-12);
         }
@@ -510,7 +528,7 @@ mod tests {
         }
     }
 
-    /// A rejected step counts as a linearisation does: the limit holds for both.
+    /// A rejected step that is damped counts as a linearisation does: the limit holds for both.
     #[test]
     fn rejected_steps_are_counted() {
         let (mut iteration, _, _) = iteration(0);
@@ -519,7 +537,7 @@ mod tests {
             assert_eq!(iteration.reject(&prospect), StepResult::Continue);
             assert_eq!(iteration.iterations, count);
         }
-        iteration.control = StepControl::new(Solver::GaussNewton);
+        iteration.control = StepControl::new(Solver::GaussNewton, false);
         let prospect = iteration.control.judge(0.5, 1.0, 1.0);
         assert_eq!(iteration.reject(&prospect), StepResult::Failed);
         assert_eq!(iteration.iterations, 3);
@@ -540,7 +558,7 @@ mod tests {
         for azimuth in [0.0, 0.01, 0.8] {
             let mut from = [0.0; 24];
             from[3] = azimuth;
-            let mut iteration = Joint::unstarted(Solver::LevenbergMarquardt);
+            let mut iteration = Joint::unstarted(Solver::LevenbergMarquardt, false);
             iteration.restart(&factor, &weighted, &from);
             while iteration.is_linearizing() {
                 iteration.step(&factor, &weighted);

@@ -3,7 +3,6 @@ use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::JointOutcome;
 use super::refusal::Refusal;
 use super::settings::Settings;
-use super::tolerance::Tolerance;
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
@@ -313,13 +312,13 @@ pub(crate) fn tolerance_prior<T: Real>(
     factor: &JointFactor<T>,
     settings: &Settings<T>,
 ) -> TolerancePrior<T, 24> {
-    let tolerance = settings.tolerance.as_ref();
-    let mut weights = [T::ZERO; 24];
-    for (own, nominal) in weights.chunks_exact_mut(8).zip(factor.nominal_arms()) {
-        own.copy_from_slice(&Tolerance::own_weights(tolerance, nominal));
+    let nominal = factor.nominal_arms();
+    let mut units = [T::ZERO; 24];
+    for (own, nominal) in units.chunks_exact_mut(8).zip(nominal) {
+        own.copy_from_slice(&nominal.units());
     }
-    let arms = factor.nominal_arms().each_ref().map(NominalArm::arm);
-    TolerancePrior::coupled(weights, arms, tolerance)
+    let arms = nominal.each_ref().map(NominalArm::arm);
+    TolerancePrior::new(arms, &units, settings.tolerance.as_ref())
 }
 
 #[cfg(test)]

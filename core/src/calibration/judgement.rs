@@ -65,8 +65,11 @@ where
         let mut prior_share = [T::ZERO; N];
         let mut determined = T::from_count(N as u64);
         for (parameter, share) in prior_share.iter_mut().enumerate() {
-            let part =
-                self.prior.share(covariance.as_slice(), parameter) * self.residual_sigma.squared();
+            let correction = &self.point.correction;
+            let part = self
+                .prior
+                .share(correction, covariance.as_slice(), parameter)
+                * self.residual_sigma.squared();
             *share = part.larger(T::ZERO);
             // The square of a large weight overflows: no number, or infinite.
             if !(*share <= T::ONE) {

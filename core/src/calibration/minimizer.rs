@@ -80,7 +80,7 @@ where
             phase: Phase::Done,
             starting_cost: T::ZERO,
             awaits_cost: false,
-            iteration: Iteration::unstarted(settings.solver),
+            iteration: Iteration::unstarted(settings.solver, settings.tolerance.is_some()),
             best: None,
             identifiability: Identifiability::unstarted(),
             starts: Starts::new(settings.start),
@@ -457,7 +457,8 @@ impl<T: Real> NoiseBalance<T> {
             self.sigma *= T::from_f64(10.0);
             return true;
         };
-        let determined = determined_parameters(prior, best.residual_sigma, covariance);
+        let correction = &best.point.correction;
+        let determined = determined_parameters(prior, correction, best.residual_sigma, covariance);
         let spare = problem.residuals() - determined;
         if !(spare > T::from_f64(1e-3)) {
             return false;
@@ -480,6 +481,7 @@ impl<T: Real> NoiseBalance<T> {
 /// γ = N − Σ σ² (UᵀU C)ⱼⱼ: how many parameters the samples determine and not the prior.
 pub(super) fn determined_parameters<T, R, const N: usize, const M: usize, const E: usize>(
     prior: &R,
+    correction: &[T; N],
     sigma: T,
     covariance: &[T],
 ) -> T
@@ -489,7 +491,7 @@ where
 {
     let mut determined = T::from_count(N as u64);
     for parameter in 0..N {
-        determined -= prior.share(covariance, parameter) * sigma.squared();
+        determined -= prior.share(correction, covariance, parameter) * sigma.squared();
     }
     determined
 }

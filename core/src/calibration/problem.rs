@@ -122,21 +122,29 @@ pub struct Piece<T> {
     pub more: bool,
 }
 
-/// What is known of the parameters beside the samples: a quadratic cost |U δ|² of the correction δ,
-/// which is weighted by the variance of the residuals.
+/// What is known of the parameters beside the samples: a cost |r(δ)|² of the correction δ, which is weighted by the
+/// variance of the residuals. Where r = U δ the cost is quadratic; U = ∂r/∂δ in any case.
 pub trait Prior<T: Real, const N: usize, const M: usize, const E: usize>: Clone {
-    /// The rows (σ U, σ U δ) as a triangle.
+    /// The rows (σ U, σ r) at a correction as a triangle.
     fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E>;
-    /// |U δ|².
+    /// |r|².
     fn cost(&self, correction: &[T; N]) -> T;
-    /// UᵀU δ.
+    /// Uᵀr.
     fn gradient(&self, correction: &[T; N]) -> [T; N];
+    /// The correction after a step, which may lead along a curve that r follows.
+    fn advanced(&self, correction: &[T; N], step: &[T; N]) -> [T; N] {
+        let mut advanced = *correction;
+        for (value, delta) in advanced.iter_mut().zip(step) {
+            *value += *delta;
+        }
+        advanced
+    }
     /// How many combinations of parameters it says nothing of.
     fn unheld(&self) -> usize;
     /// A parameter's distance from nominal, in tolerances.
     fn distance(&self, correction: &[T; N], parameter: usize) -> T;
-    /// (UᵀU C)ⱼⱼ: the part of a parameter that the prior decides, C the covariance of all, by columns.
-    fn share(&self, covariance: &[T], parameter: usize) -> T;
+    /// (UᵀU C)ⱼⱼ: the part of a parameter that the prior decides at a correction, C the covariance of all, by columns.
+    fn share(&self, correction: &[T; N], covariance: &[T], parameter: usize) -> T;
 }
 
 /// 1/tolerance of each parameter in the problem's units; zero without a tolerance.
@@ -178,7 +186,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E> 
         }
     }
 
-    fn share(&self, covariance: &[T], parameter: usize) -> T {
+    fn share(&self, _: &[T; N], covariance: &[T], parameter: usize) -> T {
         match (self.get(parameter), covariance.get(parameter * (N + 1))) {
             (Some(weight), Some(variance)) => weight.squared() * *variance,
             _ => T::ZERO,

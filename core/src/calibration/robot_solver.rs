@@ -5,6 +5,7 @@ use super::outcome::{ArmOutcome, RobotOutcome};
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::tolerance::Tolerance;
+use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
 use crate::samples::{ArmFactor, Displacement, NominalArm, corrected_arm};
@@ -212,7 +213,7 @@ pub(super) fn check_side<T: Real>(
 /// # Ok(())
 /// # }
 /// ```
-pub type ArmSolver<T> = Minimizer<T, Displacement<T>, [T; 8], 8, 9, 45>;
+pub type ArmSolver<T> = Minimizer<T, Displacement<T>, TolerancePrior<T, 8>, 8, 9, 45>;
 
 impl<T: Real> ArmSolver<T> {
     /// Prepares the calibration of `arm` from the samples in `problem`.
@@ -232,7 +233,7 @@ impl<T: Real> ArmSolver<T> {
 
     /// Before it has begun.
     pub(super) fn of_arm(problem: &ArmFactor<T>, arm: ArmIndex, settings: &Settings<T>) -> Self {
-        let prior = Tolerance::weights(settings.tolerance.as_ref(), problem.nominal());
+        let prior = prior_of_arm(problem.nominal(), settings.tolerance.as_ref());
         Self::unstarted(arm, prior, settings)
     }
 
@@ -251,6 +252,14 @@ impl<T: Real> ArmSolver<T> {
         })?;
         Ok(ArmOutcome::of(arm, &estimate))
     }
+}
+
+/// What the tolerance says of an arm by itself, in internal units.
+pub(crate) fn prior_of_arm<T: Real>(
+    nominal: &NominalArm<T>,
+    tolerance: Option<&Tolerance<T>>,
+) -> TolerancePrior<T, 8> {
+    TolerancePrior::of_arm(nominal.arm(), &nominal.units(), tolerance)
 }
 
 #[cfg(test)]

@@ -127,6 +127,9 @@ impl<T: Real> Settings<T> {
         fingerprint.optional(self.tolerance.map(|tolerance| {
             places.map(|parameter| parameter.map_or(T::ZERO, |parameter| tolerance.of(parameter)))
         }));
+        if let Some(zero) = self.tolerance.and_then(|own| own.joint_zero()) {
+            fingerprint.number(zero);
+        }
         #[cfg(feature = "linear")]
         if drive == Drive::Linear {
             fingerprint.optional(self.tolerance.map(|own| [own.radius(), own.forearm()]));

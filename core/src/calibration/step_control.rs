@@ -3,7 +3,9 @@
 //! Apart from the problem's size and from how it is linearised, every solver decides these alike:
 //! the IKM method's on an arm's 8 parameters, and any other on more. A step δ minimises
 //! |J δ + r|² + λ|D δ|², D the column norms of J and λ the damping (Marquardt 1963); the step with
-//! λ = 0 is the Gauss–Newton step.
+//! λ = 0 is the Gauss–Newton step. Where a prior holds the parameters, J has full rank and every Gauss–Newton step leads
+//! down: one that leads too far is halved, and damped only if no part of it will do. Damping by the column norms would
+//! hold back what the samples say little of, and the iteration would creep.
 
 use super::outcome::Termination;
 use super::settings::Solver;
@@ -20,6 +22,8 @@ const MOST_DAMPING: f64 = 1e8;
 /// damped by λ is shorter than the full one by λ/(s² + λ). The columns of J D⁻¹ have unit length, so
 /// for an arm's 8 parameters the s² sum to 8, and the step is shorter by 1.2 % at the least.
 const ENOUGH_DAMPING: f64 = 0.1;
+/// The shortest part of a step that is tried before it is damped.
+const SHORTEST: f64 = 0.02;
 /// Where the iteration converges slowly, a gain below this part of the cost is the end. A gain g moves
 /// the solution by √g σ at most, and the cost of n samples of an arm is (n − 8) σ²: by
 /// 1e-5 √(n − 8) of its own σ at most.
@@ -91,6 +95,11 @@ pub(crate) struct Prospect<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepControl<T> {
     solver: Solver,
+    /// Whether a rejected step is tried again shorter, before it is damped. Such tries are few for each linearisation, and
+    /// are not counted.
+    shortens: bool,
+    /// The part of the step that is taken.
+    part: T,
     damping: T,
     /// What the last full step promised to gain, and what it then left, if that was measured.
     previous_gain: T,
@@ -102,11 +111,13 @@ pub(crate) struct StepControl<T> {
 }
 
 impl<T: Real> StepControl<T> {
-    /// Before the first step, which is a full one.
+    /// Before the first step, which is a full one. `held`: whether a prior holds the parameters.
     #[inline]
-    pub(crate) const fn new(solver: Solver) -> Self {
+    pub(crate) const fn new(solver: Solver, held: bool) -> Self {
         Self {
             solver,
+            shortens: held,
+            part: T::ONE,
             damping: T::ZERO,
             previous_gain: T::INFINITY,
             left: None,
@@ -119,6 +130,24 @@ impl<T: Real> StepControl<T> {
     #[inline]
     pub(crate) const fn solver(&self) -> Solver {
         self.solver
+    }
+
+    /// The same before the first step.
+    #[inline]
+    pub(crate) const fn renewed(&self) -> Self {
+        Self::new(self.solver, self.shortens)
+    }
+
+    /// The part of the next step that is to be taken.
+    #[inline]
+    pub(crate) const fn part(&self) -> T {
+        self.part
+    }
+
+    /// A full step does not exist: from here on no shorter one will do.
+    #[inline]
+    pub(crate) const fn damp(&mut self) {
+        self.part = T::ZERO;
     }
 
     /// λ of the next step.
@@ -153,7 +182,8 @@ impl<T: Real> StepControl<T> {
         self.last_gain = gain;
         Prospect {
             settled,
-            near: next <= T::from_f64(NEAR) * gain && !(self.damping > T::ZERO),
+            near: next <= T::from_f64(NEAR) * gain
+                && !(self.damping > T::ZERO || self.part < T::ONE),
             at_rounding,
             stagnant,
             cost,
@@ -208,6 +238,7 @@ impl<T: Real> StepControl<T> {
     /// The step was taken: damps the next one less.
     #[inline]
     pub(crate) fn accepted(&mut self, prospect: &Prospect<T>) -> StepResult {
+        self.part = T::ONE;
         self.damping *= T::from_f64(LESS_DAMPING);
         if self.damping < T::from_f64(LEAST_DAMPING) {
             self.damping = T::ZERO;
@@ -226,12 +257,18 @@ impl<T: Real> StepControl<T> {
     pub(crate) fn rejected(&mut self, prospect: &Prospect<T>) -> StepResult {
         let full_steps_only = self.solver == Solver::GaussNewton;
         // A full step that fails may be too long rather than lost in rounding.
-        if prospect.at_rounding && (full_steps_only || self.damping > T::from_f64(ENOUGH_DAMPING)) {
+        let short = self.damping > T::from_f64(ENOUGH_DAMPING) || self.part < T::from_f64(SHORTEST);
+        if prospect.at_rounding && (full_steps_only || short) {
             return StepResult::Finished(Termination::RoundingReached);
         }
         if full_steps_only || self.damping > T::from_f64(MOST_DAMPING) {
             return StepResult::Failed;
         }
+        if self.shortens && self.part >= T::from_f64(SHORTEST) {
+            self.part *= T::HALF;
+            return StepResult::Continue;
+        }
+        self.part = T::ONE;
         self.damping = if self.damping > T::ZERO {
             self.damping * T::from_f64(MORE_DAMPING)
         } else {
@@ -277,7 +314,7 @@ mod tests {
 
     #[test]
     fn only_rejected_steps_are_damped() {
-        let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+        let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
         assert_eq!(control.solver(), LevenbergMarquardt);
         assert!(control.damping() <= 0.0);
         let prospect = control.judge(0.5, 1.0, TERMS);
@@ -306,7 +343,7 @@ mod tests {
     /// the full one.
     #[test]
     fn damping_has_an_end() {
-        let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+        let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
         let prospect = control.judge(0.5, 1.0, TERMS);
         let mut rejections = 0;
         while control.rejected(&prospect) == StepResult::Continue {
@@ -315,7 +352,7 @@ mod tests {
         }
         assert!(control.damping() > 1e8 && control.damping() < 1e9);
         // Gauss–Newton has no other step.
-        let mut full = StepControl::<f64>::new(GaussNewton);
+        let mut full = StepControl::<f64>::new(GaussNewton, false);
         let prospect = full.judge(0.5, 1.0, TERMS);
         assert_eq!(full.rejected(&prospect), StepResult::Failed);
     }
@@ -324,14 +361,14 @@ mod tests {
     fn a_full_step_lost_in_rounding_is_the_end_of_full_steps_only() {
         // All that is promised is below the rounding of the cost.
         let gain = 1e-16;
-        let mut full = StepControl::<f64>::new(GaussNewton);
+        let mut full = StepControl::<f64>::new(GaussNewton, false);
         let prospect = full.judge(gain, 1.0, TERMS);
         assert_eq!(
             full.rejected(&prospect),
             StepResult::Finished(RoundingReached)
         );
         // A damped one may have been too long.
-        let mut damped = StepControl::<f64>::new(LevenbergMarquardt);
+        let mut damped = StepControl::<f64>::new(LevenbergMarquardt, false);
         let prospect = damped.judge(gain, 1.0, TERMS);
         let mut rejections = 0;
         let end = loop {
@@ -349,7 +386,7 @@ mod tests {
 
     #[test]
     fn levenberg_marquardt_takes_what_leads_down() {
-        let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+        let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
         let seen = control.judge(0.5, 1.0, TERMS);
         assert!(control.accepts(&seen, 0.999_999));
         assert!(!control.accepts(&seen, 1.0));
@@ -361,7 +398,7 @@ mod tests {
         assert!(control.accepts(&lost, 1.0 + 0.9 * blur(1.0, TERMS)));
         assert!(!control.accepts(&lost, 1.0 + 1.1 * blur(1.0, TERMS)));
         // Gauss–Newton takes any that there is.
-        let mut full = StepControl::<f64>::new(GaussNewton);
+        let mut full = StepControl::<f64>::new(GaussNewton, false);
         let seen = full.judge(0.5, 1.0, TERMS);
         assert!(full.accepts(&seen, 1e300));
         assert!(!full.accepts(&seen, f64::INFINITY));
@@ -373,7 +410,7 @@ mod tests {
     #[test]
     fn the_step_before_nothing_is_the_last() {
         let judge = |gains: &[f64], cost: f64, terms: f64| {
-            let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+            let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
             let mut last = false;
             for gain in gains {
                 last = control.judge(*gain, cost, terms).settled;
@@ -407,7 +444,7 @@ mod tests {
     #[test]
     fn an_iteration_that_creeps_ends_where_it_no_longer_matters() {
         let end = |gains: &[f64], cost: f64| {
-            let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+            let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
             let mut result = StepResult::Continue;
             for gain in gains {
                 let prospect = control.judge(*gain, cost, TERMS);
@@ -436,14 +473,43 @@ mod tests {
     #[test]
     fn chord_steps_follow_a_full_step_that_leaves_next_to_nothing() {
         for (gain, near) in [(1e-6, true), (3e-6, true), (4e-6, false), (1e-4, false)] {
-            let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+            let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
             assert!(!control.judge(1e-2, 1.0, TERMS).near);
             assert_eq!(control.judge(gain, 1.0, TERMS).near, near, "{gain}");
-            let mut damped = StepControl::<f64>::new(LevenbergMarquardt);
+            let mut damped = StepControl::<f64>::new(LevenbergMarquardt, false);
             let prospect = damped.judge(1e-2, 1.0, TERMS);
             assert_eq!(damped.rejected(&prospect), StepResult::Continue);
             assert!(!damped.judge(gain, 1.0, TERMS).near, "{gain}");
         }
+    }
+
+    /// A step that a prior makes one downhill is halved six times, and only then damped; the next is a full one again.
+    #[test]
+    fn where_a_prior_holds_a_rejected_step_is_halved_first() {
+        let mut control = StepControl::<f64>::new(LevenbergMarquardt, true);
+        let prospect = control.judge(0.5, 1.0, TERMS);
+        for part in [0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625] {
+            assert_eq!(control.rejected(&prospect), StepResult::Continue);
+            assert!(same(control.part(), part) && control.damping() <= 0.0);
+        }
+        let mut damped = control;
+        assert_eq!(damped.rejected(&prospect), StepResult::Continue);
+        assert!(same(damped.part(), 1.0) && same(damped.damping(), 1e-3));
+        assert_eq!(control.accepted(&prospect), StepResult::Continue);
+        assert!(same(control.part(), 1.0) && control.damping() <= 0.0);
+        // Without a step there is nothing to halve.
+        let mut control = StepControl::<f64>::new(LevenbergMarquardt, true);
+        control.damp();
+        assert_eq!(control.rejected(&prospect), StepResult::Continue);
+        assert!(same(control.part(), 1.0) && same(control.damping(), 1e-3));
+        // What gains no more than rounding is not looked for long.
+        let rounding = control.judge(1e-14, 1.0, TERMS);
+        let mut control = StepControl::<f64>::new(LevenbergMarquardt, true);
+        let mut tries = 1;
+        while control.rejected(&rounding) == StepResult::Continue {
+            tries += 1;
+        }
+        assert_eq!(tries, 7);
     }
 
     /// The first chord step must promise 1e-7 of what the full step did, and every other a 64th of the one before it;
@@ -451,7 +517,7 @@ mod tests {
     #[test]
     fn chord_steps_go_on_as_long_as_they_lead_far() {
         let begun = || {
-            let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+            let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
             control.judge(1e-6, 1.0, 4.0);
             control
         };
@@ -468,7 +534,7 @@ mod tests {
     /// A cost c from terms t is known to some ε √(c (c + t)): 16 of them are let pass, and of no cost at all some ε² t.
     #[test]
     fn a_chord_step_is_taken_if_it_leads_down_as_far_as_rounding_shows() {
-        let mut control = StepControl::<f64>::new(LevenbergMarquardt);
+        let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
         control.judge(1e-6, 4.0, 5.0);
         assert!(control.accepts_chord(4.0, 3.9));
         let rounding = EPSILON * libm::sqrt(4.0 * 9.0);

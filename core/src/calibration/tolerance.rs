@@ -2,7 +2,6 @@ use crate::Real;
 #[cfg(feature = "linear")]
 use crate::robot::Drive;
 use crate::robot::{Arm, Parameter, ParameterKind};
-use crate::samples::NominalArm;
 use core::fmt;
 
 /// Manufacturing tolerance: one standard deviation of each parameter about its nominal value. As a
@@ -12,6 +11,7 @@ use core::fmt;
 pub struct Tolerance<T> {
     length: T,
     angle: T,
+    joint_zero: Option<T>,
     #[cfg(feature = "linear")]
     zero: T,
     #[cfg(feature = "linear")]
@@ -31,6 +31,8 @@ pub enum ToleranceError {
     Length,
     /// The tolerance of angles must be a finite number greater than 0.
     Angle,
+    /// The tolerance of the joints' zeros must be a finite number greater than 0.
+    JointZero,
     /// The tolerance of the carriages' zero must be a finite number greater than 0.
     Zero,
     /// The tolerance of scales must be a finite number greater than 0.
@@ -46,6 +48,9 @@ impl fmt::Display for ToleranceError {
         formatter.write_str(match self {
             Self::Length => "the tolerance of lengths must be a finite number greater than 0",
             Self::Angle => "the tolerance of angles must be a finite number greater than 0",
+            Self::JointZero => {
+                "the tolerance of the joints' zeros must be a finite number greater than 0"
+            }
             Self::Zero => {
                 "the tolerance of the carriages' zero must be a finite number greater than 0"
             }
@@ -78,6 +83,7 @@ impl<T: Real> Tolerance<T> {
         Ok(Self {
             length,
             angle,
+            joint_zero: None,
             #[cfg(feature = "linear")]
             zero: length,
             #[cfg(feature = "linear")]
@@ -87,6 +93,30 @@ impl<T: Real> Tolerance<T> {
             #[cfg(feature = "linear")]
             forearm: T::ZERO,
         })
+    }
+
+    /// The same with one σ of each rotary joint's zero, in radians: of the direction that the upper arm has where the
+    /// joint reads 0. The upper arm's length √(`La_x`² + `La_y`²) then has the σ of lengths. Without it `La_x` and `La_y`
+    /// have the σ of lengths each, which is a zero known to that length over the upper arm's.
+    ///
+    /// Linear drives have no such zero, and do not heed it.
+    ///
+    /// # Errors
+    /// A number that is not finite or not positive.
+    pub fn with_joint_zero(mut self, sigma: T) -> Result<Self, ToleranceError> {
+        if !(sigma > T::ZERO && sigma.finite()) {
+            return Err(ToleranceError::JointZero);
+        }
+        self.joint_zero = Some(sigma);
+        Ok(self)
+    }
+
+    /// One σ of each rotary joint's zero, if it is stated. Radians.
+    pub const fn joint_zero(&self) -> Option<T>
+    where
+        T: Copy,
+    {
+        self.joint_zero
     }
 
     /// The same with one σ of the carriages' zero (length), which end stops hold worse than machining, and of
@@ -183,8 +213,8 @@ impl<T: Real> Tolerance<T> {
         places.map(|parameter| parameter.map_or(T::ZERO, |parameter| self.of_arm(arm, parameter)))
     }
 
-    /// One σ of a parameter of this arm, with what it has in common with the others.
-    #[cfg_attr(not(feature = "linear"), allow(unused_variables))]
+    /// One σ of a parameter of this arm, with what it has in common with the others. With a
+    /// [joint zero](Self::joint_zero) that of `La_x` and `La_y` is its first order at this arm.
     pub fn of_arm(&self, arm: &Arm<T>, parameter: Parameter) -> T {
         let own = self.of(parameter);
         #[cfg(feature = "linear")]
@@ -199,41 +229,18 @@ impl<T: Real> Tolerance<T> {
             if common != T::ZERO {
                 return (own.squared() + common.squared()).square_root();
             }
+            return own;
         }
-        own
-    }
-
-    /// 1/tolerance of each parameter of an arm by itself, in the nominal arm's units; zeros without one. Nothing
-    /// else holds the place that an arm leaves empty.
-    pub(crate) fn weights(tolerance: Option<&Self>, nominal: &NominalArm<T>) -> [T; 8] {
-        #[allow(unused_mut)] // without linear drives
-        let mut weights = Self::own_weights(tolerance, nominal);
-        #[cfg(feature = "linear")]
-        if let Some(tolerance) = tolerance {
-            let places = nominal.arm().drive().places();
-            for (weight, parameter) in weights.iter_mut().zip(places) {
-                if let Some(parameter @ (Parameter::Dx | Parameter::Dy | Parameter::Lb)) = parameter
-                {
-                    *weight =
-                        nominal.unit_of(parameter) / tolerance.of_arm(nominal.arm(), parameter);
-                }
-            }
-        }
-        weights
-    }
-
-    /// The same without what the arm has in common with the others.
-    pub(crate) fn own_weights(tolerance: Option<&Self>, nominal: &NominalArm<T>) -> [T; 8] {
-        nominal
-            .arm()
-            .drive()
-            .places()
-            .map(|parameter| match (parameter, tolerance) {
-                (Some(parameter), Some(tolerance)) => {
-                    nominal.unit_of(parameter) / tolerance.of(parameter)
-                }
-                (Some(_), None) => T::ZERO,
-                (None, _) => T::ONE,
-            })
+        let Some(zero) = self.joint_zero else {
+            return own;
+        };
+        let (x, y) = arm.la();
+        let (along, across) = match parameter {
+            Parameter::LaX => (x, y),
+            Parameter::LaY => (y, x),
+            _ => return own,
+        };
+        let along = along / arm.upper_arm_length() * own;
+        (along.squared() + (across * zero).squared()).square_root()
     }
 }

@@ -2,17 +2,30 @@
 
 use super::problem::Prior;
 use super::tolerance::Tolerance;
+use super::upper_arm::UpperArm;
 use crate::Real;
-use crate::robot::{Arm, Robot};
+use crate::robot::{Arm, Drive, Parameter};
 use crate::samples::Triangle;
 
+/// Of an arm.
+const OF_ARM: usize = 8;
 /// Of the robot, which come before any others.
 #[cfg(feature = "linear")]
 const OF_ROBOT: usize = 24;
+/// The places of an upper arm among an arm's parameters.
+const LA_X: usize = Parameter::LaX.index();
+const LA_Y: usize = Parameter::LaY.index();
 
-/// What is known of N parameters beside the samples: one σ of each, and of towers one σ of their
-/// [common radius](Tolerance::radius) and of their [common forearm](Tolerance::forearm), which correlate where
-/// they stand and how long the forearms are. The first 24 are the robot's.
+/// What is known of N parameters beside the samples. The first 24 are the robot's; of N = 8 all are one arm's.
+///
+/// Each parameter has one σ by itself. Beside that, if the tolerance of the [joint zeros](Tolerance::with_joint_zero)
+/// is stated, upper arms have a σ of their direction and one of their length, and this prior is not quadratic: its
+/// [rows](Prior::rows) are those of its linearisation. In figures of a single parameter, as
+/// [`distance`](Prior::distance) and [`share`](Prior::share), the length stands at the place of `La_x` and the
+/// direction at that of `La_y`.
+///
+/// Of towers there is one σ of their [common radius](Tolerance::radius) and one of their
+/// [common forearm](Tolerance::forearm), which correlate where they stand and how long the forearms are:
 ///
 /// ```text
 /// |U δ|² = δᵀ W (I − Σ γ v vᵀ) W δ,   γ = ρ/(1 + ρ)      covariance   W⁻¹ (I + Σ ρ v vᵀ) W⁻¹
@@ -23,6 +36,7 @@ const OF_ROBOT: usize = 24;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TolerancePrior<T, const N: usize> {
     weights: [T; N],
+    upper_arms: Option<[UpperArm<T>; 3]>,
     #[cfg(feature = "linear")]
     common: [Option<Common<T>>; 2],
 }
@@ -35,58 +49,146 @@ struct Common<T> {
     rho: T,
 }
 
-impl<T: Real> TolerancePrior<T, 24> {
-    /// For a problem in which a correction of parameter j by 1 is `units[j]`. Without a tolerance nothing holds
-    /// the parameters, but for the places that the arms leave empty.
-    pub fn new(robot: &Robot<T>, units: &[T; 24], tolerance: Option<&Tolerance<T>>) -> Self {
-        let mut weights = [T::ZERO; 24];
-        let places = robot.drive().places();
-        for ((weight, unit), parameter) in weights.iter_mut().zip(units).zip(places.iter().cycle())
-        {
-            *weight = match (parameter, tolerance) {
-                (Some(parameter), Some(tolerance)) => *unit / tolerance.of(*parameter),
-                (Some(_), None) => T::ZERO,
-                // Nothing else holds a place that the arms leave empty.
-                (None, _) => T::ONE,
-            };
+impl<T: Real> TolerancePrior<T, 8> {
+    /// Of an arm by itself, which knows nothing of the others. A correction of parameter j by 1 is `units[j]`.
+    pub fn of_arm(arm: &Arm<T>, units: &[T; 8], tolerance: Option<&Tolerance<T>>) -> Self {
+        let mut weights = [T::ZERO; 8];
+        let places = arm.drive().places();
+        for ((weight, unit), place) in weights.iter_mut().zip(units).zip(places) {
+            *weight = weight_of(*unit, place, tolerance.map(|own| |of| own.of_arm(arm, of)));
         }
-        let [first, second, third] = robot.arms();
-        Self::coupled(weights, [first, second, third], tolerance)
+        let mut prior = Self {
+            weights,
+            upper_arms: None,
+            #[cfg(feature = "linear")]
+            common: [None; 2],
+        };
+        prior.hold_upper_arms([arm; 3], [units; 3], tolerance);
+        prior
+    }
+}
+
+/// 1/σ of a parameter in the problem's unit: 0 without a tolerance, 1 at a place that the arm leaves empty, for nothing
+/// else holds it.
+fn weight_of<T: Real>(
+    unit: T,
+    place: Option<Parameter>,
+    sigma: Option<impl Fn(Parameter) -> T>,
+) -> T {
+    match (place, sigma) {
+        (Some(parameter), Some(sigma)) => unit / sigma(parameter),
+        (Some(_), None) => T::ZERO,
+        (None, _) => T::ONE,
     }
 }
 
 impl<T: Real, const N: usize> TolerancePrior<T, N> {
-    /// With 1/σ of each parameter in the problem's units.
-    #[inline]
-    #[cfg_attr(not(feature = "linear"), allow(unused_variables))]
-    pub(crate) fn coupled(
-        weights: [T; N],
-        arms: [&Arm<T>; 3],
-        tolerance: Option<&Tolerance<T>>,
-    ) -> Self {
-        Self {
+    /// For a problem in which a correction of parameter j by 1 is `units[j]`. Without a tolerance nothing holds
+    /// the parameters, but for the places that the arms leave empty. Nothing holds what comes behind the robot's 24.
+    pub fn new(arms: [&Arm<T>; 3], units: &[T; N], tolerance: Option<&Tolerance<T>>) -> Self {
+        let mut weights = [T::ZERO; N];
+        let places = arms.into_iter().flat_map(|arm| arm.drive().places());
+        for ((weight, unit), place) in weights.iter_mut().zip(units).zip(places) {
+            *weight = weight_of(*unit, place, tolerance.map(|own| |of| own.of(of)));
+        }
+        let mut prior = Self {
             weights,
+            upper_arms: None,
             #[cfg(feature = "linear")]
             common: tolerance.map_or([None; 2], |tolerance| Common::of(arms, tolerance)),
+        };
+        let mut of_arms = units.as_chunks().0.iter();
+        if let (Some(one), Some(two), Some(three)) =
+            (of_arms.next(), of_arms.next(), of_arms.next())
+        {
+            prior.hold_upper_arms(arms, [one, two, three], tolerance);
         }
+        prior
     }
 
-    /// 1/σ of each parameter by itself, in the problem's units.
+    fn hold_upper_arms(
+        &mut self,
+        arms: [&Arm<T>; 3],
+        units: [&[T; OF_ARM]; 3],
+        tolerance: Option<&Tolerance<T>>,
+    ) {
+        let [first, ..] = arms;
+        let Some(tolerance) = tolerance.filter(|_| first.drive() == Drive::Rotary) else {
+            return;
+        };
+        let Some(zero) = tolerance.joint_zero() else {
+            return;
+        };
+        let [one, two, three] = arms;
+        let [of_one, of_two, of_three] = units;
+        let of = |arm: &Arm<T>, [.., unit, _, _]: &[T; OF_ARM]| {
+            let (x, y) = arm.la();
+            let weights = [T::ONE / zero, *unit / tolerance.of(Parameter::LaX)];
+            UpperArm::new([x / *unit, y / *unit], weights)
+        };
+        self.upper_arms = Some([of(one, of_one), of(two, of_two), of(three, of_three)]);
+    }
+
+    /// 1/σ of each parameter by itself, in the problem's units. Those of an upper arm of which direction and length are
+    /// known are not.
     pub const fn weights(&self) -> &[T; N] {
         &self.weights
     }
 
-    /// (UᵀU)ᵢⱼ: what is known beforehand, as information.
+    /// To set what is known of the unknowns behind the robot's.
+    pub(crate) const fn weights_mut(&mut self) -> &mut [T; N] {
+        &mut self.weights
+    }
+
+    /// (UᵀU)ᵢⱼ at nominal: what is known beforehand, as information.
     pub fn information(&self, row: usize, column: usize) -> T {
         let (Some(one), Some(other)) = (self.weights.get(row), self.weights.get(column)) else {
             return T::ZERO;
         };
+        if let Some(arm) = self.upper_arm(row) {
+            let [turn, stretch] = arm.jacobian([T::ZERO; 2]);
+            let at = |[x, y]: [T; 2], index: usize| match index % OF_ARM {
+                LA_X => x,
+                LA_Y => y,
+                _ => T::ZERO,
+            };
+            return if row / OF_ARM == column / OF_ARM {
+                at(turn, row) * at(turn, column) + at(stretch, row) * at(stretch, column)
+            } else {
+                T::ZERO
+            };
+        }
         let own = if row == column { T::ONE } else { T::ZERO };
         #[cfg(feature = "linear")]
         let own = self.common.iter().flatten().fold(own, |own, common| {
             own - common.gamma() * common.at(row) * common.at(column)
         });
         *one * *other * own
+    }
+
+    /// Of which a parameter is a component.
+    fn upper_arm(&self, parameter: usize) -> Option<&UpperArm<T>> {
+        let arms = self.upper_arms.as_ref()?;
+        let arm = arms.get(parameter / OF_ARM)?;
+        matches!(parameter % OF_ARM, LA_X | LA_Y).then_some(arm)
+    }
+
+    /// The upper arms whose direction and length are known, with the place of their `La_x`.
+    fn held_arms(&self) -> impl Iterator<Item = (usize, &UpperArm<T>)> {
+        let arms = self.upper_arms.iter().flatten().enumerate();
+        arms.map(|(arm, held)| (OF_ARM * arm + LA_X, held))
+            .take_while(|(place, _)| *place < N)
+    }
+
+    /// The weights of the parameters that have a σ by themselves.
+    fn own_weights(&self) -> [T; N] {
+        let mut weights = self.weights;
+        for (place, _) in self.held_arms() {
+            for weight in weights.iter_mut().skip(place).take(2) {
+                *weight = T::ZERO;
+            }
+        }
+        weights
     }
 
     /// v · W δ.
@@ -183,25 +285,76 @@ impl<T: Real> Common<T> {
     }
 }
 
+/// Two neighbours.
+fn pair<T: Real>(values: &[T], first: usize) -> [T; 2] {
+    let mut pair = [T::ZERO; 2];
+    for (own, value) in pair.iter_mut().zip(values.iter().skip(first)) {
+        *own = *value;
+    }
+    pair
+}
+
+/// Puts (J, r) of an upper arm, times σ, into its two rows of a triangle: one rotation makes J triangular.
+fn put_upper_arm<T: Real, const M: usize, const E: usize>(
+    rows: &mut Triangle<T, M, E>,
+    place: usize,
+    arm: &UpperArm<T>,
+    by: [T; 2],
+    sigma: T,
+) {
+    let [[a, b], [c, d]] = arm.jacobian(by);
+    let [r, s] = arm.residuals(by);
+    let pivot = (a.squared() + c.squared()).square_root();
+    let (cosine, sine) = (a / pivot * sigma, c / pivot * sigma);
+    let entries = [
+        [
+            cosine * a + sine * c,
+            cosine * b + sine * d,
+            cosine * r + sine * s,
+        ],
+        [cosine * d - sine * b, T::ZERO, cosine * s - sine * r],
+    ];
+    for (index, [own, next, right]) in entries.into_iter().enumerate() {
+        let row = rows.row_mut(place + index);
+        if index == 0
+            && let Some(entry) = row.get_mut(1)
+        {
+            *entry = next;
+        }
+        if let Some(entry) = row.last_mut() {
+            *entry = right;
+        }
+        if let Some(entry) = row.first_mut() {
+            *entry = own;
+        }
+    }
+}
+
 impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
     for TolerancePrior<T, N>
 {
     fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E> {
-        #[cfg(feature = "linear")]
-        {
-            let weights = self.weights.map(|weight| weight * sigma);
-            let mut rows = Prior::<T, N, M, E>::rows(&self.weights, sigma, correction);
-            for common in self.common.iter().flatten() {
-                common.couple(&mut rows, &weights, correction);
-            }
-            rows
+        let mut rows = Prior::<T, N, M, E>::rows(&self.weights, sigma, correction);
+        for (place, arm) in self.held_arms() {
+            put_upper_arm(&mut rows, place, arm, pair(correction, place), sigma);
         }
-        #[cfg(not(feature = "linear"))]
-        Prior::<T, N, M, E>::rows(&self.weights, sigma, correction)
+        #[cfg(feature = "linear")]
+        for common in self.common.iter().flatten() {
+            let weights = self.weights.map(|weight| weight * sigma);
+            common.couple(&mut rows, &weights, correction);
+        }
+        rows
     }
 
     fn cost(&self, correction: &[T; N]) -> T {
-        let own = Prior::<T, N, M, E>::cost(&self.weights, correction);
+        let own = match &self.upper_arms {
+            None => Prior::<T, N, M, E>::cost(&self.weights, correction),
+            Some(_) => Prior::<T, N, M, E>::cost(&self.own_weights(), correction),
+        };
+        let own = self.held_arms().fold(own, |own, (place, arm)| {
+            let [direction, length] = arm.residuals(pair(correction, place));
+            own + direction.squared() + length.squared()
+        });
         #[cfg(feature = "linear")]
         let own = self.common.iter().flatten().fold(own, |own, common| {
             let less = common.gamma() * self.along(common, correction).squared();
@@ -211,8 +364,15 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
     }
 
     fn gradient(&self, correction: &[T; N]) -> [T; N] {
-        #[allow(unused_mut)] // without linear drives
         let mut gradient = Prior::<T, N, M, E>::gradient(&self.weights, correction);
+        for (place, arm) in self.held_arms() {
+            let by = pair(correction, place);
+            let ([turn, stretch], [r, s]) = (arm.jacobian(by), arm.residuals(by));
+            let entries = gradient.iter_mut().skip(place);
+            for ((entry, turn), stretch) in entries.zip(turn).zip(stretch) {
+                *entry = turn * r + stretch * s;
+            }
+        }
         #[cfg(feature = "linear")]
         for common in self.common.iter().flatten() {
             let along = common.gamma() * self.along(common, correction);
@@ -223,11 +383,32 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
         gradient
     }
 
+    fn advanced(&self, correction: &[T; N], step: &[T; N]) -> [T; N] {
+        let mut advanced = Prior::<T, N, M, E>::advanced(&self.weights, correction, step);
+        for (place, arm) in self.held_arms() {
+            let moved = arm.advanced(pair(correction, place), pair(step, place));
+            for (value, moved) in advanced.iter_mut().skip(place).zip(moved) {
+                *value = moved;
+            }
+        }
+        advanced
+    }
+
     fn unheld(&self) -> usize {
         Prior::<T, N, M, E>::unheld(&self.weights)
     }
 
     fn distance(&self, correction: &[T; N], parameter: usize) -> T {
+        if let Some(arm) = self.upper_arm(parameter) {
+            let place = parameter / OF_ARM * OF_ARM + LA_X;
+            let [direction, length] = arm.residuals(pair(correction, place));
+            return if parameter == place {
+                length
+            } else {
+                direction
+            }
+            .magnitude();
+        }
         let own = Prior::<T, N, M, E>::distance(&self.weights, correction, parameter);
         #[cfg(feature = "linear")]
         let own = self.common.iter().flatten().fold(own, |own, common| {
@@ -237,11 +418,23 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
         own
     }
 
-    fn share(&self, covariance: &[T], parameter: usize) -> T {
-        let own = Prior::<T, N, M, E>::share(&self.weights, covariance, parameter);
+    fn share(&self, correction: &[T; N], covariance: &[T], parameter: usize) -> T {
+        let columns = || covariance.chunks_exact(N.max(1));
+        if let Some(arm) = self.upper_arm(parameter) {
+            let place = parameter / OF_ARM * OF_ARM + LA_X;
+            let [turn, stretch] = arm.jacobian(pair(correction, place));
+            let [x, y] = if parameter == place { stretch } else { turn };
+            let mut variance = T::ZERO;
+            for (column, part) in columns().skip(place).zip([x, y]) {
+                let [by_x, by_y] = pair(column, place);
+                variance += part * (x * by_x + y * by_y);
+            }
+            return variance;
+        }
+        let own = Prior::<T, N, M, E>::share(&self.weights, correction, covariance, parameter);
         #[cfg(feature = "linear")]
         let own = self.common.iter().flatten().fold(own, |own, common| {
-            let column = covariance.chunks_exact(N.max(1)).nth(parameter);
+            let column = columns().nth(parameter);
             let (Some(column), Some(weight)) = (column, self.weights.get(parameter)) else {
                 return own;
             };
@@ -252,5 +445,193 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
             own - common.gamma() * common.at(parameter) * *weight * along
         });
         own
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::cast_precision_loss, clippy::float_cmp, clippy::unwrap_used)]
+
+    use super::TolerancePrior;
+    use crate::calibration::problem::Prior;
+    use crate::calibration::tolerance::Tolerance;
+    use crate::robot::{Arm, Parameter, Robot, SymmetricRobot};
+
+    const UNITS: [f64; 26] = {
+        let mut units = [200.0; 26];
+        let mut arm = 0;
+        while arm < 3 {
+            (units[8 * arm + 3], units[8 * arm + 4]) = (1.0, 1.0);
+            arm += 1;
+        }
+        units
+    };
+
+    fn robot() -> Robot<f64> {
+        SymmetricRobot::PAPER.robot().unwrap()
+    }
+
+    fn tolerance() -> Tolerance<f64> {
+        let tolerance = Tolerance::new(0.5, 0.004).unwrap();
+        tolerance.with_joint_zero(0.1).unwrap()
+    }
+
+    /// Of a robot and two more unknowns, one of them known to 1/3.
+    fn prior(tolerance: Option<&Tolerance<f64>>) -> TolerancePrior<f64, 26> {
+        let robot = robot();
+        let mut prior = TolerancePrior::new(robot.arms().each_ref(), &UNITS, tolerance);
+        prior.weights_mut()[25] = 3.0;
+        prior
+    }
+
+    /// Upper arms turned by some degrees, everything else by about a tolerance.
+    fn correction() -> [f64; 26] {
+        core::array::from_fn(|index| {
+            let part = libm::sin(1.7 * index as f64);
+            match index % 8 {
+                5 | 6 => 0.15 * part,
+                _ => 0.003 * part,
+            }
+        })
+    }
+
+    fn cost(correction: &[f64; 26]) -> f64 {
+        Prior::<f64, 26, 27, 378>::cost(&prior(Some(&tolerance())), correction)
+    }
+
+    /// Σ (p/σ)², but of an upper arm the squares of its turn and of what it is longer.
+    #[test]
+    fn upper_arms_cost_their_turn_and_length() {
+        let at = correction();
+        let mut expected = (3.0 * at[25]).powi(2);
+        let robot = robot();
+        for (number, arm) in robot.arms().iter().enumerate() {
+            let own = &at[8 * number..];
+            for (index, sigma) in [0.5, 0.5, 0.5, 0.004, 0.004, 0.0, 0.0, 0.5]
+                .into_iter()
+                .enumerate()
+            {
+                if sigma > 0.0 {
+                    expected += (own[index] * UNITS[index] / sigma).powi(2);
+                }
+            }
+            let (x, y) = arm.la();
+            let moved = [x + 200.0 * own[5], y + 200.0 * own[6]];
+            let turn = libm::atan2(moved[1], moved[0]) - libm::atan2(y, x);
+            let longer = libm::hypot(moved[0], moved[1]) - libm::hypot(x, y);
+            expected += (turn / 0.1).powi(2) + (longer / 0.5).powi(2);
+        }
+        assert!((cost(&at) / expected - 1.0).abs() < 1e-12);
+    }
+
+    /// The rows are those of a linearisation: RᵀR = σ² JᵀJ and Rᵀr = ½ σ² ∂(cost)/∂p, which is the gradient.
+    #[test]
+    fn rows_and_gradient_are_derivatives_of_the_cost() {
+        let (prior, at) = (prior(Some(&tolerance())), correction());
+        let rows = Prior::<f64, 26, 27, 378>::rows(&prior, 0.5, &at);
+        let gradient = Prior::<f64, 26, 27, 378>::gradient(&prior, &at);
+        let mut summed = [0.0; 26];
+        let mut squares = 0.0;
+        for (index, row) in rows.rows().enumerate() {
+            let right = *row.last().unwrap();
+            squares += right * right;
+            for (entry, sum) in row.iter().zip(summed.iter_mut().skip(index)) {
+                *sum += entry * right;
+            }
+        }
+        assert!((squares / (0.25 * cost(&at)) - 1.0).abs() < 1e-12);
+        for index in 0..26 {
+            let [above, below] = [1e-6, -1e-6].map(|by| {
+                let mut moved = at;
+                moved[index] += by;
+                cost(&moved)
+            });
+            let expected = (above - below) / 4e-6;
+            // Of a cost of some ten thousand, differences of 1e-6 are known to six digits.
+            let allowed = 1e-6 * cost(&at);
+            assert!((gradient[index] - expected).abs() < allowed, "{index}");
+            assert!((summed[index] - 0.25 * gradient[index]).abs() < 1e-9 * cost(&at));
+        }
+    }
+
+    /// At nominal an arm by itself has the same information.
+    #[test]
+    fn information_is_that_of_direction_and_length() {
+        let robot = robot();
+        let prior = prior(Some(&tolerance()));
+        let arm = &robot.arms()[1];
+        let of_arm = TolerancePrior::of_arm(arm, UNITS.first_chunk().unwrap(), Some(&tolerance()));
+        let length = arm.upper_arm_length();
+        for (row, column) in [(5, 5), (5, 6), (6, 6), (3, 3), (7, 7), (7, 6)] {
+            let found = prior.information(8 + row, 8 + column);
+            assert!((found - of_arm.information(row, column)).abs() <= 1e-12 * found.abs());
+        }
+        // The nominal arm is level where its joint reads 0.
+        assert!((prior.information(13, 13) / f64::powi(200.0 / 0.5, 2) - 1.0).abs() < 1e-12);
+        let turn = 200.0 / (length * 0.1);
+        assert!((prior.information(14, 14) / (turn * turn) - 1.0).abs() < 1e-12);
+        assert_eq!(prior.information(6, 14), 0.0);
+    }
+
+    /// What the prior alone decides it decides wholly, and nothing of what is known exactly.
+    #[test]
+    fn the_share_is_of_length_and_direction() {
+        let (prior, at) = (prior(Some(&tolerance())), correction());
+        let rows = Prior::<f64, 26, 27, 378>::rows(&prior, 1.0, &at);
+        let mut covariance = [[0.0; 26]; 26];
+        for (index, column) in covariance.iter_mut().enumerate() {
+            if prior.weights()[index] > 0.0 {
+                column[index] = prior.weights()[index].powi(-2);
+            }
+        }
+        for first in [5, 13, 21] {
+            let (a, b) = (rows.row(first)[0], rows.row(first)[1]);
+            let c = rows.row(first + 1)[0];
+            let determinant = (a * c).powi(2);
+            covariance[first][first] = (b * b + c * c) / determinant;
+            covariance[first + 1][first + 1] = a * a / determinant;
+            covariance[first][first + 1] = -a * b / determinant;
+            covariance[first + 1][first] = -a * b / determinant;
+        }
+        let share = |covariance: &[f64], index| {
+            Prior::<f64, 26, 27, 378>::share(&prior, &at, covariance, index)
+        };
+        for index in (0..26).filter(|index| *index != 24) {
+            let found = share(covariance.as_flattened(), index);
+            assert!((found - 1.0).abs() < 1e-10, "{index} {found}");
+            assert_eq!(share(&[0.0; 676], index), 0.0);
+        }
+        assert_eq!(Prior::<f64, 26, 27, 378>::unheld(&prior), 1);
+    }
+
+    /// The length at the place of `La_x`, the direction at that of `La_y`.
+    #[test]
+    fn the_distance_is_in_tolerances_of_length_and_direction() {
+        let robot = robot();
+        let (la, _) = robot.arms()[0].la();
+        let mut at = [0.0; 26];
+        let (turn, longer) = (0.25, -1.0);
+        at[5] = ((la + longer) * libm::cos(turn) - la) / 200.0;
+        at[6] = (la + longer) * libm::sin(turn) / 200.0;
+        let prior = prior(Some(&tolerance()));
+        for (index, expected) in [(5, 2.0), (6, 2.5), (4, 0.0), (13, 0.0)] {
+            let found = Prior::<f64, 26, 27, 378>::distance(&prior, &at, index);
+            assert!((found - expected).abs() < 1e-10, "{index} {found}");
+        }
+    }
+
+    /// Without a stated zero nothing is known of a direction.
+    #[test]
+    fn without_a_joint_zero_both_components_are_lengths() {
+        let plain = Tolerance::new(0.5, 0.004).unwrap();
+        let prior = prior(Some(&plain));
+        assert_eq!(prior.information(5, 5), f64::powi(400.0, 2));
+        assert_eq!(prior.information(6, 6), f64::powi(400.0, 2));
+        let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 208.0, 156.0, 480.0]).unwrap();
+        assert_eq!(plain.of_arm(&arm, Parameter::LaY), 0.5);
+        // The arm's length has 0.5 mm, its direction 0.1 of 260 mm.
+        let [x, y] = [Parameter::LaX, Parameter::LaY].map(|of| tolerance().of_arm(&arm, of));
+        assert!((x - libm::hypot(0.8 * 0.5, 0.6 * 26.0)).abs() < 1e-12);
+        assert!((y - libm::hypot(0.6 * 0.5, 0.8 * 26.0)).abs() < 1e-12);
     }
 }

@@ -11,9 +11,6 @@ use nalgebra::Vector3;
 
 /// Rounding of a computed position, in ε of the robot's size.
 const ROUNDING: f64 = 4.0;
-/// Poses in which errors of the parameters move the platform by more than this factor are far from where the
-/// nominal robot is linear.
-const STEEP: f64 = 3.0;
 /// Parameters of an arm.
 const ARM: usize = 8;
 
@@ -33,16 +30,6 @@ impl<T: Real> Pose<T> {
         Some(Self { position, columns })
     }
 
-    /// Whether an error along a forearm moves the platform by more than [`STEEP`] times as much.
-    fn is_steep(&self, robot: &Robot<T>) -> bool {
-        // |∂f/∂X| is twice the forearm's length.
-        let mut lengths = self.columns.iter().zip(robot.arms());
-        lengths.any(|(column, arm)| {
-            let moved = column.dot(column).square_root() * T::TWO * arm.lb();
-            moved > T::from_f64(STEEP)
-        })
-    }
-
     /// How a reading changes with each arm's constraint.
     fn by_constraints(&self, by_position: &Vector3<T>) -> [T; 3] {
         self.columns.map(|column| -by_position.dot(&column))
@@ -50,8 +37,7 @@ impl<T: Real> Pose<T> {
 }
 
 impl<T: Real> ObservationRow<T> {
-    /// Leaves the row out if a robot does not reach its joint angles; looks whether the platform is nearly in
-    /// line with the forearms there.
+    /// Leaves the row out if a robot does not reach its joint angles.
     ///
     /// # Errors
     /// [`ObservationError::SamePlace`].
@@ -61,9 +47,6 @@ impl<T: Real> ObservationRow<T> {
     ) -> Result<(), ObservationError> {
         let poses = self.poses(robot);
         self.left_out = poses.is_none();
-        self.steep = poses.is_some_and(|(own, other)| {
-            own.is_steep(robot) || other.is_some_and(|other| other.is_steep(robot))
-        });
         if let Some((own, Some(other))) = poses {
             let apart = own.position - other.position;
             let least = T::EPSILON.square_root() * own.position.dot(&own.position).square_root();
@@ -549,57 +532,6 @@ mod tests {
         }
     }
 
-    /// A pose is steep where one of the forearms, made longer, moves the platform by more than three times as much: by
-    /// central differences.
-    #[test]
-    fn poses_that_errors_of_a_forearm_move_far_are_steep() {
-        let robot = short_forearms();
-        let moves = |joints: &[f64; 3]| -> Option<f64> {
-            let mut largest: f64 = 0.0;
-            for arm in 0..3 {
-                let at = |by: f64| {
-                    let mut parameters = robot.parameters();
-                    parameters[arm][7] += by;
-                    let robot = Robot::from_parameters(parameters).ok()?;
-                    robot.forward(joints).ok()
-                };
-                largest = largest.max((at(1e-4)? - at(-1e-4)?).norm() / 2e-4);
-            }
-            Some(largest)
-        };
-        let poses = || (0..400).map(|index| joints(index).map(|q| 0.2 + 1.5 * q));
-        let (mut steep, mut clear, mut other_alone) = (0, 0, 0);
-        for (own, other) in poses().zip(poses().skip(1)) {
-            let (Some(of_own), Some(of_other)) = (moves(&own), moves(&other)) else {
-                continue;
-            };
-            let distance = Distance {
-                from: DistanceFrom::Pose(other),
-                distance: 1.0,
-            };
-            for (distance, largest) in [(None, of_own), (Some(distance), of_own.max(of_other))] {
-                let mut row = ObservationRow::new(Observation {
-                    position: [Some(1.0), None, None],
-                    distance,
-                    ..Observation::at(own)
-                });
-                row.look_whether_reached(&robot).unwrap();
-                assert!(!row.is_left_out());
-                // As near to the limit the differences do not tell.
-                if (largest - 3.0).abs() > 1e-2 {
-                    assert_eq!(row.is_steep(), largest > 3.0, "{largest}");
-                    steep += u32::from(largest > 3.0);
-                    clear += u32::from(largest < 3.0);
-                    other_alone += u32::from(largest > 3.0 && of_own < 3.0);
-                }
-            }
-        }
-        assert!(
-            steep > 20 && clear > 20 && other_alone > 5,
-            "{steep} {clear} {other_alone}"
-        );
-    }
-
     /// Two poses are the same place if they are nearer than √ε of the distance from the base.
     #[test]
     fn a_distance_needs_two_places() {
@@ -629,7 +561,7 @@ mod tests {
             ..Observation::at([0.0; 3])
         });
         row.look_whether_reached(&short_forearms()).unwrap();
-        assert!(row.is_left_out() && !row.is_steep());
+        assert!(row.is_left_out());
     }
 
     /// Of a noise that no number holds rounding is left: four ε of the robot's size.

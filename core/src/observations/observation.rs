@@ -129,8 +129,6 @@ pub struct ObservationRow<T: Real> {
     pub(super) root_weight: T,
     /// Whether the nominal robot does not reach its joint angles.
     pub(super) left_out: bool,
-    /// Whether the nominal robot is near a singularity there.
-    pub(super) steep: bool,
 }
 
 impl<T: Real> ObservationRow<T> {
@@ -141,7 +139,6 @@ impl<T: Real> ObservationRow<T> {
             factor: [[T::ZERO; READINGS]; READINGS],
             root_weight: T::ONE,
             left_out: false,
-            steep: false,
         }
     }
 
@@ -184,11 +181,5 @@ impl<T: Real> ObservationRow<T> {
     /// then what its readings weigh.
     pub const fn is_left_out(&self) -> bool {
         self.left_out
-    }
-
-    /// Whether the nominal robot is near a singularity there, where its positions change fast with the
-    /// parameters.
-    pub(super) const fn is_steep(&self) -> bool {
-        self.steep
     }
 }

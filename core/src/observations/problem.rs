@@ -173,11 +173,6 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         }
     }
 
-    /// Whether a row does not count this time.
-    fn passes_over(&self, row: &ObservationRow<T>) -> bool {
-        self.prepared.clear_alone && row.is_steep()
-    }
-
     /// The robot and the unknowns of an estimate.
     ///
     /// # Errors
@@ -336,7 +331,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     type At = InstrumentsAt<T, N>;
     const PIECEWISE: bool = true;
     const RESIDUALS: u8 = 1;
-    const FREE_STARTS: u8 = 1;
+    const FREE_STARTS: u8 = 0;
 
     fn displaced(&self, correction: &[T; N]) -> InstrumentsAt<T, N> {
         InstrumentsAt {
@@ -349,9 +344,6 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     fn sum_of_squares(&self, at: &InstrumentsAt<T, N>, piece: usize) -> Piece<T> {
         let row = self.rows.get(piece).zip(at.robot.as_ref());
         let residuals = row.and_then(|(row, robot)| {
-            if self.passes_over(row) {
-                return Some([T::ZERO; 5]);
-            }
             row.residuals(robot, self.instruments, &self.prepared.start, &at.unknowns)
         });
         Piece {
@@ -369,9 +361,6 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     ) -> Piece<T> {
         let row = self.rows.get(piece).zip(at.robot.as_ref());
         let columns = row.and_then(|(row, robot)| {
-            if self.passes_over(row) {
-                return Some([[T::ZERO; 5]; M]);
-            }
             row.linearized::<N, M>(
                 robot,
                 self.instruments,
@@ -395,7 +384,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     }
 
     fn free_start(&self, _: u8) -> Option<[T; N]> {
-        self.prepared.second_start
+        None
     }
 
     fn least_sum_of_squares(&self) -> T {
@@ -467,10 +456,6 @@ pub(super) struct Prepared<T: Real, const N: usize> {
     pub(super) terms_squared: T,
     pub(super) readings: T,
     pub(super) effective_rows: T,
-    /// Whether rows near singularities of the nominal robot do not count.
-    pub(super) clear_alone: bool,
-    /// Where to start if the start from nominal leads nowhere.
-    pub(super) second_start: Option<[T; N]>,
 }
 
 impl<T: Real, const N: usize> Prepared<T, N> {
@@ -538,8 +523,6 @@ impl<T: Real, const N: usize> Prepared<T, N> {
             terms_squared: T::ZERO,
             readings: T::ZERO,
             effective_rows: T::ZERO,
-            clear_alone: false,
-            second_start: None,
         }
     }
 

@@ -1,4 +1,4 @@
-//! How the problem is solved: what is known beforehand, the minimisation, a second start; at once or in bounded steps.
+//! How the problem is solved: what is known beforehand, and the minimisation, at once or in bounded steps.
 
 use super::instruments::{
     Instruments, OF_FRAME, OF_PLANE, OF_POINT, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame,
@@ -14,8 +14,7 @@ use crate::robot::{ArmIndex, Robot};
 use nalgebra::SMatrix;
 
 impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
-    /// Calibrates the robot. Where the iteration from nominal leads nowhere because some pose is near a
-    /// singularity of the nominal robot, it starts again from the solution of the other poses.
+    /// Calibrates the robot.
     ///
     /// # Errors
     /// A [`Refusal`]; the robot keeps its parameters.
@@ -23,23 +22,20 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         &self,
         settings: &Settings<T>,
     ) -> Result<ObservationOutcome<T, N>, Refusal> {
-        let mut minimisation = Minimisation::<T, N, M, E>::new();
-        loop {
-            if let Some(result) = minimisation.step(self, settings) {
-                return result;
-            }
-        }
+        let mut minimizer = self.minimizer::<M, E>(settings)?;
+        while minimizer.step(self) == Progress::Working {}
+        let estimate = minimizer.estimate(self)?;
+        self.outcome(&estimate)
     }
 
     /// The minimisation of this problem, with the settings' tolerance and what is known of the instruments.
     ///
     /// # Errors
     /// [`Refusal::TooFewSamples`].
-    #[allow(clippy::type_complexity)]
     pub fn minimizer<const M: usize, const E: usize>(
         &self,
         settings: &Settings<T>,
-    ) -> Result<Minimizer<T, InstrumentsAt<T, N>, TolerancePrior<T, N>, N, M, E>, Refusal> {
+    ) -> Result<ObservationMinimizer<T, N, M, E>, Refusal> {
         Minimizer::with_prior(self, ArmIndex::First, self.prior(settings), settings)
     }
 
@@ -48,22 +44,15 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
     pub fn prior(&self, settings: &Settings<T>) -> TolerancePrior<T, N> {
         let [first, second, third] = self.robot.arms();
         let arms = [first, second, third];
-        TolerancePrior::coupled(self.weights(settings), arms, settings.tolerance.as_ref())
+        let mut prior =
+            TolerancePrior::new(arms, &self.prepared.units, settings.tolerance.as_ref());
+        self.hold_instruments(prior.weights_mut());
+        prior
     }
 
-    /// 1/σ of what is known of each parameter by itself; 0 where nothing is known, 1 for places that no
+    /// 1/σ of what is known of each unknown of the instruments; 0 where nothing is known, 1 for places that no
     /// unknown needs.
-    fn weights(&self, settings: &Settings<T>) -> [T; N] {
-        let mut weights = [T::ZERO; N];
-        let places = self.robot.drive().places();
-        let places = places.into_iter().cycle().take(OF_ROBOT);
-        for ((weight, unit), parameter) in weights.iter_mut().zip(self.prepared.units).zip(places) {
-            *weight = match (parameter, &settings.tolerance) {
-                (Some(parameter), Some(tolerance)) => unit / tolerance.of(parameter),
-                (Some(_), None) => T::ZERO,
-                (None, _) => T::ONE,
-            };
-        }
+    fn hold_instruments(&self, weights: &mut [T; N]) {
         let mut put = |column: usize, count: usize, sigma: T| {
             let places = weights
                 .iter_mut()
@@ -107,111 +96,11 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
                 }
             }
         }
-        weights
     }
 }
 
-type Correction<T, const N: usize, const M: usize, const E: usize> =
+type ObservationMinimizer<T, const N: usize, const M: usize, const E: usize> =
     Minimizer<T, InstrumentsAt<T, N>, TolerancePrior<T, N>, N, M, E>;
-
-/// One minimisation after the other, in bounded steps.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Minimisation<T: Real, const N: usize, const M: usize, const E: usize> {
-    pass: Pass<T, N>,
-    minimizer: Option<Correction<T, N, M, E>>,
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Pass<T, const N: usize> {
-    /// All rows, from nominal.
-    FromNominal,
-    /// The rows of poses that are not near a singularity of the nominal robot; why from nominal nothing came.
-    ClearAlone(Refusal),
-    /// All rows, from the solution of those.
-    FromClear([T; N]),
-}
-
-impl<T: Real, const N: usize, const M: usize, const E: usize> Minimisation<T, N, M, E> {
-    pub(super) const fn new() -> Self {
-        Self {
-            pass: Pass::FromNominal,
-            minimizer: None,
-        }
-    }
-
-    /// One step of the same problem; the result with the last one.
-    pub(super) fn step(
-        &mut self,
-        whole: &ObservationProblem<'_, T, N>,
-        settings: &Settings<T>,
-    ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
-        let mut problem = *whole;
-        problem.prepared.clear_alone = matches!(self.pass, Pass::ClearAlone(_));
-        problem.prepared.second_start = match self.pass {
-            Pass::FromClear(start) => Some(start),
-            _ => None,
-        };
-        let Some(minimizer) = &mut self.minimizer else {
-            return self.begin(&problem, settings);
-        };
-        if minimizer.step(&problem) == Progress::Working {
-            return None;
-        }
-        self.end(&problem)
-    }
-
-    // Not inlined, here and below: what is done one after the other shares the stack.
-    #[inline(never)]
-    fn begin(
-        &mut self,
-        problem: &ObservationProblem<'_, T, N>,
-        settings: &Settings<T>,
-    ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
-        if let Err(refusal) = enough_samples::<T, _, N, M, E>(problem, ArmIndex::First, settings) {
-            return Some(Err(refusal));
-        }
-        let prior = problem.prior(settings);
-        let minimizer = Minimizer::unstarted(ArmIndex::First, prior, settings);
-        self.minimizer.insert(minimizer).begin(problem);
-        None
-    }
-
-    #[inline(never)]
-    fn end(
-        &mut self,
-        problem: &ObservationProblem<'_, T, N>,
-    ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
-        let minimizer = self.minimizer.as_ref()?;
-        if let Pass::ClearAlone(refusal) = self.pass {
-            let Some(start) = minimizer.end() else {
-                return Some(Err(refusal));
-            };
-            self.pass = Pass::FromClear(start);
-            self.minimizer = None;
-            return None;
-        }
-        let result = minimizer
-            .estimate(problem)
-            .and_then(|estimate| problem.outcome(&estimate));
-        match (&self.pass, &result) {
-            (
-                Pass::FromNominal,
-                Err(
-                    refusal @ (Refusal::NotConverged { .. }
-                    | Refusal::Undetermined { .. }
-                    | Refusal::ResidualContradictsNoise { .. }
-                    | Refusal::FarFromNominal { .. }
-                    | Refusal::NonFinite { .. }),
-                ),
-            ) if problem.rows().iter().any(ObservationRow::is_steep) => {
-                self.pass = Pass::ClearAlone(*refusal);
-                self.minimizer = None;
-                None
-            }
-            _ => Some(result),
-        }
-    }
-}
 
 impl<T: Real> ObservationRow<T> {
     /// A row for an [`ObservationSolver`], checked for a robot and instruments.
@@ -279,7 +168,7 @@ pub struct ObservationSolver<T: Real, const N: usize, const M: usize, const E: u
     prepared: Option<Prepared<T, N>>,
     /// Rows that have their weights.
     weighed: usize,
-    minimisation: Minimisation<T, N, M, E>,
+    minimizer: Option<ObservationMinimizer<T, N, M, E>>,
 }
 
 impl<T: Real, const N: usize, const M: usize, const E: usize> Default
@@ -301,7 +190,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> ObservationSolver<
         Self {
             prepared: None,
             weighed: 0,
-            minimisation: Minimisation::new(),
+            minimizer: None,
         }
     }
 
@@ -342,7 +231,39 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> ObservationSolver<
             rows,
             prepared: *prepared,
         };
-        self.minimisation.step(&problem, settings)
+        let Some(minimizer) = &mut self.minimizer else {
+            return self.begin(&problem, settings);
+        };
+        match minimizer.step(&problem) {
+            Progress::Working => None,
+            Progress::Finished => Some(self.end(&problem)),
+        }
+    }
+
+    // Not inlined, here and below: what is done one after the other shares the stack.
+    #[inline(never)]
+    fn begin(
+        &mut self,
+        problem: &ObservationProblem<'_, T, N>,
+        settings: &Settings<T>,
+    ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
+        if let Err(refusal) = enough_samples::<T, _, N, M, E>(problem, ArmIndex::First, settings) {
+            return Some(Err(refusal));
+        }
+        let prior = problem.prior(settings);
+        let minimizer = Minimizer::unstarted(ArmIndex::First, prior, settings);
+        self.minimizer.insert(minimizer).begin(problem);
+        None
+    }
+
+    #[inline(never)]
+    fn end(
+        &self,
+        problem: &ObservationProblem<'_, T, N>,
+    ) -> Result<ObservationOutcome<T, N>, Refusal> {
+        let minimizer = self.minimizer.as_ref().ok_or(Refusal::Unfinished)?;
+        let estimate = minimizer.estimate(problem)?;
+        problem.outcome(&estimate)
     }
 }
 
@@ -444,120 +365,35 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
 mod tests {
     #![allow(clippy::cast_precision_loss, clippy::unwrap_used)]
 
-    use super::{Minimisation, Pass};
-    use crate::calibration::{Problem, Refusal, Settings, Tolerance};
+    use crate::calibration::{Settings, Tolerance};
     use crate::observations::{
         Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow,
         PositionFrame,
     };
     use crate::robot::{Parameter, Robot, SymmetricRobot};
-    use crate::samples::{Noise, Triangle};
+    use crate::samples::Noise;
     use rand_core::{Rng, SeedableRng};
     use rand_pcg::Pcg32;
 
-    /// Positions that contradict their noise, of a robot whose forearms are too short for level upper arms; the last at a
-    /// pose near those, or not.
-    fn rows(steep: bool) -> [ObservationRow<f64>; 30] {
-        let robot = robot().robot().unwrap();
-        core::array::from_fn(|index| {
-            let t = index as f64;
-            let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-            let joints = if steep && index == 29 {
-                [0.2; 3]
-            } else {
-                joints.map(|q| 0.9 + 0.5 * q)
-            };
-            let x = robot.forward(&joints).unwrap();
-            let off = (5.0 * t).sin();
-            ObservationRow::new(Observation {
-                position: [Some(x.x + off), Some(x.y - off), Some(x.z + off)],
-                ..Observation::at(joints)
-            })
-        })
-    }
-
-    fn robot() -> SymmetricRobot<f64> {
-        SymmetricRobot {
+    /// Robots made to 2 mm and 10 mrad whose forearms are short for level upper arms, measured where those are nearly level:
+    /// there full steps lead to robots that do not reach the poses, or far beyond the minimum.
+    #[test]
+    fn poses_near_a_singularity_do_not_trap_the_iteration() {
+        let nominal = SymmetricRobot {
             forearm: 420.0,
             ..SymmetricRobot::PAPER
-        }
-    }
-
-    fn instruments() -> Instruments<'static, f64> {
-        Instruments {
+        };
+        let nominal = nominal.robot().unwrap();
+        let instruments = Instruments {
             frame: PositionFrame::Base,
             planes: &[],
             points: &[],
             noise: ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.02).unwrap(),
             transmission: None,
-        }
-    }
-
-    /// Where some pose is near a singularity a refusal is looked into once more, from the other poses; where none is it
-    /// stands.
-    #[test]
-    fn a_refusal_is_tried_again_only_where_a_pose_is_nearly_singular() {
-        let (robot, instruments) = (robot().robot().unwrap(), instruments());
-        let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.003).unwrap());
-        for steep in [false, true] {
-            let mut rows = rows(steep);
-            let problem = ObservationProblem::<f64, 24>::prepare(&robot, &instruments, &mut rows);
-            let problem = problem.unwrap();
-            assert_eq!(
-                problem.rows().iter().filter(|row| row.is_steep()).count(),
-                usize::from(steep)
-            );
-            let mut minimisation = Minimisation::<f64, 24, 25, 325>::new();
-            let refusal = loop {
-                if let Some(result) = minimisation.step(&problem, &settings) {
-                    break result.unwrap_err();
-                }
-            };
-            assert!(matches!(
-                refusal,
-                Refusal::ResidualContradictsNoise { .. } | Refusal::FarFromNominal { .. }
-            ));
-            assert_eq!(matches!(minimisation.pass, Pass::FromNominal), !steep);
-        }
-    }
-
-    /// Without the poses near a singularity their rows add nothing; the solution of the others is the second start.
-    #[test]
-    fn a_row_that_is_passed_over_adds_nothing() {
-        let (robot, instruments) = (robot().robot().unwrap(), instruments());
-        let mut rows = rows(true);
-        let problem = ObservationProblem::<f64, 24>::prepare(&robot, &instruments, &mut rows);
-        let mut problem = problem.unwrap();
-        let at = Problem::<f64, 24, 25, 325>::displaced(&problem, &[0.0; 24]);
-        for clear_alone in [false, true] {
-            problem.prepared.clear_alone = clear_alone;
-            for piece in [5, 29] {
-                let mut normal = Triangle::<f64, 25, 325>::zero();
-                let summed = Problem::<f64, 24, 25, 325>::sum_of_squares(&problem, &at, piece);
-                let taken = problem.linearize(&at, &mut normal, piece);
-                let nothing = clear_alone && piece == 29;
-                assert_eq!(summed.sum_of_squares == 0.0, nothing);
-                assert_eq!(taken.sum_of_squares == 0.0, nothing);
-                assert_eq!(normal == Triangle::zero(), nothing);
-            }
-        }
-        let start = |problem: &ObservationProblem<'_, f64, 24>| {
-            Problem::<f64, 24, 25, 325>::free_start(problem, 0)
         };
-        assert_eq!(start(&problem), None);
-        problem.prepared.second_start = Some([0.25; 24]);
-        assert_eq!(start(&problem), Some([0.25; 24]));
-    }
-
-    /// Robots made to 2 mm and 10 mrad, measured also where the arms are nearly level. For some the iteration from nominal
-    /// fails, for the nominal robot is nearly singular there; from the solution of the other poses it finds the robot.
-    #[test]
-    fn the_solution_of_the_other_poses_leads_where_nominal_does_not() {
-        let (nominal, instruments) = (robot().robot().unwrap(), instruments());
         let tolerance = Tolerance::new(2.0, 0.01).unwrap();
         let settings = Settings::new().with_tolerance(tolerance);
         let middle = [0.9; 3];
-        let mut found = 0;
         for seed in 0..60 {
             let mut rng = Pcg32::seed_from_u64(seed);
             // Evenly in (−1, 1); times √3 the standard deviation is 1.
@@ -587,21 +423,11 @@ mod tests {
                 });
             }
             let problem = ObservationProblem::<f64, 24>::prepare(&nominal, &instruments, &mut rows);
-            let problem = problem.unwrap();
-            let mut minimisation = Minimisation::<f64, 24, 25, 325>::new();
-            let result = loop {
-                if let Some(result) = minimisation.step(&problem, &settings) {
-                    break result;
-                }
+            let outcome = problem.unwrap().solve::<25, 325>(&settings).unwrap();
+            let off = |robot: &Robot<f64>| {
+                (robot.forward(&middle).unwrap() - truth.forward(&middle).unwrap()).norm()
             };
-            if let (Pass::FromClear(_), Ok(outcome)) = (minimisation.pass, result) {
-                let off = |robot: &Robot<f64>| {
-                    (robot.forward(&middle).unwrap() - truth.forward(&middle).unwrap()).norm()
-                };
-                assert!(10.0 * off(&outcome.robot) < off(&nominal));
-                found += 1;
-            }
+            assert!(off(&outcome.robot) < 0.3 * off(&nominal), "{seed}");
         }
-        assert!(found > 5, "{found}");
     }
 }

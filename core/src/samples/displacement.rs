@@ -224,7 +224,7 @@ impl<T: Real> Displacement<T> {
 }
 
 /// sin δ and 1 − cos δ = 2 sin²(δ/2), neither of which cancels for a small δ.
-pub(super) fn small_turn<T: Real>(angle: T) -> (T, T) {
+pub(crate) fn small_turn<T: Real>(angle: T) -> (T, T) {
     let (sine, _) = angle.sine_cosine();
     let (half_sine, _) = (angle * T::HALF).sine_cosine();
     (sine, T::TWO * half_sine * half_sine)

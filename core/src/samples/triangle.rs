@@ -52,7 +52,6 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
     }
 
     /// The same to write to.
-    #[cfg(feature = "linear")]
     pub(crate) fn row_mut(&mut self, row: usize) -> &mut [T] {
         self.entries_from(N.saturating_sub(row))
             .get_mut(..N.saturating_sub(row))

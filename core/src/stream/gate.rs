@@ -17,7 +17,7 @@ mod verdict;
 use super::forgetting::Forgetting;
 use crate::Real;
 use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START, SUSPECTED};
-use crate::calibration::{Calibrator, RobotOutcome, Settings, Tolerance};
+use crate::calibration::{Calibrator, RobotOutcome, Settings, TolerancePrior, prior_of_arm};
 use crate::robot::ArmIndex;
 use crate::samples::{ArmFactor, Sample, SampleError};
 use crate::snapshot::{Fingerprint, Kind, SnapshotError, longest, read, state, write};
@@ -310,11 +310,10 @@ impl<T: Real> Gate<T> {
 /// Samples that it takes to determine an arm.
 const PARAMETERS: u64 = 8;
 
-/// 1/tolerance in internal units. Without a stated noise it cannot be weighed against the samples, and is
-/// left out.
-fn prior<T: Real>(factor: &ArmFactor<T>, settings: &Settings<T>) -> [T; 8] {
+/// In internal units. Without a stated noise a tolerance cannot be weighed against the samples, and is left out.
+fn prior<T: Real>(factor: &ArmFactor<T>, settings: &Settings<T>) -> TolerancePrior<T, 8> {
     let tolerance = settings.tolerance.filter(|_| settings.noise.is_some());
-    Tolerance::weights(tolerance.as_ref(), factor.nominal())
+    prior_of_arm(factor.nominal(), tolerance.as_ref())
 }
 
 state!(

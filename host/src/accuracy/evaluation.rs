@@ -4,8 +4,8 @@
 //! the true upper arm's length.
 
 use super::information::{
-    ARM, PARAMETERS, closure_rows, is_empty, position_rows, rows_of_prior, tolerance_prior, units,
-    weights_by_arm,
+    ARM, PARAMETERS, closure_rows, is_empty, position_rows, rows_of_arm, rows_of_prior,
+    tolerance_prior, units,
 };
 use super::rigid_motion::RigidMotions;
 use crate::fit::Method;
@@ -201,7 +201,6 @@ fn of_separate_arms(
         .iter()
         .map(|pose| closure_rows(truth, pose, noise))
         .collect();
-    let prior = weights_by_arm(truth, tolerance);
     let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
     for arm in 0..3 {
         let first = ARM * arm;
@@ -209,9 +208,9 @@ fn of_separate_arms(
         for (mut row, gradients) in rows.row_iter_mut().zip(&measured) {
             row.copy_from(&gradients[arm].transpose());
         }
-        for parameter in 0..ARM {
-            rows[(poses.len() + parameter, parameter)] = prior[first + parameter];
-        }
+        let prior = rows_of_arm(&truth.arms()[arm], tolerance);
+        rows.fixed_view_mut::<ARM, ARM>(poses.len(), 0)
+            .copy_from(&prior);
         let triangle: SMatrix<f64, 8, 8> = rows.qr().r().fixed_view::<8, 8>(0, 0).into_owned();
         let inverse = triangle.solve_upper_triangular(&SMatrix::<f64, 8, 8>::identity())?;
         covariance

@@ -6,10 +6,10 @@
 use crate::files::robot_file::RobotFile;
 pub(crate) use crate::fit::solution::PARAMETERS;
 use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
-use delta_cal::calibration::{JointNormal, Prior, TolerancePrior};
-use delta_cal::robot::{Arm, ParameterKind, TransmissionTolerance};
+use delta_cal::calibration::{JointNormal, Prior, TolerancePrior, Triangle};
+use delta_cal::robot::{Arm, Drive, ParameterKind, TransmissionTolerance};
 use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 /// Of one arm.
 pub const ARM: usize = 8;
@@ -47,7 +47,24 @@ pub(crate) fn prior_covariance(
         Some(Parameter::Lb) => tolerance.forearm(),
         _ => 0.0,
     });
-    SMatrix::from_diagonal(&own) + radius * radius.transpose() + forearm * forearm.transpose()
+    let mut covariance =
+        SMatrix::from_diagonal(&own) + radius * radius.transpose() + forearm * forearm.transpose();
+    if let Some(zero) = tolerance
+        .joint_zero()
+        .filter(|_| robot.drive() == Drive::Rotary)
+    {
+        let length = tolerance.of(Parameter::LaX);
+        for (arm, geometry) in robot.arms().iter().enumerate() {
+            let (x, y) = geometry.la();
+            let along = Vector2::new(x, y) * (length / geometry.upper_arm_length());
+            let across = Vector2::new(-y, x) * zero;
+            let place = ARM * arm + Parameter::LaX.index();
+            covariance
+                .fixed_view_mut::<2, 2>(place, place)
+                .copy_from(&(along * along.transpose() + across * across.transpose()));
+        }
+    }
+    covariance
 }
 
 /// How the parameters change if all towers are one σ of their common radius further out: mm.
@@ -114,7 +131,7 @@ pub(crate) fn tolerance_prior(
     tolerance: Option<&Tolerance<f64>>,
 ) -> TolerancePrior<f64, PARAMETERS> {
     let units = units(robot).map(f64::recip).into();
-    TolerancePrior::new(robot, &units, tolerance)
+    TolerancePrior::new(robot.arms().each_ref(), &units, tolerance)
 }
 
 /// The same as the rows U of |U δ|².
@@ -122,33 +139,33 @@ pub(crate) fn rows_of_prior(
     prior: &TolerancePrior<f64, PARAMETERS>,
 ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
     let triangle: JointNormal<f64> = prior.rows(1.0, &[0.0; PARAMETERS]);
+    square(&triangle)
+}
+
+/// The same of an arm by itself.
+pub(crate) fn rows_of_arm(
+    arm: &Arm<f64>,
+    tolerance: Option<&Tolerance<f64>>,
+) -> SMatrix<f64, ARM, ARM> {
+    let mut units = [1.0; ARM];
+    for parameter in arm.drive().parameters() {
+        units[parameter.index()] = unit(arm, *parameter).recip();
+    }
+    let prior = TolerancePrior::of_arm(arm, &units, tolerance);
+    let triangle: Triangle<f64, 9, 45> = prior.rows(1.0, &[0.0; ARM]);
+    square(&triangle)
+}
+
+fn square<const N: usize, const M: usize, const E: usize>(
+    triangle: &Triangle<f64, M, E>,
+) -> SMatrix<f64, N, N> {
     let mut rows = SMatrix::zeros();
-    for (index, row) in triangle.rows().take(PARAMETERS).enumerate() {
-        for (column, entry) in (index..PARAMETERS).zip(row) {
+    for (index, row) in triangle.rows().take(N).enumerate() {
+        for (column, entry) in (index..N).zip(row) {
             rows[(index, column)] = *entry;
         }
     }
     rows
-}
-
-/// 1/tolerance of every parameter of arms by themselves; zero without one, and 1 where the arms leave a place
-/// empty.
-pub(crate) fn weights_by_arm(
-    robot: &Robot<f64>,
-    tolerance: Option<&Tolerance<f64>>,
-) -> SVector<f64, PARAMETERS> {
-    let units = units(robot);
-    let mut weights = SVector::zeros();
-    for index in 0..PARAMETERS {
-        weights[index] = match (parameter_at(robot, index), tolerance) {
-            (Some((arm, parameter)), Some(tolerance)) => {
-                1.0 / (tolerance.of_arm(robot.arm(arm), parameter) * units[index])
-            }
-            (Some(_), None) => 0.0,
-            (None, _) => 1.0,
-        };
-    }
-    weights
 }
 
 /// One row an arm, of the IKM method: (∂f/∂P)/σf, the closure error's variance being

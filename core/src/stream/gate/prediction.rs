@@ -1,8 +1,8 @@
 //! What an arm's samples so far and its prior predict of the next sample.
 
 use crate::Real;
-use crate::calibration::Normal;
 use crate::calibration::step_control::LONGEST_STEP;
+use crate::calibration::{Normal, Prior, TolerancePrior};
 use crate::samples::{ArmFactor, ArmSample, Displacement};
 use crate::snapshot::state;
 use nalgebra::SVector;
@@ -80,8 +80,8 @@ pub(super) struct Predicted<T> {
 }
 
 impl<T: Real> Prediction<T> {
-    /// At the nominal arm, with what the factor holds. `prior`: 1/tolerance in internal units.
-    pub(super) fn new(factor: &ArmFactor<T>, prior: &[T; 8]) -> Self {
+    /// At the nominal arm, with what the factor holds.
+    pub(super) fn new(factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) -> Self {
         let correction = [T::ZERO; 8];
         let mut prediction = Self {
             correction,
@@ -183,33 +183,32 @@ impl<T: Real> Prediction<T> {
     }
 
     /// Linearises at the present estimate, from the factor, which holds the same samples.
-    pub(super) fn renew(&mut self, factor: &ArmFactor<T>, prior: &[T; 8]) {
+    pub(super) fn renew(&mut self, factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) {
         let step: Option<[T; 8]> = self.normal.minimiser(&[T::ZERO; 9]);
         if let Some(step) = step {
             let longest = T::from_f64(LONGEST_STEP);
             if step.iter().all(|delta| delta.magnitude() <= longest) {
-                for (value, delta) in self.correction.iter_mut().zip(step) {
-                    *value += delta;
-                }
+                self.correction = Prior::<T, 8, 9, 45>::advanced(prior, &self.correction, &step);
             }
         }
         self.linearize(factor, prior);
     }
 
     /// Linearises where somebody else found the arm to be.
-    pub(super) fn move_to(&mut self, correction: &[T; 8], factor: &ArmFactor<T>, prior: &[T; 8]) {
+    pub(super) fn move_to(
+        &mut self,
+        correction: &[T; 8],
+        factor: &ArmFactor<T>,
+        prior: &TolerancePrior<T, 8>,
+    ) {
         self.correction = *correction;
         self.linearize(factor, prior);
     }
 
     #[inline(never)]
-    fn linearize(&mut self, factor: &ArmFactor<T>, prior: &[T; 8]) {
-        let mut rights = [T::ZERO; 8];
-        for ((right, weight), delta) in rights.iter_mut().zip(prior).zip(&self.correction) {
-            *right = *weight * *delta;
-        }
+    fn linearize(&mut self, factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) {
         self.at = Displacement::new(factor.nominal(), &self.correction);
-        self.normal = Normal::from_diagonal(prior, &rights);
+        self.normal = prior.rows(T::ONE, &self.correction);
         factor.linearize(&self.at, &mut self.normal);
         self.beyond = ArmFactor::least_sum_of_squares(factor);
         self.samples = ArmFactor::effective_samples(factor);

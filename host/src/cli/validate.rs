@@ -1,15 +1,14 @@
 //! `delta-cal validate`.
 
-use super::choices::FrameArgument;
 use super::failure::Failure;
 use super::length::Length;
-use super::outputs::{self, deliver};
+use super::output::{self, deliver};
 use super::paths::{ColumnsArgument, read, robot_path};
 use super::record;
 use crate::report::document::Source;
 use crate::report::validation as report;
 use crate::validation::{Request, Verdict, check_independent, validate};
-use crate::{CalibrateError, InputText, Options, Readings, RobotFile, read_samples};
+use crate::{CalibrateError, Frame, InputText, Options, Readings, RobotFile, read_samples};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -50,8 +49,8 @@ pub(crate) struct ValidateArguments {
     #[command(flatten)]
     columns: ColumnsArgument,
     /// The frame of the measured positions
-    #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
-    frame: FrameArgument,
+    #[arg(long, value_enum, default_value_t = Frame::Base)]
+    frame: Frame,
     /// Write the report as JSON to this file, or with - to standard output
     #[arg(long, value_name = "REPORT.json")]
     json: Option<PathBuf>,
@@ -64,7 +63,7 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     let robot = ("the robot file", Some(arguments.robot.as_path()));
     let samples = ("the samples file", Some(arguments.samples.as_path()));
     let (json_file, report_file) = (arguments.json.as_deref(), arguments.report.as_deref());
-    outputs::check(
+    output::check(
         &[robot, samples],
         &[("--json", json_file), ("--report", report_file)],
     )?;
@@ -77,7 +76,7 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     let samples = positions(arguments, &robot, &samples_text)?;
     let request = Request {
         limit: arguments.limit.0,
-        frame: arguments.frame.frame(),
+        frame: arguments.frame,
     };
     let found = validate(&robot, &samples, request)?;
     let json = report::json(&found, &document);
@@ -105,7 +104,7 @@ fn positions(
     text: &InputText,
 ) -> Result<Readings, CalibrateError> {
     let options = Options {
-        frame: arguments.frame.frame(),
+        frame: arguments.frame,
         ..Options::default()
     };
     Ok(read_samples(text, robot, &options)?.complete()?)

@@ -1,10 +1,9 @@
 //! `delta-cal calibrate`.
 
-use super::choices::{FrameArgument, MethodArgument};
 use super::failure::Failure;
 use super::import::{includes, rods};
 use super::length::Length;
-use super::outputs::{self, deliver};
+use super::output::{self, deliver};
 use super::paths::{ColumnsArgument, read_samples_texts, refuse_same, robot_path};
 use super::progress::Waiting;
 use super::record::{document, sources};
@@ -15,8 +14,8 @@ use crate::report::calibration::{RefusalReport, comment};
 use crate::report::document::Source;
 use crate::report::printer::PrinterReport;
 use crate::{
-    CalibrateError, InputError, InputText, Loss, Options, Readings, RobotFile, calibrate,
-    read_samples,
+    CalibrateError, Frame, InputError, InputText, Loss, Method, Options, Readings, RobotFile,
+    calibrate, read_samples,
 };
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -71,13 +70,13 @@ pub(crate) struct CalibrateArguments {
     columns: ColumnsArgument,
     /// joint or ikm (each arm alone) for positions in the robot's frame, fkm for any readings
     #[arg(long, value_enum, hide_possible_values = true)]
-    method: Option<MethodArgument>,
+    method: Option<Method>,
     /// Leave out and name samples that disagree (Tukey's loss)
     #[arg(long)]
     robust: bool,
     /// The frame of x, y and z: base, or sensor, which is found with the parameters
-    #[arg(long, value_enum, hide_possible_values = true, default_value_t = FrameArgument::Base)]
-    frame: FrameArgument,
+    #[arg(long, value_enum, hide_possible_values = true, default_value_t = Frame::Base)]
+    frame: Frame,
     /// Largest expanded uncertainty (rms)
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Option<Length>,
@@ -116,15 +115,15 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let refused = |error: CalibrateError| {
         let json = report::json(&RefusalReport::from(&error));
         if error.refused() {
-            outputs::refused(arguments.json.as_deref(), &json, error.into())
+            output::refused(arguments.json.as_deref(), &json, error.into())
         } else {
             error.into()
         }
     };
     let options = Options {
-        method: arguments.method.map(MethodArgument::method),
+        method: arguments.method,
         loss: arguments.robust.then_some(Loss::Tukey),
-        frame: arguments.frame.frame(),
+        frame: arguments.frame,
     };
     let Inputs {
         robot,
@@ -204,9 +203,9 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
         ("--json", arguments.json.as_deref()),
         ("--report", arguments.report.as_deref()),
     ];
-    outputs::check(&[robot], &others)?;
+    output::check(&[robot], &others)?;
     let [paste, json, report] = others;
-    outputs::check(&[samples, second], &[output, paste, json, report])
+    output::check(&[samples, second], &[output, paste, json, report])
 }
 
 fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, Failure> {

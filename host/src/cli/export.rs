@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::length::Length;
-use super::outputs::{self, deliver};
+use super::output::{self, deliver};
 use super::paths::{ColumnsArgument, is_stream, read, robot_path, same_kind};
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
@@ -111,7 +111,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         ("the positions", arguments.positions.as_deref()),
         ("the heights", arguments.bed.as_deref()),
     ];
-    outputs::check(&inputs, &[("--output", output), ("--json", json_path)])?;
+    output::check(&inputs, &[("--output", output), ("--json", json_path)])?;
     if arguments.limit.is_some() && arguments.target != "correction-table" {
         return Err(Failure::Usage {
             cause: format!("--limit cannot be used with --for {}", arguments.target),

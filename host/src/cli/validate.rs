@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::length::Length;
-use super::outputs::{self, deliver};
+use super::output::{self, deliver};
 use super::paths::{ColumnsArgument, read_samples_texts, robot_path};
 use super::record;
 use crate::report::document::Source;
@@ -88,7 +88,7 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     let samples = ("the samples file", Some(arguments.samples.as_path()));
     let second = ("the positions file", arguments.second.as_deref());
     let (json_file, report_file) = (arguments.json.as_deref(), arguments.report.as_deref());
-    outputs::check(
+    output::check(
         &[robot, samples, second],
         &[("--json", json_file), ("--report", report_file)],
     )?;

@@ -86,7 +86,7 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         measure: String,
         /// How many differ; repeated ones are in the list as well.
         count: usize,
-        order: &'static str,
+        order: Order,
         seed: u64,
         absolute: bool,
         within: Option<String>,
@@ -106,10 +106,7 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
     let contents = Contents {
         measure: request.kinds.to_string(),
         count: plan.count,
-        order: match request.order {
-            Order::Random => "random",
-            Order::Shortest => "shortest",
-        },
+        order: request.order,
         seed: request.seed,
         absolute: request.absolute,
         within: request

@@ -2,13 +2,13 @@
 //! zeros, gear ratio, radius, forearms, overall size. Those that explain them about equally well are named together.
 
 use super::causes::{Subject, improvement};
-use super::judge::{Case, attempt};
+use super::judge::{Case, Judged, attempt};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ReadingFrom, Readings};
 use crate::fit::{Solution, solve};
-use crate::text::significant;
-use delta_cal::Robot;
+use crate::text::{list, significant};
 use delta_cal::robot::{Drive, Parameter};
+use delta_cal::{ArmIndex, Robot};
 use nalgebra::Vector3;
 
 /// Linearisations of a number; zeros that are ten degrees off take some.
@@ -21,6 +21,12 @@ const LARGEST: f64 = 0.5;
 const STEP: f64 = 1e-6;
 /// Twice the logarithm of 20: what explains less than that more is not clearly better.
 const CLEARLY: f64 = 6.0;
+/// Joint zeros of which nothing is known, degrees.
+const UNKNOWN_ZERO_DEG: f64 = 15.0;
+/// The stated noise is multiplied by this until the number is found: the readings contradict it.
+const LOOSE: f64 = 30.0;
+/// A calibration whose σ are multiplied by more is no explanation.
+const WIDENED: f64 = 2.0;
 /// More rows are not fitted again.
 const MOST_ROWS: usize = 2000;
 
@@ -159,44 +165,96 @@ impl Wrong {
     }
 }
 
-/// One number, and by how much.
+/// What explains the readings.
 struct Explanation {
-    wrong: Wrong,
-    by: f64,
+    /// `None` of the joint zeros, each by itself.
+    wrong: Option<Wrong>,
+    /// In words.
+    what: String,
     /// Σ r² and the prior's part.
     cost: f64,
 }
 
-/// What one number explains, in sentences with what to do; nothing if none does.
+/// What one number, or the joint zeros, explain, in sentences with what to do; nothing if none does.
 pub(crate) fn explanation(case: &Case<'_>) -> Option<String> {
-    case.robot.tolerance?;
     if case.readings.rows.len() > MOST_ROWS {
         return None;
     }
     let drive = case.robot.robot.drive();
-    let found = Wrong::all(drive)
+    let numbers = Wrong::all(drive)
         .iter()
         .filter_map(|wrong| tried(case, *wrong));
-    let mut found: Vec<_> = found.collect();
+    let mut found: Vec<_> = zeros(case).into_iter().chain(numbers).collect();
     let best = found.iter().map(|own| own.cost).reduce(f64::min)?;
     found.retain(|own| own.cost < best + CLEARLY);
-    let likely: Vec<_> = found
-        .iter()
-        .map(|own| own.wrong.words(case.robot, own.by))
-        .collect();
+    // The zeros one by one hold a common one.
+    if found.iter().any(|own| own.wrong.is_none()) {
+        found.retain(|own| own.wrong != Some(Wrong::Zero));
+    }
     let first = found.first()?;
-    Some(match &likely[..] {
-        [one] => format!(
-            "One number explains the readings: {one}. Check it, then {}.",
-            first.wrong.remedy()
-        ),
-        several => format!(
-            "Each of these explains the readings about equally well: {}. The cheapest measurement that decides is {}; {}.",
-            several.join("; or "),
-            cheapest(&found).check(),
-            first.wrong.remedy()
-        ),
+    let remedy = first.wrong.unwrap_or(Wrong::Zero).remedy();
+    Some(match &found[..] {
+        [one] => format!("This explains the readings: {}. {remedy}.", one.what),
+        several => {
+            let all: Vec<_> = several.iter().map(|own| own.what.as_str()).collect();
+            format!(
+                "Each of these explains the readings about equally well: {}. The cheapest measurement that decides is {}. {remedy}.",
+                all.join("; or "),
+                cheapest(several).check(),
+            )
+        }
     })
+}
+
+/// The zeros of the joints, each by itself, where nothing is stated of them.
+fn zeros(case: &Case<'_>) -> Option<Explanation> {
+    let tolerance = case.robot.tolerance?;
+    if case.robot.robot.drive() == Drive::Linear || tolerance.joint_zero().is_some() {
+        return None;
+    }
+    let robot = RobotFile {
+        tolerance: tolerance
+            .with_joint_zero(UNKNOWN_ZERO_DEG.to_radians())
+            .ok(),
+        ..case.robot.clone()
+    };
+    let judged = attempt(&Case {
+        robot: &robot,
+        before: &robot,
+        ..*case
+    })
+    .ok()
+    .filter(agrees)?;
+    let angle = |robot: &Robot<f64>, arm| {
+        let own = robot.arm(arm);
+        own.get(Parameter::LaY)
+            .atan2(own.get(Parameter::LaX))
+            .to_degrees()
+    };
+    let off =
+        ArmIndex::ALL.map(|arm| angle(&judged.solution.robot, arm) - angle(&case.robot.robot, arm));
+    let each: Vec<_> = (1..)
+        .zip(off)
+        .map(|(arm, off)| format!("arm {arm} {off:+.1}°"))
+        .collect();
+    let hang = match (
+        off.iter().all(|own| *own < 0.0),
+        off.iter().all(|own| *own > 0.0),
+    ) {
+        (true, _) => " (the arms hang lower than their joints read)",
+        (_, true) => " (the arms hang higher than their joints read)",
+        _ => "",
+    };
+    Some(Explanation {
+        wrong: None,
+        what: format!("the joint zeros are off: {}{hang}", list(&each)),
+        cost: cost(&judged.solution),
+    })
+}
+
+/// Whether a calibration needs no doubt to be accepted.
+fn agrees(judged: &Judged) -> bool {
+    !judged.widened && judged.widening < WIDENED
 }
 
 fn cheapest(found: &[Explanation]) -> Wrong {
@@ -207,26 +265,23 @@ fn cheapest(found: &[Explanation]) -> Wrong {
         Wrong::Gear,
         Wrong::Size,
     ];
-    let there = |wrong: &Wrong| found.iter().any(|own| own.wrong == *wrong);
+    let there = |wrong: &Wrong| {
+        found
+            .iter()
+            .any(|own| own.wrong.unwrap_or(Wrong::Zero) == *wrong)
+    };
     order.into_iter().find(there).unwrap_or(Wrong::Zero)
 }
 
 /// The best size of a number, if the calibration then is as stated.
 fn tried(case: &Case<'_>, wrong: Wrong) -> Option<Explanation> {
-    // The noise is left open until the number is found: the readings contradict it.
-    let mut open = case.robot.clone();
-    open.instruments.joint_noise = open
-        .noise
-        .map(|noise| noise.joint())
-        .or(open.instruments.joint_noise);
-    open.noise = None;
-    open.instruments.height_noise = None;
-    open.instruments.distance_noise = None;
+    case.robot.tolerance?;
+    let mut loose = case.robot.loosened(LOOSE);
     let mut by = 0.0;
     for _ in 0..ROUNDS {
-        open.robot = wrong.changed(&case.robot.robot, by)?;
+        loose.robot = wrong.changed(&case.robot.robot, by)?;
         let readings = wrong.turned(case.readings, by);
-        let solution = solve(&open, &readings, &case.options).ok()?;
+        let solution = solve(&loose, &readings, &case.options).ok()?;
         let subject = Subject {
             solution: &solution,
             readings: &readings,
@@ -251,10 +306,11 @@ fn tried(case: &Case<'_>, wrong: Wrong) -> Option<Explanation> {
         readings: &readings,
         options: case.options,
     })
-    .ok()?;
-    (!judged.widened && judged.widening < 2.0).then(|| Explanation {
-        wrong,
-        by,
+    .ok()
+    .filter(agrees)?;
+    Some(Explanation {
+        wrong: Some(wrong),
+        what: wrong.words(case.robot, by),
         cost: cost(&judged.solution),
     })
 }

@@ -88,6 +88,20 @@ impl RobotFile {
         })
     }
 
+    /// With every stated noise of readings so many times larger.
+    pub(crate) fn loosened(&self, factor: f64) -> Self {
+        let mut loose = self.clone();
+        loose.noise = self.noise.and_then(|noise| {
+            let axes = noise.position_by_axis().map(|own| factor * own);
+            Noise::by_axis(axes, noise.joint()).ok()
+        });
+        let facts = &mut loose.instruments;
+        for own in [&mut facts.height_noise, &mut facts.distance_noise] {
+            *own = own.map(|sigma| factor * sigma);
+        }
+        loose
+    }
+
     /// Which poses the robot may take.
     pub const fn reach(&self) -> Reach {
         Reach {

@@ -19,6 +19,8 @@ const LEAST_ROWS: usize = 3;
 const MOST_ROWS: usize = 300;
 /// By how much the logarithm of the likelihood must grow: some chance of 1 in 10,000 for all rows and kinds.
 const CLEARLY: f64 = 12.0;
+/// The stated noise is multiplied by this while the step is in the readings.
+const LOOSE: f64 = 30.0;
 /// A step leaves at most this part of the residuals.
 const LEFT: f64 = 0.85;
 
@@ -76,13 +78,10 @@ pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
     if rows > MOST_ROWS || rows < 4 * LEAST_ROWS || !case.readings.holds(Kind::Position) {
         return None;
     }
-    // Whatever noise is stated: the residuals contradict it.
-    let robot = RobotFile {
-        noise: None,
-        ..case.robot.clone()
-    };
-    let fit = |readings: &Readings| solve(&robot, readings, &case.options).ok();
-    let solution = fit(case.readings)?;
+    // Whatever noise is stated: the residuals may contradict it until the step is taken out.
+    let loose = case.robot.loosened(LOOSE);
+    let fit = |robot: &RobotFile, readings: &Readings| solve(robot, readings, &case.options).ok();
+    let solution = fit(case.robot, case.readings).or_else(|| fit(&loose, case.readings))?;
     let (joints, positions) = candidates(&solution, case.readings)?;
     let (drive, convention) = (solution.robot.drive(), &case.robot.convention);
     let without = sigma(&solution)?;
@@ -96,7 +95,7 @@ pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
             let mut with = without;
             for _ in 0..2 {
                 mend(&mut mended, case.readings, &total, &solution);
-                let again = fit(&mended)?;
+                let again = fit(case.robot, &mended).or_else(|| fit(&loose, &mended))?;
                 with = sigma(&again)?;
                 total.add(&at(&again, &mended, total.index)?);
             }
@@ -117,9 +116,12 @@ pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
 
 fn sigma(solution: &Solution) -> Option<f64> {
     let mut noise = solution.noise.iter();
-    noise
-        .find(|own| own.kind == Kind::Position)
-        .map(|own| own.sigma)
+    let own = noise.find(|own| own.kind == Kind::Position)?;
+    Some(if own.stated {
+        own.sigma * own.ratio()
+    } else {
+        own.sigma
+    })
 }
 
 /// A step from the row of an index on.

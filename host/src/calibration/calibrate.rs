@@ -308,6 +308,11 @@ fn findings(case: &Case<'_>, judged: &Judged, diagnosis: Option<Diagnosis>) -> V
         cause: cause.clone(),
         cause_kind: cause.kind.name(),
     }));
+    let hidden = judged
+        .causes
+        .hidden_drift
+        .filter(|_| case.readings.holds(Kind::Position));
+    found.extend(hidden.map(|up_to_mm| Finding::DriftHidden { up_to_mm }));
     of_errors(case, judged, &mut found);
     of_noise(case, judged, &mut found);
     of_parameters(case, judged, &mut found);

@@ -58,6 +58,11 @@ pub enum Finding {
         /// Its name.
         cause_kind: &'static str,
     },
+    /// In this order of the rows a drift and errors of the robot look alike.
+    DriftHidden {
+        /// Up to this drift from the first row to the last, mm.
+        up_to_mm: f64,
+    },
     /// What happened at one row.
     Step {
         /// What, and where.
@@ -226,6 +231,7 @@ impl Finding {
     pub fn level(&self) -> Level {
         match self {
             Self::Copies { .. }
+            | Self::DriftHidden { .. }
             | Self::Joined { .. }
             | Self::Datum { .. }
             | Self::Repeatability { .. }
@@ -249,6 +255,12 @@ impl fmt::Display for Finding {
             Self::Diagnosis { diagnosis } => write!(f, "{diagnosis}: {}", diagnosis.remedy()),
             Self::Shift { shift } => shift.fmt(f),
             Self::Step { step } => step.fmt(f),
+            Self::DriftHidden { up_to_mm } => write!(
+                f,
+                "In this order of the rows a drift of the sensor looks like errors of the robot: up to {} mm from the first row \
+                 to the last would not show. Measure in random order, and the first pose once more at the end.",
+                mm(*up_to_mm)
+            ),
             Self::Target { offset_mm: [x, y, z], scatter_mm } => write!(
                 f,
                 "All measured points are offset by ({x:.1}, {y:.1}, {z:.1}) mm from the platform point (scatter \

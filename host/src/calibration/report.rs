@@ -41,6 +41,8 @@ pub struct Report {
     pub method: Method,
     /// The frame of the coordinates.
     pub frame: Frame,
+    /// How the controller counts, in words; `null` if as usual.
+    pub convention: Option<String>,
     /// The loss function of a robust fit, `huber` or `tukey`.
     pub loss: Option<&'static str>,
     /// Samples (rows).
@@ -407,6 +409,7 @@ impl Report {
             samples_file: readings.name.clone(),
             method: solution.method,
             frame: solution.frame,
+            convention: (!before.convention.is_usual()).then(|| before.convention.to_string()),
             loss: case.options.loss.map(|loss| match loss {
                 Loss::Huber => "huber",
                 Loss::Tukey => "tukey",

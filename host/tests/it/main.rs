@@ -16,6 +16,7 @@ mod documents;
 mod export;
 mod help;
 mod import;
+mod joint_zeros;
 mod kinematics;
 mod linuxcnc;
 mod pipeline;

@@ -50,7 +50,9 @@ fn stated(report: &Report) -> String {
         Frame::Base => "",
         Frame::Sensor => " The sensor's frame was found with the parameters.",
     };
-    format!("{tolerance}{frame}")
+    let convention = report.convention.as_ref();
+    let convention = convention.map_or_else(String::new, |own| format!(" Convention: {own}."));
+    format!("{tolerance}{frame}{convention}")
 }
 
 fn with_figure(section: Section, drawing: Option<(Figure, &str)>) -> Section {

@@ -56,7 +56,10 @@ fn heading(report: &Report) -> Section {
         "{} calibrated from {}",
         report.robot_file, report.samples_file
     );
-    let section = Section::new(title).text(how(report));
+    let mut section = Section::new(title).text(how(report));
+    if let Some(convention) = &report.convention {
+        section = section.text(format!("Convention: {convention}."));
+    }
     match report.origin {
         Some(origin) => section.text(origin),
         None => section,

@@ -15,6 +15,7 @@ mod documents;
 mod export;
 mod help;
 mod import;
+mod joint_zeros;
 mod kinematics;
 mod linuxcnc;
 mod pipeline;

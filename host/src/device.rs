@@ -46,6 +46,10 @@ pub fn begin<T: Number>(robot: &RobotFile, estimator: Estimator) -> Begin<T> {
                 rounded(tolerance.of(Parameter::Theta)),
             )
         }),
+        joint_zero: robot
+            .tolerance
+            .and_then(|own| own.joint_zero())
+            .map(rounded),
         noise: robot.noise.map(|noise| {
             (
                 noise.position_by_axis().map(rounded),

@@ -193,7 +193,10 @@ pub fn in_words(drive: Drive, tolerance: &Tolerance<f64>) -> String {
     let length = tolerance.of(Parameter::Lb);
     let angle = degrees(tolerance.of(Parameter::Theta));
     match drive {
-        Drive::Rotary => format!("{length} mm, {angle}°"),
+        Drive::Rotary => match tolerance.joint_zero() {
+            Some(zero) => format!("{length} mm, {angle}°, joint zeros {}°", degrees(zero)),
+            None => format!("{length} mm, {angle}°"),
+        },
         Drive::Linear => {
             let (zero, scale) = (
                 tolerance.of(Parameter::Zero),

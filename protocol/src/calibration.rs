@@ -20,11 +20,15 @@ impl<T: Real> Begin<T> {
     }
 
     fn settings(&self) -> Result<Settings<T>, Fault> {
-        let tolerance = self
-            .tolerance
-            .map(|(length, angle)| Tolerance::new(length, angle))
-            .transpose()
-            .map_err(|_| Fault::Settings)?;
+        let tolerance = match (self.tolerance, self.joint_zero) {
+            (None, None) => None,
+            (Some((length, angle)), None) => Some(Tolerance::new(length, angle)),
+            (Some((length, angle)), Some(zero)) => {
+                Some(Tolerance::new(length, angle).and_then(|own| own.with_joint_zero(zero)))
+            }
+            (None, Some(_)) => return Err(Fault::Settings),
+        };
+        let tolerance = tolerance.transpose().map_err(|_| Fault::Settings)?;
         let noise = self
             .noise
             .map(|(position, joint)| Noise::by_axis(position, joint))

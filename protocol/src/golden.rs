@@ -35,7 +35,7 @@ const REQUESTS: [(&str, &str); 11] = [
     ("parameters", "Parameters(Nominal)"),
     (
         "begin",
-        "Begin(Begin { session: 16909060, tolerance: Some((0.5, 0.0078125)), \
+        "Begin(Begin { session: 16909060, tolerance: Some((0.5, 0.0078125)), joint_zero: Some(0.125), \
          noise: Some(([0.0625, 0.0625, 0.125], 0.0)), estimator: Joint, gate: false, forgetting: Some(20.0) })",
     ),
     (

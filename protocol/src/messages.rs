@@ -96,6 +96,9 @@ pub struct Begin<T> {
     pub session: u32,
     /// One σ of the manufacturing tolerance: millimetres, radians.
     pub tolerance: Option<(T, T)>,
+    /// One σ of each rotary joint's zero, if it is uncertain by more than its tolerance of lengths says; radians. Needs a
+    /// tolerance.
+    pub joint_zero: Option<T>,
     /// One σ of each coordinate and of a joint angle in a measurement: millimetres, radians.
     pub noise: Option<([T; 3], T)>,
     /// Each arm by itself, or all 24 parameters together.
@@ -453,7 +456,7 @@ numbers!(Phase {
 });
 
 fields!(Adopt<T> { from, geometry });
-fields!(Begin<T> { session, tolerance, noise, estimator, gate, forgetting });
+fields!(Begin<T> { session, tolerance, joint_zero, noise, estimator, gate, forgetting });
 fields!(SampleMessage<T> { session, index, joints, position });
 fields!(Identity {
     firmware,

@@ -365,7 +365,12 @@ impl WorkspaceComparison {
             covariance: dynamic(covariance.component_mul(&products)),
             sensitivity: dynamic(sensitivity.component_div(&products)),
             prior: calibrated.tolerance.map(|tolerance| {
-                dynamic(prior_covariance(before, tolerance).component_mul(&products))
+                // Of upper arms whose zeros are known by degrees alone, in their directions now.
+                let about = match tolerance.joint_zero() {
+                    Some(_) => after,
+                    None => before,
+                };
+                dynamic(prior_covariance(about, tolerance).component_mul(&products))
             }),
             degrees_of_freedom: calibrated.degrees_of_freedom,
         };

@@ -18,7 +18,7 @@ use crate::fit::datum::Datum;
 use crate::fit::{Frame, Method, Options};
 use crate::text::joint;
 use delta_cal::calibration::StartUsed;
-use delta_cal::{Noise, Robot};
+use delta_cal::{Noise, Parameter};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -533,7 +533,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         }
     } else {
         if readings.is_complete() {
-            found.extend(by_tolerance(&robot.robot, &solution.prior_share));
+            found.extend(by_tolerance(robot, &solution.prior_share));
         }
         let known = &judged.known;
         if !known.place {
@@ -567,14 +567,22 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     }
 }
 
-fn by_tolerance(robot: &Robot<f64>, shares: &[f64; 24]) -> Vec<Finding> {
-    let places = robot.drive().places();
+fn by_tolerance(robot: &RobotFile, shares: &[f64; 24]) -> Vec<Finding> {
+    let places = robot.robot.drive().places();
+    let in_polar_form = robot
+        .tolerance
+        .is_some_and(|own| own.joint_zero().is_some());
+    let name = |parameter: Parameter| match parameter {
+        Parameter::LaX if in_polar_form => "upper arm",
+        Parameter::LaY if in_polar_form => "joint zero",
+        _ => parameter.symbol(),
+    };
     let of_arm = |(arm, shares): (usize, &[f64])| {
         let parameters: Vec<_> = places
             .iter()
             .zip(shares)
             .filter(|(_, share)| **share > MOSTLY)
-            .filter_map(|(parameter, share)| Some(((*parameter)?.symbol(), *share)))
+            .filter_map(|(parameter, share)| Some((name((*parameter)?), *share)))
             .collect();
         (!parameters.is_empty()).then_some(Finding::ByTolerance { arm, parameters })
     };

@@ -165,7 +165,12 @@ impl PriorTest {
         solution: &Solution,
     ) -> Option<Self> {
         let drive = nominal.drive();
-        let (used, inverse, scaled) = in_tolerances(nominal, tolerance, &solution.of_parameters())?;
+        // `moved` is in the directions of the upper arms as they are, if their zeros are known by degrees alone.
+        let about = match drive {
+            Drive::Rotary => &solution.robot,
+            Drive::Linear => nominal,
+        };
+        let (used, inverse, scaled) = in_tolerances(about, tolerance, &solution.of_parameters())?;
         let moved = DVector::from_fn(used.len(), |row, _| solution.moved[used[row]]);
         let eigen = scaled.symmetric_eigen();
         let along = eigen.eigenvectors.tr_mul(&(&inverse * moved));
@@ -217,7 +222,12 @@ impl PriorTest {
     /// The tolerance that agrees with the robot.
     pub(crate) fn widened(&self, tolerance: &Tolerance<f64>) -> Option<Tolerance<f64>> {
         let of = |parameter| self.ratio * tolerance.of(parameter);
-        Tolerance::new(of(Parameter::Lb), of(Parameter::Theta))
+        let wider = Tolerance::new(of(Parameter::Lb), of(Parameter::Theta));
+        let wider = match tolerance.joint_zero() {
+            Some(zero) => wider.and_then(|own| own.with_joint_zero(self.ratio * zero)),
+            None => wider,
+        };
+        wider
             .and_then(|own| own.with_linear(of(Parameter::Zero), of(Parameter::Scale)))
             .and_then(|own| own.with_radius(self.ratio * tolerance.radius()))
             .and_then(|own| own.with_forearm(self.ratio * tolerance.forearm()))
@@ -245,7 +255,13 @@ impl PriorTest {
                 let length = own(tolerance.of(Parameter::Lb));
                 let angle = own(tolerance.of(Parameter::Theta).to_degrees());
                 match drive {
-                    Drive::Rotary => format!("length_mm = {length} and angle_deg = {angle}"),
+                    Drive::Rotary => match tolerance.joint_zero() {
+                        Some(zero) => format!(
+                            "length_mm = {length}, angle_deg = {angle} and zero_deg = {}",
+                            own(zero.to_degrees())
+                        ),
+                        None => format!("length_mm = {length} and angle_deg = {angle}"),
+                    },
                     Drive::Linear => format!(
                         "length_mm = {length}, angle_deg = {angle}, zero_mm = {}{} and scale = {}",
                         own(tolerance.of(Parameter::Zero)),

@@ -13,7 +13,7 @@ use crate::files::samples_file::{Kind, Readings};
 use crate::fit::solution::Places;
 use crate::fit::{Options, Solution, solve};
 use delta_cal::robot::Drive;
-use delta_cal::{Refusal, Robot, Sample};
+use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use nalgebra::Vector3;
 
 /// Residuals below this part of the stated noise show another unit.
@@ -181,7 +181,10 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     let expected_before =
         prior(robot).and_then(|prior| ExpectedError::of_robot(robot, &robot.robot, &prior));
     let known = Known::of(
-        &robot.robot,
+        match tolerance.and_then(Tolerance::joint_zero) {
+            Some(_) => &solution.robot,
+            None => &robot.robot,
+        },
         tolerance,
         &parameters,
         expected_before.as_ref(),

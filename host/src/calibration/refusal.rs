@@ -9,7 +9,7 @@ use crate::files::samples_file::{Kind, Readings};
 use crate::fit::{Frame, RobustRefusal, Unsolved};
 use crate::text::{count, in_file_units, probability, significant};
 use delta_cal::observations::Instrument;
-use delta_cal::{ArmIndex, Refusal};
+use delta_cal::{ArmIndex, Parameter, Refusal};
 use std::error::Error;
 use std::fmt;
 
@@ -339,13 +339,10 @@ fn unsolved(
                 .to_owned(),
         ),
         Refusal::FarFromNominal { arm, parameter, tolerances } => {
-            let distance = robot.tolerance.map_or_else(String::new, |tolerance| {
-                let sigma = tolerance.of_arm(robot.robot.arm(arm), parameter);
-                in_file_units(parameter, sigma * f64::from(tolerances))
-            });
+            let (name, distance) = far(robot, arm, parameter, f64::from(tolerances));
             (
                 format!(
-                    "{arm}: fitted {parameter} is {distance} from nominal ({tolerances:.0} × tolerance). Robot file and samples \
+                    "{arm}: fitted {name} is {distance} from nominal ({tolerances:.0} × tolerance). Robot file and samples \
                      do not belong together."
                 ),
                 format!(
@@ -381,5 +378,31 @@ fn name(readings: &Readings, instrument: Instrument) -> String {
             format!("point {}", name.map_or("", String::as_str))
         }
         Instrument::Transmission(arm) => format!("the transmission of {arm}"),
+    }
+}
+
+/// What is so many tolerances from nominal, and how far that is. Where the tolerance of joint zeros is stated the upper
+/// arm's length and direction stand at the places of its components.
+fn far(
+    robot: &RobotFile,
+    arm: ArmIndex,
+    parameter: Parameter,
+    tolerances: f64,
+) -> (&'static str, String) {
+    let symbol = parameter.symbol();
+    let Some(tolerance) = robot.tolerance else {
+        return (symbol, String::new());
+    };
+    let length = |sigma: f64| in_file_units(parameter, sigma * tolerances);
+    match (parameter, tolerance.joint_zero()) {
+        (Parameter::LaY, Some(zero)) => {
+            let off = significant((zero * tolerances).to_degrees(), 3);
+            ("joint zero", format!("{off}°"))
+        }
+        (Parameter::LaX, Some(_)) => ("upper arm", length(tolerance.of(parameter))),
+        _ => (
+            symbol,
+            length(tolerance.of_arm(robot.robot.arm(arm), parameter)),
+        ),
     }
 }

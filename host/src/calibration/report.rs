@@ -21,8 +21,8 @@ use crate::fit::{Frame, Loss, Method, Solution};
 use crate::text::{degrees, in_unit, unit};
 use delta_cal::Parameter;
 use delta_cal::frame::RigidTransform;
-use delta_cal::robot::{Drive, ParameterKind};
-use nalgebra::Vector3;
+use delta_cal::robot::{Arm, Drive, ParameterKind};
+use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
 /// Changes whenever a field changes its name or meaning or is removed.
@@ -135,6 +135,10 @@ pub struct ArmReport {
     pub arm: usize,
     /// In the order of the file's keys.
     pub parameters: Vec<ParameterReport>,
+    /// Of a rotary arm the length of the upper arm and the joint zero: its direction where the joint reads 0, negative
+    /// where it hangs below level.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub upper_arm: Vec<ParameterReport>,
     /// Condition number of the scaled problem, 1 at best.
     pub condition: f64,
 }
@@ -517,10 +521,54 @@ fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
         ArmReport {
             arm: arm + 1,
             parameters: drive.parameters().iter().map(of).collect(),
+            upper_arm: match drive {
+                Drive::Rotary => upper_arm(arm, from, to, solution).into(),
+                Drive::Linear => Vec::new(),
+            },
             condition: solution.conditions[arm],
         }
     })
     .collect()
+}
+
+/// Length and direction, first order in `La_x` and `La_y`.
+fn upper_arm(
+    arm: usize,
+    from: &Arm<f64>,
+    to: &Arm<f64>,
+    solution: &Solution,
+) -> [ParameterReport; 2] {
+    let place = 8 * arm + Parameter::LaX.index();
+    let covariance = solution.covariance.fixed_view::<2, 2>(place, place);
+    let (x, y) = to.la();
+    let length = to.upper_arm_length();
+    let zero = |arm: &Arm<f64>| {
+        let (x, y) = arm.la();
+        degrees(y.atan2(x))
+    };
+    let of = |symbol, unit, before: f64, after: f64, by: Vector2<f64>, share| ParameterReport {
+        symbol,
+        unit,
+        before,
+        after,
+        change: after - before,
+        sigma: by.dot(&(covariance * by)).sqrt(),
+        prior_share: solution.prior_share[share],
+        decimals: 4,
+    };
+    let along = Vector2::new(x, y) / length;
+    let across = Vector2::new(-y, x) * (degrees(1.0) / (length * length));
+    [
+        of(
+            "upper arm",
+            "mm",
+            from.upper_arm_length(),
+            length,
+            along,
+            place,
+        ),
+        of("joint zero", "deg", zero(from), zero(to), across, place + 1),
+    ]
 }
 
 fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {

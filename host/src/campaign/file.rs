@@ -53,6 +53,8 @@ struct StartError {
     length_mm: Size,
     angle_deg: Size,
     #[serde(default)]
+    zero_deg: Size,
+    #[serde(default)]
     radius_mm: Size,
 }
 
@@ -204,6 +206,7 @@ impl CampaignToml {
                                 planned,
                                 start_error_mm: start.length_mm.0,
                                 start_error_deg: start.angle_deg.0,
+                                start_error_zero_deg: start.zero_deg.0,
                                 start_error_radius_mm: start.radius_mm.0,
                                 noise_position_mm: level.position_mm.0,
                                 noise_joint_deg: joint_deg,
@@ -247,9 +250,12 @@ impl CampaignToml {
     fn check_start_error(&self, drive: Drive, start: &StartError) -> Result<(), Fault> {
         let [length, angle, radius] =
             [start.length_mm, start.angle_deg, start.radius_mm].map(|own| own.0);
+        let zero = start.zero_deg.0;
         let cause = if drive == Drive::Rotary && radius > 0.0 {
             "this robot has no towers and no radius_mm"
-        } else if length == 0.0 && angle == 0.0 && radius == 0.0 {
+        } else if drive == Drive::Linear && zero > 0.0 {
+            "this robot's joints do not turn: it has no zero_deg"
+        } else if length == 0.0 && angle == 0.0 && radius == 0.0 && zero == 0.0 {
             "length_mm and angle_deg are both 0: there is nothing to calibrate"
         } else if self.prior.0.contains(&true) && (length == 0.0 || angle == 0.0) {
             "a prior needs a length_mm and an angle_deg above 0; or set prior = [false]"
@@ -288,8 +294,16 @@ impl CampaignToml {
             Some(noise)
         };
         let angle = shared.start_error_deg.to_radians();
+        let zero = shared.start_error_zero_deg.to_radians();
         let tolerance = Tolerance::new(shared.start_error_mm, angle)
             .and_then(|own| own.with_radius(shared.start_error_radius_mm))
+            .and_then(|own| {
+                if zero > 0.0 {
+                    own.with_joint_zero(zero)
+                } else {
+                    Ok(own)
+                }
+            })
             .ok();
         Ok(Scenario {
             shared,

@@ -12,7 +12,7 @@ use crate::planning::{
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Arm, ParameterKind, Transmission};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
-use delta_cal::{Noise, Robot, Sample};
+use delta_cal::{Noise, Parameter, Robot, Sample};
 use nalgebra::{Rotation3, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -388,6 +388,10 @@ fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot
             parameters[0] += common * x / radius;
             parameters[1] += common * y / radius;
         }
+        if case.start_error_zero_deg > 0.0 {
+            let turn = case.start_error_zero_deg.to_radians() * scatter(case.spread, rng);
+            turn_upper_arm(nominal, &mut parameters, turn);
+        }
         nominal.with_parameters(parameters).ok()
     };
     let truth = Robot::new([arm(first)?, arm(second)?, arm(third)?]).ok()?;
@@ -403,6 +407,16 @@ fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot
     let [first, second, third] = truth.transmissions();
     let transmissions = [off(first)?, off(second)?, off(third)?];
     truth.with_transmissions(transmissions).ok()
+}
+
+/// The upper arm in another direction where the joint reads 0, as much longer as its `La_x` is.
+fn turn_upper_arm(nominal: &Arm<f64>, parameters: &mut [f64; 8], turn: f64) {
+    let (x, y) = nominal.la();
+    let place = Parameter::LaX.index();
+    let length = nominal.upper_arm_length() + parameters[place] - x;
+    let direction = y.atan2(x) + turn;
+    parameters[place] = length * direction.cos();
+    parameters[place + 1] = length * direction.sin();
 }
 
 /// In units of the start error.

@@ -84,6 +84,9 @@ pub struct Case {
     pub start_error_mm: f64,
     /// Of every angle.
     pub start_error_deg: f64,
+    /// Of every rotary joint's zero; 0 where `La_x` and `La_y` are off by the error of lengths.
+    #[serde(default)]
+    pub start_error_zero_deg: f64,
     /// Of the radius that all towers have in common.
     pub start_error_radius_mm: f64,
     /// One σ of each coordinate, height or distance.
@@ -158,7 +161,9 @@ impl Plan {
             case.noise_joint_mm.to_bits(),
             robot,
         ];
-        let values = geometry.map(u64::from).chain(values);
+        // What older campaigns did not have leaves their robots as they were.
+        let zero = Some(case.start_error_zero_deg.to_bits()).filter(|bits| *bits != 0);
+        let values = geometry.map(u64::from).chain(values).chain(zero);
         values.fold(mixed(self.seed), |state, value| mixed(state ^ value))
     }
 }

@@ -183,15 +183,26 @@ impl Task<'_> {
             };
             End::of_outcome(&outcome, &units, start).ok_or(Unsolved::NoRedundancy)?
         };
+        let mut correction = [0.0; N];
+        for ((own, moved), unit) in correction.iter_mut().zip(&end.moved).zip(&units) {
+            *own = if *unit > 0.0 { moved / unit } else { 0.0 };
+        }
         let prior = problem.prior(settings);
         let triangle: Triangle<f64, M, E> =
-            delta_cal::calibration::Prior::rows(&prior, 1.0, &[0.0; N]);
+            delta_cal::calibration::Prior::rows(&prior, 1.0, &correction);
         let mut prior = DMatrix::zeros(unknowns, unknowns);
         for (index, row) in triangle.rows().take(unknowns).enumerate() {
             for (column, entry) in (index..unknowns).zip(row) {
                 let unit = units[column];
                 prior[(index, column)] = if unit > 0.0 { entry / unit } else { 0.0 };
             }
+        }
+        let mut moved = end.moved.rows(0, unknowns).into_owned();
+        if settings
+            .tolerance
+            .is_some_and(|own| own.joint_zero().is_some())
+        {
+            from_centre(&triangle, &units, &mut moved);
         }
         let covariance = end
             .covariance
@@ -213,7 +224,7 @@ impl Task<'_> {
             ),
             covariance,
             prior,
-            moved: end.moved.rows(0, unknowns).into_owned(),
+            moved,
             prior_share: end.prior_share,
             transmissions: instruments.transmission.is_some(),
             noise: self.noise_of(&rows, levels),
@@ -267,6 +278,29 @@ impl Task<'_> {
             .map(of)
             .filter(|own| own.readings > 0.0)
             .collect()
+    }
+}
+
+/// Of the linearised prior (U, r): the displacements u from its centre, U u = r. Those of unknowns that it does not hold
+/// stay.
+fn from_centre<const M: usize, const E: usize>(
+    prior: &Triangle<f64, M, E>,
+    units: &[f64],
+    moved: &mut DVector<f64>,
+) {
+    let rows: Vec<_> = prior.rows().take(moved.len()).collect();
+    for (index, row) in rows.into_iter().enumerate().rev() {
+        let (Some(pivot), Some(right)) = (row.first(), row.last()) else {
+            continue;
+        };
+        if *pivot > 0.0 && units[index] > 0.0 {
+            let beside = row.iter().zip(index..moved.len()).skip(1);
+            let beside: f64 = beside
+                .filter(|(_, column)| units[*column] > 0.0)
+                .map(|(entry, column)| entry * moved[column] / units[column])
+                .sum();
+            moved[index] = (right - beside) / pivot * units[index];
+        }
     }
 }
 

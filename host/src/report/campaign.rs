@@ -31,6 +31,10 @@ const SETTINGS: [Setting; 10] = [
 
 fn start_error(case: &Case) -> String {
     let own = format!("{}/{}", case.start_error_mm, case.start_error_deg);
+    let own = match case.start_error_zero_deg {
+        zero if zero > 0.0 => format!("{own}, zeros {zero}"),
+        _ => own,
+    };
     match case.start_error_radius_mm {
         radius if radius > 0.0 => format!("{own} and {radius} mm"),
         _ => own,

@@ -25,5 +25,6 @@ mod plant;
 mod plot;
 mod simulate;
 mod table_formats;
+mod unstated_zeros;
 mod validate;
 mod workspace;

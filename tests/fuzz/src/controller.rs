@@ -142,6 +142,7 @@ impl<T: Bits> Bench<T> {
         let begin = delta_cal_protocol::Begin {
             session,
             tolerance: Some((T::from_f64(0.5), T::from_f64(3e-3))),
+            joint_zero: None,
             noise: None,
             estimator: Estimator::Arms,
             gate: false,
@@ -332,6 +333,7 @@ pub(crate) fn request<T: Bits>(source: &mut Source<'_>, next: u32) -> Request<T>
             Request::Begin(Begin {
                 session,
                 tolerance: pair(1, 0.5, 3e-3),
+                joint_zero: None,
                 noise: pair(2, 0.02, 3e-5).map(|(position, joint)| ([position; 3], joint)),
                 estimator: if kind & 0b1_0000 == 0 {
                     Estimator::Arms

@@ -204,6 +204,7 @@ pub(crate) fn begin<T: Number>(session: u32) -> Begin<T> {
     Begin {
         session,
         tolerance: Some(pair(TOLERANCE)),
+        joint_zero: None,
         noise: Some(([position; 3], joint)),
         estimator: Estimator::Arms,
         gate: false,

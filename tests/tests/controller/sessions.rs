@@ -92,6 +92,15 @@ fn settings_that_are_none_leave_the_open_session() {
             ..valid
         },
         Begin {
+            joint_zero: Some(0.0),
+            ..valid
+        },
+        Begin {
+            tolerance: None,
+            joint_zero: Some(0.1),
+            ..valid
+        },
+        Begin {
             noise: Some(([0.1, -1.0, 0.1], 0.1)),
             ..valid
         },

@@ -162,6 +162,7 @@ impl<F: FnMut(&Request<f32>) -> Response<f32>> Transport for Scripted<F> {
 const BEGIN: Begin<f32> = Begin {
     session: 0,
     tolerance: None,
+    joint_zero: None,
     noise: None,
     estimator: Estimator::Arms,
     gate: false,

@@ -45,6 +45,9 @@ pub struct Settings {
     pub length_tolerance: Real,
     /// Manufacturing tolerance, one sigma of theta and alpha. Radians.
     pub angle_tolerance: Real,
+    /// One sigma of each rotary joint's zero, where it is uncertain by more than the tolerance of lengths says; 0: not
+    /// stated. Radians.
+    pub joint_zero_tolerance: Real,
     /// `DCAL_LEVENBERG_MARQUARDT` or `DCAL_GAUSS_NEWTON`.
     pub solver: i32,
     /// `DCAL_START_NOMINAL` or `DCAL_START_FREE`.
@@ -75,9 +78,13 @@ impl Settings {
         if stated(&[x, y, z, self.joint_noise]) {
             settings = settings.with_noise(Noise::by_axis([x, y, z], self.joint_noise)?);
         }
-        if stated(&[self.length_tolerance, self.angle_tolerance]) {
-            settings = settings
-                .with_tolerance(Tolerance::new(self.length_tolerance, self.angle_tolerance)?);
+        let zero = self.joint_zero_tolerance;
+        if stated(&[self.length_tolerance, self.angle_tolerance, zero]) {
+            let mut tolerance = Tolerance::new(self.length_tolerance, self.angle_tolerance)?;
+            if stated(&[zero]) {
+                tolerance = tolerance.with_joint_zero(zero)?;
+            }
+            settings = settings.with_tolerance(tolerance);
         }
         settings = settings.with_solver(match self.solver {
             LEVENBERG_MARQUARDT => Solver::LevenbergMarquardt,

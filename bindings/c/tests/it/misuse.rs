@@ -250,6 +250,13 @@ fn settings_that_mean_nothing_are_refused() {
     });
     refused(status::TOLERANCE_OF_LENGTH, &|s| s.angle_tolerance = 1e-3);
     refused(status::TOLERANCE_OF_ANGLE, &|s| s.length_tolerance = 0.5);
+    refused(status::TOLERANCE_OF_LENGTH, &|s| {
+        s.joint_zero_tolerance = 0.1
+    });
+    refused(status::TOLERANCE_OF_JOINT_ZERO, &|s| {
+        (s.length_tolerance, s.angle_tolerance) = (0.5, 1e-3);
+        s.joint_zero_tolerance = -0.1;
+    });
     // A start is no solver, and a solver no start.
     for solver in [-1, START_FREE, 3] {
         refused(status::NO_SUCH_CHOICE, &|s| s.solver = solver);

@@ -214,6 +214,7 @@ pub(super) struct LinearJoints {
 pub(super) struct RotaryTolerance {
     length_mm: Positive,
     angle_deg: Positive,
+    zero_deg: Option<Positive>,
     transmission_deg: Option<Positive>,
 }
 
@@ -350,6 +351,10 @@ impl Kind for Rotary {
 
     fn tolerance(tolerance: &RotaryTolerance) -> Result<Tolerances, String> {
         let geometry = Tolerance::new(tolerance.length_mm.0, tolerance.angle_deg.radians());
+        let geometry = match tolerance.zero_deg {
+            Some(zero) => geometry.and_then(|own| own.with_joint_zero(zero.radians())),
+            None => geometry,
+        };
         let geometry = geometry.map_err(|error| error.to_string())?;
         let Some(degrees) = tolerance.transmission_deg else {
             return Ok((geometry, None));

@@ -62,6 +62,9 @@ impl RobotFile {
             entry(&mut text, "length_mm", tolerance.of(Parameter::Lb));
             let angle = degrees(tolerance.of(Parameter::Theta));
             entry(&mut text, "angle_deg", angle);
+            if let Some(zero) = tolerance.joint_zero() {
+                entry(&mut text, "zero_deg", degrees(zero));
+            }
             if drive == Drive::Linear {
                 entry(&mut text, "zero_mm", tolerance.of(Parameter::Zero));
                 entry(&mut text, "scale", tolerance.of(Parameter::Scale));

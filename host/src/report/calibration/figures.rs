@@ -56,18 +56,19 @@ fn names(rows: &[Row<'_>]) -> Axis {
 
 fn in_tolerances(report: &Report, rows: &[Row<'_>], tolerance: &Tolerance<f64>) -> Figure {
     let parameters = report.before.robot.drive().parameters();
-    let scaled = |own: &ParameterReport| {
+    let scaled = |arm: usize, own: &ParameterReport| {
         let parameter = parameters
             .iter()
             .find(|parameter| parameter.symbol() == own.symbol);
         let unit = parameter.map_or(1.0, |parameter| {
-            in_unit(*parameter, tolerance.of(*parameter))
+            let arm = &report.before.robot.arms()[arm];
+            in_unit(*parameter, tolerance.of_arm(arm, *parameter))
         });
         (own.change / unit, own.sigma / unit)
     };
     let sizes = rows
         .iter()
-        .map(|(_, own)| scaled(own))
+        .map(|(arm, own)| scaled(*arm, own))
         .map(|(change, sigma)| change.abs() + sigma);
     let extent = sizes.fold(1.25, f64::max) * 1.05;
     #[allow(clippy::cast_precision_loss)] // 24 at most
@@ -94,10 +95,10 @@ fn in_tolerances(report: &Report, rows: &[Row<'_>], tolerance: &Tolerance<f64>) 
     );
     for (arm, colour) in ARMS.into_iter().enumerate() {
         let bars = of_arm(rows, arm).map(|(row, own)| {
-            let (change, sigma) = scaled(own);
+            let (change, sigma) = scaled(arm, own);
             [(change - sigma, row), (change + sigma, row)]
         });
-        let dots = of_arm(rows, arm).map(|(row, own)| (scaled(own).0, row));
+        let dots = of_arm(rows, arm).map(|(row, own)| (scaled(arm, own).0, row));
         figure = figure
             .with("", colour, Shape::Segments(bars.collect()))
             .with(arm_name(arm), colour, Shape::Points(dots.collect()));

@@ -168,7 +168,11 @@ fn glossary() -> Section {
         ),
         (
             "La_x, La_y",
-            "the upper arm at joint angle 0, along the arm and across it: its length, and the joint zero; mm",
+            "the upper arm at joint angle 0, along the arm and upwards; mm",
+        ),
+        (
+            "upper arm, joint zero",
+            "the same as a length, and as the angle to level, negative where the arm hangs lower; mm, degrees",
         ),
         ("Lb", "length of the forearm; mm"),
         (

@@ -68,11 +68,12 @@ fn heading(report: &Report) -> Section {
 
 pub(super) fn parameters(report: &Report) -> Section {
     type Row<'a> = (&'a ArmReport, &'a ParameterReport);
-    let rows = report
-        .arms
-        .iter()
-        .flat_map(|arm| arm.parameters.iter().map(move |own| (arm, own)));
-    let each = report.arms.first().map_or(8, |arm| arm.parameters.len());
+    let rows = report.arms.iter().flat_map(|arm| {
+        let all = arm.parameters.iter().chain(&arm.upper_arm);
+        all.map(move |own| (arm, own))
+    });
+    let each = report.arms.first();
+    let each = each.map_or(8, |arm| arm.parameters.len() + arm.upper_arm.len());
     let table = Table::of(rows)
         .column("arm", |(arm, _): &Row<'_>| arm.arm)
         .column("parameter", |(_, own)| own.symbol)

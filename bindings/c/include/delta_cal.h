@@ -337,7 +337,7 @@ typedef struct dcal_robot_f32 {
 DCAL_OBJECT(dcal_robot_f32, DCAL_ROBOT_F32_SIZE);
 
 /** The per-arm calibrator: samples and solver, each arm by itself. */
-#define DCAL_ARMS_F32_SIZE 4608
+#define DCAL_ARMS_F32_SIZE 4864
 typedef struct dcal_arms_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_ARMS_F32_SIZE];
 } dcal_arms_f32;
@@ -974,7 +974,7 @@ typedef struct dcal_robot_f64 {
 DCAL_OBJECT(dcal_robot_f64, DCAL_ROBOT_F64_SIZE);
 
 /** The per-arm calibrator: samples and solver, each arm by itself. */
-#define DCAL_ARMS_F64_SIZE 8960
+#define DCAL_ARMS_F64_SIZE 9472
 typedef struct dcal_arms_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_ARMS_F64_SIZE];
 } dcal_arms_f64;
